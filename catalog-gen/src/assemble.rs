@@ -1,0 +1,163 @@
+//! Chosen stars in, the bytes of an onboard catalogue out: the writer to the reader `fsw_core::catalog`.
+//!
+//! Directions are rounded to Q1.30 first and the chords computed from the rounded integers, exactly as the reader
+//! defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by chord, then by the stars'
+//! indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec for 12 degrees).
+
+use crate::blend::centi;
+use crate::grid::CellGrid;
+use crate::parameters::{BuildError, MAX_PAIRS, chord};
+use fsw_core::catalog::format::{
+    CRC_FROM, CRC32, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, MAGIC, PAIR_BYTES, STAR_BYTES, VERSION,
+};
+
+/// 1.0 in Q1.30 and Q2.30.
+const ONE_Q30: f64 = (1u32 << 30) as f64;
+/// Most bins in the table: 8 KB of flash; half as many pairs a bin would save the flight code next to nothing.
+const MAX_BINS: u32 = 2048;
+
+/// A star to be written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CatalogueStar {
+    /// Unit vector, ICRS at the catalogue's epoch.
+    pub direction: [f64; 3],
+    /// Hipparcos number (any number below 2^24).
+    pub hip: u32,
+    /// Visual magnitude V.
+    pub v: f64,
+    /// Colour index B-V.
+    pub b_v: f64,
+    /// A neighbour stands too close for an undisturbed centroid.
+    pub proximity: bool,
+}
+
+/// What a catalogue says of itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableParameters {
+    /// Longest separation in the pair table, degrees.
+    pub max_separation_deg: f64,
+    /// Epoch of the directions, Julian year.
+    pub epoch_year: f64,
+    /// Longer side of the field it is meant for, degrees.
+    pub field_deg: f64,
+    /// CRC-32 of the star source.
+    pub source_crc: u32,
+}
+
+/// Writes a catalogue; the stars are sorted by V in hundredths, then by number.
+///
+/// # Errors
+/// When there are too many stars or pairs, a direction is not a unit vector (to 1e-6) or a number has over 24 bits.
+pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec<u8>, BuildError> {
+    let max_chord =
+        (0.0..=180.0).contains(&tables.max_separation_deg).then(|| chord(tables.max_separation_deg));
+    let max_chord = max_chord.ok_or(BuildError::Parameter {
+        name: "largest separation",
+        value: tables.max_separation_deg,
+        low: 0.0,
+        high: 180.0,
+    })?;
+    let mut stars = stars.to_vec();
+    stars.sort_by_key(|star| (centi(star.v), star.hip));
+    check(&stars, max_chord)?;
+    let units: Vec<[i32; 3]> =
+        stars.iter().map(|star| star.direction.map(|x| (x * ONE_Q30).round() as i32)).collect();
+    let max_chord_q30 = (max_chord * ONE_Q30) as u32;
+    let keys = sorted_pairs(&stars, &units, max_chord);
+    let shift = bin_shift(max_chord_q30);
+    let bins = (max_chord_q30 >> shift) + 1;
+
+    let length = HEADER_BYTES + stars.len() * STAR_BYTES + (bins as usize + 1 + keys.len()) * PAIR_BYTES;
+    let mut bytes = Vec::with_capacity(length);
+    bytes.extend_from_slice(&MAGIC);
+    bytes.extend_from_slice(&VERSION.to_le_bytes());
+    bytes.extend_from_slice(&(HEADER_BYTES as u16).to_le_bytes());
+    let faintest = stars.last().map_or(0, |star| centi(star.v)) as i16;
+    let words = [
+        0, // the checksum, once the rest is known
+        length as u32,
+        stars.len() as u32,
+        keys.len() as u32,
+        bins,
+        shift,
+        max_chord_q30,
+        thousandths(tables.epoch_year),
+        u32::from(faintest as u16),
+        thousandths(tables.field_deg),
+        tables.source_crc,
+    ];
+    words.iter().for_each(|word| bytes.extend_from_slice(&word.to_le_bytes()));
+    bytes.resize(HEADER_BYTES, 0);
+    for (star, unit) in stars.iter().zip(&units) {
+        unit.iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes()));
+        let flags = if star.proximity { FLAG_PROXIMITY } else { 0 };
+        bytes.extend_from_slice(&(star.hip | flags).to_le_bytes());
+        bytes.extend_from_slice(&(centi(star.v) as i16).to_le_bytes());
+        bytes.extend_from_slice(&(centi(star.b_v) as i16).to_le_bytes());
+    }
+    let mut first = 0;
+    for bin in 0..=bins {
+        first += keys[first..].iter().take_while(|&&key| chord_of(key) >> shift < bin).count();
+        bytes.extend_from_slice(&(first as u32).to_le_bytes());
+    }
+    for key in keys {
+        bytes.extend_from_slice(&((key >> 16) as u16).to_le_bytes());
+        bytes.extend_from_slice(&(key as u16).to_le_bytes());
+    }
+    let checksum = CRC32.checksum(&bytes[CRC_FROM..]);
+    bytes[CRC_FROM - 4..CRC_FROM].copy_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+fn thousandths(value: f64) -> u32 {
+    (value * 1000.0).round() as u32
+}
+
+fn check(stars: &[CatalogueStar], max_chord: f64) -> Result<(), BuildError> {
+    if stars.len() > usize::from(u16::MAX) {
+        return Err(BuildError::TooManyStars(stars.len()));
+    }
+    for star in stars {
+        let length: f64 = star.direction.iter().map(|x| x * x).sum();
+        if !((length - 1.0).abs() < 1e-6 && star.hip <= HIP_MASK) {
+            return Err(BuildError::Star { hip: star.hip });
+        }
+    }
+    // The cap within a chord c covers c^2 / 4 of the sphere: the number of pairs, were the stars spread evenly.
+    let pairs = stars.len() as f64 * stars.len() as f64 / 2.0 * max_chord * max_chord / 4.0;
+    if pairs > MAX_PAIRS {
+        return Err(BuildError::TooManyPairs(pairs / 1e6));
+    }
+    Ok(())
+}
+
+/// Every pair within the chord as `chord_q30 << 32 | first << 16 | second`, sorted: one integer to compare.
+fn sorted_pairs(stars: &[CatalogueStar], units: &[[i32; 3]], max_chord: f64) -> Vec<u64> {
+    let max_square = (max_chord * ONE_Q30) * (max_chord * ONE_Q30);
+    let points: Vec<[f64; 3]> = stars.iter().map(|star| star.direction).collect();
+    // The grid sorts exact directions, the chords are those of rounded ones: a little wider.
+    let grid = CellGrid::new(&points, max_chord + 1e-8);
+    // Together with their index and in the grid's order, the stars of a cube are read in one stream.
+    let near: Vec<([i32; 3], u16)> =
+        grid.order().iter().map(|&index| (units[index as usize], index as u16)).collect();
+    let mut keys = Vec::new();
+    grid.candidate_pairs(|a, b| {
+        let (([ax, ay, az], i), ([bx, by, bz], j)) = (near[a], near[b]);
+        let square = |p: i32, q: i32| (i64::from(p) - i64::from(q)).pow(2);
+        let square = (square(ax, bx) + square(ay, by) + square(az, bz)) as f64;
+        if square <= max_square {
+            let pair = u64::from(i.min(j)) << 16 | u64::from(i.max(j));
+            keys.push((square.sqrt() as u64) << 32 | pair);
+        }
+    });
+    keys.sort_unstable();
+    keys
+}
+
+fn chord_of(key: u64) -> u32 {
+    (key >> 32) as u32
+}
+
+fn bin_shift(max_chord_q30: u32) -> u32 {
+    (0..32).find(|shift| (max_chord_q30 >> shift) < MAX_BINS).unwrap_or(31)
+}

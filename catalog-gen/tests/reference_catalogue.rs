@@ -1,0 +1,95 @@
+//! The embedded catalogue: reproducible, small enough, and dense enough everywhere.
+
+use catalog_gen::source::{self, EMBEDDED_CRC};
+use catalog_gen::{BuildParameters, REFERENCE, build, for_field, inspect};
+use fsw_core::catalog::Catalogue;
+
+#[test]
+fn the_embedded_catalogue_is_what_build_gives_with_its_defaults() {
+    let built = build(&source::stars(), &BuildParameters::reference()).unwrap();
+    assert!(built == REFERENCE, "data/reference.cat is out of date: write it with `catalog-gen build`");
+}
+
+#[test]
+fn it_fits_into_256_kib() {
+    assert!(REFERENCE.len() <= 256 * 1024, "{} bytes", REFERENCE.len());
+}
+
+#[test]
+fn at_least_5_usable_stars_stand_in_99_9_percent_of_the_fields_with_and_without_an_earth_disc() {
+    let contents = inspect::inspect(REFERENCE, 20_000).unwrap();
+    let coverage = contents.coverage;
+    for share in [coverage.share, coverage.share_with_earth] {
+        assert!(share[2] >= 0.999, "{coverage:?}");
+        assert!(share[0] >= share[1] && share[1] >= share[2]);
+    }
+    assert!((2_600..2_850).contains(&contents.stars) && (36_000..43_000).contains(&contents.pairs));
+}
+
+#[test]
+fn its_stars_are_source_stars_carried_to_the_epoch_and_sorted_by_brightness() {
+    let catalogue = Catalogue::open(REFERENCE).unwrap();
+    assert_eq!(catalogue.source_crc(), EMBEDDED_CRC);
+    assert!((catalogue.epoch_year() - 2026.5).abs() < 0.001);
+    assert_eq!((catalogue.field_millideg(), catalogue.faintest_centi() <= 600), (24_100, true));
+    let source = source::stars();
+    let stars: Vec<_> = catalogue.stars().collect();
+    assert!(stars.windows(2).all(|s| (s[0].magnitude_centi, s[0].hip) < (s[1].magnitude_centi, s[1].hip)));
+    assert_eq!(stars.last().unwrap().magnitude_centi, catalogue.faintest_centi());
+    let mut single = 0;
+    for star in &stars {
+        let original = source[source.binary_search_by_key(&star.hip, |original| original.hip).unwrap()];
+        let expected = original.direction_at(2026.5);
+        let unit = star.unit_q30.map(|x| f64::from(x) / f64::from(1 << 30));
+        let apart: f64 = unit.iter().zip(expected).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+        let arcsec = apart.to_degrees() * 3600.0;
+        // A photocentre may stand aside by up to half the blend radius (60 arcsec).
+        assert!(arcsec < 30.1, "HIP {}: {arcsec}", star.hip);
+        single += usize::from(arcsec < 0.001);
+    }
+    assert!(single > stars.len() * 95 / 100, "only blends stand aside: {single} of {}", stars.len());
+}
+
+#[test]
+fn alpha_centauri_is_one_star() {
+    let catalogue = Catalogue::open(REFERENCE).unwrap();
+    let members: Vec<_> = catalogue.stars().filter(|star| [71_683, 71_681].contains(&star.hip)).collect();
+    assert_eq!(members.len(), 1);
+    assert_eq!(members[0].hip, 71_683);
+    assert!((-35..=-20).contains(&members[0].magnitude_centi), "{}", members[0].magnitude_centi);
+}
+
+#[test]
+fn a_neighbour_that_disturbs_a_centroid_is_flagged_and_a_distant_one_is_not() {
+    let catalogue = Catalogue::open(REFERENCE).unwrap();
+    // Mizar's companion (14 arcsec) belongs to its blob; Alcor is 708 arcsec away and leaves it alone.
+    let mizar = catalogue.stars().find(|star| star.hip == 65_378).unwrap();
+    assert!(!mizar.proximity);
+    // The equal components of nu Draconis are 62 arcsec apart: two pixels' worth of one disturbed blob.
+    let nu_draconis: Vec<_> = catalogue.stars().filter(|star| [85_819, 85_829].contains(&star.hip)).collect();
+    assert!(!nu_draconis.is_empty() && nu_draconis.iter().all(|star| star.proximity));
+}
+
+#[test]
+fn a_15_degree_field_keeps_nearly_every_star_to_v_6() {
+    let source = source::stars();
+    let bytes = build(&source, &for_field(15.0, 15.0, 2026.5).unwrap()).unwrap();
+    let catalogue = Catalogue::open(&bytes).unwrap();
+    let kept = catalogue.stars().filter(|star| star.magnitude_centi <= 600).count();
+    let bright = source.iter().filter(|star| star.v <= 6.005).count();
+    assert!(kept * 100 >= bright * 97, "{kept} of {bright}");
+}
+
+#[test]
+fn every_camera_from_4_to_60_degrees_gets_a_catalogue_that_opens() {
+    let source = source::stars();
+    for (width, height) in [(4.0, 3.0), (6.0, 4.5), (9.0, 16.0), (24.1, 19.4), (60.0, 45.0)] {
+        let parameters = for_field(width, height, 2030.25).unwrap();
+        let bytes = build(&source, &parameters).unwrap();
+        let catalogue = Catalogue::open(&bytes).unwrap();
+        assert!(f64::from(catalogue.faintest_centi()) <= parameters.magnitude * 100.0 + 1e-9);
+        let per_field = catalogue.star_count() as f64 * width * height / 41_253.0;
+        assert!((10.0..32.0).contains(&per_field), "{width} x {height}: {per_field} stars a field");
+        assert!(catalogue.pair_count() > 500);
+    }
+}

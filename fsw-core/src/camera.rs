@@ -1,0 +1,187 @@
+//! From pixels to directions in the star path's frame, and back (thesis eq. 3.2).
+//!
+//! In: pixel coordinates (x right, y down, first pixel's centre (0, 0)). Out: unit vectors, x along +x px, y along
+//! +y px, z out along the line of sight. Rectilinear: the undistorted direction of a pixel is `((x - cx) / f,
+//! (y - cy) / f, 1)`; equiangular: the distance from the optical centre is `f` times the angle from the line of sight.
+//!
+//! Distortion is Brown's model on the normalised plane, `distorted = undistorted (1 + k1 r² + k2 r⁴ + k3 r⁶) +
+//! tangential(p1, p2)`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of which shrinks the error by about
+//! `3 k1 r²`; lenses with more than 10 % distortion at the corner need a correction table instead.
+
+use crate::frames::{Direction, StarPath};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Fixed-point steps that undo the distortion.
+pub const UNDISTORT_STEPS: usize = 8;
+
+/// How a direction falls on the detector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Projection {
+    /// Pinhole: radius `f tan(angle)`.
+    Rectilinear,
+    /// Radius `f angle` (scan grids of weather satellites).
+    Equiangular,
+}
+
+/// Coefficients of Brown's distortion model, on the normalised image plane (no unit).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Distortion {
+    /// Radial, second order.
+    pub k1: f32,
+    /// Radial, fourth order.
+    pub k2: f32,
+    /// Radial, sixth order.
+    pub k3: f32,
+    /// Tangential, along y.
+    pub p1: f32,
+    /// Tangential, along x.
+    pub p2: f32,
+}
+
+/// What is known of the lens and its detector.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CameraParameters {
+    /// Columns, px.
+    pub width_px: u16,
+    /// Rows, px.
+    pub height_px: u16,
+    /// Focal length, px.
+    pub focal_length_px: f32,
+    /// Where the line of sight meets the detector, px.
+    pub optical_centre_px: [f32; 2],
+    /// Ideal projection.
+    pub projection: Projection,
+    /// Departure from it.
+    pub distortion: Distortion,
+}
+
+/// Why camera parameters were refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraError {
+    /// A value is NaN or infinite.
+    NotFinite,
+    /// The detector is smaller than 32 px a side.
+    Detector,
+    /// The focal length is not between 10 and 1e6 px.
+    FocalLength,
+    /// The optical centre is more than a detector's size off the detector.
+    OpticalCentre,
+}
+
+/// A camera whose parameters have been checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    parameters: CameraParameters,
+    per_focal_length: f32,
+}
+
+impl Camera {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// The first check that fails, see [`CameraError`].
+    pub fn new(parameters: CameraParameters) -> Result<Self, CameraError> {
+        let CameraParameters { width_px, height_px, focal_length_px: f, optical_centre_px: [cx, cy], .. } =
+            parameters;
+        let Distortion { k1, k2, k3, p1, p2 } = parameters.distortion;
+        if ![f, cx, cy, k1, k2, k3, p1, p2].iter().all(|value| value.is_finite()) {
+            return Err(CameraError::NotFinite);
+        }
+        if width_px < 32 || height_px < 32 {
+            return Err(CameraError::Detector);
+        }
+        if !(10.0..=1e6).contains(&f) {
+            return Err(CameraError::FocalLength);
+        }
+        let (width, height) = (f32::from(width_px), f32::from(height_px));
+        if !(-width..=2.0 * width).contains(&cx) || !(-height..=2.0 * height).contains(&cy) {
+            return Err(CameraError::OpticalCentre);
+        }
+        Ok(Self { parameters, per_focal_length: 1.0 / f })
+    }
+
+    /// The checked parameters.
+    pub fn parameters(&self) -> &CameraParameters {
+        &self.parameters
+    }
+
+    /// Radians that a pixel spans at the optical centre.
+    pub fn rad_per_px(&self) -> f32 {
+        self.per_focal_length
+    }
+
+    /// Number of pixels of the detector.
+    pub fn area_px(&self) -> f32 {
+        f32::from(self.parameters.width_px) * f32::from(self.parameters.height_px)
+    }
+
+    /// Pixel of the detector's middle.
+    pub fn middle_px(&self) -> [f32; 2] {
+        [
+            (f32::from(self.parameters.width_px) - 1.0) * 0.5,
+            (f32::from(self.parameters.height_px) - 1.0) * 0.5,
+        ]
+    }
+
+    /// Whether a pixel position lies on the detector, `margin_px` inside its edge.
+    pub fn contains(&self, [x, y]: [f32; 2], margin_px: f32) -> bool {
+        let (right, bottom) = (f32::from(self.parameters.width_px), f32::from(self.parameters.height_px));
+        x >= margin_px && y >= margin_px && x <= right - 1.0 - margin_px && y <= bottom - 1.0 - margin_px
+    }
+
+    /// Distortion at a point of the normalised plane: radial factor and tangential shift.
+    fn distortion_at(&self, x: f32, y: f32) -> (f32, f32, f32) {
+        let Distortion { k1, k2, k3, p1, p2 } = self.parameters.distortion;
+        let square = x * x + y * y;
+        let radial = 1.0 + square * (k1 + square * (k2 + square * k3));
+        let shift_x = 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x);
+        let shift_y = p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y;
+        (radial, shift_x, shift_y)
+    }
+
+    /// The direction that falls on a pixel position; `None` when it is not finite or no direction does.
+    pub fn direction(&self, [x_px, y_px]: [f32; 2]) -> Option<Direction<StarPath>> {
+        let [cx, cy] = self.parameters.optical_centre_px;
+        let (seen_x, seen_y) = ((x_px - cx) * self.per_focal_length, (y_px - cy) * self.per_focal_length);
+        let (mut x, mut y) = (seen_x, seen_y);
+        for _ in 0..UNDISTORT_STEPS {
+            let (radial, shift_x, shift_y) = self.distortion_at(x, y);
+            (x, y) = ((seen_x - shift_x) / radial, (seen_y - shift_y) / radial);
+        }
+        match self.parameters.projection {
+            Projection::Rectilinear => Direction::new(Vector3::new(x, y, 1.0)),
+            Projection::Equiangular => {
+                let angle = libm::sqrtf(x * x + y * y);
+                let sine_per_angle = if angle > 1e-4 { libm::sinf(angle) / angle } else { 1.0 };
+                Direction::new(Vector3::new(x * sine_per_angle, y * sine_per_angle, libm::cosf(angle)))
+            }
+        }
+    }
+
+    /// Where a direction falls, px (perhaps outside the detector); `None` behind the camera.
+    pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
+        let unit = direction.vector();
+        let scale = match self.parameters.projection {
+            Projection::Rectilinear if unit.z > 0.05 => 1.0 / unit.z,
+            Projection::Rectilinear => return None,
+            Projection::Equiangular => {
+                let sine = libm::sqrtf(unit.x * unit.x + unit.y * unit.y);
+                if sine > 1e-4 { libm::atan2f(sine, unit.z) / sine } else { 1.0 }
+            }
+        };
+        let (x, y) = (unit.x * scale, unit.y * scale);
+        let (radial, shift_x, shift_y) = self.distortion_at(x, y);
+        let [cx, cy] = self.parameters.optical_centre_px;
+        let f = self.parameters.focal_length_px;
+        Some([cx + f * (x * radial + shift_x), cy + f * (y * radial + shift_y)])
+    }
+
+    /// The same camera with another focal length (refined on a solved field).
+    ///
+    /// # Errors
+    /// As [`Camera::new`].
+    pub fn with_focal_length(&self, focal_length_px: f32) -> Result<Self, CameraError> {
+        Self::new(CameraParameters { focal_length_px, ..self.parameters })
+    }
+}

@@ -1,0 +1,20 @@
+#![doc = include_str!("overview.md")]
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod attitude;
+pub mod camera;
+pub mod catalog;
+pub mod frames;
+pub mod image;
+pub mod modes;
+pub mod parameters;
+pub mod plan;
+pub mod sensor;
+pub mod stars;
+pub mod telemetry;

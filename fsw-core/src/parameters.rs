@@ -1,0 +1,104 @@
+//! The one table of everything that is set for a mission, checked before it is used.
+//!
+//! Each room's parameters live with the room; this table gathers them. [`Parameters::check`] is the door: it refuses a
+//! table with a value outside its range and names it, and the table in force stays.
+
+use crate::camera::{Camera, CameraError, CameraParameters};
+use crate::image::DetectionParameters;
+use crate::stars::identify::IdentificationParameters;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of star tracking.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrackingParameters {
+    /// Half the side of the area searched about a predicted star, px (default 5, 3 to 24). A star is taken within
+    /// half of it once the others have corrected the prediction.
+    pub gate_px: u16,
+    /// Fewest stars that make an attitude (default 3, 3 to 16).
+    pub fewest_stars: u16,
+    /// Seconds without an attitude after which stars are acquired anew (default 3, 1 to 60).
+    pub patience_s: u16,
+}
+
+impl Default for TrackingParameters {
+    fn default() -> Self {
+        Self { gate_px: 5, fewest_stars: 3, patience_s: 3 }
+    }
+}
+
+/// All parameters of the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// The lens and the detector behind it.
+    pub camera: CameraParameters,
+    /// Exposure time, microseconds (100 to 10,000,000).
+    pub exposure_us: u32,
+    /// Star detection.
+    pub detection: DetectionParameters,
+    /// Star identification.
+    pub identification: IdentificationParameters,
+    /// Base sides that identification may try in one second (default 120, 1 to 1000).
+    pub sides_per_cycle: u16,
+    /// Star tracking.
+    pub tracking: TrackingParameters,
+}
+
+/// Why a table was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParameterError {
+    /// The camera's values are impossible.
+    Camera(CameraError),
+    /// The named value is outside its range (or not finite).
+    Range(&'static str),
+}
+
+impl Parameters {
+    /// The defaults for a camera.
+    pub fn for_camera(camera: CameraParameters) -> Self {
+        Self {
+            camera,
+            exposure_us: 100_000,
+            detection: DetectionParameters::default(),
+            identification: IdentificationParameters::default(),
+            sides_per_cycle: 120,
+            tracking: TrackingParameters::default(),
+        }
+    }
+
+    /// Checks every value against its range and gives the camera.
+    ///
+    /// # Errors
+    /// The first value that fails, by name.
+    pub fn check(&self) -> Result<Camera, ParameterError> {
+        let camera = Camera::new(self.camera).map_err(ParameterError::Camera)?;
+        let Self { detection, identification, tracking, .. } = self;
+        let [first, second, third] = identification.centroid_sigma_px;
+        let integers = [
+            ("exposure_us", self.exposure_us, 100, 10_000_000),
+            ("sides_per_cycle", self.sides_per_cycle.into(), 1, 1000),
+            ("threshold_sigma_tenths", detection.threshold_sigma_tenths.into(), 30, 200),
+            ("peak_to_region_percent", detection.peak_to_region_percent.into(), 100, 1000),
+            ("peak_to_inner_percent", detection.peak_to_inner_percent.into(), 100, 1000),
+            ("inner_to_outer_percent", detection.inner_to_outer_percent.into(), 100, 1000),
+            ("inner_share_percent", detection.inner_share_percent.into(), 0, 100),
+            ("skirt_share_percent", detection.skirt_share_percent.into(), 1, 50),
+            ("centroid_floor_millipx", detection.centroid_floor_millipx.into(), 1, 1000),
+            ("gate_px", tracking.gate_px.into(), 3, 24),
+            ("fewest_stars", tracking.fewest_stars.into(), 3, 16),
+            ("patience_s", tracking.patience_s.into(), 1, 60),
+        ];
+        let reals = [
+            ("centroid_sigma_px[0]", first, 0.05, 3.0),
+            ("centroid_sigma_px[1]", second, 0.05, 3.0),
+            ("centroid_sigma_px[2]", third, 0.05, 3.0),
+            ("scale_uncertainty", identification.scale_uncertainty, 0.0, 0.01),
+            ("log10_false_limit", identification.log10_false_limit, -30.0, -2.0),
+        ];
+        let wrong_integer = integers.iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
+        let wrong_real = reals.iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
+        match (wrong_integer, wrong_real) {
+            (Some((name, ..)), _) | (None, Some((name, ..))) => Err(ParameterError::Range(name)),
+            (None, None) => Ok(camera),
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Which windows to read next.
+//!
+//! In: predicted stars, the gate about each. Out: windows, brightest star first. A window is the gate and the margin
+//! that a centroid needs; windows that leave the detector are dropped rather than cut, because a cut window has no
+//! whole region at its edge.
+
+use crate::image::centroid::MARGIN;
+use crate::stars::predict::Predicted;
+use fsw_hal::{DetectorGeometry, Window};
+use heapless::Vec;
+
+/// Most star windows in a second: 24 windows of 27 x 27 px are 1.3 % of the reference detector.
+pub const MAX_STAR_WINDOWS: usize = 24;
+/// Widest gate for which a window still fits the readout buffer's height of 64 rows.
+pub const MAX_GATE_PX: u16 = 24;
+
+/// Windows about the brightest predicted stars.
+pub fn star_windows(
+    predicted: &[Predicted],
+    geometry: &DetectorGeometry,
+    gate_px: u16,
+) -> Vec<Window, MAX_STAR_WINDOWS> {
+    let reach = i32::from(gate_px.min(MAX_GATE_PX)) + MARGIN as i32;
+    let side = (2 * reach + 1) as u16;
+    let mut windows = Vec::new();
+    for star in predicted {
+        let [x, y] = star.centre_px.map(|at| libm::floorf(at + 0.5) as i32 - reach);
+        let (Ok(x), Ok(y)) = (u16::try_from(x), u16::try_from(y)) else { continue };
+        let window = Window { x, y, width: side, height: side };
+        if window.fits(geometry) && windows.push(window).is_err() {
+            break;
+        }
+    }
+    windows
+}
+
+/// Pixels of the windows in which a star's maximum may stand.
+pub fn searched_px(windows: &[Window]) -> f32 {
+    let margins = 2 * MARGIN as u16;
+    windows.iter().fold(0.0, |sum, window| {
+        sum + f32::from(window.width.saturating_sub(margins))
+            * f32::from(window.height.saturating_sub(margins))
+    })
+}

@@ -1,0 +1,254 @@
+//! Accepts or refuses an attitude hypothesis by re-projection.
+//!
+//! In: an attitude that a few stars suggested, the measured stars, the catalogue. The brightest catalogue stars of the
+//! field are projected onto the detector and matched, nearest first come brightest, with the measured stars inside a
+//! radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out: matches,
+//! attitude, and the odds that as many agree by chance.
+//!
+//! False-identification probability: were the hypothesis wrong, a projected star would find a measured one inside
+//! the capture radius `ρ` with probability `p = M π ρ² / A` (M measured stars on a detector of area A). Of N projected
+//! stars n matched; the two that fixed the hypothesis are no evidence for it, so the chance of this hypothesis is the
+//! binomial tail `P(X >= n - 2 | N - 2, p)`, times the number of hypotheses that were tried and of the tests made (see
+//! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area covers the
+//! whole region in which polygon and matching would have accepted a star.
+
+use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
+use super::{Field, MAX_MEASURED, Measured};
+use crate::attitude::covariance::{Information, sigmas_rad};
+use crate::attitude::{VectorPair, wahba};
+use crate::camera::Camera;
+use crate::catalog::Catalogue;
+use crate::frames::{Icrs, Rotation, StarPath};
+use heapless::Vec;
+
+/// Matching and solving are repeated this often, the radius shrinking from 2 to 1 tolerances.
+pub const ROUNDS: usize = 3;
+
+/// The test for chance is made with so many of the brightest on either side, and the best is taken: where brightness is
+/// known, faint noise does not drown the few stars there are.
+pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
+/// ... and with the matches inside these shares of the tolerance: where centroids are better than the tolerance allows,
+/// that is evidence too.
+pub const RADII: [f32; 2] = [1.0, 0.5];
+
+/// A measured star with its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Match {
+    /// Index of the measured star.
+    pub measured: u8,
+    /// Index of the catalogue star.
+    pub star: u16,
+    /// Place of the catalogue star among those expected, by brightness.
+    pub rank: u8,
+    /// Measured less projected position, px.
+    pub residual_px: [f32; 2],
+}
+
+/// An attitude hypothesis that was checked against the whole field.
+#[derive(Clone, Debug)]
+pub struct Confirmed {
+    /// Attitude from all matches but the proximity-flagged.
+    pub attitude: Rotation<Icrs, StarPath>,
+    /// Standard deviations of the attitude about x, y, z of the star path, rad: those that the centroids' own sigmas
+    /// give (eq. 3.27), widened where the residuals are larger than these sigmas.
+    pub sigma_rad: [f32; 3],
+    /// Measured stars with their names, brightest catalogue star first.
+    pub matches: Vec<Match, MAX_FIELD_STARS>,
+    /// Catalogue stars that should be seen on the detector.
+    pub expected: u16,
+    /// Root mean square residual per axis, px.
+    pub rms_px: f32,
+    /// Best focal length over the camera's, from the matched stars.
+    pub focal_ratio: f32,
+    /// Common logarithm of the probability that so many stars match by chance, one hypothesis.
+    pub log10_chance: f32,
+}
+
+/// Common logarithm of the binomial tail `P(X >= hits | trials, p)`; 0 (certainty) when p is no probability.
+pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
+    if hits == 0 || !(p > 0.0 && p < 1.0) {
+        return 0.0;
+    }
+    if hits > trials {
+        return f32::NEG_INFINITY;
+    }
+    let (log_p, log_q) = (libm::log10f(p), libm::log10f(1.0 - p));
+    // First term C(n, k) p^k q^(n - k) in logarithms, the rest as a series of ratios.
+    let first = (0..hits).fold((trials - hits) as f32 * log_q, |sum, i| {
+        sum + log_p + libm::log10f((trials - i) as f32) - libm::log10f((i + 1) as f32)
+    });
+    let (mut series, mut term) = (1.0f32, 1.0f32);
+    for k in hits..trials.min(hits + MAX_FIELD_STARS as u32) {
+        term *= (trials - k) as f32 / (k + 1) as f32 * (p / (1.0 - p));
+        series += term;
+    }
+    (first + libm::log10f(series)).min(0.0)
+}
+
+/// Matches projected stars with measured ones within `radius_px`, each measured star at most once.
+fn match_stars(
+    expected: &[Predicted],
+    measured: &[Measured],
+    camera: &Camera,
+    attitude: &Rotation<Icrs, StarPath>,
+    radius_px: f32,
+) -> Vec<Match, MAX_FIELD_STARS> {
+    let mut taken = [false; MAX_MEASURED];
+    let mut matches = Vec::new();
+    for (rank, star) in (0u8..).zip(expected) {
+        let Some([px, py]) = camera.project(&attitude.apply(&star.direction)) else { continue };
+        let mut best: Option<(f32, Match)> = None;
+        for (index, seen) in measured.iter().enumerate() {
+            let [dx, dy] = [seen.centre_px[0] - px, seen.centre_px[1] - py];
+            let square = dx * dx + dy * dy;
+            let free = taken.get(index).is_some_and(|taken| !taken);
+            if free && square < best.map_or(radius_px * radius_px, |(least, _)| least) {
+                let found = Match { measured: index as u8, star: star.star, rank, residual_px: [dx, dy] };
+                best = Some((square, found));
+            }
+        }
+        if let Some((_, found)) = best {
+            if let Some(slot) = taken.get_mut(usize::from(found.measured)) {
+                *slot = true;
+            }
+            // The field holds no more stars than the list does.
+            let _ = matches.push(found);
+        }
+    }
+    matches
+}
+
+/// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set.
+fn vector_pairs(
+    matches: &[Match],
+    measured: &[Measured],
+    catalogue: &Catalogue,
+    camera: &Camera,
+    all: bool,
+) -> Vec<VectorPair, MAX_FIELD_STARS> {
+    let mut pairs = Vec::new();
+    for found in matches {
+        let star = catalogue.star(found.star).filter(|star| all || !star.proximity);
+        if let (Some(seen), Some(star)) = (measured.get(usize::from(found.measured)), star) {
+            // There are no more matches than the list holds.
+            let _ = pairs.push(seen.paired_with(&star, camera));
+        }
+    }
+    pairs
+}
+
+/// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others suffice.
+fn solve(
+    matches: &[Match],
+    measured: &[Measured],
+    catalogue: &Catalogue,
+    camera: &Camera,
+) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
+    [false, true].into_iter().find_map(|all| {
+        let pairs = vector_pairs(matches, measured, catalogue, camera, all);
+        if pairs.len() < 3 && !all {
+            return None;
+        }
+        let attitude = wahba::svd::solve(&pairs).ok()?;
+        Some((attitude, sigmas_rad(&Information::of(&pairs).covariance_rad2()?)))
+    })
+}
+
+/// Ratio of the measured to the projected distances from their means: the focal length the field asks for.
+fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
+    let count = (matches.len() as f32).max(1.0);
+    let positions = || {
+        matches.iter().filter_map(|found| {
+            let [x, y] = measured.get(usize::from(found.measured))?.centre_px;
+            let [dx, dy] = found.residual_px;
+            Some(([x, y], [x - dx, y - dy]))
+        })
+    };
+    let ([sx, sy], [px, py]) =
+        positions().fold(([0.0f32; 2], [0.0f32; 2]), |([sx, sy], [px, py]), (seen, projected)| {
+            ([sx + seen[0], sy + seen[1]], [px + projected[0], py + projected[1]])
+        });
+    let (product, square) = positions().fold((0.0f32, 0.0f32), |(product, square), (seen, projected)| {
+        let (ux, uy) = (seen[0] - sx / count, seen[1] - sy / count);
+        let (vx, vy) = (projected[0] - px / count, projected[1] - py / count);
+        (product + ux * vx + uy * vy, square + vx * vx + vy * vy)
+    });
+    if square > 1.0 { product / square } else { 1.0 }
+}
+
+/// How much wider the residuals are than the centroids' own sigmas say, at least 1.
+fn excess(matches: &[Match], measured: &[Measured]) -> f32 {
+    let chi_square = matches.iter().fold(0.0, |sum, found| {
+        let sigma = measured.get(usize::from(found.measured)).map_or(1.0, |seen| seen.sigma_px);
+        let [dx, dy] = found.residual_px;
+        sum + (dx * dx + dy * dy) / (sigma * sigma)
+    });
+    // Two residuals a star, less the three angles that were fitted.
+    let freedom = 2.0 * matches.len() as f32 - 3.0;
+    libm::sqrtf((chi_square / freedom).max(1.0))
+}
+
+/// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with the
+/// [`BRIGHTEST`] and [`RADII`], times their number.
+fn log10_chance(
+    matches: &[Match],
+    measured: usize,
+    expected: usize,
+    tolerance_px: f32,
+    searched_px: f32,
+) -> f32 {
+    let beyond_two = |count: usize| count.saturating_sub(2);
+    let mut best = 0.0f32;
+    for radius in RADII {
+        let within_px = tolerance_px * radius;
+        let capture_share = core::f32::consts::PI * (2.0 * within_px) * (2.0 * within_px) / searched_px;
+        for brightest in BRIGHTEST {
+            let hits = matches.iter().filter(|found| {
+                let [dx, dy] = found.residual_px;
+                usize::from(found.rank) < brightest
+                    && usize::from(found.measured) < brightest
+                    && dx * dx + dy * dy < within_px * within_px
+            });
+            let hits = beyond_two(hits.count()) as u32;
+            let trials = beyond_two(expected.min(brightest)) as u32;
+            let chance = capture_share * beyond_two(measured.min(brightest)) as f32;
+            best = best.min(log10_binomial_tail(hits, trials, chance));
+        }
+    }
+    (best + libm::log10f((RADII.len() * BRIGHTEST.len()) as f32)).min(0.0)
+}
+
+/// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer than
+/// three stars match or the matches fix no attitude.
+pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
+    let Field { catalogue, camera, searched_px, .. } = *field;
+    let measured = field.measured();
+    let expected = field_stars(catalogue, camera, hypothesis)?;
+    let (mut attitude, mut sigma_rad) = (*hypothesis, [0.0; 3]);
+    for round in 0..ROUNDS {
+        let radius = tolerance_px * (2.0 - round as f32 / (ROUNDS as f32 - 1.0));
+        let matches = match_stars(&expected, measured, camera, &attitude, radius);
+        if matches.len() < 3 {
+            return None;
+        }
+        (attitude, sigma_rad) = solve(&matches, measured, catalogue, camera)?;
+    }
+    let matches = match_stars(&expected, measured, camera, &attitude, tolerance_px);
+    if matches.len() < 3 {
+        return None;
+    }
+    let square = matches.iter().fold(0.0, |sum, found| {
+        let [dx, dy] = found.residual_px;
+        sum + dx * dx + dy * dy
+    });
+    let widened = excess(&matches, measured);
+    Some(Confirmed {
+        attitude,
+        sigma_rad: sigma_rad.map(|sigma| sigma * widened),
+        expected: expected.len() as u16,
+        rms_px: libm::sqrtf(square / (2.0 * matches.len() as f32)),
+        focal_ratio: focal_ratio(&matches, measured),
+        log10_chance: log10_chance(&matches, measured.len(), expected.len(), tolerance_px, searched_px),
+        matches,
+    })
+}

@@ -1,0 +1,370 @@
+//! Star identification, lost in space (thesis §3.1.3).
+//!
+//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: names and an attitude that
+//! stood confirmation, or "not identified" with the reason. The work is cut into measured base sides, so it can be
+//! resumed from second to second ([`Identifier::advance`]).
+//!
+//! For every base side (i, j), in the order of the brightest stars:
+//! 1. catalogue pairs of its separation, in both directions, within the tolerance;
+//! 2. triangles with up to [`CORNERS`] further stars k;
+//! 3. only those with the measured sense of rotation;
+//! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners must fit
+//!    too;
+//! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the side go to
+//!    [`confirm`](super::confirm); the first whose false-identification probability is below the limit wins.
+//!
+//! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked best so
+//! far stay readable ([`Identifier::polygons`]).
+//!
+//! Bounds: [`MAX_SIDES`] sides a tolerance, each at most `CORNERS` passes over the pairs of one separation and
+//! `PROPOSALS` confirmations; sides with more catalogue pairs than the workspace holds are left out.
+
+use super::confirm::{Confirmed, confirm};
+use super::triangles::{Corner, Side, Triangles, triple_product};
+use super::{Field, MAX_MEASURED, Measured};
+use crate::attitude::{VectorPair, wahba};
+use crate::camera::Camera;
+use heapless::Vec;
+
+/// Tolerances tried one after the other.
+pub const TOLERANCES: usize = 3;
+/// Stars k examined for a base side.
+pub const CORNERS: usize = 10;
+/// Most stars of a polygon.
+pub const MAX_POLYGON: usize = CORNERS + 2;
+/// Polygons of one base side that are handed to confirmation.
+pub const PROPOSALS: usize = 3;
+/// Base sides tried with one tolerance.
+pub const MAX_SIDES: u16 = 120;
+/// Polygons kept for inspection.
+pub const KEPT_POLYGONS: usize = 8;
+
+/// Parameters of star identification.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct IdentificationParameters {
+    /// Centroid errors to assume, px per axis (1 sigma), tried in this order (default 0.35, 1, 2). The tolerance of a
+    /// separation is three sigmas of the difference of two stars, `3 sqrt(2)` times as much (thesis §4.1.1).
+    pub centroid_sigma_px: [f32; TOLERANCES],
+    /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation (default
+    /// 2e-4, 0 to 0.01).
+    pub scale_uncertainty: f32,
+    /// Largest accepted common logarithm of the false-identification probability (default -9).
+    pub log10_false_limit: f32,
+}
+
+impl Default for IdentificationParameters {
+    fn default() -> Self {
+        Self { centroid_sigma_px: [0.35, 1.0, 2.0], scale_uncertainty: 2e-4, log10_false_limit: -9.0 }
+    }
+}
+
+impl IdentificationParameters {
+    /// Tolerance of a separation of two stars near each other, px.
+    pub fn tolerance_px(&self, step: usize) -> f32 {
+        const THREE_SIGMA_OF_DIFFERENCE: f32 = 4.242_640_7;
+        self.centroid_sigma_px.get(step).copied().unwrap_or(0.0) * THREE_SIGMA_OF_DIFFERENCE
+    }
+}
+
+/// Why a field was not identified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum NotIdentified {
+    /// Fewer than three stars were measured.
+    TooFewStars,
+    /// No separation lies in the catalogue's range.
+    NoSides,
+    /// No polygon passed confirmation.
+    NoMatch,
+}
+
+/// Measured and catalogue stars that agree in all their separations.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    /// Pairs of (measured index, catalogue index).
+    pub corners: Vec<(u8, u16), MAX_POLYGON>,
+    /// Mean square error of its sides, squared tolerances.
+    pub mean_square_error: f32,
+}
+
+impl Polygon {
+    /// The thesis's criterion: more corners, then less error.
+    fn better_than(&self, other: &Polygon) -> bool {
+        let (ours, theirs) = (self.corners.len(), other.corners.len());
+        ours > theirs || (ours == theirs && self.mean_square_error < other.mean_square_error)
+    }
+}
+
+/// Where the search stands after a call of [`Identifier::advance`].
+#[expect(clippy::large_enum_variant, reason = "there is no heap to box the result on")]
+#[derive(Clone, Debug)]
+pub enum Progress {
+    /// Sides remain to be tried.
+    Searching,
+    /// Found; the logarithm is that of the false-identification probability over all hypotheses tried.
+    Identified(Confirmed, f32),
+    /// All sides were tried.
+    NotIdentified(NotIdentified),
+}
+
+/// The resumable search. `STARS` bounds the catalogue, `SIDES` the directed catalogue pairs of one separation, `HITS`
+/// the triangles over one base side.
+#[derive(Clone, Debug)]
+pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize> {
+    triangles: Triangles<STARS, SIDES, HITS>,
+    polygons: Vec<Polygon, KEPT_POLYGONS>,
+    step: usize,
+    i: usize,
+    j: usize,
+    sides_tried: u16,
+    sides_ever: u16,
+    hypotheses: f32,
+}
+
+impl<const STARS: usize, const SIDES: usize, const HITS: usize> Default for Identifier<STARS, SIDES, HITS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS, SIDES, HITS> {
+    /// An idle search.
+    pub const fn new() -> Self {
+        Self {
+            triangles: Triangles::new(),
+            polygons: Vec::new(),
+            step: 0,
+            i: 0,
+            j: 1,
+            sides_tried: 0,
+            sides_ever: 0,
+            hypotheses: 0.0,
+        }
+    }
+
+    /// Forgets the search, for a new set of stars. `hypotheses` were tried on the same stars before, with another camera
+    /// or other parameters (0 in flight): they count in the false-identification probability.
+    pub fn restart(&mut self, hypotheses: f32) {
+        self.polygons.clear();
+        (self.step, self.i, self.j) = (0, 0, 1);
+        (self.sides_tried, self.sides_ever, self.hypotheses) = (0, 0, hypotheses);
+    }
+
+    /// The best polygons found so far, best first.
+    pub fn polygons(&self) -> &[Polygon] {
+        &self.polygons
+    }
+
+    /// Number of catalogue hypotheses tried so far.
+    pub fn hypotheses(&self) -> f32 {
+        self.hypotheses
+    }
+
+    /// Tries up to `allowance` base sides with the same measured stars as the calls before.
+    pub fn advance(
+        &mut self,
+        field: &Field,
+        parameters: &IdentificationParameters,
+        allowance: u16,
+    ) -> Progress {
+        if field.measured().len() < 3 {
+            return Progress::NotIdentified(NotIdentified::TooFewStars);
+        }
+        for _ in 0..allowance {
+            let Some((i, j, side)) = self.next_side(field, parameters) else {
+                let reason =
+                    if self.sides_ever == 0 { NotIdentified::NoSides } else { NotIdentified::NoMatch };
+                return Progress::NotIdentified(reason);
+            };
+            let found = self.try_side(field, parameters, (i, j, side));
+            if let Some((confirmed, log10_false)) = found {
+                return Progress::Identified(confirmed, log10_false);
+            }
+        }
+        Progress::Searching
+    }
+
+    /// The measured side between two stars at the present tolerance.
+    fn side(
+        &self,
+        a: &Measured,
+        b: &Measured,
+        camera: &Camera,
+        parameters: &IdentificationParameters,
+    ) -> Side {
+        let chord = a.direction.chord(&b.direction);
+        let tolerance = parameters.tolerance_px(self.step) * camera.rad_per_px();
+        Side { chord, tolerance: tolerance + parameters.scale_uncertainty * chord }
+    }
+
+    /// Moves on to the next base side worth trying: inside the catalogue's range, long enough to have a direction, and
+    /// with no more catalogue pairs than the workspace holds.
+    fn next_side(
+        &mut self,
+        field: &Field,
+        parameters: &IdentificationParameters,
+    ) -> Option<(usize, usize, Side)> {
+        let Field { catalogue, camera, .. } = *field;
+        let measured = field.measured();
+        // Every pair of measured stars once for every tolerance, and the end.
+        for _ in 0..TOLERANCES * (MAX_MEASURED * MAX_MEASURED / 2 + 1) {
+            if self.j >= measured.len() || self.sides_tried >= MAX_SIDES {
+                self.step += 1;
+                (self.i, self.j, self.sides_tried) = (0, 1, 0);
+            }
+            if self.step >= TOLERANCES {
+                return None;
+            }
+            let (i, j) = (self.i, self.j);
+            (self.i, self.j) = if i + 1 < j { (i + 1, j) } else { (0, j + 1) };
+            let (Some(a), Some(b)) = (measured.get(i), measured.get(j)) else { continue };
+            let side = self.side(a, b, camera, parameters);
+            if side.high() > catalogue.max_chord() || side.chord < 10.0 * side.tolerance {
+                continue;
+            }
+            let pairs = catalogue.count_between(side.low(), side.high());
+            if pairs == 0 || 2 * pairs > Triangles::<STARS, SIDES, HITS>::capacity() {
+                continue;
+            }
+            self.sides_tried += 1;
+            self.sides_ever = self.sides_ever.saturating_add(1);
+            return Some((i, j, side));
+        }
+        None
+    }
+
+    /// Builds the polygons over one base side and confirms the best.
+    fn try_side(
+        &mut self,
+        field: &Field,
+        parameters: &IdentificationParameters,
+        (i, j, base): (usize, usize, Side),
+    ) -> Option<(Confirmed, f32)> {
+        let Field { catalogue, camera, .. } = *field;
+        let measured = field.measured();
+        let (star_i, star_j) = (measured.get(i)?, measured.get(j)?);
+        self.triangles.begin(catalogue, &base);
+        self.hypotheses += self.triangles.sides.len() as f32;
+        let mut corners = 0;
+        for (k, star_k) in measured.iter().enumerate() {
+            if k == i || k == j || corners >= CORNERS {
+                continue;
+            }
+            let to_i = self.side(star_i, star_k, camera, parameters);
+            let to_j = self.side(star_j, star_k, camera, parameters);
+            if to_i.high() > catalogue.max_chord() {
+                continue;
+            }
+            corners += 1;
+            let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
+            let volume = triple_product(a, b, c);
+            // The height of the triangle over its base must exceed what noise can turn round.
+            let flat = libm::fabsf(volume) < 2.0 * base.tolerance * base.chord;
+            let sense = if flat { 0.0 } else { volume };
+            self.triangles.add(catalogue, &Corner { k: k as u8, to_i, to_j, sense });
+        }
+
+        // A polygon of four is the least that chance seldom builds; with three stars in all, three must do.
+        let least = if measured.len() > 3 { 2 } else { 1 };
+        for _ in 0..PROPOSALS {
+            let best = self
+                .triangles
+                .sides
+                .iter()
+                .enumerate()
+                .max_by_key(|(index, side)| (side.corners, usize::MAX - index));
+            let Some((index, corners)) = best.map(|(index, side)| (index, side.corners)) else { break };
+            if corners < least {
+                break;
+            }
+            let polygon = self.merge(field, parameters, (i, j, index as u16));
+            if let Some(side) = self.triangles.sides.get_mut(index) {
+                side.corners = 0;
+            }
+            let Some(polygon) = polygon else { continue };
+            self.keep(polygon.clone());
+            if polygon.corners.len() < usize::from(least) + 2 {
+                continue;
+            }
+            if let Some(found) = self.propose(&polygon, field, parameters) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    /// Merges the triangles over one base side into a polygon: triangles in order of their error, each corner checked
+    /// against all corners taken before.
+    fn merge(
+        &self,
+        field: &Field,
+        parameters: &IdentificationParameters,
+        (i, j, side): (usize, usize, u16),
+    ) -> Option<Polygon> {
+        let Field { catalogue, camera, .. } = *field;
+        let measured = field.measured();
+        let base = self.triangles.sides.get(usize::from(side))?;
+        let mut corners: Vec<(u8, u16), MAX_POLYGON> = Vec::new();
+        corners.push((i as u8, base.p)).ok()?;
+        corners.push((j as u8, base.q)).ok()?;
+        let (mut sum, mut count) = (base.square_error, 1.0f32);
+        for hit in self.triangles.hits.iter().filter(|hit| hit.side == side) {
+            let (Some(star), Some(unit)) = (measured.get(usize::from(hit.k)), catalogue.unit(hit.r)) else {
+                continue;
+            };
+            let mut square_error = hit.square_error;
+            let fits = corners.iter().enumerate().all(|(at, (other, name))| {
+                if *other == hit.k || *name == hit.r {
+                    return false;
+                }
+                // The sides to the base stars are in the hit already.
+                if at < 2 {
+                    return true;
+                }
+                let (Some(seen), Some(named)) = (measured.get(usize::from(*other)), catalogue.unit(*name))
+                else {
+                    return false;
+                };
+                let error = self.side(star, seen, camera, parameters).fit((unit - named).norm());
+                square_error += error.unwrap_or(0.0);
+                error.is_some()
+            });
+            if fits && corners.push((hit.k, hit.r)).is_ok() {
+                sum += square_error;
+                count += corners.len() as f32 - 1.0;
+            }
+        }
+        Some(Polygon { corners, mean_square_error: sum / count })
+    }
+
+    /// Keeps a polygon among the best for inspection.
+    fn keep(&mut self, polygon: Polygon) {
+        if polygon.corners.len() < 3 {
+            return;
+        }
+        let at =
+            self.polygons.iter().position(|kept| polygon.better_than(kept)).unwrap_or(self.polygons.len());
+        if self.polygons.is_full() {
+            self.polygons.pop();
+        }
+        // Fails only behind the last place of a full list, where the polygon is not wanted.
+        let _ = self.polygons.insert(at.min(self.polygons.len()), polygon);
+    }
+
+    /// Solves the attitude of a polygon and confirms it.
+    fn propose(
+        &self,
+        polygon: &Polygon,
+        field: &Field,
+        parameters: &IdentificationParameters,
+    ) -> Option<(Confirmed, f32)> {
+        let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();
+        for (seen, name) in &polygon.corners {
+            let (seen, star) = (field.measured().get(usize::from(*seen))?, field.catalogue.star(*name)?);
+            pairs.push(seen.paired_with(&star, field.camera)).ok()?;
+        }
+        let attitude = wahba::svd::solve(&pairs).ok()?;
+        let confirmed = confirm(&attitude, field, parameters.tolerance_px(self.step))?;
+        let log10_false = (confirmed.log10_chance + libm::log10f(self.hypotheses.max(1.0))).min(0.0);
+        if log10_false <= parameters.log10_false_limit { Some((confirmed, log10_false)) } else { None }
+    }
+}

@@ -1,0 +1,59 @@
+//! Which catalogue stars an attitude puts on the detector, and where.
+//!
+//! In: attitude, camera, catalogue. Out: stars with their pixel positions, brightest first. One pass over the catalogue
+//! with one dot product a star; only those inside the detector's circumscribed cone are projected.
+
+use crate::camera::Camera;
+use crate::catalog::Catalogue;
+use crate::frames::{Direction, Icrs, Rotation, StarPath};
+use heapless::Vec;
+
+/// Most catalogue stars projected; of more, the brightest.
+pub const MAX_FIELD_STARS: usize = 64;
+
+/// A catalogue star that should be on the detector.
+#[derive(Clone, Copy, Debug)]
+pub struct Predicted {
+    /// Index in the catalogue.
+    pub star: u16,
+    /// Its direction.
+    pub direction: Direction<Icrs>,
+    /// Where the attitude puts it, px.
+    pub centre_px: [f32; 2],
+}
+
+/// Cosine of the angle from the detector's middle to its farthest corner, and the middle's direction.
+fn circumscribed_cone(camera: &Camera) -> Option<(f32, Direction<StarPath>)> {
+    let middle = camera.direction(camera.middle_px())?;
+    let [right, bottom] = camera.middle_px().map(|half| 2.0 * half);
+    let corners = [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]];
+    let cosine = corners.into_iter().try_fold(1.0f32, |least, corner| {
+        camera.direction(corner).map(|direction| least.min(direction.dot(&middle)))
+    })?;
+    Some((cosine, middle))
+}
+
+/// The brightest catalogue stars on the detector.
+pub fn field_stars(
+    catalogue: &Catalogue,
+    camera: &Camera,
+    attitude: &Rotation<Icrs, StarPath>,
+) -> Option<Vec<Predicted, MAX_FIELD_STARS>> {
+    let (cosine, middle) = circumscribed_cone(camera)?;
+    let boresight = attitude.inverse().apply(&middle);
+    let mut field = Vec::new();
+    for (index, star) in catalogue.stars().enumerate() {
+        let direction = star.direction();
+        if direction.dot(&boresight) < cosine {
+            continue;
+        }
+        let Some(centre_px) = camera.project(&attitude.apply(&direction)) else { continue };
+        if !camera.contains(centre_px, 0.0) {
+            continue;
+        }
+        if field.push(Predicted { star: index as u16, direction, centre_px }).is_err() {
+            break;
+        }
+    }
+    Some(field)
+}

@@ -1,0 +1,88 @@
+//! Tests of the camera files: the embedded ones, and the place and words of every kind of fault.
+
+use super::*;
+
+const GOOD: &str = "[detector]\nwidth_px = 640\nheight_px = 480\nbits = 12\n\n[optics]\nfocal_length_px = 1000\n\
+                    optical_centre_px = [319.5, 239.5]\n";
+
+fn fault(text: &str) -> String {
+    CameraFile::parse(Path::new("c.toml"), text).expect_err("must be refused").to_string()
+}
+
+#[test]
+fn the_embedded_cameras_are_those_of_the_record() {
+    let reference = CameraFile::reference();
+    assert_eq!((reference.width_px, reference.height_px, reference.bits), (1280, 1024, 10));
+    assert_eq!((reference.focal_length_px, reference.optical_centre_px), (3000.0, [639.5, 511.5]));
+    let mita = CameraFile::embedded("mita", MITA);
+    let fov = |side: f64, f: f64| 2.0 * (side / 2.0 / f).atan().to_degrees();
+    assert!((fov(386.0, mita.focal_length_px) - 17.2).abs() < 0.2);
+    assert!((fov(290.0, mita.focal_length_px) - 12.7).abs() < 0.2);
+    assert_eq!(CameraFile::embedded("pcs", PCS2112).focal_length_px, 3432.0);
+}
+
+#[test]
+fn everything_but_the_first_five_keys_has_a_default() {
+    let camera = CameraFile::parse(Path::new("c.toml"), GOOD).unwrap();
+    assert_eq!(camera.projection, Projection::Rectilinear);
+    assert_eq!(camera.distortion, Distortion::default());
+    assert_eq!(camera.correction_table, None);
+    let lines: Vec<&str> = GOOD.lines().collect();
+    for key in ["width_px", "height_px", "bits", "focal_length_px", "optical_centre_px"] {
+        let without: Vec<&str> = lines.iter().copied().filter(|line| !line.starts_with(key)).collect();
+        let message = fault(&without.join("\n"));
+        assert!(message.starts_with("c.toml:") && message.contains(&format!("`{key}`")), "{message}");
+    }
+}
+
+#[test]
+fn optional_keys_are_read() {
+    let text = format!(
+        "{GOOD}projection = \"equiangular\"\ndistortion = {{ k1 = -0.1, p2 = 1e-3 }}\ncorrection_table = \"a.corr\"\n"
+    );
+    let camera = CameraFile::parse(Path::new("folder/c.toml"), &text).unwrap();
+    assert_eq!(camera.projection, Projection::Equiangular);
+    assert_eq!(camera.distortion, Distortion { k1: -0.1, p2: 1e-3, ..Distortion::default() });
+    assert_eq!(camera.correction_table, Some(PathBuf::from("folder/a.corr")));
+}
+
+#[test]
+fn a_fault_names_file_line_and_key() {
+    let cases = [
+        ("width_px = 640", "width_px = 8", "c.toml:2: detector.width_px: 8 px is out of range"),
+        ("height_px = 480", "height_px = 99999999999", "c.toml:3: detector.height_px: 99999999999 px"),
+        ("bits = 12", "bits = 17", "c.toml:4: detector.bits: 17 bits"),
+        ("bits = 12", "bits = \"ten\"", "c.toml:4: bits: invalid type"),
+        ("bits = 12", "bits = 12\ngain = 3", "c.toml:5: unknown field `gain`"),
+        ("focal_length_px = 1000", "focal_length_px = nan", "c.toml:7: optics.focal_length_px: NaN"),
+        ("[319.5, 239.5]", "[319.5]", "c.toml:8: optical_centre_px: invalid length"),
+        ("[319.5, 239.5]", "[\n  319.5,\n  9e9,\n]", "c.toml:8: optics.optical_centre_px: 9000000000"),
+        ("bits = 12", "bits = = 12", "c.toml:4:"),
+    ];
+    for (from, to, expected) in cases {
+        let message = fault(&GOOD.replace(from, to));
+        assert!(message.starts_with(expected), "{message}\nshould begin {expected}");
+        assert!(message.contains("; ") && !message.contains('\n'), "{message}");
+    }
+    let message = fault(&format!("{GOOD}distortion = {{ k1 = 1, k9 = 2 }}\n"));
+    assert!(message.starts_with("c.toml:9: unknown field `k9`"), "{message}");
+    let message = fault(&format!("{GOOD}projection = \"round\"\n"));
+    assert!(message.starts_with("c.toml:9: projection: unknown variant"), "{message}");
+}
+
+#[test]
+fn a_missing_or_empty_file_is_said_plainly() {
+    let message = CameraFile::load(Path::new("no/such.toml")).unwrap_err().to_string();
+    assert!(message.starts_with("no/such.toml: cannot be read: no such file"), "{message}");
+    assert!(fault("").starts_with("c.toml:1: missing field `detector`"), "{}", fault(""));
+}
+
+#[test]
+fn a_field_of_view_gives_the_focal_length() {
+    let camera = CameraFile::from_fov(1280, 1024, 10, 24.08515).unwrap();
+    assert!((camera.focal_length_px - 3000.0).abs() < 0.002, "{}", camera.focal_length_px);
+    assert_eq!(camera.optical_centre_px, [639.5, 511.5]);
+    for bad in [0.0, -3.0, 180.0, f64::NAN] {
+        assert!(CameraFile::from_fov(1280, 1024, 10, bad).is_err());
+    }
+}

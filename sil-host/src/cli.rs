@@ -1,0 +1,137 @@
+//! The words of the command line.
+//!
+//! In: the arguments of the process. Out: [`CommandLine`], or one line on stderr and exit status 2. Help and version
+//! go to stdout with status 0.
+
+use crate::error::{HostError, one_line};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Software in the loop for the Sextant Earth and star sensor.
+///
+/// Without a subcommand a short demonstration runs.
+#[derive(Debug, Parser)]
+#[command(name = "sil-host", version, about, disable_help_subcommand = true)]
+pub struct CommandLine {
+    /// What to do; nothing asks for the demonstration.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Attitude from real pictures, without prior knowledge
+    Solve(SolveArguments),
+    /// Identification of centroid lists, one field a line
+    Identify(IdentifyArguments),
+}
+
+/// Arguments of `solve`.
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("optics").required(true).args(["camera", "fov_deg"]))]
+pub struct SolveArguments {
+    /// Pictures: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Camera file
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: Option<PathBuf>,
+    /// Horizontal field of view of an undistorted camera, degrees
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    pub fov_deg: Option<f64>,
+    /// Catalogue made by catalog-gen, instead of the embedded one
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
+    /// One JSON object a picture on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `identify`.
+#[derive(Debug, Args)]
+pub struct IdentifyArguments {
+    /// Fields of centroids, one JSON object a line
+    #[arg(value_name = "FIELDS.jsonl")]
+    pub fields: PathBuf,
+    /// Camera file
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: PathBuf,
+    /// Catalogue made by catalog-gen, instead of the embedded one
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
+    /// One JSON object a field on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the arguments ask for.
+#[derive(Debug)]
+pub enum Request {
+    /// Do this.
+    Run(CommandLine),
+    /// Print this on stdout and end well (help, version).
+    Print(String),
+}
+
+/// Reads the arguments, the program's name first.
+///
+/// # Errors
+/// [`HostError::Usage`] when they make no sense, in one line.
+pub fn parse<I, T>(arguments: I) -> Result<Request, HostError>
+where
+    I: IntoIterator<Item = T>,
+    T: Into<std::ffi::OsString> + Clone,
+{
+    match CommandLine::try_parse_from(arguments) {
+        Ok(command_line) => Ok(Request::Run(command_line)),
+        Err(error) if !error.use_stderr() => Ok(Request::Print(error.render().to_string())),
+        Err(error) => {
+            Err(HostError::usage(first_paragraph(&error.render().to_string()), "see `sil-host --help`"))
+        }
+    }
+}
+
+/// The parser's complaint without its usage lines and hints, which would make it longer than a line.
+fn first_paragraph(text: &str) -> String {
+    let paragraph = text.split("\n\n").next().unwrap_or(text);
+    one_line(paragraph.strip_prefix("error: ").unwrap_or(paragraph))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn usage(arguments: &[&str]) -> String {
+        parse(arguments).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn no_subcommand_asks_for_the_demonstration() {
+        assert!(matches!(parse(["sil-host"]), Ok(Request::Run(CommandLine { command: None }))));
+    }
+
+    #[test]
+    fn solve_takes_several_pictures_and_one_description_of_the_optics() {
+        let Ok(Request::Run(CommandLine { command: Some(Command::Solve(solve)) })) =
+            parse(["sil-host", "solve", "a.png", "b.fits", "--fov-deg", "15.5", "--json"])
+        else {
+            panic!("not understood")
+        };
+        assert_eq!((solve.images.len(), solve.fov_deg, solve.json), (2, Some(15.5), true));
+        assert!(usage(&["sil-host", "solve", "a.png"]).contains("--camera"));
+        assert!(
+            usage(&["sil-host", "solve", "a.png", "--camera", "c", "--fov-deg", "3"]).contains("--fov-deg")
+        );
+        assert!(usage(&["sil-host", "solve", "--fov-deg", "3"]).contains("IMAGE"));
+    }
+
+    #[test]
+    fn a_usage_error_is_one_line_and_help_is_none() {
+        let message = usage(&["sil-host", "identify"]);
+        assert!(message.starts_with("sil-host: ") && !message.contains('\n'), "{message}");
+        assert!(usage(&["sil-host", "fly"]).contains("fly"));
+        assert!(matches!(parse(["sil-host", "--help"]), Ok(Request::Print(_))));
+        assert!(matches!(parse(["sil-host", "--version"]), Ok(Request::Print(_))));
+    }
+}

@@ -1,0 +1,113 @@
+//! What a user reads when something is wrong: one line, where it is and what to do about it.
+//!
+//! Every message has the form `sil-host: FILE:LINE: what; what to do`, without `:LINE` where a file has no lines and
+//! without `FILE` where none is concerned. The program then ends with [`EXIT_BAD_INPUT`].
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Exit status after bad input or wrong usage.
+pub const EXIT_BAD_INPUT: u8 = 2;
+
+/// Exit status of a run that was judged and failed its own limits.
+pub const EXIT_JUDGED_FAILED: u8 = 1;
+
+/// Why the program cannot go on.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum HostError {
+    /// A picture file cannot be used.
+    #[error("sil-host: {0}")]
+    Picture(#[from] crate::picture::PictureError),
+    /// A camera file cannot be used.
+    #[error("sil-host: {0}")]
+    Camera(#[from] crate::camera_file::CameraFileError),
+    /// A file of recorded frames cannot be used.
+    #[error("sil-host: {0}")]
+    Frames(#[from] crate::frames_file::FramesFileError),
+    /// Something else in a file is wrong.
+    #[error("sil-host: {0}")]
+    Input(InputError),
+    /// The request itself is wrong.
+    #[error("sil-host: {what}; {to_do}")]
+    Usage {
+        /// What is wrong.
+        what: String,
+        /// What to do about it.
+        to_do: String,
+    },
+}
+
+/// A fault at a place in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputError {
+    /// The file.
+    pub file: PathBuf,
+    /// Its line, counted from 1, where the file has lines.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub what: String,
+    /// What to do about it.
+    pub to_do: String,
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}:", one_line(&self.file.display().to_string()))?;
+        if let Some(line) = self.line {
+            write!(formatter, "{line}:")?;
+        }
+        write!(formatter, " {}; {}", one_line(&self.what), one_line(&self.to_do))
+    }
+}
+
+impl HostError {
+    /// A fault in `file`, at `line` (from 1) where the file has lines.
+    pub fn input(
+        file: &Path,
+        line: Option<usize>,
+        what: impl Into<String>,
+        to_do: impl Into<String>,
+    ) -> Self {
+        Self::Input(InputError { file: file.to_path_buf(), line, what: what.into(), to_do: to_do.into() })
+    }
+
+    /// A fault of the request itself.
+    pub fn usage(what: impl Into<String>, to_do: impl Into<String>) -> Self {
+        Self::Usage { what: one_line(&what.into()), to_do: one_line(&to_do.into()) }
+    }
+}
+
+/// `text` with every run of white space and control characters replaced by one blank, so that a message stays a line
+/// whatever a library or a file name puts into it.
+pub(crate) fn one_line(text: &str) -> String {
+    text.split(|c: char| c.is_whitespace() || c.is_control())
+        .filter(|word| !word.is_empty())
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The system's words for an input/output fault, without the number it adds to them.
+pub(crate) fn io_words(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    let words = text.split(" (os error").next().unwrap_or(&text);
+    one_line(words).to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_is_one_line_with_file_line_and_advice() {
+        let error = HostError::input(Path::new("a.jsonl"), Some(7), "no\n`id`", "add one");
+        assert_eq!(error.to_string(), "sil-host: a.jsonl:7: no `id`; add one");
+        let error = HostError::input(Path::new("a.bin"), None, "empty", "write it again");
+        assert_eq!(error.to_string(), "sil-host: a.bin: empty; write it again");
+    }
+
+    #[test]
+    fn a_usage_message_is_one_line() {
+        let error = HostError::usage("two\r\nlines", "see --help");
+        assert_eq!(error.to_string(), "sil-host: two lines; see --help");
+    }
+}

@@ -1,0 +1,137 @@
+//! Hands what the host knows to the flight code: cameras, catalogues, parameters.
+//!
+//! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where it was made
+//! for such a field, else one built in memory from the same star source.
+
+use crate::camera_file::{CameraFile, Projection};
+use crate::error::HostError;
+use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fsw_core::camera::{self, Camera, CameraParameters};
+use fsw_core::catalog::Catalogue;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// The embedded catalogue serves fields whose longer side differs from its own by no more than this share.
+const FIELD_TOLERANCE: f64 = 0.1;
+
+/// The flight code's description of a camera.
+pub fn camera_parameters(file: &CameraFile) -> CameraParameters {
+    let single = |value: f64| value as f32;
+    let d = &file.distortion;
+    CameraParameters {
+        width_px: file.width_px,
+        height_px: file.height_px,
+        focal_length_px: single(file.focal_length_px),
+        optical_centre_px: file.optical_centre_px.map(single),
+        projection: match file.projection {
+            Projection::Rectilinear => camera::Projection::Rectilinear,
+            Projection::Equiangular => camera::Projection::Equiangular,
+        },
+        distortion: camera::Distortion {
+            k1: single(d.k1),
+            k2: single(d.k2),
+            k3: single(d.k3),
+            p1: single(d.p1),
+            p2: single(d.p2),
+        },
+    }
+}
+
+/// The flight camera of a camera file; `path` is for the message.
+///
+/// # Errors
+/// What the flight code refuses, and correction tables, which it does not read yet.
+pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
+    if file.correction_table.is_some() {
+        let what = "centroid correction tables are not supported yet";
+        return Err(HostError::input(path, None, what, "remove the key `correction_table`"));
+    }
+    Camera::new(camera_parameters(file)).map_err(|error| {
+        HostError::input(
+            path,
+            None,
+            format!("the flight code refuses the camera ({error:?})"),
+            "correct the optics",
+        )
+    })
+}
+
+/// Width and height of the field, degrees.
+pub fn field_deg(camera: &Camera) -> [f64; 2] {
+    let parameters = camera.parameters();
+    [parameters.width_px, parameters.height_px].map(|side| {
+        let half = f64::from(side) / 2.0 / f64::from(parameters.focal_length_px);
+        let half_rad = match parameters.projection {
+            camera::Projection::Rectilinear => half.atan(),
+            camera::Projection::Equiangular => half,
+        };
+        2.0 * half_rad.to_degrees()
+    })
+}
+
+/// How rich a catalogue should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Density {
+    /// Every star that may be among the centroids: nothing is known of their brightness.
+    Full,
+    /// The brightest stars of every field only: the centroids are ranked by brightness.
+    Brightest,
+}
+
+/// Stars in a field of [`Density::Brightest`]: the brightest spots of a picture are most of them, and few pairs make few
+/// false hypotheses.
+const BRIGHTEST_PER_FIELD: f64 = 14.0;
+
+/// Bytes of the catalogue that serves a camera.
+///
+/// # Errors
+/// When no catalogue serves such a field.
+pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static, [u8]>, HostError> {
+    let [width_deg, height_deg] = field_deg(camera);
+    let [reference_deg, _] = catalog_gen::parameters::REFERENCE_FIELD_DEG;
+    if (width_deg.max(height_deg) / reference_deg - 1.0).abs() <= FIELD_TOLERANCE {
+        return Ok(Cow::Borrowed(catalog_gen::REFERENCE));
+    }
+    let refuse = |error: catalog_gen::BuildError| {
+        HostError::usage(error.to_string(), "give --catalog or another camera")
+    };
+    let stars = catalog_gen::source::stars();
+    let parameters =
+        catalog_gen::parameters::for_field_from(&stars, width_deg, height_deg, DEFAULT_EPOCH_YEAR);
+    let parameters = match density {
+        Density::Full => parameters.map_err(refuse)?,
+        Density::Brightest => parameters.map_err(refuse)?.with_stars_per_field(BRIGHTEST_PER_FIELD),
+    };
+    catalog_gen::build(&stars, &parameters).map(Cow::Owned).map_err(refuse)
+}
+
+/// Bytes of the catalogue a user named, checked.
+///
+/// # Errors
+/// When the file cannot be read, or is no catalogue of this version, or is damaged.
+pub fn catalogue_file(path: &Path) -> Result<Cow<'static, [u8]>, HostError> {
+    let bytes = std::fs::read(path).map_err(|error| {
+        HostError::input(
+            path,
+            None,
+            format!("cannot be read: {}", crate::error::io_words(&error)),
+            "check the path",
+        )
+    })?;
+    if let Err(error) = Catalogue::open(&bytes) {
+        let explained = catalog_gen::inspect::explain(error);
+        let (what, to_do) =
+            explained.split_once("; ").unwrap_or((&explained, "build it again with catalog-gen"));
+        return Err(HostError::input(path, None, what, to_do));
+    }
+    Ok(Cow::Owned(bytes))
+}
+
+/// Opens bytes that [`catalogue_bytes`] or [`catalogue_file`] gave.
+///
+/// # Errors
+/// Never for such bytes; damaged ones are refused here too.
+pub fn open(bytes: &[u8]) -> Result<Catalogue<'_>, HostError> {
+    Catalogue::open(bytes)
+        .map_err(|error| HostError::usage(catalog_gen::inspect::explain(error), "build it again"))
+}

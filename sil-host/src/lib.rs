@@ -1,0 +1,35 @@
+//! The other side of the flight software's door: pictures, the synthetic world and the command line.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`cli`] | the words of the command line |
+//! | [`solve`], [`identify`] | what the commands do |
+//! | [`demo`] | what is done without a command |
+//! | [`flight`] | cameras and catalogues for the flight code |
+//! | [`lost_in_space`] | the flight code's identification with the host's memory |
+//! | [`judge`] | estimate against truth |
+//! | [`picture`] | a picture file served as a detector |
+//! | [`fits`] | reader of the first picture of a FITS file |
+//! | [`camera_file`] | camera files (TOML) |
+//! | [`frames_file`] | frames recorded for the emulated target, and their replay |
+//! | [`world`] | truth, apart from the flight code: sky, optics, noise, frames |
+//! | [`error`] | what a user reads when something is wrong |
+//!
+//! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x along +x px,
+//! y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last, and maps ICRS to sensor.
+#![forbid(unsafe_code)]
+
+pub mod camera_file;
+pub mod cli;
+pub mod demo;
+pub mod error;
+pub mod fits;
+pub mod flight;
+pub mod frames_file;
+pub mod identify;
+pub mod json;
+pub mod judge;
+pub mod lost_in_space;
+pub mod picture;
+pub mod solve;
+pub mod world;

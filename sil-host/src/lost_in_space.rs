@@ -1,0 +1,163 @@
+//! Feeds the flight code's identification on the host, with room for large catalogues and, where the focal length is
+//! known only roughly, one try for each of a ladder of focal lengths.
+//!
+//! In: centroids, brightest first, a camera, a catalogue. Out: [`Solution`] or the flight code's reason. Nothing of the
+//! identification is done here: every try is [`Identifier::advance`], and the hypotheses of all tries count in the
+//! false-identification probability.
+
+use fsw_core::camera::Camera;
+use fsw_core::catalog::Catalogue;
+use fsw_core::stars::confirm::{Confirmed, confirm};
+use fsw_core::stars::identify::{IdentificationParameters, Identifier, NotIdentified, Progress};
+use fsw_core::stars::{Field, Measured};
+
+/// Relative distance of neighbouring focal lengths on the ladder.
+const FOCAL_STEP: f64 = 0.004;
+/// Steps of the ladder to either side: covers 2.4 %.
+const FOCAL_STEPS: i32 = 6;
+/// Half a step and what the lens distorts.
+const FOCAL_UNCERTAINTY: f32 = 0.002;
+/// Rounds over the ladder: centroid sigma to assume (px) and base sides to try. The first is quick and wins on most
+/// pictures; each of the others costs more.
+const ROUNDS: [(f32, u16); 4] = [(0.35, 6), (0.35, 60), (0.7, 60), (1.4, 60)];
+/// Times the focal length is refined from the matched stars.
+const REFINEMENTS: usize = 4;
+
+/// How well the focal length of the camera is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FocalLength {
+    /// Within 2 %: a ladder of tries.
+    Within2Percent,
+    /// Calibrated to a thousandth or two, as for a camera file of an uncalibrated lens.
+    Rough,
+}
+
+/// An identified field.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The camera, its focal length refined.
+    pub camera: Camera,
+    /// The measured stars, as given.
+    pub measured: Vec<Measured>,
+    /// Names and attitude.
+    pub confirmed: Confirmed,
+    /// Common logarithm of the false-identification probability over all tries.
+    pub log10_false: f32,
+}
+
+/// Room for catalogues of up to 49,152 stars and 8,192 pairs a separation (3 MB).
+type HostIdentifier = Identifier<49_152, 16_384, 4_096>;
+
+/// The host's workspace.
+pub struct Solver {
+    identifier: Box<HostIdentifier>,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self { identifier: Box::new(Identifier::new()) }
+    }
+}
+
+impl Solver {
+    /// Number of polygons that the last search held ready as candidates.
+    pub fn candidates(&self) -> usize {
+        self.identifier.polygons().len()
+    }
+
+    /// Identifies stars of a calibrated camera, just as in flight.
+    ///
+    /// # Errors
+    /// Why it was not identified.
+    pub fn identify(
+        &mut self,
+        measured: &[Measured],
+        camera: &Camera,
+        catalogue: &Catalogue,
+    ) -> Result<(Confirmed, f32), NotIdentified> {
+        self.identifier.restart(0.0);
+        let field = Field::whole(measured, catalogue, camera);
+        match self.identifier.advance(&field, &IdentificationParameters::default(), u16::MAX) {
+            Progress::Identified(confirmed, log10_false) => Ok((confirmed, log10_false)),
+            Progress::NotIdentified(reason) => Err(reason),
+            // There are fewer sides than the allowance.
+            Progress::Searching => Err(NotIdentified::NoMatch),
+        }
+    }
+
+    /// Identifies stars of a camera whose focal length is not calibrated.
+    ///
+    /// # Errors
+    /// Why it was not identified.
+    pub fn search(
+        &mut self,
+        centroids: &[([f32; 2], f32)],
+        camera: &Camera,
+        catalogue: &Catalogue,
+        focal_length: FocalLength,
+    ) -> Result<Solution, NotIdentified> {
+        let mut hypotheses = 0.0;
+        let mut reason = NotIdentified::TooFewStars;
+        for (sigma, sides) in ROUNDS {
+            let parameters = IdentificationParameters {
+                centroid_sigma_px: [sigma; 3],
+                scale_uncertainty: FOCAL_UNCERTAINTY,
+                ..IdentificationParameters::default()
+            };
+            for camera in ladder(camera, focal_length) {
+                let measured = measure(centroids, &camera);
+                self.identifier.restart(hypotheses);
+                match self.identifier.advance(
+                    &Field::whole(&measured, catalogue, &camera),
+                    &parameters,
+                    sides,
+                ) {
+                    Progress::Identified(confirmed, log10_false) => {
+                        let start = Solution { camera, measured, confirmed, log10_false };
+                        return Ok(refine(start, centroids, catalogue));
+                    }
+                    Progress::NotIdentified(NotIdentified::TooFewStars) => {
+                        return Err(NotIdentified::TooFewStars);
+                    }
+                    Progress::NotIdentified(found) => reason = found,
+                    Progress::Searching => reason = NotIdentified::NoMatch,
+                }
+                hypotheses = self.identifier.hypotheses();
+            }
+        }
+        Err(reason)
+    }
+}
+
+/// Directions of centroids, given with their sigmas, px. Those outside what the camera can map are left out.
+pub fn measure(centroids: &[([f32; 2], f32)], camera: &Camera) -> Vec<Measured> {
+    centroids.iter().filter_map(|(centre, sigma)| Measured::new(camera, *centre, *sigma)).collect()
+}
+
+/// The cameras to try, from the given focal length outwards.
+fn ladder(camera: &Camera, focal_length: FocalLength) -> Vec<Camera> {
+    let steps = match focal_length {
+        FocalLength::Within2Percent => FOCAL_STEPS,
+        FocalLength::Rough => 0,
+    };
+    let mut offsets: Vec<i32> = (-steps..=steps).collect();
+    offsets.sort_by_key(|offset| offset.abs());
+    let given = f64::from(camera.parameters().focal_length_px);
+    let focal_lengths = offsets.iter().map(|offset| given * (1.0 + FOCAL_STEP * f64::from(*offset)));
+    focal_lengths.filter_map(|f| camera.with_focal_length(f as f32).ok()).collect()
+}
+
+/// Follows the focal length that the matched stars ask for, with a tolerance that shrinks with their residuals.
+fn refine(start: Solution, centroids: &[([f32; 2], f32)], catalogue: &Catalogue) -> Solution {
+    let mut solution = start;
+    for _ in 0..REFINEMENTS {
+        let focal_length = solution.camera.parameters().focal_length_px * solution.confirmed.focal_ratio;
+        let Ok(camera) = solution.camera.with_focal_length(focal_length) else { break };
+        let measured = measure(centroids, &camera);
+        let tolerance_px = (4.0 * solution.confirmed.rms_px).max(1.0);
+        let field = Field::whole(&measured, catalogue, &camera);
+        let Some(confirmed) = confirm(&solution.confirmed.attitude, &field, tolerance_px) else { break };
+        solution = Solution { camera, measured, confirmed, ..solution };
+    }
+    solution
+}

@@ -1,0 +1,177 @@
+//! What is on the detector and is no star: false stars, hot pixels, protons.
+//!
+//! In: counts and ranges, a seed, a cycle. Out: spots (false stars) and [`Deposits`] (electrons in single pixels).
+//! False stars and protons are new in each cycle, hot pixels stay. Places are uniform over the detector. A proton leaves
+//! a straight track of one to eight pixels, long ones more rarely (length above L with probability 1/L).
+
+use super::noise::{Noise, Stream};
+use super::spots::Spot;
+use fsw_hal::{DetectorGeometry, Window};
+
+/// Most pixels a proton touches.
+const PROTON_PIXELS_MAX: u32 = 8;
+
+/// What is on the detector and is no star; counts are for a whole frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disturbances {
+    /// Star images that are none.
+    pub false_stars: u32,
+    /// Range of magnitudes of the false stars.
+    pub false_star_v: (f64, f64),
+    /// Pixels with a high dark current.
+    pub hot_pixels: u32,
+    /// Range of their dark current, e-/s; the logarithm is uniform.
+    pub hot_pixel_e_s: (f64, f64),
+    /// Protons.
+    pub proton_hits: u32,
+    /// Range of the charge a proton leaves in a pixel, e-; the logarithm is uniform.
+    pub proton_e: (f64, f64),
+}
+
+impl Default for Disturbances {
+    fn default() -> Self {
+        Self {
+            false_stars: 0,
+            false_star_v: (2.0, 5.5),
+            hot_pixels: 0,
+            hot_pixel_e_s: (4e3, 1e5),
+            proton_hits: 0,
+            proton_e: (1e3, 2e4),
+        }
+    }
+}
+
+impl Disturbances {
+    /// Whether the ranges are finite, and positive where their logarithm is taken.
+    pub(crate) fn is_sound(&self) -> bool {
+        let (brightest, faintest) = self.false_star_v;
+        let charges = [self.hot_pixel_e_s.0, self.hot_pixel_e_s.1, self.proton_e.0, self.proton_e.1];
+        brightest.is_finite() && faintest.is_finite() && charges.iter().all(|c| c.is_finite() && *c > 0.0)
+    }
+
+    /// The false stars of a cycle; `electrons` gives those of a magnitude.
+    pub fn false_stars(
+        &self,
+        seed: u64,
+        cycle: u64,
+        geometry: DetectorGeometry,
+        electrons: impl Fn(f64) -> f64,
+    ) -> Vec<Spot> {
+        let noise = Noise::new(seed, cycle, Stream::FalseStar);
+        let (brightest, faintest) = self.false_star_v;
+        let place = |index| Spot {
+            x_px: f64::from(geometry.width_px) * noise.uniform(index, 0) - 0.5,
+            y_px: f64::from(geometry.height_px) * noise.uniform(index, 1) - 0.5,
+            electrons: electrons(brightest + (faintest - brightest) * noise.uniform(index, 2)),
+        };
+        (0..self.false_stars).map(place).collect()
+    }
+
+    /// The hot pixels of a detector; their charge is a second's.
+    pub fn hot_pixels(&self, seed: u64, geometry: DetectorGeometry) -> Deposits {
+        let noise = Noise::new(seed, 0, Stream::HotPixel);
+        let place = |index| {
+            let (x, y) = random_pixel(&noise, index, geometry);
+            Deposit { x, y, electrons: log_uniform(self.hot_pixel_e_s, noise.uniform(index, 2)) }
+        };
+        Deposits::new((0..self.hot_pixels).map(place).collect())
+    }
+
+    /// The protons of a cycle.
+    pub fn protons(&self, seed: u64, cycle: u64, geometry: DetectorGeometry) -> Deposits {
+        let noise = Noise::new(seed, cycle, Stream::Proton);
+        let mut deposits = Vec::new();
+        for index in 0..self.proton_hits {
+            let (x, y) = random_pixel(&noise, index, geometry);
+            let angle = std::f64::consts::TAU * noise.uniform(index, 2);
+            let length = (1.0 / noise.uniform(index, 3)).clamp(1.0, f64::from(PROTON_PIXELS_MAX)) as u32;
+            for step in 0..length {
+                let along =
+                    |start: u16, slope: f64| i32::from(start) + libm::rint(slope * f64::from(step)) as i32;
+                let (px, py) = (along(x, libm::cos(angle)), along(y, libm::sin(angle)));
+                if (0..i32::from(geometry.width_px)).contains(&px)
+                    && (0..i32::from(geometry.height_px)).contains(&py)
+                {
+                    let electrons = log_uniform(self.proton_e, noise.uniform(index, 4 + step));
+                    deposits.push(Deposit { x: px as u16, y: py as u16, electrons });
+                }
+            }
+        }
+        Deposits::new(deposits)
+    }
+}
+
+/// Electrons added to one pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deposit {
+    /// Column, px.
+    pub x: u16,
+    /// Row, px.
+    pub y: u16,
+    /// Charge, e-.
+    pub electrons: f64,
+}
+
+/// Deposits sorted by row, so that a window finds its own quickly.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Deposits {
+    deposits: Vec<Deposit>,
+}
+
+impl Deposits {
+    /// Sorts stably: deposits in one pixel always add up in the same order.
+    pub fn new(mut deposits: Vec<Deposit>) -> Self {
+        deposits.sort_by_key(|d| d.y);
+        Self { deposits }
+    }
+
+    /// The deposits, row by row.
+    pub fn as_slice(&self) -> &[Deposit] {
+        &self.deposits
+    }
+
+    /// Adds `factor` times the deposits that lie in `window` to its pixels.
+    pub fn add_to(&self, window: Window, factor: f64, electrons: &mut [f64]) {
+        let first = self.deposits.partition_point(|d| d.y < window.y);
+        for d in self.deposits[first..].iter().take_while(|d| d.y - window.y < window.height) {
+            if d.x >= window.x && d.x - window.x < window.width {
+                let place =
+                    usize::from(d.y - window.y) * usize::from(window.width) + usize::from(d.x - window.x);
+                electrons[place] += factor * d.electrons;
+            }
+        }
+    }
+}
+
+fn random_pixel(noise: &Noise, index: u32, geometry: DetectorGeometry) -> (u16, u16) {
+    let pick = |side: u16, n| (f64::from(side) * noise.uniform(index, n)) as u16;
+    (pick(geometry.width_px, 0), pick(geometry.height_px, 1))
+}
+
+fn log_uniform((low, high): (f64, f64), uniform: f64) -> f64 {
+    low * libm::pow(high / low, uniform)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 100, height_px: 60, bits: 10 };
+
+    #[test]
+    fn disturbances_come_in_number_and_range() {
+        let d =
+            Disturbances { false_stars: 500, hot_pixels: 500, proton_hits: 500, ..Disturbances::default() };
+        let spots = d.false_stars(1, 2, GEOMETRY, |v| v);
+        assert!(spots.len() == 500 && spots.iter().all(|s| (2.0..=5.5).contains(&s.electrons)));
+        assert!(spots.iter().all(|s| (-0.5..99.5).contains(&s.x_px) && (-0.5..59.5).contains(&s.y_px)));
+        let hot = d.hot_pixels(1, GEOMETRY);
+        assert!(hot.as_slice().iter().all(|h| (4e3..=1e5).contains(&h.electrons) && h.x < 100 && h.y < 60));
+        assert_eq!(hot.as_slice().len(), 500);
+        let protons = d.protons(1, 2, GEOMETRY);
+        assert!((500..2000).contains(&protons.as_slice().len()));
+        assert!(protons.as_slice().windows(2).all(|w| w[0].y <= w[1].y));
+        assert_ne!(protons, d.protons(1, 3, GEOMETRY));
+        assert_eq!(protons, d.protons(1, 2, GEOMETRY));
+    }
+}

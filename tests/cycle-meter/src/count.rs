@@ -1,0 +1,220 @@
+//! Adds up the blocks that run, cycle by cycle and stage by stage.
+//!
+//! In: blocks in the order they run, and the stage numbers the stage marks read. Out: a [`Cycle`] for every cycle that
+//! ended.
+//!
+//! What runs inside a mark's function is not counted, nor the refills of entering and leaving it: all a mark adds to what
+//! it measures is its call, one instruction and one cycle (and for a stage what it takes to load the number).
+
+use crate::{
+    block::{Block, Work},
+    image::Mark,
+};
+use std::collections::BTreeMap;
+
+/// A stage within a cycle; stages may nest, the outer one then contains the inner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stage {
+    /// How often it ran.
+    pub calls: u64,
+    /// What all runs together took.
+    pub work: Work,
+}
+
+/// A cycle that ended.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cycle {
+    /// What it took.
+    pub work: Work,
+    /// Its stages by number.
+    pub stages: BTreeMap<u64, Stage>,
+}
+
+/// A cycle that runs.
+#[derive(Debug, Default)]
+struct Running {
+    cycle: Cycle,
+    begun: BTreeMap<u64, Work>,
+}
+
+/// The sums.
+#[derive(Debug)]
+pub struct Counter {
+    refill_cycles: u64,
+    running: Option<Running>,
+    previous: Option<Block>,
+    cycles: Vec<Cycle>,
+    image_instructions: u64,
+    unfinished: u64,
+    unknown_blocks: u64,
+}
+
+impl Counter {
+    /// Nothing counted yet; a taken branch costs `refill_cycles` beyond its own.
+    pub fn new(refill_cycles: u64) -> Self {
+        Self {
+            refill_cycles,
+            running: None,
+            previous: None,
+            cycles: Vec::new(),
+            image_instructions: 0,
+            unfinished: 0,
+            unknown_blocks: 0,
+        }
+    }
+
+    /// `block` runs.
+    pub fn enter(&mut self, block: &Block) {
+        self.image_instructions += block.work.instructions;
+        match block.mark {
+            Some((Mark::CycleBegin, true)) => self.begin(),
+            Some((Mark::CycleEnd, true)) => self.end(),
+            Some(_) => {}
+            None => {
+                let joint = self.joint(block);
+                if let Some(running) = &mut self.running {
+                    running.cycle.work = running.cycle.work.plus(block.work);
+                    running.cycle.work.cycles += joint;
+                }
+            }
+        }
+        self.previous = Some(*block);
+    }
+
+    /// A block that is not in the image runs: its cost is unknown, and the report says so.
+    pub fn enter_unknown(&mut self) {
+        self.unknown_blocks += 1;
+        self.previous = None;
+    }
+
+    /// Stage `stage` begins.
+    pub fn stage_begin(&mut self, stage: u64) {
+        if let Some(running) = &mut self.running {
+            running.begun.insert(stage, running.cycle.work);
+        }
+    }
+
+    /// Stage `stage` ends; an end without a beginning is no stage.
+    pub fn stage_end(&mut self, stage: u64) {
+        if let Some(running) = &mut self.running
+            && let Some(begun) = running.begun.remove(&stage)
+        {
+            let total = running.cycle.stages.entry(stage).or_default();
+            total.calls += 1;
+            total.work = total.work.plus(running.cycle.work.since(begun));
+        }
+    }
+
+    /// Cycles that ended, in order.
+    pub fn cycles(&self) -> &[Cycle] {
+        &self.cycles
+    }
+
+    /// Number of the cycle that took most model cycles; the first of equals.
+    pub fn worst(&self) -> Option<usize> {
+        (0..self.cycles.len()).max_by_key(|index| (self.cycles[*index].work.cycles, usize::MAX - index))
+    }
+
+    /// Refill of a taken branch, cycles.
+    pub fn refill_cycles(&self) -> u64 {
+        self.refill_cycles
+    }
+
+    /// Instructions of the whole run, in cycles and outside them.
+    pub fn image_instructions(&self) -> u64 {
+        self.image_instructions
+    }
+
+    /// Cycles that began and did not end.
+    pub fn unfinished(&self) -> u64 {
+        self.unfinished + u64::from(self.running.is_some())
+    }
+
+    /// Passes through code that is not in the image.
+    pub fn unknown_blocks(&self) -> u64 {
+        self.unknown_blocks
+    }
+
+    /// What lies between the block before and `block`: a refill, a wait for a late result, or nothing.
+    fn joint(&self, block: &Block) -> u64 {
+        match &self.previous {
+            Some(previous) if previous.mark.is_some() => 0,
+            Some(previous) if previous.next == block.start => u64::from(block.first.wait_for(previous.last)),
+            _ => self.refill_cycles,
+        }
+    }
+
+    fn begin(&mut self) {
+        let left_open = self.running.replace(Running::default());
+        self.unfinished += u64::from(left_open.is_some());
+    }
+
+    fn end(&mut self) {
+        if let Some(running) = self.running.take() {
+            self.cycles.push(running.cycle);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::Instruction;
+
+    fn block(start: u64, instructions: u64, mark: Option<Mark>) -> Block {
+        let nop = Instruction::new(0xbf00, 0);
+        let work = Work { instructions, cycles: instructions };
+        Block {
+            start,
+            next: start + 2 * instructions,
+            first: nop,
+            last: nop,
+            work,
+            mark: mark.map(|mark| (mark, true)),
+        }
+    }
+
+    #[test]
+    fn a_cycle_is_what_runs_between_its_marks() {
+        let mut counter = Counter::new(2);
+        let (before, body) = (block(0, 5, None), block(10, 3, None));
+        counter.enter(&before);
+        counter.enter(&block(100, 4, Some(Mark::CycleBegin)));
+        counter.enter(&body);
+        // A loop: 3 instructions and a refill each time.
+        counter.enter(&body);
+        counter.enter(&body);
+        counter.enter(&block(16, 1, None));
+        counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
+        counter.enter(&before);
+        assert_eq!(counter.cycles().len(), 1);
+        assert_eq!(counter.cycles()[0].work, Work { instructions: 10, cycles: 10 + 2 * 2 });
+        assert_eq!((counter.worst(), counter.unfinished(), counter.image_instructions()), (Some(0), 0, 28));
+    }
+
+    #[test]
+    fn a_stage_sums_its_runs_and_leaves_its_marks_out() {
+        let mut counter = Counter::new(2);
+        let (begin, end) = (block(300, 9, Some(Mark::StageBegin)), block(400, 9, Some(Mark::StageEnd)));
+        counter.enter(&block(100, 4, Some(Mark::CycleBegin)));
+        for _ in 0..2 {
+            counter.enter(&begin);
+            counter.stage_begin(7);
+            counter.enter(&block(10, 3, None));
+            counter.enter(&end);
+            counter.stage_end(7);
+        }
+        counter.stage_end(8);
+        counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
+        let expected = Stage { calls: 2, work: Work { instructions: 6, cycles: 6 } };
+        assert_eq!(counter.cycles()[0].stages, BTreeMap::from([(7, expected)]));
+    }
+
+    #[test]
+    fn a_cycle_left_open_is_reported_and_not_counted() {
+        let mut counter = Counter::new(2);
+        counter.enter(&block(100, 4, Some(Mark::CycleBegin)));
+        counter.enter(&block(100, 4, Some(Mark::CycleBegin)));
+        assert_eq!((counter.cycles().len(), counter.unfinished(), counter.worst()), (0, 2, None));
+    }
+}

@@ -1,0 +1,95 @@
+//! The flight image as the meter needs it: instructions by address, and the marks.
+//!
+//! In: the bytes of the ELF file. Out: halfwords of its loaded segments and the address ranges of the marks. Instructions
+//! are read here and not from the emulator, which gives a wrong length for one that straddles a page.
+
+use crate::decode::Instruction;
+use object::{Object, ObjectSegment, ObjectSymbol};
+use std::ops::Range;
+
+/// What a marked function announces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// A cycle begins.
+    CycleBegin,
+    /// A cycle ends.
+    CycleEnd,
+    /// A stage begins.
+    StageBegin,
+    /// A stage ends.
+    StageEnd,
+}
+
+/// The marks and the names of their functions.
+const MARKS: [(Mark, &str); 4] = [
+    (Mark::CycleBegin, "cycle_begin"),
+    (Mark::CycleEnd, "cycle_end"),
+    (Mark::StageBegin, "stage_begin"),
+    (Mark::StageEnd, "stage_end"),
+];
+/// The table whose entry number s is read by the marks of stage s.
+const STAGE_TABLE: &str = "STAGE_MARKS";
+
+/// The image.
+#[derive(Debug)]
+pub struct Image {
+    segments: Vec<(u64, Vec<u8>)>,
+    marks: Vec<(Mark, Range<u64>)>,
+    stage_table: Range<u64>,
+}
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// One line that says what is wrong: no ELF file, or a cycle's mark is missing. Stage marks may be missing.
+    pub fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let file = object::File::parse(bytes).map_err(|error| error.to_string())?;
+        let mut segments = Vec::new();
+        for segment in file.segments() {
+            segments.push((segment.address(), segment.data().map_err(|error| error.to_string())?.to_vec()));
+        }
+        let range_of = |name: &str| {
+            let symbol = file.symbols().find(|symbol| symbol.name() == Ok(name) && symbol.is_definition());
+            // Bit 0 of a function's address says Thumb.
+            symbol
+                .map(|symbol| (symbol.address() & !1, symbol.size().max(2)))
+                .map(|(from, size)| from..from + size)
+        };
+        let marks: Vec<_> =
+            MARKS.into_iter().filter_map(|(mark, name)| range_of(name).map(|range| (mark, range))).collect();
+        for (needed, name) in &MARKS[..2] {
+            if !marks.iter().any(|(mark, _)| mark == needed) {
+                return Err(format!("no function `{name}`"));
+            }
+        }
+        let table = file.symbols().find(|symbol| symbol.name() == Ok(STAGE_TABLE));
+        let stage_table = table.map_or(0..0, |symbol| symbol.address()..symbol.address() + symbol.size());
+        Ok(Self { segments, marks, stage_table })
+    }
+
+    /// The instruction at `address`; `None` outside the loaded segments.
+    pub fn instruction(&self, address: u64) -> Option<Instruction> {
+        let first = self.halfword(address)?;
+        Some(Instruction::new(first, self.halfword(address + 2).unwrap_or(0)))
+    }
+
+    /// The mark whose function `address` lies in, and whether it is the function's entry.
+    pub fn mark(&self, address: u64) -> Option<(Mark, bool)> {
+        let found = self.marks.iter().find(|(_, range)| range.contains(&address));
+        found.map(|(mark, range)| (*mark, range.start == address))
+    }
+
+    /// The stage whose table entry `address` is.
+    pub fn stage(&self, address: u64) -> Option<u64> {
+        self.stage_table.contains(&address).then(|| address - self.stage_table.start)
+    }
+
+    /// The little-endian halfword at `address`.
+    fn halfword(&self, address: u64) -> Option<u16> {
+        self.segments.iter().find_map(|(start, bytes)| {
+            let offset = usize::try_from(address.checked_sub(*start)?).ok()?;
+            bytes.get(offset..)?.first_chunk::<2>().map(|pair| u16::from_le_bytes(*pair))
+        })
+    }
+}

@@ -1,0 +1,50 @@
+#!/bin/sh
+# Runs the flight image in the emulator; cargo's runner for thumbv7em, so `cargo obc -- FRAMES [TELEMETRY]` comes here as
+# `run.sh IMAGE FRAMES [TELEMETRY]`. File names are relative to where the command is given and hold no spaces: the image
+# gets its command line as one string. The status is the image's own.
+#
+# defmt's log is decoded to standard error where `defmt-print` is installed, and not written where it is not.
+# With CYCLE_METER=FILE in the environment the cycle meter (`cargo build --release -p cycle-meter`) writes its counts there.
+set -eu
+
+fail() {
+    echo "obc-image: $1" >&2
+    exit 2
+}
+
+[ $# -ge 1 ] || fail "usage: run.sh IMAGE FRAMES [TELEMETRY]"
+image=$1
+shift
+[ $# -ge 1 ] && [ $# -le 2 ] || fail "usage: cargo obc -- FRAMES [TELEMETRY]"
+command -v qemu-system-arm >/dev/null || fail "qemu-system-arm is not installed (Debian: qemu-system-arm)"
+frames=$1
+telemetry=${2:-telemetry.bin}
+
+log=
+if command -v defmt-print >/dev/null; then
+    log=$(mktemp)
+    trap 'rm -f "$log"' EXIT
+fi
+
+semihosting=enable=on,target=native
+for word in obc-image "$frames" "$telemetry" $log; do
+    case $word in
+    *[\ ,]*) fail "$word: a file name with a space or a comma cannot be handed to the image" ;;
+    esac
+    semihosting=$semihosting,arg=$word
+done
+
+set -- -M mps2-an386 -nographic -monitor none -serial none -semihosting-config "$semihosting" -kernel "$image"
+if [ -n "${CYCLE_METER:-}" ]; then
+    # The image is TARGET_DIR/thumbv7em-none-eabihf/flight/obc-image.
+    meter=$(dirname "$image")/../../release/libcycle_meter.so
+    [ -e "$meter" ] || fail "$meter: not built (cargo build --release -p cycle-meter)"
+    set -- "$@" -plugin "$meter,elf=$image,out=$CYCLE_METER"
+fi
+
+status=0
+qemu-system-arm "$@" || status=$?
+if [ -n "$log" ] && [ -s "$log" ]; then
+    defmt-print -e "$image" <"$log" >&2 || true
+fi
+exit "$status"

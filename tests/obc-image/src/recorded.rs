@@ -1,0 +1,134 @@
+//! A detector that plays frames recorded in a file of the host.
+//!
+//! In: the file. Out: windows of its frames through [`Detector`]. The first exposure selects frame 0, every further
+//! one the next; past the last frame the last one stays. Exposure times are not looked at: the picture is taken.
+//!
+//! # The file, version 1, little-endian
+//!
+//! | offset | type | content |
+//! |---|---|---|
+//! | 0 | `[u8; 4]` | magic `SXTF` |
+//! | 4 | u16 | version, 1 |
+//! | 6 | u16 | width W, px, 1 to 32,767 |
+//! | 8 | u16 | height H, px, at least 1 |
+//! | 10 | u8 | bits of the converter, 1 to 16 |
+//! | 11 | u8 | zero |
+//! | 12 | u32 | number of frames N, at least 1 |
+//! | 16 | N x H x W x u16 | frames one after the other, row by row from the top left, digital numbers right-aligned |
+//!
+//! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has 2.6 MB, so
+//! 800 of them fit.
+//!
+//! Cost: a seek and a read a row, one of each for all rows when the window is as wide as the detector.
+
+use crate::host::{File, HostError, Mode};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+
+const MAGIC: [u8; 4] = *b"SXTF";
+const VERSION: u16 = 1;
+const HEADER_BYTES: usize = 16;
+const PIXEL_BYTES: usize = size_of::<u16>();
+const LARGEST_FILE_BYTES: u64 = i32::MAX as u64;
+
+/// Why a frame file was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+pub enum FrameFileError {
+    /// Cannot be opened or is shorter than its header.
+    Unreadable,
+    /// Does not begin with the magic.
+    NotAFrameFile,
+    /// A layout this image does not read.
+    Version,
+    /// No pixels, no frames, too many, or an impossible converter.
+    Geometry,
+}
+
+/// The recorded detector.
+#[derive(Debug)]
+pub struct RecordedDetector {
+    file: File,
+    geometry: DetectorGeometry,
+    frames: u32,
+    exposed: Option<u32>,
+}
+
+impl RecordedDetector {
+    /// Opens the frame file `name` and checks its header.
+    ///
+    /// # Errors
+    /// The first check that fails, see [`FrameFileError`].
+    pub fn open(name: &[u8]) -> Result<Self, FrameFileError> {
+        let mut header = [0u8; HEADER_BYTES];
+        let mut file = File::open(name, Mode::Read).map_err(|HostError| FrameFileError::Unreadable)?;
+        file.read(&mut header).map_err(|HostError| FrameFileError::Unreadable)?;
+        let [m0, m1, m2, m3, v0, v1, w0, w1, h0, h1, bits, zero, n0, n1, n2, n3] = header;
+        if [m0, m1, m2, m3] != MAGIC {
+            return Err(FrameFileError::NotAFrameFile);
+        }
+        if u16::from_le_bytes([v0, v1]) != VERSION || zero != 0 {
+            return Err(FrameFileError::Version);
+        }
+        let (width_px, height_px) = (u16::from_le_bytes([w0, w1]), u16::from_le_bytes([h0, h1]));
+        let frames = u32::from_le_bytes([n0, n1, n2, n3]);
+        let frame_bytes = u64::from(width_px) * u64::from(height_px) * PIXEL_BYTES as u64;
+        let file_bytes = frame_bytes.saturating_mul(u64::from(frames)).saturating_add(HEADER_BYTES as u64);
+        let possible = (1..=i16::MAX as u16).contains(&width_px) && (1..=16).contains(&bits);
+        if !possible || file_bytes == HEADER_BYTES as u64 || file_bytes > LARGEST_FILE_BYTES {
+            return Err(FrameFileError::Geometry);
+        }
+        let geometry = DetectorGeometry { width_px, height_px, bits };
+        Ok(Self { file, geometry, frames, exposed: None })
+    }
+
+    /// Number of frames in the file.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// Where pixel (x, y) of `frame` lies in the file, bytes. Fits: [`RecordedDetector::open`] bounds the file.
+    fn offset(&self, frame: u32, x: u16, y: u16) -> usize {
+        let (width, height) = (usize::from(self.geometry.width_px), usize::from(self.geometry.height_px));
+        let row = frame as usize * height + usize::from(y);
+        HEADER_BYTES + (row * width + usize::from(x)) * PIXEL_BYTES
+    }
+
+    /// Reads consecutive pixels of `frame` from (x, y) on.
+    fn read_run(&mut self, frame: u32, x: u16, y: u16, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        let offset = self.offset(frame, x, y);
+        self.file
+            .seek(offset)
+            .and_then(|()| self.file.read_words(pixels))
+            .map_err(|HostError| DetectorError::Bus)
+    }
+}
+
+impl Detector for RecordedDetector {
+    fn geometry(&self) -> DetectorGeometry {
+        self.geometry
+    }
+
+    fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
+        let last = self.frames.saturating_sub(1);
+        self.exposed = Some(self.exposed.map_or(0, |frame| frame.saturating_add(1).min(last)));
+        Ok(())
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        let frame = self.exposed.ok_or(DetectorError::NotExposed)?;
+        if !window.fits(&self.geometry) {
+            return Err(DetectorError::OutsideDetector);
+        }
+        if pixels.len() != window.area() {
+            return Err(DetectorError::BufferLength);
+        }
+        if window.width == self.geometry.width_px {
+            return self.read_run(frame, window.x, window.y, pixels);
+        }
+        // `max(1)`: an empty window has no rows to read, and a chunk length of zero would be a panic.
+        let rows = pixels.chunks_exact_mut(usize::from(window.width).max(1));
+        for (row, y) in rows.zip(window.y..) {
+            self.read_run(frame, window.x, y, row)?;
+        }
+        Ok(())
+    }
+}
