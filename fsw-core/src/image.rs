@@ -31,7 +31,7 @@ pub struct DetectionParameters {
     pub inner_share_percent: u16,
     /// The region grows until the ring around it is below this share of the maximum, percent (default 10).
     pub skirt_share_percent: u16,
-    /// Centroid error of a star without background noise, thousandths of a pixel (default 100, thesis 0.1 px).
+    /// Centroid error of a star without background noise, thousandths of a pixel (default 70; thesis 0.1 px).
     pub centroid_floor_millipx: u16,
 }
 
@@ -44,7 +44,7 @@ impl Default for DetectionParameters {
             inner_to_outer_percent: 115,
             inner_share_percent: 6,
             skirt_share_percent: 10,
-            centroid_floor_millipx: 100,
+            centroid_floor_millipx: 70,
         }
     }
 }

@@ -1,0 +1,85 @@
+//! What the system tests share: where the data lie, and the program under test.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// Root of the workspace.
+pub fn workspace() -> &'static Path {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).expect("this package lies two folders below the root")
+}
+
+/// A file of the test data, or `None` (and a line that says so) where the data are absent. `.ci/run` sets
+/// `SEXTANT_DATA` and so makes their absence a failure.
+pub fn data(file: &str) -> Option<PathBuf> {
+    let named = std::env::var_os("SEXTANT_DATA").map(PathBuf::from);
+    let folder = named.clone().unwrap_or_else(|| workspace().join("../shared/data"));
+    let path = folder.join(file);
+    if path.exists() {
+        return Some(path);
+    }
+    assert!(named.is_none(), "SEXTANT_DATA is set but {} is missing", path.display());
+    println!("skipped: no data");
+    None
+}
+
+/// Folder in which cargo puts what it builds for this run.
+pub fn target_dir() -> PathBuf {
+    let test = std::env::current_exe().expect("a running test has a path");
+    test.ancestors().nth(3).expect("TARGET/PROFILE/deps/test").to_path_buf()
+}
+
+/// Runs cargo in the workspace and insists on success.
+pub fn cargo(arguments: &[&str]) {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .args(arguments)
+        .arg("--quiet")
+        .current_dir(workspace())
+        .env("CARGO_TARGET_DIR", target_dir())
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "cargo {arguments:?} failed");
+}
+
+/// The program, built once for all tests of a file, with the optimisation it is used with.
+pub fn sil_host() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        cargo(&["build", "--release", "-p", "sil-host"]);
+        target_dir().join("release").join(format!("sil-host{}", std::env::consts::EXE_SUFFIX))
+    })
+}
+
+/// Runs the program with arguments.
+pub fn run(arguments: &[&str]) -> Output {
+    Command::new(sil_host()).args(arguments).output().expect("the program starts")
+}
+
+/// The JSON objects of an output, a line each.
+pub fn json_lines(output: &Output) -> Vec<Value> {
+    let text = std::str::from_utf8(&output.stdout).expect("JSON is UTF-8");
+    text.lines().map(|line| serde_json::from_str(line).expect("a line is one JSON object")).collect()
+}
+
+/// A folder of its own for a test, empty.
+pub fn scratch(name: &str) -> PathBuf {
+    let folder = target_dir().join("test-scratch").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("the target folder can be written");
+    folder
+}
+
+/// Unit vector of right ascension and declination, degrees.
+pub fn direction(ra_deg: f64, dec_deg: f64) -> [f64; 3] {
+    let (ra, dec) = (ra_deg.to_radians(), dec_deg.to_radians());
+    [dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin()]
+}
+
+/// Angle between two unit vectors, arcsec.
+pub fn separation_arcsec(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let chord = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+    (2.0 * (chord / 2.0).asin()).to_degrees() * 3600.0
+}

@@ -1,0 +1,1 @@
+//! Worked examples live in this package's `tests` folder, a file an example.
