@@ -37,8 +37,8 @@ pub struct Parameters {
     pub detection: DetectionParameters,
     /// Star identification.
     pub identification: IdentificationParameters,
-    /// Base sides that identification may try in one second (default 120, 1 to 1000).
-    pub sides_per_cycle: u16,
+    /// Catalogue pairs that identification may look at in one second (default 400,000; 10,000 to 4,000,000).
+    pub pairs_per_cycle: u32,
     /// Star tracking.
     pub tracking: TrackingParameters,
 }
@@ -60,7 +60,7 @@ impl Parameters {
             exposure_us: 100_000,
             detection: DetectionParameters::default(),
             identification: IdentificationParameters::default(),
-            sides_per_cycle: 120,
+            pairs_per_cycle: 400_000,
             tracking: TrackingParameters::default(),
         }
     }
@@ -75,7 +75,7 @@ impl Parameters {
         let [first, second, third] = identification.centroid_sigma_px;
         let integers = [
             ("exposure_us", self.exposure_us, 100, 10_000_000),
-            ("sides_per_cycle", self.sides_per_cycle.into(), 1, 1000),
+            ("pairs_per_cycle", self.pairs_per_cycle, 10_000, 4_000_000),
             ("threshold_sigma_tenths", detection.threshold_sigma_tenths.into(), 30, 200),
             ("peak_to_region_percent", detection.peak_to_region_percent.into(), 100, 1000),
             ("peak_to_inner_percent", detection.peak_to_inner_percent.into(), 100, 1000),

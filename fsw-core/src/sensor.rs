@@ -242,7 +242,7 @@ impl<'c> Sensor<'c> {
         let field = Field::whole(measured, &self.catalogue, &self.camera);
         instruments.meter.begin(Stage::Identify);
         let progress =
-            identifier.advance(&field, &self.parameters.identification, self.parameters.sides_per_cycle);
+            identifier.advance(&field, &self.parameters.identification, self.parameters.pairs_per_cycle);
         instruments.meter.end(Stage::Identify);
         match progress {
             Progress::Searching => Outcome::nothing(Status::Searching, found),

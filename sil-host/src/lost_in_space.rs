@@ -17,9 +17,9 @@ const FOCAL_STEP: f64 = 0.004;
 const FOCAL_STEPS: i32 = 6;
 /// Half a step and what the lens distorts.
 const FOCAL_UNCERTAINTY: f32 = 0.002;
-/// Rounds over the ladder: centroid sigma to assume (px) and base sides to try. The first is quick and wins on most
+/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at. The first is quick and wins on most
 /// pictures; each of the others costs more.
-const ROUNDS: [(f32, u16); 4] = [(0.35, 6), (0.35, 60), (0.7, 60), (1.4, 60)];
+const ROUNDS: [(f32, u32); 4] = [(0.35, 100_000), (0.35, 2_000_000), (0.7, 2_000_000), (1.4, 2_000_000)];
 /// Times the focal length is refined from the matched stars.
 const REFINEMENTS: usize = 4;
 
@@ -77,7 +77,7 @@ impl Solver {
     ) -> Result<(Confirmed, f32), NotIdentified> {
         self.identifier.restart(0.0);
         let field = Field::whole(measured, catalogue, camera);
-        match self.identifier.advance(&field, &IdentificationParameters::default(), u16::MAX) {
+        match self.identifier.advance(&field, &IdentificationParameters::default(), u32::MAX) {
             Progress::Identified(confirmed, log10_false) => Ok((confirmed, log10_false)),
             Progress::NotIdentified(reason) => Err(reason),
             // There are fewer sides than the allowance.
@@ -98,7 +98,7 @@ impl Solver {
     ) -> Result<Solution, NotIdentified> {
         let mut hypotheses = 0.0;
         let mut reason = NotIdentified::TooFewStars;
-        for (sigma, sides) in ROUNDS {
+        for (sigma, allowance) in ROUNDS {
             let parameters = IdentificationParameters {
                 centroid_sigma_px: [sigma; 3],
                 scale_uncertainty: FOCAL_UNCERTAINTY,
@@ -110,7 +110,7 @@ impl Solver {
                 match self.identifier.advance(
                     &Field::whole(&measured, catalogue, &camera),
                     &parameters,
-                    sides,
+                    allowance,
                 ) {
                     Progress::Identified(confirmed, log10_false) => {
                         let start = Solution { camera, measured, confirmed, log10_false };

@@ -1,8 +1,8 @@
 //! Accepts or refuses an attitude hypothesis by re-projection.
 //!
 //! In: an attitude that a few stars suggested, the measured stars, the catalogue. The brightest catalogue stars of the
-//! field are projected onto the detector and matched, nearest first come brightest, with the measured stars inside a
-//! radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out: matches,
+//! field are projected onto the detector and matched, brightest first, with the one measured star inside a radius that
+//! shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out: matches,
 //! attitude, and the odds that as many agree by chance.
 //!
 //! False-identification probability: were the hypothesis wrong, a projected star would find a measured one inside
@@ -85,7 +85,20 @@ pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     (first + libm::log10f(series)).min(0.0)
 }
 
-/// Matches projected stars with measured ones within `radius_px`, each measured star at most once.
+/// The one measured star within `radius_px` of a position, with its offset; `None` when there is none, or more than one:
+/// which of two close stars carries the name would be a guess.
+fn only_star_near([x, y]: [f32; 2], measured: &[Measured], radius_px: f32) -> Option<(u8, [f32; 2])> {
+    let mut only = None;
+    for (index, seen) in (0u8..).zip(measured) {
+        let [dx, dy] = [seen.centre_px[0] - x, seen.centre_px[1] - y];
+        if dx * dx + dy * dy < radius_px * radius_px && only.replace((index, [dx, dy])).is_some() {
+            return None;
+        }
+    }
+    only
+}
+
+/// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that claims it.
 fn match_stars(
     expected: &[Predicted],
     measured: &[Measured],
@@ -96,23 +109,14 @@ fn match_stars(
     let mut taken = [false; MAX_MEASURED];
     let mut matches = Vec::new();
     for (rank, star) in (0u8..).zip(expected) {
-        let Some([px, py]) = camera.project(&attitude.apply(&star.direction)) else { continue };
-        let mut best: Option<(f32, Match)> = None;
-        for (index, seen) in measured.iter().enumerate() {
-            let [dx, dy] = [seen.centre_px[0] - px, seen.centre_px[1] - py];
-            let square = dx * dx + dy * dy;
-            let free = taken.get(index).is_some_and(|taken| !taken);
-            if free && square < best.map_or(radius_px * radius_px, |(least, _)| least) {
-                let found = Match { measured: index as u8, star: star.star, rank, residual_px: [dx, dy] };
-                best = Some((square, found));
-            }
-        }
-        if let Some((_, found)) = best {
-            if let Some(slot) = taken.get_mut(usize::from(found.measured)) {
-                *slot = true;
-            }
+        let near = camera
+            .project(&attitude.apply(&star.direction))
+            .and_then(|at| only_star_near(at, measured, radius_px));
+        let Some((index, residual_px)) = near else { continue };
+        if let Some(taken @ false) = taken.get_mut(usize::from(index)) {
+            *taken = true;
             // The field holds no more stars than the list does.
-            let _ = matches.push(found);
+            let _ = matches.push(Match { measured: index, star: star.star, rank, residual_px });
         }
     }
     matches

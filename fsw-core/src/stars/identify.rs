@@ -4,24 +4,27 @@
 //! stood confirmation, or "not identified" with the reason. The work is cut into measured base sides, so it can be
 //! resumed from second to second ([`Identifier::advance`]).
 //!
-//! For every base side (i, j), in the order of the brightest stars:
+//! For every base side (i, j), first those of the brightest stars ([`BLOCKS`]), the ones with the fewest catalogue pairs
+//! leading:
 //! 1. catalogue pairs of its separation, in both directions, within the tolerance;
 //! 2. triangles with up to [`CORNERS`] further stars k;
 //! 3. only those with the measured sense of rotation;
 //! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners must fit
 //!    too;
 //! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the side go to
-//!    [`confirm`](super::confirm); the first whose false-identification probability is below the limit wins.
+//!    [`confirm`](super::confirm); the first whose false-identification probability is below the limit wins. A polygon
+//!    that has [`EARLY_CORNERS`] over the base side is proposed at once.
 //!
 //! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked best so
 //! far stay readable ([`Identifier::polygons`]).
 //!
 //! Bounds: [`MAX_SIDES`] sides a tolerance, each at most `CORNERS` passes over the pairs of one separation and
-//! `PROPOSALS` confirmations; sides with more catalogue pairs than the workspace holds are left out.
+//! `PROPOSALS + CORNERS` confirmations; sides with more catalogue pairs than the workspace holds are left out. Work is
+//! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the side.
 
 use super::confirm::{Confirmed, confirm};
 use super::triangles::{Corner, Side, Triangles, triple_product};
-use super::{Field, MAX_MEASURED, Measured};
+use super::{Field, Measured};
 use crate::attitude::{VectorPair, wahba};
 use crate::camera::Camera;
 use heapless::Vec;
@@ -34,8 +37,12 @@ pub const CORNERS: usize = 10;
 pub const MAX_POLYGON: usize = CORNERS + 2;
 /// Polygons of one base side that are handed to confirmation.
 pub const PROPOSALS: usize = 3;
-/// Base sides tried with one tolerance.
-pub const MAX_SIDES: u16 = 120;
+/// Corners over the base side with which a polygon is proposed before all stars k were examined.
+pub const EARLY_CORNERS: u8 = 3;
+/// Base sides are taken among so many of the brightest stars, block after block.
+pub const BLOCKS: [usize; 3] = [8, 12, 16];
+/// Most base sides tried with one tolerance: all pairs of the last block.
+pub const MAX_SIDES: usize = 16 * 15 / 2;
 /// Polygons kept for inspection.
 pub const KEPT_POLYGONS: usize = 8;
 
@@ -112,11 +119,13 @@ pub enum Progress {
 pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize> {
     triangles: Triangles<STARS, SIDES, HITS>,
     polygons: Vec<Polygon, KEPT_POLYGONS>,
+    /// Base sides at the present tolerance, in the order in which they are tried.
+    agenda: Vec<(u8, u8, Side), MAX_SIDES>,
+    /// The next of them.
+    next: usize,
+    /// The next tolerance to make an agenda for.
     step: usize,
-    i: usize,
-    j: usize,
-    sides_tried: u16,
-    sides_ever: u16,
+    any_side: bool,
     hypotheses: f32,
 }
 
@@ -132,11 +141,10 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         Self {
             triangles: Triangles::new(),
             polygons: Vec::new(),
+            agenda: Vec::new(),
+            next: 0,
             step: 0,
-            i: 0,
-            j: 1,
-            sides_tried: 0,
-            sides_ever: 0,
+            any_side: false,
             hypotheses: 0.0,
         }
     }
@@ -145,8 +153,8 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     /// or other parameters (0 in flight): they count in the false-identification probability.
     pub fn restart(&mut self, hypotheses: f32) {
         self.polygons.clear();
-        (self.step, self.i, self.j) = (0, 0, 1);
-        (self.sides_tried, self.sides_ever, self.hypotheses) = (0, 0, hypotheses);
+        self.agenda.clear();
+        (self.next, self.step, self.any_side, self.hypotheses) = (0, 0, false, hypotheses);
     }
 
     /// The best polygons found so far, best first.
@@ -159,28 +167,43 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         self.hypotheses
     }
 
-    /// Tries up to `allowance` base sides with the same measured stars as the calls before.
+    /// Tries base sides until `allowance` catalogue pairs have been looked at, with the same measured stars as the calls
+    /// before.
     pub fn advance(
         &mut self,
         field: &Field,
         parameters: &IdentificationParameters,
-        allowance: u16,
+        allowance: u32,
     ) -> Progress {
         if field.measured().len() < 3 {
             return Progress::NotIdentified(NotIdentified::TooFewStars);
         }
-        for _ in 0..allowance {
-            let Some((i, j, side)) = self.next_side(field, parameters) else {
-                let reason =
-                    if self.sides_ever == 0 { NotIdentified::NoSides } else { NotIdentified::NoMatch };
-                return Progress::NotIdentified(reason);
+        let mut work = 0;
+        // Every side of every tolerance, and the making of each agenda.
+        for _ in 0..TOLERANCES * (MAX_SIDES + 1) {
+            let Some((i, j, side)) = self.agenda.get(self.next).copied() else {
+                if self.step >= TOLERANCES {
+                    let reason = if self.any_side { NotIdentified::NoMatch } else { NotIdentified::NoSides };
+                    return Progress::NotIdentified(reason);
+                }
+                self.make_agenda(field, parameters);
+                continue;
             };
-            let found = self.try_side(field, parameters, (i, j, side));
+            if work >= allowance {
+                return Progress::Searching;
+            }
+            self.next += 1;
+            let found = self.try_side(field, parameters, (usize::from(i), usize::from(j), side), &mut work);
             if let Some((confirmed, log10_false)) = found {
                 return Progress::Identified(confirmed, log10_false);
             }
         }
         Progress::Searching
+    }
+
+    /// Tolerance of the agenda in force, px.
+    fn tolerance_px(&self, parameters: &IdentificationParameters) -> f32 {
+        parameters.tolerance_px(self.step.saturating_sub(1))
     }
 
     /// The measured side between two stars at the present tolerance.
@@ -192,60 +215,58 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         parameters: &IdentificationParameters,
     ) -> Side {
         let chord = a.direction.chord(&b.direction);
-        let tolerance = parameters.tolerance_px(self.step) * camera.rad_per_px();
+        let tolerance = self.tolerance_px(parameters) * camera.rad_per_px();
         Side { chord, tolerance: tolerance + parameters.scale_uncertainty * chord }
     }
 
-    /// Moves on to the next base side worth trying: inside the catalogue's range, long enough to have a direction, and
-    /// with no more catalogue pairs than the workspace holds.
-    fn next_side(
-        &mut self,
-        field: &Field,
-        parameters: &IdentificationParameters,
-    ) -> Option<(usize, usize, Side)> {
-        let Field { catalogue, camera, .. } = *field;
-        let measured = field.measured();
-        // Every pair of measured stars once for every tolerance, and the end.
-        for _ in 0..TOLERANCES * (MAX_MEASURED * MAX_MEASURED / 2 + 1) {
-            if self.j >= measured.len() || self.sides_tried >= MAX_SIDES {
-                self.step += 1;
-                (self.i, self.j, self.sides_tried) = (0, 1, 0);
+    /// Lists the base sides of the next tolerance: block by block, within a block by rising number of catalogue pairs.
+    /// Left out are sides beyond the catalogue's range, sides too short to have a direction, and those with more pairs
+    /// than the workspace holds.
+    fn make_agenda(&mut self, field: &Field, parameters: &IdentificationParameters) {
+        self.step += 1;
+        self.next = 0;
+        self.agenda.clear();
+        let mut costs: Vec<(usize, u16), MAX_SIDES> = Vec::new();
+        for (block, stars) in BLOCKS.into_iter().enumerate() {
+            let first = if block == 0 { 1 } else { BLOCKS.get(block - 1).copied().unwrap_or(1) };
+            for (j, b) in field.measured().iter().enumerate().take(stars).skip(first) {
+                for (i, a) in field.measured().iter().enumerate().take(j) {
+                    let side = self.side(a, b, field.camera, parameters);
+                    let pairs = field.catalogue.count_between(side.low(), side.high());
+                    let in_range =
+                        side.high() <= field.catalogue.max_chord() && side.chord >= 10.0 * side.tolerance;
+                    if !in_range || pairs == 0 || 2 * pairs > SIDES {
+                        continue;
+                    }
+                    let cost = (block, pairs as u16);
+                    let at = costs.iter().position(|other| cost < *other).unwrap_or(costs.len());
+                    // There are no more pairs of stars than places.
+                    let _ = costs.insert(at, cost);
+                    let _ = self.agenda.insert(at, (i as u8, j as u8, side));
+                }
             }
-            if self.step >= TOLERANCES {
-                return None;
-            }
-            let (i, j) = (self.i, self.j);
-            (self.i, self.j) = if i + 1 < j { (i + 1, j) } else { (0, j + 1) };
-            let (Some(a), Some(b)) = (measured.get(i), measured.get(j)) else { continue };
-            let side = self.side(a, b, camera, parameters);
-            if side.high() > catalogue.max_chord() || side.chord < 10.0 * side.tolerance {
-                continue;
-            }
-            let pairs = catalogue.count_between(side.low(), side.high());
-            if pairs == 0 || 2 * pairs > Triangles::<STARS, SIDES, HITS>::capacity() {
-                continue;
-            }
-            self.sides_tried += 1;
-            self.sides_ever = self.sides_ever.saturating_add(1);
-            return Some((i, j, side));
         }
-        None
+        self.any_side |= !self.agenda.is_empty();
     }
 
-    /// Builds the polygons over one base side and confirms the best.
+    /// Builds the polygons over one base side and confirms the best; counts the catalogue pairs it looks at.
     fn try_side(
         &mut self,
         field: &Field,
         parameters: &IdentificationParameters,
         (i, j, base): (usize, usize, Side),
+        work: &mut u32,
     ) -> Option<(Confirmed, f32)> {
         let Field { catalogue, camera, .. } = *field;
-        let measured = field.measured();
-        let (star_i, star_j) = (measured.get(i)?, measured.get(j)?);
+        let (star_i, star_j) = (field.measured().get(i)?, field.measured().get(j)?);
         self.triangles.begin(catalogue, &base);
-        self.hypotheses += self.triangles.sides.len() as f32;
+        let directed = self.triangles.sides.len();
+        self.hypotheses += directed as f32;
+        *work = work.saturating_add(directed as u32);
+        // A polygon of four is the least that chance seldom builds; with three stars in all, three must do.
+        let least = if field.measured().len() > 3 { 2 } else { 1 };
         let mut corners = 0;
-        for (k, star_k) in measured.iter().enumerate() {
+        for (k, star_k) in field.measured().iter().enumerate() {
             if k == i || k == j || corners >= CORNERS {
                 continue;
             }
@@ -255,41 +276,38 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
                 continue;
             }
             corners += 1;
+            *work = work.saturating_add(catalogue.count_between(to_i.low(), to_i.high()) as u32);
             let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
             let volume = triple_product(a, b, c);
             // The height of the triangle over its base must exceed what noise can turn round.
             let flat = libm::fabsf(volume) < 2.0 * base.tolerance * base.chord;
             let sense = if flat { 0.0 } else { volume };
-            self.triangles.add(catalogue, &Corner { k: k as u8, to_i, to_j, sense });
-        }
-
-        // A polygon of four is the least that chance seldom builds; with three stars in all, three must do.
-        let least = if measured.len() > 3 { 2 } else { 1 };
-        for _ in 0..PROPOSALS {
-            let best = self
-                .triangles
-                .sides
-                .iter()
-                .enumerate()
-                .max_by_key(|(index, side)| (side.corners, usize::MAX - index));
-            let Some((index, corners)) = best.map(|(index, side)| (index, side.corners)) else { break };
-            if corners < least {
-                break;
-            }
-            let polygon = self.merge(field, parameters, (i, j, index as u16));
-            if let Some(side) = self.triangles.sides.get_mut(index) {
-                side.corners = 0;
-            }
-            let Some(polygon) = polygon else { continue };
-            self.keep(polygon.clone());
-            if polygon.corners.len() < usize::from(least) + 2 {
-                continue;
-            }
-            if let Some(found) = self.propose(&polygon, field, parameters) {
+            if self.triangles.add(catalogue, &Corner { k: k as u8, to_i, to_j, sense }) >= EARLY_CORNERS
+                && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS)
+            {
                 return Some(found);
             }
         }
-        None
+        (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least))
+    }
+
+    /// Merges the polygon over the base side with the most corners, if it has `least`, keeps it and confirms it. The
+    /// base side leaves the ranking.
+    fn propose_best(
+        &mut self,
+        field: &Field,
+        parameters: &IdentificationParameters,
+        (i, j): (usize, usize),
+        least: u8,
+    ) -> Option<(Confirmed, f32)> {
+        let side = self.triangles.best(least)?;
+        let polygon = self.merge(field, parameters, (i, j, side));
+        self.triangles.discard(side);
+        let polygon = polygon?;
+        let large_enough = polygon.corners.len() >= usize::from(least) + 2;
+        let found = if large_enough { self.propose(&polygon, field, parameters) } else { None };
+        self.keep(polygon);
+        found
     }
 
     /// Merges the triangles over one base side into a polygon: triangles in order of their error, each corner checked
@@ -363,7 +381,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             pairs.push(seen.paired_with(&star, field.camera)).ok()?;
         }
         let attitude = wahba::svd::solve(&pairs).ok()?;
-        let confirmed = confirm(&attitude, field, parameters.tolerance_px(self.step))?;
+        let confirmed = confirm(&attitude, field, self.tolerance_px(parameters))?;
         let log10_false = (confirmed.log10_chance + libm::log10f(self.hypotheses.max(1.0))).min(0.0);
         if log10_false <= parameters.log10_false_limit { Some((confirmed, log10_false)) } else { None }
     }

@@ -14,6 +14,9 @@ use nalgebra::Vector3;
 
 /// End of a chain.
 const NONE: u16 = u16::MAX;
+/// In place of the last k: no corner yet, and: out of the ranking, where later corners shall not bring it back.
+const NO_CORNER: u8 = u8::MAX;
+const DISCARDED: u8 = u8::MAX - 1;
 
 /// A catalogue pair taken as the base side, in one of its two directions.
 #[derive(Clone, Copy, Debug)]
@@ -95,14 +98,11 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         Self { heads: [0; STARS], sides: Vec::new(), hits: Vec::new() }
     }
 
-    /// Directed pairs a base side may have.
-    pub const fn capacity() -> usize {
-        SIDES
-    }
-
     /// Takes the catalogue pairs that fit `side` as the base.
     pub fn begin(&mut self, catalogue: &Catalogue, side: &Side) {
-        self.heads.fill(NONE);
+        if let Some(heads) = self.heads.get_mut(..catalogue.star_count().min(STARS)) {
+            heads.fill(NONE);
+        }
         self.sides.clear();
         self.hits.clear();
         for pair in catalogue.pairs_between(side.low(), side.high()) {
@@ -113,7 +113,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
             let Some(square_error) = side.fit((first - second).norm()) else { continue };
             for (p, q) in [(pair.first, pair.second), (pair.second, pair.first)] {
                 let Some(head) = self.heads.get_mut(usize::from(p)) else { continue };
-                let entry = BaseSide { p, q, square_error, next: *head, corners: 0, last_k: u8::MAX };
+                let entry = BaseSide { p, q, square_error, next: *head, corners: 0, last_k: NO_CORNER };
                 if self.sides.push(entry).is_ok() {
                     *head = (self.sides.len() - 1) as u16;
                 }
@@ -121,38 +121,70 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         }
     }
 
-    /// Adds the triangles that the measured star `corner.k` closes.
-    pub fn add(&mut self, catalogue: &Catalogue, corner: &Corner) {
+    /// Adds the triangles that the measured star `corner.k` closes, and gives the most corners that any base side has now.
+    pub fn add(&mut self, catalogue: &Catalogue, corner: &Corner) -> u8 {
+        let mut most = 0;
         for pair in catalogue.pairs_between(corner.to_i.low(), corner.to_i.high()) {
             for (p, r) in [(pair.first, pair.second), (pair.second, pair.first)] {
                 let mut side = self.heads.get(usize::from(p)).copied().unwrap_or(NONE);
+                if side == NONE {
+                    continue;
+                }
+                let Some(unit_r) = catalogue.unit(r) else { continue };
                 // A chain is no longer than the list of sides.
                 for _ in 0..SIDES {
                     let Some(next) = self.sides.get(usize::from(side)).map(|base| base.next) else { break };
-                    self.close(catalogue, corner, side, r);
+                    most = most.max(self.close(catalogue, corner, side, (r, &unit_r)));
                     side = next;
                 }
             }
         }
+        most
     }
 
-    /// Records the triangle of a base side and `r` if it fits.
-    fn close(&mut self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) {
-        let Some(base) = self.sides.get_mut(usize::from(side)) else { return };
-        if base.q == r {
-            return;
+    /// Records the triangle of a base side and `r` if it fits; gives the corners of the base side then, else 0.
+    fn close(
+        &mut self,
+        catalogue: &Catalogue,
+        corner: &Corner,
+        side: u16,
+        (r, unit_r): (u16, &Vector3<f32>),
+    ) -> u8 {
+        let Some(base) = self.sides.get_mut(usize::from(side)) else { return 0 };
+        if base.q == r || base.last_k == DISCARDED {
+            return 0;
         }
-        let (Some(unit_q), Some(unit_r)) = (catalogue.unit(base.q), catalogue.unit(r)) else { return };
-        let Some(error_j) = corner.to_j.fit((unit_q - unit_r).norm()) else { return };
-        let Some(unit_p) = catalogue.unit(base.p) else { return };
-        let Some(error_i) = corner.to_i.fit((unit_p - unit_r).norm()) else { return };
-        if corner.sense * triple_product(&unit_p, &unit_q, &unit_r) < 0.0 {
-            return;
+        let Some(unit_q) = catalogue.unit(base.q) else { return 0 };
+        let Some(error_j) = corner.to_j.fit((unit_q - unit_r).norm()) else { return 0 };
+        let Some(unit_p) = catalogue.unit(base.p) else { return 0 };
+        let Some(error_i) = corner.to_i.fit((unit_p - unit_r).norm()) else { return 0 };
+        if corner.sense * triple_product(&unit_p, &unit_q, unit_r) < 0.0 {
+            return 0;
         }
         let hit = Hit { side, k: corner.k, r, square_error: error_i + error_j };
         if self.hits.push(hit).is_ok() && base.last_k != corner.k {
             base.last_k = corner.k;
             base.corners = base.corners.saturating_add(1);
+        }
+        base.corners
+    }
+
+    /// The base side with the most corners, the first of equals, if it has `least`.
+    pub fn best(&self, least: u8) -> Option<u16> {
+        let mut best: Option<(u16, u8)> = None;
+        for (index, side) in (0u16..).zip(&self.sides) {
+            if side.corners >= least && best.is_none_or(|(_, corners)| side.corners > corners) {
+                best = Some((index, side.corners));
+            }
+        }
+        best.map(|(index, _)| index)
+    }
+
+    /// Takes a base side out of the ranking.
+    pub fn discard(&mut self, side: u16) {
+        if let Some(side) = self.sides.get_mut(usize::from(side)) {
+            side.corners = 0;
+            side.last_k = DISCARDED;
         }
     }
 }

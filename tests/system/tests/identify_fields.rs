@@ -11,6 +11,8 @@ use sil_host::world::fields::{FieldGenerator, FieldSettings};
 use std::path::Path;
 
 const FIELDS: u64 = 1000;
+/// Fields of pure noise; each is searched to the end.
+const NOISE_FIELDS: u64 = 100;
 const SEED: u64 = 20_261_121;
 /// An attitude further off than this is a wrong sky.
 const WRONG_ARCSEC: f64 = 600.0;
@@ -30,7 +32,7 @@ fn settings(noise_px: f64, false_stars: u32, brightness: bool) -> FieldSettings 
     FieldSettings { camera, limit_v: 6.0, noise_px, false_stars, brightness, seed: SEED }
 }
 
-fn try_fields(settings: FieldSettings) -> Tally {
+fn try_fields(settings: FieldSettings, fields: u64) -> Tally {
     let camera: Camera = flight::camera(&settings.camera, Path::new("15 deg")).unwrap();
     let bytes = flight::catalogue_bytes(&camera, Density::Full).unwrap();
     let catalogue = Catalogue::open(&bytes).unwrap();
@@ -38,7 +40,7 @@ fn try_fields(settings: FieldSettings) -> Tally {
     let generator = FieldGenerator::new(settings, &sky).unwrap();
     let mut solver = Solver::default();
     let mut tally = Tally::default();
-    for index in 0..FIELDS {
+    for index in 0..fields {
         let field = generator.field(index);
         let input: FieldInput = serde_json::from_str(&field.input_line()).unwrap();
         let found = answer(&mut solver, &input, &camera, &catalogue);
@@ -56,7 +58,7 @@ fn try_fields(settings: FieldSettings) -> Tally {
     }
     tally.microseconds.sort_by(f64::total_cmp);
     println!(
-        "{} of {FIELDS} identified, {} wrong attitudes, {} of {} names wrong, median {:.0} us, 99 % below {:.0} us",
+        "{} of {fields} identified, {} wrong attitudes, {} of {} names wrong, median {:.0} us, 99 % below {:.0} us",
         tally.identified,
         tally.wrong_attitudes,
         tally.wrong_names,
@@ -68,7 +70,7 @@ fn try_fields(settings: FieldSettings) -> Tally {
 }
 
 fn holds(noise_px: f64, false_stars: u32, brightness: bool) {
-    let tally = try_fields(settings(noise_px, false_stars, brightness));
+    let tally = try_fields(settings(noise_px, false_stars, brightness), FIELDS);
     assert!(tally.identified * 1000 >= FIELDS * 995, "at least 99.5 % identified");
     assert_eq!(tally.wrong_attitudes, 0, "a wrong attitude is far worse than none");
     // A blend of two stars carries the number of the brighter.
@@ -98,5 +100,5 @@ fn fields_with_brightness_are_identified() {
 #[test]
 fn centroids_of_pure_noise_are_never_identified() {
     let nothing = FieldSettings { limit_v: -5.0, ..settings(0.3, 30, false) };
-    assert_eq!(try_fields(FieldSettings { seed: SEED + 1, ..nothing }).identified, 0);
+    assert_eq!(try_fields(FieldSettings { seed: SEED + 1, ..nothing }, NOISE_FIELDS).identified, 0);
 }
