@@ -14,6 +14,10 @@ use serde::{Deserialize, Serialize};
 
 /// Fixed-point steps that undo the distortion.
 pub const UNDISTORT_STEPS: usize = 8;
+/// Least z of a direction that can be seen: 87 deg off the line of sight.
+const LEAST_FORWARD: f32 = 0.05;
+/// Error with which the distortion may be undone at the detector's corners, px.
+const UNDISTORT_ERROR_PX: f32 = 0.5;
 
 /// How a direction falls on the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,6 +71,8 @@ pub enum CameraError {
     FocalLength,
     /// The optical centre is more than a detector's size off the detector.
     OpticalCentre,
+    /// A corner of the detector sees no direction, or the distortion is too strong to be undone there.
+    Distortion,
 }
 
 /// A camera whose parameters have been checked.
@@ -98,7 +104,20 @@ impl Camera {
         if !(-width..=2.0 * width).contains(&cx) || !(-height..=2.0 * height).contains(&cy) {
             return Err(CameraError::OpticalCentre);
         }
-        Ok(Self { parameters, per_focal_length: 1.0 / f })
+        let camera = Self { parameters, per_focal_length: 1.0 / f };
+        if camera.sees_its_corners() { Ok(camera) } else { Err(CameraError::Distortion) }
+    }
+
+    /// Whether every corner has a direction that falls on it again. A distortion that folds the field over fails.
+    fn sees_its_corners(&self) -> bool {
+        let [right, bottom] = self.middle_px().map(|half| 2.0 * half);
+        [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]].into_iter().all(|corner: [f32; 2]| {
+            let seen = self.direction(corner).and_then(|direction| self.project(&direction));
+            seen.is_some_and(|[x, y]| {
+                let (dx, dy) = (x - corner[0], y - corner[1]);
+                dx * dx + dy * dy < UNDISTORT_ERROR_PX * UNDISTORT_ERROR_PX
+            })
+        })
     }
 
     /// The checked parameters.
@@ -140,7 +159,8 @@ impl Camera {
         (radial, shift_x, shift_y)
     }
 
-    /// The direction that falls on a pixel position; `None` when it is not finite or no direction does.
+    /// The direction that falls on a pixel position; `None` when it is not finite, or that direction would be more than
+    /// 87 deg off the line of sight.
     pub fn direction(&self, [x_px, y_px]: [f32; 2]) -> Option<Direction<StarPath>> {
         let [cx, cy] = self.parameters.optical_centre_px;
         let (seen_x, seen_y) = ((x_px - cx) * self.per_focal_length, (y_px - cy) * self.per_focal_length);
@@ -149,22 +169,29 @@ impl Camera {
             let (radial, shift_x, shift_y) = self.distortion_at(x, y);
             (x, y) = ((seen_x - shift_x) / radial, (seen_y - shift_y) / radial);
         }
-        match self.parameters.projection {
+        let direction = match self.parameters.projection {
             Projection::Rectilinear => Direction::new(Vector3::new(x, y, 1.0)),
             Projection::Equiangular => {
                 let angle = libm::sqrtf(x * x + y * y);
+                if angle > core::f32::consts::FRAC_PI_2 {
+                    return None;
+                }
                 let sine_per_angle = if angle > 1e-4 { libm::sinf(angle) / angle } else { 1.0 };
                 Direction::new(Vector3::new(x * sine_per_angle, y * sine_per_angle, libm::cosf(angle)))
             }
-        }
+        };
+        direction.filter(|direction| direction.vector().z > LEAST_FORWARD)
     }
 
-    /// Where a direction falls, px (perhaps outside the detector); `None` behind the camera.
+    /// Where a direction falls, px (perhaps outside the detector); `None` behind the camera and more than 87 deg off
+    /// its line of sight.
     pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
         let unit = direction.vector();
+        if unit.z <= LEAST_FORWARD {
+            return None;
+        }
         let scale = match self.parameters.projection {
-            Projection::Rectilinear if unit.z > 0.05 => 1.0 / unit.z,
-            Projection::Rectilinear => return None,
+            Projection::Rectilinear => 1.0 / unit.z,
             Projection::Equiangular => {
                 let sine = libm::sqrtf(unit.x * unit.x + unit.y * unit.y);
                 if sine > 1e-4 { libm::atan2f(sine, unit.z) / sine } else { 1.0 }
@@ -185,3 +212,6 @@ impl Camera {
         Self::new(CameraParameters { focal_length_px, ..self.parameters })
     }
 }
+
+#[cfg(test)]
+mod tests;

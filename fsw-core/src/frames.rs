@@ -161,11 +161,17 @@ impl<From, To> Rotation<From, To> {
         Rotation::from_orthogonal(next.matrix * self.matrix)
     }
 
-    /// Follows this rotation by the small rotation of the `To` frame about `angle_rad` (a rotation vector), to second
-    /// order and orthogonalised: `A' = (I - [θ×]) A` in the limit.
+    /// Follows this rotation by the rotation of the `To` frame about `angle_rad` (a rotation vector of up to 180
+    /// degrees): `A' = exp(-[θ×]) A`. A vector that is not finite turns nothing.
+    ///
+    /// No sine: `tan(x) / x` of half the angle is `(945 - 105 x² + x⁴) / (945 - 420 x² + 15 x⁴)`, whose numerator and
+    /// denominator make a quaternion.
     pub fn turned(&self, angle_rad: &Vector3<f32>) -> Self {
-        let [x, y, z] = [angle_rad.x * 0.5, angle_rad.y * 0.5, angle_rad.z * 0.5];
-        match Rotation::<To, To>::from_quaternion([x, y, z, 1.0]) {
+        let half = angle_rad * 0.5;
+        let square = half.dot(&half);
+        let [x, y, z] = (half * (945.0 - square * (105.0 - square))).into();
+        let w = 945.0 - square * (420.0 - 15.0 * square);
+        match Rotation::<To, To>::from_quaternion([x, y, z, w]) {
             Some(step) => self.then(&step),
             None => *self,
         }
@@ -180,3 +186,6 @@ impl<From, To> Rotation<From, To> {
         Vector3::new(x * scale, y * scale, z * scale)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,6 +13,10 @@ pub mod catalog;
 pub mod frames;
 pub mod image;
 pub mod modes;
+#[cfg(test)]
+mod oracle;
+mod order;
+pub mod packet;
 pub mod parameters;
 pub mod plan;
 pub mod sensor;

@@ -1,12 +1,19 @@
 //! The one table of everything that is set for a mission, checked before it is used.
 //!
 //! Each room's parameters live with the room; this table gathers them. [`Parameters::check`] is the door: it refuses a
-//! table with a value outside its range and names it, and the table in force stays.
+//! table with a value outside its range and names it, and the table in force stays. A table travels as a
+//! [packet](crate::packet) of version [`VERSION`].
 
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::image::DetectionParameters;
+use crate::packet::{self, PacketError};
 use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
+
+/// Version of the table's layout.
+pub const VERSION: u8 = 1;
+/// A buffer of this length holds any table.
+pub const MAX_TABLE_BYTES: usize = 256;
 
 /// Parameters of star tracking.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +72,22 @@ impl Parameters {
         }
     }
 
+    /// Writes the table as a packet and gives the bytes used.
+    ///
+    /// # Errors
+    /// [`PacketError::Buffer`] when `buffer` is shorter than the packet; [`MAX_TABLE_BYTES`] always suffice.
+    pub fn encode<'a>(&self, buffer: &'a mut [u8]) -> Result<&'a [u8], PacketError> {
+        packet::encode(VERSION, self, buffer)
+    }
+
+    /// Reads a table; it is still to be [checked](Parameters::check).
+    ///
+    /// # Errors
+    /// See [`PacketError`].
+    pub fn decode(packet: &[u8]) -> Result<Self, PacketError> {
+        packet::decode(VERSION, packet)
+    }
+
     /// Checks every value against its range and gives the camera.
     ///
     /// # Errors
@@ -102,3 +125,6 @@ impl Parameters {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

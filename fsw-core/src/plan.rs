@@ -42,3 +42,6 @@ pub fn searched_px(windows: &[Window]) -> f32 {
             * f32::from(window.height.saturating_sub(margins))
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,10 @@
 //! What leaves the sensor every second: the [`Report`] and its bytes.
 //!
-//! A frame is the version (one byte), the report in postcard encoding, and the CRC-32 of both, little-endian. Equal
-//! images give equal frames on every machine.
+//! A frame is a [packet](crate::packet) of version [`VERSION`]. Equal images give equal frames on every machine. A stream
+//! is one frame after the other, each led by its length (u16, little-endian).
 
-use crate::catalog::format::CRC32;
 use crate::modes::Mode;
+use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
 use fsw_hal::DetectorError;
 use heapless::Vec;
@@ -101,45 +101,38 @@ pub struct Report {
     pub stars: Vec<StarReport, MAX_STARS>,
 }
 
-/// Why a frame was not made or not read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrameError {
-    /// The buffer is too short.
-    Buffer,
-    /// Too short, or its CRC does not match.
-    Checksum,
-    /// Another version (given).
-    Version(u8),
-    /// Not a report.
-    Content,
-}
-
 /// Writes a report as a frame and gives the bytes used.
 ///
 /// # Errors
-/// [`FrameError::Buffer`] when `buffer` is shorter than the frame; [`MAX_FRAME_BYTES`] always suffice.
-pub fn encode<'a>(report: &Report, buffer: &'a mut [u8]) -> Result<&'a [u8], FrameError> {
-    let (head, body) = buffer.split_first_mut().ok_or(FrameError::Buffer)?;
-    *head = VERSION;
-    let body_length = postcard::to_slice(report, body).map_err(|_| FrameError::Buffer)?.len();
-    let (content, rest) = buffer.split_at_mut_checked(1 + body_length).ok_or(FrameError::Buffer)?;
-    let crc = rest.first_chunk_mut::<4>().ok_or(FrameError::Buffer)?;
-    *crc = CRC32.checksum(content).to_le_bytes();
-    buffer.get(..body_length + 5).ok_or(FrameError::Buffer)
+/// [`PacketError::Buffer`] when `buffer` is shorter than the frame; [`MAX_FRAME_BYTES`] always suffice.
+pub fn encode<'a>(report: &Report, buffer: &'a mut [u8]) -> Result<&'a [u8], PacketError> {
+    packet::encode(VERSION, report, buffer)
 }
 
-/// Reads the frame at the beginning of `bytes`, of `length` bytes.
+/// Reads a frame.
 ///
 /// # Errors
-/// See [`FrameError`].
-pub fn decode(frame: &[u8]) -> Result<Report, FrameError> {
-    let (content, crc) = frame.split_last_chunk::<4>().ok_or(FrameError::Checksum)?;
-    if CRC32.checksum(content) != u32::from_le_bytes(*crc) {
-        return Err(FrameError::Checksum);
-    }
-    let (version, body) = content.split_first().ok_or(FrameError::Checksum)?;
-    if *version != VERSION {
-        return Err(FrameError::Version(*version));
-    }
-    postcard::from_bytes(body).map_err(|_| FrameError::Content)
+/// See [`PacketError`].
+pub fn decode(frame: &[u8]) -> Result<Report, PacketError> {
+    packet::decode(VERSION, frame)
 }
+
+/// Writes a report as the next piece of a stream, length and frame, and gives the bytes used.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_next<'a>(report: &Report, buffer: &'a mut [u8]) -> Result<&'a [u8], PacketError> {
+    let (length, frame) = buffer.split_first_chunk_mut::<2>().ok_or(PacketError::Buffer)?;
+    let bytes = u16::try_from(encode(report, frame)?.len()).map_err(|_| PacketError::Buffer)?;
+    *length = bytes.to_le_bytes();
+    buffer.get(..usize::from(bytes) + 2).ok_or(PacketError::Buffer)
+}
+
+/// Takes the first frame off a stream: the frame and the rest; `None` at its end or where it breaks off.
+pub fn split_first(stream: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = stream.split_first_chunk::<2>()?;
+    rest.split_at_checked(usize::from(u16::from_le_bytes(*length)))
+}
+
+#[cfg(test)]
+mod tests;

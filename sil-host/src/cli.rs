@@ -25,6 +25,10 @@ pub enum Command {
     Solve(SolveArguments),
     /// Identification of centroid lists, one field a line
     Identify(IdentifyArguments),
+    /// Frames, parameters and telemetry for the emulated computer
+    Record(RecordArguments),
+    /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
+    Budget(BudgetArguments),
 }
 
 /// Arguments of `solve`.
@@ -61,6 +65,31 @@ pub struct IdentifyArguments {
     #[arg(long, value_name = "FILE")]
     pub catalog: Option<PathBuf>,
     /// One JSON object a field on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `record`.
+#[derive(Debug, Args)]
+pub struct RecordArguments {
+    /// Picture to show every second; without one, the rendered sky of the demonstration
+    #[arg(value_name = "IMAGE", requires = "fov_deg")]
+    pub image: Option<PathBuf>,
+    /// Horizontal field of view of the picture's camera, degrees
+    #[arg(long, value_name = "F", requires = "image", allow_negative_numbers = true)]
+    pub fov_deg: Option<f64>,
+    /// Frames to record, one a second
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=300))]
+    pub seconds: u32,
+    /// Folder for the files
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `budget`.
+#[derive(Debug, Args)]
+pub struct BudgetArguments {
+    /// One JSON object on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
 }

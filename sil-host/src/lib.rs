@@ -3,7 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`cli`] | the words of the command line |
-//! | [`solve`], [`identify`] | what the commands do |
+//! | [`solve`], [`identify`], [`record`], [`budget`] | what the commands do |
 //! | [`demo`] | what is done without a command |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
@@ -19,6 +19,7 @@
 //! y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last, and maps ICRS to sensor.
 #![forbid(unsafe_code)]
 
+pub mod budget;
 pub mod camera_file;
 pub mod cli;
 pub mod demo;
@@ -31,5 +32,6 @@ pub mod json;
 pub mod judge;
 pub mod lost_in_space;
 pub mod picture;
+pub mod record;
 pub mod solve;
 pub mod world;

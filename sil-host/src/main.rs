@@ -2,7 +2,7 @@
 
 use sil_host::cli::{self, Command, Request};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{demo, identify, solve};
+use sil_host::{budget, demo, identify, record, solve};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -25,6 +25,8 @@ fn run() -> Result<ExitCode, HostError> {
             None => demo::run(),
             Some(Command::Solve(arguments)) => solve::run(&arguments),
             Some(Command::Identify(arguments)) => identify::run(&arguments),
+            Some(Command::Record(arguments)) => record::run(&arguments),
+            Some(Command::Budget(arguments)) => budget::run(&arguments),
         },
     }
 }

@@ -17,12 +17,15 @@ use fsw_core::frames::ARCSEC_PER_RAD;
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::stars::identify::NotIdentified;
-use fsw_hal::Detector;
+use fsw_hal::{Detector, DetectorGeometry};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// A picture has been exposed long ago; the trait wants a time.
+const EXPOSURE_US: u32 = 1000;
 
 /// A recognised star in the answer.
 #[derive(Clone, Debug, Serialize)]
@@ -87,66 +90,85 @@ pub fn reason_words(reason: NotIdentified) -> &'static str {
     }
 }
 
-/// Finds and names the stars of one exposed detector.
-struct PictureSolver {
+/// Finds and names the stars of pictures.
+pub struct PictureSolver {
     solver: Solver,
     buffer: Box<[u16; TILE_PIXELS]>,
     detections: Detections,
 }
 
-impl PictureSolver {
-    fn new() -> Self {
+/// What became of a picture.
+pub struct Found {
+    /// The solution, or why there is none.
+    pub solution: Result<Solution, NotIdentified>,
+    /// Star-like spots.
+    pub detections: u32,
+    detect: Duration,
+    identify: Duration,
+}
+
+impl Default for PictureSolver {
+    fn default() -> Self {
         Self { solver: Solver::default(), buffer: Box::new([0; TILE_PIXELS]), detections: Detections::new() }
     }
+}
 
-    /// Scans and identifies.
-    fn solve(
+impl PictureSolver {
+    /// Scans a picture and identifies its stars; `name` is for the message.
+    ///
+    /// # Errors
+    /// When the picture does not serve as a detector.
+    pub fn find(
         &mut self,
         name: &Path,
         picture: &mut Picture,
         (camera, focal_length): (&Camera, FocalLength),
         catalogue: &Catalogue,
-    ) -> Result<SolveAnswer, HostError> {
+    ) -> Result<Found, HostError> {
         let fault =
             |error| HostError::input(name, None, format!("the detector failed ({error:?})"), "report this");
         let begin = Instant::now();
-        picture.expose(1000).map_err(fault)?;
+        picture.expose(EXPOSURE_US).map_err(fault)?;
         scan(picture, &mut self.buffer, &DetectionParameters::default(), &mut self.detections)
             .map_err(fault)?;
         let detect = begin.elapsed();
         let spots = self.detections.spots();
         let centroids: Vec<_> = spots.iter().map(|spot| (spot.centre_px(), spot.sigma_px())).collect();
         let begin = Instant::now();
-        let found = self.solver.search(&centroids, camera, catalogue, focal_length);
-        let identify = begin.elapsed();
-        let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
-        let mut answer = SolveAnswer {
-            image: name.display().to_string(),
-            status: "not_identified",
-            reason: None,
-            q: None,
-            ra_deg: None,
-            dec_deg: None,
-            fov_deg: None,
-            sigma_arcsec: None,
-            false_id_probability: None,
-            detections: self.detections.found(),
-            stars: Vec::new(),
-            ms: Milliseconds { detect: ms(detect), identify: ms(identify), attitude: 0.0 },
-        };
-        match found {
-            Err(reason) => answer.reason = Some(reason_words(reason)),
-            Ok(solution) => {
-                answer.ms.attitude = ms(time_attitude(&solution, catalogue));
-                fill(&mut answer, &solution, catalogue);
-            }
-        }
-        Ok(answer)
+        let solution = self.solver.search(&centroids, camera, catalogue, focal_length);
+        Ok(Found { solution, detections: self.detections.found(), detect, identify: begin.elapsed() })
     }
 }
 
+/// The answer for what became of a picture.
+fn answer(name: &Path, found: &Found, catalogue: &Catalogue) -> SolveAnswer {
+    let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
+    let mut answer = SolveAnswer {
+        image: name.display().to_string(),
+        status: "not_identified",
+        reason: None,
+        q: None,
+        ra_deg: None,
+        dec_deg: None,
+        fov_deg: None,
+        sigma_arcsec: None,
+        false_id_probability: None,
+        detections: found.detections,
+        stars: Vec::new(),
+        ms: Milliseconds { detect: ms(found.detect), identify: ms(found.identify), attitude: 0.0 },
+    };
+    match &found.solution {
+        Err(reason) => answer.reason = Some(reason_words(*reason)),
+        Ok(solution) => {
+            answer.ms.attitude = ms(time_attitude(solution, catalogue));
+            fill(&mut answer, solution, catalogue);
+        }
+    }
+    answer
+}
+
 /// How long the attitude of the matched stars takes by itself.
-fn time_attitude(solution: &Solution, catalogue: &Catalogue) -> std::time::Duration {
+fn time_attitude(solution: &Solution, catalogue: &Catalogue) -> Duration {
     let pairs: Vec<_> = solution
         .confirmed
         .matches
@@ -188,27 +210,27 @@ fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
         .collect();
 }
 
-/// The camera of a picture, from the camera file or from the field of view.
-fn camera_for(
-    arguments: &SolveArguments,
-    file: Option<&CameraFile>,
+/// The camera of a picture, from the camera file (with its name) or from the horizontal field of view, degrees.
+///
+/// # Errors
+/// When file and picture differ in size, or the flight code refuses the camera.
+pub fn camera_for(
+    file: Option<(&Path, &CameraFile)>,
+    fov_deg: Option<f64>,
     name: &Path,
     picture: &Picture,
 ) -> Result<(Camera, FocalLength), HostError> {
-    let geometry = picture.geometry();
-    if let (Some(path), Some(file)) = (&arguments.camera, file) {
-        if (file.width_px, file.height_px) != (geometry.width_px, geometry.height_px) {
-            let what = format!(
-                "the picture has {} x {} px, the camera file {} x {}",
-                geometry.width_px, geometry.height_px, file.width_px, file.height_px
-            );
-            return Err(HostError::input(name, None, what, "give the camera file of this picture"));
-        }
-        return Ok((flight::camera(file, path)?, FocalLength::Rough));
+    let DetectorGeometry { width_px, height_px, bits } = picture.geometry();
+    let Some((path, file)) = file else {
+        let file = CameraFile::from_fov(width_px, height_px, bits, fov_deg.unwrap_or(f64::NAN))?;
+        return Ok((flight::camera(&file, name)?, FocalLength::Within2Percent));
+    };
+    if (file.width_px, file.height_px) != (width_px, height_px) {
+        let (w, h) = (file.width_px, file.height_px);
+        let what = format!("the picture has {width_px} x {height_px} px, the camera file {w} x {h}");
+        return Err(HostError::input(name, None, what, "give the camera file of this picture"));
     }
-    let fov_deg = arguments.fov_deg.unwrap_or(f64::NAN);
-    let file = CameraFile::from_fov(geometry.width_px, geometry.height_px, geometry.bits, fov_deg)?;
-    Ok((flight::camera(&file, name)?, FocalLength::Within2Percent))
+    Ok((flight::camera(file, path)?, FocalLength::Rough))
 }
 
 /// Prints an answer for people.
@@ -239,23 +261,25 @@ fn print_text(answer: &SolveAnswer) {
 pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let camera_file = arguments.camera.as_deref().map(CameraFile::load).transpose()?;
     let named = arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?;
-    let mut solver = PictureSolver::new();
+    let mut solver = PictureSolver::default();
     // Pictures of one camera share the catalogue built for it.
     let mut built: Option<([f64; 2], Cow<[u8]>)> = None;
     let mut status = ExitCode::SUCCESS;
     for name in &arguments.images {
-        let mut answer = || -> Result<SolveAnswer, HostError> {
+        let mut solve = || -> Result<SolveAnswer, HostError> {
             let mut picture = Picture::load(name)?;
-            let (camera, focal_length) = camera_for(arguments, camera_file.as_ref(), name, &picture)?;
+            let file = arguments.camera.as_deref().zip(camera_file.as_ref());
+            let (camera, focal_length) = camera_for(file, arguments.fov_deg, name, &picture)?;
             let field_deg = flight::field_deg(&camera);
             if named.is_none() && built.as_ref().is_none_or(|(served, _)| *served != field_deg) {
                 built = Some((field_deg, flight::catalogue_bytes(&camera, Density::Brightest)?));
             }
             let bytes = named.as_ref().or(built.as_ref().map(|(_, bytes)| bytes));
             let catalogue = flight::open(bytes.map_or(&[], |bytes| bytes))?;
-            solver.solve(name, &mut picture, (&camera, focal_length), &catalogue)
+            let found = solver.find(name, &mut picture, (&camera, focal_length), &catalogue)?;
+            Ok(answer(name, &found, &catalogue))
         };
-        match answer() {
+        match solve() {
             Ok(answer) if arguments.json => json::print_line(&answer),
             Ok(answer) => print_text(&answer),
             Err(error) => {

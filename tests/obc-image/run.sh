@@ -1,6 +1,6 @@
 #!/bin/sh
-# Runs the flight image in the emulator; cargo's runner for thumbv7em, so `cargo obc -- FRAMES [TELEMETRY]` comes here as
-# `run.sh IMAGE FRAMES [TELEMETRY]`. File names are relative to where the command is given and hold no spaces: the image
+# Runs the flight image in the emulator; cargo's runner for thumbv7em, so `cargo obc -- FRAMES PARAMETERS TELEMETRY` comes
+# here as `run.sh IMAGE FRAMES PARAMETERS TELEMETRY` (`cargo sil record` makes the first two). File names are relative to where the command is given and hold no spaces: the image
 # gets its command line as one string. The status is the image's own.
 #
 # defmt's log is decoded to standard error where `defmt-print` is installed, and not written where it is not.
@@ -12,13 +12,10 @@ fail() {
     exit 2
 }
 
-[ $# -ge 1 ] || fail "usage: run.sh IMAGE FRAMES [TELEMETRY]"
+[ $# -eq 4 ] || fail "usage: cargo obc -- FRAMES PARAMETERS TELEMETRY"
 image=$1
 shift
-[ $# -ge 1 ] && [ $# -le 2 ] || fail "usage: cargo obc -- FRAMES [TELEMETRY]"
 command -v qemu-system-arm >/dev/null || fail "qemu-system-arm is not installed (Debian: qemu-system-arm)"
-frames=$1
-telemetry=${2:-telemetry.bin}
 
 log=
 if command -v defmt-print >/dev/null; then
@@ -27,7 +24,7 @@ if command -v defmt-print >/dev/null; then
 fi
 
 semihosting=enable=on,target=native
-for word in obc-image "$frames" "$telemetry" $log; do
+for word in obc-image "$@" $log; do
     case $word in
     *[\ ,]*) fail "$word: a file name with a space or a comma cannot be handed to the image" ;;
     esac

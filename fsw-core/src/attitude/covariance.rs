@@ -84,3 +84,6 @@ impl Cholesky {
 pub fn sigmas_rad(covariance_rad2: &Matrix3<f32>) -> [f32; 3] {
     [covariance_rad2.m11, covariance_rad2.m22, covariance_rad2.m33].map(libm::sqrtf)
 }
+
+#[cfg(test)]
+mod tests;

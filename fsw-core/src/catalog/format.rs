@@ -202,3 +202,6 @@ impl<'a> Catalogue<'a> {
         self.source_crc
     }
 }
+
+#[cfg(test)]
+mod tests;

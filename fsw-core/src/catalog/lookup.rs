@@ -72,3 +72,6 @@ impl<'a> Catalogue<'a> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -256,3 +256,6 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
         matches,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -27,6 +27,7 @@ use super::triangles::{Corner, Side, Triangles, triple_product};
 use super::{Field, Measured};
 use crate::attitude::{VectorPair, wahba};
 use crate::camera::Camera;
+use crate::order::settle_last;
 use heapless::Vec;
 
 /// Tolerances tried one after the other.
@@ -113,6 +114,16 @@ pub enum Progress {
     NotIdentified(NotIdentified),
 }
 
+/// A base side to try.
+#[derive(Clone, Copy, Debug)]
+struct Task {
+    i: u8,
+    j: u8,
+    side: Side,
+    /// Block of the brightest, then catalogue pairs: the order of the agenda.
+    cost: (u8, u16),
+}
+
 /// The resumable search. `STARS` bounds the catalogue, `SIDES` the directed catalogue pairs of one separation, `HITS`
 /// the triangles over one base side.
 #[derive(Clone, Debug)]
@@ -120,7 +131,7 @@ pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize>
     triangles: Triangles<STARS, SIDES, HITS>,
     polygons: Vec<Polygon, KEPT_POLYGONS>,
     /// Base sides at the present tolerance, in the order in which they are tried.
-    agenda: Vec<(u8, u8, Side), MAX_SIDES>,
+    agenda: Vec<Task, MAX_SIDES>,
     /// The next of them.
     next: usize,
     /// The next tolerance to make an agenda for.
@@ -181,7 +192,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         let mut work = 0;
         // Every side of every tolerance, and the making of each agenda.
         for _ in 0..TOLERANCES * (MAX_SIDES + 1) {
-            let Some((i, j, side)) = self.agenda.get(self.next).copied() else {
+            let Some(task) = self.agenda.get(self.next).copied() else {
                 if self.step >= TOLERANCES {
                     let reason = if self.any_side { NotIdentified::NoMatch } else { NotIdentified::NoSides };
                     return Progress::NotIdentified(reason);
@@ -193,7 +204,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
                 return Progress::Searching;
             }
             self.next += 1;
-            let found = self.try_side(field, parameters, (usize::from(i), usize::from(j), side), &mut work);
+            let found = self.try_side(field, parameters, &task, &mut work);
             if let Some((confirmed, log10_false)) = found {
                 return Progress::Identified(confirmed, log10_false);
             }
@@ -226,25 +237,22 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         self.step += 1;
         self.next = 0;
         self.agenda.clear();
-        let mut costs: Vec<(usize, u16), MAX_SIDES> = Vec::new();
-        for (block, stars) in BLOCKS.into_iter().enumerate() {
-            let first = if block == 0 { 1 } else { BLOCKS.get(block - 1).copied().unwrap_or(1) };
-            for (j, b) in field.measured().iter().enumerate().take(stars).skip(first) {
-                for (i, a) in field.measured().iter().enumerate().take(j) {
+        let mut first = 1;
+        for (block, stars) in (0u8..).zip(BLOCKS) {
+            for (j, b) in (0u8..).zip(field.measured()).take(stars).skip(first) {
+                for (i, a) in (0u8..).zip(field.measured()).take(usize::from(j)) {
                     let side = self.side(a, b, field.camera, parameters);
                     let pairs = field.catalogue.count_between(side.low(), side.high());
                     let in_range =
                         side.high() <= field.catalogue.max_chord() && side.chord >= 10.0 * side.tolerance;
-                    if !in_range || pairs == 0 || 2 * pairs > SIDES {
-                        continue;
+                    if in_range && pairs > 0 && 2 * pairs <= SIDES {
+                        // There are no more pairs of stars than places.
+                        let _ = self.agenda.push(Task { i, j, side, cost: (block, pairs as u16) });
+                        settle_last(&mut self.agenda, |a, b| a.cost < b.cost);
                     }
-                    let cost = (block, pairs as u16);
-                    let at = costs.iter().position(|other| cost < *other).unwrap_or(costs.len());
-                    // There are no more pairs of stars than places.
-                    let _ = costs.insert(at, cost);
-                    let _ = self.agenda.insert(at, (i as u8, j as u8, side));
                 }
             }
+            first = stars;
         }
         self.any_side |= !self.agenda.is_empty();
     }
@@ -254,11 +262,12 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         &mut self,
         field: &Field,
         parameters: &IdentificationParameters,
-        (i, j, base): (usize, usize, Side),
+        task: &Task,
         work: &mut u32,
     ) -> Option<(Confirmed, f32)> {
         let Field { catalogue, camera, .. } = *field;
-        let (star_i, star_j) = (field.measured().get(i)?, field.measured().get(j)?);
+        let Task { i, j, side: base, .. } = *task;
+        let (star_i, star_j) = (field.measured().get(usize::from(i))?, field.measured().get(usize::from(j))?);
         self.triangles.begin(catalogue, &base);
         let directed = self.triangles.sides.len();
         self.hypotheses += directed as f32;
@@ -266,7 +275,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         // A polygon of four is the least that chance seldom builds; with three stars in all, three must do.
         let least = if field.measured().len() > 3 { 2 } else { 1 };
         let mut corners = 0;
-        for (k, star_k) in field.measured().iter().enumerate() {
+        for (k, star_k) in (0u8..).zip(field.measured()) {
             if k == i || k == j || corners >= CORNERS {
                 continue;
             }
@@ -282,7 +291,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             // The height of the triangle over its base must exceed what noise can turn round.
             let flat = libm::fabsf(volume) < 2.0 * base.tolerance * base.chord;
             let sense = if flat { 0.0 } else { volume };
-            if self.triangles.add(catalogue, &Corner { k: k as u8, to_i, to_j, sense }) >= EARLY_CORNERS
+            if self.triangles.add(catalogue, &Corner { k, to_i, to_j, sense }) >= EARLY_CORNERS
                 && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS)
             {
                 return Some(found);
@@ -297,7 +306,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         &mut self,
         field: &Field,
         parameters: &IdentificationParameters,
-        (i, j): (usize, usize),
+        (i, j): (u8, u8),
         least: u8,
     ) -> Option<(Confirmed, f32)> {
         let side = self.triangles.best(least)?;
@@ -316,14 +325,14 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         &self,
         field: &Field,
         parameters: &IdentificationParameters,
-        (i, j, side): (usize, usize, u16),
+        (i, j, side): (u8, u8, u16),
     ) -> Option<Polygon> {
         let Field { catalogue, camera, .. } = *field;
         let measured = field.measured();
         let base = self.triangles.sides.get(usize::from(side))?;
         let mut corners: Vec<(u8, u16), MAX_POLYGON> = Vec::new();
-        corners.push((i as u8, base.p)).ok()?;
-        corners.push((j as u8, base.q)).ok()?;
+        corners.push((i, base.p)).ok()?;
+        corners.push((j, base.q)).ok()?;
         let (mut sum, mut count) = (base.square_error, 1.0f32);
         for hit in self.triangles.hits.iter().filter(|hit| hit.side == side) {
             let (Some(star), Some(unit)) = (measured.get(usize::from(hit.k)), catalogue.unit(hit.r)) else {
@@ -359,13 +368,12 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         if polygon.corners.len() < 3 {
             return;
         }
-        let at =
-            self.polygons.iter().position(|kept| polygon.better_than(kept)).unwrap_or(self.polygons.len());
-        if self.polygons.is_full() {
+        if self.polygons.is_full() && self.polygons.last().is_some_and(|worst| polygon.better_than(worst)) {
             self.polygons.pop();
         }
-        // Fails only behind the last place of a full list, where the polygon is not wanted.
-        let _ = self.polygons.insert(at.min(self.polygons.len()), polygon);
+        if self.polygons.push(polygon).is_ok() {
+            settle_last(&mut self.polygons, Polygon::better_than);
+        }
     }
 
     /// Solves the attitude of a polygon and confirms it.

@@ -57,3 +57,6 @@ pub fn field_stars(
     }
     Some(field)
 }
+
+#[cfg(test)]
+mod tests;

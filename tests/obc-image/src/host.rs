@@ -72,6 +72,16 @@ impl File {
         done(unsafe { syscall(nr::READ, &[self.handle, bytes.as_mut_ptr() as usize, bytes.len()]) })
     }
 
+    /// Fills `bytes` as far as the file reaches and gives the number of bytes.
+    ///
+    /// # Errors
+    /// [`HostError`] when the host refuses.
+    pub fn read_some(&mut self, bytes: &mut [u8]) -> Result<usize, HostError> {
+        // SAFETY: as in `read`.
+        let left = unsafe { syscall(nr::READ, &[self.handle, bytes.as_mut_ptr() as usize, bytes.len()]) };
+        bytes.len().checked_sub(left).ok_or(HostError)
+    }
+
     /// Fills `words` with little-endian `u16`; a file that ends before is an error.
     ///
     /// # Errors

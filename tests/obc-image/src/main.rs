@@ -1,7 +1,7 @@
 //! The flight library on the reference on-board computer (Cortex-M4F), run in the emulator.
 //!
-//! In: the command line `FRAMES [TELEMETRY [LOG]]`: a frame file ([`recorded`]), the file for telemetry (default
-//! `telemetry.bin`) and one for defmt frames (default: none). Out: telemetry, one line of figures on standard output
+//! In: the command line `FRAMES PARAMETERS TELEMETRY [LOG]`: a frame file ([`recorded`]), a parameter table, the file for
+//! telemetry and one for defmt frames (default: none). Out: telemetry, one line of figures on standard output
 //! ([`figures`]), and the status 0 done, 1 a second could not be flown, 2 bad input or usage, 3 processor fault (the line
 //! then is `{"fault_pc":ADDRESS}`).
 //!
@@ -20,7 +20,8 @@ mod recorded;
 
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use figures::Figures;
-use flight::Flight;
+use flight::{Flight, Refusal};
+use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use host::{File, HostError, Mode};
 use panic_never as _;
 use recorded::{FrameFileError, RecordedDetector};
@@ -37,6 +38,10 @@ enum InputError {
     Usage,
     /// The frame file was refused.
     Frames(FrameFileError),
+    /// The parameter table is unreadable, damaged or of another version.
+    Parameters,
+    /// The sensor refuses to start.
+    Refused(Refusal),
     /// A file to write cannot be opened or the figures cannot be printed.
     Output,
 }
@@ -45,7 +50,7 @@ impl InputError {
     /// One line for people; the host's runner shows it where defmt is not decoded.
     fn text(self) -> &'static str {
         match self {
-            Self::Usage => "usage: obc-image FRAMES [TELEMETRY [LOG]]\n",
+            Self::Usage => "usage: obc-image FRAMES PARAMETERS TELEMETRY [LOG]\n",
             Self::Frames(FrameFileError::Unreadable) => {
                 "FRAMES: cannot be read or is shorter than a header\n"
             }
@@ -54,6 +59,9 @@ impl InputError {
             Self::Frames(FrameFileError::Geometry) => {
                 "FRAMES: offset 6: impossible geometry or frame count\n"
             }
+            Self::Parameters => "PARAMETERS: cannot be read, damaged, or of another version\n",
+            Self::Refused(Refusal::Parameters) => "PARAMETERS: a value is out of its range\n",
+            Self::Refused(Refusal::Catalogue) => "the onboard catalogue is damaged\n",
             Self::Output => "TELEMETRY, LOG or standard output: cannot be written\n",
         }
     }
@@ -88,25 +96,31 @@ fn main() -> ! {
 
 /// Opens what the command line names, flies every frame and reports.
 fn run() -> Result<Flight, InputError> {
-    let (mut detector, mut telemetry) = open()?;
+    let (mut detector, parameters, mut telemetry) = open()?;
     let seconds = detector.frames();
-    let flight = flight::fly(&mut detector, seconds, &mut telemetry);
+    let flight =
+        flight::fly(&mut detector, parameters, seconds, &mut telemetry).map_err(InputError::Refused)?;
     report(&flight)?;
     Ok(flight)
 }
 
-/// The instruments and the telemetry file that the command line names. Not inlined, nor is [`report`]: their buffers
+/// The detector, the parameters and the telemetry file that the command line names. Not inlined, nor is [`report`]: their buffers
 /// would lie under the flight's stack and be measured with it.
 #[inline(never)]
-fn open() -> Result<(RecordedDetector, File), InputError> {
+fn open() -> Result<(RecordedDetector, Parameters, File), InputError> {
     let mut command_line = [0; host::COMMAND_LINE_BYTES];
     let mut arguments = host::arguments(&mut command_line);
     let frames = arguments.next().ok_or(InputError::Usage)?;
-    let telemetry = arguments.next().unwrap_or(b"telemetry.bin");
+    let parameters = arguments.next().ok_or(InputError::Usage)?;
+    let telemetry = arguments.next().ok_or(InputError::Usage)?;
     if let Some(name) = arguments.next() {
         log::to(File::open(name, Mode::Write)?);
     }
-    Ok((RecordedDetector::open(frames)?, File::open(telemetry, Mode::Write)?))
+    let mut table = [0; MAX_TABLE_BYTES];
+    let length = File::open(parameters, Mode::Read).and_then(|mut file| file.read_some(&mut table));
+    let table = table.get(..length.map_err(|HostError| InputError::Parameters)?).unwrap_or(&[]);
+    let parameters = Parameters::decode(table).map_err(|_| InputError::Parameters)?;
+    Ok((RecordedDetector::open(frames)?, parameters, File::open(telemetry, Mode::Write)?))
 }
 
 /// Measures the memory and prints the figures.

@@ -102,3 +102,6 @@ pub fn solve(pairs: &[VectorPair]) -> Result<Rotation<Icrs, StarPath>, WahbaErro
     }
     Ok(attitude)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,301 @@
+//! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
+//!
+//! Builds the flight image and the cycle meter, records the demonstration's rendered sky, flies it in the emulator and
+//! prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1 when a limit is
+//! overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F,
+//! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
+
+use crate::cli::BudgetArguments;
+use crate::demo;
+use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
+use crate::json;
+use crate::record::{self, RecordingFiles};
+use fsw_core::modes::Mode;
+use fsw_core::telemetry::Report;
+use fsw_hal::Stage;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Output};
+
+/// Seconds flown: acquisition twice, then tracking.
+const SECONDS: u32 = 6;
+/// The file of limits, from the workspace's root.
+const LIMITS_FILE: &str = "tests/obc-image/budget.toml";
+/// The version of it that is read.
+const LIMITS_VERSION: u32 = 1;
+
+#[derive(Clone, Debug, Deserialize)]
+struct LimitsFile {
+    version: u32,
+    target: TargetLimits,
+    cycles: CycleLimits,
+    memory: MemoryLimits,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct TargetLimits {
+    core: String,
+    clock_hz: u64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct CycleLimits {
+    acquisition: u64,
+    tracking: u64,
+}
+
+/// Limits of memory, bytes.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct MemoryLimits {
+    flash_bytes: u64,
+    static_ram_bytes: u64,
+    stack_bytes: u64,
+}
+
+/// What the image prints of itself.
+#[derive(Clone, Debug, Deserialize)]
+struct ImageFigures {
+    stack_bytes: u64,
+    static_ram_bytes: u64,
+    flash_bytes: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+struct Work {
+    instructions: u64,
+    cycles: u64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct MeteredCycle {
+    #[serde(flatten)]
+    work: Work,
+    stages: BTreeMap<u8, Work>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct MeterReport {
+    cycles: Vec<MeteredCycle>,
+    unfinished_cycles: u64,
+    unknown_blocks: u64,
+}
+
+/// A mode's worst second.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModeBudget {
+    limit_cycles: u64,
+    worst_cycles: u64,
+    worst_instructions: u64,
+    /// Cost at the caps; not known yet.
+    bound_cycles: Option<u64>,
+    /// Worst cycles of each stage.
+    stages: BTreeMap<&'static str, u64>,
+}
+
+/// The table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Budget {
+    target: String,
+    clock_hz: u64,
+    modes: BTreeMap<&'static str, ModeBudget>,
+    flash_bytes: u64,
+    ram_bytes: u64,
+    stack_bytes: u64,
+    limits: MemoryLimits,
+    telemetry_identical: bool,
+}
+
+impl Budget {
+    /// Every limit with what was used of it.
+    fn rows(&self) -> Vec<(String, u64, u64)> {
+        let modes = self.modes.iter().map(|(mode, budget)| {
+            (format!("{mode} second, cycles"), budget.worst_cycles, budget.limit_cycles)
+        });
+        let memory = [
+            ("flash, bytes", self.flash_bytes, self.limits.flash_bytes),
+            ("static RAM, bytes", self.ram_bytes, self.limits.static_ram_bytes),
+            ("stack, bytes", self.stack_bytes, self.limits.stack_bytes),
+        ];
+        modes.chain(memory.map(|(name, used, limit)| (name.to_owned(), used, limit))).collect()
+    }
+
+    fn kept(&self) -> bool {
+        self.telemetry_identical && self.rows().iter().all(|(_, used, limit)| used <= limit)
+    }
+
+    fn print(&self) {
+        println!("{} at {} MHz", self.target, self.clock_hz / 1_000_000);
+        for (name, used, limit) in self.rows() {
+            let share = 100.0 * used as f64 / limit as f64;
+            println!(
+                "  {name:28} {used:>11} of {limit:>11}  {share:5.1} %{}",
+                if used > limit { "  OVERRUN" } else { "" }
+            );
+        }
+        for (mode, budget) in &self.modes {
+            println!("  {mode}: {} instructions in its worst second", budget.worst_instructions);
+            for (stage, cycles) in &budget.stages {
+                println!("    {stage:26} {cycles:>11}");
+            }
+        }
+        let same = if self.telemetry_identical { "identical, byte for byte" } else { "NOT IDENTICAL" };
+        println!("  telemetry of target and host: {same}");
+    }
+}
+
+fn stage_name(number: u8) -> &'static str {
+    let stages = [
+        (Stage::Scan, "scan"),
+        (Stage::Identify, "identify"),
+        (Stage::Predict, "predict"),
+        (Stage::Windows, "windows"),
+        (Stage::Confirm, "confirm"),
+    ];
+    stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
+}
+
+/// The workspace's root: the nearest folder at or above this one that holds the file of limits.
+fn workspace() -> Result<PathBuf, HostError> {
+    let here = std::env::current_dir().unwrap_or_default();
+    let root = here.ancestors().find(|folder| folder.join(LIMITS_FILE).is_file());
+    root.map(Path::to_path_buf).ok_or_else(|| {
+        HostError::usage(format!("{LIMITS_FILE} is not here or above"), "run it inside the repository")
+    })
+}
+
+fn limits(root: &Path) -> Result<LimitsFile, HostError> {
+    let path = root.join(LIMITS_FILE);
+    let text = std::fs::read_to_string(&path).map_err(|error| {
+        HostError::input(&path, None, format!("cannot be read: {}", io_words(&error)), "restore it")
+    })?;
+    let limits: LimitsFile = toml::from_str(&text)
+        .map_err(|error| HostError::input(&path, None, error.message().to_owned(), "correct it"))?;
+    if limits.version == LIMITS_VERSION {
+        Ok(limits)
+    } else {
+        let what = format!("version {} instead of {LIMITS_VERSION}", limits.version);
+        Err(HostError::input(&path, None, what, "use the program of the same revision"))
+    }
+}
+
+/// Runs a program and gives what it printed; its failure is ours.
+fn run_program(command: &mut Command, what: &str) -> Result<Output, HostError> {
+    let output = command.output().map_err(|error| {
+        HostError::usage(format!("{what} cannot be started: {}", io_words(&error)), "install it")
+    })?;
+    if output.status.success() {
+        return Ok(output);
+    }
+    let words = String::from_utf8_lossy(&output.stderr);
+    let last = words.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message").to_owned();
+    Err(HostError::usage(format!("{what} failed: {last}"), "run it by hand"))
+}
+
+/// Where the emulated flight leaves its results.
+struct Flown {
+    figures: ImageFigures,
+    metered: MeterReport,
+    telemetry: Vec<u8>,
+}
+
+/// Builds image and meter and flies the recording.
+fn fly(root: &Path, files: &RecordingFiles, folder: &Path) -> Result<Flown, HostError> {
+    let cargo = || {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.current_dir(root);
+        cargo
+    };
+    run_program(cargo().args(["build", "--release", "-p", "cycle-meter"]), "building the cycle meter")?;
+    let (meter, telemetry) = (folder.join("cycles.json"), folder.join("obc-telemetry.bin"));
+    let arguments = [
+        "run",
+        "--quiet",
+        "--profile",
+        "flight",
+        "-p",
+        "obc-image",
+        "--target",
+        "thumbv7em-none-eabihf",
+        "--",
+    ];
+    let output = run_program(
+        cargo()
+            .args(arguments)
+            .args([&files.frames, &files.parameters, &telemetry])
+            .env("CYCLE_METER", &meter),
+        "the flight image in the emulator (cargo obc)",
+    )?;
+    let read = |path: &Path| {
+        std::fs::read(path).map_err(|error| {
+            HostError::input(path, None, format!("cannot be read: {}", io_words(&error)), "run it again")
+        })
+    };
+    let parse = |path: &Path, error: serde_json::Error| {
+        HostError::input(path, None, error.to_string(), "report this")
+    };
+    let metered: MeterReport =
+        serde_json::from_slice(&read(&meter)?).map_err(|error| parse(&meter, error))?;
+    if metered.unfinished_cycles != 0 || metered.unknown_blocks != 0 {
+        return Err(HostError::input(&meter, None, "the meter lost count", "report this"));
+    }
+    let figures = serde_json::from_slice(&output.stdout)
+        .map_err(|error| parse(Path::new("the image's figures"), error))?;
+    Ok(Flown { figures, metered, telemetry: read(&telemetry)? })
+}
+
+/// Sorts the metered cycles by mode.
+fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_identical: bool) -> Budget {
+    let mut modes = BTreeMap::new();
+    for (cycle, report) in flown.metered.cycles.iter().zip(reports) {
+        let (name, limit_cycles) = match report.mode {
+            Mode::Acquisition => ("acquisition", limits.cycles.acquisition),
+            Mode::Tracking => ("tracking", limits.cycles.tracking),
+        };
+        let mode = modes.entry(name).or_insert_with(|| ModeBudget {
+            limit_cycles,
+            worst_cycles: 0,
+            worst_instructions: 0,
+            bound_cycles: None,
+            stages: BTreeMap::new(),
+        });
+        mode.worst_cycles = mode.worst_cycles.max(cycle.work.cycles);
+        mode.worst_instructions = mode.worst_instructions.max(cycle.work.instructions);
+        for (number, work) in &cycle.stages {
+            let worst = mode.stages.entry(stage_name(*number)).or_insert(0);
+            *worst = (*worst).max(work.cycles);
+        }
+    }
+    Budget {
+        target: limits.target.core.clone(),
+        clock_hz: limits.target.clock_hz,
+        modes,
+        flash_bytes: flown.figures.flash_bytes,
+        ram_bytes: flown.figures.static_ram_bytes,
+        stack_bytes: flown.figures.stack_bytes,
+        limits: limits.memory.clone(),
+        telemetry_identical,
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Outside the repository, or when building or emulating fails.
+pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
+    let root = workspace()?;
+    let limits = limits(&root)?;
+    // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
+    let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
+    let (files, reports) = record::record(&mut demo::scene()?, demo::parameters(), SECONDS, &folder)?;
+    let flown = fly(&root, &files, &folder)?;
+    let host = std::fs::read(&files.telemetry).unwrap_or_default();
+    let budget = table(&limits, &flown, &reports, flown.telemetry == host);
+    let _ = std::fs::remove_dir_all(&folder);
+    if arguments.json {
+        json::print_line(&budget);
+    } else {
+        budget.print();
+    }
+    Ok(if budget.kept() { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
+}

@@ -1,0 +1,158 @@
+//! `sil-host record`: what the emulated computer is to fly, and what the host makes of it.
+//!
+//! In: a picture and its field of view, or nothing for the rendered sky of the demonstration. Out, in a folder:
+//!
+//! | file | content |
+//! |---|---|
+//! | `frames.bin` | a frame a second ([`crate::frames_file`]) |
+//! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
+//! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
+//!
+//! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the flight code is
+//! made for a calibrated camera; the catalogue is the one in the flight image.
+
+use crate::cli::RecordArguments;
+use crate::demo;
+use crate::error::{HostError, io_words};
+use crate::flight;
+use crate::frames_file::{FramesWriter, Recording};
+use crate::picture::Picture;
+use crate::solve::{PictureSolver, camera_for, reason_words};
+use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::stars::identify::IdentificationParameters;
+use fsw_core::telemetry::{self, Report};
+use fsw_hal::Detector;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Relative error that a refined focal length of an uncalibrated lens leaves in a separation.
+const SCALE_UNCERTAINTY: f32 = 0.001;
+
+/// The files of a recording.
+#[derive(Clone, Debug)]
+pub struct RecordingFiles {
+    /// Frames.
+    pub frames: PathBuf,
+    /// Parameter table.
+    pub parameters: PathBuf,
+    /// The host's telemetry.
+    pub telemetry: PathBuf,
+}
+
+impl RecordingFiles {
+    /// The files in a folder.
+    pub fn within(folder: &Path) -> Self {
+        let file = |name| folder.join(name);
+        Self {
+            frames: file("frames.bin"),
+            parameters: file("parameters.bin"),
+            telemetry: file("telemetry.bin"),
+        }
+    }
+}
+
+/// Writes a file whole.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
+    std::fs::write(path, bytes).map_err(|error| {
+        HostError::input(path, None, format!("cannot be written: {}", io_words(&error)), "check the folder")
+    })
+}
+
+/// Flies recorded frames on the host and gives its reports.
+///
+/// # Errors
+/// When the frames cannot be read or the flight code refuses the parameters.
+pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostError> {
+    let mut recording = Recording::load(frames)?;
+    let mut workspace = Box::new(Workspace::new());
+    let catalogue = flight::open(catalog_gen::REFERENCE)?;
+    let mut sensor = Sensor::new(catalogue, parameters, &mut workspace).map_err(|error| {
+        HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
+    })?;
+    let seconds = recording.len();
+    let mut instruments = Instruments { detector: &mut recording, meter: &mut () };
+    Ok((0..seconds).map(|_| sensor.cycle(&mut instruments, Command::Continue)).collect())
+}
+
+/// Records `seconds` frames of a detector, the table, and the host's telemetry, into a folder that exists or is made.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn record(
+    detector: &mut impl Detector,
+    parameters: Parameters,
+    seconds: u32,
+    folder: &Path,
+) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        HostError::input(folder, None, format!("cannot be made: {}", io_words(&error)), "give another folder")
+    })?;
+    let files = RecordingFiles::within(folder);
+    let mut writer = FramesWriter::create(&files.frames, detector.geometry())?;
+    for _ in 0..seconds {
+        writer.record(detector, parameters.exposure_us)?;
+    }
+    writer.finish()?;
+    let mut table = [0; MAX_TABLE_BYTES];
+    write(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
+    let reports = fly(&files.frames, parameters)?;
+    let mut stream = Vec::new();
+    let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
+    for report in &reports {
+        stream.extend_from_slice(telemetry::encode_next(report, &mut buffer).map_err(encoding_fault)?);
+    }
+    write(&files.telemetry, &stream)?;
+    Ok((files, reports))
+}
+
+fn encoding_fault(error: fsw_core::packet::PacketError) -> HostError {
+    HostError::usage(format!("a packet cannot be made ({error:?})"), "report this")
+}
+
+/// The picture and the parameters for its camera, its focal length refined.
+fn picture(name: &Path, fov_deg: f64) -> Result<(Picture, Parameters), HostError> {
+    let mut picture = Picture::load(name)?;
+    let (camera, focal_length) = camera_for(None, Some(fov_deg), name, &picture)?;
+    let bytes = flight::catalogue_bytes(&camera, flight::Density::Brightest)?;
+    let catalogue = flight::open(&bytes)?;
+    let found = PictureSolver::default().find(name, &mut picture, (&camera, focal_length), &catalogue)?;
+    let solution = found.solution.map_err(|reason| {
+        HostError::input(
+            name,
+            None,
+            format!("not identified ({})", reason_words(reason)),
+            "give another picture",
+        )
+    })?;
+    let parameters = Parameters::for_camera(*solution.camera.parameters());
+    let identification = IdentificationParameters {
+        scale_uncertainty: SCALE_UNCERTAINTY,
+        ..IdentificationParameters::default()
+    };
+    Ok((picture, Parameters { identification, ..parameters }))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the picture cannot be used or a file cannot be written.
+pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
+    let (files, reports) = match (&arguments.image, arguments.fov_deg) {
+        (Some(name), Some(fov_deg)) => {
+            let (mut picture, parameters) = picture(name, fov_deg)?;
+            record(&mut picture, parameters, arguments.seconds, &arguments.out)?
+        }
+        _ => record(&mut demo::scene()?, demo::parameters(), arguments.seconds, &arguments.out)?,
+    };
+    for report in &reports {
+        println!("second {}: {:?}, {} stars named", report.cycle, report.status, report.stars.len());
+    }
+    println!(
+        "fly it: cargo obc -- {} {} obc-telemetry.bin",
+        files.frames.display(),
+        files.parameters.display()
+    );
+    println!("then compare obc-telemetry.bin with {}", files.telemetry.display());
+    Ok(ExitCode::SUCCESS)
+}
