@@ -25,3 +25,16 @@ impl VectorPair {
         ratio * ratio
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_weight_is_the_inverse_square_of_the_sigma_in_milliradians() {
+        for (sigma_rad, weight) in [(1e-3, 1.0), (2e-3, 0.25), (1e-5, 1e4), (1e-1, 1e-4)] {
+            let pair = VectorPair { measured: Direction::z(), reference: Direction::z(), sigma_rad };
+            assert!((pair.weight() / weight - 1.0).abs() < 1e-6, "{sigma_rad} rad: {}", pair.weight());
+        }
+    }
+}

@@ -5,8 +5,11 @@
 //! (y - cy) / f, 1)`; equiangular: the distance from the optical centre is `f` times the angle from the line of sight.
 //!
 //! Distortion is Brown's model on the normalised plane, `distorted = undistorted (1 + k1 r² + k2 r⁴ + k3 r⁶) +
-//! tangential(p1, p2)`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of which shrinks the error by about
-//! `3 k1 r²`; lenses with more than 10 % distortion at the corner need a correction table instead.
+//! tangential(p1, p2)`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of which shrinks the error to about
+//! `2 |k1| r²` of it; lenses with more than 10 % distortion at the corner need a correction table instead.
+//!
+//! Error of a pixel's direction and back again, greatest over the whole reference detector: 1e-4 px without and with
+//! distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
 
 use crate::frames::{Direction, StarPath};
 use nalgebra::Vector3;

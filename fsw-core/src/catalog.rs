@@ -5,5 +5,7 @@
 
 pub mod format;
 pub mod lookup;
+#[cfg(test)]
+pub(crate) mod sample;
 
 pub use format::{Catalogue, CatalogueError, Pair, Star};

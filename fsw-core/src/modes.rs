@@ -40,3 +40,42 @@ pub fn next(mode: Mode, seen: &Seen, patience_s: u16) -> Mode {
         unchanged => unchanged,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Mode::{Acquisition, Tracking};
+    use super::*;
+
+    const PATIENCE_S: u16 = 3;
+
+    fn after(mode: Mode, attitude: bool, rate: bool, seconds_without: u16) -> Mode {
+        next(mode, &Seen { attitude, rate, seconds_without }, PATIENCE_S)
+    }
+
+    #[test]
+    fn the_sensor_begins_with_acquisition() {
+        assert_eq!(Mode::default(), Acquisition);
+    }
+
+    #[test]
+    fn acquisition_becomes_tracking_once_attitude_and_rate_are_known() {
+        assert_eq!(after(Acquisition, true, true, 0), Tracking);
+        // One image gives no rate; a rate without an attitude of this second is an old one.
+        for (attitude, rate) in [(false, false), (true, false), (false, true)] {
+            for seconds_without in [0, PATIENCE_S, u16::MAX] {
+                assert_eq!(after(Acquisition, attitude, rate, seconds_without), Acquisition);
+            }
+        }
+    }
+
+    #[test]
+    fn tracking_goes_on_until_patience_is_at_its_end() {
+        for seconds_without in 0..PATIENCE_S {
+            assert_eq!(after(Tracking, seconds_without == 0, true, seconds_without), Tracking);
+            assert_eq!(after(Tracking, false, false, seconds_without), Tracking);
+        }
+        for seconds_without in [PATIENCE_S, PATIENCE_S + 1, u16::MAX] {
+            assert_eq!(after(Tracking, false, true, seconds_without), Acquisition);
+        }
+    }
+}

@@ -24,7 +24,8 @@ pub fn star_windows(
     let side = (2 * reach + 1) as u16;
     let mut windows = Vec::new();
     for star in predicted {
-        let [x, y] = star.centre_px.map(|at| libm::floorf(at + 0.5) as i32 - reach);
+        // The conversion saturates: a position far off, or none at all (NaN), gives no window.
+        let [x, y] = star.centre_px.map(|at| (libm::floorf(at + 0.5) as i32).saturating_sub(reach));
         let (Ok(x), Ok(y)) = (u16::try_from(x), u16::try_from(y)) else { continue };
         let window = Window { x, y, width: side, height: side };
         if window.fits(geometry) && windows.push(window).is_err() {

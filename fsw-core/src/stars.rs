@@ -5,8 +5,10 @@
 //! image,
 //! [`predict`] says which stars an attitude puts where.
 
+pub mod agenda;
 pub mod confirm;
 pub mod identify;
+pub mod polygon;
 pub mod predict;
 mod triangles;
 

@@ -90,3 +90,59 @@ pub trait Detector {
     /// [`DetectorError::Bus`] when the hardware fails (then `pixels` is not to be used).
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError>;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REFERENCE: DetectorGeometry = DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
+
+    fn window(x: u16, y: u16, width: u16, height: u16) -> Window {
+        Window { x, y, width, height }
+    }
+
+    #[test]
+    fn full_scale_is_all_bits_set_and_never_more_than_a_u16() {
+        for (bits, full_scale) in [(1, 1), (8, 255), (10, 1023), (12, 4095), (15, 32_767), (16, u16::MAX)] {
+            assert_eq!(DetectorGeometry { bits, ..REFERENCE }.full_scale(), full_scale);
+        }
+        assert_eq!(DetectorGeometry { bits: u8::MAX, ..REFERENCE }.full_scale(), u16::MAX);
+    }
+
+    #[test]
+    fn the_whole_window_covers_every_pixel() {
+        assert_eq!(REFERENCE.whole().area(), 1280 * 1024);
+        assert!(REFERENCE.whole().fits(&REFERENCE));
+    }
+
+    #[test]
+    fn the_largest_window_has_a_countable_area() {
+        assert_eq!(window(0, 0, u16::MAX, u16::MAX).area(), 65_535 * 65_535);
+        assert_eq!(window(5, 5, 0, 7).area(), 0);
+    }
+
+    #[test]
+    fn a_window_fits_to_the_last_pixel_and_no_further() {
+        assert!(window(1279, 1023, 1, 1).fits(&REFERENCE));
+        assert!(window(1253, 997, 27, 27).fits(&REFERENCE));
+        for beyond in [
+            window(1280, 0, 1, 1),
+            window(0, 1024, 1, 1),
+            window(1254, 0, 27, 27),
+            window(0, 998, 27, 27),
+            window(0, 0, 1281, 1024),
+            window(0, 0, 1280, 1025),
+        ] {
+            assert!(!beyond.fits(&REFERENCE), "{beyond:?}");
+        }
+    }
+
+    #[test]
+    fn a_window_whose_end_overflows_sixteen_bits_does_not_fit() {
+        let largest = DetectorGeometry { width_px: u16::MAX, height_px: u16::MAX, bits: 16 };
+        assert!(largest.whole().fits(&largest));
+        assert!(!window(u16::MAX, 0, u16::MAX, 1).fits(&largest));
+        assert!(!window(0, 2, 1, u16::MAX).fits(&largest));
+        assert!(!window(u16::MAX, u16::MAX, 1, 1).fits(&REFERENCE));
+    }
+}

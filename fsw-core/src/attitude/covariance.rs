@@ -2,6 +2,10 @@
 //!
 //! `P = [Σ a (I - b bᵀ)]⁻¹` with `a = 1 / sigma²`: the covariance of the rotation vector in the star path's frame,
 //! rad². It equals the Cramer-Rao bound of Wahba's problem for independent errors across the line of sight.
+//!
+//! Rounding: 1e-5 of the sigmas' products over 3 to 10 stars of the reference field. Against 4,000 random fields the
+//! mean normalised square of the attitude's error is 3.01 (expected 3; test
+//! `eq_3_27_is_the_scatter_of_the_attitude_error`).
 
 use super::VectorPair;
 use nalgebra::{Matrix3, Vector3};
@@ -27,7 +31,8 @@ impl Information {
     }
 
     /// Lower-left Cholesky factor `L` with the reciprocals of its diagonal; `None` unless positive definite with
-    /// digits to spare (relative pivot above 1e-6).
+    /// digits to spare (relative pivot above 1e-6; rounding of a single star leaves up to 7e-7 within 57 deg of the
+    /// line of sight, more beside the camera).
     fn cholesky(&self) -> Option<Cholesky> {
         let m = &self.matrix;
         let pivot = |value: f32, scale: f32| {

@@ -58,7 +58,7 @@ pub enum CatalogueError {
     Length,
     /// The checksum does not match: bytes were damaged.
     Checksum,
-    /// The counts contradict each other.
+    /// The counts contradict each other or the bin table.
     Structure,
 }
 
@@ -154,9 +154,16 @@ impl<'a> Catalogue<'a> {
         if pair_bytes.len() != pairs.checked_mul(PAIR_BYTES)? {
             return None;
         }
+        let bins = bin_bytes.as_chunks::<PAIR_BYTES>().0;
+        // A bin table that goes back or ends elsewhere would hide pairs without a word.
+        let firsts = bins.iter().map(|entry| u32::from_le_bytes(*entry));
+        let last = firsts.clone().next_back()?;
+        if last as usize != pairs || !firsts.is_sorted() {
+            return None;
+        }
         Some(Self {
             stars: star_bytes.as_chunks::<STAR_BYTES>().0,
-            bins: bin_bytes.as_chunks::<PAIR_BYTES>().0,
+            bins,
             pairs: pair_bytes.as_chunks::<PAIR_BYTES>().0,
             bin_shift: u32_at(bytes, 28).filter(|shift| *shift < 32)?,
             max_chord_q30: u32_at(bytes, 32)?,

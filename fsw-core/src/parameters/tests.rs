@@ -1,1 +1,120 @@
+use super::*;
+use crate::oracle::reference_camera;
 
+type Integer = (&'static str, fn(&mut Parameters, u32), u32, u32);
+type Real = (&'static str, fn(&mut Parameters) -> &mut f32, f32, f32);
+
+/// Name, setter and documented range of every integer.
+const INTEGERS: [Integer; 12] = [
+    ("exposure_us", |p, v| p.exposure_us = v, 100, 10_000_000),
+    ("pairs_per_cycle", |p, v| p.pairs_per_cycle = v, 10_000, 4_000_000),
+    ("threshold_sigma_tenths", |p, v| p.detection.threshold_sigma_tenths = v as u16, 30, 200),
+    ("peak_to_region_percent", |p, v| p.detection.peak_to_region_percent = v as u16, 100, 1000),
+    ("peak_to_inner_percent", |p, v| p.detection.peak_to_inner_percent = v as u16, 100, 1000),
+    ("inner_to_outer_percent", |p, v| p.detection.inner_to_outer_percent = v as u16, 100, 1000),
+    ("inner_share_percent", |p, v| p.detection.inner_share_percent = v as u16, 0, 100),
+    ("skirt_share_percent", |p, v| p.detection.skirt_share_percent = v as u16, 1, 50),
+    ("centroid_floor_millipx", |p, v| p.detection.centroid_floor_millipx = v as u16, 1, 1000),
+    ("gate_px", |p, v| p.tracking.gate_px = v as u16, 3, 24),
+    ("fewest_stars", |p, v| p.tracking.fewest_stars = v as u16, 3, 16),
+    ("patience_s", |p, v| p.tracking.patience_s = v as u16, 1, 60),
+];
+
+/// Name, place and range of every real.
+const REALS: [Real; 5] = [
+    ("centroid_sigma_px[0]", |p| &mut p.identification.centroid_sigma_px[0], 0.05, 3.0),
+    ("centroid_sigma_px[1]", |p| &mut p.identification.centroid_sigma_px[1], 0.05, 3.0),
+    ("centroid_sigma_px[2]", |p| &mut p.identification.centroid_sigma_px[2], 0.05, 3.0),
+    ("scale_uncertainty", |p| &mut p.identification.scale_uncertainty, 0.0, 0.01),
+    ("log10_false_limit", |p| &mut p.identification.log10_false_limit, -30.0, -2.0),
+];
+
+fn checked(change: impl Fn(&mut Parameters)) -> Result<(), ParameterError> {
+    let mut parameters = Parameters::for_camera(reference_camera());
+    change(&mut parameters);
+    parameters.check().map(|_| ())
+}
+
+#[test]
+fn the_defaults_pass_and_give_their_camera() {
+    let parameters = Parameters::for_camera(reference_camera());
+    assert_eq!(*parameters.check().unwrap().parameters(), reference_camera());
+}
+
+#[test]
+fn an_integer_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
+    for (name, set, low, high) in INTEGERS {
+        for good in [low, high] {
+            assert_eq!(checked(|p| set(p, good)), Ok(()), "{name} = {good}");
+        }
+        for bad in low.checked_sub(1).into_iter().chain([high + 1]) {
+            assert_eq!(checked(|p| set(p, bad)), Err(ParameterError::Range(name)), "{name} = {bad}");
+        }
+    }
+}
+
+#[test]
+fn a_real_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond_or_without_a_value() {
+    for (name, place, low, high) in REALS {
+        for good in [low, high] {
+            assert_eq!(checked(|p| *place(p) = good), Ok(()), "{name} = {good}");
+        }
+        for bad in [low.next_down(), high.next_up(), f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(checked(|p| *place(p) = bad), Err(ParameterError::Range(name)), "{name} = {bad}");
+        }
+    }
+}
+
+#[test]
+fn no_field_of_the_table_escapes_the_check() {
+    // Postcard writes a field after the other: as many values as are checked here, those of the camera, whose own
+    // door they pass, and none beside.
+    let mut bytes = [0; 512];
+    let with = |change: &dyn Fn(&mut Parameters), bytes: &mut [u8]| {
+        let mut parameters = Parameters::for_camera(reference_camera());
+        // One byte each for the smallest integers, four for the reals.
+        INTEGERS.iter().for_each(|(_, set, ..)| set(&mut parameters, 1));
+        change(&mut parameters);
+        postcard::to_slice(&parameters, bytes).unwrap().len()
+    };
+    let camera = postcard::to_slice(&reference_camera(), &mut [0; 256]).unwrap().len();
+    assert_eq!(with(&|_| (), &mut bytes), camera + INTEGERS.len() + 4 * REALS.len());
+}
+
+#[test]
+fn an_impossible_camera_is_refused_first() {
+    let refused = checked(|p| {
+        p.camera.focal_length_px = f32::NAN;
+        p.exposure_us = 0;
+    });
+    assert_eq!(refused, Err(ParameterError::Camera(CameraError::NotFinite)));
+}
+
+#[test]
+fn a_table_comes_back_from_its_packet() {
+    let parameters = Parameters::for_camera(reference_camera());
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    assert_eq!(Parameters::decode(parameters.encode(&mut buffer).unwrap()), Ok(parameters));
+}
+
+#[test]
+fn the_longest_table_fits_its_buffer() {
+    let mut parameters = Parameters::for_camera(reference_camera());
+    INTEGERS.iter().for_each(|(_, set, ..)| set(&mut parameters, u32::MAX));
+    (parameters.camera.width_px, parameters.camera.height_px) = (u16::MAX, u16::MAX);
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    let packet = parameters.encode(&mut buffer).unwrap();
+    std::println!("longest table: {} bytes", packet.len());
+    assert_eq!(Parameters::decode(packet), Ok(parameters));
+}
+
+#[test]
+fn a_damaged_table_is_refused() {
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    let length = Parameters::for_camera(reference_camera()).encode(&mut buffer).unwrap().len();
+    for place in 0..length {
+        let mut packet = buffer;
+        packet[place] ^= 0x10;
+        assert_eq!(Parameters::decode(&packet[..length]), Err(PacketError::Checksum), "byte {place}");
+    }
+}

@@ -4,10 +4,9 @@
 //! stood confirmation, or "not identified" with the reason. The work is cut into measured base sides, so it can be
 //! resumed from second to second ([`Identifier::advance`]).
 //!
-//! For every base side (i, j), first those of the brightest stars ([`BLOCKS`]), the ones with the fewest catalogue pairs
-//! leading:
+//! For every base side (i, j), in the order of the [agenda](super::agenda):
 //! 1. catalogue pairs of its separation, in both directions, within the tolerance;
-//! 2. triangles with up to [`CORNERS`] further stars k;
+//! 2. triangles with up to [`CORNERS`] further stars k, half of them the brightest, half those that follow j;
 //! 3. only those with the measured sense of rotation;
 //! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners must fit
 //!    too;
@@ -18,35 +17,25 @@
 //! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked best so
 //! far stay readable ([`Identifier::polygons`]).
 //!
-//! Bounds: [`MAX_SIDES`] sides a tolerance, each at most `CORNERS` passes over the pairs of one separation and
+//! Bounds: [`MAX_SIDES`] sides, each at most `CORNERS` passes over the pairs of one separation and
 //! `PROPOSALS + CORNERS` confirmations; sides with more catalogue pairs than the workspace holds are left out. Work is
 //! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the side.
 
-use super::confirm::{Confirmed, confirm};
+use super::agenda::{Agenda, MAX_SIDES, Task};
+use super::confirm::{Confirmed, confirm, widen};
+use super::polygon::{CORNERS, Candidates, MAX_POLYGON, Polygon};
 use super::triangles::{Corner, Side, Triangles, triple_product};
 use super::{Field, Measured};
 use crate::attitude::{VectorPair, wahba};
 use crate::camera::Camera;
-use crate::order::settle_last;
 use heapless::Vec;
 
 /// Tolerances tried one after the other.
 pub const TOLERANCES: usize = 3;
-/// Stars k examined for a base side.
-pub const CORNERS: usize = 10;
-/// Most stars of a polygon.
-pub const MAX_POLYGON: usize = CORNERS + 2;
 /// Polygons of one base side that are handed to confirmation.
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
-/// Base sides are taken among so many of the brightest stars, block after block.
-pub const BLOCKS: [usize; 3] = [8, 12, 16];
-/// Most base sides tried with one tolerance: all pairs of the last block.
-pub const MAX_SIDES: usize = 16 * 15 / 2;
-/// Polygons kept for inspection.
-pub const KEPT_POLYGONS: usize = 8;
-
 /// Parameters of star identification.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct IdentificationParameters {
@@ -67,6 +56,13 @@ impl Default for IdentificationParameters {
 }
 
 impl IdentificationParameters {
+    /// The measured side between two stars with the tolerance number `step`.
+    pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
+        let chord = a.direction.chord(&b.direction);
+        let tolerance = self.tolerance_px(step) * camera.rad_per_px();
+        Side { chord, tolerance: tolerance + self.scale_uncertainty * chord }
+    }
+
     /// Tolerance of a separation of two stars near each other, px.
     pub fn tolerance_px(&self, step: usize) -> f32 {
         const THREE_SIGMA_OF_DIFFERENCE: f32 = 4.242_640_7;
@@ -85,23 +81,6 @@ pub enum NotIdentified {
     NoMatch,
 }
 
-/// Measured and catalogue stars that agree in all their separations.
-#[derive(Clone, Debug)]
-pub struct Polygon {
-    /// Pairs of (measured index, catalogue index).
-    pub corners: Vec<(u8, u16), MAX_POLYGON>,
-    /// Mean square error of its sides, squared tolerances.
-    pub mean_square_error: f32,
-}
-
-impl Polygon {
-    /// The thesis's criterion: more corners, then less error.
-    fn better_than(&self, other: &Polygon) -> bool {
-        let (ours, theirs) = (self.corners.len(), other.corners.len());
-        ours > theirs || (ours == theirs && self.mean_square_error < other.mean_square_error)
-    }
-}
-
 /// Where the search stands after a call of [`Identifier::advance`].
 #[expect(clippy::large_enum_variant, reason = "there is no heap to box the result on")]
 #[derive(Clone, Debug)]
@@ -114,29 +93,13 @@ pub enum Progress {
     NotIdentified(NotIdentified),
 }
 
-/// A base side to try.
-#[derive(Clone, Copy, Debug)]
-struct Task {
-    i: u8,
-    j: u8,
-    side: Side,
-    /// Block of the brightest, then catalogue pairs: the order of the agenda.
-    cost: (u8, u16),
-}
-
 /// The resumable search. `STARS` bounds the catalogue, `SIDES` the directed catalogue pairs of one separation, `HITS`
 /// the triangles over one base side.
 #[derive(Clone, Debug)]
 pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize> {
     triangles: Triangles<STARS, SIDES, HITS>,
-    polygons: Vec<Polygon, KEPT_POLYGONS>,
-    /// Base sides at the present tolerance, in the order in which they are tried.
-    agenda: Vec<Task, MAX_SIDES>,
-    /// The next of them.
-    next: usize,
-    /// The next tolerance to make an agenda for.
-    step: usize,
-    any_side: bool,
+    candidates: Candidates,
+    agenda: Agenda,
     hypotheses: f32,
 }
 
@@ -151,11 +114,8 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     pub const fn new() -> Self {
         Self {
             triangles: Triangles::new(),
-            polygons: Vec::new(),
-            agenda: Vec::new(),
-            next: 0,
-            step: 0,
-            any_side: false,
+            candidates: Candidates::new(),
+            agenda: Agenda::new(),
             hypotheses: 0.0,
         }
     }
@@ -163,14 +123,14 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     /// Forgets the search, for a new set of stars. `hypotheses` were tried on the same stars before, with another camera
     /// or other parameters (0 in flight): they count in the false-identification probability.
     pub fn restart(&mut self, hypotheses: f32) {
-        self.polygons.clear();
-        self.agenda.clear();
-        (self.next, self.step, self.any_side, self.hypotheses) = (0, 0, false, hypotheses);
+        self.candidates = Candidates::new();
+        self.agenda = Agenda::new();
+        self.hypotheses = hypotheses;
     }
 
     /// The best polygons found so far, best first.
     pub fn polygons(&self) -> &[Polygon] {
-        &self.polygons
+        self.candidates.polygons()
     }
 
     /// Number of catalogue hypotheses tried so far.
@@ -190,71 +150,17 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             return Progress::NotIdentified(NotIdentified::TooFewStars);
         }
         let mut work = 0;
-        // Every side of every tolerance, and the making of each agenda.
-        for _ in 0..TOLERANCES * (MAX_SIDES + 1) {
-            let Some(task) = self.agenda.get(self.next).copied() else {
-                if self.step >= TOLERANCES {
-                    let reason = if self.any_side { NotIdentified::NoMatch } else { NotIdentified::NoSides };
-                    return Progress::NotIdentified(reason);
-                }
-                self.make_agenda(field, parameters);
-                continue;
-            };
+        for _ in 0..=MAX_SIDES {
             if work >= allowance {
                 return Progress::Searching;
             }
-            self.next += 1;
-            let found = self.try_side(field, parameters, &task, &mut work);
-            if let Some((confirmed, log10_false)) = found {
+            let Some(task) = self.agenda.next(field, parameters, SIDES) else { break };
+            if let Some((confirmed, log10_false)) = self.try_side(field, parameters, &task, &mut work) {
                 return Progress::Identified(confirmed, log10_false);
             }
         }
-        Progress::Searching
-    }
-
-    /// Tolerance of the agenda in force, px.
-    fn tolerance_px(&self, parameters: &IdentificationParameters) -> f32 {
-        parameters.tolerance_px(self.step.saturating_sub(1))
-    }
-
-    /// The measured side between two stars at the present tolerance.
-    fn side(
-        &self,
-        a: &Measured,
-        b: &Measured,
-        camera: &Camera,
-        parameters: &IdentificationParameters,
-    ) -> Side {
-        let chord = a.direction.chord(&b.direction);
-        let tolerance = self.tolerance_px(parameters) * camera.rad_per_px();
-        Side { chord, tolerance: tolerance + parameters.scale_uncertainty * chord }
-    }
-
-    /// Lists the base sides of the next tolerance: block by block, within a block by rising number of catalogue pairs.
-    /// Left out are sides beyond the catalogue's range, sides too short to have a direction, and those with more pairs
-    /// than the workspace holds.
-    fn make_agenda(&mut self, field: &Field, parameters: &IdentificationParameters) {
-        self.step += 1;
-        self.next = 0;
-        self.agenda.clear();
-        let mut first = 1;
-        for (block, stars) in (0u8..).zip(BLOCKS) {
-            for (j, b) in (0u8..).zip(field.measured()).take(stars).skip(first) {
-                for (i, a) in (0u8..).zip(field.measured()).take(usize::from(j)) {
-                    let side = self.side(a, b, field.camera, parameters);
-                    let pairs = field.catalogue.count_between(side.low(), side.high());
-                    let in_range =
-                        side.high() <= field.catalogue.max_chord() && side.chord >= 10.0 * side.tolerance;
-                    if in_range && pairs > 0 && 2 * pairs <= SIDES {
-                        // There are no more pairs of stars than places.
-                        let _ = self.agenda.push(Task { i, j, side, cost: (block, pairs as u16) });
-                        settle_last(&mut self.agenda, |a, b| a.cost < b.cost);
-                    }
-                }
-            }
-            first = stars;
-        }
-        self.any_side |= !self.agenda.is_empty();
+        let reason = if self.agenda.any { NotIdentified::NoMatch } else { NotIdentified::NoSides };
+        Progress::NotIdentified(reason)
     }
 
     /// Builds the polygons over one base side and confirms the best; counts the catalogue pairs it looks at.
@@ -274,17 +180,12 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         *work = work.saturating_add(directed as u32);
         // A polygon of four is the least that chance seldom builds; with three stars in all, three must do.
         let least = if field.measured().len() > 3 { 2 } else { 1 };
-        let mut corners = 0;
-        for (k, star_k) in (0u8..).zip(field.measured()) {
-            if k == i || k == j || corners >= CORNERS {
+        for (k, star_k) in corner_stars(field.measured(), usize::from(j)) {
+            let to_i = parameters.side(self.agenda.step(), star_i, star_k, camera);
+            let to_j = parameters.side(self.agenda.step(), star_j, star_k, camera);
+            if k == i || k == j || to_i.high() > catalogue.max_chord() {
                 continue;
             }
-            let to_i = self.side(star_i, star_k, camera, parameters);
-            let to_j = self.side(star_j, star_k, camera, parameters);
-            if to_i.high() > catalogue.max_chord() {
-                continue;
-            }
-            corners += 1;
             *work = work.saturating_add(catalogue.count_between(to_i.low(), to_i.high()) as u32);
             let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
             let volume = triple_product(a, b, c);
@@ -294,10 +195,25 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             if self.triangles.add(catalogue, &Corner { k, to_i, to_j, sense }) >= EARLY_CORNERS
                 && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS)
             {
+                self.keep_rest(field, parameters, (i, j));
                 return Some(found);
             }
         }
-        (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least))
+        let found = (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least));
+        self.keep_rest(field, parameters, (i, j));
+        found
+    }
+
+    /// Keeps what remains of the base side's polygons, unconfirmed.
+    fn keep_rest(&mut self, field: &Field, parameters: &IdentificationParameters, (i, j): (u8, u8)) {
+        for _ in 0..PROPOSALS {
+            let Some(side) = self.triangles.best(1) else { return };
+            let polygon = self.merge(field, parameters, (i, j, side));
+            self.triangles.discard(side);
+            if let Some(polygon) = polygon {
+                self.candidates.keep(polygon);
+            }
+        }
     }
 
     /// Merges the polygon over the base side with the most corners, if it has `least`, keeps it and confirms it. The
@@ -315,7 +231,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         let polygon = polygon?;
         let large_enough = polygon.corners.len() >= usize::from(least) + 2;
         let found = if large_enough { self.propose(&polygon, field, parameters) } else { None };
-        self.keep(polygon);
+        self.candidates.keep(polygon);
         found
     }
 
@@ -351,7 +267,8 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
                 else {
                     return false;
                 };
-                let error = self.side(star, seen, camera, parameters).fit((unit - named).norm());
+                let error =
+                    parameters.side(self.agenda.step(), star, seen, camera).fit((unit - named).norm());
                 square_error += error.unwrap_or(0.0);
                 error.is_some()
             });
@@ -361,19 +278,6 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             }
         }
         Some(Polygon { corners, mean_square_error: sum / count })
-    }
-
-    /// Keeps a polygon among the best for inspection.
-    fn keep(&mut self, polygon: Polygon) {
-        if polygon.corners.len() < 3 {
-            return;
-        }
-        if self.polygons.is_full() && self.polygons.last().is_some_and(|worst| polygon.better_than(worst)) {
-            self.polygons.pop();
-        }
-        if self.polygons.push(polygon).is_ok() {
-            settle_last(&mut self.polygons, Polygon::better_than);
-        }
     }
 
     /// Solves the attitude of a polygon and confirms it.
@@ -389,8 +293,26 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             pairs.push(seen.paired_with(&star, field.camera)).ok()?;
         }
         let attitude = wahba::svd::solve(&pairs).ok()?;
-        let confirmed = confirm(&attitude, field, self.tolerance_px(parameters))?;
+        let tolerance_px = parameters.tolerance_px(self.agenda.step());
+        let confirmed = confirm(&attitude, field, tolerance_px)?;
         let log10_false = (confirmed.log10_chance + libm::log10f(self.hypotheses.max(1.0))).min(0.0);
-        if log10_false <= parameters.log10_false_limit { Some((confirmed, log10_false)) } else { None }
+        if log10_false > parameters.log10_false_limit {
+            return None;
+        }
+        Some((widen(confirmed, field, tolerance_px), log10_false))
     }
+}
+
+/// The stars to try as corners over a base side whose fainter star is number `j`: the brightest few, which are most likely
+/// in the catalogue, and those that follow j, so that a run of false stars at the head does not spoil every side.
+fn corner_stars(measured: &[Measured], j: usize) -> impl Iterator<Item = (u8, &Measured)> {
+    const HALF: usize = CORNERS / 2;
+    let follows = (j + 1).max(HALF);
+    let missing = HALF.saturating_sub(measured.len().saturating_sub(follows));
+    let numbered = || (0u8..).zip(measured);
+    let head = numbered().take(HALF);
+    let behind = numbered().skip(follows).take(HALF);
+    // At the end of the list: from behind the head again, not beyond where `behind` began.
+    let again = numbered().skip(HALF).take(missing.min(follows - HALF));
+    head.chain(behind).chain(again)
 }

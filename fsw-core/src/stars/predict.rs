@@ -10,6 +10,9 @@ use heapless::Vec;
 
 /// Most catalogue stars projected; of more, the brightest.
 pub const MAX_FIELD_STARS: usize = 64;
+/// The cone is wider by this than the corners' cosine says: in a field narrower than 0.3 deg rounding of the cosine alone
+/// would lose stars in the corners.
+const COSINE_ROUNDING: f32 = 1e-6;
 
 /// A catalogue star that should be on the detector.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +25,7 @@ pub struct Predicted {
     pub centre_px: [f32; 2],
 }
 
-/// Cosine of the angle from the detector's middle to its farthest corner, and the middle's direction.
+/// Cosine of the angle from the detector's middle to its farthest corner, and a little more; the middle's direction.
 fn circumscribed_cone(camera: &Camera) -> Option<(f32, Direction<StarPath>)> {
     let middle = camera.direction(camera.middle_px())?;
     let [right, bottom] = camera.middle_px().map(|half| 2.0 * half);
@@ -30,7 +33,7 @@ fn circumscribed_cone(camera: &Camera) -> Option<(f32, Direction<StarPath>)> {
     let cosine = corners.into_iter().try_fold(1.0f32, |least, corner| {
         camera.direction(corner).map(|direction| least.min(direction.dot(&middle)))
     })?;
-    Some((cosine, middle))
+    Some((cosine - COSINE_ROUNDING, middle))
 }
 
 /// The brightest catalogue stars on the detector.

@@ -1,1 +1,195 @@
+use super::*;
+use crate::catalog::format::CRC32;
+use proptest::prelude::*;
 
+fn fault() -> impl Strategy<Value = Fault> {
+    prop::sample::select(&[Fault::Request, Fault::Geometry, Fault::Hardware])
+}
+
+fn status() -> impl Strategy<Value = Status> {
+    let reasons = [NotIdentified::TooFewStars, NotIdentified::NoSides, NotIdentified::NoMatch];
+    prop_oneof![
+        prop::sample::select(&[Status::Identified, Status::Searching, Status::Tracked, Status::Lost]),
+        prop::sample::select(reasons.to_vec()).prop_map(Status::NotIdentified),
+        fault().prop_map(Status::DetectorFault),
+    ]
+}
+
+/// Any number but NaN, which is unequal to itself.
+fn real() -> impl Strategy<Value = f32> {
+    any::<f32>().prop_map(|value| if value.is_nan() { 0.0 } else { value })
+}
+
+fn attitude() -> impl Strategy<Value = AttitudeReport> {
+    (prop::array::uniform4(real()), prop::array::uniform3(real()), real(), any::<u16>()).prop_map(
+        |(quaternion, sigma_rad, log10_false, age_s)| AttitudeReport {
+            quaternion,
+            sigma_rad,
+            log10_false,
+            age_s,
+        },
+    )
+}
+
+fn star() -> impl Strategy<Value = StarReport> {
+    (any::<u32>(), prop::array::uniform2(real()), prop::array::uniform2(real()))
+        .prop_map(|(hip, centre_px, residual_px)| StarReport { hip, centre_px, residual_px })
+}
+
+prop_compose! {
+    fn report()(
+        cycle in any::<u32>(),
+        tracking in any::<bool>(),
+        status in status(),
+        attitude in prop::option::of(attitude()),
+        rate_rad_s in prop::option::of(prop::array::uniform3(real())),
+        detections in any::<u16>(),
+        focal_ratio in real(),
+        stars in prop::collection::vec(star(), 0..=MAX_STARS),
+    ) -> Report {
+        let mode = if tracking { Mode::Tracking } else { Mode::Acquisition };
+        let stars = Vec::from_slice(&stars).unwrap();
+        Report { cycle, mode, status, attitude, rate_rad_s, detections, focal_ratio, stars }
+    }
+}
+
+/// The report that needs most bytes: every list full, every number as long as it can be.
+fn largest() -> Report {
+    let star = StarReport { hip: u32::MAX, centre_px: [f32::MAX; 2], residual_px: [f32::MAX; 2] };
+    let attitude = AttitudeReport {
+        quaternion: [f32::MAX; 4],
+        sigma_rad: [f32::MAX; 3],
+        log10_false: f32::MIN,
+        age_s: u16::MAX,
+    };
+    Report {
+        cycle: u32::MAX,
+        mode: Mode::Tracking,
+        status: Status::DetectorFault(Fault::Hardware),
+        attitude: Some(attitude),
+        rate_rad_s: Some([f32::MAX; 3]),
+        detections: u16::MAX,
+        focal_ratio: f32::MAX,
+        stars: Vec::from_slice(&[star; MAX_STARS]).unwrap(),
+    }
+}
+
+/// A frame of these bytes with a right checksum.
+fn sealed(content: &[u8]) -> std::vec::Vec<u8> {
+    let crc = CRC32.checksum(content).to_le_bytes();
+    content.iter().chain(&crc).copied().collect()
+}
+
+#[test]
+fn the_longest_frame_fits_the_buffer() {
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let report = largest();
+    let frame = encode(&report, &mut buffer).unwrap();
+    std::println!("longest frame: {} bytes", frame.len());
+    assert_eq!(decode(frame), Ok(report));
+}
+
+#[test]
+fn any_flipped_bit_of_a_frame_is_refused() {
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let length = encode(&largest(), &mut buffer).unwrap().len();
+    for place in 0..length {
+        for bit in 0..8 {
+            let mut frame = buffer;
+            frame[place] ^= 1 << bit;
+            assert_eq!(decode(&frame[..length]), Err(PacketError::Checksum), "byte {place}, bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn a_frame_of_another_version_is_refused_and_named() {
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let frame = encode(&largest(), &mut buffer).unwrap();
+    for version in (0..=u8::MAX).filter(|version| *version != VERSION) {
+        let mut content = frame[..frame.len() - 4].to_vec();
+        content[0] = version;
+        assert_eq!(decode(&sealed(&content)), Err(PacketError::Version(version)));
+    }
+}
+
+#[test]
+fn every_truncated_frame_is_refused() {
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let frame = encode(&largest(), &mut buffer).unwrap();
+    for length in 0..frame.len() {
+        assert_eq!(decode(&frame[..length]), Err(PacketError::Checksum), "{length} bytes");
+    }
+}
+
+#[test]
+fn a_sealed_frame_that_is_no_report_is_refused_by_its_content() {
+    assert_eq!(decode(&sealed(&[VERSION])), Err(PacketError::Content));
+    assert_eq!(decode(&sealed(&[VERSION, 1, 9, 9, 9])), Err(PacketError::Content));
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let frame = encode(&largest(), &mut buffer).unwrap();
+    assert_eq!(decode(&sealed(&frame[..frame.len() - 5])), Err(PacketError::Content));
+    // A list longer than it can be: 65 stars at the end of a report without any.
+    let mut content = encode(&Report { stars: Vec::new(), ..largest() }, &mut buffer).unwrap().to_vec();
+    content.truncate(content.len() - 4);
+    *content.last_mut().unwrap() = MAX_STARS as u8 + 1;
+    content.extend([0; 17 * (MAX_STARS + 1)]);
+    assert_eq!(decode(&sealed(&content)), Err(PacketError::Content));
+}
+
+#[test]
+fn a_buffer_that_is_too_short_is_refused() {
+    let report = largest();
+    let length = encode(&report, &mut [0; MAX_FRAME_BYTES]).unwrap().len();
+    for short in 0..length {
+        assert_eq!(encode(&report, &mut std::vec![0; short]), Err(PacketError::Buffer), "{short} bytes");
+    }
+    assert!(encode(&report, &mut std::vec![0; length]).is_ok());
+}
+
+#[test]
+fn a_stream_gives_its_frames_in_order_and_ends_where_it_breaks_off() {
+    let reports =
+        [largest(), Report { stars: Vec::new(), ..largest() }, Report { attitude: None, ..largest() }];
+    let mut stream = std::vec::Vec::new();
+    for report in &reports {
+        stream.extend_from_slice(encode_next(report, &mut [0; MAX_FRAME_BYTES + 2]).unwrap());
+    }
+    let mut rest = &stream[..];
+    for report in &reports {
+        let (frame, after) = split_first(rest).unwrap();
+        assert_eq!(decode(frame).as_ref(), Ok(report));
+        rest = after;
+    }
+    assert_eq!(split_first(rest), None);
+    for length in 0..1000 {
+        assert_eq!(split_first(&stream[..length]), None, "{length} bytes");
+    }
+}
+
+#[test]
+fn a_refused_request_is_our_fault_and_silence_the_hardware_s() {
+    for ours in [DetectorError::OutsideDetector, DetectorError::BufferLength, DetectorError::Exposure] {
+        assert_eq!(Fault::from(ours), Fault::Request);
+    }
+    for theirs in [DetectorError::NotExposed, DetectorError::Timeout, DetectorError::Bus] {
+        assert_eq!(Fault::from(theirs), Fault::Hardware);
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_report_comes_back_from_its_frame(report in report()) {
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        let frame = encode(&report, &mut buffer).unwrap();
+        prop_assert_eq!(decode(frame), Ok(report));
+    }
+
+    #[test]
+    fn no_bytes_panic(content in prop::collection::vec(any::<u8>(), 0..300)) {
+        let _ = decode(&content);
+        let mut versioned = std::vec![VERSION];
+        versioned.extend(content);
+        let _ = decode(&sealed(&versioned));
+    }
+}

@@ -1,1 +1,180 @@
+use super::*;
+use crate::catalog::sample::{self, SampleStar, seal};
+use crate::oracle::Generator;
+use proptest::prelude::*;
+use std::vec::Vec;
 
+/// Eight stars, all 28 pairs, 33 bins.
+fn small() -> Vec<u8> {
+    sample::bytes(&sample::sky(&mut Generator::new(1), 8), 26, 1 << 31)
+}
+
+fn refusal(bytes: &[u8]) -> CatalogueError {
+    Catalogue::open(bytes).map(|_| ()).unwrap_err()
+}
+
+/// The small catalogue with one header word changed and the checksum made right again.
+fn with_word(offset: usize, word: u32) -> Vec<u8> {
+    let mut bytes = small();
+    bytes[offset..offset + 4].copy_from_slice(&word.to_le_bytes());
+    seal(&mut bytes);
+    bytes
+}
+
+#[test]
+fn a_header_says_what_was_written() {
+    let bytes = small();
+    let catalogue = Catalogue::open(&bytes).unwrap();
+    assert_eq!((catalogue.star_count(), catalogue.pair_count()), (8, 28));
+    assert_eq!(catalogue.max_chord(), 2.0);
+    assert!((catalogue.epoch_year() - 2026.5).abs() < 1e-3);
+    assert_eq!(catalogue.faintest_centi(), 600);
+    assert_eq!(catalogue.field_millideg(), 24_100);
+    assert_eq!(catalogue.source_crc(), 0xDEAD_BEEF);
+}
+
+#[test]
+fn a_star_is_read_with_its_number_flag_signs_and_colours() {
+    let one = SampleStar {
+        unit_q30: [-(1 << 30), 0, 0],
+        id: 120_404 | 1 << 24,
+        magnitude_centi: -146,
+        colour_centi: -32,
+    };
+    let two = SampleStar {
+        unit_q30: [0, 858_993_459, -644_245_094],
+        id: 7,
+        magnitude_centi: 599,
+        colour_centi: 201,
+    };
+    let bytes = sample::bytes(&[one, two], 26, 1 << 31);
+    let stars: Vec<Star> = Catalogue::open(&bytes).unwrap().stars().collect();
+    let expected = Star {
+        unit_q30: [-(1 << 30), 0, 0],
+        hip: 120_404,
+        proximity: true,
+        magnitude_centi: -146,
+        colour_centi: -32,
+    };
+    assert_eq!(stars[0], expected);
+    assert_eq!((stars[1].hip, stars[1].proximity), (7, false));
+    assert_eq!((stars[1].magnitude_centi, stars[1].colour_centi), (599, 201));
+    let direction = *stars[1].direction().vector();
+    assert!((direction - nalgebra::Vector3::new(0.0, 0.8, -0.6)).norm() < 1e-7);
+}
+
+#[test]
+fn an_empty_catalogue_is_a_catalogue() {
+    let bytes = sample::bytes(&[], 26, 0);
+    let catalogue = Catalogue::open(&bytes).unwrap();
+    assert_eq!((catalogue.star_count(), catalogue.pair_count()), (0, 0));
+    assert_eq!(catalogue.star(0), None);
+    assert_eq!(catalogue.count_between(0.0, 2.0), 0);
+}
+
+#[test]
+fn other_files_are_refused_by_their_magic() {
+    let mut bytes = small();
+    bytes[3] = b'D';
+    for other in [&b""[..], b"SXT", b"\x89PNG\r\n", &bytes] {
+        assert_eq!(refusal(other), CatalogueError::NotACatalogue);
+    }
+}
+
+#[test]
+fn another_version_is_refused_and_named() {
+    for version in [0u16, 2, 0xFFFF] {
+        let mut bytes = small();
+        bytes[4..6].copy_from_slice(&version.to_le_bytes());
+        assert_eq!(refusal(&bytes), CatalogueError::Version(version));
+    }
+}
+
+#[test]
+fn every_truncation_and_any_appendix_is_refused_by_length() {
+    let mut bytes = small();
+    for length in MAGIC.len()..bytes.len() {
+        assert_eq!(refusal(&bytes[..length]), CatalogueError::Length, "{length} bytes");
+    }
+    bytes.push(0);
+    assert_eq!(refusal(&bytes), CatalogueError::Length);
+    assert_eq!(refusal(&with_word(12, 0)), CatalogueError::Length);
+    assert_eq!(refusal(&with_word(12, u32::MAX)), CatalogueError::Length);
+}
+
+#[test]
+fn any_flipped_bit_is_refused() {
+    let good = small();
+    for place in 0..good.len() {
+        for bit in 0..8 {
+            let mut bytes = good.clone();
+            bytes[place] ^= 1 << bit;
+            let error = refusal(&bytes);
+            // Before the protected part stand magic, version, header length (checked as structure) and the CRC itself.
+            let expected = match place {
+                0..4 => error == CatalogueError::NotACatalogue,
+                4..6 => matches!(error, CatalogueError::Version(_)),
+                6..8 => error == CatalogueError::Structure,
+                12..16 => error == CatalogueError::Length,
+                _ => error == CatalogueError::Checksum,
+            };
+            assert!(expected, "byte {place}, bit {bit}: {error:?}");
+        }
+    }
+}
+
+#[test]
+fn counts_that_contradict_each_other_are_refused_by_structure() {
+    let cases = [
+        ("stars", 16, [7, 9, 0, 65_536, u32::MAX]),
+        ("pairs", 20, [27, 29, 0, 65_536, u32::MAX]),
+        ("bins", 24, [32, 34, 0, 65_536, u32::MAX]),
+        ("shift", 28, [32, 33, 64, 65_536, u32::MAX]),
+    ];
+    for (name, offset, words) in cases {
+        for word in words {
+            assert_eq!(refusal(&with_word(offset, word)), CatalogueError::Structure, "{name} = {word}");
+        }
+    }
+    // Counts that trade a star for five words of the next table have the right length but the wrong tables.
+    let mut bytes = with_word(16, 7);
+    bytes[24..28].copy_from_slice(&38u32.to_le_bytes());
+    seal(&mut bytes);
+    assert_eq!(refusal(&bytes), CatalogueError::Structure);
+}
+
+#[test]
+fn a_bin_table_that_goes_back_or_ends_before_the_last_pair_is_refused() {
+    let bins_at = HEADER_BYTES + 8 * STAR_BYTES;
+    let last = bins_at + 33 * PAIR_BYTES;
+    for (offset, word) in [(last, 27), (last, 29), (bins_at + 8, 29), (bins_at + 80, 0)] {
+        assert_eq!(refusal(&with_word(offset, word)), CatalogueError::Structure, "byte {offset}");
+    }
+}
+
+proptest! {
+    /// Bytes with a right header and checksum but any counts and content: opened or refused, and safe to ask.
+    #[test]
+    fn no_bytes_panic_at_the_door_or_behind_it(
+        content in prop::collection::vec(any::<u8>(), 0..400),
+        counts in prop::array::uniform5(0u32..40),
+        index in any::<u16>(),
+        low in any::<f32>(),
+        high in any::<f32>(),
+    ) {
+        let _ = Catalogue::open(&content);
+        let mut bytes = small();
+        bytes.truncate(HEADER_BYTES);
+        bytes.extend(&content);
+        let length = bytes.len() as u32;
+        bytes[12..16].copy_from_slice(&length.to_le_bytes());
+        for (place, count) in counts.iter().enumerate() {
+            bytes[16 + 4 * place..20 + 4 * place].copy_from_slice(&count.to_le_bytes());
+        }
+        seal(&mut bytes);
+        if let Ok(catalogue) = Catalogue::open(&bytes) {
+            let _ = (catalogue.star(index), catalogue.unit(index), catalogue.stars().count());
+            prop_assert_eq!(catalogue.pairs_between(low, high).count(), catalogue.count_between(low, high));
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Artificial catalogues for the tests, written from the layout's description and in integers alone.
+
+use super::format::CRC32;
+use crate::oracle::Generator;
+use nalgebra::Vector3;
+use std::vec::Vec;
+
+pub struct SampleStar {
+    pub unit_q30: [i32; 3],
+    pub id: u32,
+    pub magnitude_centi: i16,
+    pub colour_centi: i16,
+}
+
+/// Chord of two stars, Q2.30, rounded down.
+pub fn chord_q30(one: &SampleStar, other: &SampleStar) -> u32 {
+    let square = one.unit_q30.iter().zip(other.unit_q30).map(|(a, b)| {
+        let difference = i64::from(*a) - i64::from(b);
+        (difference * difference) as u64
+    });
+    square.sum::<u64>().isqrt() as u32
+}
+
+/// A star in this direction; the Hipparcos number says which it is.
+pub fn star(direction: &Vector3<f64>, hip: u32) -> SampleStar {
+    let unit_q30 = [direction.x, direction.y, direction.z].map(|x| (x * (1u32 << 30) as f64).round() as i32);
+    SampleStar { unit_q30, id: hip, magnitude_centi: hip as i16, colour_centi: 50 }
+}
+
+/// Stars evenly over the sky, numbered from 1.
+pub fn sky(generator: &mut Generator, count: u32) -> Vec<SampleStar> {
+    (1..=count).map(|hip| star(&generator.unit(), hip)).collect()
+}
+
+/// Writes the checksum again after a change.
+pub fn seal(bytes: &mut [u8]) {
+    let crc = CRC32.checksum(&bytes[12..]);
+    bytes[8..12].copy_from_slice(&crc.to_le_bytes());
+}
+
+/// The bytes of a catalogue with every pair up to `max_chord_q30`.
+pub fn bytes(stars: &[SampleStar], shift: u32, max_chord_q30: u32) -> Vec<u8> {
+    let mut pairs = Vec::new();
+    for (second, star) in stars.iter().enumerate() {
+        for (first, brighter) in stars.iter().enumerate().take(second) {
+            pairs.push((chord_q30(brighter, star), first as u16, second as u16));
+        }
+    }
+    pairs.retain(|(chord, ..)| *chord <= max_chord_q30);
+    pairs.sort_unstable();
+    let bins = (max_chord_q30 >> shift) + 1;
+    let length = 64 + 20 * stars.len() as u32 + 4 * (bins + 1 + pairs.len() as u32);
+
+    let mut bytes = b"SXTC\x01\x00\x40\x00".to_vec();
+    let count = |items: usize| items as u32;
+    let counts = [0, length, count(stars.len()), count(pairs.len()), bins, shift, max_chord_q30];
+    counts.iter().for_each(|word| bytes.extend(word.to_le_bytes()));
+    // Epoch J2026.5, faintest V = 6.00, field 24.1 deg, checksum of the source.
+    [2_026_500u32, 600, 24_100, 0xDEAD_BEEF].iter().for_each(|word| bytes.extend(word.to_le_bytes()));
+    bytes.resize(64, 0);
+    for star in stars {
+        star.unit_q30.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        bytes.extend(star.id.to_le_bytes());
+        bytes.extend(star.magnitude_centi.to_le_bytes());
+        bytes.extend(star.colour_centi.to_le_bytes());
+    }
+    for bin in 0..=bins {
+        let before = pairs.iter().filter(|(chord, ..)| chord >> shift < bin).count();
+        bytes.extend(count(before).to_le_bytes());
+    }
+    for (_, first, second) in pairs {
+        bytes.extend(first.to_le_bytes());
+        bytes.extend(second.to_le_bytes());
+    }
+    seal(&mut bytes);
+    bytes
+}

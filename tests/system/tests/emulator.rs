@@ -1,0 +1,109 @@
+//! The flight image on the emulated Cortex-M4F: the same bits as on the host, within the limits of the budget.
+
+use fsw_core::modes::Mode;
+use fsw_core::telemetry::{self, Report, Status};
+use serde_json::Value;
+use std::path::Path;
+use system_tests::{cargo, data, direction, json_lines, run, scratch, separation_arcsec, workspace};
+
+/// Flies a recording in the emulator and gives host's and target's telemetry.
+fn fly(folder: &Path) -> (Vec<u8>, Vec<u8>) {
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let arguments = ["run", "--profile", "flight", "-p", "obc-image", "--target", "thumbv7em-none-eabihf"];
+    let files = [file("frames.bin"), file("parameters.bin"), file("obc.bin")];
+    let arguments: Vec<&str> =
+        arguments.into_iter().chain(["--"]).chain(files.iter().map(String::as_str)).collect();
+    cargo(&arguments);
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    (read("telemetry.bin"), read("obc.bin"))
+}
+
+fn reports(mut stream: &[u8]) -> Vec<Report> {
+    let mut reports = Vec::new();
+    while let Some((frame, rest)) = telemetry::split_first(stream) {
+        reports.push(telemetry::decode(frame).expect("a whole frame"));
+        stream = rest;
+    }
+    assert!(stream.is_empty(), "the stream ends with a whole frame");
+    reports
+}
+
+#[test]
+fn the_budget_is_kept_and_telemetry_is_identical() {
+    let output = run(&["budget", "--json"]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let budget = json_lines(&output).pop().unwrap_or_else(|| panic!("no table: {errors}"));
+    println!("{budget:#}");
+    assert_eq!(budget["telemetry_identical"], true);
+    assert!(output.status.success(), "a limit is overrun: {budget:#}");
+    for mode in ["acquisition", "tracking"] {
+        let used = budget["modes"][mode]["worst_cycles"].as_u64().unwrap();
+        assert!(used > 10_000, "{mode}: the meter counted");
+        assert!(used <= budget["modes"][mode]["limit_cycles"].as_u64().unwrap());
+    }
+}
+
+#[test]
+fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
+    let image = "tomcreusot/16mm_checker_2/Nunki/nunki_700000e_11.3g.png";
+    let (Some(picture), Some(truth)) = (data(&format!("sky/{image}")), data("sky/truth.json")) else {
+        return;
+    };
+    let truth: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(truth).unwrap()).unwrap();
+    let truth = truth.iter().find(|entry| entry["image"] == image).unwrap();
+    let number = |key: &str| truth[key].as_f64().unwrap();
+
+    let folder = scratch("photograph");
+    let fov_deg = (number("FOV_h_deg") * 1.01).to_string();
+    let output =
+        run(&["record", picture.to_str().unwrap(), "--fov-deg", &fov_deg, "--out", folder.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (host, target) = fly(&folder);
+    assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
+
+    let reports = reports(&target);
+    assert_eq!(reports[0].status, Status::Identified);
+    assert!(
+        reports
+            .iter()
+            .skip(2)
+            .all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked)
+    );
+    for report in &reports {
+        let [x, y, z, w] =
+            report.attitude.as_ref().expect("an attitude every second").quaternion.map(f64::from);
+        // Third row of the matrix of eq. 2.4: where the middle of the picture points.
+        let middle = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), w * w + z * z - x * x - y * y];
+        let error = separation_arcsec(middle, direction(number("RA_deg"), number("Dec_deg")));
+        println!("{:?}: {error:.1} arcsec from the truth", report.status);
+        assert!(error < 60.0 + number("max_dev_from_consensus_arcsec"));
+    }
+}
+
+#[test]
+fn the_image_refuses_bad_files_with_a_line_and_status_2() {
+    let folder = scratch("refused");
+    let frames = folder.join("frames.bin");
+    std::fs::write(&frames, b"SXTFgarbage").unwrap();
+    let arguments = [
+        "run",
+        "--quiet",
+        "--profile",
+        "flight",
+        "-p",
+        "obc-image",
+        "--target",
+        "thumbv7em-none-eabihf",
+        "--",
+    ];
+    let output = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(arguments)
+        .args([&frames, &folder.join("no-parameters.bin"), &folder.join("out.bin")])
+        .current_dir(workspace())
+        .env("CARGO_TARGET_DIR", system_tests::target_dir())
+        .output()
+        .unwrap();
+    let line = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}");
+    assert!(line.starts_with("PARAMETERS: ") && line.trim_end().lines().count() == 1, "{line:?}");
+}
