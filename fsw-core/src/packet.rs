@@ -55,5 +55,36 @@ pub fn decode<'a, T: Deserialize<'a>>(version: u8, packet: &'a [u8]) -> Result<T
     if *found != version {
         return Err(PacketError::Version(*found));
     }
-    postcard::from_bytes(body).map_err(|_| PacketError::Content)
+    match postcard::take_from_bytes(body) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(PacketError::Content),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_comes_back_from_its_packet() {
+        let mut buffer = [0; 32];
+        let packet = encode(7, &(1u32, -2i16), &mut buffer).unwrap();
+        assert_eq!(decode::<(u32, i16)>(7, packet), Ok((1, -2)));
+        assert_eq!(decode::<(u32, i16)>(8, packet), Err(PacketError::Version(7)));
+    }
+
+    #[test]
+    fn bytes_after_the_value_are_refused_even_under_a_good_checksum() {
+        let mut buffer = [0; 32];
+        let packet = encode(7, &(1u8, 2u8), &mut buffer).unwrap();
+        assert_eq!(decode::<u8>(7, packet), Err(PacketError::Content));
+    }
+
+    #[test]
+    fn a_buffer_that_is_too_short_is_an_error_at_every_length() {
+        let length = encode(1, &[1u8, 2, 3], &mut [0; 32]).unwrap().len();
+        for short in 0..length {
+            assert_eq!(encode(1, &[1u8, 2, 3], &mut [0; 32][..short]), Err(PacketError::Buffer));
+        }
+    }
 }

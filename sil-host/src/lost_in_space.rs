@@ -17,9 +17,11 @@ const FOCAL_STEP: f64 = 0.004;
 const FOCAL_STEPS: i32 = 6;
 /// Half a step and what the lens distorts.
 const FOCAL_UNCERTAINTY: f32 = 0.002;
-/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at. The first is quick and wins on most
-/// pictures; each of the others costs more.
-const ROUNDS: [(f32, u32); 4] = [(0.35, 100_000), (0.35, 2_000_000), (0.7, 2_000_000), (1.4, 2_000_000)];
+/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at, begun sides being finished. The
+/// first tries the most telling base side of every focal length and wins on most pictures; the fewer hypotheses were tried
+/// before, the less evidence is needed.
+const ROUNDS: [(f32, u32); 5] =
+    [(0.35, 1), (0.35, 100_000), (0.35, 2_000_000), (0.7, 2_000_000), (1.4, 2_000_000)];
 /// Times the focal length is refined from the matched stars.
 const REFINEMENTS: usize = 4;
 

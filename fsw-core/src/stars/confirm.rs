@@ -50,7 +50,7 @@ pub struct Confirmed {
     /// Attitude from all matches but the proximity-flagged.
     pub attitude: Rotation<Icrs, StarPath>,
     /// Standard deviations of the attitude about x, y, z of the star path, rad: those that the centroids' own sigmas
-    /// give (eq. 3.27), widened where the residuals are larger than these sigmas.
+    /// give (eq. 3.27), scaled by what the residuals say of these sigmas.
     pub sigma_rad: [f32; 3],
     /// Measured stars with their names, brightest catalogue star first.
     pub matches: Vec<Match, MAX_FIELD_STARS>,
@@ -183,8 +183,12 @@ fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
     if square > 1.0 { product / square } else { 1.0 }
 }
 
-/// How much wider the residuals are than the centroids' own sigmas say, at least 1.
-fn excess(matches: &[Match], measured: &[Measured]) -> f32 {
+/// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
+const PRIOR_RESIDUALS: f32 = 10.0;
+
+/// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at once; smaller
+/// ones only as far as there are many, because few are small by luck.
+fn sigma_scale(matches: &[Match], measured: &[Measured]) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
         let sigma = measured.get(usize::from(found.measured)).map_or(1.0, |seen| seen.sigma_px);
         let [dx, dy] = found.residual_px;
@@ -192,7 +196,9 @@ fn excess(matches: &[Match], measured: &[Measured]) -> f32 {
     });
     // Two residuals a star, less the three angles that were fitted.
     let freedom = 2.0 * matches.len() as f32 - 3.0;
-    libm::sqrtf((chi_square / freedom).max(1.0))
+    let ratio = chi_square / freedom;
+    let weighted = (chi_square + PRIOR_RESIDUALS) / (freedom + PRIOR_RESIDUALS);
+    libm::sqrtf(if ratio > 1.0 { ratio } else { weighted })
 }
 
 /// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with the
@@ -248,10 +254,10 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
         let [dx, dy] = found.residual_px;
         sum + dx * dx + dy * dy
     });
-    let widened = excess(&matches, measured);
+    let scale = sigma_scale(&matches, measured);
     Some(Confirmed {
         attitude,
-        sigma_rad: sigma_rad.map(|sigma| sigma * widened),
+        sigma_rad: sigma_rad.map(|sigma| sigma * scale),
         expected: expected.len() as u16,
         rms_px: libm::sqrtf(square / (2.0 * matches.len() as f32)),
         focal_ratio: focal_ratio(&matches, measured),
