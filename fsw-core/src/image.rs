@@ -1,14 +1,20 @@
 //! From windows of raw pixels to star centroids, in integers.
 //!
-//! [`condition`] takes the local background away, [`scan`] finds local maxima that rise from it and walks the whole
-//! detector in tiles, [`centroid`] judges each maximum by the thesis's criteria and gives its centre.
+//! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from it,
+//! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, [`scan`] walks the whole detector in
+//! tiles and `detections` keeps the brightest spots.
 //!
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
 //! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
 pub mod centroid;
 pub mod condition;
+mod detections;
+mod median;
+mod peaks;
 pub mod scan;
+#[cfg(test)]
+mod test_sky;
 
 /// Full scale of a pixel in scaled counts.
 pub const FULL_SCALE: i32 = 1 << 14;

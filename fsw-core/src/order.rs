@@ -10,3 +10,44 @@ pub(crate) fn settle_last<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bo
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    proptest! {
+        #[test]
+        fn a_list_settled_element_by_element_is_sorted_stably(keys in prop::collection::vec(0u8..12, 0..80)) {
+            let arrivals: Vec<(u8, usize)> = keys.into_iter().zip(0..).collect();
+            let mut settled = Vec::new();
+            for arrival in &arrivals {
+                settled.push(*arrival);
+                settle_last(&mut settled, |one, other| one.0 < other.0);
+            }
+            let mut sorted = arrivals;
+            sorted.sort_by_key(|arrival| arrival.0);
+            prop_assert_eq!(settled, sorted);
+        }
+
+        #[test]
+        fn only_the_last_element_moves(mut list in prop::collection::vec(any::<i16>(), 0..40), last in any::<i16>()) {
+            list.sort_unstable_by(|one, other| other.cmp(one));
+            let others = list.clone();
+            list.push(last);
+            settle_last(&mut list, |one, other| one > other);
+            let place = list.iter().rposition(|value| *value == last).unwrap();
+            list.remove(place);
+            prop_assert_eq!(list, others);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_compared_stays_where_it_came() {
+        let mut list = [1.0, 2.0, f32::NAN];
+        settle_last(&mut list, |one, other| one < other);
+        assert!(list[0] == 1.0 && list[1] == 2.0 && list[2].is_nan());
+        settle_last::<f32>(&mut [], |_, _| true);
+    }
+}

@@ -63,6 +63,8 @@ pub enum SensorError {
     CatalogueTooLarge,
 }
 
+// The parts of a second are not inlined into it, so that their lists do not lie on the stack together.
+
 /// What a second's image taught.
 struct Outcome {
     status: Status,
@@ -221,6 +223,7 @@ impl<'c> Sensor<'c> {
     }
 
     /// Lost in space: scan, then identify; a search that needs longer goes on with the same image.
+    #[inline(never)]
     fn acquire(&mut self, instruments: &mut Instruments<impl Detector, impl StageMeter>) -> Outcome {
         let Workspace { buffer, detections, .. } = &mut *self.workspace;
         if self.searching_since.is_none() {
@@ -264,6 +267,7 @@ impl<'c> Sensor<'c> {
     }
 
     /// Follows known stars in windows about their predicted places.
+    #[inline(never)]
     fn track(&mut self, instruments: &mut Instruments<impl Detector, impl StageMeter>) -> Outcome {
         let TrackingParameters { gate_px, fewest_stars, .. } = self.parameters.tracking;
         instruments.meter.begin(Stage::Predict);
@@ -302,6 +306,7 @@ impl<'c> Sensor<'c> {
     }
 
     /// Takes over what the second's image taught, and reports it.
+    #[inline(never)]
     fn learn(&mut self, mode: Mode, outcome: Outcome) -> Report {
         let image_cycle = self.searching_since.take_if(|_| outcome.confirmed.is_some()).unwrap_or(self.cycle);
         let mut report = Report {

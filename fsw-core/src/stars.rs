@@ -6,6 +6,8 @@
 //! [`predict`] says which stars an attitude puts where.
 
 pub mod agenda;
+#[cfg(test)]
+mod artificial;
 pub mod confirm;
 pub mod identify;
 pub mod polygon;
@@ -87,5 +89,85 @@ impl<'a> Field<'a> {
     /// The measured stars, at most [`MAX_MEASURED`].
     pub fn measured(&self) -> &'a [Measured] {
         self.measured.get(..MAX_MEASURED).unwrap_or(self.measured)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::sample;
+    use crate::oracle::reference_camera;
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_measured_star_has_a_finite_place_error_and_direction(
+            x in any::<f32>(), y in any::<f32>(), sigma_px in any::<f32>()
+        ) {
+            for (x, y) in [(x, y), (x % 2000.0, y % 2000.0)] {
+                for sigma_px in [sigma_px, 0.1] {
+                    let Some(star) = Measured::new(&camera(), [x, y], sigma_px) else { continue };
+                    prop_assert!(star.centre_px == [x, y] && x.is_finite() && y.is_finite());
+                    prop_assert!(star.sigma_px > 0.0 && star.sigma_px.is_finite());
+                    prop_assert!((star.direction.vector().norm() - 1.0).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    fn camera() -> Camera {
+        Camera::new(reference_camera()).unwrap()
+    }
+
+    #[test]
+    fn what_is_not_finite_never_becomes_a_measured_star() {
+        let camera = camera();
+        assert!(Measured::new(&camera, [3.0, 4.0], 0.1).is_some());
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for (centre_px, sigma_px) in [([bad, 4.0], 0.1), ([3.0, bad], 0.1), ([3.0, 4.0], bad)] {
+                assert!(Measured::new(&camera, centre_px, sigma_px).is_none(), "{centre_px:?}, {sigma_px}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_star_without_an_error_is_refused_and_so_is_one_far_off_the_detector() {
+        let camera = camera();
+        for sigma_px in [0.0, -0.0, -0.1, f32::MIN_POSITIVE, 1e3, f32::MAX] {
+            assert!(Measured::new(&camera, [3.0, 4.0], sigma_px).is_none(), "{sigma_px}");
+        }
+        assert!(Measured::new(&camera, [1e9, 4.0], 0.1).is_none());
+        assert!(Measured::new(&camera, [f32::MAX, f32::MIN], 0.1).is_none());
+    }
+
+    #[test]
+    fn the_centroid_error_becomes_an_angle_by_the_focal_length() {
+        let camera = camera();
+        let pair = |sigma_px| {
+            let seen = Measured::new(&camera, [100.0, 900.0], sigma_px).unwrap();
+            let bytes = sample::bytes(&[sample::star(&Vector3::x(), 1)], 26, 0);
+            seen.paired_with(&Catalogue::open(&bytes).unwrap().star(0).unwrap(), &camera)
+        };
+        // The reference camera has 3000 px: 0.3 px are 100 microradians.
+        assert!((pair(0.3).sigma_rad - 1e-4).abs() < 1e-10);
+        assert!((pair(0.3).reference.vector() - Vector3::x()).norm() < 1e-7);
+        assert!(pair(0.3).measured.dot(&camera.direction([100.0, 900.0]).unwrap()) > 0.999_999);
+    }
+
+    #[test]
+    fn of_too_many_stars_the_first_take_part() {
+        let camera = camera();
+        let bytes = sample::bytes(&[], 26, 0);
+        let catalogue = Catalogue::open(&bytes).unwrap();
+        let stars: [Measured; 100] =
+            core::array::from_fn(|index| Measured::new(&camera, [index as f32, 0.0], 0.1).unwrap());
+        for count in [0, 1, MAX_MEASURED - 1, MAX_MEASURED, MAX_MEASURED + 1, 100] {
+            let field = Field::whole(&stars[..count], &catalogue, &camera);
+            assert_eq!(field.measured().len(), count.min(64));
+            assert!((0u8..).zip(field.measured()).all(|(index, star)| star.centre_px[0] == f32::from(index)));
+        }
+        assert_eq!(Field::whole(&stars, &catalogue, &camera).searched_px, 1280.0 * 1024.0);
+        assert_eq!(Field::windows(&stars, &catalogue, &camera, 500.0).searched_px, 500.0);
     }
 }

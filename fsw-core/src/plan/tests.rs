@@ -1,12 +1,11 @@
 use super::*;
-use crate::frames::Direction;
 use proptest::prelude::*;
 use std::vec::Vec as List;
 
 const REFERENCE: DetectorGeometry = DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
 
 fn star(index: u16, centre_px: [f32; 2]) -> Predicted {
-    Predicted { star: index, direction: Direction::z(), centre_px }
+    Predicted { star: index, centre_px }
 }
 
 fn windows(centres: &[[f32; 2]], gate_px: u16) -> List<Window> {

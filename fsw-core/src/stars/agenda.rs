@@ -105,3 +105,6 @@ impl Agenda {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

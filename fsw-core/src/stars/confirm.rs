@@ -104,17 +104,17 @@ fn only_star_near([x, y]: [f32; 2], measured: &[Measured], radius_px: f32) -> Op
 /// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that claims it.
 fn match_stars(
     expected: &[Predicted],
-    measured: &[Measured],
-    camera: &Camera,
+    field: &Field,
     attitude: &Rotation<Icrs, StarPath>,
     radius_px: f32,
 ) -> Vec<Match, MAX_FIELD_STARS> {
     let mut taken = [false; MAX_MEASURED];
     let mut matches = Vec::new();
     for (rank, star) in (0u8..).zip(expected) {
-        let near = camera
-            .project(&attitude.apply(&star.direction))
-            .and_then(|at| only_star_near(at, measured, radius_px));
+        let named = field.catalogue.star(star.star);
+        let near = named
+            .and_then(|named| field.camera.project(&attitude.apply(&named.direction())))
+            .and_then(|at| only_star_near(at, field.measured(), radius_px));
         let Some((index, residual_px)) = near else { continue };
         if let Some(taken @ false) = taken.get_mut(usize::from(index)) {
             *taken = true;
@@ -240,13 +240,13 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
     let (mut attitude, mut sigma_rad) = (*hypothesis, [0.0; 3]);
     for round in 0..ROUNDS {
         let radius = tolerance_px * (2.0 - round as f32 / (ROUNDS as f32 - 1.0));
-        let matches = match_stars(&expected, measured, camera, &attitude, radius);
+        let matches = match_stars(&expected, field, &attitude, radius);
         if matches.len() < 3 {
             return None;
         }
         (attitude, sigma_rad) = solve(&matches, measured, catalogue, camera)?;
     }
-    let matches = match_stars(&expected, measured, camera, &attitude, tolerance_px);
+    let matches = match_stars(&expected, field, &attitude, tolerance_px);
     if matches.len() < 3 {
         return None;
     }

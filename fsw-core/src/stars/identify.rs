@@ -156,7 +156,9 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             }
             let Some(task) = self.agenda.next(field, parameters, SIDES) else { break };
             if let Some((confirmed, log10_false)) = self.try_side(field, parameters, &task, &mut work) {
-                return Progress::Identified(confirmed, log10_false);
+                // Here, where the lists of the search are off the stack.
+                let tolerance_px = parameters.tolerance_px(self.agenda.step());
+                return Progress::Identified(widen(confirmed, field, tolerance_px), log10_false);
             }
         }
         let reason = if self.agenda.any { NotIdentified::NoMatch } else { NotIdentified::NoSides };
@@ -164,6 +166,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     }
 
     /// Builds the polygons over one base side and confirms the best; counts the catalogue pairs it looks at.
+    #[inline(never)]
     fn try_side(
         &mut self,
         field: &Field,
@@ -235,8 +238,8 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         found
     }
 
-    /// Merges the triangles over one base side into a polygon: triangles in order of their error, each corner checked
-    /// against all corners taken before.
+    /// Merges the triangles over one base side into a polygon: triangles in the order in which they were found, each corner
+    /// checked against all corners taken before.
     fn merge(
         &self,
         field: &Field,
@@ -299,7 +302,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         if log10_false > parameters.log10_false_limit {
             return None;
         }
-        Some((widen(confirmed, field, tolerance_px), log10_false))
+        Some((confirmed, log10_false))
     }
 }
 
@@ -316,3 +319,6 @@ fn corner_stars(measured: &[Measured], j: usize) -> impl Iterator<Item = (u8, &M
     let again = numbered().skip(HALF).take(missing.min(follows - HALF));
     head.chain(behind).chain(again)
 }
+
+#[cfg(test)]
+mod tests;

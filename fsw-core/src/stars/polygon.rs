@@ -61,3 +61,6 @@ impl Candidates {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -19,8 +19,6 @@ const COSINE_ROUNDING: f32 = 1e-6;
 pub struct Predicted {
     /// Index in the catalogue.
     pub star: u16,
-    /// Its direction.
-    pub direction: Direction<Icrs>,
     /// Where the attitude puts it, px.
     pub centre_px: [f32; 2],
 }
@@ -54,7 +52,7 @@ pub fn field_stars(
         if !camera.contains(centre_px, 0.0) {
             continue;
         }
-        if field.push(Predicted { star: index as u16, direction, centre_px }).is_err() {
+        if field.push(Predicted { star: index as u16, centre_px }).is_err() {
             break;
         }
     }

@@ -188,3 +188,6 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

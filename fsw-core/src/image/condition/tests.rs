@@ -1,0 +1,80 @@
+//! Levels and noise against the truth they were drawn from.
+
+use super::*;
+use crate::image::test_sky::Sky;
+use proptest::prelude::*;
+
+/// Mean and largest absolute residual of noiseless pixels.
+fn leftover(residuals: &Residuals) -> i32 {
+    let row = |y: usize| (0..residuals.width()).filter_map(move |x| residuals.run::<1>(x, y));
+    (0..residuals.height()).flat_map(row).map(|[value]| value.abs()).max().unwrap_or(0)
+}
+
+#[test]
+fn the_noise_is_measured_within_6_percent() {
+    for (bits, sigma) in [(10u8, 1.5), (10, 4.0), (12, 5.0), (14, 30.0), (16, 100.0)] {
+        let (mut pixel, mut sum, windows) = (0.0, 0.0, 40);
+        for seed in 0..windows {
+            let mut pixels = Sky::new(120, 62, 20.0 * sigma).noise(sigma, seed).expose(bits).pixels;
+            let residuals = condition(&mut pixels, 120, bits).unwrap();
+            // Rounding to counts adds a twelfth of a squared count.
+            let truth = (sigma * sigma + 1.0 / 12.0).sqrt() * f64::from(FULL_SCALE) / f64::from(1u32 << bits);
+            let ratio = f64::from(residuals.sigma) / truth;
+            assert!((0.8..1.2).contains(&ratio), "a single window: {ratio}");
+            pixel += ratio / windows as f64;
+            sum += f64::from(residuals.sum_sigma) / (3.0 * truth) / windows as f64;
+        }
+        std::println!("{bits} bits, sigma {sigma}: pixels {pixel:.3}, sums {sum:.3} of the truth");
+        assert!((0.94..1.06).contains(&pixel) && (0.94..1.1).contains(&sum));
+    }
+}
+
+#[test]
+fn rows_and_blocks_of_any_level_are_levelled() {
+    // 12 bits: a scaled count is a quarter of a raw one.
+    for width in [16, 27, 63, 64, 100, 128] {
+        let sky = Sky::new(width, 50, 600.0)
+            .add(|_, y| ((y as i32 * 37) % 11 * 13) as f64)
+            .add(|x, _| ((x as i32 / 16 * 29) % 7 * 40) as f64);
+        let mut pixels = sky.expose(12).pixels;
+        let residuals = condition(&mut pixels, width, 12).unwrap();
+        assert!(leftover(&residuals) <= 2, "width {width}: {}", leftover(&residuals));
+    }
+}
+
+#[test]
+fn neighbours_that_go_together_widen_the_noise_of_sums() {
+    let white = Sky::new(122, 64, 400.0).noise(8.0, 9);
+    let mut smooth = white.clone();
+    for (index, value) in smooth.values.iter_mut().enumerate().skip(1) {
+        *value = 0.5 * (white.values[index] + white.values[index - 1]);
+    }
+    let measure = |sky: &Sky| {
+        let mut pixels = sky.expose(12).pixels;
+        let residuals = condition(&mut pixels, 122, 12).unwrap();
+        f64::from(residuals.sum_sigma) / f64::from(residuals.sigma)
+    };
+    assert!((2.9..3.5).contains(&measure(&white)) && measure(&smooth) > 3.5);
+}
+
+#[test]
+fn windows_that_cannot_be_served_are_refused() {
+    let mut pixels = [100; 129 * 65];
+    for (length, width) in [(0, 0), (15 * 20, 15), (129 * 20, 129), (128 * 65, 128), (20 * 20 + 1, 20)] {
+        assert!(condition(&mut pixels[..length], width, 10).is_none(), "{length} px, width {width}");
+    }
+    assert!(condition(&mut pixels[..16], 16, 10).is_some());
+}
+
+proptest! {
+    #[test]
+    fn the_levels_do_not_feel_a_star(x in 0.0..120.0f64, y in 0.0..62.0f64, flux in 0.0..100_000.0f64) {
+        let sky = Sky::new(120, 62, 200.0);
+        let mut pixels = sky.star([x, y], 1.2, flux).expose(12).pixels;
+        let residuals = condition(&mut pixels, 120, 12).unwrap();
+        for y in 0..62 {
+            prop_assert!((residuals.row_level(y) - 800).abs() <= 4);
+        }
+        prop_assert!(residuals.column_levels()[..120].iter().all(|level| level.abs() <= 4));
+    }
+}

@@ -1,0 +1,82 @@
+//! The spots of an image, the brightest of them kept.
+//!
+//! In: spots, in any order. Out: at most [`MAX_DETECTIONS`], brightest first once sorted, and how many there were.
+
+use super::Detection;
+use heapless::Vec;
+
+/// Spots kept of an image.
+pub const MAX_DETECTIONS: usize = 96;
+
+/// Star-like spots, kept by brightness.
+#[derive(Clone, Debug, Default)]
+pub struct Detections {
+    spots: Vec<Detection, MAX_DETECTIONS>,
+    found: u32,
+    crowded_tiles: u32,
+}
+
+impl Detections {
+    /// The spots kept; [`scan`](super::scan::scan) leaves them brightest first.
+    pub fn spots(&self) -> &[Detection] {
+        &self.spots
+    }
+
+    /// How many spots were found in all, kept or not.
+    pub fn found(&self) -> u32 {
+        self.found
+    }
+
+    /// Windows in which not every candidate could be examined, see [`MAX_CANDIDATES`](super::scan::MAX_CANDIDATES).
+    pub fn crowded_tiles(&self) -> u32 {
+        self.crowded_tiles
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.spots.clear();
+        self.found = 0;
+        self.crowded_tiles = 0;
+    }
+
+    /// No spots.
+    pub const fn new() -> Self {
+        Self { spots: Vec::new(), found: 0, crowded_tiles: 0 }
+    }
+
+    /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept once.
+    pub(super) fn insert(&mut self, spot: Detection) {
+        const ONE_PX: u32 = 1 << 16;
+        let same = |kept: &Detection| {
+            kept.x_q16.abs_diff(spot.x_q16) < ONE_PX && kept.y_q16.abs_diff(spot.y_q16) < ONE_PX
+        };
+        if self.spots.iter().any(same) {
+            return;
+        }
+        self.found = self.found.saturating_add(1);
+        if let Err(spot) = self.spots.push(spot)
+            && let Some(faintest) = self.spots.iter_mut().max_by_key(|kept| kept.rank())
+            && spot.rank() < faintest.rank()
+        {
+            *faintest = spot;
+        }
+    }
+
+    /// Counts a window whose candidates were too many.
+    pub(super) fn note_crowded(&mut self) {
+        self.crowded_tiles = self.crowded_tiles.saturating_add(1);
+    }
+
+    /// Sorts by brightness.
+    pub(crate) fn sort(&mut self) {
+        // Insertion sort: no panic path, and the list is short.
+        for end in 1..self.spots.len() {
+            for at in (1..=end).rev() {
+                match self.spots.get_mut(at - 1..=at) {
+                    Some([before, after]) if after.rank() < before.rank() => core::mem::swap(before, after),
+                    _ => break,
+                }
+            }
+        }
+    }
+}

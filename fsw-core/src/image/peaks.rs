@@ -1,0 +1,188 @@
+//! Where something rises from the background: local maxima of the sums over 3 x 3 pixels.
+//!
+//! In: conditioned pixels, the part of the window to search, a threshold. Out: the positions of the pixels whose 3 x 3
+//! sum exceeds the threshold and is a local maximum in 5 x 5; of equal sums the first in reading order. The sum, rather
+//! than the pixel, is what noise of single pixels and the star's phase disturb least (thesis §3.1.1, step 1, where the
+//! pixel itself is compared).
+//!
+//! Nearly all of the sky is empty, so every pixel is only asked a question that many share: with `h(x, y)` the sum of
+//! three neighbours in a row, a 3 x 3 sum is `h(x, y-1) + h(x, y) + h(x, y+1)`, hence at most the sum of the three
+//! rows' greatest `h` in the same block of columns. Where even that stays below the threshold, no pixel of the block's
+//! row is looked at again. On noise the bound lies 4 sigma below the default threshold. Nothing is lost: the bound is
+//! never smaller than a sum.
+//!
+//! Exact: integers, and a test compares with the plain search. Cost on the reference frame: 12 cycles a pixel of the
+//! detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's row looked at costs
+//! some 1,000 cycles, every maximum of a row about 800.
+
+use super::condition::{BLOCK, BLOCKS, Residuals};
+use fsw_hal::Window;
+
+/// Pixels next to the searched part that the sums of a 5 x 5 neighbourhood need.
+const REACH: usize = 3;
+/// Columns whose sums are looked at together: a block and two on either side.
+const SPAN: usize = BLOCK + 4;
+/// Local maxima within their row that are compared with the rows above and below, a window: bounds the cost of noise
+/// above the threshold.
+pub const MAX_ROW_MAXIMA: usize = 192;
+
+/// The greatest sum of three neighbours among 18 pixels. Raw values have at most 14 bits, so the sums fit.
+#[inline(always)]
+fn greatest_triple(pixels: &[u16; BLOCK + 2]) -> u32 {
+    // Two sums at a time: a + b + c and b + c + d differ by their ends only.
+    let (pairs, _) = pixels.as_chunks::<2>();
+    let mut greatest = 0;
+    for ([a, b], [c, d]) in pairs.iter().zip(pairs.iter().skip(1)) {
+        greatest = (u32::from(*b) + u32::from(*c) + u32::from(*a.max(d))).max(greatest);
+    }
+    greatest
+}
+
+/// What is known of a block of columns while the rows go by.
+#[derive(Clone, Copy, Default)]
+struct Block {
+    /// Bounds of `h` in the two rows read last, above the rows' levels.
+    bounds: [i32; 2],
+    /// A sum of three bounds must exceed this for the middle row to be looked at.
+    enough: i32,
+}
+
+/// Takes in the next row and tells the blocks whose row before it may hold a peak, a bit each. `level` is three times
+/// the row's, scaled counts.
+fn next_row(row: &[u16], level: i32, shift: u32, blocks: &mut [Block]) -> u32 {
+    let mut flags = 0;
+    let last = row.len().saturating_sub(BLOCK + 2);
+    let mut start = 0usize;
+    for (index, block) in blocks.iter_mut().enumerate() {
+        // At the window's edges the nearest 18 pixels within it serve.
+        let pixels = row.get(start.saturating_sub(1).min(last)..).and_then(<[u16]>::first_chunk);
+        let greatest = pixels.map_or(i32::from(u16::MAX), |pixels| greatest_triple(pixels) as i32);
+        let bound = (greatest << shift) - level;
+        let [above, here] = block.bounds;
+        // Wraps only where raw values have more bits than they should.
+        if above.wrapping_add(here).wrapping_add(bound) > block.enough {
+            flags |= 1 << index;
+        }
+        block.bounds = [here, bound];
+        start += BLOCK;
+    }
+    flags
+}
+
+/// The least background of a 3 x 3 sum centred in each block, without the rows' levels.
+fn block_floors(window: &Residuals) -> [i32; BLOCKS] {
+    let (blocks, _) = window.column_levels().as_chunks::<BLOCK>();
+    let mut floors = [0; BLOCKS];
+    let used = window.width().div_ceil(BLOCK);
+    for (index, floor) in floors.iter_mut().enumerate().take(used) {
+        let level = |index: usize| blocks.get(index).filter(|_| index < used).map(|[level, ..]| *level);
+        let here = level(index).unwrap_or(0);
+        let least = [index.wrapping_sub(1), index + 1].into_iter().filter_map(level).fold(here, i32::min);
+        *floor = 6 * here + 3 * least;
+    }
+    floors
+}
+
+/// The sums over 3 x 3 pixels centred at `sums.len()` places from (x, y) to the right.
+fn sums9<const COLUMNS: usize, const SUMS: usize>(window: &Residuals, x: usize, y: usize) -> [i32; SUMS] {
+    const { assert!(COLUMNS == SUMS + 2) };
+    let columns = window.column_sums::<COLUMNS>(x - 1, y);
+    let mut sums = [0i32; SUMS];
+    let shifted = columns.iter().zip(columns.iter().skip(1)).zip(columns.iter().skip(2));
+    for (sum, ((a, b), c)) in sums.iter_mut().zip(shifted) {
+        *sum = a.wrapping_add(*b).wrapping_add(*c);
+    }
+    sums
+}
+
+/// The part of a window in which peaks are looked for, counted from its first pixel.
+struct Searched {
+    columns: core::ops::Range<usize>,
+    rows: core::ops::Range<usize>,
+    /// What a sum outside must exceed one inside by to be the greater. The neighbouring tile sees the same pixels above
+    /// slightly other levels: without this each of two tiles could leave a star on their seam to the other.
+    tolerance: i32,
+}
+
+impl Searched {
+    /// The 3 x 3 sums centred at `SUMS` places from (x, y) to the right, those outside less the tolerance.
+    fn sums<const COLUMNS: usize, const SUMS: usize>(
+        &self,
+        window: &Residuals,
+        x: usize,
+        y: usize,
+    ) -> [i32; SUMS] {
+        let mut sums = sums9::<COLUMNS, SUMS>(window, x, y);
+        let row_outside = !self.rows.contains(&y);
+        if row_outside || x < self.columns.start || x + SUMS > self.columns.end {
+            for (x, sum) in (x..).zip(&mut sums) {
+                if row_outside || !self.columns.contains(&x) {
+                    *sum = sum.saturating_sub(self.tolerance);
+                }
+            }
+        }
+        sums
+    }
+
+    /// Whether no sum of the two rows above and below and within two columns is larger; an equal one above is first.
+    fn tops_its_rows(&self, window: &Residuals, x: usize, y: usize, sum: i32) -> bool {
+        let row = |y: usize| self.sums::<7, 5>(window, x - 2, y);
+        row(y - 1).iter().all(|other| *other < sum)
+            && row(y + 1).iter().all(|other| *other <= sum)
+            && row(y - 2).iter().all(|other| *other < sum)
+            && row(y + 2).iter().all(|other| *other <= sum)
+    }
+}
+
+/// Calls `found` with every peak in `core`, in reading order within each block of columns, until it returns false.
+/// Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
+pub fn for_each_peak(
+    window: &Residuals,
+    core: Window,
+    threshold: i32,
+    mut found: impl FnMut(usize, usize) -> bool,
+) -> bool {
+    let (left, top) = (usize::from(core.x), usize::from(core.y));
+    let (right, bottom) = (left + usize::from(core.width), top + usize::from(core.height));
+    if left.min(top) < REACH || right + REACH > window.width() || bottom + REACH > window.height() {
+        return left >= right || top >= bottom;
+    }
+    let mut blocks =
+        block_floors(window).map(|floor| Block { bounds: [0; 2], enough: threshold.saturating_add(floor) });
+    let blocks = blocks.get_mut(..right.div_ceil(BLOCK)).unwrap_or(&mut []);
+    let mut take = |y: usize| next_row(window.raw_row(y), 3 * window.row_level(y), window.shift(), blocks);
+    let searched = Searched { columns: left..right, rows: top..bottom, tolerance: window.sum_sigma };
+    let mut row_maxima = 0;
+    take(top - 1);
+    take(top);
+    for y in top..bottom {
+        let mut flags = take(y + 1);
+        while flags != 0 {
+            let block = flags.trailing_zeros() as usize;
+            flags &= flags - 1;
+            let first = left.max(block * BLOCK);
+            let end = right.min((block + 1) * BLOCK);
+            let sums = searched.sums::<{ SPAN + 2 }, SPAN>(window, first - 2, y);
+            for (x, around) in (first..end).zip(sums.array_windows()) {
+                let [second_left, first_left, sum, first_right, second_right] = *around;
+                if sum <= threshold
+                    || first_left.max(second_left) >= sum
+                    || first_right.max(second_right) > sum
+                {
+                    continue;
+                }
+                row_maxima += 1;
+                if row_maxima > MAX_ROW_MAXIMA {
+                    return false;
+                }
+                if searched.tops_its_rows(window, x, y, sum) && !found(x, y) {
+                    return false;
+                }
+            }
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,72 @@
+//! The quick search against the plain one: every sum compared with its 24 neighbours.
+
+use super::*;
+use crate::image::condition::condition;
+use crate::image::test_sky::{Chance, Sky};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+/// Sum of the 3 x 3 residuals about (x, y).
+fn sum9(window: &Residuals, x: usize, y: usize) -> i32 {
+    (y - 1..=y + 1).map(|y| window.run::<3>(x - 1, y).unwrap().iter().sum::<i32>()).sum()
+}
+
+/// Whether (x, y) is a peak, by definition; sums outside the core count less the tolerance.
+fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: i32) -> bool {
+    let inside = |x: usize, y: usize| {
+        (usize::from(core.x)..usize::from(core.x + core.width)).contains(&x)
+            && (usize::from(core.y)..usize::from(core.y + core.height)).contains(&y)
+    };
+    let own = sum9(window, x, y);
+    let greater = |(nx, ny): (usize, usize)| {
+        let other = sum9(window, nx, ny) - if inside(nx, ny) { 0 } else { window.sum_sigma };
+        other > own || (other == own && (ny, nx) < (y, x))
+    };
+    let around = (y - 2..=y + 2).flat_map(|ny| (x - 2..=x + 2).map(move |nx| (nx, ny)));
+    own > threshold && !around.filter(|place| *place != (x, y)).any(greater)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn no_peak_is_lost_or_invented(
+        seed: u64, width in 22usize..=128, height in 22usize..=64, bits in 6u8..=16, sigmas in 3i32..7, slope in -2.0..2.0f64,
+    ) {
+        let mut chance = Chance(seed);
+        let scale = f64::from(1u32 << bits) / 64.0;
+        let mut sky = Sky::new(width, height, 10.0 * scale).add(|x, _| slope * 0.05 * scale * x).noise(scale, seed);
+        for _ in 0..6 {
+            let at = [chance.even() * width as f64, chance.even() * height as f64];
+            sky = sky.star(at, 0.9, 20.0 * scale * chance.even());
+        }
+        let mut pixels = sky.expose(bits).pixels;
+        let window = condition(&mut pixels, width, bits).unwrap();
+        let core = Window { x: 7, y: 7, width: width as u16 - 14, height: height as u16 - 14 };
+        let threshold = sigmas * window.sum_sigma;
+        let mut found = Vec::new();
+        let whole = for_each_peak(&window, core, threshold, |x, y| { found.push((x, y)); true });
+        prop_assert!(whole);
+        let all = (7..height - 7).flat_map(|y| (7..width - 7).map(move |x| (x, y)));
+        let expected: Vec<_> = all.filter(|place| is_peak(&window, core, *place, threshold)).collect();
+        prop_assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn the_search_stops_when_told_and_when_there_is_too_much() {
+    let mut pixels = Sky::new(128, 64, 500.0).noise(60.0, 3).expose(10).pixels;
+    let window = condition(&mut pixels, 128, 10).unwrap();
+    let core = Window { x: 7, y: 7, width: 114, height: 50 };
+    let mut calls = 0;
+    assert!(!for_each_peak(&window, core, 0, |_, _| {
+        calls += 1;
+        calls < 5
+    }));
+    assert_eq!(calls, 5);
+    // Half of all pixels of noise exceed zero: more row maxima than are compared.
+    assert!(!for_each_peak(&window, core, -1000 * window.sum_sigma, |_, _| true));
+    // A core that leaves no room for the sums is not searched, and that is told.
+    assert!(!for_each_peak(&window, Window { x: 2, ..core }, 0, |_, _| true));
+    assert!(for_each_peak(&window, Window { width: 0, ..core }, 0, |_, _| true));
+}
