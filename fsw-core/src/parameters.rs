@@ -2,7 +2,7 @@
 //!
 //! Each room's parameters live with the room; this table gathers them. [`Parameters::check`] is the door: it refuses a
 //! table with a value outside its range and names it, and the table in force stays. A table travels as a
-//! [packet](crate::packet) of version [`VERSION`].
+//! [`packet`] of version [`VERSION`].
 
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::image::DetectionParameters;

@@ -1,6 +1,6 @@
 //! What leaves the sensor every second: the [`Report`] and its bytes.
 //!
-//! A frame is a [packet](crate::packet) of version [`VERSION`]. Equal images give equal frames on every machine. A stream
+//! A frame is a [`packet`] of version [`VERSION`]. Equal images give equal frames on every machine. A stream
 //! is one frame after the other, each led by its length (u16, little-endian).
 
 use crate::modes::Mode;
@@ -15,7 +15,7 @@ pub const VERSION: u8 = 1;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2048;
 /// Most stars reported.
-pub const MAX_STARS: usize = 64;
+pub const MAX_STARS: usize = 48;
 
 /// What came of this second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

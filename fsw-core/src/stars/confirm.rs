@@ -272,7 +272,8 @@ mod tests;
 /// Times that [`widen`] doubles the radius.
 pub const WIDENINGS: usize = 3;
 
-/// Matches again with twice the tolerance as long as that brings clearly more stars than chance does.
+/// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars than chance
+/// does.
 ///
 /// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be small, with
 /// a biased attitude and sigmas that believe it.
@@ -287,7 +288,7 @@ pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirme
         let by_chance = missing as f32 * field.measured().len() as f32 * area;
         let gained = wider.matches.len() as f32 - best.matches.len() as f32;
         if gained < 2.0 + 3.0 * by_chance {
-            break;
+            continue;
         }
         // The evidence stays that of the narrow match: it is what was tested.
         best = Confirmed { log10_chance: best.log10_chance, ..wider };

@@ -9,7 +9,7 @@ use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use heapless::Vec;
 
 /// Most catalogue stars projected; of more, the brightest.
-pub const MAX_FIELD_STARS: usize = 64;
+pub const MAX_FIELD_STARS: usize = 48;
 /// The cone is wider by this than the corners' cosine says: in a field narrower than 0.3 deg rounding of the cosine alone
 /// would lose stars in the corners.
 const COSINE_ROUNDING: f32 = 1e-6;

@@ -35,8 +35,8 @@ pub fn target_dir() -> PathBuf {
 pub fn cargo(arguments: &[&str]) {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
-        .args(arguments)
         .arg("--quiet")
+        .args(arguments)
         .current_dir(workspace())
         .env("CARGO_TARGET_DIR", target_dir())
         .status()

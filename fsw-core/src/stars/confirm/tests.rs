@@ -5,6 +5,9 @@ use crate::stars::artificial::{Picture, Spot, camera, camera_parameters, false_s
 use nalgebra::{Matrix3, Vector3};
 use std::vec::Vec as List;
 
+/// Trials are at most the stars of a field less the two that made the hypothesis.
+const MOST_TRIALS: u32 = MAX_FIELD_STARS as u32 - 2;
+
 /// Binomial tail from exact coefficients (they fit u64 up to 62 trials), in f64 with `p^hits` taken out.
 fn exact(hits: u32, trials: u32, p: f32) -> f64 {
     let p = f64::from(p);
@@ -21,9 +24,8 @@ fn exact(hits: u32, trials: u32, p: f32) -> f64 {
 
 #[test]
 fn the_chance_of_a_match_is_the_exact_binomial_tail() {
-    // Trials are at most the stars of a field less the two that made the hypothesis.
     let (mut worst, mut worst_relative) = (0.0f64, 0.0f64);
-    for trials in 0..=MAX_FIELD_STARS as u32 - 2 {
+    for trials in 0..=MOST_TRIALS {
         for hits in 0..=trials {
             for p in [1e-9, 1e-6, 1e-4, 1e-3, 0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 0.999] {
                 let expected = if hits == 0 { 0.0 } else { exact(hits, trials, p) };
@@ -42,7 +44,7 @@ fn the_chance_of_a_match_is_the_exact_binomial_tail() {
 #[test]
 fn near_the_limit_of_1e_9_the_chance_is_right_to_a_thousandth() {
     let mut tested = 0;
-    for trials in 1..=62 {
+    for trials in 1..=MOST_TRIALS {
         for hits in 1..=trials {
             for step in 1..100 {
                 let p = step as f32 * 0.005;
@@ -60,7 +62,7 @@ fn near_the_limit_of_1e_9_the_chance_is_right_to_a_thousandth() {
 
 #[test]
 fn what_is_no_evidence_has_the_chance_one() {
-    for trials in [0, 1, 62] {
+    for trials in [0, 1, MOST_TRIALS] {
         assert_eq!(log10_binomial_tail(0, trials, 0.1), 0.0);
         for p in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1.0, 2.0] {
             assert_eq!(log10_binomial_tail(trials, trials, p), 0.0, "{p}");
@@ -75,7 +77,7 @@ fn more_hits_than_trials_are_impossible() {
 
 #[test]
 fn the_chance_falls_with_every_hit_and_never_exceeds_one() {
-    for trials in 1..=62 {
+    for trials in 1..=MOST_TRIALS {
         for p in [1e-6, 0.01, 0.2, 0.5, 0.8, 0.999] {
             let tails = (0..=trials).map(|hits| log10_binomial_tail(hits, trials, p));
             let mut last = 0.0;
