@@ -271,6 +271,8 @@ mod tests;
 
 /// Times that [`widen`] doubles the radius.
 pub const WIDENINGS: usize = 3;
+/// Stars that a wider radius must bring beyond what chance does.
+const FEWEST_GAINED: usize = 2;
 
 /// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars than chance
 /// does.
@@ -282,16 +284,18 @@ pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirme
     let mut radius_px = tolerance_px;
     for _ in 0..WIDENINGS {
         radius_px *= 2.0;
-        let Some(wider) = confirm(&best.attitude, field, radius_px) else { break };
         let missing = usize::from(best.expected).saturating_sub(best.matches.len());
+        if missing < FEWEST_GAINED {
+            break;
+        }
+        let Some(wider) = confirm(&best.attitude, field, radius_px) else { break };
         let area = core::f32::consts::PI * radius_px * radius_px / field.searched_px;
         let by_chance = missing as f32 * field.measured().len() as f32 * area;
         let gained = wider.matches.len() as f32 - best.matches.len() as f32;
-        if gained < 2.0 + 3.0 * by_chance {
-            continue;
+        if gained >= FEWEST_GAINED as f32 + 3.0 * by_chance {
+            // The evidence stays that of the narrow match: it is what was tested.
+            best = Confirmed { log10_chance: best.log10_chance, ..wider };
         }
-        // The evidence stays that of the narrow match: it is what was tested.
-        best = Confirmed { log10_chance: best.log10_chance, ..wider };
     }
     best
 }
