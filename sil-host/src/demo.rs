@@ -3,26 +3,27 @@
 //! The synthetic world renders frames, the flight code's [`Sensor::cycle`] acquires and then tracks through the
 //! detector trait, and truth stands beside the estimate. Ends with status 1 when the sensor did not keep its limits.
 
+use crate::bound;
 use crate::camera_file::CameraFile;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::flight;
 use crate::judge::{Errors, attitude_error};
 use crate::world::attitude::Motion;
 use crate::world::disturbances::Disturbances;
-use crate::world::scene::{Scene, SceneSettings, WorldStar};
+use crate::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
-use fsw_core::telemetry::Status;
+use fsw_core::telemetry::{Report, Status};
 use std::process::ExitCode;
 
 /// Seconds flown.
 const SECONDS: u32 = 60;
 /// Exposure time: long enough for V = 6 on this aperture, µs.
 pub const EXPOSURE_US: u32 = 400_000;
-/// Attitude at the start: Orion's shoulder in the field.
+/// Attitude at the start: the equator in Ophiuchus.
 const START: [f64; 4] = [0.560, -0.430, 0.353, 0.613];
-/// Rate in sensor axes, rad/s: 72 arcsec/s, a low orbit's pointing at the Earth.
+/// Rate in sensor axes, rad/s: 70 arcsec/s, a low orbit's pointing at the Earth.
 const RATE_RAD_S: [f64; 3] = [3.0e-4, 1.5e-4, -0.5e-4];
 const SEED: u64 = 1;
 
@@ -79,7 +80,7 @@ pub fn run() -> Result<ExitCode, HostError> {
     let mut sensor = Sensor::new(catalogue, parameters(), &mut workspace).map_err(|error| {
         HostError::usage(format!("the flight code refuses its parameters ({error:?})"), "report this")
     })?;
-    println!("Reference camera (24.1 x 19.4 deg), rate 69 arcsec/s, stars to V 8, {SECONDS} s.");
+    println!("Reference camera (24.1 x 19.4 deg), rate 70 arcsec/s, stars to V 8, {SECONDS} s.");
     println!("Errors are estimate less truth about x, y (across) and z (along the line of sight), arcsec.");
     println!();
     println!(
@@ -95,7 +96,9 @@ pub fn run() -> Result<ExitCode, HostError> {
             .as_ref()
             .map(|attitude| (attitude_error(attitude.quaternion, truth), attitude.sigma_rad));
         if let Some((error_rad, sigma_rad)) = found {
-            errors.add(second, error_rad, sigma_rad.map(f64::from));
+            let used = stars_used(&report, &scene);
+            let bound_rad = bound::attitude_rad(&scene, &used, EXPOSURE_US).unwrap_or_default();
+            errors.add(second, error_rad, sigma_rad.map(f64::from), bound_rad);
         }
         if second < 5 || second % 10 == 9 {
             print_row(&report, truth, found);
@@ -106,8 +109,14 @@ pub fn run() -> Result<ExitCode, HostError> {
     Ok(if kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }
 
+/// The true stars behind the names of a report.
+fn stars_used(report: &Report, scene: &Scene) -> Vec<VisibleStar> {
+    let named = |seen: &&VisibleStar| report.stars.iter().any(|star| star.hip == seen.hip);
+    scene.visible_stars().iter().filter(named).copied().collect()
+}
+
 /// A row of the table.
-fn print_row(report: &fsw_core::telemetry::Report, truth: [f64; 4], found: Option<([f64; 3], [f32; 3])>) {
+fn print_row(report: &Report, truth: [f64; 4], found: Option<([f64; 3], [f32; 3])>) {
     let [x, y, z] = crate::world::attitude::matrix(truth)[2];
     let (ra, dec) = (y.atan2(x).to_degrees().rem_euclid(360.0), z.asin().to_degrees());
     print!(

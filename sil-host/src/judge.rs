@@ -29,27 +29,23 @@ pub struct Errors {
     within: u32,
     square: [f64; 3],
     sigma_square: [f64; 3],
+    bound_square: [f64; 3],
     largest: f64,
 }
 
 impl Errors {
-    /// Adds a second's error.
-    pub fn add(&mut self, second: u32, error_rad: [f64; 3], sigma_rad: [f64; 3]) {
+    /// Adds a second's error, its reported sigma and the Cramer-Rao bound for the stars used.
+    pub fn add(&mut self, second: u32, error_rad: [f64; 3], sigma_rad: [f64; 3], bound_rad: [f64; 3]) {
         self.first.get_or_insert(second);
         self.count += 1;
         for axis in 0..3 {
             self.square[axis] += error_rad[axis] * error_rad[axis];
             self.sigma_square[axis] += sigma_rad[axis] * sigma_rad[axis];
+            self.bound_square[axis] += bound_rad[axis] * bound_rad[axis];
         }
         let worst = (0..3).map(|axis| (error_rad[axis] / sigma_rad[axis]).abs()).fold(0.0, f64::max);
         self.within += u32::from(worst <= 3.0);
         self.largest = self.largest.max(worst);
-    }
-
-    /// Root mean squares of errors and sigmas, rad.
-    pub fn rms(&self) -> ([f64; 3], [f64; 3]) {
-        let root = |sum: f64| (sum / f64::from(self.count.max(1))).sqrt();
-        (self.square.map(root), self.sigma_square.map(root))
     }
 
     /// Prints the judgement of a run of `seconds`; whether it kept the limits.
@@ -58,19 +54,17 @@ impl Errors {
             println!("No attitude in {seconds} s: failed.");
             return false;
         };
-        let ([ex, ey, ez], [sx, sy, sz]) = self.rms();
         let share = f64::from(self.count) / f64::from(seconds - first);
         let within = f64::from(self.within) / f64::from(self.count);
         println!("first attitude after {} s, then in {:.1} % of the seconds", first + 1, 100.0 * share);
-        println!(
-            "rms error x {:.2}  y {:.2}  z {:.1} arcsec; reported sigma {:.2}  {:.2}  {:.1}",
-            arcsec(ex),
-            arcsec(ey),
-            arcsec(ez),
-            arcsec(sx),
-            arcsec(sy),
-            arcsec(sz)
-        );
+        let row = |name: &str, sums: [f64; 3]| {
+            let [x, y, z] = sums.map(|sum| arcsec((sum / f64::from(self.count)).sqrt()));
+            println!("{name:28} x {x:5.2}  y {y:5.2}  z {z:5.1}");
+        };
+        row("rms error, arcsec", self.square);
+        row("reported sigma", self.sigma_square);
+        row("Cramer-Rao bound", self.bound_square);
+        println!("{:28} x {:5.2}  y {:5.2}  z {:5.1}", "thesis (5 stars, tab. 7.4)", 4.4, 4.4, 28.3);
         println!("within 3 sigma on all axes: {:.1} %, largest {:.1} sigma", 100.0 * within, self.largest);
         let kept = share >= LEAST_SHARE && within >= 0.95;
         println!("{}", if kept { "limits kept" } else { "limits NOT kept" });

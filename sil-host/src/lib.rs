@@ -7,7 +7,7 @@
 //! | [`demo`] | what is done without a command |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
-//! | [`judge`] | estimate against truth |
+//! | [`judge`], [`bound`] | estimate against truth, and against the physical limit |
 //! | [`picture`] | a picture file served as a detector |
 //! | [`fits`] | reader of the first picture of a FITS file |
 //! | [`camera_file`] | camera files (TOML) |
@@ -19,6 +19,7 @@
 //! y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last, and maps ICRS to sensor.
 #![forbid(unsafe_code)]
 
+pub mod bound;
 pub mod budget;
 pub mod camera_file;
 pub mod cli;

@@ -199,27 +199,3 @@ fn wrong_requests_and_settings_are_refused() {
     let settings = SceneSettings { psf_sigma_px: f64::NAN, motion: Motion::fixed(IDENTITY), ..settings };
     assert_eq!(Scene::new(settings, &[]).err(), Some(SceneError::Detector));
 }
-
-/// Not a test of correctness: `cargo test --release -- --ignored --nocapture speed`.
-#[test]
-#[ignore = "measures the speed"]
-fn speed_of_a_whole_frame_and_of_a_window() {
-    let motion = Motion { quaternion: [0.1, 0.2, 0.3, 0.9], rate_rad_s: [1e-3, 0.0, 0.0] };
-    let mut scene = Scene::new(SceneSettings::new(CameraFile::reference(), motion, 1), &sky(9000)).unwrap();
-    for (what, window) in
-        [("whole", scene.geometry().whole()), ("15 x 15", Window { x: 600, y: 500, width: 15, height: 15 })]
-    {
-        for exposure_us in [500_000, 30_000, 100_000, 500_000, 30_000] {
-            let mut pixels = vec![0; window.area()];
-            let start = std::time::Instant::now();
-            scene.expose(exposure_us).unwrap();
-            let exposed = start.elapsed();
-            scene.read(window, &mut pixels).unwrap();
-            let stars = scene.visible_stars().len();
-            println!(
-                "{what}, {exposure_us} us, {stars} stars: expose {exposed:?}, read {:?}",
-                start.elapsed() - exposed
-            );
-        }
-    }
-}
