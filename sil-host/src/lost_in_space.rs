@@ -12,11 +12,11 @@ use fsw_core::stars::identify::{IdentificationParameters, Identifier, NotIdentif
 use fsw_core::stars::{Field, Measured};
 
 /// Relative distance of neighbouring focal lengths on the ladder.
-const FOCAL_STEP: f64 = 0.004;
+const FOCAL_STEP: f64 = 0.002;
 /// Steps of the ladder to either side: covers 2.4 %.
-const FOCAL_STEPS: i32 = 6;
+const FOCAL_STEPS: i32 = 12;
 /// Half a step and what the lens distorts.
-const FOCAL_UNCERTAINTY: f32 = 0.002;
+const FOCAL_UNCERTAINTY: f32 = 0.001;
 /// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at, begun sides being finished. The
 /// first tries the most telling base side of every focal length and wins on most pictures; the fewer hypotheses were tried
 /// before, the less evidence is needed.

@@ -98,7 +98,8 @@ impl<'a> Residuals<'a> {
         &self.column_levels
     }
 
-    /// Whether the pixel may have been at full scale: a percent is left to the converter's last counts.
+    /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to compression and
+    /// to colours of which only some were full.
     pub fn saturated(&self, x: usize, y: usize) -> bool {
         self.raw_row(y).get(x).is_some_and(|raw| *raw >= self.saturation)
     }
@@ -354,7 +355,7 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
         shift,
         row_levels,
         column_levels,
-        saturation: full_scale - full_scale / 100,
+        saturation: full_scale - full_scale / 20,
         sigma: floor,
         sum_sigma: 3 * floor,
     };
