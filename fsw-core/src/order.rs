@@ -11,6 +11,15 @@ pub(crate) fn settle_last<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bo
     }
 }
 
+/// Orders a list by [`settle_last`] of ever longer pieces; equal elements keep their order.
+pub(crate) fn sort<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
+    for end in 1..=list.len() {
+        if let Some(piece) = list.get_mut(..end) {
+            settle_last(piece, &comes_before);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

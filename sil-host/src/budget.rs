@@ -166,9 +166,8 @@ fn workspace() -> Result<PathBuf, HostError> {
 
 fn limits(root: &Path) -> Result<LimitsFile, HostError> {
     let path = root.join(LIMITS_FILE);
-    let text = std::fs::read_to_string(&path).map_err(|error| {
-        HostError::input(&path, None, format!("cannot be read: {}", io_words(&error)), "restore it")
-    })?;
+    let text = std::fs::read_to_string(&path)
+        .map_err(|error| HostError::system(&path, "read", &error, "restore it"))?;
     let limits: LimitsFile = toml::from_str(&text)
         .map_err(|error| HostError::input(&path, None, error.message().to_owned(), "correct it"))?;
     if limits.version == LIMITS_VERSION {
@@ -227,9 +226,7 @@ fn fly(root: &Path, files: &RecordingFiles, folder: &Path) -> Result<Flown, Host
         "the flight image in the emulator (cargo obc)",
     )?;
     let read = |path: &Path| {
-        std::fs::read(path).map_err(|error| {
-            HostError::input(path, None, format!("cannot be read: {}", io_words(&error)), "run it again")
-        })
+        std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "run it again"))
     };
     let parse = |path: &Path, error: serde_json::Error| {
         HostError::input(path, None, error.to_string(), "report this")

@@ -71,6 +71,11 @@ impl HostError {
         Self::Input(InputError { file: file.to_path_buf(), line, what: what.into(), to_do: to_do.into() })
     }
 
+    /// The system refuses what is to be done (`read`, `written`) with `file`.
+    pub fn system(file: &Path, done: &str, error: &std::io::Error, to_do: &str) -> Self {
+        Self::input(file, None, format!("cannot be {done}: {}", io_words(error)), to_do)
+    }
+
     /// A fault of the request itself.
     pub fn usage(what: impl Into<String>, to_do: impl Into<String>) -> Self {
         Self::Usage { what: one_line(&what.into()), to_do: one_line(&to_do.into()) }

@@ -110,14 +110,8 @@ pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static,
 /// # Errors
 /// When the file cannot be read, or is no catalogue of this version, or is damaged.
 pub fn catalogue_file(path: &Path) -> Result<Cow<'static, [u8]>, HostError> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        HostError::input(
-            path,
-            None,
-            format!("cannot be read: {}", crate::error::io_words(&error)),
-            "check the path",
-        )
-    })?;
+    let bytes =
+        std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
     if let Err(error) = Catalogue::open(&bytes) {
         let explained = catalog_gen::inspect::explain(error);
         let (what, to_do) =

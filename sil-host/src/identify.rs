@@ -7,7 +7,7 @@
 
 use crate::camera_file::CameraFile;
 use crate::cli::IdentifyArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError, io_words};
+use crate::error::{EXIT_BAD_INPUT, HostError};
 use crate::flight::{self, Density};
 use crate::json;
 use crate::lost_in_space::{Solver, measure};
@@ -165,9 +165,7 @@ pub fn run(arguments: &IdentifyArguments) -> Result<ExitCode, HostError> {
     };
     let catalogue = flight::open(&bytes)?;
     let path = arguments.fields.as_path();
-    let unreadable = |error: std::io::Error| {
-        HostError::input(path, None, format!("cannot be read: {}", io_words(&error)), "check the path")
-    };
+    let unreadable = |error: std::io::Error| HostError::system(path, "read", &error, "check the path");
     let mut solver = Solver::default();
     let mut status = ExitCode::SUCCESS;
     for (index, line) in BufReader::new(File::open(path).map_err(unreadable)?).lines().enumerate() {

@@ -30,7 +30,7 @@ const REFINEMENTS: usize = 4;
 pub enum FocalLength {
     /// Within 2 %: a ladder of tries.
     Within2Percent,
-    /// Calibrated to a thousandth or two, as for a camera file of an uncalibrated lens.
+    /// Known to a thousandth, as for a camera file of a lens that was measured once.
     Rough,
 }
 

@@ -13,7 +13,7 @@
 
 use crate::cli::RecordArguments;
 use crate::demo;
-use crate::error::{HostError, io_words};
+use crate::error::HostError;
 use crate::flight;
 use crate::frames_file::{FramesWriter, Recording};
 use crate::picture::Picture;
@@ -54,9 +54,8 @@ impl RecordingFiles {
 
 /// Writes a file whole.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
-    std::fs::write(path, bytes).map_err(|error| {
-        HostError::input(path, None, format!("cannot be written: {}", io_words(&error)), "check the folder")
-    })
+    std::fs::write(path, bytes)
+        .map_err(|error| HostError::system(path, "written", &error, "check the folder"))
 }
 
 /// Flies recorded frames on the host and gives its reports.
@@ -85,9 +84,8 @@ pub fn record(
     seconds: u32,
     folder: &Path,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        HostError::input(folder, None, format!("cannot be made: {}", io_words(&error)), "give another folder")
-    })?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| HostError::system(folder, "made", &error, "give another folder"))?;
     let files = RecordingFiles::within(folder);
     let mut writer = FramesWriter::create(&files.frames, detector.geometry())?;
     for _ in 0..seconds {

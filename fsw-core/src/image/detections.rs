@@ -69,14 +69,6 @@ impl Detections {
 
     /// Sorts by brightness.
     pub(crate) fn sort(&mut self) {
-        // Insertion sort: no panic path, and the list is short.
-        for end in 1..self.spots.len() {
-            for at in (1..=end).rev() {
-                match self.spots.get_mut(at - 1..=at) {
-                    Some([before, after]) if after.rank() < before.rank() => core::mem::swap(before, after),
-                    _ => break,
-                }
-            }
-        }
+        crate::order::sort(&mut self.spots, |a, b| a.rank() < b.rank());
     }
 }

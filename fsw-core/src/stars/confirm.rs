@@ -16,8 +16,6 @@ use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::{Field, MAX_MEASURED, Measured};
 use crate::attitude::covariance::{Information, sigmas_rad};
 use crate::attitude::{VectorPair, wahba};
-use crate::camera::Camera;
-use crate::catalog::Catalogue;
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
 
@@ -126,33 +124,22 @@ fn match_stars(
 }
 
 /// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set.
-fn vector_pairs(
-    matches: &[Match],
-    measured: &[Measured],
-    catalogue: &Catalogue,
-    camera: &Camera,
-    all: bool,
-) -> Vec<VectorPair, MAX_FIELD_STARS> {
+fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
     for found in matches {
-        let star = catalogue.star(found.star).filter(|star| all || !star.proximity);
-        if let (Some(seen), Some(star)) = (measured.get(usize::from(found.measured)), star) {
+        let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
+        if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
             // There are no more matches than the list holds.
-            let _ = pairs.push(seen.paired_with(&star, camera));
+            let _ = pairs.push(seen.paired_with(&star, field.camera));
         }
     }
     pairs
 }
 
 /// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others suffice.
-fn solve(
-    matches: &[Match],
-    measured: &[Measured],
-    catalogue: &Catalogue,
-    camera: &Camera,
-) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
+fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
-        let pairs = vector_pairs(matches, measured, catalogue, camera, all);
+        let pairs = vector_pairs(matches, field, all);
         if pairs.len() < 3 && !all {
             return None;
         }
@@ -234,9 +221,8 @@ fn log10_chance(
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer than
 /// three stars match or the matches fix no attitude.
 pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
-    let Field { catalogue, camera, searched_px, .. } = *field;
     let measured = field.measured();
-    let expected = field_stars(catalogue, camera, hypothesis)?;
+    let expected = field_stars(field.catalogue, field.camera, hypothesis)?;
     let (mut attitude, mut sigma_rad) = (*hypothesis, [0.0; 3]);
     for round in 0..ROUNDS {
         let radius = tolerance_px * (2.0 - round as f32 / (ROUNDS as f32 - 1.0));
@@ -244,7 +230,7 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
         if matches.len() < 3 {
             return None;
         }
-        (attitude, sigma_rad) = solve(&matches, measured, catalogue, camera)?;
+        (attitude, sigma_rad) = solve(&matches, field)?;
     }
     let matches = match_stars(&expected, field, &attitude, tolerance_px);
     if matches.len() < 3 {
@@ -261,13 +247,10 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
         expected: expected.len() as u16,
         rms_px: libm::sqrtf(square / (2.0 * matches.len() as f32)),
         focal_ratio: focal_ratio(&matches, measured),
-        log10_chance: log10_chance(&matches, measured.len(), expected.len(), tolerance_px, searched_px),
+        log10_chance: log10_chance(&matches, measured.len(), expected.len(), tolerance_px, field.searched_px),
         matches,
     })
 }
-
-#[cfg(test)]
-mod tests;
 
 /// Times that [`widen`] doubles the radius.
 pub const WIDENINGS: usize = 3;
@@ -299,3 +282,6 @@ pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirme
     }
     best
 }
+
+#[cfg(test)]
+mod tests;

@@ -36,6 +36,7 @@ pub const TOLERANCES: usize = 3;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
+
 /// Parameters of star identification.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct IdentificationParameters {

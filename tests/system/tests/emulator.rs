@@ -4,16 +4,34 @@ use fsw_core::modes::Mode;
 use fsw_core::telemetry::{self, Report, Status};
 use serde_json::Value;
 use std::path::Path;
-use system_tests::{cargo, data, direction, json_lines, run, scratch, separation_arcsec, workspace};
+use std::process::{Command, Output};
+use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec, target_dir, workspace};
+
+/// Runs the flight image in the emulator on files of a folder; the telemetry goes to `obc.bin`.
+fn obc(folder: &Path, frames: &str, parameters: &str) -> Output {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args([
+            "run",
+            "--quiet",
+            "--profile",
+            "flight",
+            "-p",
+            "obc-image",
+            "--target",
+            "thumbv7em-none-eabihf",
+            "--",
+        ])
+        .args([frames, parameters, "obc.bin"].map(|name| folder.join(name)))
+        .current_dir(workspace())
+        .env("CARGO_TARGET_DIR", target_dir())
+        .output()
+        .expect("cargo starts")
+}
 
 /// Flies a recording in the emulator and gives host's and target's telemetry.
 fn fly(folder: &Path) -> (Vec<u8>, Vec<u8>) {
-    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    let arguments = ["run", "--profile", "flight", "-p", "obc-image", "--target", "thumbv7em-none-eabihf"];
-    let files = [file("frames.bin"), file("parameters.bin"), file("obc.bin")];
-    let arguments: Vec<&str> =
-        arguments.into_iter().chain(["--"]).chain(files.iter().map(String::as_str)).collect();
-    cargo(&arguments);
+    let output = obc(folder, "frames.bin", "parameters.bin");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     (read("telemetry.bin"), read("obc.bin"))
 }
@@ -83,26 +101,8 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
 #[test]
 fn the_image_refuses_bad_files_with_a_line_and_status_2() {
     let folder = scratch("refused");
-    let frames = folder.join("frames.bin");
-    std::fs::write(&frames, b"SXTFgarbage").unwrap();
-    let arguments = [
-        "run",
-        "--quiet",
-        "--profile",
-        "flight",
-        "-p",
-        "obc-image",
-        "--target",
-        "thumbv7em-none-eabihf",
-        "--",
-    ];
-    let output = std::process::Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(arguments)
-        .args([&frames, &folder.join("no-parameters.bin"), &folder.join("out.bin")])
-        .current_dir(workspace())
-        .env("CARGO_TARGET_DIR", system_tests::target_dir())
-        .output()
-        .unwrap();
+    std::fs::write(folder.join("frames.bin"), b"SXTFgarbage").unwrap();
+    let output = obc(&folder, "frames.bin", "no-parameters.bin");
     let line = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("PARAMETERS: ") && line.trim_end().lines().count() == 1, "{line:?}");

@@ -1,5 +1,5 @@
 use super::*;
-use crate::catalog::sample;
+use crate::catalog::{Catalogue, sample};
 use crate::oracle::{self, Generator};
 use crate::stars::artificial::{Picture, Spot, camera, camera_parameters, false_star};
 use nalgebra::{Matrix3, Vector3};
