@@ -1,8 +1,12 @@
-//! From pixels to directions in the star path's frame, and back (thesis eq. 3.2).
+//! From pixels to directions in the frames of the two paths, and back (thesis eq. 3.2).
 //!
 //! In: pixel coordinates (x right, y down, first pixel's centre (0, 0)). Out: unit vectors, x along +x px, y along
 //! +y px, z out along the line of sight. Rectilinear: the undistorted direction of a pixel is `((x - cx) / f,
 //! (y - cy) / f, 1)`; equiangular: the distance from the optical centre is `f` times the angle from the line of sight.
+//!
+//! Both paths share lens and detector; the Earth path is transmitted by the partial mirror, the star path reflected, which
+//! turns its image over (determinant -1). Where the camera is `mirrored`, x of the star path therefore runs along -x px,
+//! so that its frame is right-handed and an attitude is a rotation.
 //!
 //! Distortion is Brown's model on the normalised plane, `distorted = undistorted (1 + k1 r² + k2 r⁴ + k3 r⁶) +
 //! tangential(p1, p2)`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of which shrinks the error to about
@@ -11,7 +15,7 @@
 //! Error of a pixel's direction and back again, greatest over the whole reference detector: 1e-4 px without and with
 //! distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
 
-use crate::frames::{Direction, StarPath};
+use crate::frames::{Direction, EarthPath, StarPath};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +65,8 @@ pub struct CameraParameters {
     pub projection: Projection,
     /// Departure from it.
     pub distortion: Distortion,
+    /// Whether the star path is seen in a mirror.
+    pub mirrored: bool,
 }
 
 /// Why camera parameters were refused.
@@ -162,9 +168,35 @@ impl Camera {
         (radial, shift_x, shift_y)
     }
 
-    /// The direction that falls on a pixel position; `None` when it is not finite, or that direction would be more than
-    /// 87 deg off the line of sight.
-    pub fn direction(&self, [x_px, y_px]: [f32; 2]) -> Option<Direction<StarPath>> {
+    /// The star path's direction that falls on a pixel position; `None` when it is not finite, or that direction would be
+    /// more than 87 deg off the line of sight.
+    pub fn direction(&self, at_px: [f32; 2]) -> Option<Direction<StarPath>> {
+        self.ray(at_px).map(|ray| self.turned_over(ray)).and_then(Direction::new)
+    }
+
+    /// The Earth path's direction that falls on a pixel position; `None` as for [`Camera::direction`].
+    pub fn earth_direction(&self, at_px: [f32; 2]) -> Option<Direction<EarthPath>> {
+        self.ray(at_px).and_then(Direction::new)
+    }
+
+    /// Where a direction of the star path falls, px (perhaps outside the detector); `None` behind the camera and more
+    /// than 87 deg off its line of sight.
+    pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
+        self.image(self.turned_over(*direction.vector()))
+    }
+
+    /// Where a direction of the Earth path falls, px; otherwise as [`Camera::project`].
+    pub fn project_earth(&self, direction: &Direction<EarthPath>) -> Option<[f32; 2]> {
+        self.image(*direction.vector())
+    }
+
+    /// What the mirror, if there is one, makes of a vector of the star path, and back.
+    fn turned_over(&self, vector: Vector3<f32>) -> Vector3<f32> {
+        if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }
+    }
+
+    /// A vector, in detector axes, that falls on a pixel position.
+    fn ray(&self, [x_px, y_px]: [f32; 2]) -> Option<Vector3<f32>> {
         let [cx, cy] = self.parameters.optical_centre_px;
         let (seen_x, seen_y) = ((x_px - cx) * self.per_focal_length, (y_px - cy) * self.per_focal_length);
         let (mut x, mut y) = (seen_x, seen_y);
@@ -172,24 +204,29 @@ impl Camera {
             let (radial, shift_x, shift_y) = self.distortion_at(x, y);
             (x, y) = ((seen_x - shift_x) / radial, (seen_y - shift_y) / radial);
         }
-        let direction = match self.parameters.projection {
-            Projection::Rectilinear => Direction::new(Vector3::new(x, y, 1.0)),
+        match self.parameters.projection {
+            Projection::Rectilinear => {
+                let forward = 1.0 / libm::sqrtf(x * x + y * y + 1.0);
+                (forward > LEAST_FORWARD).then_some(Vector3::new(x, y, 1.0))
+            }
             Projection::Equiangular => {
                 let angle = libm::sqrtf(x * x + y * y);
                 if angle > core::f32::consts::FRAC_PI_2 {
                     return None;
                 }
                 let sine_per_angle = if angle > 1e-4 { libm::sinf(angle) / angle } else { 1.0 };
-                Direction::new(Vector3::new(x * sine_per_angle, y * sine_per_angle, libm::cosf(angle)))
+                let forward = libm::cosf(angle);
+                (forward > LEAST_FORWARD).then_some(Vector3::new(
+                    x * sine_per_angle,
+                    y * sine_per_angle,
+                    forward,
+                ))
             }
-        };
-        direction.filter(|direction| direction.vector().z > LEAST_FORWARD)
+        }
     }
 
-    /// Where a direction falls, px (perhaps outside the detector); `None` behind the camera and more than 87 deg off
-    /// its line of sight.
-    pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
-        let unit = direction.vector();
+    /// Where a unit vector in detector axes falls, px.
+    fn image(&self, unit: Vector3<f32>) -> Option<[f32; 2]> {
         if unit.z <= LEAST_FORWARD {
             return None;
         }

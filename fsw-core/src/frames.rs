@@ -14,9 +14,14 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Icrs;
 
-/// The sensor's star path: x along +x px, y along +y px, z out along the line of sight.
+/// The sensor's star path: x along +x px (along -x px where a mirror turns the image over), y along +y px, z out along the
+/// line of sight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StarPath;
+
+/// The sensor's Earth path: x along +x px, y along +y px, z out along its line of sight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EarthPath;
 
 /// Arcseconds in a radian.
 pub const ARCSEC_PER_RAD: f32 = 206_264.8;
@@ -52,6 +57,11 @@ impl<F> Direction<F> {
         const SCALE: f32 = 1.0 / (1u32 << 30) as f32;
         let [x, y, z] = components;
         Self { unit: Vector3::new(x as f32, y as f32, z as f32) * SCALE, frame: PhantomData }
+    }
+
+    /// From a vector that the caller knows to be of unit length.
+    pub(crate) fn from_unit(unit: Vector3<f32>) -> Self {
+        Self { unit, frame: PhantomData }
     }
 
     /// The line of sight, (0, 0, 1).

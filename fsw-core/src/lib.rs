@@ -10,6 +10,7 @@ extern crate std;
 pub mod attitude;
 pub mod camera;
 pub mod catalog;
+pub mod earth;
 pub mod frames;
 pub mod image;
 pub mod modes;

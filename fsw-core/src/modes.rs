@@ -1,81 +1,209 @@
 //! Which mode comes next, and why (thesis §8).
 //!
-//! In: the present mode and what was seen this second. Out: the next mode. First form, two modes:
+//! In: the present mode and what was seen this second. Out: the next mode and the guard that let it through. The table is
+//! read from its top; the first guard that holds decides.
 //!
 //! | from | guard | to |
 //! |---|---|---|
-//! | acquisition | stars identified in two images, so that the rate is known and the names are confirmed | tracking |
-//! | tracking | no attitude for `patience_s` seconds | acquisition |
+//! | any but safe | `fault_patience` seconds in a row with a fault of detector or self-test | safe |
+//! | any but self-test, safe | the detector is blinded | Sun outage |
+//! | self-test | passed | acquisition |
+//! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed | tracking, eclipse |
+//! | acquisition | `acquisition_timeout_s` seconds in the mode | safe |
+//! | tracking, eclipse | no attitude for `patience_s` seconds | acquisition |
+//! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
+//! | eclipse | a limb in the field is lit, for `settle_s` seconds | tracking |
+//! | Sun outage | not blinded, attitude by the last rate still good | tracking, eclipse |
+//! | Sun outage | not blinded | acquisition |
+//! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
+//! | safe | `pause_s` seconds in the mode | self-test |
 //!
-//! A command to reacquire is obeyed by the sensor at once, before the second begins.
+//! Commands are obeyed at once, before the second begins.
 
 use serde::{Deserialize, Serialize};
 
 /// Mode of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// The whole detector is scanned and its stars identified without prior knowledge.
+    /// Detector and clock are proved before anything is believed.
     #[default]
+    SelfTest,
+    /// The whole detector is scanned and its stars identified without prior knowledge.
     Acquisition,
-    /// Windows about predicted stars are read.
+    /// Windows about predicted stars and about the Earth's limb are read.
     Tracking,
+    /// As tracking, but no limb in the field is lit: stars alone, the orbit is propagated.
+    Eclipse,
+    /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
+    SunOutage,
+    /// Something keeps failing: the orbit is propagated, the self-test repeated after a pause.
+    Safe,
+}
+
+/// Why a mode was left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Guard {
+    /// The self-test passed.
+    Proved,
+    /// Attitude and rate are known.
+    AttitudeKnown,
+    /// No attitude for too long.
+    AttitudeLost,
+    /// No limb in the field is lit.
+    EarthDark,
+    /// A limb in the field is lit.
+    EarthLit,
+    /// The detector is blinded.
+    Blinded,
+    /// It no longer is.
+    SunGone,
+    /// The mode lasted too long.
+    TimedOut,
+    /// Faults in too many seconds in a row.
+    Faults,
+    /// The pause is over.
+    PauseOver,
+    /// A command.
+    Commanded,
+}
+
+/// Patience and time-outs, seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModeParameters {
+    /// Seconds without an attitude after which stars are acquired anew (default 3, 1 to 60).
+    pub patience_s: u16,
+    /// Seconds in a row with a fault before safe mode (default 5, 1 to 600).
+    pub fault_patience_s: u16,
+    /// Seconds for which the Earth must be dark, or lit, before it counts as such (default 3, 1 to 60).
+    pub settle_s: u16,
+    /// Longest acquisition (default 300, 5 to 10,000).
+    pub acquisition_timeout_s: u16,
+    /// Longest Sun outage (default 7200, 10 to 60,000).
+    pub outage_timeout_s: u16,
+    /// Pause in safe mode before the next self-test (default 60, 1 to 10,000).
+    pub pause_s: u16,
+}
+
+impl Default for ModeParameters {
+    fn default() -> Self {
+        Self {
+            patience_s: 3,
+            fault_patience_s: 5,
+            settle_s: 3,
+            acquisition_timeout_s: 300,
+            outage_timeout_s: 7200,
+            pause_s: 60,
+        }
+    }
+}
+
+impl ModeParameters {
+    /// Name, value and range of every parameter.
+    pub fn ranges(&self) -> [(&'static str, u32, u32, u32); 6] {
+        [
+            ("patience_s", self.patience_s.into(), 1, 60),
+            ("fault_patience_s", self.fault_patience_s.into(), 1, 600),
+            ("settle_s", self.settle_s.into(), 1, 60),
+            ("acquisition_timeout_s", self.acquisition_timeout_s.into(), 5, 10_000),
+            ("outage_timeout_s", self.outage_timeout_s.into(), 10, 60_000),
+            ("pause_s", self.pause_s.into(), 1, 10_000),
+        ]
+    }
 }
 
 /// What a second brought.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seen {
     /// An attitude was found or confirmed.
     pub attitude: bool,
     /// The rate is known: two attitudes in a row.
     pub rate: bool,
-    /// Seconds in a row without one, this one included.
-    pub seconds_without: u16,
+    /// An attitude carried on by the last rate is still good enough for tracking.
+    pub carried: bool,
+    /// The detector is blinded.
+    pub blinded: bool,
+    /// Whether no limb in the field is lit; `None` where it is not known.
+    pub dark: Option<bool>,
+    /// The detector or the self-test failed.
+    pub fault: bool,
 }
 
-/// The mode of the next second.
-pub fn next(mode: Mode, seen: &Seen, patience_s: u16) -> Mode {
-    match mode {
-        Mode::Acquisition if seen.attitude && seen.rate => Mode::Tracking,
-        Mode::Tracking if seen.seconds_without >= patience_s => Mode::Acquisition,
-        unchanged => unchanged,
+/// The present mode and what its guards count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Modes {
+    mode: Mode,
+    seconds_in_mode: u16,
+    seconds_without_attitude: u16,
+    seconds_with_fault: u16,
+    /// Seconds in a row in which the Earth was other than the mode says.
+    seconds_otherwise: u16,
+}
+
+impl Modes {
+    /// The present mode.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Goes to a mode; its counts begin anew.
+    pub fn enter(&mut self, mode: Mode) {
+        *self = Self { mode, ..Self::default() };
+    }
+
+    /// Takes in what the second brought and goes to the next mode; gives the guard where the mode changes.
+    pub fn next(&mut self, seen: &Seen, parameters: &ModeParameters) -> Option<Guard> {
+        let count = |seconds: u16, goes_on: bool| if goes_on { seconds.saturating_add(1) } else { 0 };
+        let otherwise = match self.mode {
+            Mode::Tracking => seen.dark == Some(true),
+            Mode::Eclipse => seen.dark == Some(false),
+            _ => false,
+        };
+        self.seconds_in_mode = self.seconds_in_mode.saturating_add(1);
+        self.seconds_without_attitude = count(self.seconds_without_attitude, !seen.attitude);
+        self.seconds_with_fault = count(self.seconds_with_fault, seen.fault);
+        self.seconds_otherwise = count(self.seconds_otherwise, otherwise);
+        let (mode, guard) = self.decide(seen, parameters)?;
+        let seconds_with_fault = self.seconds_with_fault;
+        self.enter(mode);
+        // A fault that outlasts a mode still counts.
+        self.seconds_with_fault = seconds_with_fault;
+        Some(guard)
+    }
+
+    /// The first line of the table whose guard holds.
+    fn decide(&self, seen: &Seen, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
+        let following = if seen.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
+        if self.mode != Mode::Safe && self.seconds_with_fault >= parameters.fault_patience_s {
+            return Some((Mode::Safe, Guard::Faults));
+        }
+        let looks = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
+        if looks && seen.blinded {
+            return Some((Mode::SunOutage, Guard::Blinded));
+        }
+        let settled = self.seconds_otherwise >= parameters.settle_s;
+        let lost = self.seconds_without_attitude >= parameters.patience_s;
+        match self.mode {
+            Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::Proved)),
+            Mode::Acquisition if seen.attitude && seen.rate => Some((following, Guard::AttitudeKnown)),
+            Mode::Acquisition if self.seconds_in_mode >= parameters.acquisition_timeout_s => {
+                Some((Mode::Safe, Guard::TimedOut))
+            }
+            Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
+            Mode::Tracking if settled => Some((Mode::Eclipse, Guard::EarthDark)),
+            Mode::Eclipse if settled => Some((Mode::Tracking, Guard::EarthLit)),
+            Mode::SunOutage if !seen.blinded && !seen.fault => {
+                Some((if seen.carried { following } else { Mode::Acquisition }, Guard::SunGone))
+            }
+            Mode::SunOutage if self.seconds_in_mode >= parameters.outage_timeout_s => {
+                Some((Mode::Safe, Guard::TimedOut))
+            }
+            Mode::Safe if self.seconds_in_mode >= parameters.pause_s => {
+                Some((Mode::SelfTest, Guard::PauseOver))
+            }
+            _ => None,
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::Mode::{Acquisition, Tracking};
-    use super::*;
-
-    const PATIENCE_S: u16 = 3;
-
-    fn after(mode: Mode, attitude: bool, rate: bool, seconds_without: u16) -> Mode {
-        next(mode, &Seen { attitude, rate, seconds_without }, PATIENCE_S)
-    }
-
-    #[test]
-    fn the_sensor_begins_with_acquisition() {
-        assert_eq!(Mode::default(), Acquisition);
-    }
-
-    #[test]
-    fn acquisition_becomes_tracking_once_attitude_and_rate_are_known() {
-        assert_eq!(after(Acquisition, true, true, 0), Tracking);
-        // One image gives no rate; a rate without an attitude of this second is an old one.
-        for (attitude, rate) in [(false, false), (true, false), (false, true)] {
-            for seconds_without in [0, PATIENCE_S, u16::MAX] {
-                assert_eq!(after(Acquisition, attitude, rate, seconds_without), Acquisition);
-            }
-        }
-    }
-
-    #[test]
-    fn tracking_goes_on_until_patience_is_at_its_end() {
-        for seconds_without in 0..PATIENCE_S {
-            assert_eq!(after(Tracking, seconds_without == 0, true, seconds_without), Tracking);
-            assert_eq!(after(Tracking, false, false, seconds_without), Tracking);
-        }
-        for seconds_without in [PATIENCE_S, PATIENCE_S + 1, u16::MAX] {
-            assert_eq!(after(Tracking, false, true, seconds_without), Acquisition);
-        }
-    }
-}
+mod tests;

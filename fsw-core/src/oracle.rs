@@ -162,5 +162,6 @@ pub fn reference_camera() -> CameraParameters {
         optical_centre_px: [639.5, 511.5],
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        mirrored: false,
     }
 }

@@ -6,12 +6,13 @@
 
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::image::DetectionParameters;
+use crate::modes::ModeParameters;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
 
 /// Version of the table's layout.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 256;
 
@@ -23,13 +24,11 @@ pub struct TrackingParameters {
     pub gate_px: u16,
     /// Fewest stars that make an attitude (default 3, 3 to 16).
     pub fewest_stars: u16,
-    /// Seconds without an attitude after which stars are acquired anew (default 3, 1 to 60).
-    pub patience_s: u16,
 }
 
 impl Default for TrackingParameters {
     fn default() -> Self {
-        Self { gate_px: 5, fewest_stars: 3, patience_s: 3 }
+        Self { gate_px: 5, fewest_stars: 3 }
     }
 }
 
@@ -48,6 +47,8 @@ pub struct Parameters {
     pub pairs_per_cycle: u32,
     /// Star tracking.
     pub tracking: TrackingParameters,
+    /// Patience and time-outs.
+    pub modes: ModeParameters,
 }
 
 /// Why a table was refused.
@@ -69,6 +70,7 @@ impl Parameters {
             identification: IdentificationParameters::default(),
             pairs_per_cycle: 400_000,
             tracking: TrackingParameters::default(),
+            modes: ModeParameters::default(),
         }
     }
 
@@ -108,7 +110,6 @@ impl Parameters {
             ("centroid_floor_millipx", detection.centroid_floor_millipx.into(), 1, 1000),
             ("gate_px", tracking.gate_px.into(), 3, 24),
             ("fewest_stars", tracking.fewest_stars.into(), 3, 16),
-            ("patience_s", tracking.patience_s.into(), 1, 60),
         ];
         let reals = [
             ("centroid_sigma_px[0]", first, 0.05, 3.0),
@@ -117,7 +118,9 @@ impl Parameters {
             ("scale_uncertainty", identification.scale_uncertainty, 0.0, 0.01),
             ("log10_false_limit", identification.log10_false_limit, -30.0, -2.0),
         ];
-        let wrong_integer = integers.iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
+        let modes = self.modes.ranges();
+        let wrong_integer =
+            integers.iter().chain(&modes).find(|(_, value, low, high)| !(low..=high).contains(&value));
         let wrong_real = reals.iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
         match (wrong_integer, wrong_real) {
             (Some((name, ..)), _) | (None, Some((name, ..))) => Err(ParameterError::Range(name)),

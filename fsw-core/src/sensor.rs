@@ -13,15 +13,15 @@ use crate::catalog::Catalogue;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionParameters;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
-use crate::modes::{self, Mode, Seen};
+use crate::modes::{Mode, Modes, Seen};
 use crate::parameters::{ParameterError, Parameters, TrackingParameters};
 use crate::plan;
 use crate::stars::confirm::{Confirmed, confirm};
 use crate::stars::identify::{Identifier, Progress};
 use crate::stars::predict::field_stars;
 use crate::stars::{Field, MAX_MEASURED, Measured};
-use crate::telemetry::{AttitudeReport, Fault, Report, StarReport, Status};
-use fsw_hal::{Detector, DetectorError, Stage, StageMeter, Window};
+use crate::telemetry::{AttitudeReport, EarthStatus, Event, Fault, Report, StarReport, Status};
+use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
 
@@ -37,9 +37,11 @@ pub const MAX_RATE_BASE_S: u32 = 10;
 
 /// The instruments, as the spacecraft lends them for a second.
 #[derive(Debug)]
-pub struct Instruments<'a, D, M> {
+pub struct Instruments<'a, D, C, M> {
     /// The active-pixel detector behind both paths.
     pub detector: &'a mut D,
+    /// Tells the instant of the second.
+    pub clock: &'a mut C,
     /// Receives the marks of the stages; `&mut ()` where nothing is measured.
     pub meter: &'a mut M,
 }
@@ -144,11 +146,10 @@ pub struct Sensor<'c> {
     catalogue: Catalogue<'c>,
     camera: Camera,
     parameters: Parameters,
-    mode: Mode,
+    modes: Modes,
     cycle: u32,
     known: Option<Known>,
     rate_rad_s: Option<Vector3<f32>>,
-    seconds_without: u16,
     /// Cycle in which the image under search was taken.
     searching_since: Option<u32>,
     workspace: &'c mut Workspace,
@@ -172,43 +173,51 @@ impl<'c> Sensor<'c> {
             catalogue,
             camera,
             parameters,
-            mode: Mode::Acquisition,
+            modes: Modes::default(),
             cycle: 0,
             known: None,
             rate_rad_s: None,
-            seconds_without: 0,
             searching_since: None,
             workspace,
         })
     }
 
     /// One second.
-    pub fn cycle<D: Detector, M: StageMeter>(
+    pub fn cycle<D: Detector, C: Clock, M: StageMeter>(
         &mut self,
-        instruments: &mut Instruments<D, M>,
+        instruments: &mut Instruments<D, C, M>,
         command: Command,
     ) -> Report {
         if command == Command::Reacquire {
             self.forget();
         }
-        let mode = self.mode;
+        let mode = self.modes.mode();
+        let instant_us = instruments.clock.instant_us();
         let (width, height) = (self.parameters.camera.width_px, self.parameters.camera.height_px);
         let geometry = instruments.detector.geometry();
         let outcome = if (geometry.width_px, geometry.height_px) != (width, height) {
             Outcome::nothing(Status::DetectorFault(Fault::Geometry), 0)
         } else {
             match mode {
+                Mode::SelfTest => Outcome::nothing(Status::Proved, 0),
                 Mode::Acquisition => self.acquire(instruments),
-                Mode::Tracking => self.track(instruments),
+                Mode::Tracking | Mode::Eclipse => self.track(instruments),
+                Mode::SunOutage | Mode::Safe => Outcome::nothing(Status::Waiting, 0),
             }
         };
-        let report = self.learn(mode, outcome);
-        let attitude = report.attitude.is_some();
-        self.seconds_without = if attitude { 0 } else { self.seconds_without.saturating_add(1) };
-        let seen = Seen { attitude, rate: self.rate_rad_s.is_some(), seconds_without: self.seconds_without };
-        self.mode = modes::next(mode, &seen, self.parameters.tracking.patience_s);
-        if (mode, self.mode) == (Mode::Tracking, Mode::Acquisition) {
-            self.forget();
+        let mut report = self.learn(mode, outcome);
+        report.instant_us = instant_us;
+        let seen = Seen {
+            attitude: report.attitude.is_some(),
+            rate: self.rate_rad_s.is_some(),
+            fault: matches!(report.status, Status::DetectorFault(_)),
+            ..Seen::default()
+        };
+        if let Some(guard) = self.modes.next(&seen, &self.parameters.modes) {
+            let _ = report.events.push(Event::Mode(self.modes.mode(), guard));
+            if self.modes.mode() == Mode::Acquisition {
+                self.forget();
+            }
         }
         self.cycle = self.cycle.wrapping_add(1);
         report
@@ -216,7 +225,7 @@ impl<'c> Sensor<'c> {
 
     /// Drops what was known of the attitude.
     fn forget(&mut self) {
-        self.mode = Mode::Acquisition;
+        self.modes.enter(Mode::Acquisition);
         self.known = None;
         self.rate_rad_s = None;
         self.searching_since = None;
@@ -224,7 +233,10 @@ impl<'c> Sensor<'c> {
 
     /// Lost in space: scan, then identify; a search that needs longer goes on with the same image.
     #[inline(never)]
-    fn acquire(&mut self, instruments: &mut Instruments<impl Detector, impl StageMeter>) -> Outcome {
+    fn acquire(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+    ) -> Outcome {
         let Workspace { buffer, detections, .. } = &mut *self.workspace;
         if self.searching_since.is_none() {
             instruments.meter.begin(Stage::Scan);
@@ -268,7 +280,10 @@ impl<'c> Sensor<'c> {
 
     /// Follows known stars in windows about their predicted places.
     #[inline(never)]
-    fn track(&mut self, instruments: &mut Instruments<impl Detector, impl StageMeter>) -> Outcome {
+    fn track(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+    ) -> Outcome {
         let TrackingParameters { gate_px, fewest_stars, .. } = self.parameters.tracking;
         instruments.meter.begin(Stage::Predict);
         let prediction = self.predict().and_then(|attitude| {
@@ -311,6 +326,7 @@ impl<'c> Sensor<'c> {
         let image_cycle = self.searching_since.take_if(|_| outcome.confirmed.is_some()).unwrap_or(self.cycle);
         let mut report = Report {
             cycle: self.cycle,
+            instant_us: 0,
             mode,
             status: outcome.status,
             attitude: None,
@@ -318,6 +334,11 @@ impl<'c> Sensor<'c> {
             detections: outcome.detections,
             focal_ratio: 1.0,
             stars: Vec::new(),
+            earth_status: EarthStatus::NotLooked,
+            earth: None,
+            limb_px: Vec::new(),
+            orbit: None,
+            events: Vec::new(),
         };
         let Some((confirmed, log10_false)) = outcome.confirmed else { return report };
         let now = Known { attitude: confirmed.attitude, cycle: image_cycle };

@@ -16,8 +16,8 @@ mod triangles;
 
 use crate::attitude::VectorPair;
 use crate::camera::Camera;
-use crate::catalog::{Catalogue, Star};
-use crate::frames::{Direction, StarPath};
+use crate::catalog::Catalogue;
+use crate::frames::{Direction, Icrs, StarPath};
 use crate::image::Detection;
 
 /// Most measured stars that take part in identification; of more, the brightest.
@@ -47,11 +47,11 @@ impl Measured {
         Self::new(camera, spot.centre_px(), spot.sigma_px())
     }
 
-    /// The pair that this star and its catalogue star make.
-    pub fn paired_with(&self, star: &Star, camera: &Camera) -> VectorPair {
+    /// The pair that this star and the direction its catalogue star is seen in make.
+    pub fn paired_with(&self, seen: Direction<Icrs>, camera: &Camera) -> VectorPair {
         VectorPair {
             measured: self.direction,
-            reference: star.direction(),
+            reference: seen,
             sigma_rad: self.sigma_px * camera.rad_per_px(),
         }
     }
@@ -147,7 +147,8 @@ mod tests {
         let pair = |sigma_px| {
             let seen = Measured::new(&camera, [100.0, 900.0], sigma_px).unwrap();
             let bytes = sample::bytes(&[sample::star(&Vector3::x(), 1)], 26, 0);
-            seen.paired_with(&Catalogue::open(&bytes).unwrap().star(0).unwrap(), &camera)
+            let catalogue = Catalogue::open(&bytes).unwrap();
+            seen.paired_with(catalogue.seen(&catalogue.star(0).unwrap()), &camera)
         };
         // The reference camera has 3000 px: 0.3 px are 100 microradians.
         assert!((pair(0.3).sigma_rad - 1e-4).abs() < 1e-10);

@@ -3,7 +3,8 @@
 //! A frame is a [`packet`] of version [`VERSION`]. Equal images give equal frames on every machine. A stream
 //! is one frame after the other, each led by its length (u16, little-endian).
 
-use crate::modes::Mode;
+use crate::earth::Refusal;
+use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
 use fsw_hal::DetectorError;
@@ -11,11 +12,15 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// A buffer of this length holds any frame.
-pub const MAX_FRAME_BYTES: usize = 2048;
+pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
 pub const MAX_STARS: usize = 48;
+/// Most limb points reported.
+pub const MAX_LIMB_POINTS: usize = 48;
+/// Most events in a second.
+pub const MAX_EVENTS: usize = 8;
 
 /// What came of this second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +35,12 @@ pub enum Status {
     Tracked,
     /// Too few predicted stars were found.
     Lost,
+    /// The detector is blinded.
+    Blinded,
+    /// The self-test passed.
+    Proved,
+    /// No image was asked for in this second.
+    Waiting,
     /// The detector failed; nothing was learnt.
     DetectorFault(Fault),
 }
@@ -80,11 +91,89 @@ pub struct AttitudeReport {
     pub age_s: u16,
 }
 
+/// What came of looking for the Earth in this second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EarthStatus {
+    /// It was not looked for: no attitude, or the detector was blinded.
+    NotLooked,
+    /// No limb that the Sun lights is in the field.
+    Dark,
+    /// The centre was found.
+    Found,
+    /// It was looked for and no centre came of it.
+    Refused(Refusal),
+}
+
+/// The Earth as seen in this second.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EarthReport {
+    /// Unit vector to the Earth's centre, Earth path.
+    pub direction: [f32; 3],
+    /// Standard deviation of the direction, the greater of the two across it, rad.
+    pub sigma_rad: f32,
+    /// Distance of the Earth's centre, km.
+    pub distance_km: f32,
+    /// Standard deviation of the distance, km, the limb's height taken as known.
+    pub sigma_km: f32,
+    /// Limb points on which the centre rests.
+    pub inliers: u16,
+    /// Arc of the limb they span about the centre, deg.
+    pub arc_deg: f32,
+    /// Root mean square distance of the inliers from the fitted limb, px.
+    pub rms_px: f32,
+}
+
+/// The orbit after this second, at the instant of its image.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrbitReport {
+    /// Position, ICRS, geocentric, km.
+    pub position_km: [f64; 3],
+    /// Velocity, ICRS, km/s.
+    pub velocity_km_s: [f64; 3],
+    /// Standard deviations of the position, ICRS axes, km.
+    pub sigma_position_km: [f32; 3],
+    /// Standard deviations of the velocity, ICRS axes, km/s.
+    pub sigma_velocity_km_s: [f32; 3],
+    /// Estimated departure of the limb's height from the parameter, km.
+    pub limb_height_km: f32,
+    /// Its standard deviation, km.
+    pub limb_height_sigma_km: f32,
+    /// Normalised innovation squared of this second's fix (3 degrees of freedom); none without one.
+    pub nis: Option<f32>,
+    /// Seconds since the last fix that was accepted.
+    pub since_fix_s: u32,
+    /// Whether the filter has converged.
+    pub settled: bool,
+}
+
+/// Something that happened in a second and is worth a line in a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Event {
+    /// The next second has another mode, and why.
+    Mode(Mode, Guard),
+    /// The first fix started the orbit filter.
+    OrbitStarted,
+    /// The orbit's sigma fell below its goal.
+    OrbitConverged,
+    /// A fix contradicted the orbit and was not used.
+    FixRejected,
+    /// So many fixes contradicted the orbit that it was started anew.
+    OrbitRestarted,
+    /// The clock jumped farther than the orbit can be propagated: it was forgotten.
+    OrbitForgotten,
+    /// The clock did not go forward by a second.
+    ClockJump,
+    /// The Sun is, by attitude and time, in a path, and the detector is blinded.
+    SunInPath,
+}
+
 /// One second of the sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Seconds since start.
     pub cycle: u32,
+    /// Instant of the image, TT, microseconds since J2000.0.
+    pub instant_us: i64,
     /// Mode in which the second was spent.
     pub mode: Mode,
     /// What came of it.
@@ -99,6 +188,16 @@ pub struct Report {
     pub focal_ratio: f32,
     /// The stars recognised, brightest first.
     pub stars: Vec<StarReport, MAX_STARS>,
+    /// What came of looking for the Earth.
+    pub earth_status: EarthStatus,
+    /// The Earth, where it was found.
+    pub earth: Option<EarthReport>,
+    /// Limb points used, px.
+    pub limb_px: Vec<[f32; 2], MAX_LIMB_POINTS>,
+    /// The orbit, where it is known.
+    pub orbit: Option<OrbitReport>,
+    /// What happened.
+    pub events: Vec<Event, MAX_EVENTS>,
 }
 
 /// Writes a report as a frame and gives the bytes used.

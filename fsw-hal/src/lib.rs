@@ -6,6 +6,7 @@
 //! | module | instrument | first used by |
 //! |---|---|---|
 //! | [`detector`] | active-pixel detector with windowed readout | acquisition and tracking |
+//! | [`clock`] | the instant of a second | every second |
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
 //!
 //! Conventions: pixels count x right and y down, the centre of the first pixel read is (0, 0); raw values are
@@ -20,8 +21,10 @@
     clippy::float_arithmetic
 )]
 
+pub mod clock;
 pub mod detector;
 pub mod meter;
 
+pub use clock::{Clock, Instant};
 pub use detector::{Detector, DetectorError, DetectorGeometry, Window};
 pub use meter::{Stage, StageMeter};

@@ -11,12 +11,18 @@ pub enum Stage {
     Scan = 0,
     /// Acquisition: identification.
     Identify = 1,
-    /// Tracking: predicted stars and their windows.
+    /// Predicted stars, predicted limb, and the windows about them.
     Predict = 2,
-    /// Tracking: reading and searching the windows.
+    /// Reading and searching the stars' windows.
     Windows = 3,
-    /// Tracking: matching and attitude.
+    /// Matching and attitude.
     Confirm = 4,
+    /// Reading the Earth's windows or grid, and the limb points in them.
+    Limb = 5,
+    /// The Earth's centre from limb points.
+    Centre = 6,
+    /// Propagation and filter of the orbit.
+    Orbit = 7,
 }
 
 /// Receives the marks.

@@ -151,6 +151,9 @@ fn stage_name(number: u8) -> &'static str {
         (Stage::Predict, "predict"),
         (Stage::Windows, "windows"),
         (Stage::Confirm, "confirm"),
+        (Stage::Limb, "limb"),
+        (Stage::Centre, "centre"),
+        (Stage::Orbit, "orbit"),
     ];
     stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
 }
@@ -247,7 +250,11 @@ fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_ident
     for (cycle, report) in flown.metered.cycles.iter().zip(reports) {
         let (name, limit_cycles) = match report.mode {
             Mode::Acquisition => ("acquisition", limits.cycles.acquisition),
+            Mode::SelfTest => ("self-test", limits.cycles.acquisition),
             Mode::Tracking => ("tracking", limits.cycles.tracking),
+            Mode::Eclipse => ("eclipse", limits.cycles.tracking),
+            Mode::SunOutage => ("Sun outage", limits.cycles.tracking),
+            Mode::Safe => ("safe", limits.cycles.tracking),
         };
         let mode = modes.entry(name).or_insert_with(|| ModeBudget {
             limit_cycles,

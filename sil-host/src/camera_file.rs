@@ -71,6 +71,8 @@ pub struct CameraFile {
     pub projection: Projection,
     /// The distortion.
     pub distortion: Distortion,
+    /// Whether the star path is seen in a mirror, which turns its image over left to right.
+    pub mirrored: bool,
     /// Centroid correction table, relative to the camera file's folder resolved.
     pub correction_table: Option<PathBuf>,
 }
@@ -128,6 +130,8 @@ struct RawOptics {
     projection: Projection,
     #[serde(default)]
     distortion: RawDistortion,
+    #[serde(default)]
+    mirrored: bool,
     correction_table: Option<Spanned<String>>,
 }
 
@@ -189,6 +193,7 @@ impl CameraFile {
             optical_centre_px: source.centre(&optics.optical_centre_px, width_px, height_px)?,
             projection: optics.projection,
             distortion,
+            mirrored: optics.mirrored,
             correction_table: source.table(optics.correction_table)?,
         })
     }
@@ -236,6 +241,7 @@ impl CameraFile {
             optical_centre_px: [(f64::from(width_px) - 1.0) / 2.0, (f64::from(height_px) - 1.0) / 2.0],
             projection: Projection::Rectilinear,
             distortion: Distortion::default(),
+            mirrored: false,
             correction_table: None,
         })
     }

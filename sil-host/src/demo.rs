@@ -15,6 +15,7 @@ use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::{Report, Status};
+use fsw_hal::Instant;
 use std::process::ExitCode;
 
 /// Seconds flown.
@@ -65,6 +66,9 @@ fn status_word(status: Status) -> &'static str {
         Status::NotIdentified(_) => "not identified",
         Status::Tracked => "tracked",
         Status::Lost => "lost",
+        Status::Blinded => "blinded",
+        Status::Proved => "proved",
+        Status::Waiting => "waiting",
         Status::DetectorFault(_) => "detector fault",
     }
 }
@@ -88,8 +92,14 @@ pub fn run() -> Result<ExitCode, HostError> {
     );
     let mut errors = Errors::default();
     for second in 0..SECONDS {
-        let report =
-            sensor.cycle(&mut Instruments { detector: &mut scene, meter: &mut () }, Command::Continue);
+        let report = sensor.cycle(
+            &mut Instruments {
+                detector: &mut scene,
+                clock: &mut Instant(i64::from(second) * 1_000_000),
+                meter: &mut (),
+            },
+            Command::Continue,
+        );
         let truth = scene.quaternion();
         let found = report
             .attitude

@@ -34,6 +34,7 @@ pub fn camera_parameters(file: &CameraFile) -> CameraParameters {
             p1: single(d.p1),
             p2: single(d.p2),
         },
+        mirrored: file.mirrored,
     }
 }
 

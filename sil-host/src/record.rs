@@ -22,7 +22,7 @@ use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
-use fsw_hal::Detector;
+use fsw_hal::{Detector, Instant};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -70,8 +70,11 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
         HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
     })?;
     let seconds = recording.len();
-    let mut instruments = Instruments { detector: &mut recording, meter: &mut () };
-    Ok((0..seconds).map(|_| sensor.cycle(&mut instruments, Command::Continue)).collect())
+    let fly = |second: usize| {
+        let clock = &mut Instant(second as i64 * 1_000_000);
+        sensor.cycle(&mut Instruments { detector: &mut recording, clock, meter: &mut () }, Command::Continue)
+    };
+    Ok((0..seconds).map(fly).collect())
 }
 
 /// Records `seconds` frames of a detector, the table, and the host's telemetry, into a folder that exists or is made.

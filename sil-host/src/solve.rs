@@ -175,7 +175,8 @@ fn time_attitude(solution: &Solution, catalogue: &Catalogue) -> Duration {
         .iter()
         .filter_map(|found| {
             let seen = solution.measured.get(usize::from(found.measured))?;
-            Some(seen.paired_with(&catalogue.star(found.star)?, &solution.camera))
+            let star = catalogue.star(found.star)?;
+            Some(seen.paired_with(catalogue.seen(&star), &solution.camera))
         })
         .collect();
     let begin = Instant::now();

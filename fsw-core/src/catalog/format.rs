@@ -26,6 +26,7 @@
 //! digits at small separations.
 
 use crate::frames::{Direction, Icrs};
+use nalgebra::Vector3;
 
 /// First bytes of every catalogue.
 pub const MAGIC: [u8; 4] = *b"SXTC";
@@ -78,7 +79,7 @@ pub struct Star {
 }
 
 impl Star {
-    /// The direction in f32.
+    /// The direction without aberration, f32.
     pub fn direction(&self) -> Direction<Icrs> {
         Direction::from_q30(self.unit_q30)
     }
@@ -105,6 +106,8 @@ pub struct Catalogue<'a> {
     faintest_centi: i16,
     field_millideg: u32,
     source_crc: u32,
+    /// Velocity of the observer over that of light, ICRS.
+    pub(super) velocity: Vector3<f32>,
 }
 
 fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {
@@ -171,6 +174,7 @@ impl<'a> Catalogue<'a> {
             faintest_centi: u16_at(bytes, 40)? as i16,
             field_millideg: u32_at(bytes, 44)?,
             source_crc: u32_at(bytes, 48)?,
+            velocity: Vector3::new(0.0, 0.0, 0.0),
         })
     }
 

@@ -5,6 +5,7 @@
 //! every pair asked for and a few more, and the caller compares the exact separations it needs anyway.
 
 use super::format::{Catalogue, FLAG_PROXIMITY, HIP_MASK, PAIR_BYTES, Pair, STAR_BYTES, Star};
+use crate::frames::{Direction, Icrs};
 use nalgebra::Vector3;
 
 fn decode_star(record: &[u8; STAR_BYTES]) -> Star {
@@ -39,9 +40,24 @@ impl<'a> Catalogue<'a> {
         self.stars.iter().map(decode_star)
     }
 
-    /// The unit vector of the star at `index` in f32, ICRS; only the 12 bytes needed are decoded.
+    /// Sets the velocity of the observer over that of light, ICRS, at most 1e-3 (else, or when it is not finite, zero):
+    /// from then on directions are those he sees (aberration).
+    pub fn set_observer_velocity(&mut self, velocity_per_c: Vector3<f32>) {
+        let possible = velocity_per_c.dot(&velocity_per_c) < 1e-6;
+        self.velocity = if possible { velocity_per_c } else { Vector3::new(0.0, 0.0, 0.0) };
+    }
+
+    /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v` (the second is
+    /// below 0.002 arcsec for the Earth's 30 km/s).
+    pub fn seen(&self, star: &Star) -> Direction<Icrs> {
+        let direction = star.direction();
+        let unit = direction.vector();
+        Direction::from_unit(unit + self.velocity - unit * unit.dot(&self.velocity))
+    }
+
+    /// The unit vector in which the observer sees the star at `index`, ICRS; only the 12 bytes needed are decoded.
     pub fn unit(&self, index: u16) -> Option<Vector3<f32>> {
-        self.stars.get(usize::from(index)).map(|record| *decode_star(record).direction().vector())
+        self.stars.get(usize::from(index)).map(|record| *self.seen(&decode_star(record)).vector())
     }
 
     /// Bytes of the pairs whose chord lies in `[low, high]`, to the bin; empty when the range is outside the table.

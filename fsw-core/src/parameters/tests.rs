@@ -17,7 +17,12 @@ const INTEGERS: [Integer; 12] = [
     ("centroid_floor_millipx", |p, v| p.detection.centroid_floor_millipx = v as u16, 1, 1000),
     ("gate_px", |p, v| p.tracking.gate_px = v as u16, 3, 24),
     ("fewest_stars", |p, v| p.tracking.fewest_stars = v as u16, 3, 16),
-    ("patience_s", |p, v| p.tracking.patience_s = v as u16, 1, 60),
+    ("patience_s", |p, v| p.modes.patience_s = v as u16, 1, 60),
+    ("fault_patience_s", |p, v| p.modes.fault_patience_s = v as u16, 1, 600),
+    ("settle_s", |p, v| p.modes.settle_s = v as u16, 1, 60),
+    ("acquisition_timeout_s", |p, v| p.modes.acquisition_timeout_s = v as u16, 5, 10_000),
+    ("outage_timeout_s", |p, v| p.modes.outage_timeout_s = v as u16, 10, 60_000),
+    ("pause_s", |p, v| p.modes.pause_s = v as u16, 1, 10_000),
 ];
 
 /// Name, place and range of every real.

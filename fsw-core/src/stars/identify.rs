@@ -294,7 +294,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();
         for (seen, name) in &polygon.corners {
             let (seen, star) = (field.measured().get(usize::from(*seen))?, field.catalogue.star(*name)?);
-            pairs.push(seen.paired_with(&star, field.camera)).ok()?;
+            pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera)).ok()?;
         }
         let attitude = wahba::svd::solve(&pairs).ok()?;
         let tolerance_px = parameters.tolerance_px(self.agenda.step());

@@ -44,7 +44,7 @@ pub fn field_stars(
     let boresight = attitude.inverse().apply(&middle);
     let mut field = Vec::new();
     for (index, star) in catalogue.stars().enumerate() {
-        let direction = star.direction();
+        let direction = catalogue.seen(&star);
         if direction.dot(&boresight) < cosine {
             continue;
         }

@@ -9,7 +9,7 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry;
-use fsw_hal::{Detector, Stage, StageMeter};
+use fsw_hal::{Detector, Instant, Stage, StageMeter};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
 static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.cat");
@@ -60,9 +60,10 @@ pub fn fly(
     let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
     defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
     let mut sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
-    let mut instruments = Instruments { detector, meter: &mut Marks };
     let mut flight = Flight::default();
-    for _ in 0..seconds {
+    for second in 0..seconds {
+        let clock = &mut Instant(i64::from(second) * 1_000_000);
+        let mut instruments = Instruments { detector: &mut *detector, clock, meter: &mut Marks };
         let report = marks::cycle(|| sensor.cycle(&mut instruments, Command::Continue));
         flight.seconds += 1;
         defmt::info!(

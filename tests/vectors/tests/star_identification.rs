@@ -38,6 +38,7 @@ fn example() -> Option<Example> {
         optical_centre_px: [639.5, 511.5],
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        mirrored: false,
     })
     .unwrap();
     let (mut labels, mut measured) = (Vec::new(), Vec::new());

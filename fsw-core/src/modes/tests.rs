@@ -1,0 +1,116 @@
+use super::Mode::{Acquisition, Eclipse, Safe, SelfTest, SunOutage, Tracking};
+use super::*;
+use std::vec::Vec;
+
+const PARAMETERS: ModeParameters = ModeParameters {
+    patience_s: 3,
+    fault_patience_s: 4,
+    settle_s: 2,
+    acquisition_timeout_s: 20,
+    outage_timeout_s: 30,
+    pause_s: 5,
+};
+
+const NOTHING: Seen =
+    Seen { attitude: false, rate: false, carried: false, blinded: false, dark: None, fault: false };
+const ATTITUDE: Seen = Seen { attitude: true, rate: true, ..NOTHING };
+const LIT: Seen = Seen { dark: Some(false), ..ATTITUDE };
+const DARK: Seen = Seen { dark: Some(true), ..ATTITUDE };
+const BLINDED: Seen = Seen { blinded: true, ..NOTHING };
+const FAULT: Seen = Seen { fault: true, ..NOTHING };
+
+fn machine(mode: Mode) -> Modes {
+    let mut modes = Modes::default();
+    modes.enter(mode);
+    modes
+}
+
+/// Modes after each of the seconds.
+fn after(mode: Mode, seconds: &[Seen]) -> Vec<Mode> {
+    let mut modes = machine(mode);
+    let step = |seen: &Seen| {
+        let before = modes.mode();
+        let guard = modes.next(seen, &PARAMETERS);
+        assert_eq!(guard.is_some(), before != modes.mode(), "a guard is told exactly when the mode changes");
+        modes.mode()
+    };
+    seconds.iter().map(step).collect()
+}
+
+#[test]
+fn the_sensor_begins_with_its_self_test_and_goes_on_when_it_passes() {
+    assert_eq!(Modes::default().mode(), SelfTest);
+    assert_eq!(after(SelfTest, &[NOTHING]), [Acquisition]);
+    assert_eq!(after(SelfTest, &[FAULT, FAULT, NOTHING]), [SelfTest, SelfTest, Acquisition]);
+}
+
+#[test]
+fn acquisition_needs_attitude_and_rate() {
+    assert_eq!(after(Acquisition, &[Seen { rate: false, ..ATTITUDE }]), [Acquisition]);
+    // A rate without an attitude of this second is an old one.
+    assert_eq!(after(Acquisition, &[Seen { attitude: false, ..ATTITUDE }]), [Acquisition]);
+    assert_eq!(after(Acquisition, &[ATTITUDE]), [Tracking]);
+    assert_eq!(after(Acquisition, &[DARK]), [Eclipse]);
+}
+
+#[test]
+fn a_field_without_stars_ends_in_safe_mode_which_tries_again() {
+    let modes = after(Acquisition, &[NOTHING; 27]);
+    assert!(modes[..19].iter().all(|mode| *mode == Acquisition));
+    assert!(modes[19..24].iter().all(|mode| *mode == Safe));
+    assert_eq!(modes[24..26], [SelfTest, Acquisition]);
+}
+
+#[test]
+fn tracking_goes_on_until_patience_is_at_its_end() {
+    for mode in [Tracking, Eclipse] {
+        assert_eq!(after(mode, &[NOTHING, NOTHING, NOTHING]), [mode, mode, Acquisition]);
+        assert_eq!(after(mode, &[NOTHING, NOTHING, ATTITUDE, NOTHING, NOTHING]), [mode; 5]);
+    }
+}
+
+#[test]
+fn eclipse_follows_the_light_once_it_has_settled() {
+    assert_eq!(
+        after(Tracking, &[DARK, LIT, DARK, DARK, DARK]),
+        [Tracking, Tracking, Tracking, Eclipse, Eclipse]
+    );
+    assert_eq!(after(Eclipse, &[LIT, DARK, LIT, LIT, LIT]), [Eclipse, Eclipse, Eclipse, Tracking, Tracking]);
+    // Where it is not known, the mode stays.
+    assert_eq!(after(Eclipse, &[ATTITUDE; 4]), [Eclipse; 4]);
+}
+
+#[test]
+fn the_sun_interrupts_every_mode_that_looks() {
+    for mode in [Acquisition, Tracking, Eclipse] {
+        assert_eq!(after(mode, &[BLINDED, BLINDED]), [SunOutage, SunOutage]);
+    }
+    assert_eq!(after(Safe, &[BLINDED]), [Safe]);
+    assert_eq!(after(SelfTest, &[BLINDED, BLINDED]), [Acquisition, SunOutage]);
+}
+
+#[test]
+fn after_the_sun_an_attitude_that_was_carried_well_saves_the_acquisition() {
+    assert_eq!(after(SunOutage, &[BLINDED, NOTHING]), [SunOutage, Acquisition]);
+    assert_eq!(after(SunOutage, &[Seen { carried: true, ..NOTHING }]), [Tracking]);
+    assert_eq!(after(SunOutage, &[Seen { carried: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
+    assert_eq!(after(SunOutage, &[BLINDED; 30])[28..], [SunOutage, Safe]);
+}
+
+#[test]
+fn faults_in_a_row_end_in_safe_mode_from_everywhere_and_single_ones_do_not() {
+    for mode in [SelfTest, Acquisition, SunOutage] {
+        assert_eq!(after(mode, &[FAULT; 4])[3], Safe, "{mode:?}");
+    }
+    // Tracking is lost first; the faults go on counting.
+    assert_eq!(after(Tracking, &[FAULT; 4]), [Tracking, Tracking, Acquisition, Safe]);
+    assert_eq!(after(Tracking, &[FAULT, FAULT, ATTITUDE, FAULT, FAULT, ATTITUDE]), [Tracking; 6]);
+}
+
+#[test]
+fn no_sequence_of_seconds_is_stuck_for_ever() {
+    // From every mode, good seconds lead to tracking within the longest pause and two more.
+    for mode in [SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe] {
+        assert_eq!(after(mode, &[LIT; 9]).last(), Some(&Tracking), "{mode:?}");
+    }
+}
