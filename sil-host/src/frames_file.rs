@@ -1,19 +1,20 @@
 //! Frames recorded for the emulated target, and their replay on the host.
 //!
-//! All numbers are little-endian. A 16-byte header, then the frames row by row, a `u16` a pixel:
+//! All numbers are little-endian. A 16-byte header, then the frames: the instant (i64, TT, microseconds since J2000.0) and
+//! the pixels row by row, a `u16` each:
 //!
 //! | byte | what |
 //! |---|---|
 //! | 0 | magic `SXTF` |
-//! | 4 | version, u16, 1 |
+//! | 4 | version, u16, 2 |
 //! | 6 | width, u16, px |
 //! | 8 | height, u16, px |
 //! | 10 | bits, u8 |
 //! | 11 | 0 |
 //! | 12 | number of frames, u32 |
 //!
-//! In replay the first exposure selects frame 0, each further one the next; past the last the last stays. The firmware
-//! reads the same file by semihosting, so that host and target see the same pixels.
+//! A replay shows the frame of the second it was [turned to](Recording::turn_to), whether or not those before it were
+//! exposed. The firmware reads the same file by semihosting, so that host and target see the same pixels.
 
 use crate::error::{io_words, one_line};
 use crate::picture::{check_request, copy_window};
@@ -25,9 +26,11 @@ use std::path::{Path, PathBuf};
 /// The first four bytes of a file of frames.
 pub const MAGIC: [u8; 4] = *b"SXTF";
 /// The version written and read.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Length of the header, bytes.
 pub const HEADER_BYTES: usize = 16;
+/// Length of a frame's instant, bytes.
+const INSTANT_BYTES: usize = 8;
 
 /// What is wrong with a file of frames.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -66,27 +69,33 @@ impl FramesWriter {
         Ok(writer)
     }
 
-    /// Appends a whole frame, row by row.
+    /// Appends a whole frame, row by row, taken at `instant_us` (TT, microseconds since J2000.0).
     ///
     /// # Errors
     /// When the frame has another size than the detector or the file cannot be written.
-    pub fn push(&mut self, frame: &[u16]) -> Result<(), FramesFileError> {
+    pub fn push(&mut self, instant_us: i64, frame: &[u16]) -> Result<(), FramesFileError> {
         if frame.len() != self.geometry.whole().area() {
             let what =
                 format!("a frame of {} px for a detector of {}", frame.len(), self.geometry.whole().area());
             return Err(fault(&self.path, what, "write whole frames"));
         }
+        self.write(&instant_us.to_le_bytes())?;
         let bytes: Vec<u8> = frame.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.write(&bytes)?;
         self.count += 1;
         Ok(())
     }
 
-    /// Exposes `detector` and appends its whole frame.
+    /// Exposes `detector` and appends its whole frame as that of `instant_us`.
     ///
     /// # Errors
     /// When the detector fails or [`Self::push`] does.
-    pub fn record<D: Detector>(&mut self, detector: &mut D, exposure_us: u32) -> Result<(), FramesFileError> {
+    pub fn record<D: Detector>(
+        &mut self,
+        detector: &mut D,
+        instant_us: i64,
+        exposure_us: u32,
+    ) -> Result<(), FramesFileError> {
         let mut frame = vec![0; self.geometry.whole().area()];
         detector
             .expose(exposure_us)
@@ -94,7 +103,7 @@ impl FramesWriter {
             .map_err(|e| {
                 fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time")
             })?;
-        self.push(&frame)
+        self.push(instant_us, &frame)
     }
 
     /// Writes the count and closes the file; gives the number of frames.
@@ -133,8 +142,9 @@ fn header(geometry: DetectorGeometry, count: u32) -> [u8; HEADER_BYTES] {
 #[derive(Debug, Clone)]
 pub struct Recording {
     geometry: DetectorGeometry,
-    frames: Vec<Vec<u16>>,
-    selected: Option<usize>,
+    frames: Vec<(i64, Vec<u16>)>,
+    second: usize,
+    exposed: Option<usize>,
 }
 
 impl Recording {
@@ -167,20 +177,24 @@ impl Recording {
         }
         let geometry = DetectorGeometry { width_px: word(6), height_px: word(8), bits: header[10] };
         let count = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
-        let frame_bytes = 2 * geometry.whole().area();
-        if frame_bytes == 0 || !(1..=16).contains(&geometry.bits) || count == 0 {
+        let frame_bytes = INSTANT_BYTES + 2 * geometry.whole().area();
+        if frame_bytes == INSTANT_BYTES || !(1..=16).contains(&geometry.bits) || count == 0 {
             return Err(fault(path, "the header describes no frame", AGAIN));
         }
         if Some(data.len()) != frame_bytes.checked_mul(count as usize) {
             let what = format!("{} bytes of pixels for {count} frames of {frame_bytes} bytes", data.len());
             return Err(fault(path, what, AGAIN));
         }
-        let frame = |bytes: &[u8]| bytes.chunks_exact(2).map(|p| u16::from_le_bytes([p[0], p[1]])).collect();
-        let frames: Vec<Vec<u16>> = data.chunks_exact(frame_bytes).map(frame).collect();
-        if frames.iter().flatten().any(|value| *value > geometry.full_scale()) {
+        let pixels = |bytes: &[u8]| bytes.chunks_exact(2).map(|p| u16::from_le_bytes([p[0], p[1]])).collect();
+        let frame = |bytes: &[u8]| -> Option<(i64, Vec<u16>)> {
+            let (instant, rest) = bytes.split_first_chunk()?;
+            Some((i64::from_le_bytes(*instant), pixels(rest)))
+        };
+        let frames: Vec<_> = data.chunks_exact(frame_bytes).filter_map(frame).collect();
+        if frames.iter().flat_map(|(_, pixels)| pixels).any(|value| *value > geometry.full_scale()) {
             return Err(fault(path, format!("a pixel exceeds {} bits", geometry.bits), AGAIN));
         }
-        Ok(Self { geometry, frames, selected: None })
+        Ok(Self { geometry, frames, second: 0, exposed: None })
     }
 
     /// Number of frames.
@@ -193,9 +207,15 @@ impl Recording {
         self.frames.is_empty()
     }
 
+    /// Turns to a second (past the last frame the last stays) and gives its instant, TT, microseconds since J2000.0.
+    pub fn turn_to(&mut self, second: usize) -> i64 {
+        self.second = second.min(self.frames.len().saturating_sub(1));
+        self.frames.get(self.second).map_or(0, |(instant_us, _)| *instant_us)
+    }
+
     /// Frame `index`, row by row.
     pub fn frame(&self, index: usize) -> Option<&[u16]> {
-        self.frames.get(index).map(Vec::as_slice)
+        self.frames.get(index).map(|(_, pixels)| pixels.as_slice())
     }
 }
 
@@ -206,14 +226,13 @@ impl Detector for Recording {
 
     /// The exposure time is that of the recording; any is accepted.
     fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
-        self.selected = Some(self.selected.map_or(0, |index| (index + 1).min(self.frames.len() - 1)));
+        self.exposed = Some(self.second);
         Ok(())
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         check_request(&self.geometry, window, pixels.len())?;
-        let frame =
-            self.selected.and_then(|index| self.frames.get(index)).ok_or(DetectorError::NotExposed)?;
+        let frame = self.exposed.and_then(|index| self.frame(index)).ok_or(DetectorError::NotExposed)?;
         copy_window(frame, &self.geometry, window, pixels);
         Ok(())
     }
@@ -228,9 +247,9 @@ mod tests {
     fn written(name: &str) -> PathBuf {
         let path = std::env::temp_dir().join(format!("sextant-{}-{name}.sxtf", std::process::id()));
         let mut writer = FramesWriter::create(&path, GEOMETRY).unwrap();
-        writer.push(&[0, 1, 2, 3, 4, 5]).unwrap();
-        writer.push(&[10, 11, 12, 13, 14, 1023]).unwrap();
-        assert!(writer.push(&[1]).is_err());
+        writer.push(-7, &[0, 1, 2, 3, 4, 5]).unwrap();
+        writer.push(1_000_000, &[10, 11, 12, 13, 14, 1023]).unwrap();
+        assert!(writer.push(0, &[1]).is_err());
         assert_eq!(writer.finish(), Ok(2));
         path
     }
@@ -239,8 +258,8 @@ mod tests {
     fn the_bytes_are_those_of_the_table() {
         let path = written("bytes");
         let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(&bytes[..16], b"SXTF\x01\0\x03\0\x02\0\x0a\0\x02\0\0\0");
-        assert_eq!((bytes.len(), &bytes[38..]), (40, &[0xff, 0x03][..]));
+        assert_eq!(&bytes[..16], b"SXTF\x02\0\x03\0\x02\0\x0a\0\x02\0\0\0");
+        assert_eq!((bytes.len(), &bytes[54..]), (56, &[0xff, 0x03][..]));
         std::fs::remove_file(path).unwrap();
     }
 
@@ -251,7 +270,10 @@ mod tests {
         let window = Window { x: 1, y: 0, width: 2, height: 2 };
         let mut pixels = [0; 4];
         assert_eq!(recording.read(window, &mut pixels), Err(DetectorError::NotExposed));
-        for expected in [[1, 2, 4, 5], [11, 12, 14, 1023], [11, 12, 14, 1023]] {
+        let seconds =
+            [(0, -7, [1, 2, 4, 5]), (1, 1_000_000, [11, 12, 14, 1023]), (9, 1_000_000, [11, 12, 14, 1023])];
+        for (second, instant_us, expected) in seconds {
+            assert_eq!(recording.turn_to(second), instant_us);
             recording.expose(1000).unwrap();
             recording.read(window, &mut pixels).unwrap();
             assert_eq!(pixels, expected);
@@ -268,7 +290,7 @@ mod tests {
         for length in 0..good.len() {
             assert!(refused(&good[..length]).starts_with("f: "));
         }
-        for (at, value) in [(0, b'X'), (4, 2), (6, 4), (10, 0), (10, 9), (11, 1), (12, 3)] {
+        for (at, value) in [(0, b'X'), (4, 1), (6, 4), (10, 0), (10, 9), (11, 1), (12, 3)] {
             let mut bytes = good.clone();
             bytes[at] = value;
             assert!(!refused(&bytes).contains('\n'), "byte {at}");

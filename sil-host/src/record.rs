@@ -71,7 +71,7 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     })?;
     let seconds = recording.len();
     let fly = |second: usize| {
-        let clock = &mut Instant(second as i64 * 1_000_000);
+        let clock = &mut Instant(recording.turn_to(second));
         sensor.cycle(&mut Instruments { detector: &mut recording, clock, meter: &mut () }, Command::Continue)
     };
     Ok((0..seconds).map(fly).collect())
@@ -91,8 +91,8 @@ pub fn record(
         .map_err(|error| HostError::system(folder, "made", &error, "give another folder"))?;
     let files = RecordingFiles::within(folder);
     let mut writer = FramesWriter::create(&files.frames, detector.geometry())?;
-    for _ in 0..seconds {
-        writer.record(detector, parameters.exposure_us)?;
+    for second in 0..seconds {
+        writer.record(detector, i64::from(second) * 1_000_000, parameters.exposure_us)?;
     }
     writer.finish()?;
     let mut table = [0; MAX_TABLE_BYTES];

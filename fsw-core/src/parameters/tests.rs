@@ -5,7 +5,7 @@ type Integer = (&'static str, fn(&mut Parameters, u32), u32, u32);
 type Real = (&'static str, fn(&mut Parameters) -> &mut f32, f32, f32);
 
 /// Name, setter and documented range of every integer.
-const INTEGERS: [Integer; 12] = [
+const INTEGERS: &[Integer] = &[
     ("exposure_us", |p, v| p.exposure_us = v, 100, 10_000_000),
     ("pairs_per_cycle", |p, v| p.pairs_per_cycle = v, 10_000, 4_000_000),
     ("threshold_sigma_tenths", |p, v| p.detection.threshold_sigma_tenths = v as u16, 30, 200),
@@ -26,7 +26,7 @@ const INTEGERS: [Integer; 12] = [
 ];
 
 /// Name, place and range of every real.
-const REALS: [Real; 5] = [
+const REALS: &[Real] = &[
     ("centroid_sigma_px[0]", |p| &mut p.identification.centroid_sigma_px[0], 0.05, 3.0),
     ("centroid_sigma_px[1]", |p| &mut p.identification.centroid_sigma_px[1], 0.05, 3.0),
     ("centroid_sigma_px[2]", |p| &mut p.identification.centroid_sigma_px[2], 0.05, 3.0),
@@ -48,7 +48,7 @@ fn the_defaults_pass_and_give_their_camera() {
 
 #[test]
 fn an_integer_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
-    for (name, set, low, high) in INTEGERS {
+    for &(name, set, low, high) in INTEGERS {
         for good in [low, high] {
             assert_eq!(checked(|p| set(p, good)), Ok(()), "{name} = {good}");
         }
@@ -60,7 +60,7 @@ fn an_integer_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
 
 #[test]
 fn a_real_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond_or_without_a_value() {
-    for (name, place, low, high) in REALS {
+    for &(name, place, low, high) in REALS {
         for good in [low, high] {
             assert_eq!(checked(|p| *place(p) = good), Ok(()), "{name} = {good}");
         }

@@ -9,7 +9,15 @@ fn fault() -> impl Strategy<Value = Fault> {
 fn status() -> impl Strategy<Value = Status> {
     let reasons = [NotIdentified::TooFewStars, NotIdentified::NoSides, NotIdentified::NoMatch];
     prop_oneof![
-        prop::sample::select(&[Status::Identified, Status::Searching, Status::Tracked, Status::Lost]),
+        prop::sample::select(&[
+            Status::Identified,
+            Status::Searching,
+            Status::Tracked,
+            Status::Lost,
+            Status::Blinded,
+            Status::Proved,
+            Status::Waiting,
+        ]),
         prop::sample::select(reasons.to_vec()).prop_map(Status::NotIdentified),
         fault().prop_map(Status::DetectorFault),
     ]
@@ -36,10 +44,91 @@ fn star() -> impl Strategy<Value = StarReport> {
         .prop_map(|(hip, centre_px, residual_px)| StarReport { hip, centre_px, residual_px })
 }
 
+fn mode() -> impl Strategy<Value = Mode> {
+    use Mode::{Acquisition, Eclipse, Safe, SelfTest, SunOutage, Tracking};
+    prop::sample::select(&[SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe])
+}
+
+fn earth() -> impl Strategy<Value = EarthReport> {
+    (prop::array::uniform3(real()), prop::array::uniform5(real()), any::<u16>()).prop_map(
+        |(direction, [sigma_rad, distance_km, sigma_km, arc_deg, rms_px], inliers)| EarthReport {
+            direction,
+            sigma_rad,
+            distance_km,
+            sigma_km,
+            inliers,
+            arc_deg,
+            rms_px,
+        },
+    )
+}
+
+fn orbit() -> impl Strategy<Value = OrbitReport> {
+    let vector = || prop::array::uniform3(-1e6..1e6f64);
+    let sigmas = || prop::array::uniform3(real());
+    (vector(), vector(), sigmas(), sigmas(), prop::option::of(real()), any::<u32>(), any::<bool>()).prop_map(
+        |(position_km, velocity_km_s, sigma_position_km, sigma_velocity_km_s, nis, since_fix_s, settled)| {
+            OrbitReport {
+                position_km,
+                velocity_km_s,
+                sigma_position_km,
+                sigma_velocity_km_s,
+                limb_height_km: sigma_position_km[0],
+                limb_height_sigma_km: sigma_position_km[1],
+                nis,
+                since_fix_s,
+                settled,
+            }
+        },
+    )
+}
+
+fn event() -> impl Strategy<Value = Event> {
+    let plain = [
+        Event::OrbitStarted,
+        Event::OrbitConverged,
+        Event::FixRejected,
+        Event::OrbitRestarted,
+        Event::OrbitForgotten,
+        Event::ClockJump,
+        Event::SunInPath,
+    ];
+    prop_oneof![
+        mode().prop_map(|mode| Event::Mode(mode, Guard::AttitudeLost)),
+        prop::sample::select(plain.to_vec()),
+    ]
+}
+
+fn earth_status() -> impl Strategy<Value = EarthStatus> {
+    use EarthStatus::{Dark, Found, NotLooked, Refused};
+    prop::sample::select(&[
+        NotLooked,
+        Dark,
+        Found,
+        Refused(Refusal::ShortArc),
+        Refused(Refusal::TooFewPoints),
+    ])
+}
+
+prop_compose! {
+    /// The half of a report about the Earth and the orbit: one strategy takes no more than so many.
+    fn whereabouts()(
+        instant_us in any::<i64>(),
+        earth_status in earth_status(),
+        earth in prop::option::of(earth()),
+        limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
+        orbit in prop::option::of(orbit()),
+        events in prop::collection::vec(event(), 0..=MAX_EVENTS),
+    ) -> (i64, EarthStatus, Option<EarthReport>, Vec<[f32; 2], MAX_LIMB_POINTS>, Option<OrbitReport>, Vec<Event, MAX_EVENTS>) {
+        (instant_us, earth_status, earth, Vec::from_slice(&limb_px).unwrap(), orbit, Vec::from_slice(&events).unwrap())
+    }
+}
+
 prop_compose! {
     fn report()(
         cycle in any::<u32>(),
-        tracking in any::<bool>(),
+        mode in mode(),
+        whereabouts in whereabouts(),
         status in status(),
         attitude in prop::option::of(attitude()),
         rate_rad_s in prop::option::of(prop::array::uniform3(real())),
@@ -47,9 +136,12 @@ prop_compose! {
         focal_ratio in real(),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
     ) -> Report {
-        let mode = if tracking { Mode::Tracking } else { Mode::Acquisition };
         let stars = Vec::from_slice(&stars).unwrap();
-        Report { cycle, mode, status, attitude, rate_rad_s, detections, focal_ratio, stars }
+        let (instant_us, earth_status, earth, limb_px, orbit, events) = whereabouts;
+        Report {
+            cycle, instant_us, mode, status, attitude, rate_rad_s, detections, focal_ratio, stars,
+            earth_status, earth, limb_px, orbit, events,
+        }
     }
 }
 
@@ -62,8 +154,29 @@ fn largest() -> Report {
         log10_false: f32::MIN,
         age_s: u16::MAX,
     };
+    let earth = EarthReport {
+        direction: [f32::MAX; 3],
+        sigma_rad: f32::MAX,
+        distance_km: f32::MAX,
+        sigma_km: f32::MAX,
+        inliers: u16::MAX,
+        arc_deg: f32::MAX,
+        rms_px: f32::MAX,
+    };
+    let orbit = OrbitReport {
+        position_km: [f64::MAX; 3],
+        velocity_km_s: [f64::MAX; 3],
+        sigma_position_km: [f32::MAX; 3],
+        sigma_velocity_km_s: [f32::MAX; 3],
+        limb_height_km: f32::MAX,
+        limb_height_sigma_km: f32::MAX,
+        nis: Some(f32::MAX),
+        since_fix_s: u32::MAX,
+        settled: true,
+    };
     Report {
         cycle: u32::MAX,
+        instant_us: i64::MIN,
         mode: Mode::Tracking,
         status: Status::DetectorFault(Fault::Hardware),
         attitude: Some(attitude),
@@ -71,6 +184,11 @@ fn largest() -> Report {
         detections: u16::MAX,
         focal_ratio: f32::MAX,
         stars: Vec::from_slice(&[star; MAX_STARS]).unwrap(),
+        earth_status: EarthStatus::Refused(Refusal::ShortArc),
+        earth: Some(earth),
+        limb_px: Vec::from_slice(&[[f32::MAX; 2]; MAX_LIMB_POINTS]).unwrap(),
+        orbit: Some(orbit),
+        events: Vec::from_slice(&[Event::Mode(Mode::Safe, Guard::Commanded); MAX_EVENTS]).unwrap(),
     }
 }
 

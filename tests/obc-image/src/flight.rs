@@ -5,11 +5,12 @@
 
 use crate::host::File;
 use crate::marks;
+use crate::recorded::RecordedDetector;
 use fsw_core::catalog::Catalogue;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry;
-use fsw_hal::{Detector, Instant, Stage, StageMeter};
+use fsw_hal::{Instant, Stage, StageMeter};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
 static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.cat");
@@ -49,7 +50,7 @@ impl StageMeter for Marks {
 /// # Errors
 /// When the sensor cannot be made.
 pub fn fly(
-    detector: &mut impl Detector,
+    detector: &mut RecordedDetector,
     parameters: Parameters,
     seconds: u32,
     output: &mut File,
@@ -62,7 +63,8 @@ pub fn fly(
     let mut sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
     let mut flight = Flight::default();
     for second in 0..seconds {
-        let clock = &mut Instant(i64::from(second) * 1_000_000);
+        // A file that breaks off gives an impossible instant, which the sensor refuses.
+        let clock = &mut Instant(detector.turn_to(second).unwrap_or(i64::MIN));
         let mut instruments = Instruments { detector: &mut *detector, clock, meter: &mut Marks };
         let report = marks::cycle(|| sensor.cycle(&mut instruments, Command::Continue));
         flight.seconds += 1;

@@ -1,20 +1,21 @@
 //! A detector that plays frames recorded in a file of the host.
 //!
-//! In: the file. Out: windows of its frames through [`Detector`]. The first exposure selects frame 0, every further
-//! one the next; past the last frame the last one stays. Exposure times are not looked at: the picture is taken.
+//! In: the file. Out: windows of its frames through [`Detector`]. The frame is that of the second the detector was
+//! [turned to](RecordedDetector::turn_to). Exposure times are not looked at: the picture is taken.
 //!
-//! # The file, version 1, little-endian
+//! # The file, version 2, little-endian
 //!
 //! | offset | type | content |
 //! |---|---|---|
 //! | 0 | `[u8; 4]` | magic `SXTF` |
-//! | 4 | u16 | version, 1 |
+//! | 4 | u16 | version, 2 |
 //! | 6 | u16 | width W, px, 1 to 32,767 |
 //! | 8 | u16 | height H, px, at least 1 |
 //! | 10 | u8 | bits of the converter, 1 to 16 |
 //! | 11 | u8 | zero |
 //! | 12 | u32 | number of frames N, at least 1 |
-//! | 16 | N x H x W x u16 | frames one after the other, row by row from the top left, digital numbers right-aligned |
+//! | 16 | N x (i64, H x W x u16) | frames one after the other: the instant (TT, microseconds since J2000.0), then the pixels
+//! row by row from the top left, digital numbers right-aligned |
 //!
 //! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has 2.6 MB, so
 //! 800 of them fit.
@@ -25,9 +26,10 @@ use crate::host::{File, HostError, Mode};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 const MAGIC: [u8; 4] = *b"SXTF";
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 const HEADER_BYTES: usize = 16;
 const PIXEL_BYTES: usize = size_of::<u16>();
+const INSTANT_BYTES: usize = size_of::<i64>();
 const LARGEST_FILE_BYTES: u64 = i32::MAX as u64;
 
 /// Why a frame file was refused.
@@ -49,6 +51,7 @@ pub struct RecordedDetector {
     file: File,
     geometry: DetectorGeometry,
     frames: u32,
+    second: u32,
     exposed: Option<u32>,
 }
 
@@ -70,14 +73,15 @@ impl RecordedDetector {
         }
         let (width_px, height_px) = (u16::from_le_bytes([w0, w1]), u16::from_le_bytes([h0, h1]));
         let frames = u32::from_le_bytes([n0, n1, n2, n3]);
-        let frame_bytes = u64::from(width_px) * u64::from(height_px) * PIXEL_BYTES as u64;
+        let pixel_bytes = u64::from(width_px) * u64::from(height_px) * PIXEL_BYTES as u64;
+        let frame_bytes = INSTANT_BYTES as u64 + pixel_bytes;
         let file_bytes = frame_bytes.saturating_mul(u64::from(frames)).saturating_add(HEADER_BYTES as u64);
         let possible = (1..=i16::MAX as u16).contains(&width_px) && (1..=16).contains(&bits);
-        if !possible || file_bytes == HEADER_BYTES as u64 || file_bytes > LARGEST_FILE_BYTES {
+        if !possible || pixel_bytes == 0 || frames == 0 || file_bytes > LARGEST_FILE_BYTES {
             return Err(FrameFileError::Geometry);
         }
         let geometry = DetectorGeometry { width_px, height_px, bits };
-        Ok(Self { file, geometry, frames, exposed: None })
+        Ok(Self { file, geometry, frames, second: 0, exposed: None })
     }
 
     /// Number of frames in the file.
@@ -85,11 +89,28 @@ impl RecordedDetector {
         self.frames
     }
 
-    /// Where pixel (x, y) of `frame` lies in the file, bytes. Fits: [`RecordedDetector::open`] bounds the file.
+    /// Turns to a second (past the last frame the last stays) and gives its instant, TT, microseconds since J2000.0.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn turn_to(&mut self, second: u32) -> Result<i64, HostError> {
+        self.second = second.min(self.frames.saturating_sub(1));
+        let mut instant = [0; INSTANT_BYTES];
+        self.file.seek(self.frame_offset(self.second))?;
+        self.file.read(&mut instant)?;
+        Ok(i64::from_le_bytes(instant))
+    }
+
+    /// Where `frame` begins in the file, bytes. Fits: [`RecordedDetector::open`] bounds the file.
+    fn frame_offset(&self, frame: u32) -> usize {
+        let area = usize::from(self.geometry.width_px) * usize::from(self.geometry.height_px);
+        HEADER_BYTES + frame as usize * (INSTANT_BYTES + area * PIXEL_BYTES)
+    }
+
+    /// Where pixel (x, y) of `frame` lies in the file, bytes.
     fn offset(&self, frame: u32, x: u16, y: u16) -> usize {
-        let (width, height) = (usize::from(self.geometry.width_px), usize::from(self.geometry.height_px));
-        let row = frame as usize * height + usize::from(y);
-        HEADER_BYTES + (row * width + usize::from(x)) * PIXEL_BYTES
+        let place = usize::from(y) * usize::from(self.geometry.width_px) + usize::from(x);
+        self.frame_offset(frame) + INSTANT_BYTES + place * PIXEL_BYTES
     }
 
     /// Reads consecutive pixels of `frame` from (x, y) on.
@@ -108,8 +129,7 @@ impl Detector for RecordedDetector {
     }
 
     fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
-        let last = self.frames.saturating_sub(1);
-        self.exposed = Some(self.exposed.map_or(0, |frame| frame.saturating_add(1).min(last)));
+        self.exposed = Some(self.second);
         Ok(())
     }
 
