@@ -18,6 +18,10 @@ pub struct Icrs;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StarPath;
 
+/// The sensor's Earth path: x along +x px, y along +y px, z out along its line of sight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EarthPath;
+
 /// Arcseconds in a radian.
 pub const ARCSEC_PER_RAD: f32 = 206_264.8;
 
