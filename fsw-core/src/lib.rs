@@ -16,6 +16,7 @@ pub mod image;
 pub mod modes;
 #[cfg(test)]
 mod oracle;
+pub mod orbit;
 mod order;
 pub mod packet;
 pub mod parameters;

@@ -1,0 +1,43 @@
+//! From Earth vectors to position, velocity and the frame of the orbit (thesis chapter 5).
+//!
+//! In come the vector to the Earth's centre in the Earth path, the attitude of the stars of the same second and the time;
+//! out go position and velocity with their covariance, km and km/s along the ICRS axes, f64 throughout. Time is TT in
+//! microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
+//!
+//! | file | idea |
+//! |---|---|
+//! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9) |
+//! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
+//! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
+//! | [`covariance`] | the filter's covariance, in blocks |
+//! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
+//! | [`lvlh`] | local vertical, local horizontal |
+
+pub mod constants;
+pub mod covariance;
+pub mod dynamics;
+pub mod ephemeris;
+pub mod filter;
+pub mod lvlh;
+pub mod parameters;
+pub mod point;
+#[cfg(test)]
+mod reference;
+
+use nalgebra::Vector3;
+
+/// Position and velocity of the satellite about the Earth's centre, ICRS axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrbitState {
+    /// TT, microseconds since J2000.0.
+    pub time_us: i64,
+    /// Position, km.
+    pub position_km: Vector3<f64>,
+    /// Velocity, km/s.
+    pub velocity_km_s: Vector3<f64>,
+}
+
+/// Whether every component is finite.
+fn finite(vector: &Vector3<f64>) -> bool {
+    vector.x.is_finite() && vector.y.is_finite() && vector.z.is_finite()
+}

@@ -1,0 +1,190 @@
+//! The covariance of the orbit filter, in 3 x 3 blocks: position `r`, velocity `v`, limb height `h` (estimated) and
+//! misalignment `m` (considered).
+//!
+//! Units km, s, rad. Propagation is `Φ P Φᵀ + Q` with the blocks of [`Transition`] (14 block products instead of the 16 x 3
+//! of full 10 x 10 matrices); the update is that of Schmidt: with `W = P Hᵀ L⁻ᵀ` and `S = L Lᵀ` every block loses `W Wᵀ`, except
+//! that of the misalignment with itself, which no measurement ever betters. In f64 the loss of digits in the difference is
+//! harmless: variances fall by 1e12 at most (test `covariance_stays_positive`).
+
+use super::dynamics::Transition;
+use super::point::symmetric;
+use nalgebra::{Matrix3, Vector3};
+
+/// Covariance of position, velocity, limb height and misalignment.
+#[derive(Clone, Copy, Debug)]
+pub struct Covariance {
+    /// Position, km².
+    pub rr: Matrix3<f64>,
+    /// Position (rows) with velocity, km²/s.
+    pub rv: Matrix3<f64>,
+    /// Velocity, km²/s².
+    pub vv: Matrix3<f64>,
+    /// Position with limb height, km².
+    pub rh: Vector3<f64>,
+    /// Velocity with limb height, km²/s.
+    pub vh: Vector3<f64>,
+    /// Limb height, km².
+    pub hh: f64,
+    /// Position with misalignment, km rad.
+    pub rm: Matrix3<f64>,
+    /// Velocity with misalignment, km rad/s.
+    pub vm: Matrix3<f64>,
+    /// Limb height with misalignment, km rad.
+    pub hm: Vector3<f64>,
+    /// Misalignment about each axis, rad².
+    pub mm: f64,
+}
+
+/// What a measured position depends on: `z = rr δr + rh δh + rm δm + noise`.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensitivity {
+    /// To the position; symmetric.
+    pub position: Matrix3<f64>,
+    /// To the limb height.
+    pub limb_height: Vector3<f64>,
+    /// To the misalignment, km/rad.
+    pub misalignment: Matrix3<f64>,
+}
+
+/// A correction of the estimate, and how surprising the measurement was.
+#[derive(Clone, Copy, Debug)]
+pub struct Correction {
+    /// Of the position, km.
+    pub position_km: Vector3<f64>,
+    /// Of the velocity, km/s.
+    pub velocity_km_s: Vector3<f64>,
+    /// Of the limb height, km.
+    pub limb_height_km: f64,
+    /// The covariance after it.
+    pub covariance: Covariance,
+    /// Normalised innovation squared, `νᵀ S⁻¹ ν`.
+    pub nis: f64,
+}
+
+/// White noise that drives the state.
+#[derive(Clone, Copy, Debug)]
+pub struct ProcessNoise {
+    /// Spectral density of the acceleration, km²/s³.
+    pub acceleration: f64,
+    /// Of the limb height's rate, km²/s.
+    pub limb_height: f64,
+}
+
+impl Covariance {
+    /// After `dt` seconds of this transition.
+    pub fn propagated(&self, transition: &Transition, noise: &ProcessNoise, dt: f64) -> Self {
+        let Transition { rr: a, rv: b, vr: c } = transition;
+        let vr = self.rv.transpose();
+        // Rows of Φ P, then columns by Φᵀ (all blocks are symmetric).
+        let (x_r, x_v) = (a * self.rr + b * vr, a * self.rv + b * self.vv);
+        let (y_r, y_v) = (c * self.rr + a * vr, c * self.rv + a * self.vv);
+        let white = |value: f64| Matrix3::identity() * value;
+        let q = noise.acceleration;
+        Self {
+            rr: symmetric(&(x_r * a + x_v * b)) + white(q * dt * dt * dt / 3.0),
+            rv: x_r * c + x_v * a + white(q * dt * dt / 2.0),
+            vv: symmetric(&(y_r * c + y_v * a)) + white(q * dt),
+            rh: a * self.rh + b * self.vh,
+            vh: c * self.rh + a * self.vh,
+            hh: self.hh + noise.limb_height * dt,
+            rm: a * self.rm + b * self.vm,
+            vm: c * self.rm + a * self.vm,
+            hm: self.hm,
+            mm: self.mm,
+        }
+    }
+
+    /// The correction by the innovation `innovation_km` whose noise has the covariance `noise_km2`; `None` when the
+    /// innovation's covariance is not positive definite.
+    pub fn corrected(
+        &self,
+        sensitivity: &Sensitivity,
+        noise_km2: &Matrix3<f64>,
+        innovation_km: &Vector3<f64>,
+    ) -> Option<Correction> {
+        let Sensitivity { position: t, limb_height, misalignment } = sensitivity;
+        let (d, e) = (limb_height.transpose(), misalignment.transpose());
+        // P Hᵀ, by rows of P.
+        let r = self.rr * t + self.rh * d + self.rm * e;
+        let v = self.rv.transpose() * t + self.vh * d + self.vm * e;
+        let h = t * self.rh + limb_height * self.hh + misalignment * self.hm;
+        let m = self.rm.transpose() * t + self.hm * d + e * self.mm;
+        let s = symmetric(&(t * r + limb_height * h.transpose() + misalignment * m + noise_km2));
+        let factor = Cholesky::of(&s)?;
+        // W = P Hᵀ L⁻ᵀ.
+        let (wr, wv, wm) = (factor.whiten_rows(&r), factor.whiten_rows(&v), factor.whiten_rows(&m));
+        let wh = factor.whiten(&h);
+        let y = factor.whiten(innovation_km);
+        Some(Correction {
+            position_km: wr * y,
+            velocity_km_s: wv * y,
+            limb_height_km: wh.dot(&y),
+            nis: y.dot(&y),
+            covariance: Self {
+                rr: self.rr - wr * wr.transpose(),
+                rv: self.rv - wr * wv.transpose(),
+                vv: self.vv - wv * wv.transpose(),
+                rh: self.rh - wr * wh,
+                vh: self.vh - wv * wh,
+                hh: self.hh - wh.dot(&wh),
+                rm: self.rm - wr * wm.transpose(),
+                vm: self.vm - wv * wm.transpose(),
+                hm: self.hm - wm * wh,
+                mm: self.mm,
+            },
+        })
+    }
+
+    /// Whether all variances are positive and finite.
+    pub fn is_sound(&self) -> bool {
+        let sound = |variance: f64| variance > 0.0 && variance < 1e30;
+        [self.rr, self.vv].iter().all(|m| sound(m.m11) && sound(m.m22) && sound(m.m33))
+            && self.hh >= 0.0
+            && self.hh < 1e30
+    }
+}
+
+/// Lower Cholesky factor of a 3 x 3 matrix, its diagonal inverted.
+struct Cholesky {
+    l21: f64,
+    l31: f64,
+    l32: f64,
+    d1: f64,
+    d2: f64,
+    d3: f64,
+}
+
+impl Cholesky {
+    fn of(m: &Matrix3<f64>) -> Option<Self> {
+        /// A pivot smaller than this share of its diagonal element is rounding.
+        const LEAST: f64 = 1e-12;
+        let pivot =
+            |value: f64, scale: f64| (value > LEAST * scale && value < 1e30).then(|| 1.0 / libm::sqrt(value));
+        let d1 = pivot(m.m11, m.m11.max(1e-12))?;
+        let (l21, l31) = (m.m21 * d1, m.m31 * d1);
+        let d2 = pivot(m.m22 - l21 * l21, m.m22)?;
+        let l32 = (m.m32 - l31 * l21) * d2;
+        let d3 = pivot(m.m33 - l31 * l31 - l32 * l32, m.m33)?;
+        Some(Self { l21, l31, l32, d1, d2, d3 })
+    }
+
+    /// `L⁻¹ v`.
+    fn whiten(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        let x = v.x * self.d1;
+        let y = (v.y - self.l21 * x) * self.d2;
+        Vector3::new(x, y, (v.z - self.l31 * x - self.l32 * y) * self.d3)
+    }
+
+    /// `M L⁻ᵀ`.
+    fn whiten_rows(&self, m: &Matrix3<f64>) -> Matrix3<f64> {
+        let row = |x: f64, y: f64, z: f64| self.whiten(&Vector3::new(x, y, z));
+        let (first, second, third) =
+            (row(m.m11, m.m12, m.m13), row(m.m21, m.m22, m.m23), row(m.m31, m.m32, m.m33));
+        Matrix3::new(first.x, first.y, first.z, second.x, second.y, second.z, third.x, third.y, third.z)
+    }
+}
+
+/// Whether a covariance is positive definite.
+pub fn is_covariance(m: &Matrix3<f64>) -> bool {
+    m.iter().all(|x| x.is_finite()) && Cholesky::of(m).is_some()
+}

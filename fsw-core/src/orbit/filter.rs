@@ -1,0 +1,408 @@
+//! The Kalman-Schmidt filter of the orbit (thesis tab. 5.1), once a second.
+//!
+//! In: a [`PositionFix`] with its time, and the rotation from the Earth path to ICRS; out: position, velocity and limb
+//! height with their covariance. It knows nothing at first: the first fix starts it, at rest with a speed's worth of doubt.
+//!
+//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + noise`: a limb that stands higher by `h` makes the Earth look larger
+//! by the same factor at every point of the limb, hence nearer, `a` being the equatorial radius. `m` is the misalignment of
+//! the two paths, a rotation vector in the Earth path (`R (I + [m×])` is the true rotation to ICRS); it is considered, not
+//! estimated (Schmidt), so the covariance never promises more than the alignment allows.
+//!
+//! The covariance of a fix is found by whoever measured it, at the *measured* place: it is long along the measured line and
+//! scales with the measured distance, so its weights are correlated with its errors and would pull the estimate by
+//! `sigma² / r` (80 m in GEO for 0.1 deg). It is therefore turned and scaled to the predicted place first.
+//!
+//! Cost: one transition, one update, one ephemeris a second; a gap is crossed in spans of at most 300 s,
+//! [`MAX_SPANS`] of them.
+
+use super::constants::{EARTH_RADIUS_KM, MICROSECONDS};
+use super::covariance::{Covariance, ProcessNoise, Sensitivity, is_covariance};
+use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
+use super::parameters::{Observation, OrbitParameters};
+use super::point::{PositionFix, cross_matrix, symmetric};
+use super::{OrbitState, finite};
+use nalgebra::{Matrix3, Vector3};
+
+/// Most spans in one call of [`OrbitFilter::advance`].
+pub const MAX_SPANS: u32 = 24;
+/// Longest gap that is crossed, microseconds: two hours.
+pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
+
+/// What became of a fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Update {
+    /// It started the filter.
+    Started,
+    /// It was used.
+    Accepted {
+        /// Its normalised innovation squared (3 degrees of freedom, or 2 for a direction).
+        nis: f32,
+    },
+    /// It disagrees with the orbit and was not used.
+    Rejected {
+        /// Its normalised innovation squared.
+        nis: f32,
+    },
+    /// Too many disagreed: the filter forgot all and started anew from this one.
+    Restarted,
+    /// It is no position; the filter is as it was, propagated.
+    Refused(Refusal),
+}
+
+/// Why a fix was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// Something in it is not finite, or no satellite can be there.
+    Impossible,
+    /// Its covariance is not positive definite.
+    Covariance,
+}
+
+/// Why the filter forgot the orbit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lost {
+    /// The clock went backwards.
+    Backwards,
+    /// The gap is longer than [`MAX_GAP_US`].
+    TooLong,
+    /// The orbit led into the Earth or out of bounds.
+    Diverged,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    state: OrbitState,
+    limb_height_km: f64,
+    covariance: Covariance,
+    settled: bool,
+    rejections: u16,
+}
+
+/// The filter; see the module.
+#[derive(Clone, Copy, Debug)]
+pub struct OrbitFilter {
+    estimate: Option<Estimate>,
+}
+
+impl Default for OrbitFilter {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl OrbitFilter {
+    /// A filter that knows nothing.
+    pub const fn new() -> Self {
+        Self { estimate: None }
+    }
+
+    /// Starts from a state known otherwise (from the ground), equally well in all directions. Gives false, and changes
+    /// nothing, when the state or a sigma is impossible.
+    pub fn start(
+        &mut self,
+        state: OrbitState,
+        position_sigma_km: f64,
+        velocity_sigma_km_s: f64,
+        parameters: &OrbitParameters,
+    ) -> bool {
+        let sound = |sigma: f64| sigma > 0.0 && sigma < 1e7;
+        if !plausible(&state.position_km, &state.velocity_km_s)
+            || !sound(position_sigma_km)
+            || !sound(velocity_sigma_km_s)
+        {
+            return false;
+        }
+        let mut covariance = unknown(parameters);
+        covariance.rr = Matrix3::identity() * (position_sigma_km * position_sigma_km);
+        covariance.vv = Matrix3::identity() * (velocity_sigma_km_s * velocity_sigma_km_s);
+        self.estimate =
+            Some(Estimate { state, limb_height_km: 0.0, covariance, settled: false, rejections: 0 });
+        self.settle(parameters);
+        true
+    }
+
+    /// Forgets the orbit.
+    pub fn forget(&mut self) {
+        self.estimate = None;
+    }
+
+    /// Takes a fix of the time `time_us`; `earth_to_icrs` is the rotation from the Earth path at that time.
+    /// Propagates there first; if the orbit is lost over it, the fix starts the filter.
+    pub fn update(
+        &mut self,
+        time_us: i64,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) -> Update {
+        // The orbit lost on the way is no error here: the fix starts it anew and the caller sees `Started`.
+        let _ = self.advance(time_us, parameters);
+        if let Err(refusal) = check(fix, earth_to_icrs) {
+            return Update::Refused(refusal);
+        }
+        let Some(estimate) = self.estimate else {
+            self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
+            self.settle(parameters);
+            return Update::Started;
+        };
+        let unit = match parameters.observation {
+            Observation::Position => false,
+            Observation::UnitVector => true,
+            Observation::Combined => estimate.settled,
+        };
+        let Some((nis, updated)) = estimate.updated(fix, earth_to_icrs, unit) else {
+            return Update::Refused(Refusal::Covariance);
+        };
+        let believed = nis <= f64::from(parameters.gate_nis);
+        if believed && updated.is_sound() {
+            self.estimate = Some(updated);
+            self.settle(parameters);
+            return Update::Accepted { nis: nis as f32 };
+        }
+        let rejections = estimate.rejections.saturating_add(1);
+        if rejections < parameters.patience {
+            self.estimate = Some(Estimate { rejections, ..estimate });
+            return Update::Rejected { nis: nis as f32 };
+        }
+        self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
+        self.settle(parameters);
+        Update::Restarted
+    }
+
+    /// Propagates state and covariance to `to_us`; without an orbit nothing happens.
+    ///
+    /// # Errors
+    /// The orbit is forgotten, and why.
+    pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
+        let Some(estimate) = self.estimate else { return Ok(()) };
+        match estimate.advanced(to_us, parameters) {
+            Ok(advanced) => {
+                self.estimate = Some(advanced);
+                Ok(())
+            }
+            Err(lost) => {
+                self.forget();
+                Err(lost)
+            }
+        }
+    }
+
+    /// Notes once that the filter has settled.
+    fn settle(&mut self, parameters: &OrbitParameters) {
+        let Some(estimate) = &mut self.estimate else { return };
+        let share = f64::from(parameters.settled_share);
+        let known = |variances: &Matrix3<f64>, vector: &Vector3<f64>| {
+            variances.trace() < share * share * vector.dot(vector)
+        };
+        let Estimate { state, covariance, .. } = estimate;
+        if known(&covariance.rr, &state.position_km) && known(&covariance.vv, &state.velocity_km_s) {
+            estimate.settled = true;
+        }
+    }
+
+    /// Time, position and velocity.
+    pub fn state(&self) -> Option<&OrbitState> {
+        self.estimate.as_ref().map(|estimate| &estimate.state)
+    }
+
+    /// Height of the true limb above that assumed, km.
+    pub fn limb_height_km(&self) -> Option<f64> {
+        self.estimate.as_ref().map(|estimate| estimate.limb_height_km)
+    }
+
+    /// Sigma of [`OrbitFilter::limb_height_km`].
+    pub fn limb_height_sigma_km(&self) -> Option<f64> {
+        self.estimate.as_ref().map(|estimate| libm::sqrt(estimate.covariance.hh))
+    }
+
+    /// The covariance, misalignment included.
+    pub fn covariance(&self) -> Option<&Covariance> {
+        self.estimate.as_ref().map(|estimate| &estimate.covariance)
+    }
+
+    /// Covariance of the position, km², ICRS axes.
+    pub fn position_covariance_km2(&self) -> Option<Matrix3<f64>> {
+        self.covariance().map(|covariance| covariance.rr)
+    }
+
+    /// Sigmas of the position along the ICRS axes, km.
+    pub fn position_sigma_km(&self) -> Option<[f64; 3]> {
+        self.covariance().map(|covariance| sigmas(&covariance.rr))
+    }
+
+    /// Sigmas of the velocity along the ICRS axes, km/s.
+    pub fn velocity_sigma_km_s(&self) -> Option<[f64; 3]> {
+        self.covariance().map(|covariance| sigmas(&covariance.vv))
+    }
+
+    /// Whether the orbit has settled since the filter started.
+    pub fn settled(&self) -> bool {
+        self.estimate.as_ref().is_some_and(|estimate| estimate.settled)
+    }
+
+    /// Fixes rejected in a row.
+    pub fn rejections(&self) -> u16 {
+        self.estimate.as_ref().map_or(0, |estimate| estimate.rejections)
+    }
+}
+
+fn sigmas(m: &Matrix3<f64>) -> [f64; 3] {
+    [m.m11, m.m22, m.m33].map(libm::sqrt)
+}
+
+fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), Refusal> {
+    if !plausible(&fix.position_km, &Vector3::zeros()) || !earth_to_icrs.iter().all(|x| x.is_finite()) {
+        return Err(Refusal::Impossible);
+    }
+    if is_covariance(&fix.covariance_km2) { Ok(()) } else { Err(Refusal::Covariance) }
+}
+
+/// The covariance of a filter that has seen nothing; position and velocity are left to the caller.
+fn unknown(parameters: &OrbitParameters) -> Covariance {
+    let square = |sigma: f32| f64::from(sigma) * f64::from(sigma);
+    Covariance {
+        rr: Matrix3::zeros(),
+        rv: Matrix3::zeros(),
+        vv: Matrix3::identity() * square(parameters.start_speed_km_s),
+        rh: Vector3::zeros(),
+        vh: Vector3::zeros(),
+        hh: square(parameters.limb_height_sigma_km),
+        rm: Matrix3::zeros(),
+        vm: Matrix3::zeros(),
+        hm: Vector3::zeros(),
+        mm: square(parameters.misalignment_sigma_rad),
+    }
+}
+
+/// What a fix at `position_km` depends on.
+fn sensitivity(position_km: &Vector3<f64>, limb_height_km: f64, earth_to_icrs: &Matrix3<f64>) -> Sensitivity {
+    let shrink = 1.0 - limb_height_km / EARTH_RADIUS_KM;
+    Sensitivity {
+        position: Matrix3::identity() * shrink,
+        limb_height: position_km * (-1.0 / EARTH_RADIUS_KM),
+        misalignment: cross_matrix(&(position_km * shrink)) * earth_to_icrs,
+    }
+}
+
+impl Estimate {
+    /// The position of the fix, at rest: its errors are the fix's own and, in proportion, limb height and misalignment.
+    fn from_fix(
+        time_us: i64,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) -> Self {
+        let blank = unknown(parameters);
+        let Sensitivity { limb_height, misalignment, .. } = sensitivity(&fix.position_km, 0.0, earth_to_icrs);
+        let covariance = Covariance {
+            rr: symmetric(
+                &(fix.covariance_km2
+                    + limb_height * limb_height.transpose() * blank.hh
+                    + misalignment * misalignment.transpose() * blank.mm),
+            ),
+            rh: -limb_height * blank.hh,
+            rm: -misalignment * blank.mm,
+            ..blank
+        };
+        let state = OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
+        Self { state, limb_height_km: 0.0, covariance, settled: false, rejections: 0 }
+    }
+
+    /// Normalised innovation squared and the estimate after the fix; `None` when the innovation's covariance is none.
+    fn updated(&self, fix: &PositionFix, earth_to_icrs: &Matrix3<f64>, unit: bool) -> Option<(f64, Self)> {
+        let mut sensitivity = sensitivity(&self.state.position_km, self.limb_height_km, earth_to_icrs);
+        let predicted = sensitivity.position * self.state.position_km;
+        let mut noise = carried(fix, &predicted);
+        let mut innovation = fix.position_km - predicted;
+        if unit {
+            // Only what lies across the line: measured direction times predicted distance. The component along the line
+            // is made a measurement of nothing, with unit variance and no innovation.
+            let square = predicted.dot(&predicted);
+            let along = predicted * predicted.transpose() / square;
+            let across = Matrix3::identity() - along;
+            let measured = libm::sqrt(fix.position_km.dot(&fix.position_km));
+            innovation = across * fix.position_km * (libm::sqrt(square) / measured);
+            noise = symmetric(&(across * noise * across)) + along;
+            sensitivity.position = across * sensitivity.position;
+            sensitivity.limb_height = Vector3::zeros();
+        }
+        let correction = self.covariance.corrected(&sensitivity, &noise, &innovation)?;
+        let state = OrbitState {
+            time_us: self.state.time_us,
+            position_km: self.state.position_km + correction.position_km,
+            velocity_km_s: self.state.velocity_km_s + correction.velocity_km_s,
+        };
+        let limb_height_km = self.limb_height_km + correction.limb_height_km;
+        let covariance = correction.covariance;
+        Some((
+            correction.nis,
+            Self { state, limb_height_km, covariance, settled: self.settled, rejections: 0 },
+        ))
+    }
+
+    fn is_sound(&self) -> bool {
+        plausible(&self.state.position_km, &self.state.velocity_km_s)
+            && libm::fabs(self.limb_height_km) < 0.5 * EARTH_RADIUS_KM
+            && self.covariance.is_sound()
+    }
+
+    fn advanced(mut self, to_us: i64, parameters: &OrbitParameters) -> Result<Self, Lost> {
+        let gap = to_us.checked_sub(self.state.time_us).ok_or(Lost::TooLong)?;
+        if gap < 0 {
+            return Err(Lost::Backwards);
+        }
+        if gap > MAX_GAP_US {
+            return Err(Lost::TooLong);
+        }
+        for _ in 0..MAX_SPANS {
+            let span = to_us.saturating_sub(self.state.time_us).min(MAX_SPAN_US);
+            if span > 0 {
+                self = self.crossed(span, parameters)?;
+            }
+        }
+        Ok(self)
+    }
+
+    /// One span of at most [`MAX_SPAN_US`].
+    fn crossed(mut self, span_us: i64, parameters: &OrbitParameters) -> Result<Self, Lost> {
+        let after = parameters.dynamics.propagate(&self.state, span_us).map_err(|error| match error {
+            PropagationError::TooLong => Lost::TooLong,
+            PropagationError::Impossible => Lost::Diverged,
+        })?;
+        let transition = Transition::between(&self.state, &after);
+        let noise = process_noise(&after.position_km, parameters);
+        let dt = span_us as f64 / MICROSECONDS;
+        self.covariance = self.covariance.propagated(&transition, &noise, dt);
+        self.state = after;
+        if self.covariance.is_sound() { Ok(self) } else { Err(Lost::Diverged) }
+    }
+}
+
+fn process_noise(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> ProcessNoise {
+    let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / position_km.dot(position_km).max(1.0);
+    let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
+    let force = f64::from(parameters.force_noise_km_s15);
+    let walk = f64::from(parameters.limb_height_walk_km_s05);
+    ProcessNoise { acceleration: gravity * gravity + force * force, limb_height: walk * walk }
+}
+
+/// The covariance of the fix as it would be had it been measured at the predicted place: turned from the one line to the
+/// other, scaled with the distance across and with its square along (a distance is found from an angle). Where prediction
+/// and fix are so far apart that this means nothing, it is left as it is.
+fn carried(fix: &PositionFix, predicted: &Vector3<f64>) -> Matrix3<f64> {
+    let z = &fix.position_km;
+    let (measured, expected) = (libm::sqrt(z.dot(z)), libm::sqrt(predicted.dot(predicted)));
+    let (d, u) = (z / measured, predicted / expected);
+    let (scale, cosine) = (expected / measured, d.dot(&u));
+    if !(finite(&d) && finite(&u) && scale > 0.5 && scale < 2.0 && cosine > 0.5) {
+        return fix.covariance_km2;
+    }
+    let turn = cross_matrix(&d.cross(&u));
+    let rotation = Matrix3::identity() + turn + turn * turn / (1.0 + cosine);
+    let along = d * d.transpose() * (scale * scale - scale);
+    let carry = rotation * (Matrix3::identity() * scale + along);
+    symmetric(&(carry * fix.covariance_km2 * carry.transpose()))
+}
+
+#[cfg(test)]
+mod tests;

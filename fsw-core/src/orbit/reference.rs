@@ -1,0 +1,1 @@
+//! Independent truth for the orbit's tests.
