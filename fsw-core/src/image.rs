@@ -7,6 +7,7 @@
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
 //! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
+mod allowance;
 pub mod centroid;
 pub mod condition;
 mod detections;

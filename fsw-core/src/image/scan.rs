@@ -9,6 +9,7 @@
 //! (Cortex-M4 model, zero wait states, without the reading); on the host 1.0 ns a pixel. Structure costs more: a frame
 //! made of star-like spots drives [`MAX_CANDIDATES`] and the searches' other bounds to 235 million.
 
+use super::allowance::{Allowance, Savings};
 use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
@@ -18,8 +19,6 @@ use fsw_hal::{Detector, DetectorError, Window};
 
 /// Length of the readout buffer, px.
 pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
-/// Candidates examined in one tile: bounds the cost of a tile full of noise or structure.
-pub const MAX_CANDIDATES: usize = 32;
 
 /// Calls `found` for every star of a conditioned window whose maximum lies in the core: `core` in window pixels, at
 /// least [`MARGIN`] inside the window. Returns whether all candidates were examined.
@@ -27,19 +26,14 @@ fn for_each_star(
     window: &Residuals,
     core: Window,
     parameters: &DetectionParameters,
+    allowance: &mut Allowance,
     mut found: impl FnMut(Detection),
 ) -> bool {
     let threshold = window.sum_sigma * i32::from(parameters.threshold_sigma_tenths) / 10;
-    let mut candidates = 0;
-    for_each_peak(window, core, threshold, |x, y| {
-        candidates += 1;
-        if candidates > MAX_CANDIDATES {
-            return false;
-        }
+    for_each_peak(window, core, threshold, allowance, |x, y| {
         if let Some(spot) = measure(window, x, y, parameters) {
             found(spot);
         }
-        true
     })
 }
 
@@ -65,6 +59,19 @@ pub fn read_stars(
     parameters: &DetectionParameters,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
+    let mut allowance = Allowance::of_a_window();
+    read_stars_within(detector, window, buffer, parameters, detections, &mut allowance)
+}
+
+/// [`read_stars`] at the cost of `allowance`.
+fn read_stars_within(
+    detector: &mut impl Detector,
+    window: Window,
+    buffer: &mut [u16; TILE_PIXELS],
+    parameters: &DetectionParameters,
+    detections: &mut Detections,
+    allowance: &mut Allowance,
+) -> Result<(), DetectorError> {
     let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
     detector.read(window, pixels)?;
     let bits = detector.geometry().bits;
@@ -76,7 +83,7 @@ pub fn read_stars(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    let complete = for_each_star(&residuals, core, parameters, |mut spot| {
+    let complete = for_each_star(&residuals, core, parameters, allowance, |mut spot| {
         spot.x_q16 += i32::from(window.x) << 16;
         spot.y_q16 += i32::from(window.y) << 16;
         detections.insert(spot);
@@ -100,6 +107,7 @@ pub fn scan(
     detections.clear();
     let geometry = detector.geometry();
     let margin = MARGIN as u16;
+    let mut savings = Savings::new();
     for (y, height) in cores(geometry.height_px, MAX_HEIGHT) {
         for (x, width) in cores(geometry.width_px, MAX_WIDTH) {
             let window = Window {
@@ -108,7 +116,9 @@ pub fn scan(
                 width: width + 2 * margin,
                 height: height + 2 * margin,
             };
-            read_stars(detector, window, buffer, parameters, detections)?;
+            let mut allowance = savings.next_tile();
+            read_stars_within(detector, window, buffer, parameters, detections, &mut allowance)?;
+            savings.put_back(allowance);
         }
     }
     detections.sort();
