@@ -8,6 +8,7 @@
 //! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
 mod allowance;
+pub mod blinding;
 pub mod centroid;
 pub mod condition;
 mod detections;

@@ -14,19 +14,19 @@
 //! No clock is read: the same pixels get the same work everywhere.
 
 /// A block's row looked at for peaks.
-pub const LOOK_CYCLES: u32 = 1_000;
+pub const LOOK_CYCLES: u32 = 1_700;
 /// A maximum of its row compared with the rows around it.
-pub const ROW_MAXIMUM_CYCLES: u32 = 900;
+pub const ROW_MAXIMUM_CYCLES: u32 = 1_000;
 /// A candidate judged, centred and kept.
-pub const CANDIDATE_CYCLES: u32 = 12_000;
-/// Income of a tile, and all that a single window has: four to five stars.
+pub const CANDIDATE_CYCLES: u32 = 17_500;
+/// Income of a tile, and all that a single window has: two to three stars at the least, four where they are small.
 pub const TILE_CYCLES: u32 = 110_000;
 /// Savings with which a scan begins.
-pub const RESERVE_CYCLES: u32 = 2_000_000;
+pub const RESERVE_CYCLES: u32 = 4_000_000;
 /// A tile may take the savings divided by this.
 pub const LOAN_DIVISOR: u32 = 4;
 /// What a tile of the largest size costs whatever it shows.
-pub const TILE_FIXED_CYCLES: u32 = 165_000;
+pub const TILE_FIXED_CYCLES: u32 = 170_000;
 
 /// The most that a scan in so many tiles can cost, cycles, the reading of the pixels not counted.
 pub const fn scan_bound_cycles(tiles: u32) -> u64 {

@@ -207,10 +207,7 @@ pub fn for_each_peak(
         let sums = searched.sums::<{ SPAN + 2 }, SPAN>(window, first - 2, y);
         for (x, around) in (first..end).zip(sums.array_windows()) {
             let [second_left, first_left, sum, first_right, second_right] = *around;
-            if sum <= threshold
-                || first_left.max(second_left) >= sum
-                || first_right.max(second_right) > sum
-            {
+            if sum <= threshold || first_left.max(second_left) >= sum || first_right.max(second_right) > sum {
                 continue;
             }
             if !allowance.spend(ROW_MAXIMUM_CYCLES) {

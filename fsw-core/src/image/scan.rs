@@ -10,6 +10,7 @@
 //! made of star-like spots drives [`MAX_CANDIDATES`] and the searches' other bounds to 235 million.
 
 use super::allowance::{Allowance, Savings};
+use super::blinding::blinded;
 use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
@@ -20,6 +21,9 @@ use fsw_hal::{Detector, DetectorError, Window};
 /// Length of the readout buffer, px.
 pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
 
+/// The threshold is that many times higher where the window shows texture: it has no Gaussian's tails.
+const TEXTURE_FACTOR: i32 = 3;
+
 /// Calls `found` for every star of a conditioned window whose maximum lies in the core: `core` in window pixels, at
 /// least [`MARGIN`] inside the window. Returns whether all candidates were examined.
 fn for_each_star(
@@ -29,7 +33,9 @@ fn for_each_star(
     allowance: &mut Allowance,
     mut found: impl FnMut(Detection),
 ) -> bool {
-    let threshold = window.sum_sigma * i32::from(parameters.threshold_sigma_tenths) / 10;
+    let tenths = i32::from(parameters.threshold_sigma_tenths);
+    let tenths = if window.textured() { tenths * TEXTURE_FACTOR } else { tenths };
+    let threshold = window.sum_sigma * tenths / 10;
     for_each_peak(window, core, threshold, allowance, |x, y| {
         if let Some(spot) = measure(window, x, y, parameters) {
             found(spot);
@@ -75,6 +81,9 @@ fn read_stars_within(
     let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
     detector.read(window, pixels)?;
     let bits = detector.geometry().bits;
+    if blinded(pixels, bits) {
+        return Ok(());
+    }
     let residuals = condition(pixels, usize::from(window.width), bits).ok_or(DetectorError::BufferLength)?;
     let margin = MARGIN as u16;
     let core = Window {
