@@ -4,7 +4,8 @@
 //! the pixels show; what depends on them is paid from here, in cycles of the Cortex-M4 model, each price at least the
 //! largest that was measured for its step. The work of a scan is therefore bounded by construction:
 //!
-//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`scan_bound_cycles`].
+//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 74.6 million for the 252 tiles of the
+//! reference detector.
 //!
 //! Every tile has an income of its own, [`TILE_CYCLES`], that nothing seen elsewhere can use up: whatever a cloud field
 //! has cost, the brightest spots of the tiles below it are still measured. What a tile leaves goes into savings, of which
@@ -17,7 +18,7 @@
 pub const LOOK_CYCLES: u32 = 1_700;
 /// A maximum of its row compared with the rows around it.
 pub const ROW_MAXIMUM_CYCLES: u32 = 1_000;
-/// A candidate judged, centred and kept.
+/// A candidate judged, centred and kept: a saturated one, which is looked at twice.
 pub const CANDIDATE_CYCLES: u32 = 17_500;
 /// Income of a tile, and all that a single window has: two to three stars at the least, four where they are small.
 pub const TILE_CYCLES: u32 = 110_000;
@@ -25,11 +26,11 @@ pub const TILE_CYCLES: u32 = 110_000;
 pub const RESERVE_CYCLES: u32 = 4_000_000;
 /// A tile may take the savings divided by this.
 pub const LOAN_DIVISOR: u32 = 4;
-/// What a tile of the largest size costs whatever it shows.
+/// What a tile of the largest size costs whatever it shows: measured 161,000, and 8,000 to mark every block's row.
 pub const TILE_FIXED_CYCLES: u32 = 170_000;
 
 /// The most that a scan in so many tiles can cost, cycles, the reading of the pixels not counted.
-pub const fn scan_bound_cycles(tiles: u32) -> u64 {
+pub const fn bound_cycles(tiles: u32) -> u64 {
     tiles as u64 * (TILE_FIXED_CYCLES + TILE_CYCLES) as u64 + RESERVE_CYCLES as u64
 }
 
@@ -79,3 +80,6 @@ impl Savings {
         self.0 = self.0.saturating_add(left.0);
     }
 }
+
+#[cfg(test)]
+mod tests;
