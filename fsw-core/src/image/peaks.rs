@@ -29,6 +29,10 @@ const SPAN: usize = BLOCK + 4;
 /// Classes of brightness in which the rows of blocks are looked at, each twice the one before.
 const OCTAVES: usize = 8;
 
+/// The lowest octave is what exceeds the threshold by less than this part of it, nearly all of it noise; the highest begins
+/// at 17 thresholds.
+const LEAST_EXCESS_DIVISOR: i32 = 8;
+
 /// Which rows of blocks are to be looked at, by octave of what they may hold: for each row a bit a block.
 struct Looks {
     octaves: [[u8; MAX_HEIGHT]; OCTAVES],
@@ -37,9 +41,9 @@ struct Looks {
 const _: () = assert!(BLOCKS <= u8::BITS as usize);
 
 impl Looks {
-    /// Marks the block's row `row`, whose sums may exceed the threshold by `excess`. The octave counts from the threshold.
-    fn mark(&mut self, row: usize, block: usize, excess: u32, threshold: u32) {
-        let octave = threshold.leading_zeros().saturating_sub(excess.leading_zeros()) as usize;
+    /// Marks the block's row `row`, whose sums may exceed the threshold by `excess`. The octaves count from `least`.
+    fn mark(&mut self, row: usize, block: usize, excess: u32, least: u32) {
+        let octave = least.leading_zeros().saturating_sub(excess.leading_zeros()) as usize;
         let rows = self.octaves.get_mut(octave.min(OCTAVES - 1));
         if let Some(blocks) = rows.and_then(|rows| rows.get_mut(row)) {
             *blocks |= 1 << block;
@@ -172,7 +176,7 @@ fn looks(window: &Residuals, core: &Searched, threshold: i32) -> Looks {
     let blocks = blocks.get_mut(..core.columns.end.div_ceil(BLOCK)).unwrap_or(&mut []);
     let top = core.rows.start;
     let first_block = core.columns.start / BLOCK;
-    let least = threshold.max(1) as u32;
+    let least = (threshold / LEAST_EXCESS_DIVISOR).max(1) as u32;
     for y in top - 1..=core.rows.end {
         let level = 3 * window.row_level(y);
         next_row(window.raw_row(y), level, window.shift(), blocks, |block, excess| {
