@@ -2,11 +2,14 @@
 //!
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from it,
 //! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, [`scan`] walks the whole detector in
-//! tiles and `detections` keeps the brightest spots.
+//! tiles and `detections` keeps the brightest spots. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
+//! detector at full scale.
 //!
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
 //! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
+mod allowance;
+pub mod blinding;
 pub mod centroid;
 pub mod condition;
 mod detections;

@@ -24,6 +24,7 @@
 //! cost one more reading and writing of the pixels.
 
 use super::FULL_SCALE;
+use super::blinding::saturation;
 use super::median::{SAMPLES, middle_and_spread};
 
 /// Columns that share a level.
@@ -82,6 +83,12 @@ impl<'a> Residuals<'a> {
         self.shift
     }
 
+    /// Whether the window shows texture (clouds, a limb, glare) rather than noise: strong, and neighbours go together.
+    /// Of white noise a 3 x 3 sum has 3 sigmas of a pixel, of real skies after interpolation and compression up to 5.
+    pub fn textured(&self) -> bool {
+        self.sigma >= FULL_SCALE / 64 && 2 * self.sum_sigma > 11 * self.sigma
+    }
+
     /// The raw values of row `y`, none outside the window.
     pub fn raw_row(&self, y: usize) -> &'a [u16] {
         let start = y.saturating_mul(self.width);
@@ -91,6 +98,11 @@ impl<'a> Residuals<'a> {
     /// Background of row `y`, scaled counts.
     pub fn row_level(&self, y: usize) -> i32 {
         self.row_levels.get(y).copied().unwrap_or(0)
+    }
+
+    /// Background of the pixel, scaled counts.
+    pub fn level(&self, x: usize, y: usize) -> i32 {
+        self.row_level(y) + self.column_levels.get(x).copied().unwrap_or(0)
     }
 
     /// Background of each column, to be added to that of the row, scaled counts.
@@ -355,7 +367,7 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
         shift,
         row_levels,
         column_levels,
-        saturation: full_scale - full_scale / 20,
+        saturation: saturation(kept_bits),
         sigma: floor,
         sum_sigma: 3 * floor,
     };

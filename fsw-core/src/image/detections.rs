@@ -27,7 +27,7 @@ impl Detections {
         self.found
     }
 
-    /// Windows in which not every candidate could be examined, see [`MAX_CANDIDATES`](super::scan::MAX_CANDIDATES).
+    /// Windows that were too crowded to be searched whole within their allowance: their faintest spots are missing.
     pub fn crowded_tiles(&self) -> u32 {
         self.crowded_tiles
     }
@@ -62,7 +62,7 @@ impl Detections {
         }
     }
 
-    /// Counts a window whose candidates were too many.
+    /// Counts a window whose search ended with its allowance.
     pub(super) fn note_crowded(&mut self) {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
     }

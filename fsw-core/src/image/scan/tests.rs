@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use std::vec::Vec;
 
 /// All that a scan finds.
-fn scanned(frame: &mut Frame) -> Detections {
+pub(super) fn scanned(frame: &mut Frame) -> Detections {
     let mut detections = Detections::new();
     let parameters = DetectionParameters::default();
     scan(frame, &mut [0; TILE_PIXELS], &parameters, &mut detections).unwrap();
@@ -22,18 +22,18 @@ fn windowed(frame: &mut Frame, window: Window) -> Detections {
 }
 
 /// Distance of the spot's centre from a place, per axis, px.
-fn miss(spot: &Detection, [x, y]: [f64; 2]) -> [f64; 2] {
+pub(super) fn miss(spot: &Detection, [x, y]: [f64; 2]) -> [f64; 2] {
     let [found_x, found_y] = spot.centre_px();
     [f64::from(found_x) - x, f64::from(found_y) - y]
 }
 
 /// The spot within two pixels of a place.
-fn at(detections: &Detections, place: [f64; 2]) -> Option<Detection> {
+pub(super) fn at(detections: &Detections, place: [f64; 2]) -> Option<Detection> {
     detections.spots().iter().find(|spot| miss(spot, place).iter().all(|axis| axis.abs() < 2.0)).copied()
 }
 
 /// Places `spacing` px apart, each at its own phase within the pixel.
-fn places(width: usize, height: usize, spacing: usize, seed: u64) -> Vec<[f64; 2]> {
+pub(super) fn places(width: usize, height: usize, spacing: usize, seed: u64) -> Vec<[f64; 2]> {
     let mut chance = Chance(seed);
     let mut places = Vec::new();
     for y in (20..height - 20).step_by(spacing) {
@@ -44,7 +44,7 @@ fn places(width: usize, height: usize, spacing: usize, seed: u64) -> Vec<[f64; 2
     places
 }
 
-fn with_stars(sky: Sky, places: &[[f64; 2]], sigma_px: f64, flux: f64) -> Sky {
+pub(super) fn with_stars(sky: Sky, places: &[[f64; 2]], sigma_px: f64, flux: f64) -> Sky {
     places.iter().fold(sky, |sky, place| sky.star(*place, sigma_px, flux))
 }
 
@@ -278,6 +278,36 @@ fn a_crowd_is_told_and_bounded() {
     let mut frame = with_stars(Sky::new(300, 200, 60.0), &stars, 0.8, 900.0).expose(10);
     let found = scanned(&mut frame);
     assert!(found.crowded_tiles() > 0 && found.spots().len() <= MAX_DETECTIONS);
+}
+
+#[test]
+fn a_scan_of_the_reference_detector_stays_below_75_million_cycles() {
+    let geometry = fsw_hal::DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
+    assert!(bound_cycles(&geometry) < 75_000_000, "{}", bound_cycles(&geometry));
+}
+
+#[test]
+fn a_crowd_above_does_not_hide_the_stars_below() {
+    // Three of four tiles are full of star-like spots; each of the others holds a bright star.
+    let (width, height) = (800, 700);
+    let mut sky = Sky::new(width, height, 60.0);
+    for y in (10..500).step_by(8) {
+        for x in (10..width - 10).step_by(8) {
+            sky = sky.star([x as f64 + 0.2, y as f64 - 0.1], 0.8, 400.0);
+        }
+    }
+    let mut stars = Vec::new();
+    for y in [555, 610, 665] {
+        for x in (40..width - 40).step_by(70) {
+            stars.push([x as f64, y as f64 + 0.4]);
+        }
+    }
+    // And one in the very middle of the crowd.
+    stars.push([402.0, 246.0]);
+    let found = scanned(&mut with_stars(sky, &stars, 0.9, 2500.0).noise(2.0, 31).expose(12));
+    let seen = stars.iter().filter(|star| at(&found, **star).is_some()).count();
+    std::println!("{seen} of {} stars, {} tiles crowded", stars.len(), found.crowded_tiles());
+    assert!(found.crowded_tiles() > 30 && seen == stars.len());
 }
 
 proptest! {

@@ -1,0 +1,87 @@
+//! How much work a crowded picture may cost.
+//!
+//! In: what each step of a search is about to cost. Out: whether it may be done. Levels and bounds cost the same whatever
+//! the pixels show; what depends on them is paid from here, in cycles of the Cortex-M4 model. The prices were fitted to
+//! whole frames that drive one step or another, not read from single steps: on each of 69 synthetic frames (crowds,
+//! noise, chequers, clouds, hot pixels) what the scan took above its fixed cost was at most 0.96 of a full allowance.
+//! So many steps, and no more, can be done:
+//!
+//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 74.6 million for the 252 tiles of the
+//! reference detector, whose converter has 10 bits (more than 14 cost one more pass over the pixels).
+//!
+//! Every tile has an income of its own, [`TILE_CYCLES`], that nothing seen elsewhere can use up: whatever a cloud field
+//! has cost, the brightest spots of the tiles below it are still measured. What a tile leaves goes into savings, of which
+//! each tile may take a quarter ([`LOAN_DIVISOR`]): dense tiles get much, and no one all. Within a tile the brightest
+//! is looked at first (`peaks`), so what is left out are its faintest spots.
+//!
+//! No clock is read: the same pixels get the same work everywhere.
+
+/// A block's row looked at for peaks.
+pub const LOOK_CYCLES: u32 = 1_700;
+/// A maximum of its row compared with the rows around it.
+pub const ROW_MAXIMUM_CYCLES: u32 = 1_000;
+/// A candidate judged, centred and kept: a saturated one, which is looked at twice.
+pub const CANDIDATE_CYCLES: u32 = 17_500;
+/// Income of a tile, and all that a single window has: two to three stars at the least, four where they are small.
+pub const TILE_CYCLES: u32 = 110_000;
+/// Savings with which a scan begins.
+pub const RESERVE_CYCLES: u32 = 4_000_000;
+/// A tile may take the savings divided by this.
+pub const LOAN_DIVISOR: u32 = 4;
+/// What a tile of the largest size costs whatever it shows: measured 161,000, and 8,000 to mark every block's row.
+pub const TILE_FIXED_CYCLES: u32 = 170_000;
+
+/// The most that a scan in so many tiles can cost, cycles, the reading of the pixels not counted.
+pub const fn bound_cycles(tiles: u32) -> u64 {
+    tiles as u64 * (TILE_FIXED_CYCLES + TILE_CYCLES) as u64 + RESERVE_CYCLES as u64
+}
+
+/// What may still be spent on a window, cycles.
+#[derive(Debug)]
+pub struct Allowance(u32);
+
+impl Allowance {
+    /// That of a window outside any scan.
+    pub const fn of_a_window() -> Self {
+        Self(TILE_CYCLES)
+    }
+
+    /// No limit that a test could reach.
+    #[cfg(test)]
+    pub const fn plenty() -> Self {
+        Self(u32::MAX)
+    }
+
+    /// Takes the price of a step; where it is not there anymore nothing is taken and the step must be left.
+    pub fn spend(&mut self, cycles: u32) -> bool {
+        let left = self.0.checked_sub(cycles);
+        self.0 = left.unwrap_or(self.0);
+        left.is_some()
+    }
+}
+
+/// What the tiles of a scan have left over for those to come.
+#[derive(Debug)]
+pub struct Savings(u32);
+
+impl Savings {
+    /// Those at the beginning of a scan.
+    pub const fn new() -> Self {
+        Self(RESERVE_CYCLES)
+    }
+
+    /// The next tile's allowance: its income and its share of the savings.
+    pub fn next_tile(&mut self) -> Allowance {
+        let loan = self.0 / LOAN_DIVISOR;
+        self.0 -= loan;
+        Allowance(TILE_CYCLES.saturating_add(loan))
+    }
+
+    /// Puts back what a tile has left.
+    pub fn put_back(&mut self, left: Allowance) {
+        self.0 = self.0.saturating_add(left.0);
+    }
+}
+
+#[cfg(test)]
+mod tests;
