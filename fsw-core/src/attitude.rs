@@ -1,8 +1,9 @@
 //! Attitude from pairs of directions.
 //!
-//! [`wahba`] finds the rotation, [`covariance`] says how well it is known.
+//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`motion`] carries it to the next second.
 
 pub mod covariance;
+pub mod motion;
 pub mod wahba;
 
 use crate::frames::{Direction, Icrs, StarPath};

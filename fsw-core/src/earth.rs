@@ -14,3 +14,10 @@ pub enum Refusal {
     /// The points do not fix a centre, or fix an impossible one.
     Degenerate,
 }
+
+/// TEMPORARY
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EarthParameters {
+    /// h
+    pub limb_height_km: f32,
+}

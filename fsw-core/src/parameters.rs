@@ -5,8 +5,11 @@
 //! [`packet`] of version [`VERSION`].
 
 use crate::camera::{Camera, CameraError, CameraParameters};
+use crate::earth::EarthParameters;
+use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::image::DetectionParameters;
 use crate::modes::ModeParameters;
+use crate::orbit::parameters::OrbitParameters;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
@@ -14,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// Version of the table's layout.
 pub const VERSION: u8 = 2;
 /// A buffer of this length holds any table.
-pub const MAX_TABLE_BYTES: usize = 256;
+pub const MAX_TABLE_BYTES: usize = 512;
 
 /// Parameters of star tracking.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,11 +27,27 @@ pub struct TrackingParameters {
     pub gate_px: u16,
     /// Fewest stars that make an attitude (default 3, 3 to 16).
     pub fewest_stars: u16,
+    /// Largest standard deviation with which an attitude that is only carried on is reported, rad (default 0.01, 1e-4 to
+    /// 0.1).
+    pub carried_sigma_rad: f32,
+}
+
+/// How the two paths stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MountParameters {
+    /// Rotation from the star path's to the Earth path's frame, `[x, y, z, w]`, of unit length to 1e-3 (default: none).
+    pub star_to_earth: [f32; 4],
+}
+
+impl Default for MountParameters {
+    fn default() -> Self {
+        Self { star_to_earth: [0.0, 0.0, 0.0, 1.0] }
+    }
 }
 
 impl Default for TrackingParameters {
     fn default() -> Self {
-        Self { gate_px: 5, fewest_stars: 3 }
+        Self { gate_px: 5, fewest_stars: 3, carried_sigma_rad: 0.01 }
     }
 }
 
@@ -37,6 +56,8 @@ impl Default for TrackingParameters {
 pub struct Parameters {
     /// The lens and the detector behind it.
     pub camera: CameraParameters,
+    /// The two lines of sight.
+    pub mount: MountParameters,
     /// Exposure time, microseconds (100 to 10,000,000).
     pub exposure_us: u32,
     /// Star detection.
@@ -47,6 +68,10 @@ pub struct Parameters {
     pub pairs_per_cycle: u32,
     /// Star tracking.
     pub tracking: TrackingParameters,
+    /// The Earth's figure, limb and centre.
+    pub earth: EarthParameters,
+    /// Propagation and filter of the orbit.
+    pub orbit: OrbitParameters,
     /// Patience and time-outs.
     pub modes: ModeParameters,
 }
@@ -65,11 +90,14 @@ impl Parameters {
     pub fn for_camera(camera: CameraParameters) -> Self {
         Self {
             camera,
+            mount: MountParameters::default(),
             exposure_us: 100_000,
             detection: DetectionParameters::default(),
             identification: IdentificationParameters::default(),
             pairs_per_cycle: 400_000,
             tracking: TrackingParameters::default(),
+            earth: EarthParameters::default(),
+            orbit: OrbitParameters::default(),
             modes: ModeParameters::default(),
         }
     }
@@ -90,13 +118,18 @@ impl Parameters {
         packet::decode(VERSION, packet)
     }
 
-    /// Checks every value against its range and gives the camera.
+    /// Checks every value against its range and gives the camera and the rotation between the paths.
     ///
     /// # Errors
     /// The first value that fails, by name.
-    pub fn check(&self) -> Result<Camera, ParameterError> {
+    pub fn check(&self) -> Result<(Camera, Rotation<StarPath, EarthPath>), ParameterError> {
         let camera = Camera::new(self.camera).map_err(ParameterError::Camera)?;
         let Self { detection, identification, tracking, .. } = self;
+        let norm = self.mount.star_to_earth.iter().fold(0.0, |sum, q| sum + q * q);
+        let star_to_earth = Some(self.mount.star_to_earth)
+            .filter(|_| (0.998..=1.002).contains(&norm))
+            .and_then(Rotation::from_quaternion)
+            .ok_or(ParameterError::Range("star_to_earth"))?;
         let [first, second, third] = identification.centroid_sigma_px;
         let integers = [
             ("exposure_us", self.exposure_us, 100, 10_000_000),
@@ -116,15 +149,18 @@ impl Parameters {
             ("centroid_sigma_px[1]", second, 0.05, 3.0),
             ("centroid_sigma_px[2]", third, 0.05, 3.0),
             ("scale_uncertainty", identification.scale_uncertainty, 0.0, 0.01),
+            ("carried_sigma_rad", tracking.carried_sigma_rad, 1e-4, 0.1),
             ("log10_false_limit", identification.log10_false_limit, -30.0, -2.0),
         ];
         let modes = self.modes.ranges();
         let wrong_integer =
             integers.iter().chain(&modes).find(|(_, value, low, high)| !(low..=high).contains(&value));
-        let wrong_real = reals.iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
+        let orbit = self.orbit.ranges();
+        let wrong_real =
+            reals.iter().chain(&orbit).find(|(_, value, low, high)| !(low..=high).contains(&value));
         match (wrong_integer, wrong_real) {
             (Some((name, ..)), _) | (None, Some((name, ..))) => Err(ParameterError::Range(name)),
-            (None, None) => Ok(camera),
+            (None, None) => Ok((camera, star_to_earth)),
         }
     }
 }

@@ -1,8 +1,10 @@
 //! Which windows to read next.
 //!
-//! In: predicted stars, the gate about each. Out: windows, brightest star first. A window is the gate and the margin
-//! that a centroid needs; windows that leave the detector are dropped rather than cut, because a cut window has no
-//! whole region at its edge.
+//! Stars. In: predicted stars, the gate about each, and which places the lit Earth hides. Out: windows, brightest star
+//! first. A window is the gate and the margin that a centroid needs; windows that leave the detector are dropped rather
+//! than cut, because a cut window has no whole region at its edge.
+//!
+//! Probes: small windows that tell whether the detector works and whether the Sun blinds it.
 
 use crate::image::centroid::MARGIN;
 use crate::stars::predict::Predicted;
@@ -14,11 +16,12 @@ pub const MAX_STAR_WINDOWS: usize = 24;
 /// Widest gate for which a window still fits the readout buffer's height of 64 rows.
 pub const MAX_GATE_PX: u16 = 24;
 
-/// Windows about the brightest predicted stars.
+/// Windows about the brightest predicted stars that are not `hidden` (a place on the detector, px).
 pub fn star_windows(
     predicted: &[Predicted],
     geometry: &DetectorGeometry,
     gate_px: u16,
+    hidden: impl Fn([f32; 2]) -> bool,
 ) -> Vec<Window, MAX_STAR_WINDOWS> {
     let reach = i32::from(gate_px.min(MAX_GATE_PX)) + MARGIN as i32;
     let side = (2 * reach + 1) as u16;
@@ -28,11 +31,32 @@ pub fn star_windows(
         let [x, y] = star.centre_px.map(|at| (libm::floorf(at + 0.5) as i32).saturating_sub(reach));
         let (Ok(x), Ok(y)) = (u16::try_from(x), u16::try_from(y)) else { continue };
         let window = Window { x, y, width: side, height: side };
+        if hidden(star.centre_px) {
+            continue;
+        }
         if window.fits(geometry) && windows.push(window).is_err() {
             break;
         }
     }
     windows
+}
+
+/// Number of probes.
+pub const PROBES: usize = 5;
+/// Side of a probe, px.
+pub const PROBE_PX: u16 = 16;
+
+/// Probes near the four corners and in the middle of the detector, of sides no longer than the detector's.
+pub fn probes(geometry: &DetectorGeometry) -> [Window; PROBES] {
+    let side = |length: u16| PROBE_PX.min(length);
+    let (width, height) = (side(geometry.width_px), side(geometry.height_px));
+    let (right, bottom) = (geometry.width_px - width, geometry.height_px - height);
+    [(0, 0), (right, 0), (right / 2, bottom / 2), (0, bottom), (right, bottom)].map(|(x, y)| Window {
+        x,
+        y,
+        width,
+        height,
+    })
 }
 
 /// Pixels of the windows in which a star's maximum may stand.

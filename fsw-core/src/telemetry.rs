@@ -52,8 +52,10 @@ pub enum Fault {
     Request,
     /// The geometry is not the one the parameters were made for.
     Geometry,
-    /// The hardware did not deliver.
+    /// The hardware did not deliver, or a window read twice was not the same.
     Hardware,
+    /// The clock tells an instant outside the years it is believed in.
+    Clock,
 }
 
 impl From<DetectorError> for Fault {
@@ -198,6 +200,33 @@ pub struct Report {
     pub orbit: Option<OrbitReport>,
     /// What happened.
     pub events: Vec<Event, MAX_EVENTS>,
+}
+
+impl Report {
+    /// A second of which nothing is known yet.
+    pub fn new(cycle: u32, instant_us: i64, mode: Mode) -> Self {
+        Self {
+            cycle,
+            instant_us,
+            mode,
+            status: Status::Waiting,
+            attitude: None,
+            rate_rad_s: None,
+            detections: 0,
+            focal_ratio: 1.0,
+            stars: Vec::new(),
+            earth_status: EarthStatus::NotLooked,
+            earth: None,
+            limb_px: Vec::new(),
+            orbit: None,
+            events: Vec::new(),
+        }
+    }
+
+    /// Adds an event; of more than [`MAX_EVENTS`] the first are kept.
+    pub fn note(&mut self, event: Event) {
+        let _ = self.events.push(event);
+    }
 }
 
 /// Writes a report as a frame and gives the bytes used.

@@ -214,3 +214,18 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_mirror_turns_the_star_path_over_and_leaves_the_earth_path() {
+    let (plain, mirrored) =
+        (camera(|p| p.distortion = BROWN), camera(|p| (p.distortion, p.mirrored) = (BROWN, true)));
+    for at in pixels() {
+        let (before, after) = (plain.direction(at).unwrap(), mirrored.direction(at).unwrap());
+        let [b, a] = [before, after].map(|direction| *direction.vector());
+        assert_eq!([a.x, a.y, a.z], [-b.x, b.y, b.z]);
+        assert_eq!(mirrored.earth_direction(at).unwrap().vector(), before.vector());
+        let [x, y] = mirrored.project(&after).unwrap();
+        assert!(apart([x.into(), y.into()], at) < 1e-3);
+        assert_eq!(mirrored.project_earth(&mirrored.earth_direction(at).unwrap()), plain.project(&before));
+    }
+}

@@ -27,6 +27,11 @@ const INTEGERS: &[Integer] = &[
 
 /// Name, place and range of every real.
 const REALS: &[Real] = &[
+    ("carried_sigma_rad", |p| &mut p.tracking.carried_sigma_rad, 1e-4, 0.1),
+    ("start_speed_km_s", |p| &mut p.orbit.start_speed_km_s, 0.1, 20.0),
+    ("limb_height_sigma_km", |p| &mut p.orbit.limb_height_sigma_km, 0.0, 100.0),
+    ("misalignment_sigma_rad", |p| &mut p.orbit.misalignment_sigma_rad, 0.0, 0.02),
+    ("gate_nis", |p| &mut p.orbit.gate_nis, 10.0, 1000.0),
     ("centroid_sigma_px[0]", |p| &mut p.identification.centroid_sigma_px[0], 0.05, 3.0),
     ("centroid_sigma_px[1]", |p| &mut p.identification.centroid_sigma_px[1], 0.05, 3.0),
     ("centroid_sigma_px[2]", |p| &mut p.identification.centroid_sigma_px[2], 0.05, 3.0),
@@ -43,7 +48,7 @@ fn checked(change: impl Fn(&mut Parameters)) -> Result<(), ParameterError> {
 #[test]
 fn the_defaults_pass_and_give_their_camera() {
     let parameters = Parameters::for_camera(reference_camera());
-    assert_eq!(*parameters.check().unwrap().parameters(), reference_camera());
+    assert_eq!(*parameters.check().unwrap().0.parameters(), reference_camera());
 }
 
 #[test]
@@ -122,4 +127,13 @@ fn a_damaged_table_is_refused() {
         packet[place] ^= 0x10;
         assert_eq!(Parameters::decode(&packet[..length]), Err(PacketError::Checksum), "byte {place}");
     }
+}
+
+#[test]
+fn a_mount_that_is_no_rotation_is_refused() {
+    let refused = Err(ParameterError::Range("star_to_earth"));
+    for quaternion in [[0.0; 4], [0.5, 0.5, 0.5, 0.6], [f32::NAN, 0.0, 0.0, 1.0], [f32::MAX; 4]] {
+        assert_eq!(checked(|p| p.mount.star_to_earth = quaternion), refused, "{quaternion:?}");
+    }
+    assert_eq!(checked(|p| p.mount.star_to_earth = [0.5, -0.5, 0.5, -0.5]), Ok(()));
 }

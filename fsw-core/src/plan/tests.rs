@@ -10,7 +10,7 @@ fn star(index: u16, centre_px: [f32; 2]) -> Predicted {
 
 fn windows(centres: &[[f32; 2]], gate_px: u16) -> List<Window> {
     let stars: List<_> = (0..).zip(centres).map(|(index, centre)| star(index, *centre)).collect();
-    star_windows(&stars, &REFERENCE, gate_px).to_vec()
+    star_windows(&stars, &REFERENCE, gate_px, |_| false).to_vec()
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn a_window_that_would_leave_the_detector_is_dropped() {
     assert_eq!(windows(&dropped, 5), []);
     // A detector smaller than a window has none.
     let small = DetectorGeometry { width_px: 20, height_px: 20, bits: 10 };
-    assert!(star_windows(&[star(0, [10.0, 10.0])], &small, 5).is_empty());
+    assert!(star_windows(&[star(0, [10.0, 10.0])], &small, 5, |_| false).is_empty());
 }
 
 #[test]
@@ -83,7 +83,7 @@ proptest! {
     ) {
         let geometry = DetectorGeometry { width_px, height_px, bits: 10 };
         let stars: List<_> = (0..).zip(&centres).map(|(index, centre)| star(index, *centre)).collect();
-        let planned = star_windows(&stars, &geometry, gate_px);
+        let planned = star_windows(&stars, &geometry, gate_px, |_| false);
         prop_assert!(planned.len() <= MAX_STAR_WINDOWS);
         let mut stars = centres.iter();
         for window in &planned {
@@ -93,4 +93,23 @@ proptest! {
             prop_assert!(stars.any(|star| (0..2).all(|axis| (star[axis] - middle[axis]).abs() <= 0.5001)));
         }
     }
+}
+
+#[test]
+fn a_hidden_star_has_no_window_and_leaves_its_place_to_the_next() {
+    let stars: List<_> = (0..40).map(|index| star(index, [100.0 + 25.0 * f32::from(index), 500.0])).collect();
+    let planned = star_windows(&stars, &REFERENCE, 5, |[x, _]| x < 300.0);
+    assert_eq!(planned.len(), MAX_STAR_WINDOWS);
+    assert!(planned.iter().all(|window| window.x + window.width / 2 >= 300));
+}
+
+#[test]
+fn probes_stand_apart_and_lie_on_every_detector() {
+    for (width_px, height_px) in [(1280, 1024), (386, 290), (32, 32), (7, 3)] {
+        let geometry = DetectorGeometry { width_px, height_px, bits: 10 };
+        let probes = probes(&geometry);
+        assert!(probes.iter().all(|probe| probe.fits(&geometry) && probe.area() > 0));
+    }
+    let [first, .., last] = probes(&REFERENCE);
+    assert_eq!((first.x, first.y, last.x + last.width, last.y + last.height), (0, 0, 1280, 1024));
 }

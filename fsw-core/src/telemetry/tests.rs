@@ -3,7 +3,7 @@ use crate::catalog::format::CRC32;
 use proptest::prelude::*;
 
 fn fault() -> impl Strategy<Value = Fault> {
-    prop::sample::select(&[Fault::Request, Fault::Geometry, Fault::Hardware])
+    prop::sample::select(&[Fault::Request, Fault::Geometry, Fault::Hardware, Fault::Clock])
 }
 
 fn status() -> impl Strategy<Value = Status> {

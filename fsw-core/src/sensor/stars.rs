@@ -1,0 +1,243 @@
+//! The star half of a second: self-test, acquisition, tracking, waiting for the Sun to leave.
+
+use super::{Instruments, Sensor, Sky};
+use crate::attitude::motion::Motion;
+use crate::frames::{Icrs, Rotation, StarPath};
+use crate::image::blinding::blinded;
+use crate::image::scan;
+use crate::parameters::TrackingParameters;
+use crate::plan;
+use crate::stars::Field;
+use crate::stars::confirm::{Confirmed, confirm};
+use crate::stars::identify::Progress;
+use crate::stars::predict::field_stars;
+use crate::telemetry::{AttitudeReport, Fault, Report, StarReport, Status};
+use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
+
+impl Sensor<'_> {
+    /// The attitude that this second's own image gave.
+    pub(super) fn attitude_of_this_second(&self, report: &Report) -> Option<Rotation<Icrs, StarPath>> {
+        let attitude =
+            report.attitude.filter(|attitude| attitude.age_s == 0 && report.status != Status::Blinded)?;
+        Rotation::from_quaternion(attitude.quaternion)
+    }
+
+    /// Takes an image; whether the Sun blinds it.
+    fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
+        detector.expose(self.parameters.exposure_us)?;
+        let probes = plan::probes(&detector.geometry());
+        let mut blind = 0;
+        for probe in &probes {
+            let pixels = self.workspace.buffer.get_mut(..probe.area()).ok_or(DetectorError::BufferLength)?;
+            detector.read(*probe, pixels)?;
+            blind += usize::from(blinded(pixels, detector.geometry().bits));
+        }
+        Ok(blind == probes.len())
+    }
+
+    /// Self-test: an image can be taken, and a window read twice gives the same values.
+    #[inline(never)]
+    pub(super) fn prove(&mut self, detector: &mut impl Detector, report: &mut Report) {
+        report.status = match self.expose(detector).and_then(|_| self.reads_alike(detector)) {
+            Ok(true) => Status::Proved,
+            Ok(false) => Status::DetectorFault(Fault::Hardware),
+            Err(error) => Status::DetectorFault(error.into()),
+        };
+    }
+
+    /// Whether every probe reads the same twice.
+    fn reads_alike(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
+        for probe in &plan::probes(&detector.geometry()) {
+            let area = probe.area();
+            let (first, rest) =
+                self.workspace.buffer.split_at_mut_checked(area).ok_or(DetectorError::BufferLength)?;
+            let second = rest.get_mut(..area).ok_or(DetectorError::BufferLength)?;
+            detector.read(*probe, first)?;
+            detector.read(*probe, second)?;
+            if first != second {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Lost in space: scan, then identify; a search that needs longer goes on with the same image.
+    #[inline(never)]
+    pub(super) fn acquire(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        report: &mut Report,
+    ) {
+        if self.searching_since.is_none() {
+            instruments.meter.begin(Stage::Scan);
+            let scanned = self.scan(instruments.detector);
+            instruments.meter.end(Stage::Scan);
+            match scanned {
+                Ok(true) => {}
+                Ok(false) => return report.status = Status::Blinded,
+                Err(error) => return report.status = Status::DetectorFault(error.into()),
+            }
+            self.workspace.take_measured(&self.camera);
+            self.workspace.identifier.restart(0.0);
+            self.searching_since = Some(self.cycle);
+        }
+        report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
+        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera);
+        let (identification, allowance) = (&self.parameters.identification, self.parameters.pairs_per_cycle);
+        instruments.meter.begin(Stage::Identify);
+        let progress = self.workspace.identifier.advance(&field, identification, allowance);
+        instruments.meter.end(Stage::Identify);
+        match progress {
+            Progress::Searching => report.status = Status::Searching,
+            Progress::NotIdentified(reason) => {
+                self.searching_since = None;
+                report.status = Status::NotIdentified(reason);
+            }
+            Progress::Identified(confirmed, log10_false) => {
+                report.status = Status::Identified;
+                let image_cycle = self.searching_since.take().unwrap_or(self.cycle);
+                self.learn(&confirmed, log10_false, image_cycle, report);
+            }
+        }
+    }
+
+    /// Takes an image and searches all of it; `false` when it is blinded.
+    fn scan(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
+        if self.expose(detector)? {
+            return Ok(false);
+        }
+        let parameters = &self.parameters.detection;
+        scan::scan(detector, &mut self.workspace.buffer, parameters, &mut self.workspace.detections)?;
+        Ok(true)
+    }
+
+    /// Follows known stars in windows about their predicted places.
+    #[inline(never)]
+    pub(super) fn track(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        sky: &Sky,
+        report: &mut Report,
+    ) {
+        let TrackingParameters { gate_px, fewest_stars, .. } = self.parameters.tracking;
+        instruments.meter.begin(Stage::Predict);
+        let geometry = instruments.detector.geometry();
+        let prediction =
+            self.motion.as_ref().and_then(|motion| motion.at(self.cycle)).and_then(|(attitude, _)| {
+                let predicted = field_stars(&self.catalogue, &self.camera, &attitude)?;
+                let earth = self.view(sky, &attitude);
+                let hidden = |at_px| {
+                    earth
+                        .as_ref()
+                        .zip(self.camera.earth_direction(at_px))
+                        .is_some_and(|(earth, seen)| earth.lit_at(&seen))
+                };
+                Some((attitude, plan::star_windows(&predicted, &geometry, gate_px, hidden)))
+            });
+        instruments.meter.end(Stage::Predict);
+        let Some((attitude, windows)) = prediction else { return report.status = Status::Lost };
+
+        instruments.meter.begin(Stage::Windows);
+        let detector = &mut *instruments.detector;
+        let read = match self.expose(detector) {
+            Ok(false) => {
+                self.workspace.read_windows(detector, &windows, &self.parameters.detection).map(|()| true)
+            }
+            Ok(true) => Ok(false),
+            Err(error) => Err(error),
+        };
+        instruments.meter.end(Stage::Windows);
+        match read {
+            Ok(true) => {}
+            Ok(false) => return self.carry(report),
+            Err(error) => return report.status = Status::DetectorFault(error.into()),
+        }
+
+        self.workspace.take_measured(&self.camera);
+        let measured = &self.workspace.measured;
+        report.detections = measured.len() as u16;
+        let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(&windows));
+        instruments.meter.begin(Stage::Confirm);
+        // Matching begins with twice the tolerance: with the whole gate.
+        let confirmed = confirm(&attitude, &field, f32::from(gate_px) * 0.5);
+        instruments.meter.end(Stage::Confirm);
+        match confirmed {
+            Some(confirmed) if confirmed.matches.len() >= usize::from(fewest_stars) => {
+                report.status = Status::Tracked;
+                self.learn(&confirmed, confirmed.log10_chance, self.cycle, report);
+            }
+            _ => report.status = Status::Lost,
+        }
+    }
+
+    /// Asks only whether the Sun still blinds, and carries the attitude on.
+    #[inline(never)]
+    pub(super) fn await_sunset(&mut self, detector: &mut impl Detector, report: &mut Report) {
+        match self.expose(detector) {
+            Ok(true) => self.carry(report),
+            Ok(false) => report.status = Status::Waiting,
+            Err(error) => report.status = Status::DetectorFault(error.into()),
+        }
+        if let Some(motion) = &mut self.motion {
+            motion.carry(self.cycle);
+        }
+    }
+
+    /// Reports the attitude that the last rate gives for a blinded second, as long as its sigma is worth something.
+    fn carry(&self, report: &mut Report) {
+        report.status = Status::Blinded;
+        let Some((motion, (attitude, sigma_rad))) =
+            self.motion.as_ref().and_then(|motion| Some((motion, motion.at(self.cycle)?)))
+        else {
+            return;
+        };
+        let limit = self.parameters.tracking.carried_sigma_rad;
+        if sigma_rad.iter().all(|sigma| *sigma <= limit) {
+            report.attitude = Some(AttitudeReport {
+                quaternion: attitude.quaternion(),
+                sigma_rad,
+                log10_false: 0.0,
+                age_s: motion.age(self.cycle).min(u16::MAX.into()) as u16,
+            });
+            report.rate_rad_s = motion.rate().map(|rate| rate.rad_s.into());
+        }
+    }
+
+    /// Whether the attitude carried to the next second is within the gate about predicted stars, at three sigma.
+    pub(super) fn attitude_was_carried_well(&self) -> bool {
+        let gate_rad = f32::from(self.parameters.tracking.gate_px) * self.camera.rad_per_px();
+        // Roll moves a star by its distance from the line of sight.
+        let [right, bottom] = self.camera.middle_px();
+        let lever = libm::sqrtf(right * right + bottom * bottom) * self.camera.rad_per_px();
+        let next = self.motion.as_ref().and_then(|motion| motion.at(self.cycle.wrapping_add(1)));
+        next.is_some_and(|(_, [x, y, z])| {
+            3.0 * libm::sqrtf(x * x + y * y + (lever * z) * (lever * z)) < gate_rad
+        })
+    }
+
+    /// Takes over the attitude that an image taught, and reports it.
+    #[inline(never)]
+    fn learn(&mut self, confirmed: &Confirmed, log10_false: f32, image_cycle: u32, report: &mut Report) {
+        match &mut self.motion {
+            Some(motion) => motion.observe(confirmed.attitude, confirmed.sigma_rad, image_cycle),
+            None => self.motion = Some(Motion::begin(confirmed.attitude, confirmed.sigma_rad, image_cycle)),
+        }
+        report.attitude = Some(AttitudeReport {
+            quaternion: confirmed.attitude.quaternion(),
+            sigma_rad: confirmed.sigma_rad,
+            log10_false,
+            age_s: self.cycle.wrapping_sub(image_cycle).min(u16::MAX.into()) as u16,
+        });
+        report.rate_rad_s = self.motion.as_ref().and_then(Motion::rate).map(|rate| rate.rad_s.into());
+        report.focal_ratio = confirmed.focal_ratio;
+        for found in &confirmed.matches {
+            let seen = self.workspace.measured.get(usize::from(found.measured));
+            if let (Some(seen), Some(star)) = (seen, self.catalogue.star(found.star)) {
+                let recognised =
+                    StarReport { hip: star.hip, centre_px: seen.centre_px, residual_px: found.residual_px };
+                // The report holds as many stars as confirmation matches.
+                let _ = report.stars.push(recognised);
+            }
+        }
+    }
+}

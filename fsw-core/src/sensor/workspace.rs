@@ -1,0 +1,69 @@
+//! What a sensor needs room for.
+
+use crate::camera::Camera;
+use crate::image::DetectionParameters;
+use crate::image::scan::{self, Detections, TILE_PIXELS};
+use crate::stars::identify::Identifier;
+use crate::stars::{MAX_MEASURED, Measured};
+use fsw_hal::{Detector, DetectorError, Window};
+use heapless::Vec;
+
+/// Most stars of an onboard catalogue.
+pub const MAX_CATALOGUE_STARS: usize = 3072;
+/// Most directed catalogue pairs of one separation.
+pub const MAX_BASE_SIDES: usize = 1536;
+/// Most triangles over one base side.
+pub const MAX_TRIANGLES: usize = 512;
+
+/// What the sensor needs room for; all zero at first, so that a static of it costs no flash.
+#[derive(Debug)]
+pub struct Workspace {
+    pub(super) buffer: [u16; TILE_PIXELS],
+    pub(super) detections: Detections,
+    pub(super) measured: Vec<Measured, MAX_MEASURED>,
+    pub(super) identifier: Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>,
+}
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Workspace {
+    /// An empty workspace.
+    pub const fn new() -> Self {
+        Self {
+            buffer: [0; TILE_PIXELS],
+            detections: Detections::new(),
+            measured: Vec::new(),
+            identifier: Identifier::new(),
+        }
+    }
+
+    /// Turns the brightest spots into measured directions.
+    pub(super) fn take_measured(&mut self, camera: &Camera) {
+        self.measured.clear();
+        let spots = self.detections.spots().iter();
+        for star in spots.filter_map(|spot| Measured::from_detection(camera, spot)) {
+            if self.measured.push(star).is_err() {
+                break;
+            }
+        }
+    }
+
+    /// Reads the windows of the present image and finds their stars.
+    pub(super) fn read_windows(
+        &mut self,
+        detector: &mut impl Detector,
+        windows: &[Window],
+        parameters: &DetectionParameters,
+    ) -> Result<(), DetectorError> {
+        self.detections.clear();
+        for window in windows {
+            scan::read_stars(detector, *window, &mut self.buffer, parameters, &mut self.detections)?;
+        }
+        self.detections.sort();
+        Ok(())
+    }
+}
