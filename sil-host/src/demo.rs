@@ -8,8 +8,8 @@ use crate::camera_file::CameraFile;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::flight;
 use crate::judge::{Errors, attitude_error};
-use crate::world::attitude::Motion;
 use crate::world::disturbances::Disturbances;
+use crate::world::motion::Motion;
 use crate::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::parameters::Parameters;
@@ -46,7 +46,7 @@ pub fn sky() -> Vec<WorldStar> {
 pub fn scene() -> Result<Scene, HostError> {
     let quaternion = crate::world::attitude::normalised(START).unwrap_or([0.0, 0.0, 0.0, 1.0]);
     let mut settings =
-        SceneSettings::new(CameraFile::reference(), Motion { quaternion, rate_rad_s: RATE_RAD_S }, SEED);
+        SceneSettings::new(CameraFile::reference(), Motion::turning(quaternion, RATE_RAD_S), SEED);
     settings.disturbances =
         Disturbances { false_stars: 5, hot_pixels: 200, proton_hits: 20, ..Disturbances::default() };
     Scene::new(settings, &sky()).map_err(|error| HostError::usage(error.to_string(), "report this"))
