@@ -24,10 +24,17 @@ pub use limits::{LIMITABLE, Limit, Limitable, Side};
 
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::world::attitude::Vector;
+use crate::flight;
+use crate::world::attitude::{Vector, dot};
 use crate::world::disturbances::Disturbances;
 use crate::world::earth::EarthModel;
+use crate::world::journey::Journey;
+use crate::world::motion::Motion;
+use crate::world::orbit::{MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
+use crate::world::scene::{Scene, SceneSettings};
+use crate::world::sky;
+use fsw_core::parameters::Parameters;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -234,6 +241,41 @@ impl Scenario {
             earth: earth(&text, &raw.earth)?,
             limits: limits::read(&text, &raw.limits)?,
         })
+    }
+
+    /// The flight code's parameters for this scenario: the only place where they are made.
+    pub fn flight_parameters(&self) -> Parameters {
+        let camera = flight::camera_parameters(&self.camera);
+        Parameters { exposure_us: self.exposure_us, ..Parameters::for_camera(camera) }
+    }
+
+    /// The world of this scenario, before its first exposure.
+    ///
+    /// # Errors
+    /// When the orbit reaches the ground before the end, or the camera is one the world cannot draw.
+    pub fn scene(&self) -> Result<Scene, HostError> {
+        let orbit = TruthOrbit::new(self.start_us, self.position_km, self.velocity_km_s, self.duration_s)
+            .map_err(|error| {
+                HostError::input(&self.file, Some(self.orbit_line), error.to_string(), "give another orbit")
+            })?;
+        let journey =
+            Journey { orbit, pointing: self.pointing, mount: self.mount, earth: self.earth };
+        let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
+        settings.disturbances = self.disturbances;
+        Scene::new(settings, &sky::in_year(self.start_year()))
+            .map_err(|error| HostError::input(&self.file, None, error.to_string(), "give another camera"))
+    }
+
+    /// Julian year of the start.
+    pub fn start_year(&self) -> f64 {
+        2000.0 + self.start_us as f64 * 1e-6 / (365.25 * 86_400.0)
+    }
+
+    /// Time of a revolution at the start, s: Kepler's third law on the energy's semi-major axis.
+    pub fn period_s(&self) -> f64 {
+        let distance = libm::sqrt(dot(self.position_km, self.position_km));
+        let a_km = 1.0 / (2.0 / distance - dot(self.velocity_km_s, self.velocity_km_s) / MU_EARTH);
+        std::f64::consts::TAU * libm::sqrt(a_km * a_km * a_km / MU_EARTH)
     }
 
     /// The same with another seed, where one is given.
