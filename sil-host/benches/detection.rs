@@ -6,24 +6,24 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_hal::Detector;
-use sil_host::demo;
+use sil_host::star_scene;
 use sil_host::picture::Picture;
 use std::hint::black_box;
 use std::time::Duration;
 
-/// The first frame of the demonstration.
+/// The first frame of the rendered sky.
 fn reference_frame() -> Picture {
-    let mut scene = demo::scene().expect("the demonstration's settings are sound");
+    let mut scene = star_scene::scene().expect("the rendered sky's settings are sound");
     let geometry = scene.geometry();
     let mut pixels = vec![0; geometry.whole().area()];
-    scene.expose(demo::EXPOSURE_US).expect("a scene takes this exposure");
+    scene.expose(star_scene::EXPOSURE_US).expect("a scene takes this exposure");
     scene.read(geometry.whole(), &mut pixels).expect("the whole frame can be read");
     Picture::from_pixels(geometry, pixels).expect("as many pixels as the geometry says")
 }
 
 fn detection(criterion: &mut Criterion) {
     let mut frame = reference_frame();
-    frame.expose(demo::EXPOSURE_US).expect("a picture takes any exposure");
+    frame.expose(star_scene::EXPOSURE_US).expect("a picture takes any exposure");
     let mut buffer = Box::new([0; TILE_PIXELS]);
     let mut detections = Detections::new();
     let parameters = DetectionParameters::default();

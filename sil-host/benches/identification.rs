@@ -6,7 +6,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::catalog::Catalogue;
 use sil_host::camera_file::CameraFile;
-use sil_host::demo;
+use sil_host::star_scene;
 use sil_host::flight::{self, Density};
 use sil_host::identify::{FieldInput, answer};
 use sil_host::lost_in_space::Solver;
@@ -31,7 +31,7 @@ fn fields(camera: &CameraFile, false_stars: u32) -> Vec<FieldInput> {
         brightness: false,
         seed: SEED,
     };
-    let sky = demo::sky();
+    let sky = star_scene::sky();
     let generator = FieldGenerator::new(settings, &sky).expect("the settings are sound");
     (0..FIELDS)
         .map(|index| serde_json::from_str(&generator.field(index).input_line()).expect("a field reads back"))

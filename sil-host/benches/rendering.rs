@@ -2,13 +2,13 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fsw_hal::{Detector, Window};
-use sil_host::demo;
+use sil_host::star_scene;
 use std::hint::black_box;
 use std::time::Duration;
 
 fn rendering(criterion: &mut Criterion) {
-    let mut scene = demo::scene().expect("the demonstration's settings are sound");
-    scene.expose(demo::EXPOSURE_US).expect("a scene takes this exposure");
+    let mut scene = star_scene::scene().expect("the rendered sky's settings are sound");
+    scene.expose(star_scene::EXPOSURE_US).expect("a scene takes this exposure");
     let mut group = criterion.benchmark_group("rendering");
     let windows = [
         ("whole_frame", scene.geometry().whole()),

@@ -9,11 +9,11 @@ use std::path::PathBuf;
 
 /// Software in the loop for the Sextant Earth and star sensor.
 ///
-/// Without a subcommand a short demonstration runs.
+/// Without a subcommand the default scenario is flown: six hours in GEO around an eclipse.
 #[derive(Debug, Parser)]
 #[command(name = "sil-host", version, about, disable_help_subcommand = true)]
 pub struct CommandLine {
-    /// What to do; nothing asks for the demonstration.
+    /// What to do; nothing asks for the default scenario.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
@@ -21,6 +21,10 @@ pub struct CommandLine {
 /// What the program can do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Fly a scenario, judge it, write summary, cycles, telemetry and report
+    Run(RunArguments),
+    /// The frame the detector would show in a second of a scenario
+    Render(RenderArguments),
     /// Attitude from real pictures, without prior knowledge
     Solve(SolveArguments),
     /// Identification of centroid lists, one field a line
@@ -29,6 +33,40 @@ pub enum Command {
     Record(RecordArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Default, Args)]
+pub struct RunArguments {
+    /// Scenario file, or one of geo-eclipse (the default), geo-day, sso-noon-midnight, leo-oblique
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: Option<PathBuf>,
+    /// Folder for the files [default: sextant-out/ and the scenario's name]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// The summary as one line on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// Scenario file, or the name of one that comes with the program
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// The second, from 0
+    #[arg(long, value_name = "N")]
+    pub cycle: u32,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// File: PNG or FITS, raw values in 16 bits
+    #[arg(long, value_name = "FRAME.(png,fits)")]
+    pub out: PathBuf,
 }
 
 /// Arguments of `solve`.
@@ -72,7 +110,7 @@ pub struct IdentifyArguments {
 /// Arguments of `record`.
 #[derive(Debug, Args)]
 pub struct RecordArguments {
-    /// Picture to show every second; without one, the rendered sky of the demonstration
+    /// Picture to show every second; without one, a rendered sky
     #[arg(value_name = "IMAGE", requires = "fov_deg")]
     pub image: Option<PathBuf>,
     /// Horizontal field of view of the picture's camera, degrees
@@ -136,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn no_subcommand_asks_for_the_demonstration() {
+    fn no_subcommand_asks_for_the_default_scenario() {
         assert!(matches!(parse(["sil-host"]), Ok(Request::Run(CommandLine { command: None }))));
     }
 

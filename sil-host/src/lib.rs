@@ -3,11 +3,13 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`cli`] | the words of the command line |
-//! | [`solve`], [`identify`], [`record`], [`budget`] | what the commands do |
-//! | [`demo`] | what is done without a command |
+//! | [`run`], [`render`], [`solve`], [`identify`], [`record`], [`budget`] | what the commands do |
+//! | [`scenario`] | scenario files (TOML), and those that come with the program |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
 //! | [`judge`], [`bound`] | estimate against truth, and against the physical limit |
+//! | [`report`] | a run on one page |
+//! | [`star_scene`] | the star path alone, for recordings and benchmarks |
 //! | [`picture`] | a picture file served as a detector |
 //! | [`fits`] | reader of the first picture of a FITS file |
 //! | [`camera_file`] | camera files (TOML) |
@@ -23,7 +25,6 @@ pub mod bound;
 pub mod budget;
 pub mod camera_file;
 pub mod cli;
-pub mod demo;
 pub mod error;
 pub mod fits;
 pub mod flight;
@@ -34,5 +35,10 @@ pub mod judge;
 pub mod lost_in_space;
 pub mod picture;
 pub mod record;
+pub mod render;
+pub mod report;
+pub mod run;
+pub mod scenario;
 pub mod solve;
+pub mod star_scene;
 pub mod world;

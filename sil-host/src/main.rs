@@ -1,20 +1,20 @@
 //! The program `sil-host`: reads the command line, hands over to the library, turns the outcome into an exit status.
 
-use sil_host::cli::{self, Command, Request};
+use sil_host::cli::{self, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{budget, demo, identify, record, solve};
+use sil_host::{budget, identify, record, render, run, solve};
 use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    run().unwrap_or_else(|error| {
+    obey().unwrap_or_else(|error| {
         eprintln!("{error}");
         ExitCode::from(EXIT_BAD_INPUT)
     })
 }
 
 /// Does what the arguments ask for; the status tells whether a judged run kept its limits.
-fn run() -> Result<ExitCode, HostError> {
+fn obey() -> Result<ExitCode, HostError> {
     match cli::parse(std::env::args_os())? {
         Request::Print(text) => {
             // A reader that closed the pipe has what it wanted: not a fault.
@@ -22,7 +22,9 @@ fn run() -> Result<ExitCode, HostError> {
             Ok(ExitCode::SUCCESS)
         }
         Request::Run(command_line) => match command_line.command {
-            None => demo::run(),
+            None => run::run(&RunArguments::default()),
+            Some(Command::Run(arguments)) => run::run(&arguments),
+            Some(Command::Render(arguments)) => render::run(&arguments),
             Some(Command::Solve(arguments)) => solve::run(&arguments),
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Record(arguments)) => record::run(&arguments),

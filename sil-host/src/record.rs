@@ -1,6 +1,6 @@
 //! `sil-host record`: what the emulated computer is to fly, and what the host makes of it.
 //!
-//! In: a picture and its field of view, or nothing for the rendered sky of the demonstration. Out, in a folder:
+//! In: a picture and its field of view, or nothing for the rendered sky. Out, in a folder:
 //!
 //! | file | content |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! made for a calibrated camera; the catalogue is the one in the flight image.
 
 use crate::cli::RecordArguments;
-use crate::demo;
+use crate::star_scene;
 use crate::error::HostError;
 use crate::flight;
 use crate::frames_file::{FramesWriter, Recording};
@@ -144,7 +144,7 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
             let (mut picture, parameters) = picture(name, fov_deg)?;
             record(&mut picture, parameters, arguments.seconds, &arguments.out)?
         }
-        _ => record(&mut demo::scene()?, demo::parameters(), arguments.seconds, &arguments.out)?,
+        _ => record(&mut star_scene::scene()?, star_scene::parameters(), arguments.seconds, &arguments.out)?,
     };
     for report in &reports {
         println!("second {}: {:?}, {} stars named", report.cycle, report.status, report.stars.len());

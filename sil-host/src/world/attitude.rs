@@ -52,21 +52,16 @@ pub fn normalised(q: [f64; 4]) -> Option<[f64; 4]> {
     Some(q.map(|c| c * scale))
 }
 
-/// A motion with constant rate.
+/// A turning with constant rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct Turning {
     /// Attitude at time 0, ICRS to sensor.
     pub quaternion: [f64; 4],
     /// Angular rate in sensor axes, rad/s.
     pub rate_rad_s: Vector,
 }
 
-impl Motion {
-    /// No motion.
-    pub const fn fixed(quaternion: [f64; 4]) -> Self {
-        Self { quaternion, rate_rad_s: [0.0; 3] }
-    }
-
+impl Turning {
     /// The attitude `t_s` seconds after time 0.
     pub fn at(&self, t_s: f64) -> [f64; 4] {
         let rate = dot(self.rate_rad_s, self.rate_rad_s).sqrt();
@@ -121,7 +116,7 @@ mod tests {
     #[test]
     fn a_sensor_turning_about_y_sees_stars_move_to_minus_x() {
         // Turning +y carries the line of sight (+z) to +x, so what was ahead is now at -x.
-        let motion = Motion { quaternion: [0.0, 0.0, 0.0, 1.0], rate_rad_s: [0.0, 0.01, 0.0] };
+        let motion = Turning { quaternion: [0.0, 0.0, 0.0, 1.0], rate_rad_s: [0.0, 0.01, 0.0] };
         let seen = apply(&matrix(motion.at(1.0)), [0.0, 0.0, 1.0]);
         assert!((seen[0] + 0.01f64.sin()).abs() < 1e-12 && seen[1].abs() < 1e-15);
     }

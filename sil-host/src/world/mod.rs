@@ -7,8 +7,17 @@
 //! |---|---|---|
 //! | [`noise`] | seed, cycle, x, y, stream | uniform, Gaussian and Poisson numbers |
 //! | [`normal`] | a probability | the deviate of the normal distribution |
+//! | [`vector`] | vectors | sums, products |
 //! | [`attitude`] | quaternion, rate, time | quaternion, matrix |
+//! | [`ephemeris`] | time | Sun, Moon, the Earth's motion, pole and rotation |
+//! | [`orbit`] | elements or state, time | position and velocity |
+//! | [`pointing`] | position, velocity, angles | frames of the two paths |
+//! | [`earth`] | position, Sun, camera | light of the Earth on the detector |
+//! | [`sun`] | Sun, Earth, optics | whether it blinds the detector |
+//! | [`journey`] | orbit, pointing, mounting | the truth of a second |
+//! | [`motion`] | turning or journey | attitude over time |
 //! | [`optics`] | camera, direction in the sensor frame | pixel |
+//! | [`sky`] | a year | the stars of the world |
 //! | [`stars`] | visual magnitude, detector | electrons |
 //! | [`spots`] | places and charges | mean electrons of a window |
 //! | [`disturbances`] | counts, ranges, seed, cycle | false stars, hot pixels, protons |
@@ -20,10 +29,19 @@
 
 pub mod attitude;
 pub mod disturbances;
+pub mod earth;
+pub mod ephemeris;
 pub mod fields;
+pub mod journey;
+pub mod motion;
 pub mod noise;
 pub mod normal;
 pub mod optics;
+pub mod orbit;
+pub mod pointing;
 pub mod scene;
+pub mod sky;
 pub mod spots;
 pub mod stars;
+pub mod sun;
+pub mod vector;

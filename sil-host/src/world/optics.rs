@@ -3,8 +3,9 @@
 //! `x' = X/Z`, `y' = Y/Z`, distorted after Brown in OpenCV's convention with `r² = x'² + y'²`:
 //! `x'' = x' (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x' y' + p2 (r² + 2 x'²)`,
 //! `y'' = y' (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y'²) + 2 p2 x' y'`,
-//! pixel `(f x'' + cx, f y'' + cy)`. Back by fixed-point iteration. The equiangular projection is not part of the
-//! world's first form.
+//! pixel `(f x'' + cx, f y'' + cy)`. Back by fixed-point iteration. Where the camera is mirrored, `X` of the star path
+//! is turned over before the lens; the Earth path never is. The equiangular projection is not part of the world's
+//! first form.
 
 use super::attitude::{Vector, dot};
 use crate::camera_file::{CameraFile, Distortion, Projection};
@@ -21,17 +22,29 @@ pub struct Optics {
     centre_px: [f64; 2],
     size_px: [f64; 2],
     distortion: Distortion,
+    mirrored: bool,
 }
 
 impl Optics {
-    /// The optics of `camera`; `None` unless it is rectilinear.
+    /// The star path of `camera`; `None` unless it is rectilinear.
     pub fn new(camera: &CameraFile) -> Option<Self> {
         (camera.projection == Projection::Rectilinear).then_some(Self {
             focal_length_px: camera.focal_length_px,
             centre_px: camera.optical_centre_px,
             size_px: [f64::from(camera.width_px), f64::from(camera.height_px)],
             distortion: camera.distortion,
+            mirrored: camera.mirrored,
         })
+    }
+
+    /// The other path through the same lens, which no mirror turns over: the Earth path.
+    pub fn earth_path(&self) -> Self {
+        Self { mirrored: false, ..*self }
+    }
+
+    /// x of a direction as the lens sees it, behind the mirror where there is one; its own inverse.
+    fn through_mirror(&self, x: f64) -> f64 {
+        if self.mirrored { -x } else { x }
     }
 
     /// Where `direction` (sensor frame, any length) is imaged, px; `None` at or behind the detector's plane.
@@ -40,7 +53,7 @@ impl Optics {
         if z <= 1e-6 {
             return None;
         }
-        let [x, y] = self.distort([x / z, y / z]);
+        let [x, y] = self.distort([self.through_mirror(x) / z, y / z]);
         Some([self.focal_length_px * x + self.centre_px[0], self.focal_length_px * y + self.centre_px[1]])
     }
 
@@ -54,7 +67,7 @@ impl Optics {
             guess = [guess[0] + step[0], guess[1] + step[1]];
             if step[0].abs().max(step[1].abs()) < INVERSE_TOLERANCE {
                 let length = (1.0 + guess[0] * guess[0] + guess[1] * guess[1]).sqrt();
-                return Some([guess[0] / length, guess[1] / length, 1.0 / length]);
+                return Some([self.through_mirror(guess[0]) / length, guess[1] / length, 1.0 / length]);
             }
         }
         None
@@ -63,6 +76,11 @@ impl Optics {
     /// Whether `pixel` lies on the detector.
     pub fn on_detector(&self, pixel: [f64; 2]) -> bool {
         (0..2).all(|k| pixel[k] >= -0.5 && pixel[k] < self.size_px[k] - 0.5)
+    }
+
+    /// The place on the detector nearest to `pixel`.
+    pub fn clamped(&self, pixel: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| pixel[k].clamp(-0.5, self.size_px[k] - 0.5))
     }
 
     /// Focal length, px.

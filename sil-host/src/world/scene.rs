@@ -10,12 +10,15 @@
 //!
 //! The shutter is global. False stars and protons are new in each cycle, hot pixels stay.
 
-use super::attitude::{self, Motion, Vector, dot};
+use super::attitude::{self, Vector, dot};
 use super::disturbances::{Deposits, Disturbances};
+pub use super::journey::{SensorState, Truth};
+use super::motion::Motion;
 use super::noise::{Noise, PoissonTable, Stream};
 use super::optics::Optics;
 use super::spots::{Spot, Spots};
 use super::stars::DetectorModel;
+use super::vector::plus;
 use crate::camera_file::CameraFile;
 use crate::picture::check_request;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
@@ -43,7 +46,7 @@ pub struct SceneSettings {
     pub camera: CameraFile,
     /// The detector's electrons.
     pub detector: DetectorModel,
-    /// Attitude over time.
+    /// Attitude of the star path over time, and the Earth where it is a journey.
     pub motion: Motion,
     /// Seed of all noise.
     pub seed: u64,
@@ -104,6 +107,7 @@ struct Exposure {
     spots: Spots,
     protons: Deposits,
     visible: Vec<VisibleStar>,
+    truth: Option<Truth>,
 }
 
 /// A sky, a camera and a motion, with the last exposure.
@@ -124,16 +128,18 @@ impl Scene {
     ///
     /// # Errors
     /// See [`SceneError`].
-    pub fn new(settings: SceneSettings, stars: &[WorldStar]) -> Result<Self, SceneError> {
+    pub fn new(mut settings: SceneSettings, stars: &[WorldStar]) -> Result<Self, SceneError> {
         let optics = Optics::new(&settings.camera).ok_or(SceneError::Projection)?;
         let (low, high) = Spots::SIGMA_PX;
         let width_ok = (low..=high).contains(&settings.psf_sigma_px);
         if !settings.detector.is_sound() || !width_ok || !settings.disturbances.is_sound() {
             return Err(SceneError::Detector);
         }
-        let quaternion = attitude::normalised(settings.motion.quaternion).ok_or(SceneError::Motion)?;
-        if !settings.motion.rate_rad_s.iter().all(|r| r.is_finite()) {
-            return Err(SceneError::Motion);
+        if let Motion::Turning(turning) = &mut settings.motion {
+            turning.quaternion = attitude::normalised(turning.quaternion).ok_or(SceneError::Motion)?;
+            if !turning.rate_rad_s.iter().all(|r| r.is_finite()) {
+                return Err(SceneError::Motion);
+            }
         }
         let mut scene = Self {
             settings,
@@ -143,7 +149,6 @@ impl Scene {
             exposure: None,
             scratch: Vec::new(),
         };
-        scene.settings.motion.quaternion = quaternion;
         scene.hot_pixels =
             scene.settings.disturbances.hot_pixels(scene.settings.seed, scene.settings.camera.geometry());
         Ok(scene)
@@ -166,12 +171,28 @@ impl Scene {
 
     /// Truth attitude at the middle of the current exposure, ICRS to sensor; at time 0 before the first.
     pub fn quaternion(&self) -> [f64; 4] {
-        self.settings.motion.at(self.cycle().map_or(0.0, |cycle| cycle as f64 * CYCLE_S))
+        self.settings.motion.at(self.time_s())
     }
 
-    /// Truth rate in sensor axes, rad/s.
+    /// Truth rate in sensor axes at the same time, rad/s.
     pub fn rate_rad_s(&self) -> Vector {
-        self.settings.motion.rate_rad_s
+        self.settings.motion.rate_rad_s(self.time_s())
+    }
+
+    /// The truth of the middle of the current exposure; journeys only, `None` before the first exposure.
+    pub fn truth(&self) -> Option<Truth> {
+        self.exposure.as_ref().and_then(|exposure| exposure.truth)
+    }
+
+    /// The truth of a cycle, whether it has been exposed or not; journeys only.
+    pub fn truth_at(&self, cycle: u64) -> Option<Truth> {
+        let journey = self.settings.motion.journey()?;
+        Some(journey.truth(cycle as f64 * CYCLE_S, &self.optics))
+    }
+
+    /// Time of the middle of the current exposure, s; 0 before the first.
+    fn time_s(&self) -> f64 {
+        self.cycle().map_or(0.0, |cycle| cycle as f64 * CYCLE_S)
     }
 
     /// The stars whose image at the middle of the current exposure is centred on the detector, in the order of the
@@ -199,16 +220,17 @@ impl Scene {
         let protons = disturbances.protons(*seed, cycle, geometry);
         let spots = Spots::new(self.settings.psf_sigma_px, spots);
         let dark = PoissonTable::new(self.settings.detector.dark_now_e_s() * time_s);
-        self.exposure = Some(Exposure { cycle, time_s, dark, spots, protons, visible });
+        let truth = self.truth_at(cycle);
+        self.exposure = Some(Exposure { cycle, time_s, dark, spots, protons, visible, truth });
         Ok(())
     }
 
     /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure.
     fn place_stars(&self, cycle: u64, time_s: f64, spots: &mut Vec<Spot>) -> Vec<VisibleStar> {
-        let smear_px = self.smear_px(time_s);
+        let middle_s = cycle as f64 * CYCLE_S;
+        let smear_px = self.smear_px(middle_s, time_s);
         let steps =
             ((2.0 * smear_px / self.settings.psf_sigma_px).ceil()).clamp(1.0, f64::from(SMEAR_STEPS_MAX));
-        let middle_s = cycle as f64 * CYCLE_S;
         let attitude_at = |step: u32| {
             let t = middle_s + time_s * ((f64::from(step) + 0.5) / steps - 0.5);
             attitude::matrix(self.settings.motion.at(t))
@@ -217,15 +239,17 @@ impl Scene {
         let middle = attitude::matrix(self.settings.motion.at(middle_s));
         let margin_px = Spots::reach_px(self.settings.psf_sigma_px) as f64 + 1.0;
         let cone_cosine = self.optics.cone_cosine(margin_px + smear_px);
+        let aberration = self.settings.motion.aberration(middle_s);
         let mut visible = Vec::new();
         for star in self.stars.iter().filter(|s| dot(middle[2], s.direction) >= cone_cosine) {
             let electrons = self.settings.detector.star_e_s(star.v) * time_s / steps;
+            let seen = plus(star.direction, 1.0, aberration);
             for matrix in &path {
-                if let Some([x_px, y_px]) = self.optics.project(attitude::apply(matrix, star.direction)) {
+                if let Some([x_px, y_px]) = self.optics.project(attitude::apply(matrix, seen)) {
                     spots.push(Spot { x_px, y_px, electrons });
                 }
             }
-            let pixel = self.optics.project(attitude::apply(&middle, star.direction));
+            let pixel = self.optics.project(attitude::apply(&middle, seen));
             if let Some([x_px, y_px]) = pixel.filter(|p| self.optics.on_detector(*p)) {
                 visible.push(VisibleStar { hip: star.hip, x_px, y_px, v: star.v });
             }
@@ -235,8 +259,8 @@ impl Scene {
 
     /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f (1 + tan²),
     /// turning about it by its distance from the centre.
-    fn smear_px(&self, time_s: f64) -> f64 {
-        let [x, y, z] = self.settings.motion.rate_rad_s;
+    fn smear_px(&self, middle_s: f64, time_s: f64) -> f64 {
+        let [x, y, z] = self.settings.motion.rate_rad_s(middle_s);
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
         time_s * (libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius)
     }

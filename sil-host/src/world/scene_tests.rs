@@ -39,7 +39,7 @@ fn sky(count: u32) -> Vec<WorldStar> {
 }
 
 fn busy_scene(rate_rad_s: Vector, seed: u64) -> Scene {
-    let motion = Motion { quaternion: [0.3, -0.2, 0.5, 0.7], rate_rad_s };
+    let motion = Motion::turning([0.3, -0.2, 0.5, 0.7], rate_rad_s);
     let mut settings = SceneSettings::new(small_camera(), motion, seed);
     settings.disturbances =
         Disturbances { false_stars: 20, hot_pixels: 30, proton_hits: 15, ..Disturbances::default() };
@@ -157,7 +157,7 @@ fn a_bright_star_saturates_and_stays_within_the_bits() {
 fn a_turning_sensor_smears_a_star_about_its_true_place() {
     let rate_rad_s = [0.0, 0.2, 0.0];
     let star = star_at([48.0, 40.0], 2.0);
-    let motion = Motion { quaternion: IDENTITY, rate_rad_s };
+    let motion = Motion::turning(IDENTITY, rate_rad_s);
     let mut settings = SceneSettings::new(small_camera(), motion, 3);
     settings.detector.dark_e_s = 0.0;
     settings.detector.read_noise_e = 0.0;

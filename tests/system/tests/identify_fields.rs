@@ -36,7 +36,7 @@ fn try_fields(settings: FieldSettings, fields: u64) -> Tally {
     let camera: Camera = flight::camera(&settings.camera, Path::new("15 deg")).unwrap();
     let bytes = flight::catalogue_bytes(&camera, Density::Full).unwrap();
     let catalogue = Catalogue::open(&bytes).unwrap();
-    let sky = sil_host::demo::sky();
+    let sky = sil_host::star_scene::sky();
     let generator = FieldGenerator::new(settings, &sky).unwrap();
     let mut solver = Solver::default();
     let mut tally = Tally::default();

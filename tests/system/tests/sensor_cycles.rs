@@ -7,10 +7,11 @@ use fsw_core::telemetry::{self, Fault, Report, Status};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::judge::attitude_error;
-use sil_host::world::attitude::{Motion, uniform};
+use sil_host::world::attitude::uniform;
+use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings};
-use sil_host::{demo, flight};
+use sil_host::{flight, star_scene};
 
 /// Flies `seconds` seconds; `faults` may spoil a second before it begins.
 fn fly<D: Detector>(
@@ -21,7 +22,7 @@ fn fly<D: Detector>(
 ) -> Vec<Report> {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
-    let mut sensor = Sensor::new(catalogue, demo::parameters(), &mut workspace).unwrap();
+    let mut sensor = Sensor::new(catalogue, star_scene::parameters(), &mut workspace).unwrap();
     (0..seconds)
         .map(|second| {
             let command = before(second, detector);
@@ -46,7 +47,7 @@ struct Faulty {
 
 impl Faulty {
     fn new() -> Self {
-        Self { scene: demo::scene().unwrap(), fault: None, covered: false, geometry: None }
+        Self { scene: star_scene::scene().unwrap(), fault: None, covered: false, geometry: None }
     }
 }
 
@@ -68,7 +69,7 @@ impl Detector for Faulty {
 
 #[test]
 fn two_identified_images_lead_to_tracking_and_the_rate_is_known() {
-    let mut scene = demo::scene().unwrap();
+    let mut scene = star_scene::scene().unwrap();
     let reports = quietly(&mut scene, 4);
     let modes: Vec<Mode> = reports.iter().map(|report| report.mode).collect();
     assert_eq!(modes, [Mode::Acquisition, Mode::Acquisition, Mode::Tracking, Mode::Tracking]);
@@ -85,7 +86,7 @@ fn two_identified_images_lead_to_tracking_and_the_rate_is_known() {
 
 #[test]
 fn names_are_those_of_the_true_stars() {
-    let mut scene = demo::scene().unwrap();
+    let mut scene = star_scene::scene().unwrap();
     let (mut right, mut blends) = (0, 0);
     let count = |report: &Report, scene: &Scene| {
         for star in &report.stars {
@@ -109,7 +110,7 @@ fn sigmas_are_honest_on_random_skies() {
     // Normalised error squared over 40 skies, three axes: chi-square with 120 degrees of freedom. The reported sigma may
     // be cautious by a third, not optimistic: 95 % band of the ratio, widened on the cautious side.
     let noise = Noise::new(20_261_121, 0, Stream::Attitude);
-    let sky = demo::sky();
+    let sky = star_scene::sky();
     let (mut sum, mut count, mut unsolved) = (0.0, 0.0, 0);
     for index in 0..40 {
         let motion = Motion::fixed(uniform(&noise, index));
@@ -138,7 +139,7 @@ fn equal_flights_give_equal_telemetry() {
     let stream = || {
         let mut bytes = Vec::new();
         let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
-        for report in quietly(&mut demo::scene().unwrap(), 5) {
+        for report in quietly(&mut star_scene::scene().unwrap(), 5) {
             bytes.extend_from_slice(telemetry::encode_next(&report, &mut buffer).unwrap());
         }
         bytes
@@ -208,7 +209,7 @@ fn a_detector_of_another_size_is_refused_every_second() {
 fn a_command_to_reacquire_is_obeyed_at_once() {
     let before =
         |second: u32, _: &mut Scene| if second == 4 { Command::Reacquire } else { Command::Continue };
-    let reports = fly(&mut demo::scene().unwrap(), 7, before, |_, _| {});
+    let reports = fly(&mut star_scene::scene().unwrap(), 7, before, |_, _| {});
     assert_eq!(reports[3].mode, Mode::Tracking);
     assert_eq!((reports[4].mode, reports[4].status), (Mode::Acquisition, Status::Identified));
     assert_eq!(reports[6].mode, Mode::Tracking);
@@ -219,8 +220,8 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image() {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
     // Noise alone: no side is ever confirmed, and the work of a second is a small part of the search.
-    let parameters = Parameters { pairs_per_cycle: 10_000, ..demo::parameters() };
-    let mut scene = demo::scene().unwrap();
+    let parameters = Parameters { pairs_per_cycle: 10_000, ..star_scene::parameters() };
+    let mut scene = star_scene::scene().unwrap();
     let mut settings = scene.settings().clone();
     settings.disturbances.false_stars = 60;
     settings.disturbances.false_star_v = (2.0, 4.0);

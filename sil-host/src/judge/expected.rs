@@ -1,0 +1,134 @@
+//! The mode the geometry asks for, and whether the sensor's is right.
+//!
+//! The Sun in a path: Sun outage; no lit limb in the field: eclipse; else tracking. For [`GRACE_S`] after the start and
+//! after a change of the geometry any mode is right that leads from the old one to the new. A lit arc shorter than
+//! [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right.
+
+use super::second::{Judged, sun};
+use crate::world::scene::SensorState;
+use fsw_core::modes::Mode;
+use serde::Serialize;
+
+/// Time allowed after the start and after a change of the geometry, s: self-test, two images for the rate, and the
+/// seconds for which the Earth must be dark or lit before it counts as such.
+pub const GRACE_S: u32 = 10;
+/// A lit arc of the limb up to this length may be called dark, deg: less cannot be told from the terminator's twilight.
+pub const FAINT_LIMB_DEG: f64 = 10.0;
+/// Most disagreements kept, the longest.
+const KEPT: usize = 12;
+
+/// The mode that a state asks for.
+pub fn mode_of(state: SensorState) -> Mode {
+    match state {
+        state if sun(state) => Mode::SunOutage,
+        SensorState::Eclipse => Mode::Eclipse,
+        _ => Mode::Tracking,
+    }
+}
+
+/// A stretch of seconds in which the mode was not as the geometry says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Disagreement {
+    /// First second.
+    pub from_s: u32,
+    /// How many.
+    pub seconds: u32,
+    /// The mode flown, in its first second.
+    pub mode: &'static str,
+    /// The mode the geometry asks for, in its first second.
+    pub expected: &'static str,
+}
+
+/// Judges the modes of a run, second after second.
+#[derive(Clone, Debug, Default)]
+pub struct ModeJudge {
+    seconds: u32,
+    right: u32,
+    faint: u32,
+    /// Expectation before and after the last change of the geometry, and when it changed.
+    before: Option<Mode>,
+    expected: Option<Mode>,
+    changed_at: u32,
+    present: Option<Disagreement>,
+    longest: Vec<Disagreement>,
+}
+
+/// A mode's word.
+pub fn word(mode: Mode) -> &'static str {
+    match mode {
+        Mode::SelfTest => "self-test",
+        Mode::Acquisition => "acquisition",
+        Mode::Tracking => "tracking",
+        Mode::Eclipse => "eclipse",
+        Mode::SunOutage => "sun-outage",
+        Mode::Safe => "safe",
+    }
+}
+
+impl ModeJudge {
+    /// Adds a second; gives whether its mode is right.
+    pub fn add(&mut self, second: &Judged) -> bool {
+        let expected = mode_of(second.state);
+        if self.expected != Some(expected) {
+            self.before = self.expected.replace(expected);
+            self.changed_at = second.cycle;
+        }
+        let faint = !second.sun() && second.lit_limb_deg <= FAINT_LIMB_DEG && second.lit_limb_deg > 0.0;
+        let grace = second.cycle - self.changed_at < GRACE_S;
+        let leads_there = match second.mode {
+            Mode::SelfTest => self.before.is_none(),
+            Mode::Acquisition => true,
+            Mode::Safe => false,
+            // Out of a Sun outage the sensor may pass through tracking into eclipse, and the other way.
+            Mode::Tracking | Mode::Eclipse => !second.sun() || Some(second.mode) == self.before,
+            Mode::SunOutage => Some(second.mode) == self.before,
+        };
+        let either = faint && matches!(second.mode, Mode::Tracking | Mode::Eclipse);
+        let right = second.mode == expected || either || (grace && leads_there);
+        self.seconds += 1;
+        self.right += u32::from(right);
+        self.faint += u32::from(faint);
+        if right {
+            self.close();
+        } else {
+            self.present
+                .get_or_insert(Disagreement {
+                    from_s: second.cycle,
+                    seconds: 0,
+                    mode: word(second.mode),
+                    expected: word(expected),
+                })
+                .seconds += 1;
+        }
+        right
+    }
+
+    /// Ends a stretch of disagreement; the longest are kept.
+    fn close(&mut self) {
+        if let Some(ended) = self.present.take() {
+            self.longest.push(ended);
+            self.longest.sort_by_key(|stretch| (std::cmp::Reverse(stretch.seconds), stretch.from_s));
+            self.longest.truncate(KEPT);
+        }
+    }
+
+    /// Share of seconds whose mode was right.
+    pub fn share(&self) -> Option<f64> {
+        (self.seconds > 0).then(|| f64::from(self.right) / f64::from(self.seconds))
+    }
+
+    /// Seconds in which the lit arc was too short to call.
+    pub fn faint_s(&self) -> u32 {
+        self.faint
+    }
+
+    /// The longest stretches of disagreement, the longest first.
+    pub fn disagreements(mut self) -> Vec<Disagreement> {
+        self.close();
+        self.longest
+    }
+}
+
+#[cfg(test)]
+#[path = "expected_tests.rs"]
+mod tests;

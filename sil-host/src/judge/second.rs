@@ -1,0 +1,198 @@
+//! One second judged: the errors of attitude, Earth vector and orbit, each with the sigma reported for it.
+//!
+//! In: the [`Report`] of a second and the [`Truth`] of its instant. Out: [`Judged`]. The attitude of a search that took
+//! several seconds is that of its image, so it is held against the truth of that second.
+
+use super::attitude_error;
+use crate::world::attitude::{Vector, apply, dot};
+use crate::world::scene::{SensorState, Truth};
+use fsw_core::modes::Mode;
+use fsw_core::telemetry::{OrbitReport, Report, Status};
+
+/// An error and the standard deviation reported for it, per axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axes {
+    /// Estimate less truth.
+    pub error: Vector,
+    /// Reported standard deviation.
+    pub sigma: Vector,
+}
+
+impl Axes {
+    /// Largest error over its sigma.
+    pub fn worst_sigma(&self) -> f64 {
+        (0..3).map(|axis| (self.error[axis] / self.sigma[axis]).abs()).fold(0.0, f64::max)
+    }
+
+    /// Length of the error.
+    pub fn length(&self) -> f64 {
+        libm::sqrt(dot(self.error, self.error))
+    }
+}
+
+/// The Earth's direction and distance against the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EarthError {
+    /// Across the true direction, along x and y of the Earth path as nearly as they are across it, rad.
+    pub across_rad: [f64; 2],
+    /// Reported, rad.
+    pub sigma_rad: f64,
+    /// Distance, km.
+    pub distance_km: f64,
+    /// Reported, km.
+    pub sigma_km: f64,
+}
+
+/// The orbit against the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrbitError {
+    /// Position, ICRS axes, km.
+    pub position_km: Axes,
+    /// Velocity, ICRS axes, km/s.
+    pub velocity_km_s: Axes,
+    /// Position: radial, along, cross, km. The sigma takes the ICRS axes' errors as uncorrelated, which telemetry leaves
+    /// open; it is for the eye, the shares are judged in ICRS axes.
+    pub position_rac_km: Axes,
+    /// Velocity: radial, along, cross, km/s; sigma as above.
+    pub velocity_rac_km_s: Axes,
+    /// Limb height and its sigma, km.
+    pub limb_height_km: [f64; 2],
+    /// Normalised innovation squared of the second's fix, 3 degrees of freedom.
+    pub nis: Option<f64>,
+    /// Whether the filter says it has converged.
+    pub settled: bool,
+    /// Seconds since the last fix.
+    pub since_fix_s: u32,
+}
+
+/// One second, judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// Second of the run, from 0.
+    pub cycle: u32,
+    /// The sensor's mode.
+    pub mode: Mode,
+    /// What came of the second.
+    pub status: Status,
+    /// The geometry.
+    pub state: SensorState,
+    /// Lit limb in the field, deg of azimuth.
+    pub lit_limb_deg: f64,
+    /// Attitude error, star path axes, rad.
+    pub attitude_rad: Option<Axes>,
+    /// The Earth.
+    pub earth: Option<EarthError>,
+    /// The orbit.
+    pub orbit: Option<OrbitError>,
+    /// Stars recognised.
+    pub stars: u16,
+    /// Star-like spots.
+    pub detections: u16,
+    /// Limb points.
+    pub limb_points: u16,
+}
+
+impl Judged {
+    /// Holds `report` against the truth of its second; `image_truth` is that of the second whose image the attitude
+    /// rests on ([`image_cycle`]).
+    pub fn new(report: &Report, truth: &Truth, image_truth: &Truth) -> Self {
+        let attitude = report.attitude.map(|attitude| Axes {
+            error: attitude_error(attitude.quaternion, image_truth.quaternion),
+            sigma: attitude.sigma_rad.map(f64::from),
+        });
+        Self {
+            cycle: report.cycle,
+            mode: report.mode,
+            status: report.status,
+            state: truth.state,
+            lit_limb_deg: truth.lit_limb_deg,
+            attitude_rad: attitude,
+            earth: report.earth.and_then(|earth| earth_error(&earth, truth)),
+            orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
+            stars: report.stars.len() as u16,
+            detections: report.detections,
+            limb_points: report.limb_px.len() as u16,
+        }
+    }
+
+    /// Whether the Sun blinds the detector in this second.
+    pub fn sun(&self) -> bool {
+        sun(self.state)
+    }
+}
+
+/// Whether the Sun blinds the detector in a state.
+pub fn sun(state: SensorState) -> bool {
+    !matches!(state, SensorState::Full | SensorState::Eclipse)
+}
+
+/// Second in which the image was taken that gave a report's attitude: an identification may take several.
+pub fn image_cycle(report: &Report) -> u32 {
+    match (report.status, report.attitude) {
+        (Status::Identified, Some(attitude)) => report.cycle.saturating_sub(attitude.age_s.into()),
+        _ => report.cycle,
+    }
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `a` scaled to unit length; `None` when it is (nearly) zero or no number.
+fn unit(a: Vector) -> Option<Vector> {
+    let length = libm::sqrt(dot(a, a));
+    (length.is_finite() && length > 1e-9).then(|| a.map(|component| component / length))
+}
+
+/// Radial, along and cross unit vectors of a state, as rows.
+pub fn orbit_axes(position: Vector, velocity: Vector) -> Option<[Vector; 3]> {
+    let radial = unit(position)?;
+    let normal = unit(cross(position, velocity))?;
+    Some([radial, cross(normal, radial), normal])
+}
+
+fn earth_error(earth: &fsw_core::telemetry::EarthReport, truth: &Truth) -> Option<EarthError> {
+    let distance_km = libm::sqrt(dot(truth.position_km, truth.position_km));
+    let centre = unit(apply(&truth.earth_path, truth.position_km.map(|component| -component)))?;
+    let seen = unit(earth.direction.map(f64::from))?;
+    // Axes across the true direction: y turned the least, x to complete them.
+    let x = unit(cross([0.0, 1.0, 0.0], centre)).or_else(|| unit(cross([1.0, 0.0, 0.0], centre)))?;
+    let y = cross(centre, x);
+    Some(EarthError {
+        across_rad: [dot(seen, x), dot(seen, y)],
+        sigma_rad: earth.sigma_rad.into(),
+        distance_km: f64::from(earth.distance_km) - distance_km,
+        sigma_km: earth.sigma_km.into(),
+    })
+}
+
+/// Turns error and sigma into other axes; the sigma as if the axes were uncorrelated.
+fn turned(axes: &[Vector; 3], of: &Axes) -> Axes {
+    let variance = of.sigma.map(|sigma| sigma * sigma);
+    let sigma = axes.map(|axis| libm::sqrt(dot(axis.map(|component| component * component), variance)));
+    Axes { error: apply(axes, of.error), sigma }
+}
+
+fn orbit_error(orbit: &OrbitReport, truth: &Truth) -> OrbitError {
+    let less = |a: Vector, b: Vector| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let position_km = Axes {
+        error: less(orbit.position_km, truth.position_km),
+        sigma: orbit.sigma_position_km.map(f64::from),
+    };
+    let velocity_km_s = Axes {
+        error: less(orbit.velocity_km_s, truth.velocity_km_s),
+        sigma: orbit.sigma_velocity_km_s.map(f64::from),
+    };
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let axes = orbit_axes(truth.position_km, truth.velocity_km_s).unwrap_or(identity);
+    OrbitError {
+        position_km,
+        velocity_km_s,
+        position_rac_km: turned(&axes, &position_km),
+        velocity_rac_km_s: turned(&axes, &velocity_km_s),
+        limb_height_km: [orbit.limb_height_km.into(), orbit.limb_height_sigma_km.into()],
+        nis: orbit.nis.map(f64::from),
+        settled: orbit.settled,
+        since_fix_s: orbit.since_fix_s,
+    }
+}

@@ -1,0 +1,117 @@
+//! From values to heights in a panel: linear, or logarithmic away from zero where a curve spans orders of magnitude.
+
+/// A symmetric or one-sided scale of a panel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    low: f64,
+    high: f64,
+    /// Where the logarithm begins; none: linear.
+    knee: Option<f64>,
+}
+
+/// Steps of 1, 2 or 5 times a power of ten: the least that is not below `value`.
+fn round_up(value: f64) -> f64 {
+    let power = 10f64.powi(libm::floor(libm::log10(value)) as i32);
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * power).find(|step| *step >= value * 0.999_999).unwrap_or(value)
+}
+
+impl Scale {
+    /// For errors about zero whose farthest values, a stretch each, are `magnitudes`, in a band of typically `band`.
+    pub fn about_zero(magnitudes: impl Iterator<Item = f64>, band: Option<f64>) -> Self {
+        let mut all: Vec<f64> = magnitudes.collect();
+        all.sort_by(f64::total_cmp);
+        let largest = all.last().copied().unwrap_or(1.0).max(1e-9);
+        let typical = band.or(all.get(all.len() / 2).copied()).unwrap_or(1.0).max(1e-9);
+        if largest > 12.0 * typical {
+            Self { low: -largest * 1.3, high: largest * 1.3, knee: Some(round_up(typical) * 0.5) }
+        } else {
+            let high = 1.1 * largest.max(1.15 * band.unwrap_or(0.0));
+            Self { low: -high, high, knee: None }
+        }
+    }
+
+    /// From zero up to the largest of `values`.
+    pub fn from_zero(values: impl Iterator<Item = f64>) -> Self {
+        Self { low: 0.0, high: 1.1 * values.fold(1.0, f64::max), knee: None }
+    }
+
+    fn bend(&self, value: f64) -> f64 {
+        match self.knee {
+            Some(knee) => libm::asinh(value / knee),
+            None => value,
+        }
+    }
+
+    /// Height of a value, 0 at the bottom to 1 at the top, cut off beyond.
+    pub fn height(&self, value: f64) -> f64 {
+        let (low, high) = (self.bend(self.low), self.bend(self.high));
+        ((self.bend(value) - low) / (high - low)).clamp(-0.02, 1.02)
+    }
+
+    /// Values to mark.
+    pub fn ticks(&self) -> Vec<f64> {
+        match self.knee {
+            None => {
+                let step = round_up((self.high - self.low) / 6.0);
+                let count = (self.high / step).floor() as i32;
+                let first = (self.low / step).ceil() as i32;
+                (first..=count).map(|n| f64::from(n) * step).collect()
+            }
+            Some(knee) => {
+                let mut ticks = vec![0.0];
+                let mut at = 10f64.powi(libm::round(libm::log10(2.0 * knee)) as i32);
+                // At most four labels a side.
+                let decades = libm::log10(self.high / at).max(0.0);
+                let stride = 10f64.powi(((decades / 4.0).floor() as i32 + 1).max(1));
+                while at <= self.high {
+                    ticks.extend([-at, at]);
+                    at *= stride;
+                }
+                ticks.retain(|tick| *tick >= self.low);
+                ticks
+            }
+        }
+    }
+}
+
+/// A tick's label without needless digits.
+pub fn label(value: f64) -> String {
+    let digits = match value.abs() {
+        0.0 => 0,
+        size => (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize,
+    };
+    let text = format!("{value:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    text.replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quiet_curves_are_linear_and_fill_the_panel() {
+        let scale = Scale::about_zero([1.0, 2.0, 1.5].into_iter(), Some(1.5));
+        assert!(scale.knee.is_none());
+        assert!((scale.height(0.0) - 0.5).abs() < 1e-12);
+        assert!(scale.height(2.0) > 0.9 && scale.height(2.0) < 1.0);
+        let ticks = scale.ticks();
+        assert!(ticks.contains(&0.0) && (3..=9).contains(&ticks.len()), "{ticks:?}");
+    }
+
+    #[test]
+    fn a_curve_that_falls_from_thousands_to_tenths_shows_both() {
+        let values = (0..100).map(|n| if n < 3 { 3000.0 } else { 0.2 });
+        let scale = Scale::about_zero(values, None);
+        assert!(scale.height(0.2) - scale.height(0.0) > 0.03, "{scale:?}");
+        assert!(scale.height(3000.0) < 1.0 && scale.height(3000.0) > 0.9);
+        let ticks = scale.ticks();
+        assert!((3..=11).contains(&ticks.len()), "{ticks:?}");
+    }
+
+    #[test]
+    fn labels_are_short() {
+        let labels: Vec<String> = [0.0, 0.05, -2.0, 1500.0, 12.5].into_iter().map(label).collect();
+        assert_eq!(labels, ["0", "0.05", "\u{2212}2", "1500", "12.5"]);
+    }
+}

@@ -1,0 +1,91 @@
+//! Flies a scenario: the world behind the detector trait, one [`Sensor::cycle`] a second.
+//!
+//! In: a [`Scenario`]. Out: every second, handed to a listener: the report, the truth and the judged errors. Nothing
+//! depends on the time of day or on the number of cores, so a scenario and a seed give the same seconds everywhere.
+
+use crate::error::HostError;
+use crate::flight;
+use crate::judge::Judged;
+use crate::judge::second::image_cycle;
+use crate::scenario::Scenario;
+use crate::world::scene::{Scene, Truth};
+use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::telemetry::Report;
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
+
+/// A second that was flown.
+#[derive(Clone, Copy, Debug)]
+pub struct Second<'a> {
+    /// Its number, from 0.
+    pub cycle: u32,
+    /// What the sensor reported.
+    pub report: &'a Report,
+    /// How it was.
+    pub truth: &'a Truth,
+    /// The errors.
+    pub judged: &'a Judged,
+    /// The world, holding the image of this second where the sensor asked for one.
+    pub scene: &'a Scene,
+}
+
+/// The detector in one second: an exposure in it is one of that second, however many seconds went without.
+struct ThisSecond<'a> {
+    scene: &'a mut Scene,
+    cycle: u64,
+}
+
+impl Detector for ThisSecond<'_> {
+    fn geometry(&self) -> DetectorGeometry {
+        self.scene.geometry()
+    }
+
+    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        self.scene.expose_cycle(self.cycle, exposure_us)
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        self.scene.read(window, pixels)
+    }
+}
+
+/// The truth of a second; a scenario's scene always has one.
+pub fn truth_of(scene: &Scene, cycle: u32) -> Result<Truth, HostError> {
+    let missing = || HostError::usage(format!("second {cycle} has no truth"), "report this");
+    scene.truth_at(cycle.into()).ok_or_else(missing)
+}
+
+/// Flies the scenario and hands every second to `listen`.
+///
+/// # Errors
+/// When the world or the flight code refuses the scenario, or `listen` fails.
+pub fn fly(
+    scenario: &Scenario,
+    scene: &mut Scene,
+    mut listen: impl FnMut(Second<'_>) -> Result<(), HostError>,
+) -> Result<(), HostError> {
+    let camera = flight::camera(&scenario.camera, &scenario.file)?;
+    let catalogue_bytes = flight::catalogue_bytes(&camera, flight::Density::Brightest)?;
+    let catalogue = flight::open(&catalogue_bytes)?;
+    let mut workspace = Box::new(Workspace::new());
+    let parameters = scenario.flight_parameters();
+    let mut sensor = Sensor::new(catalogue, parameters, &mut workspace).map_err(|error| {
+        let what = format!("the flight code refuses the scenario ({error:?})");
+        HostError::input(&scenario.file, None, what, "change what it names")
+    })?;
+    for cycle in 0..scenario.duration_s {
+        let mut clock = Instant(scenario.start_us + i64::from(cycle) * 1_000_000);
+        let mut detector = ThisSecond { scene, cycle: cycle.into() };
+        let mut instruments =
+            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
+        let report = sensor.cycle(&mut instruments, Command::Continue);
+        let truth = truth_of(scene, cycle)?;
+        let image = image_cycle(&report);
+        let judged = if image == cycle {
+            Judged::new(&report, &truth, &truth)
+        } else {
+            Judged::new(&report, &truth, &truth_of(scene, image)?)
+        };
+        listen(Second { cycle, report: &report, truth: &truth, judged: &judged, scene })?;
+    }
+    Ok(())
+}

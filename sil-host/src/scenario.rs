@@ -1,0 +1,333 @@
+//! Scenario files: an orbit, a pointing, a camera, and what the judge demands.
+//!
+//! In: TOML text. Out: [`Scenario`], every value checked; a fault names file, line and key. Angles are degrees, lengths
+//! km, in ICRS axes; times in the file are UTC, in the program TT since J2000.0. Keys that have a default may be left
+//! out, unknown ones are refused. The files that come with the program ([`EMBEDDED`]) show every table.
+//!
+//! | table | says |
+//! |---|---|
+//! | `[scenario]` | name, start, duration, seed, exposure |
+//! | `[orbit]` | Keplerian elements or a state, at the start |
+//! | `[pointing]` | where the Earth path looks: off nadir towards flight, then rolled about itself |
+//! | `[mount]` | how the star path stands to the Earth path, and whether it is seen in a mirror |
+//! | `[camera]` | the camera file; none: the reference camera |
+//! | `[disturbances]` | what is on the detector and neither star nor Earth |
+//! | `[earth]` | how the Earth is drawn |
+//! | `[limits]` | what a run must reach, or it ends with status 1 |
+
+mod limits;
+mod orbit;
+mod text;
+mod time;
+
+pub use limits::{LIMITABLE, Limit, Limitable, Side};
+
+use crate::camera_file::CameraFile;
+use crate::error::HostError;
+use crate::flight;
+use crate::world::attitude::{Vector, dot};
+use crate::world::disturbances::Disturbances;
+use crate::world::earth::EarthModel;
+use crate::world::journey::Journey;
+use crate::world::motion::Motion;
+use crate::world::orbit::{MU_EARTH, TruthOrbit};
+use crate::world::pointing::{Mount, Pointing};
+use crate::world::scene::{Scene, SceneSettings};
+use crate::world::sky;
+use fsw_core::parameters::Parameters;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use text::Text;
+use toml::Spanned;
+
+/// The scenarios that come with the program, the default first: name and text.
+pub const EMBEDDED: [(&str, &str); 4] = [
+    ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
+    ("geo-day", include_str!("scenarios/geo-day.toml")),
+    ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
+    ("leo-oblique", include_str!("scenarios/leo-oblique.toml")),
+];
+
+/// Seconds in a run: up to ten days.
+const DURATION_S: (i64, i64) = (10, 864_000);
+/// Exposure, ms; a second must hold it and its readout.
+const EXPOSURE_MS: (f64, f64) = (1.0, 900.0);
+/// Exposure where the file says nothing, ms.
+const EXPOSURE_DEFAULT_MS: f64 = 400.0;
+const ANGLE_DEG: (f64, f64) = (-360.0, 360.0);
+/// Longest name: it becomes that of a folder.
+const NAME_MAX: usize = 60;
+
+/// A scenario, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// The file, for messages.
+    pub file: PathBuf,
+    /// Line of its `[orbit]`, for messages.
+    pub orbit_line: usize,
+    /// Name; also of the folder a run is written to.
+    pub name: String,
+    /// What is to be seen in it.
+    pub description: String,
+    /// Start as the file has it, UTC.
+    pub start_utc: String,
+    /// Instant of the first exposure's middle: TT, µs since J2000.0.
+    pub start_us: i64,
+    /// Seconds flown.
+    pub duration_s: u32,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Exposure, µs.
+    pub exposure_us: u32,
+    /// Position at the start, ICRS, geocentric, km.
+    pub position_km: Vector,
+    /// Velocity at the start, ICRS, km/s.
+    pub velocity_km_s: Vector,
+    /// Where the Earth path looks.
+    pub pointing: Pointing,
+    /// How the star path stands to it.
+    pub mount: Mount,
+    /// The camera.
+    pub camera: CameraFile,
+    /// What is on the detector and neither star nor Earth.
+    pub disturbances: Disturbances,
+    /// How the Earth is drawn.
+    pub earth: EarthModel,
+    /// What the judge demands.
+    pub limits: Vec<Limit>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFile {
+    scenario: RawScenario,
+    orbit: Spanned<orbit::RawOrbit>,
+    #[serde(default)]
+    pointing: RawPointing,
+    #[serde(default)]
+    mount: RawMount,
+    #[serde(default)]
+    camera: RawCamera,
+    #[serde(default)]
+    disturbances: RawDisturbances,
+    #[serde(default)]
+    earth: RawEarth,
+    #[serde(default)]
+    limits: BTreeMap<Spanned<String>, Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawScenario {
+    name: Spanned<String>,
+    #[serde(default)]
+    description: String,
+    start: Spanned<String>,
+    duration_s: Spanned<i64>,
+    seed: Option<Spanned<i64>>,
+    exposure_ms: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawPointing {
+    off_nadir_deg: Option<Spanned<f64>>,
+    roll_deg: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawMount {
+    star_path_deg: Option<Spanned<[f64; 3]>>,
+    mirrored: Option<bool>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawCamera {
+    file: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawDisturbances {
+    false_stars: Option<Spanned<i64>>,
+    hot_pixels: Option<Spanned<i64>>,
+    proton_hits: Option<Spanned<i64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawEarth {
+    cloud_contrast: Option<Spanned<f64>>,
+}
+
+impl Scenario {
+    /// The scenario flown when none is asked for.
+    pub fn default_embedded() -> Self {
+        let (name, text) = EMBEDDED[0];
+        // The embedded files are part of the program and every one is read by a test.
+        Self::parse(&embedded_path(name), text).expect("embedded scenario")
+    }
+
+    /// Reads the file at `path`; where there is none, the name of an embedded scenario will do.
+    ///
+    /// # Errors
+    /// The first fault found, with line and key.
+    pub fn load(path: &Path) -> Result<Self, HostError> {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) => {
+                let named = EMBEDDED.iter().find(|(name, _)| path.as_os_str() == *name);
+                let Some((name, text)) = named else {
+                    let names = EMBEDDED.map(|(name, _)| name).join(", ");
+                    let to_do = format!("give a scenario file or one of {names}");
+                    return Err(HostError::system(path, "read", &error, &to_do));
+                };
+                return Self::parse(&embedded_path(name), text);
+            }
+        };
+        Self::parse(path, &text)
+    }
+
+    /// Checks `text`; `path` is for messages and for the folder of the camera file.
+    ///
+    /// # Errors
+    /// The first fault found, with line and key.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, HostError> {
+        let text = Text { path, text };
+        let raw: RawFile = toml::from_str(text.text).map_err(|error| text.syntax(&error))?;
+        let (head, pointing, disturbances) = (&raw.scenario, &raw.pointing, &raw.disturbances);
+        let start_us = time::tt_us(head.start.get_ref()).map_err(|what| {
+            let to_do = "give UTC as \"2026-09-23T18:00:00\"";
+            text.fault(head.start.span().start, "scenario.start", what, to_do)
+        })?;
+        let exposure = head.exposure_ms.as_ref();
+        let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
+        let (position_km, velocity_km_s) = orbit::state(&text, &raw.orbit)?;
+        let count = |key: &str, value: &Option<Spanned<i64>>, most| {
+            text.whole(key, value.as_ref(), 0, (0, most)).map(|count| count as u32)
+        };
+        let angle = |key: &str, value: &Option<Spanned<f64>>| text.number(key, value.as_ref(), 0.0, ANGLE_DEG);
+        let star_path_deg = match &raw.mount.star_path_deg {
+            Some(angles) => text.triple("mount.star_path_deg", angles, ANGLE_DEG)?,
+            None => [0.0, 90.0, 0.0],
+        };
+        Ok(Self {
+            file: path.to_path_buf(),
+            orbit_line: text.line(raw.orbit.span().start),
+            name: name(&text, &head.name)?,
+            description: head.description.split_whitespace().collect::<Vec<_>>().join(" "),
+            start_utc: head.start.get_ref().clone(),
+            start_us,
+            duration_s: text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32,
+            seed: text.whole("scenario.seed", head.seed.as_ref(), 1, (0, i64::MAX))? as u64,
+            exposure_us: (exposure_ms * 1e3).round() as u32,
+            position_km,
+            velocity_km_s,
+            pointing: Pointing {
+                off_nadir_deg: angle("pointing.off_nadir_deg", &pointing.off_nadir_deg)?,
+                roll_deg: angle("pointing.roll_deg", &pointing.roll_deg)?,
+            },
+            mount: Mount { star_path_deg },
+            camera: camera(&text, &raw)?,
+            disturbances: Disturbances {
+                false_stars: count("disturbances.false_stars", &disturbances.false_stars, 200)?,
+                hot_pixels: count("disturbances.hot_pixels", &disturbances.hot_pixels, 20_000)?,
+                proton_hits: count("disturbances.proton_hits", &disturbances.proton_hits, 5_000)?,
+                ..Disturbances::default()
+            },
+            earth: earth(&text, &raw.earth)?,
+            limits: limits::read(&text, &raw.limits)?,
+        })
+    }
+
+    /// The flight code's parameters for this scenario: the only place where they are made.
+    pub fn flight_parameters(&self) -> Parameters {
+        let camera = flight::camera_parameters(&self.camera);
+        Parameters { exposure_us: self.exposure_us, ..Parameters::for_camera(camera) }
+    }
+
+    /// The world of this scenario, before its first exposure.
+    ///
+    /// # Errors
+    /// When the orbit reaches the ground before the end, or the camera is one the world cannot draw.
+    pub fn scene(&self) -> Result<Scene, HostError> {
+        let orbit = TruthOrbit::new(self.start_us, self.position_km, self.velocity_km_s, self.duration_s)
+            .map_err(|error| {
+                HostError::input(&self.file, Some(self.orbit_line), error.to_string(), "give another orbit")
+            })?;
+        let journey =
+            Journey { orbit, pointing: self.pointing, mount: self.mount, earth: self.earth };
+        let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
+        settings.disturbances = self.disturbances;
+        Scene::new(settings, &sky::in_year(self.start_year()))
+            .map_err(|error| HostError::input(&self.file, None, error.to_string(), "give another camera"))
+    }
+
+    /// Julian year of the start.
+    pub fn start_year(&self) -> f64 {
+        2000.0 + self.start_us as f64 * 1e-6 / (365.25 * 86_400.0)
+    }
+
+    /// Time of a revolution at the start, s: Kepler's third law on the energy's semi-major axis.
+    pub fn period_s(&self) -> f64 {
+        let distance = libm::sqrt(dot(self.position_km, self.position_km));
+        let a_km = 1.0 / (2.0 / distance - dot(self.velocity_km_s, self.velocity_km_s) / MU_EARTH);
+        std::f64::consts::TAU * libm::sqrt(a_km * a_km * a_km / MU_EARTH)
+    }
+
+    /// The same with another seed, where one is given.
+    pub fn with_seed(self, seed: Option<u64>) -> Self {
+        Self { seed: seed.unwrap_or(self.seed), ..self }
+    }
+}
+
+/// What an embedded scenario is called in messages.
+fn embedded_path(name: &str) -> PathBuf {
+    PathBuf::from(format!("{name}.toml"))
+}
+
+/// The name, fit for a folder.
+fn name(text: &Text<'_>, value: &Spanned<String>) -> Result<String, HostError> {
+    let name = value.get_ref();
+    let fit = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
+    if name.is_empty() || name.len() > NAME_MAX || !name.bytes().all(fit) {
+        let to_do = format!("use 1 to {NAME_MAX} letters, digits, - and _");
+        return Err(text.fault(value.span().start, "scenario.name", "cannot name a folder", &to_do));
+    }
+    Ok(name.clone())
+}
+
+/// The camera, with the mirror of the mount.
+fn camera(text: &Text<'_>, raw: &RawFile) -> Result<CameraFile, HostError> {
+    let mut camera = match &raw.camera.file {
+        None => CameraFile::reference(),
+        Some(file) => {
+            let path = text.path.parent().unwrap_or(Path::new("")).join(file.get_ref());
+            if !path.is_file() {
+                let to_do = "give the path of a camera file, from the scenario's folder";
+                return Err(text.fault(file.span().start, "camera.file", "no such file", to_do));
+            }
+            CameraFile::load(&path)?
+        }
+    };
+    if let Some(mirrored) = raw.mount.mirrored {
+        camera.mirrored = mirrored;
+    }
+    Ok(camera)
+}
+
+/// How the Earth is drawn.
+fn earth(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostError> {
+    let default = EarthModel::default();
+    let contrast = raw.cloud_contrast.as_ref();
+    let cloud_contrast =
+        text.number("earth.cloud_contrast", contrast, default.cloud_contrast, (0.0, 1.0))?;
+    Ok(EarthModel { cloud_contrast, ..default })
+}
+
+#[cfg(test)]
+#[path = "scenario_tests.rs"]
+mod tests;

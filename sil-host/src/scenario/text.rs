@@ -1,0 +1,93 @@
+//! The text of a scenario file: from places in it to messages with a line.
+
+use crate::error::HostError;
+use std::path::Path;
+use toml::Spanned;
+
+/// A text being read and the name it goes by in messages.
+#[derive(Clone, Copy)]
+pub(super) struct Text<'a> {
+    pub(super) path: &'a Path,
+    pub(super) text: &'a str,
+}
+
+impl Text<'_> {
+    /// Line of the byte `at`, from 1.
+    pub(super) fn line(&self, at: usize) -> usize {
+        let before = self.text.get(..at).unwrap_or(self.text);
+        before.matches('\n').count() + 1
+    }
+
+    /// A fault of the value of `key`, at byte `at`.
+    pub(super) fn fault(&self, at: usize, key: &str, what: &str, to_do: &str) -> HostError {
+        HostError::input(self.path, Some(self.line(at)), format!("{key}: {what}"), to_do)
+    }
+
+    /// What the TOML reader found: broken syntax, a key that is missing or unknown, a value of another kind.
+    pub(super) fn syntax(&self, error: &toml::de::Error) -> HostError {
+        let message = error.message();
+        let to_do = if message.contains("missing field") {
+            "add it"
+        } else if message.contains("unknown field") {
+            "correct or remove it"
+        } else {
+            "correct the line"
+        };
+        let line = error.span().map(|span| self.line(span.start));
+        HostError::input(self.path, line, message, to_do)
+    }
+
+    /// A number within its range; `None` takes the default.
+    pub(super) fn number(
+        &self,
+        key: &str,
+        value: Option<&Spanned<f64>>,
+        default: f64,
+        (low, high): (f64, f64),
+    ) -> Result<f64, HostError> {
+        let Some(value) = value else { return Ok(default) };
+        let number = *value.get_ref();
+        // Written so that NaN is refused as well.
+        if !(number >= low && number <= high) {
+            let to_do = format!("use {low} to {high}");
+            return Err(self.fault(value.span().start, key, &format!("{number} is out of range"), &to_do));
+        }
+        Ok(number)
+    }
+
+    /// A whole number within its range; `None` takes the default.
+    pub(super) fn whole(
+        &self,
+        key: &str,
+        value: Option<&Spanned<i64>>,
+        default: i64,
+        (low, high): (i64, i64),
+    ) -> Result<i64, HostError> {
+        let Some(value) = value else { return Ok(default) };
+        let number = *value.get_ref();
+        if !(low..=high).contains(&number) {
+            let to_do = format!("use {low} to {high}");
+            return Err(self.fault(value.span().start, key, &format!("{number} is out of range"), &to_do));
+        }
+        Ok(number)
+    }
+
+    /// Three numbers, each within the range.
+    pub(super) fn triple(
+        &self,
+        key: &str,
+        value: &Spanned<[f64; 3]>,
+        (low, high): (f64, f64),
+    ) -> Result<[f64; 3], HostError> {
+        let numbers = *value.get_ref();
+        match numbers.iter().find(|number| !(**number >= low && **number <= high)) {
+            Some(number) => Err(self.fault(
+                value.span().start,
+                key,
+                &format!("{number} is out of range"),
+                &format!("use {low} to {high}"),
+            )),
+            None => Ok(numbers),
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The star path alone: the reference camera turning under a rendered sky, without an Earth.
+//!
+//! What `record` writes without a picture, what `budget` flies in the emulator, and what benchmarks look at.
+
+use crate::camera_file::CameraFile;
+use crate::error::HostError;
+use crate::flight;
+use crate::world::attitude::normalised;
+use crate::world::disturbances::Disturbances;
+use crate::world::motion::Motion;
+use crate::world::scene::{Scene, SceneSettings, WorldStar};
+use crate::world::sky::in_year;
+use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fsw_core::parameters::Parameters;
+
+/// Exposure time: long enough for V = 6 on this aperture, µs.
+pub const EXPOSURE_US: u32 = 400_000;
+/// Attitude at the start: the equator in Ophiuchus.
+const START: [f64; 4] = [0.560, -0.430, 0.353, 0.613];
+/// Rate in sensor axes, rad/s: 70 arcsec/s, a low orbit's pointing at the Earth.
+const RATE_RAD_S: [f64; 3] = [3.0e-4, 1.5e-4, -0.5e-4];
+const SEED: u64 = 1;
+
+/// Every star of the embedded source as the world sees it, at the catalogue's epoch.
+pub fn sky() -> Vec<WorldStar> {
+    in_year(DEFAULT_EPOCH_YEAR)
+}
+
+/// The reference camera over the sky, with some hot pixels, protons and false stars.
+///
+/// # Errors
+/// Never for these settings.
+pub fn scene() -> Result<Scene, HostError> {
+    let quaternion = normalised(START).unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let mut settings =
+        SceneSettings::new(CameraFile::reference(), Motion::turning(quaternion, RATE_RAD_S), SEED);
+    settings.disturbances =
+        Disturbances { false_stars: 5, hot_pixels: 200, proton_hits: 20, ..Disturbances::default() };
+    Scene::new(settings, &sky()).map_err(|error| HostError::usage(error.to_string(), "report this"))
+}
+
+/// The flight parameters for it.
+pub fn parameters() -> Parameters {
+    let camera = flight::camera_parameters(&CameraFile::reference());
+    Parameters { exposure_us: EXPOSURE_US, ..Parameters::for_camera(camera) }
+}

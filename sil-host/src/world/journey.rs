@@ -1,0 +1,146 @@
+//! A journey about the Earth, and the truth of each of its instants.
+//!
+//! In: orbit, pointing, mounting, the Earth's looks, the camera's optics. Out: [`Truth`]. Frame of `quaternion` and
+//! `rate_rad_s`: the star path. The satellite is pointed without error.
+
+use super::attitude::{Vector, apply};
+use super::earth::{EarthModel, Ellipsoid};
+use super::ephemeris;
+use super::optics::Optics;
+use super::orbit::TruthOrbit;
+use super::pointing::{Mount, Pointing, quaternion};
+use super::sun;
+use super::vector::{minus, plus, product, times, transposed, unit};
+
+/// Half the time over which the rate is a difference of attitudes, s. An orbit's rate changes by less than 1e-6 of
+/// itself within it.
+const RATE_STEP_S: f64 = 0.25;
+
+/// An orbit, and how the camera looks from it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Journey {
+    /// The orbit.
+    pub orbit: TruthOrbit,
+    /// Where the Earth path looks.
+    pub pointing: Pointing,
+    /// Where the star path looks beside it.
+    pub mount: Mount,
+    /// The looks of the Earth.
+    pub earth: EarthModel,
+}
+
+/// What the sensor can do (thesis tab. 8.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum SensorState {
+    /// Earth and stars are seen.
+    Full = 0,
+    /// The Sun is in the Earth path and blinds the detector.
+    SunInEarthPath = 1,
+    /// No lit limb is on the detector: the Sun is behind the Earth, or the night side fills the view.
+    Eclipse = 2,
+    /// The Sun is in the star path and blinds the detector.
+    SunInStarPath = 3,
+    /// The same, and its image lies on that of the Earth.
+    SunInStarPathOverEarth = 4,
+}
+
+/// The truth of an instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// The instant, TT, µs since J2000.
+    pub instant_us: i64,
+    /// ICRS to star path.
+    pub quaternion: [f64; 4],
+    /// Rate in the star path's axes, rad/s.
+    pub rate_rad_s: Vector,
+    /// Position about the Earth's centre, ICRS axes, km.
+    pub position_km: Vector,
+    /// Velocity about the Earth's centre, ICRS axes, km/s.
+    pub velocity_km_s: Vector,
+    /// Unit vector to the Sun, ICRS axes.
+    pub sun: Vector,
+    /// ICRS to Earth path.
+    pub earth_path: [Vector; 3],
+    /// What the sensor can do.
+    pub state: SensorState,
+    /// Limb on the detector that is lit, degrees of azimuth about the Earth's centre.
+    pub lit_limb_deg: f64,
+}
+
+impl Journey {
+    /// ICRS to Earth path.
+    pub fn earth_path(&self, t_s: f64) -> [Vector; 3] {
+        let (position, velocity) = self.orbit.at(t_s);
+        self.pointing.icrs_to_earth_path(position, velocity)
+    }
+
+    /// ICRS to star path.
+    fn star_path(&self, t_s: f64) -> [Vector; 3] {
+        product(&self.mount.earth_to_star(), &self.earth_path(t_s))
+    }
+
+    /// ICRS to star path, as a quaternion.
+    pub fn quaternion(&self, t_s: f64) -> [f64; 4] {
+        quaternion(&self.star_path(t_s))
+    }
+
+    /// Rate in the star path's axes, rad/s: from `A(t + h) A(t - h)ᵀ = exp(-2 h [ω×])`.
+    pub fn rate_rad_s(&self, t_s: f64) -> Vector {
+        let (before, after) = (self.star_path(t_s - RATE_STEP_S), self.star_path(t_s + RATE_STEP_S));
+        let turn = product(&after, &transposed(&before));
+        let scale = 0.25 / RATE_STEP_S;
+        [
+            scale * (turn[1][2] - turn[2][1]),
+            scale * (turn[2][0] - turn[0][2]),
+            scale * (turn[0][1] - turn[1][0]),
+        ]
+    }
+
+    /// `v / c` of the satellite about the Sun.
+    pub fn aberration(&self, t_s: f64) -> Vector {
+        let about_sun = ephemeris::earth_velocity_km_s(self.orbit.instant_us(t_s));
+        times(ephemeris::LIGHT_KM_S.recip(), plus(self.orbit.at(t_s).1, 1.0, about_sun))
+    }
+
+    /// The truth `t_s` seconds after the start, for a camera whose star path is `optics`.
+    pub fn truth(&self, t_s: f64, optics: &Optics) -> Truth {
+        let (position_km, velocity_km_s) = self.orbit.at(t_s);
+        let instant_us = self.orbit.instant_us(t_s);
+        let earth_path = self.earth_path(t_s);
+        let star_path = self.star_path(t_s);
+        let sun = unit(minus(ephemeris::sun_km(instant_us), position_km));
+        let ellipsoid = Ellipsoid::new(&ephemeris::icrs_to_equator(instant_us), position_km);
+        let lit_limb_deg = ellipsoid.lit_limb_deg(sun, |d| {
+            let pixel = optics.earth_path().project(apply(&earth_path, d));
+            pixel.is_some_and(|pixel| optics.on_detector(pixel))
+        });
+        let in_earth_path = sun::touches(&optics.earth_path(), apply(&earth_path, sun));
+        let in_star_path = sun::touches(optics, apply(&star_path, sun));
+        let shines = (in_earth_path || in_star_path) && !ellipsoid.hides(sun, sun::RADIUS_RAD);
+        // Where the Sun's image lies, the Earth path sees what it sees there.
+        let over_earth = || {
+            let pixel = optics.project(apply(&star_path, sun));
+            let seen = pixel.and_then(|pixel| optics.earth_path().unproject(pixel));
+            seen.is_some_and(|d| ellipsoid.hides(apply(&transposed(&earth_path), d), 0.0))
+        };
+        let state = match (shines, lit_limb_deg > 0.0) {
+            (true, _) if in_earth_path => SensorState::SunInEarthPath,
+            (true, _) if over_earth() => SensorState::SunInStarPathOverEarth,
+            (true, _) => SensorState::SunInStarPath,
+            (false, true) => SensorState::Full,
+            (false, false) => SensorState::Eclipse,
+        };
+        Truth {
+            instant_us,
+            quaternion: quaternion(&star_path),
+            rate_rad_s: self.rate_rad_s(t_s),
+            position_km,
+            velocity_km_s,
+            sun,
+            earth_path,
+            state,
+            lit_limb_deg,
+        }
+    }
+}
