@@ -34,7 +34,7 @@ use crate::world::orbit::{MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky;
-use fsw_core::parameters::Parameters;
+use fsw_core::parameters::{MountParameters, Parameters};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -246,7 +246,8 @@ impl Scenario {
     /// The flight code's parameters for this scenario: the only place where they are made.
     pub fn flight_parameters(&self) -> Parameters {
         let camera = flight::camera_parameters(&self.camera);
-        Parameters { exposure_us: self.exposure_us, ..Parameters::for_camera(camera) }
+        let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };
+        Parameters { exposure_us: self.exposure_us, mount, ..Parameters::for_camera(camera) }
     }
 
     /// The world of this scenario, before its first exposure.
