@@ -405,4 +405,6 @@ fn carried(fix: &PositionFix, predicted: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 #[cfg(test)]
+mod campaign;
+#[cfg(test)]
 mod tests;
