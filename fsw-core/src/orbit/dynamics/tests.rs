@@ -21,10 +21,10 @@ fn integration_is_good_to_a_metre_after_a_low_orbit() {
     let end = start.time_us + (period_s(6_828.0) * 1e6) as i64;
     let fine = carry(Dynamics::Kepler, &start, end, 1);
     let normal = apart_m(&carry(Dynamics::Kepler, &start, end, 100), &fine);
-    let coarse = apart_m(&carry(Dynamics::Kepler, &start, end, 300), &fine);
-    std::println!("one LEO orbit: {normal:.3} m at 20 s steps, {coarse:.1} m at 60 s");
+    let coarse = apart_m(&carry(Dynamics::Kepler, &start, end, 150), &fine);
+    std::println!("one LEO orbit: {normal:.3} m at 20 s steps, {coarse:.1} m at 30 s");
     assert!(normal < 1.0, "{normal}");
-    assert!(coarse < 100.0, "{coarse}");
+    assert!(coarse < 3.0, "{coarse}");
 }
 
 #[test]
@@ -86,8 +86,7 @@ fn against_gmat(name: &str) -> Option<Vec<f64>> {
     let mut exact = state(&rows[0]);
     for row in rows.iter().take(25).skip(1) {
         let span_s = (time(row[0]) - exact.time_us) as f64 / 1e6;
-        for part in 0..36 {
-            let _ = part;
+        for _ in 0..36 {
             exact = reference::propagate(&exact, span_s / 36.0, 10.0, 2);
         }
     }
@@ -106,7 +105,7 @@ fn against_gmat(name: &str) -> Option<Vec<f64>> {
 fn a_low_orbit_agrees_with_gmat() {
     if let Some(errors) = against_gmat("leo_iss_j2.json") {
         assert!(errors[2] < 500.0 && errors[24] < 3_000.0);
-        assert!(errors[169] < 100.0);
+        assert!(errors[169] < 200.0);
     }
 }
 
@@ -114,7 +113,7 @@ fn a_low_orbit_agrees_with_gmat() {
 fn a_geostationary_orbit_agrees_with_gmat() {
     if let Some(errors) = against_gmat("geo_j2.json") {
         assert!(errors[24] < 1_000.0);
-        assert!(errors[169] < 100.0);
+        assert!(errors[169] < 200.0);
     }
 }
 
@@ -134,7 +133,7 @@ fn a_real_orbit_is_predicted() {
         worst[1],
         worst[2]
     );
-    assert!(worst[0] < 300.0 && worst[1] < 1_500.0 && worst[2] < 10_000.0);
+    assert!(worst[0] < 600.0 && worst[1] < 2_000.0 && worst[2] < 15_000.0);
 }
 
 #[test]
@@ -142,10 +141,10 @@ fn the_transition_is_the_derivative_of_the_propagation() {
     let mut eccentric = circular(6_900.0, 63.0);
     eccentric.velocity_km_s *= 1.25;
     for start in [circular(6_828.0, 51.6), circular(42_164.0, 0.1), eccentric] {
-        for (span_s, limit) in [(1, 1e-7), (60, 5e-4), (300, 4e-2)] {
+        for (span_s, limit) in [(1, 1e-6), (60, 5e-5), (150, 1e-3)] {
             let move_by = |state: &OrbitState| Dynamics::Full.propagate(state, span_s * 1_000_000).unwrap();
             let end = move_by(&start);
-            let Transition { rr, rv, vr } = Transition::between(&start, &end);
+            let Transition { rr, rv, vr, vv } = Transition::between(&start, &end);
             let dt = span_s as f64;
             for axis in 0..3 {
                 let mut along = Vector3::zeros();
@@ -162,7 +161,7 @@ fn the_transition_is_the_derivative_of_the_propagation() {
                 assert!((v / 0.01 - vr * along).norm() * dt < limit, "vr {span_s}");
                 let (r, v) = shifted(0.0, 1e-5);
                 assert!((r / 1e-5 - rv * along).norm() / dt < limit, "rv {span_s}");
-                assert!((v / 1e-5 - rr * along).norm() < limit, "vv {span_s}");
+                assert!((v / 1e-5 - vv * along).norm() < limit, "vv {span_s}");
             }
         }
     }
@@ -179,7 +178,7 @@ fn what_no_satellite_does_is_refused() {
         let bad = OrbitState { position_km: Vector3::new(radius, 0.0, 0.0), ..good };
         assert_eq!(Dynamics::Full.propagate(&bad, 1_000_000), Err(PropagationError::Impossible));
     }
-    let dropped = OrbitState { velocity_km_s: Vector3::new(-9.0, 0.0, 0.0), ..good };
+    let dropped = OrbitState { velocity_km_s: Vector3::new(-15.0, 0.0, 0.0), ..good };
     assert_eq!(Dynamics::Full.propagate(&dropped, MAX_SPAN_US), Err(PropagationError::Impossible));
     // At the Moon's place the pull stays finite.
     let moon = Bodies::at(0).moon_km;
