@@ -73,22 +73,22 @@ pub struct ProcessNoise {
 impl Covariance {
     /// After `dt` seconds of this transition.
     pub fn propagated(&self, transition: &Transition, noise: &ProcessNoise, dt: f64) -> Self {
-        let Transition { rr: a, rv: b, vr: c } = transition;
+        let Transition { rr: a, rv: b, vr: c, vv: d } = transition;
         let vr = self.rv.transpose();
         // Rows of Φ P, then columns by Φᵀ (all blocks are symmetric).
         let (x_r, x_v) = (a * self.rr + b * vr, a * self.rv + b * self.vv);
-        let (y_r, y_v) = (c * self.rr + a * vr, c * self.rv + a * self.vv);
+        let (y_r, y_v) = (c * self.rr + d * vr, c * self.rv + d * self.vv);
         let white = |value: f64| Matrix3::identity() * value;
         let q = noise.acceleration;
         Self {
             rr: symmetric(&(x_r * a + x_v * b)) + white(q * dt * dt * dt / 3.0),
-            rv: x_r * c + x_v * a + white(q * dt * dt / 2.0),
-            vv: symmetric(&(y_r * c + y_v * a)) + white(q * dt),
+            rv: x_r * c + x_v * d + white(q * dt * dt / 2.0),
+            vv: symmetric(&(y_r * c + y_v * d)) + white(q * dt),
             rh: a * self.rh + b * self.vh,
-            vh: c * self.rh + a * self.vh,
+            vh: c * self.rh + d * self.vh,
             hh: self.hh + noise.limb_height * dt,
             rm: a * self.rm + b * self.vm,
-            vm: c * self.rm + a * self.vm,
+            vm: c * self.rm + d * self.vm,
             hm: self.hm,
             mm: self.mm,
         }

@@ -2,16 +2,17 @@
 //!
 //! In: [`OrbitState`] and a span; out: the state at its end. Acceleration is that of a point mass, of the Earth's bulge
 //! (J2 about the pole of date), and of Sun and Moon, whose pull is taken once a call and held. The integrator is the
-//! classical Runge-Kutta method of the fourth order with fixed steps: [`STEP_S`] or shorter up to 100 s, 60 s in the
+//! classical Runge-Kutta method of the fourth order with fixed steps: [`STEP_S`] or shorter up to 100 s, 30 s in the
 //! longest span allowed. Left out: the tesserals and higher zonals, drag, radiation pressure (the filter's process noise
 //! stands for them).
 //!
 //! Errors: integration at 20 s steps 0.3 m after one LEO orbit (asserted < 1 m). Against two GMAT trajectories with the
 //! same forces and the second degree's tesserals besides: see the tests, which print and assert the distances.
 //!
-//! The transition of errors is eq. 5.23, the third order of the gravity gradient `G`, by 3 x 3 blocks which are all
-//! polynomials of the symmetric `G`. It is taken at the middle of the span: its error is then of the third order in the
-//! angle moved, 1e-4 for a minute of LEO, 1e-2 for five.
+//! The transition of errors is eq. 5.23 by 3 x 3 blocks. There the gravity gradient `G` is held, here it is taken at both ends
+//! and in the middle and integrated by Simpson's rule, which carries the same blocks through minutes of LEO: first
+//! iterate `∫ G`, second `G²`. What is left is the bulge's gradient (test
+//! `the_transition_is_the_derivative_of_the_propagation`).
 
 use super::constants::{EARTH_RADIUS_KM, J2, MICROSECONDS, MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
 use super::ephemeris::Bodies;
@@ -23,8 +24,8 @@ use serde::{Deserialize, Serialize};
 pub const STEP_S: f64 = 20.0;
 /// Most steps in one call.
 pub const MAX_STEPS: u32 = 5;
-/// Longest span of one call, microseconds: steps of 60 s.
-pub const MAX_SPAN_US: i64 = 300_000_000;
+/// Longest span of one call, microseconds: steps of 30 s.
+pub const MAX_SPAN_US: i64 = 150_000_000;
 /// No satellite is nearer to the Earth's centre, km. The bound keeps the divisions finite.
 pub const LOWEST_KM: f64 = 5_000.0;
 /// ... nor farther, km (half again the Moon's distance).
@@ -152,46 +153,49 @@ impl Forces {
     }
 }
 
-/// How a small error of position and velocity moves over a span (eq. 5.23): `δr' = rr δr + rv δv`, `δv' = vr δr + rr δv`.
+/// How a small error of position and velocity moves over a span (eq. 5.23): `δr' = rr δr + rv δv`, `δv' = vr δr + vv δv`.
 /// All blocks are symmetric.
 #[derive(Clone, Copy, Debug)]
 pub struct Transition {
-    /// Position to position, and velocity to velocity.
+    /// Position to position.
     pub rr: Matrix3<f64>,
     /// Velocity to position, s.
     pub rv: Matrix3<f64>,
     /// Position to velocity, 1/s.
     pub vr: Matrix3<f64>,
+    /// Velocity to velocity.
+    pub vv: Matrix3<f64>,
 }
 
 impl Transition {
     /// Over the span between two states of one orbit.
     pub fn between(before: &OrbitState, after: &OrbitState) -> Self {
-        let (r0, r1) = (&before.position_km, &after.position_km);
-        // The chord's middle, pushed out to the mean radius, is close to the orbit's own middle.
-        let chord = r0 + r1;
-        let length = libm::sqrt(chord.dot(&chord)).max(LOWEST_KM);
-        let radius = 0.5 * (libm::sqrt(r0.dot(r0)) + libm::sqrt(r1.dot(r1))).max(LOWEST_KM);
-        let gradient = gravity_gradient(&(chord / length), radius);
         let dt = after.time_us.saturating_sub(before.time_us) as f64 / MICROSECONDS;
-        Self::of(&gradient, dt)
-    }
-
-    fn of(gradient: &Matrix3<f64>, dt: f64) -> Self {
-        let turned = gradient * (0.5 * dt * dt);
-        let third = turned * (dt / 3.0);
+        // Hermite's cubic through both ends.
+        let middle = (before.position_km + after.position_km) * 0.5
+            + (before.velocity_km_s - after.velocity_km_s) * (0.125 * dt);
+        let (g0, gm, g1) = (
+            gravity_gradient(&before.position_km) * (1.0 / 6.0),
+            gravity_gradient(&middle),
+            gravity_gradient(&after.position_km) * (1.0 / 6.0),
+        );
+        let third = gm * (1.0 / 3.0);
+        let square = gm * gm * (dt * dt / 6.0);
+        let one = Matrix3::identity();
         Self {
-            rr: Matrix3::identity() + turned,
-            rv: Matrix3::identity() * dt + third,
-            vr: gradient * dt + gradient * third,
+            rr: one + (g0 + third + square * 0.25) * (dt * dt),
+            rv: one * dt + (third * 0.5 + square * 0.05) * (dt * dt * dt),
+            vr: (g0 + third * 2.0 + g1 + square) * dt,
+            vv: one + (third + g1 + square * 0.25) * (dt * dt),
         }
     }
 }
 
 /// `G = mu / r³ (3 u uᵀ - I)` (eq. 5.18), 1/s². The bulge's part, 0.3 % in LEO, is left out.
-fn gravity_gradient(unit: &Vector3<f64>, radius_km: f64) -> Matrix3<f64> {
-    let mass = MU_EARTH_KM3_S2 / (radius_km * radius_km * radius_km);
-    (unit * unit.transpose() * 3.0 - Matrix3::identity()) * mass
+fn gravity_gradient(r: &Vector3<f64>) -> Matrix3<f64> {
+    let square = r.dot(r).max(1.0);
+    let mass = MU_EARTH_KM3_S2 / (square * libm::sqrt(square));
+    r * r.transpose() * (3.0 * mass / square) - Matrix3::identity() * mass
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 //! scales with the measured distance, so its weights are correlated with its errors and would pull the estimate by
 //! `sigma² / r` (80 m in GEO for 0.1 deg). It is therefore turned and scaled to the predicted place first.
 //!
-//! Cost: one transition, one update, one ephemeris a second; a gap is crossed in spans of at most 300 s,
+//! Cost: one transition, one update, one ephemeris a second; a gap is crossed in spans of at most 150 s,
 //! [`MAX_SPANS`] of them.
 
 use super::constants::{EARTH_RADIUS_KM, MICROSECONDS};
@@ -24,7 +24,7 @@ use super::{OrbitState, finite};
 use nalgebra::{Matrix3, Vector3};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
-pub const MAX_SPANS: u32 = 24;
+pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
@@ -404,5 +404,7 @@ fn carried(fix: &PositionFix, predicted: &Vector3<f64>) -> Matrix3<f64> {
     symmetric(&(carry * fix.covariance_km2 * carry.transpose()))
 }
 
+#[cfg(test)]
+mod campaign;
 #[cfg(test)]
 mod tests;
