@@ -9,6 +9,7 @@
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
+//! | [`observation`] | what a fix says of the state |
 //! | [`covariance`] | the filter's covariance, in blocks |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
@@ -19,6 +20,7 @@ pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;
 pub mod lvlh;
+pub mod observation;
 pub mod parameters;
 pub mod point;
 #[cfg(test)]

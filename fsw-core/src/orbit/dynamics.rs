@@ -6,8 +6,9 @@
 //! longest span allowed. Left out: the tesserals and higher zonals, drag, radiation pressure (the filter's process noise
 //! stands for them).
 //!
-//! Errors: integration at 20 s steps 0.3 m after one LEO orbit (asserted < 1 m). Against two GMAT trajectories with the
-//! same forces and the second degree's tesserals besides: see the tests, which print and assert the distances.
+//! Errors: integration 0.3 m after one LEO orbit at 20 s steps, 1.5 m at 30 s. Against GMAT with the same forces and the
+//! second degree's tesserals besides: LEO 0.3 km after two hours, 1.0 km after a day; GEO 1 m, 0.23 km. The real Jason-2
+//! (1336 km): at worst 0.4 km after 35 minutes, 1.3 km after an orbit.
 //!
 //! The transition of errors is eq. 5.23 by 3 x 3 blocks. There the gravity gradient `G` is held, here it is taken at both ends
 //! and in the middle and integrated by Simpson's rule, which carries the same blocks through minutes of LEO: first

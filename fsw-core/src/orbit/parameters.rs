@@ -9,6 +9,8 @@ pub enum Observation {
     /// All of it, with its covariance.
     Position,
     /// Its direction alone (eq. 5.25): the two components across the line to the Earth. The limb's height plays no part.
+    /// From a start given by [`super::filter::OrbitFilter::start`] it converges if the distance is wrong by up to three Earth
+    /// radii in GEO.
     UnitVector,
     /// All of it until the filter has settled, its direction afterwards.
     Combined,

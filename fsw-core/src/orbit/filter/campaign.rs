@@ -73,6 +73,8 @@ struct Outcome {
     error_m: Vector3<f64>,
     sigma_m: Vector3<f64>,
     nees: f64,
+    /// Error and sigma of the limb height, km.
+    limb_km: (f64, f64),
     rejected: u32,
     settled_after_s: Option<i64>,
 }
@@ -184,6 +186,7 @@ fn fly(scenario: &Scenario, seed: u64) -> Outcome {
         error_m: axes * state_error(&filter, &truth).fixed_rows::<3>(0) * 1e3,
         sigma_m: (axes * covariance.rr * axes.transpose()).diagonal().map(f64::sqrt) * 1e3,
         nees: nees(&filter, &truth),
+        limb_km: (filter.limb_height_km().unwrap() - limb_height, filter.limb_height_sigma_km().unwrap()),
         rejected,
         settled_after_s,
     }
@@ -200,6 +203,15 @@ fn campaign(name: &str, scenario: &Scenario, runs: u64) -> (Vector3<f64>, Vector
     let nees = outcomes.iter().map(|o| o.nees).sum::<f64>() / runs as f64;
     let rejected: u32 = outcomes.iter().map(|o| o.rejected).sum();
     let settled = outcomes.iter().map(|o| o.settled_after_s.unwrap_or(i64::MAX)).max().unwrap();
+    // 99 % of a chi-square of as many degrees as runs, by Wilson and Hilferty.
+    let limb = outcomes.iter().map(|o| (o.limb_km.0 / o.limb_km.1).powi(2)).sum::<f64>() / runs as f64;
+    let spread = (2.0 / (9.0 * runs as f64)).sqrt();
+    let edge = |normal: f64| (1.0 - spread * spread + normal * spread).powi(3);
+    assert!((edge(-2.576)..edge(2.576)).contains(&limb), "{name}: limb height {limb}");
+    std::println!(
+        "{name}: limb height known to {:.2} km, normalised square {limb:.2} of 1",
+        outcomes[0].limb_km.1
+    );
     std::println!(
         "{name}: rms {:.0} / {:.0} / {:.0} m (radial, along, across), said {:.0} / {:.0} / {:.0} m, NEES {nees:.2} of 6, \
          rejected {rejected}, settled by {settled} s",

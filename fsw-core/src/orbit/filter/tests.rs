@@ -102,6 +102,41 @@ fn an_orbit_into_the_earth_is_forgotten() {
     assert!(!filter.start(OrbitState { position_km: Vector3::zeros(), ..falling }, 1.0, 1.0, &parameters));
 }
 
+/// Thesis §5.2: a geostationary radius wrong by 1 to some tens of Earth radii at the start.
+#[test]
+fn a_start_many_earth_radii_off_converges() {
+    for observation in [Observation::Position, Observation::Combined, Observation::UnitVector] {
+        let parameters =
+            OrbitParameters { observation, misalignment_sigma_rad: 0.0, ..OrbitParameters::default() };
+        // Without any distance the linearised filter converges from three radii; ten leave 50 km after 18 hours.
+        let directions = observation == Observation::UnitVector;
+        let radii: &[f64] = if directions { &[1.0, 3.0] } else { &[1.0, 3.0, 10.0, 50.0] };
+        for radii in radii {
+            let mut truth = circular(42_164.0, 0.1);
+            let mut filter = OrbitFilter::new();
+            let off = radii * EARTH_RADIUS_KM;
+            let wrong = OrbitState { position_km: truth.position_km * (1.0 + off / 42_164.0), ..truth };
+            assert!(filter.start(wrong, off, 3.0, &parameters));
+            // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours; no noise: convergence alone is at stake.
+            let mut restarted = 0;
+            for _ in 0..3_240 {
+                truth = parameters.dynamics.propagate(&truth, 20_000_000).unwrap();
+                let along =
+                    truth.position_km * truth.position_km.transpose() / truth.position_km.norm_squared();
+                let covariance_km2 = Matrix3::identity() * 216.0 + along * 1e4;
+                let fix = PositionFix { position_km: truth.position_km, covariance_km2 };
+                let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
+                restarted += u32::from(matches!(update, Update::Restarted | Update::Started));
+            }
+            let apart = (filter.state().unwrap().position_km - truth.position_km).norm();
+            std::println!(
+                "{observation:?} from {radii} radii off: {apart:.2} km after 18 h, {restarted} restarts"
+            );
+            assert!(apart < 5.0, "{observation:?} {radii}: {apart}");
+        }
+    }
+}
+
 #[test]
 fn the_defaults_are_within_their_ranges() {
     for (name, value, low, high) in OrbitParameters::default().ranges() {
