@@ -1,6 +1,39 @@
-//! From the limb's pixels to the Earth's centre.
+//! From the limb's pixels to the Earth's centre (thesis §3.2).
+//!
+//! Terms. The *limb* is the edge of the Earth as seen; it is *lit* where the Sun stands above the horizon there. A *limb
+//! point* is a place on the detector where brightness passes half of its local rise. The *limb height* is the height
+//! above the ellipsoid at which that happens. The *dark side* of a limb point, *outward*, is space. A *strip* is a thin
+//! window across an expected limb. *Sphere space* is space stretched along the pole so that the ellipsoid, limb height
+//! included, becomes the unit sphere (the matrix B = Q T of Christian and Robinson 2016); there the limb is a circular
+//! cone about the centre, from low orbits as well as from high ones. The *arc* is the part of that circle's azimuth
+//! which points span.
+//!
+//! In: windows of raw pixels, the camera, the pole and the Sun in the Earth path's frame. Out: the vector to the Earth's
+//! centre, km, with its covariance, the limb height taken as known. All f32.
+//!
+//! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
+//! says which points belong to one body, [`centre`] fits it.
 
+pub mod centre;
+pub mod consensus;
+pub mod limb;
+mod plane;
+mod rays;
+pub mod search;
+mod shape;
+#[cfg(test)]
+mod test_world;
+pub mod view;
+
+pub use shape::{Body, Ellipsoid};
+
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+
+/// Most points of the limb in tracking.
+pub const MAX_LIMB_POINTS: usize = 48;
+/// Most points of the limb in a search of the whole detector.
+pub const MAX_SEARCH_POINTS: usize = 128;
 
 /// Why no centre was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,11 +46,168 @@ pub enum Refusal {
     ShortArc,
     /// The points do not fix a centre, or fix an impossible one.
     Degenerate,
+    /// The centre is known worse than the parameters demand.
+    Uncertain,
 }
 
-/// TEMPORARY
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct EarthParameters {
-    /// h
-    pub limb_height_km: f32,
+/// A place where the limb was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimbPoint {
+    /// Where, px.
+    pub centre_px: [f32; 2],
+    /// Standard deviation along `outward_px`, px.
+    pub sigma_px: f32,
+    /// Unit vector on the detector along which the limb was measured, from the bright side to the dark one.
+    pub outward_px: [f32; 2],
 }
+
+/// The Earth's centre as measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EarthFix {
+    /// From the camera to the Earth's centre, Earth path's frame, km.
+    pub centre_km: Vector3<f32>,
+    /// Its covariance, km², the limb height taken as known.
+    pub covariance_km2: Matrix3<f32>,
+    /// Azimuth about the centre that the points span, rad, up to a turn.
+    pub arc_rad: f32,
+    /// Root mean square distance of the inliers from the fitted limb, px.
+    pub rms_px: f32,
+    /// Bit i is set where point i is an inlier.
+    pub inliers: u128,
+}
+
+impl EarthFix {
+    /// Standard deviation of the direction to the centre, the greater of the two across it, rad, and of the distance, km.
+    pub fn sigmas(&self) -> (f32, f32) {
+        let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
+        let axis = self.centre_km * (1.0 / range_km);
+        let (first, second) = shape::across(&axis);
+        let variance = |one: &Vector3<f32>, other: &Vector3<f32>| one.dot(&(self.covariance_km2 * other));
+        let (xx, xy, yy) = (variance(&first, &first), variance(&first, &second), variance(&second, &second));
+        let half = 0.5 * (xx - yy);
+        let greatest = 0.5 * (xx + yy) + libm::sqrtf(half * half + xy * xy);
+        (libm::sqrtf(greatest.max(0.0)) / range_km, libm::sqrtf(variance(&axis, &axis).max(0.0)))
+    }
+}
+
+/// What the room wants to know of the Earth, its limb and the points on it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EarthParameters {
+    /// The body's ellipsoid (default WGS 84; axes 100 to 100,000 km, at most 20 % apart).
+    pub ellipsoid: Ellipsoid,
+    /// Height above the ellipsoid at which the limb is half bright, km (default 5.5, 0 to 60; thesis §4.2: depends on
+    /// wavelength and season).
+    pub limb_height_km: f32,
+    /// Height over which the brightness above the surface falls to 1 / e, km (default 8, 0.5 to 50; thesis eq. 4.1).
+    pub scale_height_km: f32,
+    /// Standard deviation of the point spread, px (default 0.9, 0.2 to 5).
+    pub psf_sigma_px: f32,
+    /// Least elevation of the Sun at a limb point, deg (default 3, 0 to 45).
+    pub least_sun_elevation_deg: f32,
+    /// How far below the horizon the Sun still lights the air so that stars are not seen, deg (default 6, 0 to 18).
+    pub twilight_deg: f32,
+    /// Least rise of brightness across the limb of a strip, share of full scale (default 0.03, 0.005 to 0.5).
+    pub least_contrast_share: f32,
+    /// Brightest dark side of a limb point, share of full scale (default 0.12, 0.01 to 0.5; thesis 6 % and 11 %).
+    pub greatest_dark_share: f32,
+    /// Brightness that counts as saturated, share of full scale (default 0.95, 0.5 to 1).
+    pub saturated_share: f32,
+    /// Least standard deviation of a limb point, px (default 0.05, 0.005 to 2).
+    pub limb_floor_px: f32,
+    /// Scatter of the limb's height along it, km (default 0.2, 0 to 10).
+    pub limb_scatter_km: f32,
+    /// Distance between the rows and columns that a search reads, px (default 16, 4 to 64; thesis 10).
+    pub search_step_px: f32,
+    /// Least rise of brightness in a search, share of full scale (default 0.06, 0.01 to 0.5; thesis 12 %).
+    pub search_contrast_share: f32,
+    /// Least length of the bright side in a search, px (default 12, 4 to 64).
+    pub search_run_px: f32,
+    /// Greatest length of the rise in a search, px (default 64, 4 to 250): a terminator is longer.
+    pub search_rise_px: f32,
+    /// Least standard deviation of a limb point of a search, px (default 0.3, 0.01 to 5).
+    pub search_floor_px: f32,
+    /// Farthest that an inlier may lie from the limb in a search, px (default 2, 0.2 to 20; thesis 4).
+    pub search_tolerance_px: f32,
+    /// The same in tracking (default 2, 0.2 to 20).
+    pub tracking_tolerance_px: f32,
+    /// Share of inliers at which a hypothesis is taken at once (default 0.95, 0.5 to 1; thesis §3.2.1).
+    pub enough_share: f32,
+    /// Least share of inliers of the best hypothesis (default 0.5, 0.2 to 1; thesis §3.2.1).
+    pub least_share: f32,
+    /// Fewest inliers (default 6, 4 to 40).
+    pub fewest_points: f32,
+    /// Shortest arc, deg (default 10, 1 to 180).
+    pub least_arc_deg: f32,
+    /// Greatest standard deviation of the direction, deg (default 0.5, 0.001 to 10).
+    pub greatest_sigma_deg: f32,
+    /// Greatest standard deviation of the distance, share of it (default 0.2, 0.001 to 1).
+    pub greatest_range_share: f32,
+}
+
+impl Default for EarthParameters {
+    fn default() -> Self {
+        Self {
+            ellipsoid: Ellipsoid::WGS84,
+            limb_height_km: 5.5,
+            scale_height_km: 8.0,
+            psf_sigma_px: 0.9,
+            least_sun_elevation_deg: 3.0,
+            twilight_deg: 6.0,
+            least_contrast_share: 0.03,
+            greatest_dark_share: 0.12,
+            saturated_share: 0.95,
+            limb_floor_px: 0.05,
+            limb_scatter_km: 0.2,
+            search_step_px: 16.0,
+            search_contrast_share: 0.06,
+            search_run_px: 12.0,
+            search_rise_px: 64.0,
+            search_floor_px: 0.3,
+            search_tolerance_px: 2.0,
+            tracking_tolerance_px: 2.0,
+            enough_share: 0.95,
+            least_share: 0.5,
+            fewest_points: 6.0,
+            least_arc_deg: 10.0,
+            greatest_sigma_deg: 0.5,
+            greatest_range_share: 0.2,
+        }
+    }
+}
+
+impl EarthParameters {
+    /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 25] {
+        let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
+        [
+            ("equatorial_km", equatorial_km, 100.0, 100_000.0),
+            ("polar_km", polar_km, 0.8 * equatorial_km, 1.2 * equatorial_km),
+            ("limb_height_km", self.limb_height_km, 0.0, 60.0),
+            ("scale_height_km", self.scale_height_km, 0.5, 50.0),
+            ("psf_sigma_px", self.psf_sigma_px, 0.2, 5.0),
+            ("least_sun_elevation_deg", self.least_sun_elevation_deg, 0.0, 45.0),
+            ("twilight_deg", self.twilight_deg, 0.0, 18.0),
+            ("least_contrast_share", self.least_contrast_share, 0.005, 0.5),
+            ("greatest_dark_share", self.greatest_dark_share, 0.01, 0.5),
+            ("saturated_share", self.saturated_share, 0.5, 1.0),
+            ("limb_floor_px", self.limb_floor_px, 0.005, 2.0),
+            ("limb_scatter_km", self.limb_scatter_km, 0.0, 10.0),
+            ("search_step_px", self.search_step_px, 4.0, 64.0),
+            ("search_contrast_share", self.search_contrast_share, 0.01, 0.5),
+            ("search_run_px", self.search_run_px, 4.0, 64.0),
+            ("search_rise_px", self.search_rise_px, 4.0, 250.0),
+            ("search_floor_px", self.search_floor_px, 0.01, 5.0),
+            ("search_tolerance_px", self.search_tolerance_px, 0.2, 20.0),
+            ("tracking_tolerance_px", self.tracking_tolerance_px, 0.2, 20.0),
+            ("enough_share", self.enough_share, 0.5, 1.0),
+            ("least_share", self.least_share, 0.2, 1.0),
+            ("fewest_points", self.fewest_points, 4.0, 40.0),
+            ("least_arc_deg", self.least_arc_deg, 1.0, 180.0),
+            ("greatest_sigma_deg", self.greatest_sigma_deg, 0.001, 10.0),
+            ("greatest_range_share", self.greatest_range_share, 0.001, 1.0),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests;

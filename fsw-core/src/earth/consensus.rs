@@ -1,0 +1,120 @@
+//! Which limb points belong to one body (thesis §3.2.1 step 5, global criterion).
+//!
+//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are tried in an order that is
+//! always the same; the rays are sorted along the detector's side on which they spread more, and a triplet takes one of each
+//! third, so that it is never crowded. A ray agrees when it lies within the tolerance of the cone, its bright side faces the centre,
+//! and the Sun lights the limb there. The best cone is fitted to those that agree, twice over.
+
+use super::plane;
+use super::rays::{Cone, Ray, Rays};
+use super::shape::Body;
+use super::{EarthParameters, Refusal};
+use crate::order;
+
+/// Most triplets tried: with half of the points wrong, the chance that all miss is 2e-4.
+pub const MAX_TRIPLETS: u32 = 64;
+/// Fits to those that agree.
+const ROUNDS: usize = 2;
+/// Least sine of the Sun's elevation at a limb point: it stands a scale height and more above the ground.
+const LEAST_SUN_SINE: f32 = -0.05;
+/// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018), 2^-32.
+const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
+
+/// Whether a ray agrees with a cone.
+fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
+    let (residual, radial) = cone.residual(ray);
+    libm::fabsf(residual) < tolerance_px * ray.rad_per_px
+        && ray.sigma_rad(cone, &radial).is_some()
+        && body.sun_sine(&cone.surface(&radial)).is_none_or(|sine| sine > LEAST_SUN_SINE)
+}
+
+fn count(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> usize {
+    rays.iter().filter(|ray| agrees(ray, cone, body, tolerance_px)).count()
+}
+
+/// The cone through a ray of each third.
+fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
+    let length = rays.len();
+    let pick = |third: usize, fraction: u32| {
+        let (start, end) = (third * length / 3, (third + 1) * length / 3);
+        let chance = number.wrapping_add(1).wrapping_mul(fraction);
+        let offset = (u64::from(chance) * (end - start) as u64 >> 32) as usize;
+        rays.get(start + offset).map(|ray| ray.unit)
+    };
+    let [f0, f1, f2] = FRACTIONS;
+    let (a, b, c) = (pick(0, f0)?, pick(1, f1)?, pick(2, f2)?);
+    let normal = (b - a).cross(&(c - a));
+    Cone::from_plane(&normal, normal.dot(&a))
+}
+
+/// Finds the cone on which most rays agree and leaves only these in the list.
+pub(super) fn agree(
+    rays: &mut Rays,
+    body: &Body,
+    tolerance_px: f32,
+    parameters: &EarthParameters,
+) -> Result<Cone, Refusal> {
+    let all = rays.len();
+    let fewest = (parameters.fewest_points as usize).max(3);
+    if all < fewest {
+        return Err(Refusal::TooFewPoints);
+    }
+    let range = |part: fn(&Ray) -> f32| {
+        let (low, high) = rays.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), ray| {
+            let value = part(ray);
+            (if value < low { value } else { low }, if value > high { value } else { high })
+        });
+        high - low
+    };
+    if range(|ray| ray.unit.x) > range(|ray| ray.unit.y) {
+        order::sort(rays, |one, other| one.unit.x < other.unit.x);
+    } else {
+        order::sort(rays, |one, other| one.unit.y < other.unit.y);
+    }
+
+    let mut best: Option<(usize, Cone)> = None;
+    for number in 0..MAX_TRIPLETS {
+        let Some(cone) = hypothesis(rays, number) else { continue };
+        let agreeing = count(rays, &cone, body, tolerance_px);
+        if best.is_none_or(|(most, _)| agreeing > most) {
+            best = Some((agreeing, cone));
+        }
+        if agreeing as f32 >= parameters.enough_share * all as f32 {
+            break;
+        }
+    }
+    let (mut agreeing, mut cone) = best.ok_or(Refusal::Degenerate)?;
+    for _ in 0..ROUNDS {
+        let kept = rays.iter().filter(|ray| agrees(ray, &cone, body, tolerance_px));
+        let Some(fitted) = plane::fit(kept) else { break };
+        let with_fitted = count(rays, &fitted, body, tolerance_px);
+        if with_fitted < agreeing {
+            break;
+        }
+        (agreeing, cone) = (with_fitted, fitted);
+    }
+    if agreeing < fewest || (agreeing as f32) < parameters.least_share * all as f32 {
+        return Err(Refusal::NoConsensus);
+    }
+    keep(rays, |ray| agrees(ray, &cone, body, tolerance_px));
+    Ok(cone)
+}
+
+/// Keeps the rays that qualify, in their order.
+fn keep(rays: &mut Rays, qualifies: impl Fn(&Ray) -> bool) {
+    let mut kept = 0;
+    for at in 0..rays.len() {
+        if rays.get(at).is_some_and(&qualifies) {
+            if let Ok([kept, moved]) = rays.get_disjoint_mut([kept, at]) {
+                core::mem::swap(kept, moved);
+            }
+            kept += 1;
+        }
+    }
+    while rays.len() > kept {
+        rays.pop();
+    }
+}
+
+#[cfg(test)]
+mod tests;

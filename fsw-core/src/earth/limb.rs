@@ -1,0 +1,322 @@
+//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7 tracking).
+//!
+//! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] and its sigma, or nothing.
+//!
+//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the greatest and
+//! the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the median of the outer end. The
+//! limb is the outermost place `x` that reaches half of the brightness which stands just inside *it*: `p(x) - dark =
+//! (bright(x) - dark) / 2`, where `bright(x)` is the mean over a few pixels behind the end of the rise, in to which clouds
+//! and the terminator hardly reach. The length of the rise follows from scale height, distance and point spread. Lambert's
+//! law brings `bright(x)`, a little inside, to what it is on the limb.
+//!
+//! The point spread moves the half-brightness place outward, to the mean instead of the median of an exponential fall; this
+//! is taken off (`tau (1 - ln 2) ρ² / (ρ² + 0.3 ρ + 0.37)`, ρ = spread / tau: 0.02 tau of the exact shift). So the point
+//! stands at the half-brightness height of the air without the lens.
+//!
+//! The sigma joins the scatter between the lines, half of the relative scatter of `bright`, the floor, and the scatter of the
+//! limb's height. Bias in the tests' strips: see there. Cost: about 150 cycles a pixel of length, a line 17.
+
+use super::view::ExpectedLimb;
+use super::{EarthParameters, LimbPoint};
+use crate::order;
+use fsw_hal::{DetectorGeometry, Window};
+
+/// Lines of a strip.
+pub const BREADTH: usize = 9;
+/// Longest strip, px.
+pub const MAX_LENGTH: usize = 161;
+/// Farthest that a strip may reach to either side, px.
+pub const MAX_REACH_PX: u16 = (MAX_LENGTH as u16 - 1) / 2;
+/// Most pixels of a strip.
+pub const MAX_STRIP_PIXELS: usize = BREADTH * MAX_LENGTH;
+
+/// Middle line.
+const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
+/// Places at either end that not every line reaches: the slope is at most one.
+const END: usize = MIDDLE as usize + 1;
+/// The bright side begins this many spreads inside the end of the rise.
+const SPREADS_INSIDE: f32 = 1.7;
+/// Length of the bright side: at least px, and scale heights.
+const LEAST_BRIGHT_PX: f32 = 3.0;
+const BRIGHT_SCALES: f32 = 0.5;
+/// Most pixels of the bright side.
+const MOST_BRIGHT_PX: f32 = 24.0;
+/// Steps against the rise may take back this share of it.
+const GREATEST_FALL: f32 = 0.15;
+/// What Lambert's law may make of the bright side.
+const SHADES: core::ops::RangeInclusive<f32> = 0.6..=1.8;
+/// Greatest sigma of a point, px, and share of the rise's length.
+const GREATEST_SIGMA_PX: f32 = 1.0;
+const GREATEST_SIGMA_SHARE: f32 = 0.5;
+/// Variance of a pixel's own width, px².
+const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+
+/// A window across the expected limb.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strip {
+    /// What to read.
+    pub window: Window,
+    /// Where the limb is expected in it.
+    expected: ExpectedLimb,
+    /// Whether the strip's lines run along x.
+    along_x: bool,
+    /// Whether space is where the coordinate along the lines is greater.
+    space_beyond: bool,
+}
+
+/// The strip about an expected limb, `reach_px` to either side along the detector's axis nearest to the limb's normal;
+/// `None` where it leaves the detector.
+pub fn strip(expected: &ExpectedLimb, reach_px: u16, geometry: &DetectorGeometry) -> Option<Strip> {
+    let [nx, ny] = expected.outward_px;
+    let along_x = libm::fabsf(nx) >= libm::fabsf(ny);
+    let reach = i32::from(reach_px.min(MAX_REACH_PX));
+    let (half_width, half_height) = if along_x { (reach, MIDDLE) } else { (MIDDLE, reach) };
+    let [x, y] = expected.at_px.map(|at| libm::floorf(at + 0.5) as i32);
+    let window = Window {
+        x: u16::try_from(x.saturating_sub(half_width)).ok()?,
+        y: u16::try_from(y.saturating_sub(half_height)).ok()?,
+        width: (2 * half_width + 1) as u16,
+        height: (2 * half_height + 1) as u16,
+    };
+    let space_beyond = if along_x { nx > 0.0 } else { ny > 0.0 };
+    window.fits(geometry).then_some(Strip { window, expected: *expected, along_x, space_beyond })
+}
+
+/// A strip's pixels as lines from space inwards.
+struct Lines<'a> {
+    pixels: &'a [u16],
+    strip: &'a Strip,
+    length: usize,
+    /// Inward shift of the limb from one line to the next, px.
+    slope: f32,
+}
+
+impl Lines<'_> {
+    /// The pixel `place` from the outer end of a line.
+    fn raw(&self, line: usize, place: usize) -> Option<f32> {
+        let along = if self.strip.space_beyond { self.length.checked_sub(place + 1)? } else { place };
+        let index = if self.strip.along_x { line * self.length + along } else { along * BREADTH + line };
+        self.pixels.get(index).map(|raw| f32::from(*raw))
+    }
+
+    /// The value of a line where it has the same distance from the limb as the middle line at `place`.
+    fn value(&self, line: usize, place: usize) -> Option<f32> {
+        let shift = self.slope * (line as i32 - MIDDLE) as f32;
+        let whole = libm::floorf(shift);
+        let part = shift - whole;
+        let first = usize::try_from(place as i32 + whole as i32).ok()?;
+        let before = self.raw(line, first)?;
+        if part < 1e-3 {
+            return Some(before);
+        }
+        Some(before + part * (self.raw(line, first + 1)? - before))
+    }
+
+    /// The joined line.
+    fn profile(&self) -> [f32; MAX_LENGTH] {
+        let mut profile = [0.0; MAX_LENGTH];
+        for (place, joined) in profile.iter_mut().enumerate().take(self.length) {
+            let (mut sum, mut least, mut greatest) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+            for line in 0..BREADTH {
+                // At the ends, which are not used, a line may have no value.
+                let value = self.value(line, place).unwrap_or(0.0);
+                sum += value;
+                least = if value < least { value } else { least };
+                greatest = if value > greatest { value } else { greatest };
+            }
+            *joined = (sum - least - greatest) * (1.0 / (BREADTH as f32 - 2.0));
+        }
+        profile
+    }
+
+    /// Standard deviation of the mean of the lines' own crossings, px: how each departs from the profile over the rise.
+    fn scatter_px(&self, profile: &[f32], at: usize, half: usize) -> Option<f32> {
+        let first = at.checked_sub(half)?;
+        let mean_rise = (profile.get(at + half)? - profile.get(first)?) / (2 * half).max(1) as f32;
+        let rise = mean_rise * (2 * half + 1) as f32;
+        if rise < 1e-3 {
+            return None;
+        }
+        let (mut squares, mut greatest) = (0.0, 0.0);
+        for line in 0..BREADTH {
+            let mut departure = 0.0;
+            for (place, joined) in profile.iter().enumerate().take(at + half + 1).skip(first) {
+                departure += self.value(line, place)? - joined;
+            }
+            let square = (departure / rise) * (departure / rise);
+            squares += square;
+            greatest = if square > greatest { square } else { greatest };
+        }
+        // Without the line that departs most, for a star or a hot pixel; the mean rests on seven lines. Of nine squares of
+        // Gaussian chance all but the greatest make 0.64 of the sum.
+        const KEPT: f32 = 0.64;
+        let variance = (squares - greatest) / (KEPT * (BREADTH as f32 - 1.0));
+        Some(libm::sqrtf(variance.max(0.0) / (BREADTH as f32 - 2.0)))
+    }
+}
+
+/// How long the rise and the bright side are, in places along the lines.
+struct Zone {
+    /// Places behind the half-brightness place at which the bright side begins and ends.
+    begin: usize,
+    end: usize,
+    /// What Lambert's law makes of the bright side's mean against the limb's brightness.
+    shade: f32,
+    /// The fall of the air's brightness to 1 / e.
+    scale: f32,
+    /// Spread of the picture, pixel's own width included.
+    spread: f32,
+}
+
+impl Zone {
+    /// `steepness` is the cosine between the lines and the limb's normal.
+    fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
+        let km_per_px = (expected.km_per_px * steepness).max(1e-3);
+        let scale = parameters.scale_height_km / km_per_px;
+        let psf = parameters.psf_sigma_px;
+        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / steepness;
+        let begin = scale * core::f32::consts::LN_2 + SPREADS_INSIDE * spread;
+        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
+        // A rise longer than a strip is not measured; refuses NaN too.
+        if !(begin + length < MAX_LENGTH as f32) {
+            return None;
+        }
+        let begin_px = libm::floorf(begin + 0.5);
+        let length_px = libm::floorf(length + 0.5);
+        // At a depth d below the limb of a sphere of radius R the normal is turned by sqrt(2 d / R) towards the camera.
+        let depth = (begin_px - scale * core::f32::consts::LN_2 + 0.5 * length_px).max(0.0) * km_per_px;
+        let turned = libm::sqrtf(2.0 * depth / parameters.ellipsoid.equatorial_km.max(1.0));
+        let shade = 1.0 - 0.5 * turned * turned + turned * expected.sun_facing / expected.sun_sine.max(0.01);
+        Some(Self {
+            begin: begin_px as usize,
+            end: (begin_px + length_px) as usize,
+            shade: shade.clamp(*SHADES.start(), *SHADES.end()),
+            scale,
+            spread,
+        })
+    }
+
+    /// Brightness of the limb over the dark side were it at `place`.
+    fn bright(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
+        let inside = profile.get(place + self.begin..place + self.end)?;
+        let mean = inside.iter().sum::<f32>() / inside.len().max(1) as f32;
+        Some((mean - dark) / self.shade)
+    }
+
+    /// Relative scatter of the bright side.
+    fn scatter(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
+        let inside = profile.get(place + self.begin..place + self.end)?;
+        let count = inside.len().max(1) as f32;
+        let mean = inside.iter().sum::<f32>() / count;
+        let squares = inside.iter().fold(0.0, |sum, value| sum + (value - mean) * (value - mean));
+        Some(libm::sqrtf(squares / count) / (mean - dark).max(1.0))
+    }
+
+    /// How far the point spread moves the half-brightness place outward, px.
+    fn shift(&self) -> f32 {
+        let ratio = self.spread / self.scale.max(1e-3);
+        let share = ratio * ratio / (ratio * ratio + 0.3 * ratio + 0.37);
+        self.scale * (1.0 - core::f32::consts::LN_2) * share
+    }
+}
+
+/// Median of the outer end.
+fn dark_of(profile: &[f32], length: usize) -> f32 {
+    let mut outer = [0.0; MAX_LENGTH / 8];
+    let count = (length / 8).clamp(5, MAX_LENGTH / 8);
+    for (dark, value) in outer.iter_mut().zip(profile.iter().skip(END)).take(count) {
+        *dark = *value;
+    }
+    if let Some(outer) = outer.get_mut(..count) {
+        order::sort(outer, |one, other| one < other);
+    }
+    outer.get(count / 2).copied().unwrap_or(0.0)
+}
+
+/// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise is too weak,
+/// not a rise, saturated, at the strip's end, or where the outer side is bright.
+pub fn crossing(
+    pixels: &[u16],
+    strip: &Strip,
+    geometry: &DetectorGeometry,
+    parameters: &EarthParameters,
+) -> Option<LimbPoint> {
+    let [nx, ny] = strip.expected.outward_px;
+    let (steep, flat) = if strip.along_x { (nx, ny) } else { (ny, nx) };
+    let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
+    if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
+        return None;
+    }
+    // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
+    let slope = flat / libm::fabsf(steep);
+    let lines = Lines { pixels, strip, length, slope };
+    let profile = lines.profile();
+    let profile = profile.get(..length.checked_sub(END)?)?;
+    let zone = Zone::new(&strip.expected, libm::fabsf(steep), parameters)?;
+    let full_scale = f32::from(geometry.full_scale());
+    let least = parameters.least_contrast_share * full_scale;
+    let dark = dark_of(profile, length);
+    if dark > parameters.greatest_dark_share * full_scale {
+        return None;
+    }
+
+    // What a place's brightness has beyond half of the brightness behind it.
+    let excess = |place: usize| {
+        let value = profile.get(place)? - dark;
+        zone.bright(profile, place, dark).map(|bright| (value - 0.5 * bright, bright))
+    };
+    let outer = END + (length / 8).max(5);
+    let first = outer.checked_sub(1)?;
+    let mut before = excess(first)?.0;
+    let mut found = None;
+    for place in outer..profile.len() {
+        // At the inner end of the strip there is no bright side left.
+        let (now, bright) = excess(place)?;
+        // The outer end itself must be dark; here a rise ends at least half way up.
+        if now >= 0.0 && bright > least {
+            found = (before < 0.0).then_some((place, bright, before / (before - now)));
+            break;
+        }
+        before = now;
+    }
+    let (place, bright, part) = found?;
+    let smooth = zone.scatter(profile, place, dark)?;
+    if bright + dark > parameters.saturated_share * full_scale || !rises(profile, place, &zone, bright) {
+        return None;
+    }
+
+    let half = ((0.5 * zone.scale) as usize).clamp(1, END);
+    let scatter = lines.scatter_px(profile, place, half)?;
+    let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
+    let level = 0.5 * bright * smooth / gradient;
+    let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
+    let floor = parameters.limb_floor_px;
+    let steepness = libm::fabsf(steep);
+    // Along the lines, then across the limb.
+    let sigma = libm::sqrtf((scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height);
+    if !(sigma < GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale)) {
+        return None;
+    }
+    let inward = place as f32 - 1.0 + part + zone.shift();
+    let from_start = if strip.space_beyond { length as f32 - 1.0 - inward } else { inward };
+    let [x, y] = [f32::from(strip.window.x), f32::from(strip.window.y)];
+    let middle = MIDDLE as f32;
+    let centre_px = if strip.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
+    Some(LimbPoint { centre_px, sigma_px: sigma, outward_px: strip.expected.outward_px })
+}
+
+/// Whether the profile rises from three scale heights and spreads outside the place to the bright side.
+fn rises(profile: &[f32], place: usize, zone: &Zone, bright: f32) -> bool {
+    let out = (3.0 * (zone.scale + zone.spread)) as usize;
+    let from = place.saturating_sub(out.max(3)).max(END);
+    let fall = profile
+        .get(from..place + zone.begin)
+        .map_or(f32::INFINITY, |rise| rise.windows(2).fold(0.0, |fall, pair| match pair {
+            [outer, inner] if inner < outer => fall + (outer - inner),
+            _ => fall,
+        }));
+    fall < GREATEST_FALL * bright
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,256 @@
+//! The limb anywhere on the detector, without prediction (thesis §3.2.1 steps 1 to 4).
+//!
+//! In: a [`Detector`] and a buffer as long as its longer side. Out: up to [`MAX_SEARCH_POINTS`] limb points.
+//!
+//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright. Dark is a level that
+//! falls quickly with the pixels and rises slowly. Where a pixel leaves it after [`LEAST_DARK_PX`] dark ones, the line is followed to
+//! the first plateau: 8 px after which the next 8 are hardly brighter. The limb is where the line passes half of that plateau, going
+//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise, a dark sea among clouds is no
+//! dark side; what gets through, [`consensus`](super::consensus) is for.
+//!
+//! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
+//!
+//! Cost: a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
+
+use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
+use fsw_hal::{Detector, DetectorError, Window};
+use heapless::Vec;
+
+/// Dark pixels before a rise.
+pub const LEAST_DARK_PX: usize = 8;
+/// Half of the length over which brightness is averaged, px.
+const BLOCK: usize = 4;
+/// Levels are in 64ths of a count.
+const FINE_SHIFT: u32 = 6;
+/// The dark level rises by this share of what a pixel is above it, up to four counts: 2^-6.
+const RISE_SHIFT: u32 = 6;
+/// It falls by this share: 2^-2.
+const FALL_SHIFT: u32 = 2;
+/// A rise begins at this share of the least contrast: 2^-2.
+const BEGIN_SHIFT: u32 = 2;
+/// A plateau's next pixels are brighter by less than a share of 2^-4.
+const PLATEAU_SHIFT: u32 = 4;
+/// Sigma of a point as a share of its rise's length.
+const SIGMA_SHARE: f32 = 0.05;
+
+/// Limb points of a search.
+pub type Points = Vec<LimbPoint, MAX_SEARCH_POINTS>;
+
+/// Thresholds as counts.
+struct Thresholds {
+    /// Least contrast, fine counts.
+    contrast: i32,
+    /// Brightest dark side, fine counts.
+    dark: i32,
+    /// Least length of the bright side, px.
+    run: usize,
+    /// Longest rise, px.
+    rise: usize,
+    floor_px: f32,
+}
+
+/// A line seen from one of its ends.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    pixels: &'a [u16],
+    backwards: bool,
+}
+
+impl Line<'_> {
+    /// Fine counts of a pixel.
+    fn at(&self, place: usize) -> Option<i32> {
+        let index = if self.backwards { self.pixels.len().checked_sub(place + 1)? } else { place };
+        self.pixels.get(index).map(|raw| i32::from(*raw) << FINE_SHIFT)
+    }
+
+    /// Sum of a block, fine counts above `dark` (at most 2^24).
+    fn block(&self, place: usize, dark: i32) -> Option<i32> {
+        let mut sum = 0;
+        for offset in 0..BLOCK {
+            sum += self.at(place + offset)? - dark;
+        }
+        Some(sum)
+    }
+}
+
+/// Where a line passes the limb.
+struct Found {
+    /// Place of the limb, px from the line's end.
+    place: f32,
+    sigma_px: f32,
+    /// Where the plateau begins.
+    plateau: usize,
+}
+
+/// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
+fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<Found, usize> {
+    let begin = thresholds.contrast >> BEGIN_SHIFT;
+    let block = |place: usize| line.block(place, dark).ok_or(place);
+    let mut plateau = start;
+    let mut blocks = [block(start)?, block(start + BLOCK)?, block(start + 2 * BLOCK)?, block(start + 3 * BLOCK)?];
+    let mut bright = None;
+    for _ in 0..=thresholds.rise / BLOCK {
+        let [first, second, third, fourth] = blocks;
+        if first < begin * BLOCK as i32 {
+            return Err(plateau + BLOCK);
+        }
+        let (near, far) = (first + second, third + fourth);
+        if far < near / 2 {
+            return Err(plateau + 2 * BLOCK);
+        }
+        if near >= thresholds.contrast * 2 * BLOCK as i32 && far <= near + (near >> PLATEAU_SHIFT) {
+            bright = Some(near / (2 * BLOCK as i32));
+            break;
+        }
+        plateau += BLOCK;
+        blocks = [second, third, fourth, block(plateau + 3 * BLOCK)?];
+    }
+    let bright = bright.ok_or(plateau)?;
+    let half = dark + bright / 2;
+    for step in 0..thresholds.run / BLOCK {
+        if block(plateau + BLOCK + step * BLOCK)? < bright / 2 * BLOCK as i32 {
+            return Err(plateau + 2 * BLOCK);
+        }
+    }
+    // Outward from the plateau; `start` itself is a quarter of the contrast above dark, or less than half a plateau.
+    let mut inner = line.at(plateau + 2 * BLOCK).ok_or(plateau)?;
+    for back in 1..=thresholds.rise + 4 * BLOCK {
+        let Some(place) = (plateau + 2 * BLOCK).checked_sub(back) else { break };
+        let outer = line.at(place).ok_or(plateau)?;
+        if outer < half {
+            if inner <= outer {
+                break;
+            }
+            let part = (half - outer) as f32 / (inner - outer) as f32;
+            let length = (plateau - start) as f32;
+            let sigma = libm::sqrtf(
+                thresholds.floor_px * thresholds.floor_px + SIGMA_SHARE * SIGMA_SHARE * length * length,
+            );
+            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma, plateau });
+        }
+        inner = outer;
+    }
+    Err(plateau)
+}
+
+/// Calls `found` for every passage from dark to bright along a line.
+fn walk(line: &Line, thresholds: &Thresholds, mut found: impl FnMut(Found)) {
+    let begin = thresholds.contrast >> BEGIN_SHIFT;
+    let Some(mut dark) = line.at(0) else { return };
+    let (mut dark_run, mut resume) = (0, 0);
+    for place in 0..line.pixels.len() {
+        let Some(value) = line.at(place) else { return };
+        let above = value - dark;
+        if above < 0 {
+            dark += above >> FALL_SHIFT;
+        } else {
+            dark += above.min(4 << FINE_SHIFT) >> RISE_SHIFT;
+        }
+        if above < begin {
+            dark_run += 1;
+            continue;
+        }
+        if dark_run >= LEAST_DARK_PX && place >= resume && dark <= thresholds.dark {
+            resume = match follow(line, place, dark, thresholds) {
+                Ok(limb) => {
+                    let plateau = limb.plateau;
+                    found(limb);
+                    plateau
+                }
+                Err(end) => end,
+            };
+        }
+        dark_run = 0;
+    }
+}
+
+/// Adds points, thinned out evenly when there are too many.
+struct Thinned<'a> {
+    points: &'a mut Points,
+    seen: u32,
+    stride: u32,
+}
+
+impl Thinned<'_> {
+    fn add(&mut self, point: LimbPoint) {
+        let number = self.seen;
+        self.seen = self.seen.wrapping_add(1);
+        if number & (self.stride - 1) != 0 {
+            return;
+        }
+        if self.points.is_full() {
+            for kept in 0..MAX_SEARCH_POINTS / 2 {
+                if let Ok([kept, moved]) = self.points.get_disjoint_mut([kept, 2 * kept]) {
+                    core::mem::swap(kept, moved);
+                }
+            }
+            while self.points.len() > MAX_SEARCH_POINTS / 2 {
+                self.points.pop();
+            }
+            // No more doublings than lines have pixels.
+            self.stride = self.stride.wrapping_mul(2).max(1);
+        }
+        let _ = self.points.push(point);
+    }
+}
+
+/// Searches the whole detector. `buffer` must hold its longer side.
+///
+/// # Errors
+/// Of the detector, at the first line that fails; [`DetectorError::BufferLength`] for a short buffer.
+pub fn search(
+    detector: &mut impl Detector,
+    buffer: &mut [u16],
+    parameters: &EarthParameters,
+    points: &mut Points,
+) -> Result<(), DetectorError> {
+    points.clear();
+    let geometry = detector.geometry();
+    let full_scale = f32::from(geometry.full_scale());
+    let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
+    let thresholds = Thresholds {
+        contrast: fine(parameters.search_contrast_share).max(1 << FINE_SHIFT),
+        dark: fine(parameters.greatest_dark_share),
+        run: parameters.search_run_px as usize,
+        rise: (parameters.search_rise_px as usize).min(256),
+        floor_px: parameters.search_floor_px,
+    };
+    let step = (parameters.search_step_px as u16).max(1);
+    let mut thinned = Thinned { points, seen: 0, stride: 1 };
+    for along_x in [true, false] {
+        let (length, lines) = if along_x {
+            (geometry.width_px, geometry.height_px)
+        } else {
+            (geometry.height_px, geometry.width_px)
+        };
+        let pixels = buffer.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
+        for line in (step / 2..lines).step_by(usize::from(step)) {
+            let window = if along_x {
+                Window { x: 0, y: line, width: length, height: 1 }
+            } else {
+                Window { x: line, y: 0, width: 1, height: length }
+            };
+            detector.read(window, pixels)?;
+            for backwards in [false, true] {
+                walk(&Line { pixels, backwards }, &thresholds, |limb| {
+                    let (place, outward) = if backwards {
+                        (f32::from(length) - 1.0 - limb.place, 1.0)
+                    } else {
+                        (limb.place, -1.0)
+                    };
+                    let across = f32::from(line);
+                    let (centre_px, outward_px) = if along_x {
+                        ([place, across], [outward, 0.0])
+                    } else {
+                        ([across, place], [0.0, outward])
+                    };
+                    thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

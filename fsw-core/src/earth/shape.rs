@@ -1,0 +1,103 @@
+//! The body's shape: between space and sphere space.
+//!
+//! `S v = v + (a / b - 1) p (p · v)` with the pole `p` and the half axes `a`, `b`, limb height included, turns the
+//! ellipsoid into a sphere of radius `a`. Up to a rotation `S / a` is the matrix B of Christian and Robinson ("Noniterative
+//! horizon-based optical navigation by Cholesky factorization", J. Guidance 39, 2016), but it is symmetric and needs no
+//! axes on the equator. Lengths in sphere space are in units of `a`. A surface at constant height over the ellipsoid is
+//! taken for an ellipsoid: error 0.0002 of the height for the Earth.
+
+use super::EarthParameters;
+use crate::frames::{Direction, EarthPath};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// An ellipsoid of revolution.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ellipsoid {
+    /// Half axis on the equator, km.
+    pub equatorial_km: f32,
+    /// Half axis to the pole, km.
+    pub polar_km: f32,
+}
+
+impl Ellipsoid {
+    /// World Geodetic System 1984.
+    pub const WGS84: Self = Self { equatorial_km: 6378.137, polar_km: 6356.752 };
+}
+
+/// The body as it stands in the Earth path's frame: shape, limb, pole and Sun.
+#[derive(Clone, Copy, Debug)]
+pub struct Body {
+    /// Half axis on the equator, limb height included, km.
+    radius_km: f32,
+    /// `a / b - 1`.
+    stretch: f32,
+    /// `b / a - 1`.
+    shrink: f32,
+    pole: Vector3<f32>,
+    sun: Option<Vector3<f32>>,
+}
+
+impl Body {
+    /// From the pole's and the Sun's direction; a Sun that is not known is taken to light every limb.
+    pub fn new(
+        pole: &Direction<EarthPath>,
+        sun: Option<&Direction<EarthPath>>,
+        parameters: &EarthParameters,
+    ) -> Self {
+        let Ellipsoid { equatorial_km, polar_km } = parameters.ellipsoid;
+        let a = equatorial_km + parameters.limb_height_km;
+        let b = polar_km + parameters.limb_height_km;
+        Self {
+            radius_km: a,
+            stretch: (a - b) / b,
+            shrink: (b - a) / a,
+            pole: *pole.vector(),
+            sun: sun.map(|sun| *sun.vector()),
+        }
+    }
+
+    /// Half axis on the equator, limb height included, km: the unit of length of sphere space.
+    pub(super) fn radius_km(&self) -> f32 {
+        self.radius_km
+    }
+
+    /// Into sphere space (of a vector in units of the radius).
+    pub(super) fn stretched(&self, vector: &Vector3<f32>) -> Vector3<f32> {
+        vector + self.pole * (self.stretch * self.pole.dot(vector))
+    }
+
+    /// Out of sphere space.
+    pub(super) fn shrunk(&self, vector: &Vector3<f32>) -> Vector3<f32> {
+        vector + self.pole * (self.shrink * self.pole.dot(vector))
+    }
+
+    /// Sine of the Sun's elevation at the surface point whose vector from the centre is `point` in sphere space; `None`
+    /// where the Sun is not known.
+    pub(super) fn sun_sine(&self, point: &Vector3<f32>) -> Option<f32> {
+        // The gradient of x² + y² + (a z / b)² is S S x, and S x is the point of sphere space.
+        let normal = self.stretched(point);
+        self.sun.map(|sun| normal.dot(&sun) / libm::sqrtf(normal.dot(&normal).max(1e-12)))
+    }
+
+    /// Cosine of the angle between a direction and the Sun's.
+    pub(super) fn sun_cosine(&self, direction: &Direction<EarthPath>) -> Option<f32> {
+        self.sun.map(|sun| sun.dot(direction.vector()))
+    }
+}
+
+/// Unit vector along `vector`; its first argument where it is too short to have one.
+pub(super) fn unit(vector: &Vector3<f32>, otherwise: &Vector3<f32>) -> Vector3<f32> {
+    let square = vector.dot(vector);
+    if square > 1e-20 { vector * (1.0 / libm::sqrtf(square)) } else { *otherwise }
+}
+
+/// Two unit vectors across a unit vector, right-handed with it.
+pub(super) fn across(axis: &Vector3<f32>) -> (Vector3<f32>, Vector3<f32>) {
+    let aside = if axis.x * axis.x < 0.5 { Vector3::new(1.0, 0.0, 0.0) } else { Vector3::new(0.0, 1.0, 0.0) };
+    let first = unit(&(aside - axis * axis.dot(&aside)), &aside);
+    (first, axis.cross(&first))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! The Earth as it must look from a predicted position.
+//!
+//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: what the disc covers, where
+//! its lit side blinds the camera to stars, and where on the detector a lit limb must stand.
+//!
+//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are
+//! `w cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos - w sin`. A coarse
+//! pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine pass of [`FINE`] azimuths over those
+//! cells gives points evenly along whatever arc there is, 20 degrees or a turn. No sine is called: azimuths advance by a
+//! constant rotation.
+//!
+//! Assumes that the limb's height is even. Error against an f64 projection 1e-3 px. Cost: about 270 projections.
+
+use super::shape::{Body, across, unit};
+use super::{EarthParameters, MAX_LIMB_POINTS};
+use crate::camera::Camera;
+use crate::frames::{Direction, EarthPath};
+use heapless::Vec;
+use nalgebra::Vector3;
+
+/// Azimuths of the coarse pass; an arc shorter than a cell, 2.8 deg, may be missed.
+pub const COARSE: usize = 128;
+/// Azimuths of the fine pass.
+pub const FINE: usize = 96;
+/// A cell of the coarse pass, rad.
+const CELL_RAD: f32 = core::f32::consts::TAU / COARSE as f32;
+/// Cosine and sine of a cell.
+const CELL: [f32; 2] = [0.998_795_456_2, 0.049_067_674_3];
+/// Half of the distance over which slopes on the detector are taken, px.
+const SLOPE_BASE_PX: f32 = 3.0;
+
+const _: () = assert!(FINE <= 128 && COARSE <= 128 && MAX_LIMB_POINTS <= FINE);
+
+/// A point at which the limb is expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedLimb {
+    /// Where, px.
+    pub at_px: [f32; 2],
+    /// Unit vector on the detector across the limb, towards space.
+    pub outward_px: [f32; 2],
+    /// Height above the limb that a pixel across it spans, km.
+    pub km_per_px: f32,
+    /// Sine of the Sun's elevation there; one where the Sun is not known.
+    pub sun_sine: f32,
+    /// Cosine of the angle at the limb between the directions to the Sun and to the camera; zero where the Sun is not known.
+    pub sun_facing: f32,
+}
+
+/// The limb in the field.
+#[derive(Clone, Debug, Default)]
+pub struct LimbInField {
+    /// Points of the lit limb, evenly along it.
+    pub points: Vec<ExpectedLimb, MAX_LIMB_POINTS>,
+    /// Arc of the limb in the field, lit or not, rad of azimuth about the centre.
+    pub arc_rad: f32,
+    /// Lit part of it.
+    pub lit_rad: f32,
+}
+
+/// The Earth seen from a place.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    body: Body,
+    /// The centre in sphere space, Earth radii.
+    centre: Vector3<f32>,
+    /// Unit vector to it, and two across.
+    axes: [Vector3<f32>; 3],
+    /// Sine and cosine of the limb cone's half angle.
+    sine: f32,
+    cosine: f32,
+}
+
+impl View {
+    /// From the vector to the Earth's centre, km. `None` when it is not finite, inside the body, or more than a thousand
+    /// radii away.
+    pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
+        let centre = body.stretched(&(centre_km * (1.0 / body.radius_km())));
+        let square = centre.dot(&centre);
+        // Also refuses NaN.
+        if !(square > 1.0 + 1e-4 && square < 1e6) {
+            return None;
+        }
+        let sine = 1.0 / libm::sqrtf(square);
+        let axis = centre * sine;
+        let (first, second) = across(&axis);
+        let cosine = libm::sqrtf(square - 1.0) * sine;
+        Some(Self { body: *body, centre, axes: [axis, first, second], sine, cosine })
+    }
+
+    /// Whether a direction meets the Earth, or passes its limb by less than `margin_rad` (up to a right angle).
+    pub fn covers(&self, direction: &Direction<EarthPath>, margin_rad: f32) -> bool {
+        let ray = self.body.stretched(direction.vector());
+        let [axis, ..] = self.axes;
+        let turned = axis.cross(&ray);
+        let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
+        // Sine and cosine of the angle past the limb, times the ray's length.
+        let (past, facing) = (off * self.cosine - along * self.sine, along * self.cosine + off * self.sine);
+        let length = libm::sqrtf(along * along + off * off);
+        past < 0.0 && along > 0.0 || (facing > 0.0 && past < libm::sinf(margin_rad) * length)
+    }
+
+    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below the horizon by
+    /// no more than the twilight. No star can be seen there, if [`View::covers`] it.
+    pub fn lit_at(&self, direction: &Direction<EarthPath>, parameters: &EarthParameters) -> bool {
+        let ray = unit(&self.body.stretched(direction.vector()), direction.vector());
+        let along = self.centre.dot(&ray);
+        let (square, nearest) = (self.centre.dot(&self.centre), self.centre - ray * along);
+        let depth = (1.0 - nearest.dot(&nearest)).clamp(0.0, square);
+        let point = ray * (along - libm::sqrtf(depth)) - self.centre;
+        let below = libm::sinf(parameters.twilight_deg.to_radians());
+        self.body.sun_sine(&point).is_none_or(|sine| sine > -below)
+    }
+
+    /// Radial unit vector of an azimuth given by its cosine and sine.
+    fn radial(&self, [cosine, sine]: [f32; 2]) -> Vector3<f32> {
+        let [_, first, second] = self.axes;
+        first * cosine + second * sine
+    }
+
+    /// Place on the detector and sine of the Sun's elevation of the limb at an azimuth; `None` outside the field.
+    fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
+        let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
+        let ray = axis * self.cosine + radial * self.sine;
+        let at_px = camera.project_earth(&Direction::new(self.body.shrunk(&ray))?)?;
+        if !camera.contains(at_px, margin_px) {
+            return None;
+        }
+        let point = radial * self.cosine - axis * self.sine;
+        Some((at_px, self.body.sun_sine(&point).unwrap_or(1.0)))
+    }
+
+    /// All about the limb at an azimuth that is in the field.
+    fn expected(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<ExpectedLimb> {
+        let (at_px, sun_sine) = self.seen(azimuth, camera, margin_px)?;
+        let ([cosine, sine], [axis, ..]) = (azimuth, self.axes);
+        let (radial, tangent) = (self.radial(azimuth), self.radial([-sine, cosine]));
+        let ray = self.body.shrunk(&(axis * self.cosine + radial * self.sine));
+        let step = SLOPE_BASE_PX * camera.rad_per_px();
+        // Where the detector's position goes for a step along a vector of sphere space, px per unit.
+        let slope = |vector: &Vector3<f32>| {
+            let shift = self.body.shrunk(vector) * step;
+            let [x1, y1] = camera.project_earth(&Direction::new(ray + shift)?)?;
+            let [x0, y0] = camera.project_earth(&Direction::new(ray - shift)?)?;
+            Some([(x1 - x0) / (2.0 * step), (y1 - y0) / (2.0 * step)])
+        };
+        let [along_x, along_y] = slope(&tangent)?;
+        let [out_x, out_y] = slope(&(radial * self.cosine - axis * self.sine))?;
+        let length = libm::sqrtf(along_x * along_x + along_y * along_y);
+        let turned = (out_x * along_y - out_y * along_x) / length.max(1e-3);
+        let sense = if turned < 0.0 { -1.0 } else { 1.0 };
+        let outward_px = [along_y * sense / length.max(1e-3), -along_x * sense / length.max(1e-3)];
+        // The distance to the limb point is cos / sin radii.
+        let km_per_rad = self.body.radius_km() * self.cosine / self.sine;
+        let km_per_px = km_per_rad / (turned * sense).max(1e-3);
+        let sun_facing = Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
+        Some(ExpectedLimb { at_px, outward_px, km_per_px, sun_sine, sun_facing })
+    }
+
+    /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit.
+    pub fn limb(
+        &self,
+        camera: &Camera,
+        margin_px: f32,
+        most: usize,
+        parameters: &EarthParameters,
+    ) -> LimbInField {
+        let least = libm::sinf(parameters.least_sun_elevation_deg.to_radians());
+        let mut limb = LimbInField::default();
+        let mut cells = 0u128;
+        let mut azimuth = [1.0, 0.0];
+        for cell in 0..COARSE as u32 {
+            if let Some((_, sun_sine)) = self.seen(azimuth, camera, margin_px) {
+                limb.arc_rad += CELL_RAD;
+                if sun_sine > least {
+                    limb.lit_rad += CELL_RAD;
+                    // A limb that stands here may begin in the cell before and end in this one.
+                    let before = (cell + COARSE as u32 - 1) % COARSE as u32;
+                    cells |= 1u128.wrapping_shl(cell) | 1u128.wrapping_shl(before);
+                }
+            }
+            azimuth = turned(azimuth, CELL);
+        }
+        let usable = self.fine(cells, |azimuth| {
+            self.seen(azimuth, camera, margin_px).is_some_and(|(_, sun_sine)| sun_sine > least)
+        });
+        let all = usable.count_ones() as usize;
+        let most = most.min(MAX_LIMB_POINTS).min(all);
+        let mut rank = 0;
+        let mut candidate = 0;
+        self.fine(cells, |azimuth| {
+            let is_usable = usable & 1u128.wrapping_shl(candidate) != 0;
+            candidate += 1;
+            if !is_usable {
+                return false;
+            }
+            let before = rank;
+            rank += most;
+            // Of `all` points every one at which the count passes a multiple: evenly spread. `all` is not zero here.
+            let chosen = (before + all / 2) / all.max(1) != (rank + all / 2) / all.max(1);
+            match self.expected(azimuth, camera, margin_px) {
+                Some(expected) if chosen => limb.points.push(expected).is_ok(),
+                _ => false,
+            }
+        });
+        limb
+    }
+
+    /// Asks about [`FINE`] azimuths spread evenly over the chosen cells of the coarse pass; bit i of the answer belongs to the
+    /// i-th.
+    fn fine(&self, cells: u128, mut ask: impl FnMut([f32; 2]) -> bool) -> u128 {
+        let count = cells.count_ones();
+        let mut answers = 0u128;
+        let mut next = 0;
+        let mut passed = 0;
+        let mut start = [1.0, 0.0];
+        for cell in 0..COARSE as u32 {
+            if cells & 1u128.wrapping_shl(cell) != 0 {
+                passed += FINE as u32;
+                // Candidate i stands at (i + 1/2) count / FINE of a cell; at most FINE in all.
+                for _ in 0..FINE {
+                    if next >= FINE as u32 || (2 * next + 1) * count >= 2 * passed {
+                        break;
+                    }
+                    let offset = (2 * next + 1) * count + 2 * FINE as u32 - 2 * passed;
+                    let angle = CELL_RAD * offset as f32 * (0.5 / FINE as f32);
+                    let square = angle * angle;
+                    // Up to 0.05 rad: error 2e-10.
+                    let small = [
+                        1.0 - square * (0.5 - square * (1.0 / 24.0)),
+                        angle * (1.0 - square * (1.0 / 6.0)),
+                    ];
+                    if ask(turned(start, small)) {
+                        answers |= 1u128.wrapping_shl(next);
+                    }
+                    next += 1;
+                }
+            }
+            start = turned(start, CELL);
+        }
+        answers
+    }
+}
+
+/// Sum of two angles given by cosine and sine.
+fn turned([c1, s1]: [f32; 2], [c2, s2]: [f32; 2]) -> [f32; 2] {
+    [c1 * c2 - s1 * s2, s1 * c2 + c1 * s2]
+}
+
+#[cfg(test)]
+mod tests;
