@@ -155,9 +155,12 @@ impl Parameters {
         let modes = self.modes.ranges();
         let wrong_integer =
             integers.iter().chain(&modes).find(|(_, value, low, high)| !(low..=high).contains(&value));
-        let orbit = self.orbit.ranges();
-        let wrong_real =
-            reals.iter().chain(&orbit).find(|(_, value, low, high)| !(low..=high).contains(&value));
+        let (earth, orbit) = (self.earth.ranges(), self.orbit.ranges());
+        let wrong_real = reals
+            .iter()
+            .chain(&earth)
+            .chain(&orbit)
+            .find(|(_, value, low, high)| !(low..=high).contains(&value));
         match (wrong_integer, wrong_real) {
             (Some((name, ..)), _) | (None, Some((name, ..))) => Err(ParameterError::Range(name)),
             (None, None) => Ok((camera, star_to_earth)),

@@ -95,6 +95,8 @@ pub struct Sensor<'c> {
     /// Instant of the last fix that the orbit accepted.
     fixed_us: i64,
     converged: bool,
+    /// Seconds in a row in which the limb's strips gave no centre.
+    strip_misses: u8,
     /// Normalised innovation squared of this second's fix.
     nis: Option<f32>,
     /// Cycle in which the image under search was taken.
@@ -128,6 +130,7 @@ impl<'c> Sensor<'c> {
             orbit: OrbitFilter::new(),
             fixed_us: 0,
             converged: false,
+            strip_misses: 0,
             nis: None,
             searching_since: None,
             workspace,
@@ -180,6 +183,7 @@ impl<'c> Sensor<'c> {
     fn forget_orbit(&mut self) {
         self.orbit.forget();
         self.converged = false;
+        self.strip_misses = 0;
     }
 
     /// Refuses a detector that is not the one the parameters were made for, and a clock that is out of its mind.

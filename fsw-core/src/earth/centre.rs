@@ -129,7 +129,8 @@ fn normal(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> Norm
     let mut normal = Normal::default();
     for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
         let from_middle = radial - first;
-        let row = Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(&radial), 1.0) * (1.0 / sigma);
+        let row =
+            Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(&radial), 1.0) * (1.0 / sigma);
         let weight = tukey(ratio / scale);
         normal.add(&row, ratio, weight);
         normal.squares += weight * ratio * ratio;

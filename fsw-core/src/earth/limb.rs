@@ -293,7 +293,9 @@ pub fn crossing(
     let floor = parameters.limb_floor_px;
     let steepness = libm::fabsf(steep);
     // Along the lines, then across the limb.
-    let sigma = libm::sqrtf((scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height);
+    let sigma = libm::sqrtf(
+        (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
+    );
     if !(sigma < GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale)) {
         return None;
     }
@@ -309,12 +311,12 @@ pub fn crossing(
 fn rises(profile: &[f32], place: usize, zone: &Zone, bright: f32) -> bool {
     let out = (3.0 * (zone.scale + zone.spread)) as usize;
     let from = place.saturating_sub(out.max(3)).max(END);
-    let fall = profile
-        .get(from..place + zone.begin)
-        .map_or(f32::INFINITY, |rise| rise.windows(2).fold(0.0, |fall, pair| match pair {
+    let fall = profile.get(from..place + zone.begin).map_or(f32::INFINITY, |rise| {
+        rise.windows(2).fold(0.0, |fall, pair| match pair {
             [outer, inner] if inner < outer => fall + (outer - inner),
             _ => fall,
-        }));
+        })
+    });
     fall < GREATEST_FALL * bright
 }
 

@@ -87,7 +87,8 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
     let begin = thresholds.contrast >> BEGIN_SHIFT;
     let block = |place: usize| line.block(place, dark).ok_or(place);
     let mut plateau = start;
-    let mut blocks = [block(start)?, block(start + BLOCK)?, block(start + 2 * BLOCK)?, block(start + 3 * BLOCK)?];
+    let mut blocks =
+        [block(start)?, block(start + BLOCK)?, block(start + 2 * BLOCK)?, block(start + 3 * BLOCK)?];
     let mut bright = None;
     for _ in 0..=thresholds.rise / BLOCK {
         let [first, second, third, fourth] = blocks;

@@ -87,6 +87,11 @@ impl View {
         Some(Self { body: *body, centre, axes: [axis, first, second], sine, cosine })
     }
 
+    /// Distance of the limb, km: so many km of height a radian spans there.
+    pub fn limb_distance_km(&self) -> f32 {
+        self.body.radius_km() * self.cosine / self.sine
+    }
+
     /// Whether a direction meets the Earth, or passes its limb by less than `margin_rad` (up to a right angle).
     pub fn covers(&self, direction: &Direction<EarthPath>, margin_rad: f32) -> bool {
         let ray = self.body.stretched(direction.vector());
@@ -152,7 +157,8 @@ impl View {
         // The distance to the limb point is cos / sin radii.
         let km_per_rad = self.body.radius_km() * self.cosine / self.sine;
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);
-        let sun_facing = Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
+        let sun_facing =
+            Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
         Some(ExpectedLimb { at_px, outward_px, km_per_px, sun_sine, sun_facing })
     }
 
@@ -225,10 +231,8 @@ impl View {
                     let angle = CELL_RAD * offset as f32 * (0.5 / FINE as f32);
                     let square = angle * angle;
                     // Up to 0.05 rad: error 2e-10.
-                    let small = [
-                        1.0 - square * (0.5 - square * (1.0 / 24.0)),
-                        angle * (1.0 - square * (1.0 / 6.0)),
-                    ];
+                    let small =
+                        [1.0 - square * (0.5 - square * (1.0 / 24.0)), angle * (1.0 - square * (1.0 / 6.0))];
                     if ask(turned(start, small)) {
                         answers |= 1u128.wrapping_shl(next);
                     }

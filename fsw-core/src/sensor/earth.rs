@@ -1,37 +1,176 @@
 //! The Earth's half of a second: limb, centre, position, orbit.
 
 use super::{Instruments, Sensor, Sky};
+use crate::earth::view::View;
+use crate::earth::{Body, EarthFix, centre, limb, search};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
+use crate::plan;
 use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Report, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
 
-pub(super) struct View;
-impl View {
-    pub fn lit_at(&self, _: &crate::frames::Direction<crate::frames::EarthPath>) -> bool {
-        false
-    }
+/// Seconds in a row in which strips gave no centre, after which the whole detector is searched.
+const STRIP_PATIENCE: u8 = 3;
+
+/// What looking for the limb came to.
+enum Looked {
+    /// No limb in the field is lit.
+    Dark,
+    /// The points in the workspace, and how far an inlier may lie from the limb, px.
+    Points { tolerance_px: f32 },
 }
 
 impl Sensor<'_> {
-    pub(super) fn view(&self, _sky: &Sky, _attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
-        None
+    /// The Earth's shape, limb and light as the Earth path sees them with this attitude.
+    pub(super) fn body(&self, sky: &Sky, attitude: &Rotation<Icrs, StarPath>) -> Body {
+        let path = attitude.then(&self.star_to_earth);
+        Body::new(&path.apply(&sky.pole), Some(&path.apply(&sky.sun)), &self.parameters.earth)
     }
+
+    /// The Earth as it must look from where the orbit says; `None` without an orbit.
+    pub(super) fn view(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
+        let state = self.orbit.state()?;
+        let path = attitude.then(&self.star_to_earth);
+        View::new(&(path.matrix() * state.position_km.map(|axis| -axis as f32)), body)
+    }
+
     /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into the orbit.
     #[inline(never)]
     pub(super) fn look_at_earth(
         &mut self,
-        _instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
-        _sky: &Sky,
-        _attitude: &Rotation<Icrs, StarPath>,
-        _report: &mut Report,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        sky: &Sky,
+        attitude: &Rotation<Icrs, StarPath>,
+        report: &mut Report,
     ) {
+        let body = self.body(sky, attitude);
+        instruments.meter.begin(Stage::Limb);
+        let looked = self.find_limb(instruments.detector, &body, attitude);
+        instruments.meter.end(Stage::Limb);
+        let tolerance_px = match looked {
+            Ok(Looked::Points { tolerance_px }) => tolerance_px,
+            Ok(Looked::Dark) => return report.earth_status = EarthStatus::Dark,
+            Err(error) => return report.status = Status::DetectorFault(Fault::from(error)),
+        };
+        instruments.meter.begin(Stage::Centre);
+        let workspace = &mut *self.workspace;
+        let (points, rays) = (&workspace.limb, &mut workspace.rays);
+        let fix = centre::centre(points, &self.camera, &body, tolerance_px, &self.parameters.earth, rays);
+        instruments.meter.end(Stage::Centre);
+        match fix {
+            Err(refusal) => {
+                self.strip_misses = self.strip_misses.saturating_add(1);
+                report.earth_status = EarthStatus::Refused(refusal);
+            }
+            Ok(fix) => {
+                self.strip_misses = 0;
+                instruments.meter.begin(Stage::Orbit);
+                self.report_earth(&fix, report);
+                self.update_orbit(&fix, attitude, report);
+                instruments.meter.end(Stage::Orbit);
+            }
+        }
     }
+
+    /// Collects limb points: in strips where the orbit predicts the limb well enough, else over the whole detector.
+    #[inline(never)]
+    fn find_limb(
+        &mut self,
+        detector: &mut impl Detector,
+        body: &Body,
+        attitude: &Rotation<Icrs, StarPath>,
+    ) -> Result<Looked, DetectorError> {
+        let parameters = self.parameters.earth;
+        let geometry = detector.geometry();
+        let view = self.view(body, attitude);
+        let position_sigma_km =
+            self.orbit.position_covariance_km2().map(|m| libm::sqrt(m.trace().max(0.0)) as f32);
+        let workspace = &mut *self.workspace;
+        if let Some((view, sigma_km)) = view.zip(position_sigma_km)
+            && self.strip_misses < STRIP_PATIENCE
+            && let Some(reach_px) =
+                plan::limb_reach(view.limb_distance_km() * self.camera.rad_per_px(), sigma_km, &parameters)
+        {
+            let seen = view.limb(&self.camera, f32::from(reach_px) + 1.0, plan::MAX_LIMB_STRIPS, &parameters);
+            if seen.points.is_empty() {
+                return Ok(Looked::Dark);
+            }
+            workspace.limb.clear();
+            for expected in &seen.points {
+                let Some(strip) = limb::strip(expected, reach_px, &geometry) else { continue };
+                let area = strip.window.area();
+                let pixels = workspace.buffer.get_mut(..area).ok_or(DetectorError::BufferLength)?;
+                detector.read(strip.window, pixels)?;
+                if let Some(point) = limb::crossing(pixels, &strip, &geometry, &parameters) {
+                    // There are no more strips than the list holds points.
+                    let _ = workspace.limb.push(point);
+                }
+            }
+            return Ok(Looked::Points { tolerance_px: parameters.tracking_tolerance_px });
+        }
+        search::search(detector, &mut workspace.buffer, &parameters, &mut workspace.limb)?;
+        Ok(Looked::Points { tolerance_px: parameters.search_tolerance_px })
+    }
+
+    /// Reports the Earth as found.
+    fn report_earth(&self, fix: &EarthFix, report: &mut Report) {
+        let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
+        let (sigma_rad, sigma_km) = fix.sigmas();
+        report.earth_status = EarthStatus::Found;
+        report.earth = Some(EarthReport {
+            direction: (fix.centre_km * (1.0 / distance_km.max(1.0))).into(),
+            sigma_rad,
+            distance_km,
+            sigma_km,
+            inliers: fix.inliers.count_ones() as u16,
+            arc_deg: fix.arc_rad.to_degrees(),
+            rms_px: fix.rms_px,
+        });
+        for (index, point) in self.workspace.limb.iter().enumerate() {
+            if fix.inliers & 1u128.wrapping_shl(index as u32) != 0
+                && report.limb_px.push(point.centre_px).is_err()
+            {
+                break;
+            }
+        }
+    }
+
+    /// Takes the Earth's centre into the orbit (eq. 5.4).
+    #[inline(never)]
+    fn update_orbit(&mut self, fix: &EarthFix, attitude: &Rotation<Icrs, StarPath>, report: &mut Report) {
+        let Some(found) = report.attitude else { return };
+        let [x, y, z] = found.sigma_rad.map(|sigma| sigma * sigma);
+        let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
+        let mounting = self.star_to_earth.inverse();
+        let (centre, covariance) = (&fix.centre_km, &fix.covariance_km2);
+        let Some(position) = PositionFix::new(centre, covariance, attitude, &attitude_covariance, &mounting)
+        else {
+            return;
+        };
+        let to_icrs = earth_to_icrs(attitude, &mounting);
+        let (nis, event) =
+            match self.orbit.update(report.instant_us, &position, &to_icrs, &self.parameters.orbit) {
+                Update::Started => (None, Some(Event::OrbitStarted)),
+                Update::Restarted => (None, Some(Event::OrbitRestarted)),
+                Update::Accepted { nis } => (Some(nis), None),
+                Update::Rejected { nis } => (Some(nis), Some(Event::FixRejected)),
+                Update::Refused(_) => (None, Some(Event::FixRejected)),
+            };
+        if let Some(event) = event {
+            report.note(event);
+        }
+        if event != Some(Event::FixRejected) {
+            self.fixed_us = report.instant_us;
+        }
+        self.nis = nis;
+    }
+
     /// Reports the orbit as it stands after this second.
     #[inline(never)]
     pub(super) fn report_orbit(&mut self, report: &mut Report) {
+        let nis = self.nis.take();
         let (Some(state), Some(position), Some(velocity)) =
             (self.orbit.state(), self.orbit.position_sigma_km(), self.orbit.velocity_sigma_km_s())
         else {
@@ -46,13 +185,13 @@ impl Sensor<'_> {
             sigma_velocity_km_s: velocity.map(|sigma| sigma as f32),
             limb_height_km: single(self.orbit.limb_height_km()),
             limb_height_sigma_km: single(self.orbit.limb_height_sigma_km()),
-            nis: self.nis.take(),
+            nis,
             since_fix_s: (since_fix_us / 1_000_000).min(u32::MAX.into()) as u32,
             settled: self.orbit.settled(),
         });
         if self.orbit.settled() && !self.converged {
-            self.converged = true;
             report.note(Event::OrbitConverged);
         }
+        self.converged = self.orbit.settled();
     }
 }

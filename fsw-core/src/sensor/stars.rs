@@ -125,12 +125,15 @@ impl Sensor<'_> {
         let prediction =
             self.motion.as_ref().and_then(|motion| motion.at(self.cycle)).and_then(|(attitude, _)| {
                 let predicted = field_stars(&self.catalogue, &self.camera, &attitude)?;
-                let earth = self.view(sky, &attitude);
+                let earth = self.view(&self.body(sky, &attitude), &attitude);
+                // A window that the limb's glow reaches is no good either.
+                let margin_px = f32::from(gate_px) + plan::STRIP_MARGIN_PX;
                 let hidden = |at_px| {
-                    earth
-                        .as_ref()
-                        .zip(self.camera.earth_direction(at_px))
-                        .is_some_and(|(earth, seen)| earth.lit_at(&seen))
+                    earth.as_ref().zip(self.camera.earth_direction(at_px)).is_some_and(|(earth, seen)| {
+                        let glow_rad = plan::glow_km(&self.parameters.earth) / earth.limb_distance_km();
+                        earth.covers(&seen, glow_rad + margin_px * self.camera.rad_per_px())
+                            && earth.lit_at(&seen, &self.parameters.earth)
+                    })
                 };
                 Some((attitude, plan::star_windows(&predicted, &geometry, gate_px, hidden)))
             });

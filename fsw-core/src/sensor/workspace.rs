@@ -1,6 +1,8 @@
 //! What a sensor needs room for.
 
 use crate::camera::Camera;
+use crate::earth::centre;
+use crate::earth::search::Points;
 use crate::image::DetectionParameters;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::stars::identify::Identifier;
@@ -20,6 +22,8 @@ pub const MAX_TRIANGLES: usize = 512;
 pub struct Workspace {
     pub(super) buffer: [u16; TILE_PIXELS],
     pub(super) detections: Detections,
+    pub(super) limb: Points,
+    pub(super) rays: centre::Workspace,
     pub(super) measured: Vec<Measured, MAX_MEASURED>,
     pub(super) identifier: Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>,
 }
@@ -36,6 +40,8 @@ impl Workspace {
         Self {
             buffer: [0; TILE_PIXELS],
             detections: Detections::new(),
+            limb: Points::new(),
+            rays: centre::Workspace::new(),
             measured: Vec::new(),
             identifier: Identifier::new(),
         }
