@@ -105,6 +105,7 @@ fn earth_word(status: EarthStatus) -> &'static str {
         EarthStatus::Refused(Refusal::NoConsensus) => "no-consensus",
         EarthStatus::Refused(Refusal::ShortArc) => "short-arc",
         EarthStatus::Refused(Refusal::Degenerate) => "degenerate",
+        EarthStatus::Refused(Refusal::Uncertain) => "uncertain",
     }
 }
 
