@@ -70,7 +70,7 @@ impl Default for EarthModel {
             photon_j: 2.84e-19,
             mean_albedo: 0.3,
             cloud_contrast: 1.0,
-            lommel_seeliger: 0.2,
+            lommel_seeliger: 0.4,
             limb_haze: 0.7,
             scale_height_km: 8.0,
             atmosphere_top_km: 100.0,

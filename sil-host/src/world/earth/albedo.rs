@@ -70,7 +70,7 @@ impl Albedo {
         } else {
             0.0
         };
-        let albedo = ground * (1.0 - cover) + cover * (0.26 + 0.54 * thick);
+        let albedo = ground * (1.0 - cover) + cover * (0.22 + 0.58 * thick);
         self.mean + self.contrast * (albedo - self.mean)
     }
 

@@ -14,6 +14,9 @@
 //! limb; the limb is straight over five PSF widths. The surface is taken where the line meets it whose depth below the
 //! limb is the mean over the PSF, and is not blurred otherwise: [`super::albedo`] leaves out what a pixel cannot resolve. Motion during the exposure is not drawn (1.3 px
 //! in a low orbit and 0.4 s), nor is the Moon.
+//!
+//! Half of the brightness ten pixels inside stands 5 to 6 km above the ellipsoid in low orbits and 5 to 13 km in GEO, where a
+//! pixel is 12 km: the lower the Sun, the further from the 5.5 km of `H ln 2`. Cost: 55 ns a pixel of the lit disc.
 
 use super::albedo::Albedo;
 use super::ellipsoid::{Ellipsoid, to_sphere};
