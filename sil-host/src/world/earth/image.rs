@@ -15,8 +15,9 @@
 //! limb is the mean over the PSF, and is not blurred otherwise: [`super::albedo`] leaves out what a pixel cannot resolve. Motion during the exposure is not drawn (1.3 px
 //! in a low orbit and 0.4 s), nor is the Moon.
 //!
-//! Half of the brightness ten pixels inside stands 5 to 6 km above the ellipsoid in low orbits and 5 to 13 km in GEO, where a
-//! pixel is 12 km: the lower the Sun, the further from the 5.5 km of `H ln 2`. Cost: about 85 ns a pixel of the lit disc beside 28 ns of noise.
+//! Half of the brightness ten pixels inside stands 4 to 6 km above the ellipsoid in low orbits and 3 to 14 km in GEO, where a
+//! pixel is 12 km: the lower the Sun (90 to 5 deg), the further from the 5.5 km of `H ln 2`; below with the Sun behind the
+//! satellite, above with the Sun aside. Cost: about 85 ns a pixel of the lit disc, beside 28 ns for its noise.
 
 use super::albedo::Albedo;
 use super::ellipsoid::{Ellipsoid, to_sphere};
