@@ -6,10 +6,10 @@
 //! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
 
 use crate::cli::BudgetArguments;
-use crate::star_scene;
 use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
 use crate::json;
 use crate::record::{self, RecordingFiles};
+use crate::star_scene;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::Report;
 use fsw_hal::Stage;
@@ -291,7 +291,8 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let limits = limits(&root)?;
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let (files, reports) = record::record(&mut star_scene::scene()?, star_scene::parameters(), SECONDS, &folder)?;
+    let (files, reports) =
+        record::record(&mut star_scene::scene()?, star_scene::parameters(), SECONDS, &folder)?;
     let flown = fly(&root, &files, &folder)?;
     let host = std::fs::read(&files.telemetry).unwrap_or_default();
     let budget = table(&limits, &flown, &reports, flown.telemetry == host);

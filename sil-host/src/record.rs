@@ -12,12 +12,12 @@
 //! made for a calibrated camera; the catalogue is the one in the flight image.
 
 use crate::cli::RecordArguments;
-use crate::star_scene;
 use crate::error::HostError;
 use crate::flight;
 use crate::frames_file::{FramesWriter, Recording};
 use crate::picture::Picture;
 use crate::solve::{PictureSolver, camera_for, reason_words};
+use crate::star_scene;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;

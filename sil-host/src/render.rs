@@ -41,7 +41,12 @@ fn png(pixels: &[u16], geometry: DetectorGeometry) -> Result<Vec<u8>, image::Ima
     let bytes: Vec<u8> = pixels.iter().flat_map(|value| value.to_ne_bytes()).collect();
     let (width, height) = (geometry.width_px.into(), geometry.height_px.into());
     let mut file = Vec::new();
-    image::codecs::png::PngEncoder::new(&mut file).write_image(&bytes, width, height, ExtendedColorType::L16)?;
+    image::codecs::png::PngEncoder::new(&mut file).write_image(
+        &bytes,
+        width,
+        height,
+        ExtendedColorType::L16,
+    )?;
     Ok(file)
 }
 

@@ -81,8 +81,9 @@ impl TelemetryFile {
     }
 
     fn add(&mut self, report: &telemetry::Report) -> Result<(), HostError> {
-        let frame = telemetry::encode_next(report, &mut self.buffer)
-            .map_err(|error| HostError::usage(format!("a frame cannot be made ({error:?})"), "report this"))?;
+        let frame = telemetry::encode_next(report, &mut self.buffer).map_err(|error| {
+            HostError::usage(format!("a frame cannot be made ({error:?})"), "report this")
+        })?;
         let result = self.file.write_all(frame);
         self.written(result)
     }
@@ -161,7 +162,8 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
-    std::fs::write(path, bytes).map_err(|error| HostError::system(path, "written", &error, "check the folder"))
+    std::fs::write(path, bytes)
+        .map_err(|error| HostError::system(path, "written", &error, "check the folder"))
 }
 
 /// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that second's image.

@@ -209,7 +209,8 @@ impl Scenario {
         let count = |key: &str, value: &Option<Spanned<i64>>, most| {
             text.whole(key, value.as_ref(), 0, (0, most)).map(|count| count as u32)
         };
-        let angle = |key: &str, value: &Option<Spanned<f64>>| text.number(key, value.as_ref(), 0.0, ANGLE_DEG);
+        let angle =
+            |key: &str, value: &Option<Spanned<f64>>| text.number(key, value.as_ref(), 0.0, ANGLE_DEG);
         let star_path_deg = match &raw.mount.star_path_deg {
             Some(angles) => text.triple("mount.star_path_deg", angles, ANGLE_DEG)?,
             None => [0.0, 90.0, 0.0],
@@ -258,8 +259,7 @@ impl Scenario {
             .map_err(|error| {
                 HostError::input(&self.file, Some(self.orbit_line), error.to_string(), "give another orbit")
             })?;
-        let journey =
-            Journey { orbit, pointing: self.pointing, mount: self.mount, earth: self.earth };
+        let journey = Journey { orbit, pointing: self.pointing, mount: self.mount, earth: self.earth };
         let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
         settings.disturbances = self.disturbances;
         Scene::new(settings, &sky::in_year(self.start_year()))
@@ -323,8 +323,7 @@ fn camera(text: &Text<'_>, raw: &RawFile) -> Result<CameraFile, HostError> {
 fn earth(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostError> {
     let default = EarthModel::default();
     let contrast = raw.cloud_contrast.as_ref();
-    let cloud_contrast =
-        text.number("earth.cloud_contrast", contrast, default.cloud_contrast, (0.0, 1.0))?;
+    let cloud_contrast = text.number("earth.cloud_contrast", contrast, default.cloud_contrast, (0.0, 1.0))?;
     Ok(EarthModel { cloud_contrast, ..default })
 }
 

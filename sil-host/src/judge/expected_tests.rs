@@ -64,7 +64,8 @@ fn a_mode_that_stays_behind_is_wrong_after_the_grace() {
 
 #[test]
 fn a_lost_attitude_without_a_change_of_the_geometry_is_wrong_at_once() {
-    let judge = judged(&[(100, Tracking, Full), (7, Acquisition, Full), (2, Safe, Full), (91, Tracking, Full)]);
+    let judge =
+        judged(&[(100, Tracking, Full), (7, Acquisition, Full), (2, Safe, Full), (91, Tracking, Full)]);
     assert_eq!(judge.share(), Some(191.0 / 200.0));
     assert_eq!(judge.disagreements()[0].seconds, 9);
 }

@@ -39,7 +39,9 @@ pub fn draw(scene: &mut Scene, moment: &Moment, exposure_us: u32) -> Result<Stri
     scene
         .expose_cycle(cycle.into(), exposure_us)
         .and_then(|()| scene.read(geometry.whole(), &mut pixels))
-        .map_err(|error| HostError::usage(format!("frame {cycle} cannot be drawn ({error:?})"), "report this"))?;
+        .map_err(|error| {
+            HostError::usage(format!("frame {cycle} cannot be drawn ({error:?})"), "report this")
+        })?;
     let png = png(&pixels, usize::from(width), geometry.full_scale())?;
     let truth = truth_of(scene, cycle)?;
     let mut svg = format!(

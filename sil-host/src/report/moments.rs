@@ -63,7 +63,9 @@ impl Moments {
         if self.seconds_in_state == INTO_S {
             match state {
                 SensorState::Full => {}
-                SensorState::Eclipse if self.eclipse.is_none() => self.eclipse = taken("Eclipse: stars alone"),
+                SensorState::Eclipse if self.eclipse.is_none() => {
+                    self.eclipse = taken("Eclipse: stars alone")
+                }
                 SensorState::Eclipse => {}
                 _ if self.sun.is_none() => self.sun = taken("The Sun in a path"),
                 _ => {}

@@ -121,7 +121,8 @@ fn plots(page: &mut String, recorder: &Recorder) {
     let panels = three(["about x", "about y", "about z (line of sight)"], "arcsec", &recorder.attitude);
     section(page, "Attitude error", "Star path axes.", &frame.plot("Attitude error", &panels));
     let panels = three(["radial", "along track", "cross track"], "km", &recorder.position);
-    let words = "The envelope takes the errors of the ICRS axes as uncorrelated; limits are judged in ICRS axes.";
+    let words =
+        "The envelope takes the errors of the ICRS axes as uncorrelated; limits are judged in ICRS axes.";
     section(page, "Position error", words, &frame.plot("Position error", &panels));
     let panels = three(["radial", "along track", "cross track"], "m/s", &recorder.velocity);
     section(page, "Velocity error", words, &frame.plot("Velocity error", &panels));
@@ -216,9 +217,18 @@ fn setting(page: &mut String, scenario: &Scenario) {
         ("Period", format!("{:.0} s", scenario.period_s())),
         (
             "Earth path",
-            format!("{} deg off nadir towards flight, rolled by {} deg", scenario.pointing.off_nadir_deg, scenario.pointing.roll_deg),
+            format!(
+                "{} deg off nadir towards flight, rolled by {} deg",
+                scenario.pointing.off_nadir_deg, scenario.pointing.roll_deg
+            ),
         ),
-        ("Star path", format!("turned by {a}, {b}, {c} deg about x, y, z of the Earth path{}", if camera.mirrored { ", mirrored" } else { "" })),
+        (
+            "Star path",
+            format!(
+                "turned by {a}, {b}, {c} deg about x, y, z of the Earth path{}",
+                if camera.mirrored { ", mirrored" } else { "" }
+            ),
+        ),
         (
             "Camera",
             format!(
@@ -234,7 +244,9 @@ fn setting(page: &mut String, scenario: &Scenario) {
             "A frame holds",
             format!(
                 "{} false stars, {} hot pixels, {} protons",
-                scenario.disturbances.false_stars, scenario.disturbances.hot_pixels, scenario.disturbances.proton_hits
+                scenario.disturbances.false_stars,
+                scenario.disturbances.hot_pixels,
+                scenario.disturbances.proton_hits
             ),
         ),
     ];

@@ -79,7 +79,8 @@ impl Frame<'_> {
     fn shade(&self, svg: &mut String, top: f64, height: f64) {
         for (bit, class) in [(DARK, "dark"), (SUN, "sun")] {
             for (from, to) in self.geometry.runs(bit) {
-                let (left, right) = (self.x(self.stretches.start_s(from)), self.x(self.stretches.start_s(to)));
+                let (left, right) =
+                    (self.x(self.stretches.start_s(from)), self.x(self.stretches.start_s(to)));
                 let width = right - left;
                 let _ = write!(
                     svg,
@@ -92,7 +93,10 @@ impl Frame<'_> {
     /// Lines of the axis of time through panels that end at `bottom`, and its labels.
     fn time_axis(&self, svg: &mut String, bottom: f64) {
         let seconds = f64::from(self.stretches.seconds);
-        let steps = [1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 10_800.0, 21_600.0, 43_200.0];
+        let steps = [
+            1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 10_800.0,
+            21_600.0, 43_200.0,
+        ];
         let step = steps.into_iter().find(|step| seconds / step <= 13.0).unwrap_or(86_400.0);
         let mut at = 0.0;
         while at <= seconds {
@@ -104,7 +108,10 @@ impl Frame<'_> {
             };
             let y = bottom + 16.0;
             let _ = write!(svg, "<path class=\"grid\" d=\"M{x:.1} 0V{bottom:.1}\"/>");
-            let _ = write!(svg, "<text class=\"tick\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{text}</text>");
+            let _ = write!(
+                svg,
+                "<text class=\"tick\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{text}</text>"
+            );
             at += step;
         }
         let unit = if step >= 60.0 { "h:min" } else { "s" };
@@ -218,7 +225,14 @@ impl Frame<'_> {
 
     /// Rows of things that were the case: pale where expected, solid where flown, in another colour where wrong. A row is
     /// its name and its bit in both sets.
-    pub fn strip(&self, title: &str, rows: &[&str], expected: &Marks, flown: &Marks, wrong: &Marks) -> String {
+    pub fn strip(
+        &self,
+        title: &str,
+        rows: &[&str],
+        expected: &Marks,
+        flown: &Marks,
+        wrong: &Marks,
+    ) -> String {
         const ROW: f64 = 24.0;
         let bottom = rows.len() as f64 * ROW;
         let mut svg = String::new();
@@ -226,7 +240,9 @@ impl Frame<'_> {
         self.time_axis(&mut svg, bottom);
         for (bit, name) in rows.iter().enumerate() {
             let top = bit as f64 * ROW;
-            for (marks, class, inset) in [(expected, "expected", 2.0), (flown, "flown", 8.0), (wrong, "wrong", 8.0)] {
+            for (marks, class, inset) in
+                [(expected, "expected", 2.0), (flown, "flown", 8.0), (wrong, "wrong", 8.0)]
+            {
                 for (from, to) in marks.runs(bit as u8) {
                     let left = self.x(self.stretches.start_s(from));
                     // A single second of a day must be seen too.

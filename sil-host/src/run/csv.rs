@@ -5,9 +5,9 @@
 //! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross.
 
 use crate::error::HostError;
+use crate::judge::arcsec;
 use crate::judge::expected::{mode_of, word};
 use crate::judge::second::{Axes, Judged};
-use crate::judge::arcsec;
 use crate::run::harness::Second;
 use crate::world::scene::SensorState;
 use fsw_core::telemetry::{EarthStatus, Status};

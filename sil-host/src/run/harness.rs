@@ -75,8 +75,7 @@ pub fn fly(
     for cycle in 0..scenario.duration_s {
         let mut clock = Instant(scenario.start_us + i64::from(cycle) * 1_000_000);
         let mut detector = ThisSecond { scene, cycle: cycle.into() };
-        let mut instruments =
-            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
+        let mut instruments = Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         let truth = truth_of(scene, cycle)?;
         let image = image_cycle(&report);

@@ -38,7 +38,8 @@ pub(super) fn tt_us(text: &str) -> Result<i64, &'static str> {
         text.len() == 19 && separators.iter().all(|(at, byte)| text.as_bytes().get(*at) == Some(byte));
     let fields = [(0, 4), (5, 7), (8, 10), (11, 13), (14, 16), (17, 19)];
     let numbers: Vec<i64> = fields.iter().filter_map(|(from, to)| digits(text, *from, *to)).collect();
-    let ([year, month, day, hour, minute, second], true) = (numbers[..].try_into().unwrap_or([-1; 6]), shaped)
+    let ([year, month, day, hour, minute, second], true) =
+        (numbers[..].try_into().unwrap_or([-1; 6]), shaped)
     else {
         return Err("is no time of the form 2026-09-23T18:00:00");
     };
