@@ -1,97 +1,112 @@
-//! The Earth.
+//! The Earth as light: its looks, and how many electrons they give.
+//!
+//! | module | takes | gives |
+//! |---|---|---|
+//! | [`ellipsoid`] | pole, position | what is hidden, how much limb is lit |
+//! | [`albedo`] | a place on the Earth | its albedo: sea, land, clouds |
+//! | [`image`] | position, Sun, Earth path | mean electrons of a window |
+//!
+//! Radiometry: a surface of albedo `A` with the Sun in the zenith has the radiance `A E / pi`; a pixel of `1/f²` sr (on the
+//! axis; the fall of cos⁴ towards the edge is left out) collects `A E / pi · aperture / f² · mirror · filter · QE · fill /
+//! hν` electrons a second: 1.16e4 for `A` = 0.3 and the thesis's camera.
 
-use super::attitude::{Vector, apply, dot};
-use super::vector::{cross, length, minus, plus, times, unit};
+pub mod albedo;
+pub mod ellipsoid;
+pub mod image;
+
+pub use ellipsoid::Ellipsoid;
+
+use std::f64::consts::PI;
 
 /// Equatorial radius (WGS84), km.
 pub const EQUATOR_KM: f64 = 6378.137;
 /// Polar radius (WGS84), km.
 pub const POLE_KM: f64 = 6_356.752_314_245;
 
-/// The looks of the Earth.
+/// The looks of the Earth, and the part of the optics that its light passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EarthModel {
-    /// From 0 (the same albedo everywhere) to 1.
+    /// Irradiance by the Sun at the Earth between 500 and 900 nm, W/m².
+    pub irradiance_w_m2: f64,
+    /// Diameter of the aperture, m.
+    pub aperture_m: f64,
+    /// Share the partial mirror lets through.
+    pub mirror_transmission: f64,
+    /// Share the grey filter lets through.
+    pub filter_transmission: f64,
+    /// Quantum efficiency of the detector.
+    pub quantum_efficiency: f64,
+    /// Share of a pixel that is sensitive.
+    pub fill_factor: f64,
+    /// Energy of a photon in the middle of the band (700 nm), J.
+    pub photon_j: f64,
+    /// Albedo about which the clouds vary.
+    pub mean_albedo: f64,
+    /// Contrast of clouds, land and sea, from 0 (the mean albedo everywhere) to 1 (0.06 to 0.8).
     pub cloud_contrast: f64,
-    /// Whether the satellite's motion shifts the Earth's image by v/c (5 arcsec in a low orbit), as it does in nature.
+    /// Share of the brightness after Lommel and Seeliger, the rest is Lambert's.
+    pub lommel_seeliger: f64,
+    /// Height over which the atmosphere beyond the limb loses a factor e of its brightness, km.
+    pub scale_height_km: f64,
+    /// Height at which the atmosphere ends, km.
+    pub atmosphere_top_km: f64,
+    /// Depth of the Sun below the horizon at which the last light goes, degrees.
+    pub twilight_deg: f64,
+    /// Whether the satellite's own velocity shifts the Earth's image by v/c (5 arcsec in a low orbit), as in nature.
     pub aberration: bool,
 }
 
 impl Default for EarthModel {
     fn default() -> Self {
-        Self { cloud_contrast: 1.0, aberration: true }
-    }
-}
-
-/// The ellipsoid, seen from a place. Axes: ICRS.
-#[derive(Debug, Clone, Copy)]
-pub struct Ellipsoid {
-    equator: [Vector; 3],
-    /// The place in axes in which the ellipsoid is a unit sphere.
-    place: Vector,
-    position: Vector,
-}
-
-/// Steps of the azimuth about the Earth's centre.
-const AZIMUTHS: u32 = 720;
-/// Sine of the Sun's elevation (3 deg) from which a limb point counts as lit.
-const LIT_SINE: f64 = 0.052_336;
-
-impl Ellipsoid {
-    /// `equator`: ICRS to equator of date; `position` of the observer, ICRS, km.
-    pub fn new(equator: &[Vector; 3], position: Vector) -> Self {
-        let mut ellipsoid = Self { equator: *equator, place: [0.0; 3], position };
-        ellipsoid.place = ellipsoid.to_sphere(position);
-        ellipsoid
-    }
-
-    fn to_sphere(&self, v: Vector) -> Vector {
-        let [x, y, z] = apply(&self.equator, v);
-        [x / EQUATOR_KM, y / EQUATOR_KM, z / POLE_KM]
-    }
-
-    /// Normal at the point of the sphere `p`, ICRS, unit.
-    fn normal(&self, [x, y, z]: Vector) -> Vector {
-        let gradient = [x / EQUATOR_KM, y / EQUATOR_KM, z / POLE_KM];
-        unit(apply(&super::vector::transposed(&self.equator), gradient))
-    }
-
-    /// Whether a disc of `radius_rad` about `direction` is hidden whole.
-    pub fn hides(&self, direction: Vector, radius_rad: f64) -> bool {
-        let d = self.to_sphere(direction);
-        let (a, b) = (dot(d, d), dot(self.place, d));
-        if b >= 0.0 {
-            return false;
+        Self {
+            irradiance_w_m2: 500.0,
+            aperture_m: 0.010,
+            mirror_transmission: 0.09,
+            filter_transmission: 1.0 / 4000.0,
+            quantum_efficiency: 0.5,
+            fill_factor: 0.7,
+            photon_j: 2.84e-19,
+            mean_albedo: 0.3,
+            cloud_contrast: 1.0,
+            lommel_seeliger: 0.3,
+            scale_height_km: 8.0,
+            atmosphere_top_km: 100.0,
+            twilight_deg: 5.0,
+            aberration: true,
         }
-        let way = -b / a;
-        let nearest = plus(self.place, way, d);
-        let rho = length(nearest);
-        let [x, y, z] = nearest;
-        let slope = length([x / EQUATOR_KM, y / EQUATOR_KM, z / POLE_KM]) / rho;
-        let height = (rho - 1.0) / slope;
-        let distance = way * length(direction);
-        height < -radius_rad * distance
+    }
+}
+
+impl EarthModel {
+    /// Electrons a second that all the light entering the aperture would free, were none lost before the detector.
+    pub fn aperture_e_s(&self) -> f64 {
+        let area_m2 = 0.25 * PI * self.aperture_m * self.aperture_m;
+        self.irradiance_w_m2 * area_m2 / self.photon_j * self.quantum_efficiency * self.fill_factor
     }
 
-    /// Degrees of azimuth of limb that is lit by `sun` and `on_detector`.
-    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
-        let far = length(self.place);
-        let up = times(far.recip(), self.place);
-        let aside = if up[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
-        let e1 = unit(cross(aside, up));
-        let e2 = cross(up, e1);
-        let (depth, radius) = (far.recip(), (1.0 - 1.0 / (far * far)).max(0.0).sqrt());
-        let lit = |k: &u32| {
-            let (s, c) = libm::sincos(std::f64::consts::TAU * f64::from(*k) / f64::from(AZIMUTHS));
-            let point = plus(plus(times(depth, up), radius * c, e1), radius * s, e2);
-            if dot(self.normal(point), sun) <= LIT_SINE {
-                return false;
-            }
-            let [x, y, z] = point;
-            let of_date = [x * EQUATOR_KM, y * EQUATOR_KM, z * POLE_KM];
-            let place = apply(&super::vector::transposed(&self.equator), of_date);
-            on_detector(minus(place, self.position))
-        };
-        (0..AZIMUTHS).filter(lit).count() as f64 * 360.0 / f64::from(AZIMUTHS)
+    /// Electrons a second of a pixel that sees a white Lambert surface with the Sun in the zenith.
+    pub fn white_e_s(&self, focal_length_px: f64) -> f64 {
+        self.aperture_e_s() * self.mirror_transmission * self.filter_transmission
+            / (PI * focal_length_px * focal_length_px)
+    }
+
+    /// Whether all values make physical sense.
+    pub fn is_sound(&self) -> bool {
+        let shares = [
+            self.mirror_transmission,
+            self.filter_transmission,
+            self.quantum_efficiency,
+            self.fill_factor,
+            self.mean_albedo,
+            self.cloud_contrast,
+            self.lommel_seeliger,
+        ];
+        shares.iter().all(|share| (0.0..=1.0).contains(share))
+            && (0.0..=1e6).contains(&self.irradiance_w_m2)
+            && (1e-4..=10.0).contains(&self.aperture_m)
+            && (1e-21..=1e-15).contains(&self.photon_j)
+            && (1.0..=50.0).contains(&self.scale_height_km)
+            && (0.0..=100.0).contains(&self.atmosphere_top_km)
+            && (0.1..=30.0).contains(&self.twilight_deg)
     }
 }

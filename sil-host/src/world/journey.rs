@@ -4,6 +4,7 @@
 //! `rate_rad_s`: the star path. The satellite is pointed without error.
 
 use super::attitude::{Vector, apply};
+use super::earth::image::{EarthImage, View};
 use super::earth::{EarthModel, Ellipsoid};
 use super::ephemeris;
 use super::optics::Optics;
@@ -43,6 +44,13 @@ pub enum SensorState {
     SunInStarPath = 3,
     /// The same, and its image lies on that of the Earth.
     SunInStarPathOverEarth = 4,
+}
+
+impl SensorState {
+    /// Whether the Sun blinds the whole detector.
+    pub fn is_blinded(self) -> bool {
+        matches!(self, Self::SunInEarthPath | Self::SunInStarPath | Self::SunInStarPathOverEarth)
+    }
 }
 
 /// The truth of an instant.
@@ -142,5 +150,19 @@ impl Journey {
             state,
             lit_limb_deg,
         }
+    }
+
+    /// The Earth's light in an exposure about the time of `truth`.
+    pub fn earth_image(&self, truth: &Truth, optics: &Optics, psf_sigma_px: f64) -> EarthImage {
+        let equator = ephemeris::icrs_to_equator(truth.instant_us);
+        let view = View {
+            ellipsoid: &Ellipsoid::new(&equator, truth.position_km),
+            earth_path: &truth.earth_path,
+            position_km: truth.position_km,
+            velocity_c: times(ephemeris::LIGHT_KM_S.recip(), truth.velocity_km_s),
+            sun: truth.sun,
+            sidereal_rad: ephemeris::sidereal_angle(truth.instant_us),
+        };
+        EarthImage::new(&self.earth, &optics.earth_path(), psf_sigma_px, &view)
     }
 }

@@ -33,6 +33,8 @@ pub enum Stream {
     Centroid = 7,
     /// Order of centroids.
     Shuffle = 8,
+    /// Clouds, land and sea.
+    Albedo = 9,
 }
 
 /// Mean from which on Poisson numbers come from the Gaussian.

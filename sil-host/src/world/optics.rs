@@ -23,6 +23,8 @@ pub struct Optics {
     size_px: [f64; 2],
     distortion: Distortion,
     mirrored: bool,
+    /// Whether there is no distortion.
+    straight: bool,
 }
 
 impl Optics {
@@ -34,6 +36,7 @@ impl Optics {
             size_px: [f64::from(camera.width_px), f64::from(camera.height_px)],
             distortion: camera.distortion,
             mirrored: camera.mirrored,
+            straight: camera.distortion == Distortion::default(),
         })
     }
 
@@ -59,15 +62,27 @@ impl Optics {
 
     /// The unit vector in the sensor frame that is imaged at `pixel`; `None` where the distortion has no inverse.
     pub fn unproject(&self, pixel: [f64; 2]) -> Option<Vector> {
+        let [x, y] = self.normalised(pixel)?;
+        let length = (1.0 + x * x + y * y).sqrt();
+        Some([self.through_mirror(x) / length, y / length, 1.0 / length])
+    }
+
+    /// The undistorted `[X/Z, Y/Z]` before the lens, behind any mirror, that is imaged at `pixel`; `None` where the
+    /// distortion has no inverse.
+    #[inline]
+    pub fn normalised(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         let seen = [0, 1].map(|k| (pixel[k] - self.centre_px[k]) / self.focal_length_px);
+        if self.straight { Some(seen) } else { self.undistorted(seen) }
+    }
+
+    fn undistorted(&self, seen: [f64; 2]) -> Option<[f64; 2]> {
         let mut guess = seen;
         for _ in 0..INVERSE_ROUNDS_MAX {
             let distorted = self.distort(guess);
             let step = [seen[0] - distorted[0], seen[1] - distorted[1]];
             guess = [guess[0] + step[0], guess[1] + step[1]];
             if step[0].abs().max(step[1].abs()) < INVERSE_TOLERANCE {
-                let length = (1.0 + guess[0] * guess[0] + guess[1] * guess[1]).sqrt();
-                return Some([self.through_mirror(guess[0]) / length, guess[1] / length, 1.0 / length]);
+                return Some(guess);
             }
         }
         None

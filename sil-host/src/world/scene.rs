@@ -12,12 +12,14 @@
 
 use super::attitude::{self, Vector, dot};
 use super::disturbances::{Deposits, Disturbances};
+use super::earth::image::EarthImage;
 pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
 use super::noise::{Noise, PoissonTable, Stream};
 use super::optics::Optics;
 use super::spots::{Spot, Spots};
 use super::stars::DetectorModel;
+use super::sun;
 use super::vector::plus;
 use crate::camera_file::CameraFile;
 use crate::picture::check_request;
@@ -79,6 +81,9 @@ pub enum SceneError {
     /// A value of the detector, the PSF or the disturbances makes no physical sense.
     #[error("a value of the detector model, the PSF width or the disturbances is out of range")]
     Detector,
+    /// A value of the Earth model makes no physical sense.
+    #[error("a value of the Earth model is out of range")]
+    Earth,
     /// The quaternion or the rate is not finite, or the quaternion is zero.
     #[error("the attitude or the rate is no number")]
     Motion,
@@ -102,12 +107,13 @@ pub struct VisibleStar {
 struct Exposure {
     cycle: u64,
     time_s: f64,
-    /// Mean electrons of a pixel without light: what most pixels hold.
+    /// Mean electrons of a pixel that sees neither star nor Earth: dark current, and the veil of the Sun in a path.
     dark: PoissonTable,
     spots: Spots,
     protons: Deposits,
     visible: Vec<VisibleStar>,
     truth: Option<Truth>,
+    earth: Option<EarthImage>,
 }
 
 /// A sky, a camera and a motion, with the last exposure.
@@ -140,6 +146,9 @@ impl Scene {
             if !turning.rate_rad_s.iter().all(|r| r.is_finite()) {
                 return Err(SceneError::Motion);
             }
+        }
+        if settings.motion.journey().is_some_and(|journey| !journey.earth.is_sound()) {
+            return Err(SceneError::Earth);
         }
         let mut scene = Self {
             settings,
@@ -219,9 +228,17 @@ impl Scene {
         spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
         let protons = disturbances.protons(*seed, cycle, geometry);
         let spots = Spots::new(self.settings.psf_sigma_px, spots);
-        let dark = PoissonTable::new(self.settings.detector.dark_now_e_s() * time_s);
+        let journey = self.settings.motion.journey();
         let truth = self.truth_at(cycle);
-        self.exposure = Some(Exposure { cycle, time_s, dark, spots, protons, visible, truth });
+        let earth = journey
+            .zip(truth.as_ref())
+            .map(|(journey, truth)| journey.earth_image(truth, &self.optics, self.settings.psf_sigma_px));
+        let veil_e_s = journey
+            .filter(|_| truth.is_some_and(|truth| truth.state.is_blinded()))
+            .map_or(0.0, |journey| sun::veil_e_s(&journey.earth, &geometry));
+        let even_e_s = self.settings.detector.dark_now_e_s() + veil_e_s;
+        let dark = PoissonTable::new(even_e_s * time_s);
+        self.exposure = Some(Exposure { cycle, time_s, dark, spots, protons, visible, truth, earth });
         Ok(())
     }
 
@@ -284,6 +301,9 @@ impl Detector for Scene {
         let (detector, bits) = (self.settings.detector, self.settings.camera.bits);
         self.scratch.clear();
         self.scratch.resize(pixels.len(), exposure.dark.mean());
+        if let Some(earth) = &exposure.earth {
+            earth.add_to(window, exposure.time_s, &mut self.scratch);
+        }
         exposure.spots.add_to(window, &mut self.scratch);
         self.hot_pixels.add_to(window, exposure.time_s, &mut self.scratch);
         let photon = Noise::new(self.settings.seed, exposure.cycle, Stream::Photon);

@@ -8,8 +8,10 @@
 //! 3.7e6 e-/s a pixel: full scale (40,000 e-) in 11 ms.
 
 use super::attitude::Vector;
+use super::earth::EarthModel;
 use super::optics::Optics;
 use super::vector::angle;
+use fsw_hal::DetectorGeometry;
 
 /// Angular radius of the Sun at 1 au, rad (0.2666 deg).
 pub const RADIUS_RAD: f64 = 4.653e-3;
@@ -27,4 +29,9 @@ pub fn touches(optics: &Optics, direction: Vector) -> bool {
     let nearest = optics.project(direction).map(|pixel| optics.clamped(pixel));
     let edge = nearest.and_then(|pixel| optics.unproject(pixel));
     edge.is_some_and(|edge| angle(edge, direction) <= RADIUS_RAD)
+}
+
+/// Electrons a second in every pixel of a blinded detector.
+pub fn veil_e_s(model: &EarthModel, geometry: &DetectorGeometry) -> f64 {
+    VEIL * model.aperture_e_s() / geometry.whole().area() as f64
 }

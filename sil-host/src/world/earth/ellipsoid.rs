@@ -1,0 +1,139 @@
+//! The figure of the Earth, seen from a place.
+//!
+//! In: the equator of date, a position, directions (ICRS). Out: whether a direction is hidden, how much of the limb is lit.
+//! In axes stretched by (1/a, 1/a, 1/b) the WGS84 ellipsoid is a unit sphere; the ray `p + s d` comes closest to its
+//! centre at `s = -p'd' / d'd'`, in the distance `rho`. Its height above the ellipsoid there is `(rho - 1) / |grad rho|`,
+//! right to 0.01 km up to 100 km.
+
+use super::{EQUATOR_KM, POLE_KM};
+use crate::world::attitude::{Vector, apply, dot};
+use crate::world::vector::{cross, length, minus, plus, times, transposed, unit};
+
+/// Steps of the azimuth about the Earth's centre.
+const AZIMUTHS: u32 = 720;
+/// Sine of the Sun's elevation from which a limb point counts as lit (3 deg).
+const LIT_SINE: f64 = 0.052_336;
+
+/// The ellipsoid and a place outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ellipsoid {
+    equator: [Vector; 3],
+    position: Vector,
+    /// The place in the axes in which the ellipsoid is a unit sphere.
+    place: Vector,
+}
+
+impl Ellipsoid {
+    /// `equator`: ICRS to equator of date; `position` of the observer, ICRS, km.
+    pub fn new(equator: &[Vector; 3], position: Vector) -> Self {
+        Self { equator: *equator, position, place: to_sphere(apply(equator, position)) }
+    }
+
+    /// ICRS to the equator of date.
+    pub fn equator(&self) -> &[Vector; 3] {
+        &self.equator
+    }
+
+    /// The observer on the unit sphere's axes.
+    pub fn place(&self) -> Vector {
+        self.place
+    }
+
+    /// Height above the ellipsoid (negative: below) of the point of the ray along `direction` that is nearest to it, and
+    /// the distance to there, both km; `None` when the ray leads away.
+    pub fn height_km(&self, direction: Vector) -> Option<(f64, f64)> {
+        let d = to_sphere(apply(&self.equator, direction));
+        let way = -dot(self.place, d) / dot(d, d);
+        if way <= 0.0 {
+            return None;
+        }
+        let nearest = plus(self.place, way, d);
+        let rho = length(nearest);
+        Some(((rho - 1.0) * rho / length(to_sphere(nearest)), way * length(direction)))
+    }
+
+    /// Whether a disc of `radius_rad` about `direction` is hidden whole.
+    pub fn hides(&self, direction: Vector, radius_rad: f64) -> bool {
+        self.height_km(direction).is_some_and(|(height, distance)| height < -radius_rad * distance)
+    }
+
+    /// Degrees of azimuth about the Earth's centre of limb that the Sun, in direction `sun`, lights from more than 3 deg
+    /// above the horizon, and that lies where `on_detector` says so.
+    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
+        let sun = apply(&self.equator, sun);
+        let to_icrs = transposed(&self.equator);
+        let position = apply(&self.equator, self.position);
+        let far = length(self.place);
+        let up = times(far.recip(), self.place);
+        let aside = if up[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+        let east = unit(cross(aside, up));
+        let north = cross(up, east);
+        // The limb of a unit sphere is a circle in the plane 1 / far from its centre.
+        let (depth, radius) = (far.recip(), (1.0 - 1.0 / (far * far)).max(0.0).sqrt());
+        let lit = |k: &u32| {
+            let (s, c) = libm::sincos(std::f64::consts::TAU * f64::from(*k) / f64::from(AZIMUTHS));
+            let point = plus(plus(times(depth, up), radius * c, east), radius * s, north);
+            let normal = unit(to_sphere(point));
+            let [x, y, z] = point;
+            let place = [x * EQUATOR_KM, y * EQUATOR_KM, z * POLE_KM];
+            dot(normal, sun) > LIT_SINE && on_detector(apply(&to_icrs, minus(place, position)))
+        };
+        (0..AZIMUTHS).filter(lit).count() as f64 * 360.0 / f64::from(AZIMUTHS)
+    }
+}
+
+/// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it gives the
+/// ellipsoid's normal there, not of unit length.
+pub fn to_sphere([x, y, z]: Vector) -> Vector {
+    const PER_EQUATOR: f64 = 1.0 / EQUATOR_KM;
+    [x * PER_EQUATOR, y * PER_EQUATOR, z * (1.0 / POLE_KM)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EQUATOR: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    #[test]
+    fn a_ray_passes_the_equator_and_the_pole_at_the_height_it_should() {
+        let seen = Ellipsoid::new(&EQUATOR, [42_164.0, 0.0, 0.0]);
+        // From the equatorial plane, rays at right angles to the radius of the point they pass.
+        for (radius, height) in [(EQUATOR_KM + 20.0, 20.0), (EQUATOR_KM - 5.0, -5.0)] {
+            let sine = radius / 42_164.0;
+            let (h, s) = seen.height_km([-(1.0 - sine * sine).sqrt(), sine, 0.0]).unwrap();
+            assert!(
+                (h - height).abs() < 1e-6 && (s - (42_164f64.powi(2) - radius * radius).sqrt()).abs() < 1e-6
+            );
+        }
+        // Over the pole: the ray's own nearest point, found by walking along it.
+        let direction = unit([-42_164.0, 0.0, 6450.0]);
+        let above = |s: f64| {
+            let [x, _, z] = plus([42_164.0, 0.0, 0.0], s, direction);
+            // Distance to the ellipse by Newton's foot point of a latitude.
+            let mut best = f64::MAX;
+            for k in -2000..=2000 {
+                let latitude = libm::atan2(z, x) + f64::from(k) * 5e-6;
+                let (s, c) = libm::sincos(latitude);
+                best = best.min(libm::hypot(x - EQUATOR_KM * c, z - POLE_KM * s));
+            }
+            best
+        };
+        let (h, s) = seen.height_km(direction).unwrap();
+        let lowest = (-400..=400).map(|k| above(s + f64::from(k))).fold(f64::MAX, f64::min);
+        assert!((h - lowest).abs() < 0.02, "{h} {lowest}");
+        assert_eq!(seen.height_km([1.0, 0.0, 0.0]), None);
+    }
+
+    #[test]
+    fn half_the_limb_is_lit_from_the_side_less_what_the_low_sun_leaves() {
+        let seen = Ellipsoid::new(&EQUATOR, [42_164.0, 0.0, 0.0]);
+        // Sun at right angles to the line to the Earth: limb points at azimuth phi have sine cos(rho) cos(phi).
+        let expected =
+            2.0 * (LIT_SINE / (1.0 - (EQUATOR_KM / 42_164.0f64).powi(2)).sqrt()).acos().to_degrees();
+        assert!((seen.lit_limb_deg([0.0, 1.0, 0.0], |_| true) - expected).abs() < 1.1);
+        assert_eq!(seen.lit_limb_deg([1.0, 0.0, 0.0], |_| true), 360.0);
+        assert_eq!(seen.lit_limb_deg([-1.0, 0.0, 0.0], |_| true), 0.0);
+        assert!((seen.lit_limb_deg([1.0, 0.0, 0.0], |d| d[2] > 0.0) - 180.0).abs() < 0.6);
+    }
+}
