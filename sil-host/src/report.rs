@@ -152,3 +152,7 @@ impl Recorder {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "report_tests.rs"]
+mod tests;

@@ -1,1 +1,146 @@
+use super::*;
+use crate::world::scene::SensorState;
 
+fn default_text() -> &'static str {
+    EMBEDDED[0].1
+}
+
+/// Message of the fault of the default scenario with `from` replaced by `to`.
+fn refused(from: &str, to: &str) -> String {
+    let text = default_text().replacen(from, to, 1);
+    assert_ne!(text, default_text(), "{from} is not in the file");
+    let message = Scenario::parse(Path::new("some.toml"), &text).expect_err(to).to_string();
+    assert!(message.starts_with("sil-host: some.toml:") && !message.contains('\n'), "{message}");
+    message
+}
+
+/// Line of the default scenario that begins with `start`.
+fn line_of(start: &str) -> usize {
+    1 + default_text().lines().position(|line| line.starts_with(start)).expect("a line")
+}
+
+#[test]
+fn embedded_scenarios_are_sound_and_named_as_their_files() {
+    for (name, text) in EMBEDDED {
+        let scenario = Scenario::parse(&embedded_path(name), text).unwrap();
+        assert_eq!(scenario.name, name);
+        assert!(scenario.camera.mirrored && !scenario.description.is_empty());
+        assert!(scenario.flight_parameters().check().is_ok());
+        scenario.scene().unwrap();
+    }
+    assert_eq!(Scenario::default_embedded().name, "geo-eclipse");
+    assert_eq!(Scenario::load(Path::new("geo-day")).unwrap().duration_s, 86_400);
+}
+
+#[test]
+fn values_out_of_range_name_line_key_and_range() {
+    let cases = [
+        ("duration_s = 21600", "duration_s = 0", "scenario.duration_s"),
+        ("seed = 1", "seed = -1", "scenario.seed"),
+        ("exposure_ms = 400", "exposure_ms = 1500", "scenario.exposure_ms"),
+        ("start = \"2026-09-23T18:00:00\"", "start = \"tomorrow\"", "scenario.start"),
+        ("name = \"geo-eclipse\"", "name = \"../up\"", "scenario.name"),
+        ("i_deg = 0.05", "i_deg = nan", "orbit.i_deg"),
+        ("a_km = 42164.17", "a_km = 6000", "orbit.a_km"),
+        ("off_nadir_deg = 0.0", "off_nadir_deg = 1e9", "pointing.off_nadir_deg"),
+        ("star_path_deg = [0.0, 90.0, 0.0]", "star_path_deg = [0.0, 900.0, 0.0]", "mount.star_path_deg"),
+        ("hot_pixels = 200", "hot_pixels = -200", "disturbances.hot_pixels"),
+        ("mode_share = 0.99", "mode_share = 99", "limits.mode_share"),
+        ("mode_share = 0.99", "mood_share = 0.99", "limits.mood_share"),
+    ];
+    for (from, to, key) in cases {
+        let message = refused(from, to);
+        let line = line_of(from);
+        assert!(message.contains(&format!("some.toml:{line}: {key}: ")), "{message}");
+        assert!(message.contains("; "), "{message}");
+    }
+}
+
+#[test]
+fn unknown_and_missing_keys_are_named() {
+    let message = refused("seed = 1", "seeds = 1");
+    assert!(message.contains(&format!(":{}: ", line_of("seed"))) && message.contains("`seeds`"), "{message}");
+    assert!(refused("[mount]", "[mouth]").contains("`mouth`"));
+    assert!(refused("start = ", "# ").contains("`start`"));
+    assert!(refused("a_km = 42164.17", "a_km = far").contains(&format!(":{}: ", line_of("a_km"))));
+}
+
+#[test]
+fn impossible_orbits_name_the_line() {
+    let message = refused("e = 0.0002", "e = 0.9");
+    assert!(message.contains(&format!(":{}: orbit.e: perigee", line_of("e ="))), "{message}");
+    let state = |v: &str| {
+        let (from, to) = (default_text().find("a_km").unwrap(), default_text().find("[pointing]").unwrap());
+        let state = format!("position_km = [7000.0, 0.0, 0.0]\nvelocity_km_s = {v}\n");
+        let text = [&default_text()[..from], &state, &default_text()[to..]].concat();
+        Scenario::parse(Path::new("some.toml"), &text)
+    };
+    assert!(state("[0.0, 7.6, 0.0]").is_ok());
+    for (v, word) in [("[0.0, 11.0, 0.0]", "leaves the Earth"), ("[7.6, 0.0, 0.0]", "perigee")] {
+        let message = state(v).unwrap_err().to_string();
+        let line = line_of("a_km") + 1;
+        assert!(message.contains(&format!(":{line}: orbit.velocity_km_s: ")), "{message}");
+        assert!(message.contains(word), "{message}");
+    }
+    assert!(refused("a_km = 42164.17", "velocity_km_s = [0.0, 3.0, 0.0]").contains("neither elements"));
+}
+
+#[test]
+fn a_camera_that_is_not_there_names_the_line() {
+    let message = refused("[disturbances]", "[camera]\nfile = \"no-such.toml\"\n[disturbances]");
+    let line = line_of("[disturbances]") + 1;
+    assert!(message.contains(&format!(":{line}: camera.file: no such file")), "{message}");
+}
+
+/// Seconds in each state of an embedded scenario, every tenth second looked at.
+fn seconds_in_states(name: &str) -> [u32; 5] {
+    let scenario = Scenario::load(Path::new(name)).unwrap();
+    let scene = scenario.scene().unwrap();
+    let mut seconds = [0; 5];
+    for cycle in (0..scenario.duration_s).step_by(10) {
+        seconds[scene.truth_at(cycle.into()).unwrap().state as usize] += 10;
+    }
+    println!("{name}: {seconds:?}");
+    seconds
+}
+
+#[test]
+fn the_default_scenario_has_an_eclipse_and_the_sun_in_the_earth_path_on_either_side() {
+    let [full, sun_earth, eclipse, sun_star, both] = seconds_in_states("geo-eclipse");
+    // The Earth covers the Sun for 67 to 70 minutes at the equinox; the Sun needs 13 to 17 minutes from the field's edge.
+    assert!((3_900..4_300).contains(&eclipse) && (1_500..2_100).contains(&sun_earth));
+    assert!(full > 15_000 && sun_star == 0 && both == 0);
+}
+
+#[test]
+fn the_day_also_has_the_sun_in_the_star_path() {
+    let [_, sun_earth, eclipse, sun_star, over_earth] = seconds_in_states("geo-day");
+    assert!(sun_earth > 1_500 && eclipse > 3_900);
+    // 24.1 degrees of field and the Sun's own half degree at 15 degrees an hour; two thirds of it over the Earth's image.
+    assert!((5_700..6_100).contains(&(sun_star + over_earth)) && over_earth > sun_star);
+}
+
+#[test]
+fn low_orbits_have_light_and_dark_and_no_sun_where_none_is_meant() {
+    let [full, sun_earth, eclipse, sun_star, both] = seconds_in_states("sso-noon-midnight");
+    assert!(full > 5_000 && eclipse > 3_000 && sun_earth > 0 && sun_star == 0 && both == 0);
+    let [full, sun_earth, eclipse, sun_star, both] = seconds_in_states("leo-oblique");
+    assert!(full > 5_000 && eclipse > 3_000 && sun_earth == 0 && sun_star == 0 && both == 0);
+}
+
+#[test]
+fn the_star_path_never_looks_at_the_earth() {
+    for (name, _) in EMBEDDED {
+        let scenario = Scenario::load(Path::new(name)).unwrap();
+        let distance_km = libm::sqrt(dot(scenario.position_km, scenario.position_km));
+        let earth_deg = libm::asin(6_478.0 / distance_km).to_degrees();
+        let nadir = scenario.pointing.icrs_to_earth_path(scenario.position_km, scenario.velocity_km_s);
+        let down = scenario.position_km.map(|component| -component / distance_km);
+        let star_path = scenario.mount.earth_to_star()[2];
+        let seen = crate::world::attitude::apply(&nadir, down);
+        let from_nadir_deg = libm::acos(dot(star_path, seen)).to_degrees();
+        // Half the diagonal of the field is 15.3 degrees.
+        assert!(from_nadir_deg > earth_deg + 15.4, "{name}: {from_nadir_deg} of {earth_deg}");
+    }
+    assert_eq!(SensorState::Eclipse as u8, 2);
+}

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 /// Width of a plot, and of the margins left and right of its panels.
 const WIDTH: f64 = 1000.0;
 const LEFT: f64 = 74.0;
-const RIGHT: f64 = 10.0;
+const RIGHT: f64 = 24.0;
 /// Height of a panel, of the gap between two, and of the axis of time.
 const HEIGHT: f64 = 112.0;
 const GAP: f64 = 10.0;
@@ -57,6 +57,20 @@ impl<'a> Panel<'a> {
         let scale = Scale::from_zero(line.magnitudes().chain(level));
         Self { name, unit, line, band: None, scale, level }
     }
+}
+
+/// Stretches in a row that have values: number, least, greatest.
+fn pieces(trace: &Trace) -> Vec<Vec<(usize, f64, f64)>> {
+    let mut pieces: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new()];
+    for (index, range) in trace.ranges().iter().enumerate() {
+        match (range, pieces.last_mut()) {
+            (Some((low, high)), Some(piece)) => piece.push((index, *low, *high)),
+            (None, Some(piece)) if !piece.is_empty() => pieces.push(Vec::new()),
+            _ => {}
+        }
+    }
+    pieces.retain(|piece| !piece.is_empty());
+    pieces
 }
 
 impl Frame<'_> {
@@ -128,10 +142,10 @@ impl Frame<'_> {
         let bottom = panels.len() as f64 * (HEIGHT + GAP) - GAP;
         let mut svg = String::new();
         self.open(&mut svg, title, bottom + AXIS);
+        self.time_axis(&mut svg, bottom);
         for (number, panel) in panels.iter().enumerate() {
             self.panel(&mut svg, panel, number as f64 * (HEIGHT + GAP));
         }
-        self.time_axis(&mut svg, bottom);
         svg.push_str("</svg>");
         svg
     }
@@ -156,13 +170,14 @@ impl Frame<'_> {
                 LEFT - 6.0
             );
         }
-        if let Some(sigma) = panel.band {
-            self.band(svg, sigma, y);
-        }
         if let Some(level) = panel.level {
             let _ = write!(svg, "<path class=\"level\" d=\"M{LEFT} {:.1}H{:.1}\"/>", y(level), WIDTH - RIGHT);
         }
         self.line(svg, panel.line, y);
+        // Over the curve, so that its edge is seen where the curve fills it.
+        if let Some(sigma) = panel.band {
+            self.band(svg, sigma, y);
+        }
         if panel.line.is_empty() {
             let _ = write!(
                 svg,
@@ -180,23 +195,9 @@ impl Frame<'_> {
         );
     }
 
-    /// Stretches in a row that have values: number, least, greatest.
-    fn pieces<'t>(&self, trace: &'t Trace) -> Vec<Vec<(usize, f64, f64)>> {
-        let mut pieces: Vec<Vec<(usize, f64, f64)>> = vec![Vec::new()];
-        for (index, range) in trace.ranges().iter().enumerate() {
-            match (range, pieces.last_mut()) {
-                (Some((low, high)), Some(piece)) => piece.push((index, *low, *high)),
-                (None, Some(piece)) if !piece.is_empty() => pieces.push(Vec::new()),
-                _ => {}
-            }
-        }
-        pieces.retain(|piece| !piece.is_empty());
-        pieces
-    }
-
     fn line(&self, svg: &mut String, trace: &Trace, y: impl Fn(f64) -> f64) {
         let mut path = String::new();
-        for piece in self.pieces(trace) {
+        for piece in pieces(trace) {
             for (number, (index, low, high)) in piece.iter().enumerate() {
                 let (x, letter) = (self.middle(*index), if number == 0 { 'M' } else { 'L' });
                 let _ = write!(path, "{letter}{x:.1} {:.1}", y(*low));
@@ -211,7 +212,7 @@ impl Frame<'_> {
 
     fn band(&self, svg: &mut String, sigma: &Trace, y: impl Fn(f64) -> f64) {
         let mut path = String::new();
-        for piece in self.pieces(sigma) {
+        for piece in pieces(sigma) {
             let forth = piece.iter().map(|(index, _, high)| (*index, 3.0 * high));
             let back = piece.iter().rev().map(|(index, _, high)| (*index, -3.0 * high));
             for (number, (index, value)) in forth.chain(back).enumerate() {

@@ -71,7 +71,8 @@ impl Scale {
                     ticks.extend([-at, at]);
                     at *= stride;
                 }
-                ticks.retain(|tick| *tick >= self.low);
+                // Labels must not stand on each other.
+                ticks.retain(|tick| *tick == 0.0 || (self.height(*tick) - 0.5).abs() > 0.1);
                 ticks
             }
         }

@@ -133,6 +133,37 @@ fn more_centroids_than_the_cap_are_cut_to_the_brightest_and_said() {
 }
 
 #[test]
+fn scenarios_that_are_wrong_name_file_line_and_key() {
+    let folder = scratch("scenarios");
+    let (_, good) = sil_host::scenario::EMBEDDED[0];
+    let with = |from: &str, to: &str, words: &[&str]| {
+        let text = good.replacen(from, to, 1);
+        assert_ne!(text, good, "{from}");
+        let scenario = write(&folder, "wrong.toml", text.as_bytes());
+        let line = 1 + text.lines().position(|line| line.starts_with(to)).expect("the line");
+        let place = format!("wrong.toml:{line}:");
+        let words = [words, &[place.as_str()]].concat();
+        refused(&["run", &scenario, "--out", folder.join("out").to_str().unwrap()], &words);
+        refused(&["render", &scenario, "--cycle", "1", "--out", "x.png"], &words);
+    };
+    with("e = 0.0002", "e = 0.9", &["orbit.e", "perigee"]);
+    with("a_km = 42164.17", "a_km = 6000", &["orbit.a_km", "out of range"]);
+    with("duration_s = 21600", "duration_s = -1", &["scenario.duration_s"]);
+    with("seed = 1", "seeed = 1", &["seeed"]);
+    with("hot_pixels = 200", "hot_pixels = many", &[]);
+    with("mode_share = 0.99", "mood_share = 0.99", &["mood_share", "mode_share"]);
+    let binary = write(&folder, "binary.toml", &[0xFF, 0x00, 0xFE]);
+    refused(&["run", &binary], &["binary.toml", "read"]);
+    refused(&["run", "no-such.toml"], &["no-such.toml", "geo-eclipse"]);
+    refused(&["run", folder.to_str().unwrap()], &["read"]);
+    let file = write(&folder, "file", b"");
+    refused(&["run", "geo-eclipse", "--out", &format!("{file}/out")], &["file/out"]);
+    refused(&["render", "geo-eclipse", "--cycle", "21600", "--out", "x.png"], &["--cycle", "21599"]);
+    refused(&["render", "geo-eclipse", "--cycle", "1", "--out", "x.gif"], &["x.gif", ".png"]);
+    refused(&["run", "geo-eclipse", "--seed", "many"], &["--seed"]);
+}
+
+#[test]
 fn usage_errors() {
     refused(&["fly"], &["fly"]);
     refused(&["solve", "a.png"], &["--camera"]);

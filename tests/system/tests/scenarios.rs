@@ -1,0 +1,129 @@
+//! `sil-host run` and `render` as people meet them: files, statuses, equal runs.
+
+use serde_json::Value;
+use sil_host::scenario::EMBEDDED;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use system_tests::{json_lines, run, scratch, sil_host};
+
+const FILES: [&str; 4] = ["summary.json", "cycles.csv", "telemetry.bin", "report.html"];
+
+/// The default scenario with another duration and other limits, written into `folder`.
+fn scenario(folder: &Path, seconds: u32, limits: &str) -> String {
+    let (_, text) = EMBEDDED[0];
+    let text = text.replace("duration_s = 21600", &format!("duration_s = {seconds}"));
+    let head = text.split("[limits]").next().expect("a text");
+    let path = folder.join("short.toml");
+    std::fs::write(&path, format!("{head}[limits]\n{limits}\n")).expect("the target folder can be written");
+    path.to_str().expect("a path in UTF-8").to_owned()
+}
+
+fn read(folder: &Path, file: &str) -> Vec<u8> {
+    std::fs::read(folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
+}
+
+#[test]
+fn two_runs_with_the_same_seed_write_identical_files_and_another_seed_does_not() {
+    let folder = scratch("equal-runs");
+    let file = scenario(&folder, 40, "first_attitude_s = 5");
+    let fly = |name: &str, seed: &str| {
+        let out = folder.join(name);
+        let output = run(&["run", &file, "--out", out.to_str().unwrap(), "--seed", seed, "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        (out, json_lines(&output))
+    };
+    let ((first, summary), (second, _), (other, _)) = (fly("a", "3"), fly("b", "3"), fly("c", "4"));
+    for name in FILES {
+        assert!(read(&first, name) == read(&second, name), "{name} differs");
+    }
+    assert!(read(&first, "telemetry.bin") != read(&other, "telemetry.bin"));
+    assert_eq!(summary.len(), 1);
+    let written: Value = serde_json::from_slice(&read(&first, "summary.json")).unwrap();
+    assert_eq!(summary[0], written);
+    assert_eq!(
+        (&written["seed"], &written["seconds"], &written["kept"]),
+        (&3.into(), &40.into(), &true.into())
+    );
+}
+
+#[test]
+fn a_row_a_second_with_every_column_and_a_frame_a_second() {
+    let folder = scratch("rows");
+    let file = scenario(&folder, 30, "");
+    let out = folder.join("out");
+    let output = run(&["run", &file, "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("report.html") && text.contains("No limits were set"), "{text}");
+    let cycles = String::from_utf8(read(&out, "cycles.csv")).unwrap();
+    let mut lines = cycles.lines();
+    let columns = lines.next().unwrap().split(',').count();
+    let rows: Vec<&str> = lines.collect();
+    assert_eq!(rows.len(), 30);
+    for (cycle, row) in rows.iter().enumerate() {
+        assert_eq!(row.split(',').count(), columns, "{row}");
+        assert!(row.starts_with(&format!("{cycle},")));
+    }
+    let stream = read(&out, "telemetry.bin");
+    let (mut rest, mut frames) = (&stream[..], 0);
+    while let Some((frame, after)) = fsw_core::telemetry::split_first(rest) {
+        assert_eq!(fsw_core::telemetry::decode(frame).unwrap().cycle, frames);
+        (rest, frames) = (after, frames + 1);
+    }
+    assert_eq!((frames, rest.len()), (30, 0));
+}
+
+#[test]
+fn a_limit_that_is_missed_gives_status_1_and_says_so() {
+    let folder = scratch("missed");
+    let file = scenario(&folder, 12, "attitude_rms_arcsec = 0.0");
+    let out = folder.join("out");
+    let output = run(&["run", &file, "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("MISSED"));
+    let page = String::from_utf8(read(&out, "report.html")).unwrap();
+    assert!(page.contains("1 limit missed"));
+}
+
+#[test]
+fn a_killed_run_leaves_whole_rows_up_to_the_last_full_line() {
+    let folder = scratch("killed");
+    let file = scenario(&folder, 800_000, "");
+    let out = folder.join("out");
+    let mut child = Command::new(sil_host())
+        .args(["run", &file, "--out", out.to_str().unwrap()])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let began = Instant::now();
+    let rows = || std::fs::read_to_string(out.join("cycles.csv")).map_or(0, |text| text.lines().count());
+    while rows() < 20 && began.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    child.kill().expect("it runs still");
+    child.wait().expect("it ends");
+    let text = std::fs::read_to_string(out.join("cycles.csv")).unwrap();
+    let whole = &text[..text.rfind('\n').expect("a full line")];
+    let columns = whole.lines().next().unwrap().split(',').count();
+    assert!(whole.lines().count() >= 20);
+    assert!(whole.lines().all(|row| row.split(',').count() == columns));
+}
+
+#[test]
+fn a_rendered_frame_is_the_same_in_both_kinds_of_file() {
+    use fsw_hal::Detector;
+    use sil_host::picture::Picture;
+    let folder = scratch("render");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (png, fits) = (file("frame.png"), file("frame.fits"));
+    for out in [&png, &fits] {
+        let output = run(&["render", "geo-eclipse", "--cycle", "100", "--out", out]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let [png, fits] = [png, fits].map(|name| Picture::load(Path::new(&name)).unwrap());
+    assert_eq!(png.pixels(), fits.pixels());
+    assert_eq!((png.geometry().width_px, png.geometry().height_px), (1280, 1024));
+    assert!(png.pixels().iter().max() > Some(&100) && png.pixels().iter().all(|value| *value <= 1023));
+}
