@@ -49,7 +49,8 @@ pub struct World {
     pub white: f64,
     /// Albedo between these.
     pub albedo: [f64; 2],
-    waves: Vec<(Vector3<f64>, f64)>,
+    /// Wave vectors, radii, and phases of the clouds.
+    pub waves: Vec<(Vector3<f64>, f64)>,
 }
 
 impl World {
@@ -240,11 +241,16 @@ pub fn geostationary(phase_deg: f64, seed: u64) -> World {
     World::new(Vector3::new(120.0, -90.0, GEO_KM), pole, Vector3::new(sine, 0.2, -cosine), seed)
 }
 
-/// The horizon across the middle of the field from a low orbit, the Earth's centre `azimuth_deg` from +x towards +y.
-pub fn low(altitude_km: f64, azimuth_deg: f64, sun: Vector3<f64>, seed: u64) -> World {
+/// The horizon across the middle of the field from a low orbit, the Earth's centre `azimuth_deg` from +x towards +y; at the limb
+/// there the Sun stands `sun_deg` high, `aside_deg` from the side of the camera.
+pub fn low(altitude_km: f64, azimuth_deg: f64, [sun_deg, aside_deg]: [f64; 2], seed: u64) -> World {
     let range = A_KM + altitude_km;
     let off: f64 = (A_KM / range).asin();
     let (sine, cosine) = azimuth_deg.to_radians().sin_cos();
     let centre = Vector3::new(cosine * off.sin(), sine * off.sin(), off.cos()) * range;
-    World::new(centre, Vector3::new(0.4, 0.5, 0.7), sun, seed)
+    let up = -Vector3::new(cosine, sine, 0.0);
+    let (aside, facing) = aside_deg.to_radians().sin_cos();
+    let level = up.cross(&Vector3::z()) * aside - Vector3::z() * facing;
+    let (high, flat) = sun_deg.to_radians().sin_cos();
+    World::new(centre, Vector3::new(0.4, 0.5, 0.7), up * high + level * flat, seed)
 }
