@@ -24,6 +24,7 @@ mod shape;
 #[cfg(test)]
 mod test_world;
 pub mod view;
+mod zone;
 
 pub use shape::{Body, Ellipsoid};
 

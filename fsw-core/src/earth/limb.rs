@@ -4,18 +4,15 @@
 //!
 //! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the greatest and
 //! the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the median of the outer end. The
-//! limb is the outermost place `x` that reaches half of the brightness which stands just inside *it*: `p(x) - dark =
-//! (bright(x) - dark) / 2`, where `bright(x)` is the mean over a few pixels behind the end of the rise, in to which clouds
-//! and the terminator hardly reach. The length of the rise follows from scale height, distance and point spread. Lambert's
-//! law brings `bright(x)`, a little inside, to what it is on the limb.
+//! limb is the outermost place that reaches the share [`Zone::level`] of the brightness which stands just inside *it*, a mean over
+//! a few pixels behind the end of the rise, in to which clouds and the terminator hardly reach. The share, near one half, is that
+//! of a limb in [`zone`](super::zone)'s model at its half-brightness height.
 //!
-//! The point spread moves the half-brightness place outward, to the mean instead of the median of an exponential fall; this
-//! is taken off (`tau (1 - ln 2) ρ² / (ρ² + 0.3 ρ + 0.37)`, ρ = spread / tau: 0.02 tau of the exact shift). So the point
-//! stands at the half-brightness height of the air without the lens.
-//!
-//! The sigma joins the scatter between the lines, half of the relative scatter of `bright`, the floor, and the scatter of the
-//! limb's height. Bias in the tests' strips: see there. Cost: about 150 cycles a pixel of length, a line 17.
+//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
+//! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: about
+//! 150 cycles a pixel of length, and 20,000.
 
+use super::zone::Zone;
 use super::view::ExpectedLimb;
 use super::{EarthParameters, LimbPoint};
 use crate::order;
@@ -34,23 +31,11 @@ pub const MAX_STRIP_PIXELS: usize = BREADTH * MAX_LENGTH;
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
 /// Places at either end that not every line reaches: the slope is at most one.
 const END: usize = MIDDLE as usize + 1;
-/// The bright side begins this many spreads inside the end of the rise.
-const SPREADS_INSIDE: f32 = 1.7;
-/// Length of the bright side: at least px, and scale heights.
-const LEAST_BRIGHT_PX: f32 = 3.0;
-const BRIGHT_SCALES: f32 = 0.5;
-/// Most pixels of the bright side.
-const MOST_BRIGHT_PX: f32 = 24.0;
 /// Steps against the rise may take back this share of it.
 const GREATEST_FALL: f32 = 0.15;
-/// What Lambert's law may make of the bright side.
-const SHADES: core::ops::RangeInclusive<f32> = 0.6..=1.8;
 /// Greatest sigma of a point, px, and share of the rise's length.
 const GREATEST_SIGMA_PX: f32 = 1.0;
 const GREATEST_SIGMA_SHARE: f32 = 0.5;
-/// Variance of a pixel's own width, px².
-const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
-
 /// A window across the expected limb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strip {
@@ -155,71 +140,6 @@ impl Lines<'_> {
     }
 }
 
-/// How long the rise and the bright side are, in places along the lines.
-struct Zone {
-    /// Places behind the half-brightness place at which the bright side begins and ends.
-    begin: usize,
-    end: usize,
-    /// What Lambert's law makes of the bright side's mean against the limb's brightness.
-    shade: f32,
-    /// The fall of the air's brightness to 1 / e.
-    scale: f32,
-    /// Spread of the picture, pixel's own width included.
-    spread: f32,
-}
-
-impl Zone {
-    /// `steepness` is the cosine between the lines and the limb's normal.
-    fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
-        let km_per_px = (expected.km_per_px * steepness).max(1e-3);
-        let scale = parameters.scale_height_km / km_per_px;
-        let psf = parameters.psf_sigma_px;
-        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / steepness;
-        let begin = scale * core::f32::consts::LN_2 + SPREADS_INSIDE * spread;
-        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
-        // A rise longer than a strip is not measured; refuses NaN too.
-        if !(begin + length < MAX_LENGTH as f32) {
-            return None;
-        }
-        let begin_px = libm::floorf(begin + 0.5);
-        let length_px = libm::floorf(length + 0.5);
-        // At a depth d below the limb of a sphere of radius R the normal is turned by sqrt(2 d / R) towards the camera.
-        let depth = (begin_px - scale * core::f32::consts::LN_2 + 0.5 * length_px).max(0.0) * km_per_px;
-        let turned = libm::sqrtf(2.0 * depth / parameters.ellipsoid.equatorial_km.max(1.0));
-        let shade = 1.0 - 0.5 * turned * turned + turned * expected.sun_facing / expected.sun_sine.max(0.01);
-        Some(Self {
-            begin: begin_px as usize,
-            end: (begin_px + length_px) as usize,
-            shade: shade.clamp(*SHADES.start(), *SHADES.end()),
-            scale,
-            spread,
-        })
-    }
-
-    /// Brightness of the limb over the dark side were it at `place`.
-    fn bright(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
-        let inside = profile.get(place + self.begin..place + self.end)?;
-        let mean = inside.iter().sum::<f32>() / inside.len().max(1) as f32;
-        Some((mean - dark) / self.shade)
-    }
-
-    /// Relative scatter of the bright side.
-    fn scatter(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
-        let inside = profile.get(place + self.begin..place + self.end)?;
-        let count = inside.len().max(1) as f32;
-        let mean = inside.iter().sum::<f32>() / count;
-        let squares = inside.iter().fold(0.0, |sum, value| sum + (value - mean) * (value - mean));
-        Some(libm::sqrtf(squares / count) / (mean - dark).max(1.0))
-    }
-
-    /// How far the point spread moves the half-brightness place outward, px.
-    fn shift(&self) -> f32 {
-        let ratio = self.spread / self.scale.max(1e-3);
-        let share = ratio * ratio / (ratio * ratio + 0.3 * ratio + 0.37);
-        self.scale * (1.0 - core::f32::consts::LN_2) * share
-    }
-}
-
 /// Median of the outer end.
 fn dark_of(profile: &[f32], length: usize) -> f32 {
     let mut outer = [0.0; MAX_LENGTH / 8];
@@ -260,10 +180,10 @@ pub fn crossing(
         return None;
     }
 
-    // What a place's brightness has beyond half of the brightness behind it.
+    // What a place's brightness has beyond its share of the brightness behind it.
     let excess = |place: usize| {
         let value = profile.get(place)? - dark;
-        zone.bright(profile, place, dark).map(|bright| (value - 0.5 * bright, bright))
+        zone.bright(profile, place, dark).map(|bright| (value - zone.level * bright, bright))
     };
     let outer = END + (length / 8).max(5);
     let first = outer.checked_sub(1)?;
@@ -288,7 +208,9 @@ pub fn crossing(
     let half = ((0.5 * zone.scale) as usize).clamp(1, END);
     let scatter = lines.scatter_px(profile, place, half)?;
     let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
-    let level = 0.5 * bright * smooth / gradient;
+    // Clouds, and the shading by Lambert's law, which holds so far.
+    let unsure = libm::sqrtf(smooth * smooth + zone.shading * zone.shading);
+    let level = zone.level * bright * unsure / gradient;
     let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
     let floor = parameters.limb_floor_px;
     let steepness = libm::fabsf(steep);
@@ -299,7 +221,7 @@ pub fn crossing(
     if !(sigma < GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale)) {
         return None;
     }
-    let inward = place as f32 - 1.0 + part + zone.shift();
+    let inward = place as f32 - 1.0 + part;
     let from_start = if strip.space_beyond { length as f32 - 1.0 - inward } else { inward };
     let [x, y] = [f32::from(strip.window.x), f32::from(strip.window.y)];
     let middle = MIDDLE as f32;

@@ -1,1 +1,172 @@
-//! to come
+use super::*;
+use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, narrow, parameters};
+use crate::earth::view::View;
+use crate::oracle::Generator;
+use std::vec::Vec;
+
+fn expected(world: &World) -> Vec<ExpectedLimb> {
+    let parameters = parameters();
+    let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
+    view.limb(&camera(), 90.0, 48, &parameters).points.iter().copied().collect()
+}
+
+/// Error of a point across the limb, px, of an expected point that stands on it.
+fn error_px(found: &LimbPoint, expected: &ExpectedLimb) -> f64 {
+    let [nx, ny] = expected.outward_px;
+    f64::from((found.centre_px[0] - expected.at_px[0]) * nx + (found.centre_px[1] - expected.at_px[1]) * ny)
+}
+
+/// Bias, scatter, mean sigma, share found and mean square of error over sigma of a scene's points.
+fn measure(worlds: impl Iterator<Item = World>, reach_px: u16, displaced_px: f32) -> (f64, f64, f64, f64, f64) {
+    let parameters = parameters();
+    let (mut errors, mut sigmas, mut normalised, mut asked) = (Vec::new(), 0.0, 0.0, 0);
+    let mut generator = Generator::new(77);
+    for (number, world) in worlds.enumerate() {
+        for (index, truth) in expected(&world).iter().enumerate() {
+            // The prediction is off.
+            let off = generator.between(-f64::from(displaced_px), f64::from(displaced_px)) as f32;
+            let [nx, ny] = truth.outward_px;
+            let [x, y] = truth.at_px;
+            let guess = ExpectedLimb { at_px: [x + off * nx, y + off * ny], ..*truth };
+            let Some(strip) = strip(&guess, reach_px, &GEOMETRY) else { continue };
+            asked += 1;
+            let pixels = world.expose(strip.window, 1.0, (number * 100 + index) as u64);
+            if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters) {
+                let error = error_px(&found, truth);
+                normalised += (error / f64::from(found.sigma_px)).powi(2);
+                sigmas += f64::from(found.sigma_px);
+                errors.push(error);
+            }
+        }
+    }
+    let count = errors.len().max(1) as f64;
+    let bias = errors.iter().sum::<f64>() / count;
+    let scatter = (errors.iter().map(|error| (error - bias).powi(2)).sum::<f64>() / count).sqrt();
+    (bias, scatter, sigmas / count, count / f64::from(asked.max(1)), normalised / count)
+}
+
+fn report(name: &str, (bias, scatter, sigma, share, normalised): (f64, f64, f64, f64, f64)) {
+    std::println!(
+        "{name}: bias {bias:+.3} px, scatter {scatter:.3}, mean sigma {sigma:.3}, found {share:.2}, \
+         mean square over sigma {normalised:.2}"
+    );
+}
+
+#[test]
+fn the_limb_from_the_geostationary_orbit_is_found_within_a_twentieth_of_a_pixel() {
+    for (name, phase, albedo, limit) in [
+        ("even, full", 10.0, [0.6, 0.6], 0.05),
+        ("even, half", 90.0, [0.6, 0.6], 0.05),
+        ("even, crescent", 130.0, [0.6, 0.6], 0.05),
+        ("clouds, full", 10.0, [0.25, 0.9], 0.05),
+        ("clouds, half", 90.0, [0.25, 0.9], 0.05),
+    ] {
+        let worlds = (0..4).map(|seed| World { albedo, ..geostationary(phase, seed) });
+        let result = measure(worlds, 16, 6.0);
+        report(name, result);
+        assert!(result.0.abs() < limit, "{name}");
+        assert!(result.3 > 0.9, "{name}");
+    }
+}
+
+#[test]
+fn the_wide_limb_from_low_orbits_is_found_within_a_tenth_of_a_pixel() {
+    let high = [40.0, 30.0];
+    for (name, altitude, azimuth, sun, albedo) in [
+        ("even, 450 km", 450.0, 90.0, high, [0.6, 0.6]),
+        ("even, 800 km", 800.0, 200.0, high, [0.6, 0.6]),
+        ("clouds, 450 km", 450.0, 90.0, high, [0.25, 0.9]),
+        ("clouds, 450 km, low Sun", 450.0, 90.0, [6.0, 70.0], [0.25, 0.9]),
+        ("clouds, 450 km, Sun opposite", 450.0, 90.0, [20.0, 160.0], [0.25, 0.9]),
+        ("clouds, 800 km, slant", 800.0, 40.0, high, [0.25, 0.9]),
+    ] {
+        let worlds = (0..4).map(|seed| World { albedo, ..low(altitude, azimuth, sun, seed) });
+        let result = measure(worlds, 64, 15.0);
+        report(name, result);
+        assert!(result.0.abs() < 0.1, "{name}");
+        assert!(result.3 > 0.8, "{name}");
+    }
+}
+
+#[test]
+fn stars_and_hot_pixels_in_a_strip_move_the_limb_by_less_than_its_sigma() {
+    let parameters = parameters();
+    let mut generator = Generator::new(8);
+    for world in [geostationary(20.0, 1), low(500.0, 90.0, [40.0, 30.0], 1)] {
+        let truth = expected(&world)[7];
+        let strip = strip(&truth, 40, &GEOMETRY).unwrap();
+        let clean = world.expose(strip.window, 1.0, 5);
+        let before = crossing(&clean, &strip, &GEOMETRY, &parameters).unwrap();
+        let mut moved = Vec::new();
+        for _ in 0..200 {
+            let mut pixels = clean.clone();
+            let at = (generator.between(0.0, 1.0) * clean.len() as f64) as usize;
+            pixels[at] = 1023;
+            if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters) {
+                moved.push((error_px(&found, &truth) - error_px(&before, &truth)).abs());
+            }
+        }
+        let worst = moved.iter().copied().fold(0.0, f64::max);
+        std::println!("a hot pixel moves the limb by up to {worst:.3} px ({} of 200 found)", moved.len());
+        assert!(moved.len() > 190 && worst < 0.15, "{worst}");
+    }
+}
+
+#[test]
+fn what_is_no_lit_limb_is_refused() {
+    let parameters = parameters();
+    let world = World { albedo: [0.5, 0.5], ..geostationary(70.0, 1) };
+    let limb = expected(&world);
+    let truth = limb.iter().max_by(|one, other| one.sun_sine.total_cmp(&other.sun_sine)).unwrap();
+    let strip = strip(truth, 30, &GEOMETRY).unwrap();
+    let pixels = world.expose(strip.window, 1.0, 5);
+    let refused = |pixels: &[u16]| crossing(pixels, &strip, &GEOMETRY, &parameters).is_none();
+    assert!(!refused(&pixels));
+    assert!(refused(&std::vec![40; pixels.len()]), "night");
+    assert!(refused(&std::vec![700; pixels.len()]), "day");
+    assert!(refused(&std::vec![1023; pixels.len()]), "glare");
+    assert!(refused(&pixels.iter().map(|raw| raw + 200).collect::<Vec<_>>()), "bright outside");
+    assert!(refused(&pixels.iter().map(|raw| (40 + 4 * (raw - 30)).min(1023)).collect::<Vec<_>>()), "saturated");
+    assert!(refused(&pixels.iter().map(|raw| 40 + (raw - 30) / 30).collect::<Vec<_>>()), "too weak");
+    let mut upside_down = pixels.clone();
+    upside_down.reverse();
+    assert!(refused(&upside_down), "the dark side inward");
+    assert!(refused(&pixels[1..]), "not the strip's pixels");
+}
+
+#[test]
+fn a_strip_leaves_no_detector() {
+    let inside = ExpectedLimb { at_px: [600.0, 500.0], outward_px: [0.6, 0.8], km_per_px: 14.0, sun_sine: 0.5, sun_facing: 0.5 };
+    let along = |at_px| strip(&ExpectedLimb { at_px, ..inside }, 20, &GEOMETRY).map(|strip| strip.window);
+    assert_eq!(along([600.0, 500.0]), Some(Window { x: 596, y: 480, width: 9, height: 41 }));
+    for outside in [[600.0, 10.0], [2.0, 500.0], [1278.0, 500.0], [600.0, 1010.0], [f32::NAN, 500.0], [1e30, -1e30]] {
+        assert_eq!(along(outside), None, "{outside:?}");
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn any_pixels_give_a_finite_point_in_the_strip_or_none(
+        seed in 0u64..1000, amplitude in 0u32..1024, reach in 0u16..90, km_per_px in 0.01f32..100.0, angle in 0f32..6.3
+    ) {
+        let mut generator = Generator::new(seed);
+        let expected = ExpectedLimb {
+            at_px: [600.3, 500.7],
+            outward_px: [angle.cos(), angle.sin()],
+            km_per_px,
+            sun_sine: 0.3,
+            sun_facing: 0.4,
+        };
+        let strip = strip(&expected, reach, &GEOMETRY).unwrap();
+        let pixels: Vec<u16> = (0..strip.window.area())
+            .map(|_| (40 + (generator.bits() as u32 % (amplitude + 1)) * (generator.bits() as u32 % 2)) as u16)
+            .collect();
+        if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters()) {
+            let [x, y] = found.centre_px;
+            let Window { x: left, y: top, width, height } = strip.window;
+            proptest::prop_assert!(x >= f32::from(left) && x <= f32::from(left + width));
+            proptest::prop_assert!(y >= f32::from(top) && y <= f32::from(top + height));
+            proptest::prop_assert!(found.sigma_px > 0.0 && found.sigma_px.is_finite());
+        }
+    }
+}

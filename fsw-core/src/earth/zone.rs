@@ -1,0 +1,151 @@
+//! What brightness does across a limb: where its bright side begins, and what share of it stands at the limb.
+//!
+//! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the limb by a depth `d` of a
+//! sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera, so that by Lambert's law the brightness is `1 -
+//! d / R + sqrt(2 d / R) facing / sine`, with the sine of the Sun's elevation and the cosine `facing` of its angle from the camera at
+//! the limb. The lens blurs this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness
+//! height; it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
+
+use super::EarthParameters;
+use super::view::ExpectedLimb;
+
+/// The bright side begins this many spreads inside the surface.
+const SPREADS_INSIDE: f32 = 1.5;
+/// Length of the bright side: at least px, and scale heights.
+const LEAST_BRIGHT_PX: f32 = 3.0;
+const BRIGHT_SCALES: f32 = 0.5;
+/// Most pixels of the bright side.
+const MOST_BRIGHT_PX: f32 = 24.0;
+/// Longest rise and bright side together, px.
+const LONGEST_PX: f32 = 120.0;
+/// Variance of a pixel's own width, px².
+const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+/// What Lambert's law may make of the bright side against the limb.
+const LEAST_SHADE: f32 = 0.3;
+const GREATEST_SHADE: f32 = 4.0;
+/// Share of the shading that may be wrong: the ground is no perfect matt surface.
+const SHADING_ERROR: f32 = 0.1;
+/// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides, is one.
+const WEIGHTS: [f32; 11] = [
+    0.133_039, 0.125_849_5, 0.106_529_3, 0.080_692_2, 0.054_694, 0.033_173_6, 0.018_004_9, 0.008_744_5, 0.003_800_3,
+    0.001_477_9, 0.000_514_3,
+];
+/// Least fall of the air's brightness, px: below, the lens alone shapes the limb.
+const LEAST_SCALE_PX: f32 = 0.1;
+/// Places of the bright side at which the model is taken.
+const SAMPLES: usize = 4;
+
+/// How long the rise and the bright side are, in places along the lines.
+pub(super) struct Zone {
+    /// Places behind the half-brightness place at which the bright side begins and ends.
+    pub(super) begin: usize,
+    pub(super) end: usize,
+    /// Share of the bright side's mean at the half-brightness height.
+    pub(super) level: f32,
+    /// Relative error that the shading may bring.
+    pub(super) shading: f32,
+    /// The fall of the air's brightness to 1 / e.
+    pub(super) scale: f32,
+    /// Spread of the picture, pixel's own width included.
+    pub(super) spread: f32,
+}
+
+/// The model along a line.
+struct Model {
+    scale: f32,
+    /// Place of the surface.
+    surface: f32,
+    /// Twice the curvature over the steepness, 1 / px.
+    turning: f32,
+    /// `facing / sine`.
+    slope: f32,
+}
+
+impl Model {
+    /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens; `air` is that of
+    /// the air there.
+    fn clear(&self, place: f32, air: f32) -> f32 {
+        if place < self.surface {
+            return air;
+        }
+        let square = self.turning * (place - self.surface);
+        (1.0 - 0.5 * square + libm::sqrtf(square) * self.slope).clamp(LEAST_SHADE, GREATEST_SHADE)
+    }
+
+    /// The same through the lens.
+    fn blurred(&self, place: f32, spread: f32) -> f32 {
+        let step = spread * (1.0 / 3.0);
+        let (inward, outward) = (libm::expf(step / self.scale), libm::expf(-step / self.scale));
+        let (mut inner, mut outer) = (place, place);
+        // Where the surface is passed the air's brightness is not looked at, whatever it grows to.
+        let mut inner_air = 0.5 * libm::expf(place / self.scale);
+        let mut outer_air = inner_air;
+        let [middle, sides @ ..] = WEIGHTS;
+        let mut sum = middle * self.clear(place, inner_air);
+        for weight in sides {
+            (inner, outer) = (inner + step, outer - step);
+            (inner_air, outer_air) = (inner_air * inward, outer_air * outward);
+            sum += weight * (self.clear(inner, inner_air) + self.clear(outer, outer_air));
+        }
+        sum
+    }
+}
+
+impl Zone {
+    /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer than a strip.
+    pub(super) fn new(
+        expected: &ExpectedLimb,
+        steepness: f32,
+        parameters: &EarthParameters,
+    ) -> Option<Self> {
+        let km_per_px = (expected.km_per_px * steepness).max(1e-3);
+        let scale = (parameters.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
+        let psf = parameters.psf_sigma_px;
+        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / steepness;
+        let surface = scale * core::f32::consts::LN_2;
+        let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
+        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
+        let length = libm::floorf(length + 0.5);
+        // Refuses NaN too.
+        if !(begin + length < LONGEST_PX) {
+            return None;
+        }
+        let model = Model {
+            scale,
+            surface,
+            turning: 2.0 * km_per_px / parameters.ellipsoid.equatorial_km.max(1.0),
+            slope: expected.sun_facing / expected.sun_sine.max(0.01),
+        };
+        let mut bright = 0.0;
+        for sample in 0..SAMPLES {
+            let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;
+            bright += model.blurred(begin + inside, spread) * (1.0 / SAMPLES as f32);
+        }
+        Some(Self {
+            begin: begin as usize,
+            end: (begin + length) as usize,
+            level: model.blurred(0.0, spread) / bright.max(LEAST_SHADE),
+            shading: SHADING_ERROR * libm::fabsf(bright - 1.0),
+            scale,
+            spread,
+        })
+    }
+
+    /// Mean brightness over the dark side behind `place`.
+    pub(super) fn bright(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
+        let inside = profile.get(place + self.begin..place + self.end)?;
+        Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
+    }
+
+    /// Relative scatter of the bright side.
+    pub(super) fn scatter(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
+        let inside = profile.get(place + self.begin..place + self.end)?;
+        let count = inside.len().max(1) as f32;
+        let mean = inside.iter().sum::<f32>() / count;
+        let squares = inside.iter().fold(0.0, |sum, value| sum + (value - mean) * (value - mean));
+        Some(libm::sqrtf(squares / count) / (mean - dark).max(1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests;
