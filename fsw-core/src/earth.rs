@@ -107,7 +107,7 @@ pub struct EarthParameters {
     pub least_sun_elevation_deg: f32,
     /// How far below the horizon the Sun still lights the air so that stars are not seen, deg (default 6, 0 to 18).
     pub twilight_deg: f32,
-    /// Least rise of brightness across the limb of a strip, share of full scale (default 0.03, 0.005 to 0.5).
+    /// Least rise of brightness across the limb of a strip, share of full scale (default 0.01, 0.005 to 0.5).
     pub least_contrast_share: f32,
     /// Brightest dark side of a limb point, share of full scale (default 0.12, 0.01 to 0.5; thesis 6 % and 11 %).
     pub greatest_dark_share: f32,
@@ -119,7 +119,7 @@ pub struct EarthParameters {
     pub limb_scatter_km: f32,
     /// Distance between the rows and columns that a search reads, px (default 16, 4 to 64; thesis 10).
     pub search_step_px: f32,
-    /// Least rise of brightness in a search, share of full scale (default 0.06, 0.01 to 0.5; thesis 12 %).
+    /// Least rise of brightness in a search, share of full scale (default 0.02, 0.01 to 0.5; thesis 12 %).
     pub search_contrast_share: f32,
     /// Least length of the bright side in a search, px (default 12, 4 to 64).
     pub search_run_px: f32,

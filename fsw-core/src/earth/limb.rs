@@ -12,8 +12,8 @@
 //! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: about
 //! 150 cycles a pixel of length, and 20,000.
 
-use super::zone::Zone;
 use super::view::ExpectedLimb;
+use super::zone::Zone;
 use super::{EarthParameters, LimbPoint};
 use crate::order;
 use fsw_hal::{DetectorGeometry, Window};

@@ -64,7 +64,14 @@ impl World {
                 (wave, generator.between(0.0, std::f64::consts::TAU))
             })
             .collect();
-        Self { centre, pole: pole.normalize(), sun: sun.normalize(), white: 800.0, albedo: [0.25, 0.9], waves }
+        Self {
+            centre,
+            pole: pole.normalize(),
+            sun: sun.normalize(),
+            white: 800.0,
+            albedo: [0.25, 0.9],
+            waves,
+        }
     }
 
     pub fn body(&self, parameters: &EarthParameters) -> Body {
@@ -90,7 +97,11 @@ impl World {
         let (eye, step) = self.scaled(ray, height);
         let (a, b, c) = (step.dot(&step), eye.dot(&step), eye.dot(&eye) - 1.0);
         let root = b * b - a * c;
-        if root >= 0.0 { (eye + step * ((-b - root.sqrt()) / a), true) } else { (eye - step * (b / a), false) }
+        if root >= 0.0 {
+            (eye + step * ((-b - root.sqrt()) / a), true)
+        } else {
+            (eye - step * (b / a), false)
+        }
     }
 
     /// Sine of the Sun's elevation where a ray meets the surface or passes nearest, and whether it meets.

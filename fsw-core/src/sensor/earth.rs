@@ -14,6 +14,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Seconds in a row in which strips gave no centre, after which the whole detector is searched.
 const STRIP_PATIENCE: u8 = 3;
 
+/// Where the Earth stands is known well enough to say that it is dark, rad.
+const VIEW_SIGMA_RAD: f32 = 0.03;
+
 /// What looking for the limb came to.
 enum Looked {
     /// No limb in the field is lit.
@@ -88,15 +91,21 @@ impl Sensor<'_> {
         let position_sigma_km =
             self.orbit.position_covariance_km2().map(|m| libm::sqrt(m.trace().max(0.0)) as f32);
         let workspace = &mut *self.workspace;
-        if let Some((view, sigma_km)) = view.zip(position_sigma_km)
+        let known = view
+            .zip(position_sigma_km)
+            .filter(|(view, sigma_km)| sigma_km / view.limb_distance_km() < VIEW_SIGMA_RAD);
+        if let Some((view, _)) = &known
+            && view.limb(&self.camera, 0.0, 0, &parameters).lit_rad == 0.0
+        {
+            self.strip_misses = 0;
+            return Ok(Looked::Dark);
+        }
+        if let Some((view, sigma_km)) = known
             && self.strip_misses < STRIP_PATIENCE
             && let Some(reach_px) =
                 plan::limb_reach(view.limb_distance_km() * self.camera.rad_per_px(), sigma_km, &parameters)
         {
             let seen = view.limb(&self.camera, f32::from(reach_px) + 1.0, plan::MAX_LIMB_STRIPS, &parameters);
-            if seen.points.is_empty() {
-                return Ok(Looked::Dark);
-            }
             workspace.limb.clear();
             for expected in &seen.points {
                 let Some(strip) = limb::strip(expected, reach_px, &geometry) else { continue };
@@ -145,10 +154,11 @@ impl Sensor<'_> {
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();
         let (centre, covariance) = (&fix.centre_km, &fix.covariance_km2);
-        let Some(position) = PositionFix::new(centre, covariance, attitude, &attitude_covariance, &mounting)
-        else {
-            return;
-        };
+        let fix = PositionFix::new(centre, covariance, attitude, &attitude_covariance, &mounting);
+        let Some(mut position) = fix else { return };
+        if let Some(state) = self.orbit.state() {
+            position = position.without_aberration(&state.velocity_km_s);
+        }
         let to_icrs = earth_to_icrs(attitude, &mounting);
         let (nis, event) =
             match self.orbit.update(report.instant_us, &position, &to_icrs, &self.parameters.orbit) {

@@ -17,7 +17,11 @@ fn error_px(found: &LimbPoint, expected: &ExpectedLimb) -> f64 {
 }
 
 /// Bias, scatter, mean sigma, share found and mean square of error over sigma of a scene's points.
-fn measure(worlds: impl Iterator<Item = World>, reach_px: u16, displaced_px: f32) -> (f64, f64, f64, f64, f64) {
+fn measure(
+    worlds: impl Iterator<Item = World>,
+    reach_px: u16,
+    displaced_px: f32,
+) -> (f64, f64, f64, f64, f64) {
     let parameters = parameters();
     let (mut errors, mut sigmas, mut normalised, mut asked) = (Vec::new(), 0.0, 0.0, 0);
     let mut generator = Generator::new(77);
@@ -126,7 +130,10 @@ fn what_is_no_lit_limb_is_refused() {
     assert!(refused(&std::vec![700; pixels.len()]), "day");
     assert!(refused(&std::vec![1023; pixels.len()]), "glare");
     assert!(refused(&pixels.iter().map(|raw| raw + 200).collect::<Vec<_>>()), "bright outside");
-    assert!(refused(&pixels.iter().map(|raw| (40 + 4 * (raw - 30)).min(1023)).collect::<Vec<_>>()), "saturated");
+    assert!(
+        refused(&pixels.iter().map(|raw| (40 + 4 * (raw - 30)).min(1023)).collect::<Vec<_>>()),
+        "saturated"
+    );
     assert!(refused(&pixels.iter().map(|raw| 40 + (raw - 30) / 30).collect::<Vec<_>>()), "too weak");
     let mut upside_down = pixels.clone();
     upside_down.reverse();
@@ -136,10 +143,18 @@ fn what_is_no_lit_limb_is_refused() {
 
 #[test]
 fn a_strip_leaves_no_detector() {
-    let inside = ExpectedLimb { at_px: [600.0, 500.0], outward_px: [0.6, 0.8], km_per_px: 14.0, sun_sine: 0.5, sun_facing: 0.5 };
+    let inside = ExpectedLimb {
+        at_px: [600.0, 500.0],
+        outward_px: [0.6, 0.8],
+        km_per_px: 14.0,
+        sun_sine: 0.5,
+        sun_facing: 0.5,
+    };
     let along = |at_px| strip(&ExpectedLimb { at_px, ..inside }, 20, &GEOMETRY).map(|strip| strip.window);
     assert_eq!(along([600.0, 500.0]), Some(Window { x: 596, y: 480, width: 9, height: 41 }));
-    for outside in [[600.0, 10.0], [2.0, 500.0], [1278.0, 500.0], [600.0, 1010.0], [f32::NAN, 500.0], [1e30, -1e30]] {
+    for outside in
+        [[600.0, 10.0], [2.0, 500.0], [1278.0, 500.0], [600.0, 1010.0], [f32::NAN, 500.0], [1e30, -1e30]]
+    {
         assert_eq!(along(outside), None, "{outside:?}");
     }
 }

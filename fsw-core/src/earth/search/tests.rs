@@ -26,7 +26,14 @@ fn the_earth_is_found_without_prediction_from_high_and_low_orbits() {
         let points = find(&mut picture);
         let parameters = parameters();
         let body = world.body(&parameters);
-        let fix = centre(&points, &camera(), &body, parameters.search_tolerance_px, &parameters, &mut Workspace::new());
+        let fix = centre(
+            &points,
+            &camera(),
+            &body,
+            parameters.search_tolerance_px,
+            &parameters,
+            &mut Workspace::new(),
+        );
         let fix = fix.unwrap_or_else(|refusal| panic!("{name}: {refusal:?} of {} points", points.len()));
         let found = wide(&fix.centre_km);
         let error = found - world.centre;
