@@ -1,28 +1,93 @@
-//! How long the synthetic world needs to draw: a whole frame of the reference camera, and the window of one tracked star.
+//! How long the synthetic world needs to draw.
+//!
+//! A whole frame of the reference camera and the window of one tracked star under the stars alone; then from a geostationary
+//! and a low orbit: the whole frame with the Earth, an exposure, and what a second of tracking reads, 25 windows of 25 x 25 px
+//! of the sky and 24 strips across the limb.
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{
+    BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
+};
 use fsw_hal::{Detector, Window};
+use sil_host::camera_file::CameraFile;
 use sil_host::star_scene;
+use sil_host::world::earth::EarthModel;
+use sil_host::world::journey::Journey;
+use sil_host::world::motion::Motion;
+use sil_host::world::orbit::{TruthOrbit, state_of_elements};
+use sil_host::world::pointing::{Mount, Pointing};
+use sil_host::world::scene::{Scene, SceneSettings};
 use std::hint::black_box;
 use std::time::Duration;
 
+/// The equinox of 2026-09-23 0:05 UTC.
+const START_US: i64 = 843_393_969_184_000;
+
+fn journey(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadir_deg: f64) -> Scene {
+    let (r, v) = state_of_elements(radius_km, 0.0, inclination_deg, 0.0, 0.0, true_anomaly_deg)
+        .expect("the orbit clears the Earth");
+    let journey = Journey {
+        orbit: TruthOrbit::new(START_US, r, v, 600).expect("the orbit clears the Earth"),
+        pointing: Pointing { off_nadir_deg, roll_deg: 0.0 },
+        mount: Mount { star_path_deg: [90.0, 0.0, 0.0] },
+        earth: EarthModel::default(),
+    };
+    let settings = SceneSettings::new(CameraFile::reference(), Motion::orbiting(journey), 1);
+    Scene::new(settings, &star_scene::sky()).expect("the settings are sound")
+}
+
+/// Draws all `windows` of the scene's exposure.
+fn draw(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &mut Scene, windows: &[Window]) {
+    let mut pixels: Vec<Vec<u16>> = windows.iter().map(|window| vec![0; window.area()]).collect();
+    let area: usize = windows.iter().map(Window::area).sum();
+    group.throughput(Throughput::Elements(area as u64));
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            for (window, pixels) in windows.iter().zip(&mut pixels) {
+                scene.read(black_box(*window), pixels).expect("the window is on the detector");
+            }
+        });
+    });
+}
+
 fn rendering(criterion: &mut Criterion) {
-    let mut scene = star_scene::scene().expect("the rendered sky's settings are sound");
+    let mut scene = star_scene::scene().expect("the settings are sound");
     scene.expose(star_scene::EXPOSURE_US).expect("a scene takes this exposure");
     let mut group = criterion.benchmark_group("rendering");
-    let windows = [
-        ("whole_frame", scene.geometry().whole()),
-        ("star_window", Window { x: 600, y: 500, width: 25, height: 25 }),
-    ];
-    for (name, window) in windows {
-        let mut pixels = vec![0; window.area()];
-        group.throughput(Throughput::Elements(window.area() as u64));
-        group.bench_function(name, |bencher| {
-            bencher
-                .iter(|| scene.read(black_box(window), &mut pixels).expect("the window is on the detector"));
+    let whole = scene.geometry().whole();
+    draw(&mut group, "whole_frame", &mut scene, &[whole]);
+    draw(&mut group, "star_window", &mut scene, &[Window { x: 600, y: 500, width: 25, height: 25 }]);
+
+    // Noon: the Earth full in the middle, its limb 455 px from the centre. The low orbit sees the limb upright.
+    let geo = journey(42_164.17, 0.0, 0.0, 0.0);
+    let low = journey(6828.0, 51.6, 0.0, 69.1);
+    for (orbit, mut scene) in [("geo", geo), ("low", low)] {
+        group.throughput(Throughput::Elements(1));
+        group.bench_function(format!("{orbit}_exposure"), |bencher| {
+            bencher.iter(|| scene.expose_cycle(black_box(100), star_scene::EXPOSURE_US));
         });
+        draw(&mut group, &format!("{orbit}_whole_frame"), &mut scene, &[whole]);
+        let stars: Vec<Window> = (0..25u16)
+            .map(|k| Window { x: 1100 + 30 * (k % 5), y: 40 + 40 * (k / 5), width: 25, height: 25 })
+            .collect();
+        draw(&mut group, &format!("{orbit}_25_star_windows"), &mut scene, &stars);
+        let strips = limb_strips(&mut scene, 25);
+        draw(&mut group, &format!("{orbit}_24_limb_strips_25x9"), &mut scene, &strips);
+        let strips = limb_strips(&mut scene, 65);
+        draw(&mut group, &format!("{orbit}_24_limb_strips_65x9"), &mut scene, &strips);
     }
     group.finish();
+}
+
+/// 24 strips of `width` x 9 px across the right edge of the Earth.
+fn limb_strips(scene: &mut Scene, width: u16) -> Vec<Window> {
+    let strip = |k: u16| {
+        let y = 300 + 17 * k;
+        let mut row = vec![0; 1280];
+        scene.read(Window { x: 0, y, width: 1280, height: 1 }, &mut row).expect("the row is on the detector");
+        let edge = row.iter().rposition(|value| *value > 60).unwrap_or(640) as u16;
+        Window { x: edge.saturating_sub(width / 2).min(1280 - width), y, width, height: 9 }
+    };
+    (0..24).map(strip).collect()
 }
 
 criterion_group! {

@@ -46,6 +46,8 @@ pub struct EarthModel {
     pub cloud_contrast: f64,
     /// Share of the brightness after Lommel and Seeliger, the rest is Lambert's.
     pub lommel_seeliger: f64,
+    /// Share of the mean albedo at the limb, where haze hides clouds, land and sea.
+    pub limb_haze: f64,
     /// Height over which the atmosphere beyond the limb loses a factor e of its brightness, km.
     pub scale_height_km: f64,
     /// Height at which the atmosphere ends, km.
@@ -68,7 +70,8 @@ impl Default for EarthModel {
             photon_j: 2.84e-19,
             mean_albedo: 0.3,
             cloud_contrast: 1.0,
-            lommel_seeliger: 0.3,
+            lommel_seeliger: 0.4,
+            limb_haze: 0.7,
             scale_height_km: 8.0,
             atmosphere_top_km: 100.0,
             twilight_deg: 5.0,
@@ -100,6 +103,7 @@ impl EarthModel {
             self.mean_albedo,
             self.cloud_contrast,
             self.lommel_seeliger,
+            self.limb_haze,
         ];
         shares.iter().all(|share| (0.0..=1.0).contains(share))
             && (0.0..=1e6).contains(&self.irradiance_w_m2)

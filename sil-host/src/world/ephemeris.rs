@@ -6,7 +6,8 @@
 //! Moon: the 27 + 13 largest terms of ELP 2000-82 (Meeus ch. 47). Precession IAU 2006 (Capitaine et al. 2003), the
 //! four largest terms of nutation, sidereal time IAU 1982 with TT - UT1 held at [`TT_MINUS_UT1_S`].
 //!
-//! Greatest errors from 2000 to 2050, measured against SOFA's routines: see the tests.
+//! Greatest errors at 16 dates from 2000 to 2050 against SOFA's routines: Sun 12 arcsec and 7000 km, Moon 0.016 deg and
+//! 31 km, the Earth's velocity 3 m/s, pole 0.11 arcsec, sidereal angle 0.3 arcsec. Cost: a Sun 12 sines, a Moon 42.
 
 use super::attitude::{Vector, apply};
 use super::pointing::rotation;
@@ -52,9 +53,9 @@ fn obliquity(t: f64) -> f64 {
 
 /// ICRS to the mean equator and equinox of date; the frame bias (0.02 arcsec) is left out.
 fn precession(t: f64) -> [Vector; 3] {
-    let zeta = 2.650_545 + t * (2306.083_227 + t * (0.298_849_9 + t * 0.018_018_28));
-    let z = -2.650_545 + t * (2306.077_181 + t * (1.092_734_8 + t * 0.018_268_37));
-    let theta = t * (2004.191_903 + t * (-0.429_493_4 - t * 0.041_822_64));
+    let zeta = 2.650_545 + t * (2_306.083_227 + t * (0.298_849_9 + t * 0.018_018_28));
+    let z = -2.650_545 + t * (2_306.077_181 + t * (1.092_734_8 + t * 0.018_268_37));
+    let theta = t * (2_004.191_903 + t * (-0.429_493_4 - t * 0.041_822_64));
     let turn = |axis, arcsec: f64| rotation(axis, arcsec * ARCSEC);
     product(&turn(2, -z), &product(&turn(1, theta), &turn(2, -zeta)))
 }

@@ -166,3 +166,7 @@ impl Journey {
         EarthImage::new(&self.earth, &optics.earth_path(), psf_sigma_px, &view)
     }
 }
+
+#[cfg(test)]
+#[path = "journey_tests.rs"]
+mod tests;

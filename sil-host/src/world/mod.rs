@@ -1,6 +1,6 @@
 //! The world: truth, written apart from the flight code so that an error cannot cancel itself.
 //!
-//! All in f64; shared with the flight side are the HAL's types only. A frame is a pure function of (scene, seed,
+//! All in f64 and `libm`; shared with the flight side are the HAL's types only. A frame is a pure function of (scene, seed,
 //! cycle, x, y), see [`noise`].
 //!
 //! | module | takes | gives |
@@ -24,8 +24,9 @@
 //! | [`scene`] | all of these | raw frames through the detector trait, and the truth |
 //! | [`fields`] | camera, star list, seed | lists of centroids with their truth |
 //!
-//! Left out in this form: annual and orbital aberration, star colours, vignetting, a PSF that varies over the field,
-//! pixel-to-pixel response, the Earth. The shutter is global: every pixel integrates over the same time.
+//! Left out in this form: star colours and parallax, vignetting, a PSF that varies over the field, pixel-to-pixel
+//! response, the Moon's light, an Earth in the star path, stray light of a Sun outside the field, pointing errors. The
+//! shutter is global: every pixel integrates over the same time.
 
 pub mod attitude;
 pub mod disturbances;

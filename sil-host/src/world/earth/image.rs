@@ -14,6 +14,10 @@
 //! limb; the limb is straight over five PSF widths. The surface is taken where the line meets it whose depth below the
 //! limb is the mean over the PSF, and is not blurred otherwise: [`super::albedo`] leaves out what a pixel cannot resolve. Motion during the exposure is not drawn (1.3 px
 //! in a low orbit and 0.4 s), nor is the Moon.
+//!
+//! Half of the brightness ten pixels inside stands 4 to 6 km above the ellipsoid in low orbits and 3 to 14 km in GEO, where a
+//! pixel is 12 km: the lower the Sun (90 to 5 deg), the further from the 5.5 km of `H ln 2`; below with the Sun behind the
+//! satellite, above with the Sun aside. Cost: about 85 ns a pixel of the lit disc, beside 28 ns for its noise.
 
 use super::albedo::Albedo;
 use super::ellipsoid::{Ellipsoid, to_sphere};
@@ -22,6 +26,7 @@ use crate::world::attitude::{Vector, apply, dot};
 use crate::world::optics::Optics;
 use crate::world::vector::{angle, length, plus, product, transposed, unit};
 use fsw_hal::Window;
+use std::sync::LazyLock;
 
 /// Cosine of the view that is added in squares at the limb: the surface's last 30 km blur into haze.
 const HAZE: f64 = 0.1;
@@ -202,11 +207,14 @@ impl EarthImage {
         let view = root * per_length;
         let view = (view * view + HAZE * HAZE).sqrt();
         let k = self.model.lommel_seeliger;
-        let footprint_km = distance_km * self.per_focal_length / view;
+        let path = view.recip();
         let [x, y, z] = point;
         let (s, c) = self.sidereal;
         let place = [c * x + s * y, c * y - s * x, z];
-        self.albedo.at(place, footprint_km) * lit * (2.0 * k / (lit + view) + 1.0 - k)
+        let albedo = self.albedo.at(place, distance_km * self.per_focal_length * path);
+        let haze = self.model.limb_haze * HAZE * path;
+        let albedo = albedo + haze * (self.model.mean_albedo - albedo);
+        albedo * lit * (2.0 * k / (lit + view) + 1.0 - k)
     }
 }
 
@@ -247,13 +255,48 @@ fn blurred_depth(t: f64) -> f64 {
     if t > REACH_SIGMAS {
         return 0.0;
     }
-    const DENSITY: f64 = 0.398_942_280_401_432_7;
-    (DENSITY * libm::exp(-0.5 * t * t) - t * normal_below(-t)).max(0.0)
+    NORMAL.at(t, |entry| entry.depth)
 }
 
 /// Normal distribution function.
 fn normal_below(t: f64) -> f64 {
-    0.5 * libm::erfc(-std::f64::consts::FRAC_1_SQRT_2 * t)
+    NORMAL.at(t, |entry| entry.below)
+}
+
+/// Entries of the table a unit.
+const TABLE_STEPS: f64 = 64.0;
+/// The table's end on either side.
+const TABLE_REACH: f64 = 6.0;
+const TABLE_LENGTH: usize = (2.0 * TABLE_REACH * TABLE_STEPS) as usize + 2;
+
+/// The normal distribution and the blurred depth, linear between entries: right to 1e-5.
+struct NormalTable(Box<[Normal; TABLE_LENGTH]>);
+
+#[derive(Clone, Copy)]
+struct Normal {
+    below: f64,
+    depth: f64,
+}
+
+static NORMAL: LazyLock<NormalTable> = LazyLock::new(|| {
+    const DENSITY: f64 = 0.398_942_280_401_432_7;
+    let mut table = Box::new([Normal { below: 0.0, depth: 0.0 }; TABLE_LENGTH]);
+    for (index, entry) in table.iter_mut().enumerate() {
+        let t = index as f64 / TABLE_STEPS - TABLE_REACH;
+        let below = |t: f64| 0.5 * libm::erfc(-std::f64::consts::FRAC_1_SQRT_2 * t);
+        let depth = (DENSITY * libm::exp(-0.5 * t * t) - t * below(-t)).max(0.0);
+        *entry = Normal { below: below(t), depth };
+    }
+    NormalTable(table)
+});
+
+impl NormalTable {
+    fn at(&self, t: f64, of: impl Fn(&Normal) -> f64) -> f64 {
+        let place = (t.clamp(-TABLE_REACH, TABLE_REACH) + TABLE_REACH) * TABLE_STEPS;
+        let index = (place as usize).min(TABLE_LENGTH - 2);
+        let (low, high) = (of(&self.0[index]), of(&self.0[index + 1]));
+        low + (place - index as f64) * (high - low)
+    }
 }
 
 #[cfg(test)]

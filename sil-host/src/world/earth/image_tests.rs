@@ -67,31 +67,33 @@ fn half_height(line: &[(f64, f64)], full: f64) -> f64 {
 
 #[test]
 fn the_limbs_half_brightness_stands_where_the_model_says() {
-    // Full brightness: at the ellipsoid's edge before the PSF (then it is H ln 2 without one), ten and twenty pixels
-    // inside.
-    println!("  view  Sun elevation   half of: edge  10 px in  20 px in (km)");
-    for (name, radius, off) in
-        [("GEO", 42_164.0, 0.0), ("SSO 798 km", 7176.0, 62.7), ("LEO 450 km", 6828.0, 69.1)]
-    {
-        for elevation in [90.0f64, 60.0, 30.0, 10.0, 3.0f64] {
-            let dip = (EQUATOR_KM / radius).acos();
-            // The limb point towards +y: its normal, and the horizontal at right angles to the view.
-            let normal = [dip.cos(), dip.sin(), 0.0];
-            let e = elevation.to_radians();
-            let sun = plus(normal.map(|c| c * e.sin()), e.cos(), [0.0, 0.0, 1.0]);
-            let seen = image(radius, off, sun, even());
-            // x px runs towards +y; the limb is near the middle in the oblique views, 455 px out in GEO.
-            let line = radial(&seen, 0, 340.0, 1279.0, 0.02);
-            let limb = line.iter().position(|(h, _)| *h >= 0.0).unwrap();
-            let edge = seen.surface(normal, 0.0, 1.0);
-            let [at_edge, ten, twenty] =
-                [edge, line[limb - 500].1, line[limb - 1000].1].map(|f| half_height(&line, f));
-            println!("{name:>11} {elevation:5.0} deg {at_edge:18.2} {ten:8.2} {twenty:8.2}");
-            if name == "LEO 450 km" {
-                // The PSF is a tenth of the scale height there.
-                assert!((at_edge - 8.0 * 2f64.ln()).abs() < 0.2, "{at_edge}");
+    // Half of the brightness at the ellipsoid's edge before the PSF (then it is H ln 2 without one), and of that ten and
+    // twenty pixels inside; Sun across the line of sight, or as far behind the satellite as its elevation allows.
+    println!("  view      Sun elevation, from   half of: edge  10 px in  20 px in (km)");
+    let views = [("GEO", 42_164.0, 0.0), ("SSO 798 km", 7176.0, 62.7), ("LEO 450 km", 6828.0, 69.1)];
+    for (name, radius, off) in views {
+        for elevation in [90.0f64, 60.0, 30.0, 10.0, 5.0] {
+            for behind in [false, true] {
+                let dip = (EQUATOR_KM / radius).acos();
+                // The limb point towards +y: its normal, and the horizontals across the view and to the satellite.
+                let normal = [dip.cos(), dip.sin(), 0.0];
+                let horizontal = if behind { [dip.sin(), -dip.cos(), 0.0] } else { [0.0, 0.0, 1.0] };
+                let (s, c) = elevation.to_radians().sin_cos();
+                let sun = plus(normal.map(|n| n * s), c, horizontal);
+                let seen = image(radius, off, sun, even());
+                // x px runs towards +y; the limb is near the middle in the oblique views, 455 px out in GEO.
+                let line = radial(&seen, 0, 340.0, 1279.0, 0.02);
+                let limb = line.iter().position(|(h, _)| *h >= 0.0).unwrap();
+                let levels = [seen.surface(normal, 0.0, 1.0), line[limb - 500].1, line[limb - 1000].1];
+                let [edge, ten, twenty] = levels.map(|full| half_height(&line, full));
+                let from = if behind { "behind" } else { "across" };
+                println!("{name:>11} {elevation:8.0} deg {from} {edge:15.2} {ten:9.2} {twenty:9.2}");
+                if name != "GEO" {
+                    // There the PSF is a tenth of the scale height: it lifts the half by sigma²/2H and little more.
+                    assert!((edge - 8.0 * 2f64.ln()).abs() < 0.2, "{edge}");
+                }
+                assert!((-10.0..16.0).contains(&ten), "{ten}");
             }
-            assert!((2.0..12.0).contains(&ten), "{ten}");
         }
     }
 }
