@@ -34,7 +34,7 @@ use trace::{Banded, Marks, Stretches, Trace};
 /// Most events listed; the others are counted.
 const EVENTS_MAX: usize = 120;
 
-/// Rows of the plot of modes, a mode each, in the order of [`row_of`].
+/// Rows of the plot of modes, a mode each, in the order in which they are drawn.
 pub const MODE_ROWS: [&str; 6] = ["tracking", "eclipse", "Sun outage", "acquisition", "self-test", "safe"];
 
 /// The row of a mode.

@@ -330,3 +330,7 @@ impl Judge {
 fn jump_sigma((error, sigma): (Vector, Vector), now: &Axes) -> f64 {
     (0..3).map(|axis| ((now.error[axis] - error[axis]) / sigma[axis]).abs()).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+#[path = "figures_tests.rs"]
+mod tests;

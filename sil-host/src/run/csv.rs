@@ -1,6 +1,6 @@
 //! `cycles.csv`: a row a second.
 //!
-//! Whole lines only are handed to the system, every [`LINES`] or after a second of waiting, so that a run that is killed
+//! Whole lines only are handed to the system, every few hundred or after a second of waiting, so that a run that is killed
 //! leaves a file that can be read up to its last full line. An empty field is a value that was not there. Quaternions
 //! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross.
 

@@ -26,7 +26,7 @@ fn read(folder: &Path, file: &str) -> Vec<u8> {
 #[test]
 fn two_runs_with_the_same_seed_write_identical_files_and_another_seed_does_not() {
     let folder = scratch("equal-runs");
-    let file = scenario(&folder, 40, "first_attitude_s = 5");
+    let file = scenario(&folder, 40, "mode_share = 0.0");
     let fly = |name: &str, seed: &str| {
         let out = folder.join(name);
         let output = run(&["run", &file, "--out", out.to_str().unwrap(), "--seed", seed, "--json"]);
