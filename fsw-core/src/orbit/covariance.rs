@@ -1,17 +1,18 @@
-//! The covariance of the orbit filter, in 3 x 3 blocks: position `r`, velocity `v`, limb height `h` (estimated) and
-//! misalignment `m` (considered).
+//! The covariance of the orbit filter, in 3 x 3 blocks: position `r`, velocity `v`, limb height `h` (estimated),
+//! misalignment `m` and the bias `b` of the fixes (considered).
 //!
 //! Units km, s, rad. Propagation is `Φ P Φᵀ + Q` with the blocks of [`Transition`] (14 block products instead of the 16 x 3
-//! of full 10 x 10 matrices); the update is that of Schmidt: with `W = P Hᵀ L⁻ᵀ` and `S = L Lᵀ` every block loses `W Wᵀ`, except
-//! that of the misalignment with itself, which no measurement ever betters. In f64 the loss of digits in the difference is
+//! of full matrices); the update is that of Schmidt: with `W = P Hᵀ L⁻ᵀ` and `S = L Lᵀ` every block loses `W Wᵀ`, except
+//! those of what is only considered with itself, which no measurement ever betters. Misalignment and bias are independent and
+//! stay so. In f64 the loss of digits in the difference is
 //! harmless: variances fall by 1e12 at most, and every run of the filter's campaigns ends with a
-//! Cholesky factor of all ten states.
+//! Cholesky factor of all states.
 
 use super::dynamics::Transition;
 use super::point::symmetric;
 use nalgebra::{Matrix3, Vector3};
 
-/// Covariance of position, velocity, limb height and misalignment.
+/// Covariance of position, velocity, limb height, misalignment and bias.
 #[derive(Clone, Copy, Debug)]
 pub struct Covariance {
     /// Position, km².
@@ -34,9 +35,17 @@ pub struct Covariance {
     pub hm: Vector3<f64>,
     /// Misalignment about each axis, rad².
     pub mm: f64,
+    /// Position with bias, km².
+    pub rb: Matrix3<f64>,
+    /// Velocity with bias, km²/s.
+    pub vb: Matrix3<f64>,
+    /// Limb height with bias, km².
+    pub hb: Vector3<f64>,
+    /// Bias of the fixes, km².
+    pub bb: Matrix3<f64>,
 }
 
-/// What a measured position depends on: `z = rr δr + rh δh + rm δm + noise`.
+/// What a measured position depends on: `z = rr δr + rh δh + rm δm + rb δb + noise`.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensitivity {
     /// To the position; symmetric.
@@ -45,6 +54,8 @@ pub struct Sensitivity {
     pub limb_height: Vector3<f64>,
     /// To the misalignment, km/rad.
     pub misalignment: Matrix3<f64>,
+    /// To the bias; symmetric.
+    pub bias: Matrix3<f64>,
 }
 
 /// A correction of the estimate, and how surprising the measurement was.
@@ -69,6 +80,8 @@ pub struct ProcessNoise {
     pub acceleration: f64,
     /// Of the limb height's rate, km²/s.
     pub limb_height: f64,
+    /// Share of the bias that is kept over the span.
+    pub bias_kept: f64,
 }
 
 impl Covariance {
@@ -80,7 +93,7 @@ impl Covariance {
         let (x_r, x_v) = (a * self.rr + b * vr, a * self.rv + b * self.vv);
         let (y_r, y_v) = (c * self.rr + d * vr, c * self.rv + d * self.vv);
         let white = |value: f64| Matrix3::identity() * value;
-        let q = noise.acceleration;
+        let (q, kept) = (noise.acceleration, noise.bias_kept);
         Self {
             rr: symmetric(&(x_r * a + x_v * b)) + white(q * dt * dt * dt / 3.0),
             rv: x_r * c + x_v * d + white(q * dt * dt / 2.0),
@@ -92,6 +105,10 @@ impl Covariance {
             vm: c * self.rm + d * self.vm,
             hm: self.hm,
             mm: self.mm,
+            rb: (a * self.rb + b * self.vb) * kept,
+            vb: (c * self.rb + d * self.vb) * kept,
+            hb: self.hb * kept,
+            bb: self.bb * (kept * kept),
         }
     }
 
@@ -103,18 +120,19 @@ impl Covariance {
         noise_km2: &Matrix3<f64>,
         innovation_km: &Vector3<f64>,
     ) -> Option<Correction> {
-        let Sensitivity { position: t, limb_height, misalignment } = sensitivity;
+        let Sensitivity { position: t, limb_height, misalignment, bias: g } = sensitivity;
         let (d, e) = (limb_height.transpose(), misalignment.transpose());
         // P Hᵀ, by rows of P.
-        let r = self.rr * t + self.rh * d + self.rm * e;
-        let v = self.rv.transpose() * t + self.vh * d + self.vm * e;
-        let h = t * self.rh + limb_height * self.hh + misalignment * self.hm;
+        let r = self.rr * t + self.rh * d + self.rm * e + self.rb * g;
+        let v = self.rv.transpose() * t + self.vh * d + self.vm * e + self.vb * g;
+        let h = t * self.rh + limb_height * self.hh + misalignment * self.hm + g * self.hb;
         let m = self.rm.transpose() * t + self.hm * d + e * self.mm;
-        let s = symmetric(&(t * r + limb_height * h.transpose() + misalignment * m + noise_km2));
+        let b = self.rb.transpose() * t + self.hb * d + self.bb * g;
+        let s = symmetric(&(t * r + limb_height * h.transpose() + misalignment * m + g * b + noise_km2));
         let factor = Cholesky::of(&s)?;
         // W = P Hᵀ L⁻ᵀ.
         let (wr, wv, wm) = (factor.whiten_rows(&r), factor.whiten_rows(&v), factor.whiten_rows(&m));
-        let wh = factor.whiten(&h);
+        let (wb, wh) = (factor.whiten_rows(&b), factor.whiten(&h));
         let y = factor.whiten(innovation_km);
         Some(Correction {
             position_km: wr * y,
@@ -132,6 +150,10 @@ impl Covariance {
                 vm: self.vm - wv * wm.transpose(),
                 hm: self.hm - wm * wh,
                 mm: self.mm,
+                rb: self.rb - wr * wb.transpose(),
+                vb: self.vb - wv * wb.transpose(),
+                hb: self.hb - wb * wh,
+                bb: self.bb,
             },
         })
     }

@@ -11,7 +11,7 @@
 //! 150 s, [`MAX_SPANS`] of them: 16 M for two hours at once.
 
 use super::OrbitState;
-use super::constants::{EARTH_RADIUS_KM, MICROSECONDS};
+use super::constants::{EARTH_RADIUS_KM, MICROSECONDS, MU_EARTH_KM3_S2};
 use super::covariance::{Covariance, ProcessNoise, Sensitivity};
 use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
 use super::observation::{Innovation, Refusal, check, sensitivity};
@@ -61,6 +61,8 @@ struct Estimate {
     state: OrbitState,
     limb_height_km: f64,
     covariance: Covariance,
+    /// Share of the bias at the last fix that is kept.
+    bias_kept: f64,
     settled: bool,
     rejections: u16,
 }
@@ -103,7 +105,7 @@ impl OrbitFilter {
         covariance.rr = Matrix3::identity() * (position_sigma_km * position_sigma_km);
         covariance.vv = Matrix3::identity() * (velocity_sigma_km_s * velocity_sigma_km_s);
         self.estimate =
-            Some(Estimate { state, limb_height_km: 0.0, covariance, settled: false, rejections: 0 });
+            Some(Estimate { state, limb_height_km: 0.0, covariance, bias_kept: 1.0, settled: false, rejections: 0 });
         self.settle(parameters);
         true
     }
@@ -137,7 +139,7 @@ impl OrbitFilter {
             Observation::UnitVector => true,
             Observation::Combined => estimate.settled,
         };
-        let Some((nis, updated)) = estimate.updated(fix, earth_to_icrs, unit) else {
+        let Some((nis, updated)) = estimate.updated(fix, earth_to_icrs, unit, parameters) else {
             return Update::Refused(Refusal::Covariance);
         };
         let believed = nis <= f64::from(parameters.gate_nis);
@@ -251,6 +253,10 @@ fn unknown(parameters: &OrbitParameters) -> Covariance {
         vm: Matrix3::zeros(),
         hm: Vector3::zeros(),
         mm: square(parameters.misalignment_sigma_rad),
+        rb: Matrix3::zeros(),
+        vb: Matrix3::zeros(),
+        hb: Vector3::zeros(),
+        bb: Matrix3::zeros(),
     }
 }
 
@@ -263,26 +269,39 @@ impl Estimate {
         parameters: &OrbitParameters,
     ) -> Self {
         let blank = unknown(parameters);
+        let bias = fix.covariance_km2 * bias_share(parameters);
         let Sensitivity { limb_height, misalignment, .. } = sensitivity(&fix.position_km, 0.0, earth_to_icrs);
         let covariance = Covariance {
             rr: symmetric(
                 &(fix.covariance_km2
+                    + bias
                     + limb_height * limb_height.transpose() * blank.hh
                     + misalignment * misalignment.transpose() * blank.mm),
             ),
             rh: -limb_height * blank.hh,
             rm: -misalignment * blank.mm,
+            rb: -bias,
+            bb: bias,
             ..blank
         };
         let state = OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
-        Self { state, limb_height_km: 0.0, covariance, settled: false, rejections: 0 }
+        Self { state, limb_height_km: 0.0, covariance, bias_kept: 1.0, settled: false, rejections: 0 }
     }
 
     /// Normalised innovation squared and the estimate after the fix; `None` when the innovation's covariance is none.
-    fn updated(&self, fix: &PositionFix, earth_to_icrs: &Matrix3<f64>, unit: bool) -> Option<(f64, Self)> {
+    fn updated(
+        &self,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        unit: bool,
+        parameters: &OrbitParameters,
+    ) -> Option<(f64, Self)> {
         let Innovation { sensitivity, noise_km2, innovation_km } =
             Innovation::of(fix, &self.state.position_km, self.limb_height_km, earth_to_icrs, unit);
-        let correction = self.covariance.corrected(&sensitivity, &noise_km2, &innovation_km)?;
+        // What the bias has lost since the last fix is new now, in the shape that the fix has now.
+        let renewed = bias_share(parameters) * (1.0 - self.bias_kept * self.bias_kept);
+        let covariance = Covariance { bb: self.covariance.bb + noise_km2 * renewed, ..self.covariance };
+        let correction = covariance.corrected(&sensitivity, &noise_km2, &innovation_km)?;
         let state = OrbitState {
             time_us: self.state.time_us,
             position_km: self.state.position_km + correction.position_km,
@@ -292,7 +311,7 @@ impl Estimate {
         let covariance = correction.covariance;
         Some((
             correction.nis,
-            Self { state, limb_height_km, covariance, settled: self.settled, rejections: 0 },
+            Self { state, limb_height_km, covariance, bias_kept: 1.0, settled: self.settled, rejections: 0 },
         ))
     }
 
@@ -326,20 +345,35 @@ impl Estimate {
             PropagationError::Impossible => Lost::Diverged,
         })?;
         let transition = Transition::between(&self.state, &after);
-        let noise = process_noise(&after.position_km, parameters);
         let dt = span_us as f64 / MICROSECONDS;
+        let noise = process_noise(&after.position_km, dt, parameters);
         self.covariance = self.covariance.propagated(&transition, &noise, dt);
+        self.bias_kept *= noise.bias_kept;
         self.state = after;
         if self.covariance.is_sound() { Ok(self) } else { Err(Lost::Diverged) }
     }
 }
 
-fn process_noise(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> ProcessNoise {
-    let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / position_km.dot(position_km).max(1.0);
+/// Variance of the bias over that of the fix.
+fn bias_share(parameters: &OrbitParameters) -> f64 {
+    f64::from(parameters.bias_over_noise) * f64::from(parameters.bias_over_noise)
+}
+
+fn process_noise(position_km: &Vector3<f64>, dt: f64, parameters: &OrbitParameters) -> ProcessNoise {
+    let square = position_km.dot(position_km).max(1.0);
+    let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / square;
+    // The time in which the satellite goes a radian, times the share.
+    let lasting = f64::from(parameters.bias_time_share) * libm::sqrt(square * libm::sqrt(square) / MU_EARTH_KM3_S2);
+    let spans = dt / lasting.max(1e-3);
     let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
     let force = f64::from(parameters.force_noise_km_s15);
     let walk = f64::from(parameters.limb_height_walk_km_s05);
-    ProcessNoise { acceleration: gravity * gravity + force * force, limb_height: walk * walk }
+    ProcessNoise {
+        acceleration: gravity * gravity + force * force,
+        limb_height: walk * walk,
+        // e^-x to 1 % up to a half, and tending to nothing beyond.
+        bias_kept: 1.0 / (1.0 + spans * (1.0 + 0.5 * spans)),
+    }
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 //! In: a [`PositionFix`], the predicted position and limb height, the rotation from the Earth path to ICRS; out: an
 //! [`Innovation`], km.
 //!
-//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + noise`. A limb that stands higher by `h` makes the Earth look larger by
+//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + b + noise`. A limb that stands higher by `h` makes the Earth look larger by
 //! the same factor at every point of the limb, hence nearer, `a` being the equatorial radius. `m` is the misalignment of the
-//! two paths, a rotation vector in the Earth path: `R (I + [m×])` is the true rotation to ICRS.
+//! two paths, a rotation vector in the Earth path: `R (I + [m×])` is the true rotation to ICRS. `b` is what clouds and the
+//! slant of the light do to the limb: it has the shape of the fix's own covariance and changes slowly.
 //!
 //! The covariance of a fix is found by whoever measured it, at the *measured* place: it is long along the measured line and
 //! scales with the measured distance, so its weights are correlated with its errors and would pull the estimate by about
@@ -62,6 +63,7 @@ impl Innovation {
             noise_km2 = symmetric(&(across * noise_km2 * across)) + along;
             sensitivity.position = across * sensitivity.position;
             sensitivity.limb_height = Vector3::zeros();
+            sensitivity.bias = across;
         }
         Self { sensitivity, noise_km2, innovation_km }
     }
@@ -86,6 +88,7 @@ pub(super) fn sensitivity(
         position: Matrix3::identity() * shrink,
         limb_height: position_km * (-1.0 / EARTH_RADIUS_KM),
         misalignment: cross_matrix(&(position_km * shrink)) * earth_to_icrs,
+        bias: Matrix3::identity(),
     }
 }
 

@@ -32,6 +32,12 @@ pub struct OrbitParameters {
     pub limb_height_walk_km_s05: f32,
     /// Misalignment of the paths against each other about each axis, rad (default 1e-4: 20 arcsec; 0 to 0.02).
     pub misalignment_sigma_rad: f32,
+    /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every direction alike
+    /// (default 3, 0 to 30). They are considered, not estimated.
+    pub bias_over_noise: f32,
+    /// Time for which they last, over the time in which the satellite goes a radian of its orbit (default 0.2: 45 min in GEO,
+    /// 3 min in LEO; 0.001 to 10).
+    pub bias_time_share: f32,
     /// White acceleration at the Earth's surface, km/s² per root hertz (default 2e-6, 0 to 1e-3). It stands for the gravity
     /// of the degrees above J2, 1e-7 km/s² with a correlation of a minute or so in LEO; with this value the filter's errors
     /// on the real orbit of Jason-2 are as it says (test `a_real_orbit_is_followed`). It falls with the fourth power of the
@@ -58,6 +64,8 @@ impl Default for OrbitParameters {
             limb_height_sigma_km: 5.0,
             limb_height_walk_km_s05: 0.01,
             misalignment_sigma_rad: 1e-4,
+            bias_over_noise: 3.0,
+            bias_time_share: 0.2,
             gravity_noise_km_s15: 2e-6,
             force_noise_km_s15: 2e-8,
             gate_nis: 30.0,
@@ -69,12 +77,14 @@ impl Default for OrbitParameters {
 
 impl OrbitParameters {
     /// Every number with its name and range `(name, value, low, high)`, for the checked table.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 9] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 11] {
         [
             ("start_speed_km_s", self.start_speed_km_s, 0.1, 20.0),
             ("limb_height_sigma_km", self.limb_height_sigma_km, 0.0, 100.0),
             ("limb_height_walk_km_s05", self.limb_height_walk_km_s05, 0.0, 1.0),
             ("misalignment_sigma_rad", self.misalignment_sigma_rad, 0.0, 0.02),
+            ("bias_over_noise", self.bias_over_noise, 0.0, 30.0),
+            ("bias_time_share", self.bias_time_share, 0.001, 10.0),
             ("gravity_noise_km_s15", self.gravity_noise_km_s15, 0.0, 1e-3),
             ("force_noise_km_s15", self.force_noise_km_s15, 0.0, 1e-3),
             ("gate_nis", self.gate_nis, 10.0, 1000.0),
