@@ -77,7 +77,7 @@ impl Normal {
         let scale = diagonal.map(|value| 1.0 / libm::sqrtf(value));
         let (a, b, c) = (m.m12 * scale.x * scale.y, m.m13 * scale.x * scale.z, m.m23 * scale.y * scale.z);
         let determinant = 1.0 - a * a - b * b - c * c + 2.0 * a * b * c;
-        if !(determinant > LEAST_DETERMINANT) {
+        if determinant.is_nan() || determinant <= LEAST_DETERMINANT {
             return None;
         }
         let (ab, ac, bc) = (b * c - a, a * c - b, a * b - c);
@@ -129,7 +129,8 @@ fn normal(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> Norm
     let mut normal = Normal::default();
     for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
         let from_middle = radial - first;
-        let row = Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(&radial), 1.0) * (1.0 / sigma);
+        let row =
+            Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(&radial), 1.0) * (1.0 / sigma);
         let weight = tukey(ratio / scale);
         normal.add(&row, ratio, weight);
         normal.squares += weight * ratio * ratio;

@@ -12,8 +12,8 @@
 //! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: about
 //! 150 cycles a pixel of length, and 20,000.
 
-use super::zone::Zone;
 use super::view::ExpectedLimb;
+use super::zone::Zone;
 use super::{EarthParameters, LimbPoint};
 use crate::order;
 use fsw_hal::{DetectorGeometry, Window};
@@ -33,6 +33,8 @@ const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
 const END: usize = MIDDLE as usize + 1;
 /// Steps against the rise may take back this share of it.
 const GREATEST_FALL: f32 = 0.15;
+/// Clouds between the limb and the bright side change brightness this much more than within it.
+const REACH: f32 = 2.0;
 /// Greatest sigma of a point, px, and share of the rise's length.
 const GREATEST_SIGMA_PX: f32 = 1.0;
 const GREATEST_SIGMA_SHARE: f32 = 0.5;
@@ -209,14 +211,18 @@ pub fn crossing(
     let scatter = lines.scatter_px(profile, place, half)?;
     let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
     // Clouds, and the shading by Lambert's law, which holds so far.
-    let unsure = libm::sqrtf(smooth * smooth + zone.shading * zone.shading);
+    let (seen, unseen) = (REACH * smooth, parameters.limb_cloud_share);
+    let unsure = libm::sqrtf(seen * seen + unseen * unseen + zone.shading * zone.shading);
     let level = zone.level * bright * unsure / gradient;
     let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
     let floor = parameters.limb_floor_px;
     let steepness = libm::fabsf(steep);
     // Along the lines, then across the limb.
-    let sigma = libm::sqrtf((scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height);
-    if !(sigma < GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale)) {
+    let sigma = libm::sqrtf(
+        (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
+    );
+    let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale);
+    if sigma.is_nan() || sigma >= greatest {
         return None;
     }
     let inward = place as f32 - 1.0 + part;
@@ -231,12 +237,12 @@ pub fn crossing(
 fn rises(profile: &[f32], place: usize, zone: &Zone, bright: f32) -> bool {
     let out = (3.0 * (zone.scale + zone.spread)) as usize;
     let from = place.saturating_sub(out.max(3)).max(END);
-    let fall = profile
-        .get(from..place + zone.begin)
-        .map_or(f32::INFINITY, |rise| rise.windows(2).fold(0.0, |fall, pair| match pair {
+    let fall = profile.get(from..place + zone.begin).map_or(f32::INFINITY, |rise| {
+        rise.windows(2).fold(0.0, |fall, pair| match pair {
             [outer, inner] if inner < outer => fall + (outer - inner),
             _ => fall,
-        }));
+        })
+    });
     fall < GREATEST_FALL * bright
 }
 

@@ -25,9 +25,12 @@ pub const FINE: usize = 96;
 /// A cell of the coarse pass, rad.
 const CELL_RAD: f32 = core::f32::consts::TAU / COARSE as f32;
 /// Cosine and sine of a cell.
-const CELL: [f32; 2] = [0.998_795_456_2, 0.049_067_674_3];
+const CELL: [f32; 2] = [0.998_795_45, 0.049_067_676];
 /// Half of the distance over which slopes on the detector are taken, px.
 const SLOPE_BASE_PX: f32 = 3.0;
+
+/// Least cosine between a direction and that of the pixel on which it falls.
+const NOT_FOLDED: f32 = 0.9999;
 
 const _: () = assert!(FINE <= 128 && COARSE <= 128 && MAX_LIMB_POINTS <= FINE);
 
@@ -121,8 +124,10 @@ impl View {
     fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
         let ray = axis * self.cosine + radial * self.sine;
-        let at_px = camera.project_earth(&Direction::new(self.body.shrunk(&ray))?)?;
-        if !camera.contains(at_px, margin_px) {
+        let ray = Direction::new(self.body.shrunk(&ray))?;
+        let at_px = camera.project_earth(&ray)?;
+        // A distortion's polynomial may fold directions far outside the field back into it.
+        if !camera.contains(at_px, margin_px) || camera.earth_direction(at_px)?.dot(&ray) < NOT_FOLDED {
             return None;
         }
         let point = radial * self.cosine - axis * self.sine;
@@ -152,7 +157,8 @@ impl View {
         // The distance to the limb point is cos / sin radii.
         let km_per_rad = self.body.radius_km() * self.cosine / self.sine;
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);
-        let sun_facing = Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
+        let sun_facing =
+            Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
         Some(ExpectedLimb { at_px, outward_px, km_per_px, sun_sine, sun_facing })
     }
 
@@ -225,10 +231,8 @@ impl View {
                     let angle = CELL_RAD * offset as f32 * (0.5 / FINE as f32);
                     let square = angle * angle;
                     // Up to 0.05 rad: error 2e-10.
-                    let small = [
-                        1.0 - square * (0.5 - square * (1.0 / 24.0)),
-                        angle * (1.0 - square * (1.0 / 6.0)),
-                    ];
+                    let small =
+                        [1.0 - square * (0.5 - square * (1.0 / 24.0)), angle * (1.0 - square * (1.0 / 6.0))];
                     if ask(turned(start, small)) {
                         answers |= 1u128.wrapping_shl(next);
                     }

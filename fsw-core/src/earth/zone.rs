@@ -27,8 +27,17 @@ const GREATEST_SHADE: f32 = 4.0;
 const SHADING_ERROR: f32 = 0.1;
 /// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides, is one.
 const WEIGHTS: [f32; 11] = [
-    0.133_039, 0.125_849_5, 0.106_529_3, 0.080_692_2, 0.054_694, 0.033_173_6, 0.018_004_9, 0.008_744_5, 0.003_800_3,
-    0.001_477_9, 0.000_514_3,
+    0.133_039,
+    0.125_849_5,
+    0.106_529_3,
+    0.080_692_2,
+    0.054_694,
+    0.033_173_6,
+    0.018_004_9,
+    0.008_744_5,
+    0.003_800_3,
+    0.001_477_9,
+    0.000_514_3,
 ];
 /// Least fall of the air's brightness, px: below, the lens alone shapes the limb.
 const LEAST_SCALE_PX: f32 = 0.1;
@@ -93,11 +102,7 @@ impl Model {
 
 impl Zone {
     /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer than a strip.
-    pub(super) fn new(
-        expected: &ExpectedLimb,
-        steepness: f32,
-        parameters: &EarthParameters,
-    ) -> Option<Self> {
+    pub(super) fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
         let km_per_px = (expected.km_per_px * steepness).max(1e-3);
         let scale = (parameters.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
         let psf = parameters.psf_sigma_px;
@@ -106,8 +111,7 @@ impl Zone {
         let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
         let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
         let length = libm::floorf(length + 0.5);
-        // Refuses NaN too.
-        if !(begin + length < LONGEST_PX) {
+        if (begin + length).is_nan() || begin + length >= LONGEST_PX {
             return None;
         }
         let model = Model {

@@ -9,7 +9,13 @@ fn band(runs: usize) -> f64 {
 }
 
 /// Points of the true limb between two azimuths, moved across it by Gaussian noise.
-fn points(world: &World, arc: [f64; 2], count: usize, noise_px: f64, generator: &mut Generator) -> Vec<LimbPoint, 128> {
+fn points(
+    world: &World,
+    arc: [f64; 2],
+    count: usize,
+    noise_px: f64,
+    generator: &mut Generator,
+) -> Vec<LimbPoint, 128> {
     let height = f64::from(parameters().limb_height_km);
     let camera = oracle::reference_camera();
     (0..count)
@@ -39,7 +45,13 @@ fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<Earth
 }
 
 /// Mean normalised square, direction rms, mean and rms of the distance's error, share of refusals.
-fn monte_carlo(world: &World, arc_deg: [f64; 2], count: usize, noise_px: f64, runs: usize) -> (f64, f64, f64, f64, f64) {
+fn monte_carlo(
+    world: &World,
+    arc_deg: [f64; 2],
+    count: usize,
+    noise_px: f64,
+    runs: usize,
+) -> (f64, f64, f64, f64, f64) {
     let mut generator = Generator::new(42);
     let arc = arc_deg.map(f64::to_radians);
     let clean = points(world, arc, count, 0.0, &mut generator);
@@ -81,7 +93,10 @@ fn a_fix_is_as_good_as_its_covariance_for_every_arc_from_the_geostationary_orbit
         );
         assert!((nees - 3.0).abs() < band(runs) + 0.2, "arc {arc}: {nees}");
         assert!(arcsec < 1.5 * goal, "arc {arc}: {arcsec}");
-        assert!(mean.abs() < 4.0 * rms / (runs as f64).sqrt() + 1e-3 * GEO_KM, "arc {arc}: {mean} of {rms} km");
+        assert!(
+            mean.abs() < 4.0 * rms / (runs as f64).sqrt() + 1e-3 * GEO_KM,
+            "arc {arc}: {mean} of {rms} km"
+        );
         assert!(refused < 0.02, "arc {arc}: {refused}");
     }
 }
@@ -168,7 +183,10 @@ fn points_that_fix_no_centre_are_refused() {
     nowhere.iter_mut().for_each(|point| point.centre_px[0] = f32::NAN);
     assert_eq!(solve(&world, &nowhere, 2.0), Err(Refusal::TooFewPoints));
     let short = points(&world, [1.0, 1.05], 60, 0.02, &mut generator);
-    assert!(matches!(solve(&world, &short, 2.0), Err(Refusal::ShortArc | Refusal::Degenerate | Refusal::Uncertain)));
+    assert!(matches!(
+        solve(&world, &short, 2.0),
+        Err(Refusal::ShortArc | Refusal::Degenerate | Refusal::Uncertain)
+    ));
     let scattered: std::vec::Vec<LimbPoint> = (0..60)
         .map(|_| LimbPoint {
             centre_px: [generator.between(0.0, 1279.0) as f32, generator.between(0.0, 1023.0) as f32],

@@ -1,6 +1,6 @@
+use crate::earth::LimbPoint;
 use crate::earth::rays::{self, Rays};
 use crate::earth::test_world::{GEO_KM, camera, geostationary, parameters};
-use crate::earth::LimbPoint;
 use crate::oracle::{self, Generator};
 use std::vec::Vec;
 
@@ -32,7 +32,8 @@ fn the_closed_form_has_no_range_bias_on_a_short_arc() {
             .collect();
         let mut rays = Rays::new();
         rays::fill(&mut rays, &points, &camera(), &body);
-        let range = |rays: &Rays| f64::from(body.radius_km() / super::fit(rays.iter()).unwrap().sine) - GEO_KM;
+        let range =
+            |rays: &Rays| f64::from(body.radius_km() / super::fit(rays.iter()).unwrap().sine) - GEO_KM;
         with += range(&rays) / f64::from(runs);
         // Told of no noise, it takes none off.
         rays.iter_mut().for_each(|ray| ray.sigma_px = 1e-3);

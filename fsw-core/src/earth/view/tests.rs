@@ -66,7 +66,10 @@ fn expected_points_stand_on_the_lit_limb_to_a_hundredth_of_a_pixel_and_evenly() 
         gaps.sort_by(f32::total_cmp);
         std::println!(
             "{name}: {greatest:.1e} px off, arc {:.2}, lit {:.2} rad, gaps {:.0} to {:.0} px",
-            found.arc_rad, found.lit_rad, gaps[0], gaps[gaps.len() - 1]
+            found.arc_rad,
+            found.lit_rad,
+            gaps[0],
+            gaps[gaps.len() - 1]
         );
         assert!(greatest < 0.01, "{name}: {greatest}");
         assert!(gaps[0] > 0.4 * gaps[gaps.len() / 2], "{name}: {gaps:?}");
@@ -113,8 +116,13 @@ fn a_dark_or_absent_limb_gives_no_points_and_says_so() {
 #[test]
 fn no_view_from_inside_the_earth_or_from_nowhere() {
     let body = geostationary(0.0, 1).body(&parameters());
-    for bad in [Vector3::zeros(), Vector3::new(0.0, 0.0, 6300.0), Vector3::new(f32::NAN, 0.0, 1e4),
-        Vector3::new(f32::INFINITY, 0.0, 1.0), Vector3::new(0.0, 0.0, 1e9)] {
+    for bad in [
+        Vector3::zeros(),
+        Vector3::new(0.0, 0.0, 6300.0),
+        Vector3::new(f32::NAN, 0.0, 1e4),
+        Vector3::new(f32::INFINITY, 0.0, 1.0),
+        Vector3::new(0.0, 0.0, 1e9),
+    ] {
         assert!(View::new(&bad, &body).is_none(), "{bad}");
     }
 }

@@ -20,7 +20,9 @@ fn the_weights_are_a_gaussian_of_unit_sum_and_variance() {
 
 #[test]
 fn the_share_is_that_of_a_finely_blurred_limb() {
-    for (km_per_px, sine, facing) in [(14.0, 0.5, 0.3), (14.0, 0.1, 0.9), (1.0, 0.5, -0.3), (0.8, 0.2, 0.9), (3.0, 0.9, 0.1)] {
+    for (km_per_px, sine, facing) in
+        [(14.0, 0.5, 0.3), (14.0, 0.1, 0.9), (1.0, 0.5, -0.3), (0.8, 0.2, 0.9), (3.0, 0.9, 0.1)]
+    {
         let zone = zone(km_per_px, sine, facing);
         let (scale, radius) = (8.0 / f64::from(km_per_px), 6378.137 / f64::from(km_per_px));
         let surface = scale * 2f64.ln();
@@ -34,12 +36,14 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
         };
         let spread = (0.81f64 + 1.0 / 12.0).sqrt();
         let blurred = |place: f64| {
-            (-800..=800).map(|i| {
-                let offset = f64::from(i) * 0.01;
-                0.01 / (spread * std::f64::consts::TAU.sqrt())
-                    * (-0.5 * (offset / spread).powi(2)).exp()
-                    * clear(place + offset)
-            }).sum::<f64>()
+            (-800..=800)
+                .map(|i| {
+                    let offset = f64::from(i) * 0.01;
+                    0.01 / (spread * std::f64::consts::TAU.sqrt())
+                        * (-0.5 * (offset / spread).powi(2)).exp()
+                        * clear(place + offset)
+                })
+                .sum::<f64>()
         };
         let count = zone.end - zone.begin;
         let bright = (zone.begin..zone.end).map(|place| blurred(place as f64)).sum::<f64>() / count as f64;
@@ -52,7 +56,11 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
 #[test]
 fn a_rise_longer_than_a_strip_has_no_zone() {
     let expected = ExpectedLimb {
-        at_px: [0.0; 2], outward_px: [1.0, 0.0], km_per_px: 0.04, sun_sine: 0.5, sun_facing: 0.0,
+        at_px: [0.0; 2],
+        outward_px: [1.0, 0.0],
+        km_per_px: 0.04,
+        sun_sine: 0.5,
+        sun_facing: 0.0,
     };
     assert!(Zone::new(&expected, 1.0, &parameters()).is_none());
     let nowhere = ExpectedLimb { km_per_px: f32::NAN, ..expected };
