@@ -109,25 +109,31 @@ pub struct EarthParameters {
     pub twilight_deg: f32,
     /// Least rise of brightness across the limb of a strip, share of full scale (default 0.01, 0.005 to 0.5).
     pub least_contrast_share: f32,
-    /// Brightest dark side of a limb point, share of full scale (default 0.12, 0.01 to 0.5; thesis 6 % and 11 %).
+    /// Brightest dark side of a limb point in a strip, share of full scale (default 0.12, 0.01 to 0.5; thesis 11 %).
     pub greatest_dark_share: f32,
     /// Brightness that counts as saturated, share of full scale (default 0.95, 0.5 to 1).
     pub saturated_share: f32,
     /// Least standard deviation of a limb point, px (default 0.05, 0.005 to 2).
     pub limb_floor_px: f32,
-    /// Scatter of the limb's height along it, km (default 0.2, 0 to 10).
+    /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
+    /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
+    /// 0.06, 0 to 1): clouds.
+    pub limb_cloud_share: f32,
     /// Distance between the rows and columns that a search reads, px (default 16, 4 to 64; thesis 10).
     pub search_step_px: f32,
     /// Least rise of brightness in a search, share of full scale (default 0.02, 0.01 to 0.5; thesis 12 %).
     pub search_contrast_share: f32,
+    /// Brightest dark side in a search, share of full scale (default 0.06, 0.01 to 0.5; thesis 6 %).
+    pub search_dark_share: f32,
     /// Least length of the bright side in a search, px (default 12, 4 to 64).
     pub search_run_px: f32,
     /// Greatest length of the rise in a search, px (default 64, 4 to 250): a terminator is longer.
     pub search_rise_px: f32,
-    /// Least standard deviation of a limb point of a search, px (default 0.3, 0.01 to 5).
+    /// Least standard deviation of a limb point of a search, px (default 1.5, 0.01 to 5): clouds move
+    /// neighbours alike.
     pub search_floor_px: f32,
-    /// Farthest that an inlier may lie from the limb in a search, px (default 2, 0.2 to 20; thesis 4).
+    /// Farthest that an inlier may lie from the limb in a search, px (default 3, 0.2 to 20; thesis 4).
     pub search_tolerance_px: f32,
     /// The same in tracking (default 2, 0.2 to 20).
     pub tracking_tolerance_px: f32,
@@ -139,7 +145,7 @@ pub struct EarthParameters {
     pub fewest_points: f32,
     /// Shortest arc, deg (default 10, 1 to 180).
     pub least_arc_deg: f32,
-    /// Greatest standard deviation of the direction, deg (default 0.5, 0.001 to 10).
+    /// Greatest standard deviation of the direction, deg (default 3, 0.001 to 10).
     pub greatest_sigma_deg: f32,
     /// Greatest standard deviation of the distance, share of it (default 0.2, 0.001 to 1).
     pub greatest_range_share: f32,
@@ -158,19 +164,21 @@ impl Default for EarthParameters {
             greatest_dark_share: 0.12,
             saturated_share: 0.95,
             limb_floor_px: 0.05,
-            limb_scatter_km: 0.2,
+            limb_scatter_km: 0.6,
+            limb_cloud_share: 0.06,
             search_step_px: 16.0,
             search_contrast_share: 0.02,
+            search_dark_share: 0.06,
             search_run_px: 12.0,
             search_rise_px: 64.0,
-            search_floor_px: 0.3,
-            search_tolerance_px: 2.0,
+            search_floor_px: 1.5,
+            search_tolerance_px: 3.0,
             tracking_tolerance_px: 2.0,
             enough_share: 0.95,
             least_share: 0.5,
             fewest_points: 6.0,
             least_arc_deg: 10.0,
-            greatest_sigma_deg: 0.5,
+            greatest_sigma_deg: 3.0,
             greatest_range_share: 0.2,
         }
     }
@@ -178,7 +186,7 @@ impl Default for EarthParameters {
 
 impl EarthParameters {
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 25] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 27] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -193,8 +201,10 @@ impl EarthParameters {
             ("saturated_share", self.saturated_share, 0.5, 1.0),
             ("limb_floor_px", self.limb_floor_px, 0.005, 2.0),
             ("limb_scatter_km", self.limb_scatter_km, 0.0, 10.0),
+            ("limb_cloud_share", self.limb_cloud_share, 0.0, 1.0),
             ("search_step_px", self.search_step_px, 4.0, 64.0),
             ("search_contrast_share", self.search_contrast_share, 0.01, 0.5),
+            ("search_dark_share", self.search_dark_share, 0.01, 0.5),
             ("search_run_px", self.search_run_px, 4.0, 64.0),
             ("search_rise_px", self.search_rise_px, 4.0, 250.0),
             ("search_floor_px", self.search_floor_px, 0.01, 5.0),

@@ -77,7 +77,7 @@ impl Normal {
         let scale = diagonal.map(|value| 1.0 / libm::sqrtf(value));
         let (a, b, c) = (m.m12 * scale.x * scale.y, m.m13 * scale.x * scale.z, m.m23 * scale.y * scale.z);
         let determinant = 1.0 - a * a - b * b - c * c + 2.0 * a * b * c;
-        if !(determinant > LEAST_DETERMINANT) {
+        if determinant.is_nan() || determinant <= LEAST_DETERMINANT {
             return None;
         }
         let (ab, ac, bc) = (b * c - a, a * c - b, a * b - c);

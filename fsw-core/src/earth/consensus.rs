@@ -38,7 +38,7 @@ fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
     let pick = |third: usize, fraction: u32| {
         let (start, end) = (third * length / 3, (third + 1) * length / 3);
         let chance = number.wrapping_add(1).wrapping_mul(fraction);
-        let offset = (u64::from(chance) * (end - start) as u64 >> 32) as usize;
+        let offset = ((u64::from(chance) * (end - start) as u64) >> 32) as usize;
         rays.get(start + offset).map(|ray| ray.unit)
     };
     let [f0, f1, f2] = FRACTIONS;

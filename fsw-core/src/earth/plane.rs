@@ -65,7 +65,7 @@ pub(super) fn fit<'a>(rays: impl Iterator<Item = &'a Ray> + Clone) -> Option<Con
     let mean = first + sum * (1.0 / total);
     let square = mean.dot(&mean);
     // The mean of a ring around the sky has no direction; no body comes near to that.
-    if !(square > 1e-4) {
+    if square.is_nan() || square <= 1e-4 {
         return None;
     }
     let z = mean * (1.0 / libm::sqrtf(square));

@@ -28,8 +28,8 @@ const RISE_SHIFT: u32 = 6;
 const FALL_SHIFT: u32 = 2;
 /// A rise begins at this share of the least contrast: 2^-2.
 const BEGIN_SHIFT: u32 = 2;
-/// A plateau's next pixels are brighter by less than a share of 2^-4.
-const PLATEAU_SHIFT: u32 = 4;
+/// A plateau's next pixels are brighter by less than a share of 2^-3.
+const PLATEAU_SHIFT: u32 = 3;
 /// Sigma of a point as a share of its rise's length.
 const SIGMA_SHARE: f32 = 0.05;
 
@@ -100,7 +100,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             return Err(plateau + 2 * BLOCK);
         }
         if near >= thresholds.contrast * 2 * BLOCK as i32 && far <= near + (near >> PLATEAU_SHIFT) {
-            bright = Some(near / (2 * BLOCK as i32));
+            bright = Some(first / BLOCK as i32);
             break;
         }
         plateau += BLOCK;
@@ -211,7 +211,7 @@ pub fn search(
     let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
     let thresholds = Thresholds {
         contrast: fine(parameters.search_contrast_share).max(1 << FINE_SHIFT),
-        dark: fine(parameters.greatest_dark_share),
+        dark: fine(parameters.search_dark_share),
         run: parameters.search_run_px as usize,
         rise: (parameters.search_rise_px as usize).min(256),
         floor_px: parameters.search_floor_px,

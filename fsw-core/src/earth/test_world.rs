@@ -56,10 +56,10 @@ pub struct World {
 impl World {
     pub fn new(centre: Vector3<f64>, pole: Vector3<f64>, sun: Vector3<f64>, seed: u64) -> Self {
         let mut generator = Generator::new(seed);
-        // Cloud fields of 400 to 3000 km.
+        // Cloud fields of 1500 to 6000 km: a factor of several over tens of pixels.
         let waves = (0..12)
             .map(|_| {
-                let length_km = generator.between(400.0, 3000.0);
+                let length_km = generator.between(1500.0, 6000.0);
                 let wave = generator.unit() * (std::f64::consts::TAU * A_KM / length_km);
                 (wave, generator.between(0.0, std::f64::consts::TAU))
             })
@@ -113,7 +113,7 @@ impl World {
 
     fn cloud(&self, point: &Vector3<f64>) -> f64 {
         let sum: f64 = self.waves.iter().map(|(wave, phase)| (wave.dot(point) + phase).sin()).sum();
-        let share = (0.5 + 0.35 * sum).clamp(0.0, 1.0);
+        let share = (0.5 + 0.17 * sum).clamp(0.0, 1.0);
         self.albedo[0] + (self.albedo[1] - self.albedo[0]) * share
     }
 

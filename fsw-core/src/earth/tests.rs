@@ -1,4 +1,85 @@
 use super::*;
+use crate::earth::centre::{Workspace, centre};
+use crate::earth::limb::{crossing, strip};
+use crate::earth::search::{Points, search};
+use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, parameters};
+use crate::earth::view::View;
+use crate::oracle::{wide, wide_matrix};
+use std::vec::Vec;
+
+/// One tracking second about a predicted centre.
+fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -> Result<EarthFix, Refusal> {
+    let (parameters, camera) = (parameters(), camera());
+    let body = world.body(&parameters);
+    let view = View::new(predicted_km, &body).unwrap();
+    let expected = view.limb(&camera, f32::from(reach_px) + 1.0, 24, &parameters).points;
+    let points: Vec<LimbPoint> = expected
+        .iter()
+        .enumerate()
+        .filter_map(|(index, expected)| {
+            let strip = strip(expected, reach_px, &GEOMETRY)?;
+            let pixels = world.expose(strip.window, 1.0, seed * 100 + index as u64);
+            crossing(&pixels, &strip, &GEOMETRY, &parameters)
+        })
+        .collect();
+    centre(&points, &camera, &body, parameters.tracking_tolerance_px, &parameters, &mut Workspace::new())
+}
+
+/// Direction error, deg, distance error, km, normalised square.
+fn errors(world: &World, fix: &EarthFix) -> (f64, f64, f64) {
+    let found = wide(&fix.centre_km);
+    let error = found - world.centre;
+    let angle = found.normalize().cross(&world.centre.normalize()).norm().to_degrees();
+    let nees = error.dot(&(wide_matrix(&fix.covariance_km2).try_inverse().unwrap() * error));
+    (angle, found.norm() - world.centre.norm(), nees)
+}
+
+#[test]
+fn strips_after_a_search_find_the_centre_within_the_goal() {
+    let mut failed = Vec::new();
+    for (name, make, reach, limit_deg) in [
+        ("geostationary, full", (|seed| geostationary(5.0, seed)) as fn(u64) -> World, 24, 0.03),
+        ("geostationary, 60 deg", |seed| geostationary(60.0, seed), 24, 0.02),
+        ("geostationary, half", |seed| geostationary(90.0, seed), 24, 0.02),
+        ("geostationary, crescent", |seed| geostationary(130.0, seed), 24, 0.02),
+        ("450 km", |seed| low(450.0, 90.0, [40.0, 30.0], seed), 50, 1.0),
+        ("800 km, slant", |seed| low(800.0, 35.0, [40.0, 30.0], seed), 50, 1.5),
+    ] {
+        let (parameters, runs) = (parameters(), 4);
+        let (mut squares, mut ranges, mut nees, mut sigma, mut solved) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for seed in 0..runs {
+            let world = make(seed + 50);
+            let mut points = Points::new();
+            search(&mut world.picture(1.0, seed), &mut [0; 1280], &parameters, &mut points).unwrap();
+            let body = world.body(&parameters);
+            let tolerance = parameters.search_tolerance_px;
+            let first = centre(&points, &camera(), &body, tolerance, &parameters, &mut Workspace::new());
+            let fix = first.and_then(|first| track(&world, &first.centre_km, reach, seed));
+            match fix {
+                Ok(fix) => {
+                    let (angle, range, square) = errors(&world, &fix);
+                    squares += angle * angle;
+                    ranges += range * range;
+                    nees += square;
+                    sigma += f64::from(fix.sigmas().0).to_degrees();
+                    solved += 1.0;
+                }
+                Err(refusal) => std::println!("{name} {seed}: {refusal:?}, search {:?}", first.err()),
+            }
+        }
+        let rms = (squares / solved).sqrt();
+        std::println!(
+            "{name}: direction rms {rms:.4} deg (mean sigma {:.4}), distance rms {:.1} km, mean NEES {:.1}, solved {solved}",
+            sigma / solved,
+            (ranges / solved).sqrt(),
+            nees / solved
+        );
+        if rms.is_nan() || rms > limit_deg || solved < 3.0 {
+            failed.push(name);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
 
 #[test]
 fn default_parameters_lie_in_their_ranges() {

@@ -111,8 +111,7 @@ impl Zone {
         let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
         let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
         let length = libm::floorf(length + 0.5);
-        // Refuses NaN too.
-        if !(begin + length < LONGEST_PX) {
+        if (begin + length).is_nan() || begin + length >= LONGEST_PX {
             return None;
         }
         let model = Model {

@@ -104,8 +104,14 @@ impl OrbitFilter {
         let mut covariance = unknown(parameters);
         covariance.rr = Matrix3::identity() * (position_sigma_km * position_sigma_km);
         covariance.vv = Matrix3::identity() * (velocity_sigma_km_s * velocity_sigma_km_s);
-        self.estimate =
-            Some(Estimate { state, limb_height_km: 0.0, covariance, bias_kept: 1.0, settled: false, rejections: 0 });
+        self.estimate = Some(Estimate {
+            state,
+            limb_height_km: 0.0,
+            covariance,
+            bias_kept: 1.0,
+            settled: false,
+            rejections: 0,
+        });
         self.settle(parameters);
         true
     }
@@ -363,7 +369,8 @@ fn process_noise(position_km: &Vector3<f64>, dt: f64, parameters: &OrbitParamete
     let square = position_km.dot(position_km).max(1.0);
     let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / square;
     // The time in which the satellite goes a radian, times the share.
-    let lasting = f64::from(parameters.bias_time_share) * libm::sqrt(square * libm::sqrt(square) / MU_EARTH_KM3_S2);
+    let lasting =
+        f64::from(parameters.bias_time_share) * libm::sqrt(square * libm::sqrt(square) / MU_EARTH_KM3_S2);
     let spans = dt / lasting.max(1e-3);
     let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
     let force = f64::from(parameters.force_noise_km_s15);

@@ -25,8 +25,8 @@ pub struct OrbitParameters {
     pub dynamics: Dynamics,
     /// Velocity is unknown by this much about zero when the filter starts, km/s (default 8, 0.1 to 20).
     pub start_speed_km_s: f32,
-    /// Limb height is unknown by this much when the filter starts, km (default 5, 0 to 100; half brightness stands 3 to 6 km
-    /// above the ellipsoid, by season and colour).
+    /// Limb height is unknown by this much when the filter starts, km (default 0.7, 0 to 100: what colour and season leave
+    /// of the height that was set).
     pub limb_height_sigma_km: f32,
     /// Random walk of the limb height, km per root second (default 0.01: 0.4 km in half an hour; 0 to 1).
     pub limb_height_walk_km_s05: f32,
@@ -61,7 +61,7 @@ impl Default for OrbitParameters {
             observation: Observation::Position,
             dynamics: Dynamics::Full,
             start_speed_km_s: 8.0,
-            limb_height_sigma_km: 5.0,
+            limb_height_sigma_km: 0.7,
             limb_height_walk_km_s05: 0.01,
             misalignment_sigma_rad: 1e-4,
             bias_over_noise: 3.0,

@@ -2,7 +2,7 @@
 
 use super::{Instruments, Sensor, Sky};
 use crate::earth::view::View;
-use crate::earth::{Body, EarthFix, centre, limb, search};
+use crate::earth::{Body, EarthFix, Refusal, centre, limb, search};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
@@ -17,12 +17,17 @@ const STRIP_PATIENCE: u8 = 3;
 /// Where the Earth stands is known well enough to say that it is dark, rad.
 const VIEW_SIGMA_RAD: f32 = 0.03;
 
-/// What looking for the limb came to.
+/// Where the limb stands that a search found, px.
+const SEARCH_SIGMA_PX: f32 = 3.0;
+
+/// What looking for the Earth came to.
 enum Looked {
     /// No limb in the field is lit.
     Dark,
-    /// The points in the workspace, and how far an inlier may lie from the limb, px.
-    Points { tolerance_px: f32 },
+    /// The Earth's centre.
+    Found(EarthFix),
+    /// None, and why.
+    Refused(Refusal),
 }
 
 impl Sensor<'_> {
@@ -49,78 +54,119 @@ impl Sensor<'_> {
         report: &mut Report,
     ) {
         let body = self.body(sky, attitude);
-        instruments.meter.begin(Stage::Limb);
-        let looked = self.find_limb(instruments.detector, &body, attitude);
-        instruments.meter.end(Stage::Limb);
-        let tolerance_px = match looked {
-            Ok(Looked::Points { tolerance_px }) => tolerance_px,
-            Ok(Looked::Dark) => return report.earth_status = EarthStatus::Dark,
-            Err(error) => return report.status = Status::DetectorFault(Fault::from(error)),
-        };
-        instruments.meter.begin(Stage::Centre);
-        let workspace = &mut *self.workspace;
-        let (points, rays) = (&workspace.limb, &mut workspace.rays);
-        let fix = centre::centre(points, &self.camera, &body, tolerance_px, &self.parameters.earth, rays);
-        instruments.meter.end(Stage::Centre);
-        match fix {
-            Err(refusal) => {
-                self.strip_misses = self.strip_misses.saturating_add(1);
-                report.earth_status = EarthStatus::Refused(refusal);
-            }
-            Ok(fix) => {
+        match self.find_earth(instruments, &body, attitude) {
+            Ok(Looked::Found(fix)) => {
                 self.strip_misses = 0;
                 instruments.meter.begin(Stage::Orbit);
                 self.report_earth(&fix, report);
                 self.update_orbit(&fix, attitude, report);
                 instruments.meter.end(Stage::Orbit);
             }
+            Ok(Looked::Refused(refusal)) => {
+                self.strip_misses = self.strip_misses.saturating_add(1);
+                report.earth_status = EarthStatus::Refused(refusal);
+            }
+            Ok(Looked::Dark) => {
+                self.strip_misses = 0;
+                report.earth_status = EarthStatus::Dark;
+            }
+            Err(error) => report.status = Status::DetectorFault(Fault::from(error)),
         }
     }
 
-    /// Collects limb points: in strips where the orbit predicts the limb well enough, else over the whole detector.
+    /// Where the Earth is: from strips across the limb that the orbit predicts; where it does not, from strips across the
+    /// limb that a search of the whole detector found (a search alone would give a centre only good enough for that).
     #[inline(never)]
-    fn find_limb(
+    fn find_earth(
         &mut self,
-        detector: &mut impl Detector,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
         body: &Body,
         attitude: &Rotation<Icrs, StarPath>,
     ) -> Result<Looked, DetectorError> {
-        let parameters = self.parameters.earth;
-        let geometry = detector.geometry();
-        let view = self.view(body, attitude);
-        let position_sigma_km =
-            self.orbit.position_covariance_km2().map(|m| libm::sqrt(m.trace().max(0.0)) as f32);
-        let workspace = &mut *self.workspace;
-        let known = view
-            .zip(position_sigma_km)
-            .filter(|(view, sigma_km)| sigma_km / view.limb_distance_km() < VIEW_SIGMA_RAD);
+        let meter = &mut *instruments.meter;
+        let sigma_km = self.orbit.position_covariance_km2().map(|m| libm::sqrt(m.trace().max(0.0)) as f32);
+        let known = self.view(body, attitude).zip(sigma_km);
+        let known = known.filter(|(view, sigma_km)| sigma_km / view.limb_distance_km() < VIEW_SIGMA_RAD);
         if let Some((view, _)) = &known
-            && view.limb(&self.camera, 0.0, 0, &parameters).lit_rad == 0.0
+            && view.limb(&self.camera, 0.0, 0, &self.parameters.earth).lit_rad == 0.0
         {
-            self.strip_misses = 0;
             return Ok(Looked::Dark);
         }
-        if let Some((view, sigma_km)) = known
-            && self.strip_misses < STRIP_PATIENCE
-            && let Some(reach_px) =
-                plan::limb_reach(view.limb_distance_km() * self.camera.rad_per_px(), sigma_km, &parameters)
-        {
-            let seen = view.limb(&self.camera, f32::from(reach_px) + 1.0, plan::MAX_LIMB_STRIPS, &parameters);
-            workspace.limb.clear();
-            for expected in &seen.points {
-                let Some(strip) = limb::strip(expected, reach_px, &geometry) else { continue };
-                let area = strip.window.area();
-                let pixels = workspace.buffer.get_mut(..area).ok_or(DetectorError::BufferLength)?;
-                detector.read(strip.window, pixels)?;
-                if let Some(point) = limb::crossing(pixels, &strip, &geometry, &parameters) {
-                    // There are no more strips than the list holds points.
-                    let _ = workspace.limb.push(point);
+        let reach = |(view, sigma_km): (View, f32)| {
+            let km_per_px = view.limb_distance_km() * self.camera.rad_per_px();
+            Some((view, plan::limb_reach(km_per_px, sigma_km, &self.parameters.earth)?))
+        };
+        let expected = match known.filter(|_| self.strip_misses < STRIP_PATIENCE).and_then(reach) {
+            Some(expected) => expected,
+            None => {
+                meter.begin(Stage::Limb);
+                let (buffer, points) = (&mut self.workspace.buffer, &mut self.workspace.limb);
+                let searched = search::search(instruments.detector, buffer, &self.parameters.earth, points);
+                meter.end(Stage::Limb);
+                searched?;
+                let rough = match self.fit(meter, body, self.parameters.earth.search_tolerance_px) {
+                    Ok(rough) => rough,
+                    Err(refusal) => return Ok(Looked::Refused(refusal)),
+                };
+                let view = View::new(&rough.centre_km, body).map(|view| (view, SEARCH_SIGMA_PX));
+                let reach = |(view, sigma_px): (View, f32)| {
+                    let km_per_px = view.limb_distance_km() * self.camera.rad_per_px();
+                    Some((view, plan::limb_reach(km_per_px, sigma_px * km_per_px, &self.parameters.earth)?))
+                };
+                match view.and_then(reach) {
+                    Some(expected) => expected,
+                    None => return Ok(Looked::Refused(Refusal::Uncertain)),
                 }
             }
-            return Ok(Looked::Points { tolerance_px: parameters.tracking_tolerance_px });
+        };
+        meter.begin(Stage::Limb);
+        let read = self.read_strips(instruments.detector, &expected.0, expected.1);
+        meter.end(Stage::Limb);
+        read?;
+        Ok(match self.fit(meter, body, self.parameters.earth.tracking_tolerance_px) {
+            Ok(fix) => Looked::Found(fix),
+            Err(refusal) => Looked::Refused(refusal),
+        })
+    }
+
+    /// The centre of the points in the workspace.
+    fn fit(
+        &mut self,
+        meter: &mut impl StageMeter,
+        body: &Body,
+        tolerance_px: f32,
+    ) -> Result<EarthFix, Refusal> {
+        meter.begin(Stage::Centre);
+        let workspace = &mut *self.workspace;
+        let (points, rays) = (&workspace.limb, &mut workspace.rays);
+        let fix = centre::centre(points, &self.camera, body, tolerance_px, &self.parameters.earth, rays);
+        meter.end(Stage::Centre);
+        fix
+    }
+
+    /// Fills the workspace with limb points from strips that reach so far to either side of where the limb is expected.
+    #[inline(never)]
+    fn read_strips(
+        &mut self,
+        detector: &mut impl Detector,
+        view: &View,
+        reach_px: u16,
+    ) -> Result<(), DetectorError> {
+        let (geometry, parameters) = (detector.geometry(), &self.parameters.earth);
+        let seen = view.limb(&self.camera, f32::from(reach_px) + 1.0, plan::MAX_LIMB_STRIPS, parameters);
+        let workspace = &mut *self.workspace;
+        workspace.limb.clear();
+        for expected in &seen.points {
+            let Some(strip) = limb::strip(expected, reach_px, &geometry) else { continue };
+            let pixels =
+                workspace.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
+            detector.read(strip.window, pixels)?;
+            if let Some(point) = limb::crossing(pixels, &strip, &geometry, parameters) {
+                // There are no more strips than the list holds points.
+                let _ = workspace.limb.push(point);
+            }
         }
-        search::search(detector, &mut workspace.buffer, &parameters, &mut workspace.limb)?;
-        Ok(Looked::Points { tolerance_px: parameters.search_tolerance_px })
+        Ok(())
     }
 
     /// Reports the Earth as found.
