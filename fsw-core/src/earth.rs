@@ -67,7 +67,9 @@ pub struct LimbPoint {
 pub struct EarthFix {
     /// From the camera to the Earth's centre, Earth path's frame, km.
     pub centre_km: Vector3<f32>,
-    /// Its covariance, km², the limb height taken as known.
+    /// The centre about which the fit was linear, km: `centre_km` itself, or near where it was expected.
+    pub place_km: Vector3<f32>,
+    /// Covariance of `centre_km`, km², the limb height taken as known.
     pub covariance_km2: Matrix3<f32>,
     /// Azimuth about the centre that the points span, rad, up to a turn.
     pub arc_rad: f32,
@@ -103,7 +105,10 @@ pub struct EarthParameters {
     pub scale_height_km: f32,
     /// Standard deviation of the point spread, px (default 0.9, 0.2 to 5).
     pub psf_sigma_px: f32,
-    /// Least elevation of the Sun at a limb point, deg (default 3, 0 to 45).
+    /// Elevation of the Sun above which a limb counts as lit, deg (default 3, 0 to 45).
+    pub lit_sun_elevation_deg: f32,
+    /// Least elevation of the Sun at a limb point, deg (default 8, 0 to 45): lower, the slant of the light moves the place of
+    /// half brightness.
     pub least_sun_elevation_deg: f32,
     /// How far below the horizon the Sun still lights the air so that stars are not seen, deg (default 6, 0 to 18).
     pub twilight_deg: f32,
@@ -118,7 +123,7 @@ pub struct EarthParameters {
     /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
-    /// 0.06, 0 to 1): clouds.
+    /// 0.1, 0 to 1): clouds.
     pub limb_cloud_share: f32,
     /// Distance between the rows and columns that a search reads, px (default 16, 4 to 64; thesis 10).
     pub search_step_px: f32,
@@ -158,14 +163,15 @@ impl Default for EarthParameters {
             limb_height_km: 5.5,
             scale_height_km: 8.0,
             psf_sigma_px: 0.9,
-            least_sun_elevation_deg: 3.0,
+            lit_sun_elevation_deg: 3.0,
+            least_sun_elevation_deg: 8.0,
             twilight_deg: 6.0,
             least_contrast_share: 0.01,
             greatest_dark_share: 0.12,
             saturated_share: 0.95,
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
-            limb_cloud_share: 0.06,
+            limb_cloud_share: 0.1,
             search_step_px: 16.0,
             search_contrast_share: 0.02,
             search_dark_share: 0.06,
@@ -186,7 +192,7 @@ impl Default for EarthParameters {
 
 impl EarthParameters {
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 27] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 28] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -194,6 +200,7 @@ impl EarthParameters {
             ("limb_height_km", self.limb_height_km, 0.0, 60.0),
             ("scale_height_km", self.scale_height_km, 0.5, 50.0),
             ("psf_sigma_px", self.psf_sigma_px, 0.2, 5.0),
+            ("lit_sun_elevation_deg", self.lit_sun_elevation_deg, 0.0, 45.0),
             ("least_sun_elevation_deg", self.least_sun_elevation_deg, 0.0, 45.0),
             ("twilight_deg", self.twilight_deg, 0.0, 18.0),
             ("least_contrast_share", self.least_contrast_share, 0.005, 0.5),

@@ -10,10 +10,12 @@
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | [`observation`] | what a fix says of the state |
+//! | `bend` | differences of position that bend with the orbit |
 //! | [`covariance`] | the filter's covariance, in blocks |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
 
+mod bend;
 pub mod constants;
 pub mod covariance;
 pub mod dynamics;

@@ -4,8 +4,8 @@
 //! first. A window is the gate and the margin that a centroid needs; windows that leave the detector are dropped rather
 //! than cut, because a cut window has no whole region at its edge.
 //!
-//! Limb. In: how many km of height a pixel spans at the limb, how well the position is known. Out: how far a strip must
-//! reach to hold the limb whole, or that it would have to reach too far.
+//! Limb. In: how many km of height a pixel spans at the limb, how well the limb's height is known there. Out: how far a strip
+//! must reach to hold the limb whole, or that it would have to reach too far.
 //!
 //! Probes: small windows that tell whether the detector works and whether the Sun blinds it.
 
@@ -48,8 +48,8 @@ pub fn star_windows(
 
 /// Most strips across the limb in a second.
 pub const MAX_LIMB_STRIPS: usize = 24;
-/// The limb's glow fades over so many scale heights.
-const GLOW_SCALES: f32 = 6.0;
+/// The limb's glow is faint beyond so many scale heights: 1 %.
+const GLOW_SCALES: f32 = 4.5;
 /// Beyond the glow a strip reaches so far: over the edge that the lens spreads, and to brightness and darkness on its
 /// sides, px.
 pub const STRIP_MARGIN_PX: f32 = 9.0;
@@ -59,7 +59,7 @@ pub fn glow_km(parameters: &EarthParameters) -> f32 {
     GLOW_SCALES * parameters.scale_height_km
 }
 
-/// How far a strip must reach to either side of the expected limb, px, when the position is known to `sigma_km` (3 sigma
+/// How far a strip must reach to either side of the expected limb, px, when its height there is known to `sigma_km` (3 sigma
 /// are allowed for); `None` when that is farther than a strip can.
 pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<u16> {
     let reach_px = STRIP_MARGIN_PX + (glow_km(parameters) + 3.0 * sigma_km) / km_per_px;

@@ -9,6 +9,10 @@
 //! e1|² / 2` loses no digit, so normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so
 //! noise does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the same derivatives.
 //!
+//! Where an orbit expects the centre, that expectation takes part in the steps ([`Expected`]) but not in the result: a short arc
+//! alone would lead the fit far along a curve on which the limb hardly changes. About the place so found the limb is linear in the
+//! centre, and the fix is what the points alone say in that linear picture.
+//!
 //! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance.
 //! Direction, rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
@@ -51,6 +55,15 @@ impl Default for Workspace {
     }
 }
 
+/// Where the centre is expected, and how surely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// From the camera to the Earth's centre, Earth path's frame, km.
+    pub centre_km: Vector3<f32>,
+    /// Inverse of its covariance, 1 / km².
+    pub information: Matrix3<f32>,
+}
+
 /// Symmetric normal equations of three unknowns.
 #[derive(Default)]
 struct Normal {
@@ -65,6 +78,13 @@ impl Normal {
     fn add(&mut self, row: &Vector3<f32>, residual: f32, weight: f32) {
         self.matrix += row * row.transpose() * weight;
         self.right -= row * (residual * weight);
+    }
+
+    /// Adds what is expected: `columns` are the derivatives of the centre, which stands at `centre_km`.
+    fn add_expected(&mut self, expected: &Expected, centre_km: &Vector3<f32>, columns: &Matrix3<f32>) {
+        let weighted = columns.transpose() * expected.information;
+        self.matrix += weighted * columns;
+        self.right += weighted * (expected.centre_km - centre_km);
     }
 
     /// The inverse matrix, by cofactors of the matrix with its diagonal brought to one.
@@ -174,10 +194,33 @@ fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32
     turn - widest
 }
 
-/// The fix of a fitted cone.
-fn fix(rays: &Rays, cone: &Cone, body: &Body) -> Result<EarthFix, Refusal> {
+/// The centre of a cone, km, and its derivatives by the unknowns.
+fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (Vector3<f32>, Matrix3<f32>) {
+    let range = body.radius_km() / cone.sine;
+    let deeper = cone.cosine / cone.sine;
+    let columns = Matrix3::from_columns(&[
+        body.shrunk(&(first + cone.axis * deeper)) * range,
+        body.shrunk(second) * range,
+        body.shrunk(&cone.axis) * (range * deeper),
+    ]);
+    (body.shrunk(&cone.axis) * range, columns)
+}
+
+/// The cone of an expected centre.
+fn cone_of(centre_km: &Vector3<f32>, body: &Body) -> Option<Cone> {
+    let centre = body.stretched(&(centre_km * (1.0 / body.radius_km())));
+    let square = centre.dot(&centre);
+    // Also refuses NaN.
+    if !(square > 1.0) {
+        return None;
+    }
+    let sine = 1.0 / libm::sqrtf(square);
+    Cone::of(centre * sine, sine, libm::sqrtf(square - 1.0) * sine)
+}
+
+/// The fix of a fitted cone; with an expectation it is the linear one about that cone.
+fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, Refusal> {
     let axes = middle_of_arc(rays, cone);
-    let [first, second] = &axes;
     let normal = normal(rays, cone, &axes);
     let inverse = normal.inverse().ok_or(Refusal::Degenerate)?;
     let freedom = (normal.weights - 3.0).max(1.0);
@@ -186,13 +229,8 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body) -> Result<EarthFix, Refusal> {
     let mean_square = normal.squares / freedom;
     let enlarged = if mean_square > chance { mean_square } else { 1.0 };
 
-    let range = body.radius_km() / cone.sine;
-    let deeper = cone.cosine / cone.sine;
-    let columns = Matrix3::from_columns(&[
-        body.shrunk(&(first + cone.axis * deeper)) * range,
-        body.shrunk(second) * range,
-        body.shrunk(&cone.axis) * (range * deeper),
-    ]);
+    let (place_km, columns) = centre_of(cone, &axes, body);
+    let shift_km = if linear { columns * (inverse * normal.right) } else { Vector3::zeros() };
     let covariance_km2 = columns * inverse * columns.transpose() * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
@@ -202,7 +240,8 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body) -> Result<EarthFix, Refusal> {
         count += 1.0;
     }
     Ok(EarthFix {
-        centre_km: body.shrunk(&cone.axis) * range,
+        centre_km: place_km + shift_km,
+        place_km,
         covariance_km2: (covariance_km2 + covariance_km2.transpose()) * 0.5,
         arc_rad: arc_rad(rays, cone, &axes),
         rms_px: libm::sqrtf(squares / f32::max(count, 1.0)),
@@ -210,7 +249,8 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body) -> Result<EarthFix, Refusal> {
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points; inliers lie within `tolerance_px` of the limb.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points; inliers lie within `tolerance_px` of the limb. Where the
+/// centre is `expected` the fit is linear about the place that suits both.
 ///
 /// # Errors
 /// The first [`Refusal`] that holds.
@@ -219,21 +259,32 @@ pub fn centre(
     camera: &Camera,
     body: &Body,
     tolerance_px: f32,
+    expected: Option<&Expected>,
     parameters: &EarthParameters,
     workspace: &mut Workspace,
 ) -> Result<EarthFix, Refusal> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
-    let mut cone = agree(rays, body, tolerance_px, parameters)?;
+    let agreed = agree(rays, body, tolerance_px, parameters)?;
+    let start = expected.and_then(|expected| Some((expected, cone_of(&expected.centre_km, body)?)));
+    let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
         let axes = middle_of_arc(rays, &cone);
-        let normal = normal(rays, &cone, &axes);
+        let mut normal = normal(rays, &cone, &axes);
+        if let Some((expected, _)) = start {
+            let (centre_km, columns) = centre_of(&cone, &axes, body);
+            normal.add_expected(expected, &centre_km, &columns);
+        }
         let step = normal.inverse().ok_or(Refusal::Degenerate)? * normal.right;
         cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
     }
-    let fix = fix(rays, &cone, body)?;
+    let fix = fix(rays, &cone, body, start.is_some())?;
     if fix.arc_rad < parameters.least_arc_deg.to_radians() {
         return Err(Refusal::ShortArc);
+    }
+    // In the linear picture a weak direction does no harm.
+    if start.is_some() {
+        return Ok(fix);
     }
     let (direction_rad, range_km) = fix.sigmas();
     let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));

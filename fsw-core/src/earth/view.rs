@@ -41,6 +41,9 @@ pub struct ExpectedLimb {
     pub at_px: [f32; 2],
     /// Unit vector on the detector across the limb, towards space.
     pub outward_px: [f32; 2],
+    /// Unit vector along which height is counted there, Earth path's frame: a centre displaced by `d` lowers the limb by
+    /// `normal · d` less.
+    pub normal: Vector3<f32>,
     /// Height above the limb that a pixel across it spans, km.
     pub km_per_px: f32,
     /// Sine of the Sun's elevation there; one where the Sun is not known.
@@ -52,7 +55,7 @@ pub struct ExpectedLimb {
 /// The limb in the field.
 #[derive(Clone, Debug, Default)]
 pub struct LimbInField {
-    /// Points of the lit limb, evenly along it.
+    /// Points of the limb lit well enough, evenly along it.
     pub points: Vec<ExpectedLimb, MAX_LIMB_POINTS>,
     /// Arc of the limb in the field, lit or not, rad of azimuth about the centre.
     pub arc_rad: f32,
@@ -159,15 +162,18 @@ impl View {
         let turned = (out_x * along_y - out_y * along_x) / length.max(1e-3);
         let sense = if turned < 0.0 { -1.0 } else { 1.0 };
         let outward_px = [along_y * sense / length.max(1e-3), -along_x * sense / length.max(1e-3)];
+        // The gradient of the ellipsoid is S S x, and S x is the point of sphere space.
+        let gradient = self.body.stretched(&(radial * self.cosine - axis * self.sine));
+        let normal = unit(&gradient, &radial);
         // The distance to the limb point is cos / sin radii.
         let km_per_rad = self.body.radius_km() * self.cosine / self.sine;
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);
         let sun_facing =
             Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
-        Some(ExpectedLimb { at_px, outward_px, km_per_px, sun_sine, sun_facing })
+        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
-    /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit.
+    /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit well enough to be measured.
     pub fn limb(
         &self,
         camera: &Camera,
@@ -175,6 +181,7 @@ impl View {
         most: usize,
         parameters: &EarthParameters,
     ) -> LimbInField {
+        let lit = libm::sinf(parameters.lit_sun_elevation_deg.to_radians());
         let least = libm::sinf(parameters.least_sun_elevation_deg.to_radians());
         let mut limb = LimbInField::default();
         let mut cells = 0u128;
@@ -182,8 +189,10 @@ impl View {
         for cell in 0..COARSE as u32 {
             if let Some((_, sun_sine)) = self.seen(azimuth, camera, margin_px) {
                 limb.arc_rad += CELL_RAD;
-                if sun_sine > least {
+                if sun_sine > lit {
                     limb.lit_rad += CELL_RAD;
+                }
+                if sun_sine > least {
                     // A limb that stands here may begin in the cell before and end in this one.
                     let before = (cell + COARSE as u32 - 1) % COARSE as u32;
                     cells |= 1u128.wrapping_shl(cell) | 1u128.wrapping_shl(before);

@@ -10,16 +10,16 @@ use super::EarthParameters;
 use super::view::ExpectedLimb;
 
 /// The bright side begins this many spreads inside the surface.
-const SPREADS_INSIDE: f32 = 1.5;
+const SPREADS_INSIDE: f32 = 0.5;
 /// Length of the bright side: at least px, and scale heights.
-const LEAST_BRIGHT_PX: f32 = 3.0;
+const LEAST_BRIGHT_PX: f32 = 2.0;
 const BRIGHT_SCALES: f32 = 0.5;
 /// Most pixels of the bright side.
 const MOST_BRIGHT_PX: f32 = 24.0;
 /// Longest rise and bright side together, px.
 const LONGEST_PX: f32 = 120.0;
-/// Variance of a pixel's own width, px².
-const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+/// Variance of a pixel's own width, a twelfth, and of the joined lines' shifts between pixels, a sixth, px².
+const PIXEL_VARIANCE: f32 = 1.0 / 12.0 + 1.0 / 6.0;
 /// What Lambert's law may make of the bright side against the limb.
 const LEAST_SHADE: f32 = 0.3;
 const GREATEST_SHADE: f32 = 4.0;

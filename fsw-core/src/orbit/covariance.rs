@@ -73,13 +73,15 @@ pub struct Correction {
     pub nis: f64,
 }
 
-/// White noise that drives the state.
+/// What drives the state: white noise, and what slow errors lose and gain.
 #[derive(Clone, Copy, Debug)]
 pub struct ProcessNoise {
     /// Spectral density of the acceleration, km²/s³.
     pub acceleration: f64,
-    /// Of the limb height's rate, km²/s.
-    pub limb_height: f64,
+    /// Share of the limb height that is kept over the span.
+    pub height_kept: f64,
+    /// Variance of the limb height that is new after the span, km².
+    pub height_renewed: f64,
     /// Share of the bias that is kept over the span.
     pub bias_kept: f64,
 }
@@ -93,21 +95,21 @@ impl Covariance {
         let (x_r, x_v) = (a * self.rr + b * vr, a * self.rv + b * self.vv);
         let (y_r, y_v) = (c * self.rr + d * vr, c * self.rv + d * self.vv);
         let white = |value: f64| Matrix3::identity() * value;
-        let (q, kept) = (noise.acceleration, noise.bias_kept);
+        let (q, kept, height) = (noise.acceleration, noise.bias_kept, noise.height_kept);
         Self {
             rr: symmetric(&(x_r * a + x_v * b)) + white(q * dt * dt * dt / 3.0),
             rv: x_r * c + x_v * d + white(q * dt * dt / 2.0),
             vv: symmetric(&(y_r * c + y_v * d)) + white(q * dt),
-            rh: a * self.rh + b * self.vh,
-            vh: c * self.rh + d * self.vh,
-            hh: self.hh + noise.limb_height * dt,
+            rh: (a * self.rh + b * self.vh) * height,
+            vh: (c * self.rh + d * self.vh) * height,
+            hh: self.hh * (height * height) + noise.height_renewed,
             rm: a * self.rm + b * self.vm,
             vm: c * self.rm + d * self.vm,
-            hm: self.hm,
+            hm: self.hm * height,
             mm: self.mm,
             rb: (a * self.rb + b * self.vb) * kept,
             vb: (c * self.rb + d * self.vb) * kept,
-            hb: self.hb * kept,
+            hb: self.hb * (height * kept),
             bb: self.bb * (kept * kept),
         }
     }
@@ -158,6 +160,23 @@ impl Covariance {
         })
     }
 
+    /// With position and velocity turned.
+    pub fn turned(&self, turn: &Matrix3<f64>) -> Self {
+        let both = |m: &Matrix3<f64>| turn * m * turn.transpose();
+        Self {
+            rr: symmetric(&both(&self.rr)),
+            rv: both(&self.rv),
+            vv: symmetric(&both(&self.vv)),
+            rh: turn * self.rh,
+            vh: turn * self.vh,
+            rm: turn * self.rm,
+            vm: turn * self.vm,
+            rb: turn * self.rb,
+            vb: turn * self.vb,
+            ..*self
+        }
+    }
+
     /// Whether all variances are positive and finite.
     pub fn is_sound(&self) -> bool {
         let sound = |variance: f64| variance > 0.0 && variance < 1e30;
@@ -205,6 +224,13 @@ impl Cholesky {
             (row(m.m11, m.m12, m.m13), row(m.m21, m.m22, m.m23), row(m.m31, m.m32, m.m33));
         Matrix3::new(first.x, first.y, first.z, second.x, second.y, second.z, third.x, third.y, third.z)
     }
+}
+
+/// The inverse of a covariance; `None` when it is not positive definite.
+pub fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    // The columns of L⁻ᵀ are those of the identity whitened row by row.
+    let factor = Cholesky::of(m)?.whiten_rows(&Matrix3::identity());
+    Some(factor * factor.transpose())
 }
 
 /// Whether a covariance is positive definite.

@@ -11,7 +11,8 @@
 //! 150 s, [`MAX_SPANS`] of them: 16 M for two hours at once.
 
 use super::OrbitState;
-use super::constants::{EARTH_RADIUS_KM, MICROSECONDS, MU_EARTH_KM3_S2};
+use super::bend::moved;
+use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
 use super::covariance::{Covariance, ProcessNoise, Sensitivity};
 use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
 use super::observation::{Innovation, Refusal, check, sensitivity};
@@ -251,7 +252,7 @@ fn unknown(parameters: &OrbitParameters) -> Covariance {
     Covariance {
         rr: Matrix3::zeros(),
         rv: Matrix3::zeros(),
-        vv: Matrix3::identity() * square(parameters.start_speed_km_s),
+        vv: Matrix3::zeros(),
         rh: Vector3::zeros(),
         vh: Vector3::zeros(),
         hh: square(parameters.limb_height_sigma_km),
@@ -276,6 +277,8 @@ impl Estimate {
     ) -> Self {
         let blank = unknown(parameters);
         let bias = fix.covariance_km2 * bias_share(parameters);
+        let share = f64::from(parameters.start_speed_share);
+        let distance_km = libm::sqrt(fix.position_km.dot(&fix.position_km)).max(1.0);
         let Sensitivity { limb_height, misalignment, .. } = sensitivity(&fix.position_km, 0.0, earth_to_icrs);
         let covariance = Covariance {
             rr: symmetric(
@@ -284,6 +287,7 @@ impl Estimate {
                     + limb_height * limb_height.transpose() * blank.hh
                     + misalignment * misalignment.transpose() * blank.mm),
             ),
+            vv: Matrix3::identity() * (share * share * MU_EARTH_KM3_S2 / distance_km),
             rh: -limb_height * blank.hh,
             rm: -misalignment * blank.mm,
             rb: -bias,
@@ -308,13 +312,12 @@ impl Estimate {
         let renewed = bias_share(parameters) * (1.0 - self.bias_kept * self.bias_kept);
         let covariance = Covariance { bb: self.covariance.bb + noise_km2 * renewed, ..self.covariance };
         let correction = covariance.corrected(&sensitivity, &noise_km2, &innovation_km)?;
-        let state = OrbitState {
-            time_us: self.state.time_us,
-            position_km: self.state.position_km + correction.position_km,
-            velocity_km_s: self.state.velocity_km_s + correction.velocity_km_s,
-        };
+        let OrbitState { time_us, position_km, velocity_km_s } = &self.state;
+        let (position_km, velocity_km_s, turn) =
+            moved(position_km, velocity_km_s, &correction.position_km, &correction.velocity_km_s);
+        let state = OrbitState { time_us: *time_us, position_km, velocity_km_s };
         let limb_height_km = self.limb_height_km + correction.limb_height_km;
-        let covariance = correction.covariance;
+        let covariance = turn.map_or(correction.covariance, |turn| correction.covariance.turned(&turn));
         Some((
             correction.nis,
             Self { state, limb_height_km, covariance, bias_kept: 1.0, settled: self.settled, rejections: 0 },
@@ -355,6 +358,7 @@ impl Estimate {
         let noise = process_noise(&after.position_km, dt, parameters);
         self.covariance = self.covariance.propagated(&transition, &noise, dt);
         self.bias_kept *= noise.bias_kept;
+        self.limb_height_km *= noise.height_kept;
         self.state = after;
         if self.covariance.is_sound() { Ok(self) } else { Err(Lost::Diverged) }
     }
@@ -368,19 +372,27 @@ fn bias_share(parameters: &OrbitParameters) -> f64 {
 fn process_noise(position_km: &Vector3<f64>, dt: f64, parameters: &OrbitParameters) -> ProcessNoise {
     let square = position_km.dot(position_km).max(1.0);
     let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / square;
-    // The time in which the satellite goes a radian, times the share.
-    let lasting =
-        f64::from(parameters.bias_time_share) * libm::sqrt(square * libm::sqrt(square) / MU_EARTH_KM3_S2);
-    let spans = dt / lasting.max(1e-3);
+    // Square of the time in which the satellite goes a radian of a circle.
+    let radian_s2 = square * libm::sqrt(square) / MU_EARTH_KM3_S2;
+    let height_s = f64::from(parameters.limb_height_time_share) * libm::sqrt(radian_s2);
+    let bias_s = f64::from(parameters.bias_time_share) * EARTH_RATE_RAD_S * radian_s2;
     let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
     let force = f64::from(parameters.force_noise_km_s15);
-    let walk = f64::from(parameters.limb_height_walk_km_s05);
+    let height_kept = kept(dt, height_s);
+    let height_km = f64::from(parameters.limb_height_sigma_km);
     ProcessNoise {
         acceleration: gravity * gravity + force * force,
-        limb_height: walk * walk,
-        // e^-x to 1 % up to a half, and tending to nothing beyond.
-        bias_kept: 1.0 / (1.0 + spans * (1.0 + 0.5 * spans)),
+        height_kept,
+        height_renewed: height_km * height_km * (1.0 - height_kept * height_kept),
+        bias_kept: kept(dt, bias_s),
     }
+}
+
+/// Share of a slow error that is left after `dt` when it lasts for `lasting`: e^-x to 1 % up to a half, and tending to
+/// nothing beyond.
+fn kept(dt: f64, lasting: f64) -> f64 {
+    let spans = dt / lasting.max(1e-3);
+    1.0 / (1.0 + spans * (1.0 + 0.5 * spans))
 }
 
 #[cfg(test)]

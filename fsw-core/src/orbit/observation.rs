@@ -8,14 +8,15 @@
 //! two paths, a rotation vector in the Earth path: `R (I + [m×])` is the true rotation to ICRS. `b` is what clouds and the
 //! slant of the light do to the limb: it has the shape of the fix's own covariance and changes slowly.
 //!
-//! The covariance of a fix is found by whoever measured it, at the *measured* place: it is long along the measured line and
-//! scales with the measured distance, so its weights are correlated with its errors and would pull the estimate by about
-//! `sigma² / r` of the single fix. It is therefore turned and scaled to the predicted place first.
+//! The covariance of a fix is found by whoever measured it, at some place: that measured, or one that was expected. It is long
+//! along the line to that place and scales with its distance, so the weights of a measured place are correlated with its errors
+//! and would pull the estimate by about `sigma² / r` of the single fix. It is therefore turned and scaled to the predicted place
+//! first.
 
+use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
 use super::covariance::{Sensitivity, is_covariance};
 use super::dynamics::plausible;
-use super::finite;
 use super::point::{PositionFix, cross_matrix, symmetric};
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,16 +51,17 @@ impl Innovation {
     ) -> Self {
         let mut sensitivity = sensitivity(position_km, limb_height_km, earth_to_icrs);
         let predicted = sensitivity.position * position_km;
-        let mut noise_km2 = carried(fix, &predicted);
-        let mut innovation_km = fix.position_km - predicted;
+        let Some(Carried { mut noise_km2, mut innovation_km }) = Carried::of(fix, &predicted) else {
+            // So far apart that no fix is expected to be used.
+            let innovation_km = fix.position_km - predicted;
+            return Self { sensitivity, noise_km2: fix.covariance_km2, innovation_km };
+        };
         if unit {
-            // Only what lies across the line: measured direction times predicted distance. The component along the line
-            // is made a measurement of nothing, with unit variance and no innovation.
-            let square = predicted.dot(&predicted);
-            let along = predicted * predicted.transpose() / square;
+            // Only what lies across the line. The component along the line is made a measurement of nothing, with unit variance
+            // and no innovation.
+            let along = predicted * predicted.transpose() / predicted.dot(&predicted);
             let across = Matrix3::identity() - along;
-            let measured = libm::sqrt(fix.position_km.dot(&fix.position_km));
-            innovation_km = across * fix.position_km * (libm::sqrt(square) / measured);
+            innovation_km = across * innovation_km;
             noise_km2 = symmetric(&(across * noise_km2 * across)) + along;
             sensitivity.position = across * sensitivity.position;
             sensitivity.limb_height = Vector3::zeros();
@@ -71,7 +73,11 @@ impl Innovation {
 
 /// Whether this can be a fix.
 pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), Refusal> {
-    if !plausible(&fix.position_km, &Vector3::zeros()) || !earth_to_icrs.iter().all(|x| x.is_finite()) {
+    let at_rest = Vector3::zeros();
+    if !plausible(&fix.position_km, &at_rest)
+        || !plausible(&fix.place_km, &at_rest)
+        || !earth_to_icrs.iter().all(|x| x.is_finite())
+    {
         return Err(Refusal::Impossible);
     }
     if is_covariance(&fix.covariance_km2) { Ok(()) } else { Err(Refusal::Covariance) }
@@ -92,20 +98,28 @@ pub(super) fn sensitivity(
     }
 }
 
-/// The covariance of the fix as it would be had it been measured at the predicted place: turned from the one line to the
-/// other, scaled with the distance across and with its square along (a distance is found from an angle). Where prediction
-/// and fix are so far apart that this means nothing, it is left as it is.
-fn carried(fix: &PositionFix, predicted: &Vector3<f64>) -> Matrix3<f64> {
-    let z = &fix.position_km;
-    let (measured, expected) = (libm::sqrt(z.dot(z)), libm::sqrt(predicted.dot(predicted)));
-    let (d, u) = (z / measured, predicted / expected);
-    let (scale, cosine) = (expected / measured, d.dot(&u));
-    if !(finite(&d) && finite(&u) && scale > 0.5 && scale < 2.0 && cosine > 0.5) {
-        return fix.covariance_km2;
+/// A fix as seen from the predicted place.
+struct Carried {
+    noise_km2: Matrix3<f64>,
+    innovation_km: Vector3<f64>,
+}
+
+impl Carried {
+    /// The difference as height and arc; the covariance as it would be had it been made at the predicted place: turned from
+    /// the one line to the other, scaled with the distance across and with its square along (a distance is found from an
+    /// angle). `None` where prediction and fix are so far apart that this means nothing.
+    fn of(fix: &PositionFix, predicted: &Vector3<f64>) -> Option<Self> {
+        let bent = Bent::between(predicted, &fix.place_km)?;
+        let scale = 1.0 / bent.scale;
+        if !(scale > 0.5 && scale < 2.0) {
+            return None;
+        }
+        let up = predicted / libm::sqrt(predicted.dot(predicted));
+        let carry = (Matrix3::identity() * scale + up * up.transpose() * (scale * scale - scale))
+            * bent.turn.transpose();
+        Some(Self {
+            noise_km2: symmetric(&(carry * fix.covariance_km2 * carry.transpose())),
+            innovation_km: bent.difference_km + carry * (fix.position_km - fix.place_km),
+        })
     }
-    let turn = cross_matrix(&d.cross(&u));
-    let rotation = Matrix3::identity() + turn + turn * turn / (1.0 + cosine);
-    let along = d * d.transpose() * (scale * scale - scale);
-    let carry = rotation * (Matrix3::identity() * scale + along);
-    symmetric(&(carry * fix.covariance_km2 * carry.transpose()))
 }

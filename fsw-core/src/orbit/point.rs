@@ -20,30 +20,38 @@ pub struct PositionFix {
     pub position_km: Vector3<f64>,
     /// Its covariance, km².
     pub covariance_km2: Matrix3<f64>,
+    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made linear.
+    pub place_km: Vector3<f64>,
 }
 
 impl PositionFix {
-    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path) with its covariance, the attitude with
-    /// the covariance of its rotation vector in the star path (rad²), and the mounting. `None` when anything is not finite.
+    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the vector
+    /// `place_km` for which that was made, the attitude with the covariance of its rotation vector in the star path (rad²), and
+    /// the mounting. `None` when anything is not finite.
     pub fn new(
         earth_km: &Vector3<f32>,
         earth_covariance_km2: &Matrix3<f32>,
+        place_km: &Vector3<f32>,
         attitude: &Rotation<Icrs, StarPath>,
         attitude_covariance_rad2: &Matrix3<f32>,
         mounting: &Rotation<EarthPath, StarPath>,
     ) -> Option<Self> {
         let to_icrs = earth_to_icrs(attitude, mounting);
-        let earth_km = earth_km.map(f64::from);
+        let place_km = place_km.map(f64::from);
         // In the Earth path throughout: the attitude's covariance is turned there, then all at once into ICRS.
         let mounting = mounting.matrix().map(f64::from);
         let attitude_part = mounting.transpose() * attitude_covariance_rad2.map(f64::from) * mounting;
-        let lever = cross_matrix(&earth_km);
+        let lever = cross_matrix(&place_km);
         let covariance = earth_covariance_km2.map(f64::from) + lever * attitude_part * lever.transpose();
         let fix = Self {
-            position_km: -(to_icrs * earth_km),
+            position_km: -(to_icrs * earth_km.map(f64::from)),
             covariance_km2: symmetric(&(to_icrs * covariance * to_icrs.transpose())),
+            place_km: -(to_icrs * place_km),
         };
-        (finite(&fix.position_km) && fix.covariance_km2.iter().all(|x| x.is_finite())).then_some(fix)
+        (finite(&fix.position_km)
+            && finite(&fix.place_km)
+            && fix.covariance_km2.iter().all(|x| x.is_finite()))
+        .then_some(fix)
     }
 }
 
@@ -51,10 +59,11 @@ impl PositionFix {
     /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about the Earth sees
     /// it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself displaced backwards.
     pub fn without_aberration(mut self, velocity_km_s: &Vector3<f64>) -> Self {
-        let distance_km = libm::sqrt(self.position_km.dot(&self.position_km));
-        let up = self.position_km / distance_km.max(1.0);
-        let across = velocity_km_s - up * up.dot(velocity_km_s);
-        self.position_km += across * (distance_km / LIGHT_KM_S);
+        let distance_km = libm::sqrt(self.place_km.dot(&self.place_km));
+        let up = self.place_km / distance_km.max(1.0);
+        let shift_km = (velocity_km_s - up * up.dot(velocity_km_s)) * (distance_km / LIGHT_KM_S);
+        self.position_km += shift_km;
+        self.place_km += shift_km;
         self
     }
 }

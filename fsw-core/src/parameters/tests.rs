@@ -28,7 +28,7 @@ const INTEGERS: &[Integer] = &[
 /// Name, place and range of every real.
 const REALS: &[Real] = &[
     ("carried_sigma_rad", |p| &mut p.tracking.carried_sigma_rad, 1e-4, 0.1),
-    ("start_speed_km_s", |p| &mut p.orbit.start_speed_km_s, 0.1, 20.0),
+    ("start_speed_share", |p| &mut p.orbit.start_speed_share, 0.1, 3.0),
     ("limb_height_sigma_km", |p| &mut p.orbit.limb_height_sigma_km, 0.0, 100.0),
     ("misalignment_sigma_rad", |p| &mut p.orbit.misalignment_sigma_rad, 0.0, 0.02),
     ("gate_nis", |p| &mut p.orbit.gate_nis, 10.0, 1000.0),

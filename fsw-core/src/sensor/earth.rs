@@ -1,9 +1,11 @@
 //! The Earth's half of a second: limb, centre, position, orbit.
 
 use super::{Instruments, Sensor, Sky};
+use crate::earth::centre::{self, Expected};
 use crate::earth::view::View;
-use crate::earth::{Body, EarthFix, Refusal, centre, limb, search};
+use crate::earth::{Body, EarthFix, Refusal, limb, search};
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::orbit::covariance::inverse;
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::plan;
@@ -15,10 +17,20 @@ use nalgebra::{Matrix3, Vector3};
 const STRIP_PATIENCE: u8 = 3;
 
 /// Where the Earth stands is known well enough to say that it is dark, rad.
-const VIEW_SIGMA_RAD: f32 = 0.03;
+const VIEW_SIGMA_RAD: f32 = 0.06;
 
 /// Where the limb stands that a search found, px.
 const SEARCH_SIGMA_PX: f32 = 3.0;
+
+/// The Earth as the orbit predicts it.
+struct Prediction {
+    view: View,
+    /// Covariance of its centre in the Earth path, km².
+    covariance_km2: Matrix3<f32>,
+    /// Sigma of its place in all, rad.
+    sigma_rad: f32,
+    expected: Expected,
+}
 
 /// What looking for the Earth came to.
 enum Looked {
@@ -84,89 +96,115 @@ impl Sensor<'_> {
         attitude: &Rotation<Icrs, StarPath>,
     ) -> Result<Looked, DetectorError> {
         let meter = &mut *instruments.meter;
-        let sigma_km = self.orbit.position_covariance_km2().map(|m| libm::sqrt(m.trace().max(0.0)) as f32);
-        let known = self.view(body, attitude).zip(sigma_km);
-        let known = known.filter(|(view, sigma_km)| sigma_km / view.limb_distance_km() < VIEW_SIGMA_RAD);
-        if let Some((view, _)) = &known
+        let predicted = self.prediction(body, attitude);
+        if let Some(Prediction { view, sigma_rad, .. }) = &predicted
+            && *sigma_rad < VIEW_SIGMA_RAD
             && view.limb(&self.camera, 0.0, 0, &self.parameters.earth).lit_rad == 0.0
         {
             return Ok(Looked::Dark);
         }
-        let reach = |(view, sigma_km): (View, f32)| {
-            let km_per_px = view.limb_distance_km() * self.camera.rad_per_px();
-            Some((view, plan::limb_reach(km_per_px, sigma_km, &self.parameters.earth)?))
-        };
-        let expected = match known.filter(|_| self.strip_misses < STRIP_PATIENCE).and_then(reach) {
-            Some(expected) => expected,
-            None => {
-                meter.begin(Stage::Limb);
-                let (buffer, points) = (&mut self.workspace.buffer, &mut self.workspace.limb);
-                let searched = search::search(instruments.detector, buffer, &self.parameters.earth, points);
-                meter.end(Stage::Limb);
-                searched?;
-                let rough = match self.fit(meter, body, self.parameters.earth.search_tolerance_px) {
-                    Ok(rough) => rough,
-                    Err(refusal) => return Ok(Looked::Refused(refusal)),
-                };
-                let view = View::new(&rough.centre_km, body).map(|view| (view, SEARCH_SIGMA_PX));
-                let reach = |(view, sigma_px): (View, f32)| {
-                    let km_per_px = view.limb_distance_km() * self.camera.rad_per_px();
-                    Some((view, plan::limb_reach(km_per_px, sigma_px * km_per_px, &self.parameters.earth)?))
-                };
-                match view.and_then(reach) {
-                    Some(expected) => expected,
-                    None => return Ok(Looked::Refused(Refusal::Uncertain)),
+        meter.begin(Stage::Limb);
+        let mut read = 0;
+        if let Some(Prediction { view, covariance_km2, .. }) = &predicted
+            && self.strip_misses < STRIP_PATIENCE
+        {
+            let variance = |normal: &Vector3<f32>| normal.dot(&(covariance_km2 * normal));
+            read = self.read_strips(instruments.detector, view, variance)?;
+        }
+        if read < self.parameters.earth.fewest_points as usize {
+            match self.search(instruments.detector, body)? {
+                Ok(()) => {}
+                Err(refusal) => {
+                    meter.end(Stage::Limb);
+                    return Ok(Looked::Refused(refusal));
                 }
             }
-        };
-        meter.begin(Stage::Limb);
-        let read = self.read_strips(instruments.detector, &expected.0, expected.1);
+        }
         meter.end(Stage::Limb);
-        read?;
-        Ok(match self.fit(meter, body, self.parameters.earth.tracking_tolerance_px) {
-            Ok(fix) => Looked::Found(fix),
-            Err(refusal) => Looked::Refused(refusal),
-        })
+        meter.begin(Stage::Centre);
+        // After fixes that failed or disagreed with the orbit the next is made without it.
+        let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
+        let expected = predicted.filter(|_| believed).map(|predicted| predicted.expected);
+        let fix = self.fit(body, self.parameters.earth.tracking_tolerance_px, expected.as_ref());
+        meter.end(Stage::Centre);
+        Ok(fix.map_or_else(Looked::Refused, Looked::Found))
+    }
+
+    /// The Earth as the orbit predicts it; `None` without an orbit.
+    fn prediction(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<Prediction> {
+        let (state, covariance) = (self.orbit.state()?, self.orbit.position_covariance_km2()?);
+        let path = attitude.then(&self.star_to_earth).matrix().map(f64::from);
+        let turned = |m: &Matrix3<f64>| (path * m * path.transpose()).map(|element| element as f32);
+        let centre_km = (path * state.position_km).map(|axis| -axis as f32);
+        let view = View::new(&centre_km, body)?;
+        let covariance_km2 = turned(&covariance);
+        let sigma_rad = libm::sqrtf(covariance_km2.trace().max(0.0)) / view.limb_distance_km();
+        let expected = Expected { centre_km, information: turned(&inverse(&covariance)?) };
+        Some(Prediction { view, covariance_km2, sigma_rad, expected })
+    }
+
+    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found.
+    #[inline(never)]
+    fn search(
+        &mut self,
+        detector: &mut impl Detector,
+        body: &Body,
+    ) -> Result<Result<(), Refusal>, DetectorError> {
+        let (buffer, points) = (&mut self.workspace.buffer, &mut self.workspace.limb);
+        search::search(detector, buffer, &self.parameters.earth, points)?;
+        let rough = match self.fit(body, self.parameters.earth.search_tolerance_px, None) {
+            Ok(rough) => rough,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        let Some(view) = View::new(&rough.centre_km, body) else { return Ok(Err(Refusal::Degenerate)) };
+        let sigma_km = SEARCH_SIGMA_PX * view.limb_distance_km() * self.camera.rad_per_px();
+        self.read_strips(detector, &view, |_| sigma_km * sigma_km)?;
+        Ok(Ok(()))
     }
 
     /// The centre of the points in the workspace.
     fn fit(
         &mut self,
-        meter: &mut impl StageMeter,
         body: &Body,
         tolerance_px: f32,
+        expected: Option<&Expected>,
     ) -> Result<EarthFix, Refusal> {
-        meter.begin(Stage::Centre);
         let workspace = &mut *self.workspace;
         let (points, rays) = (&workspace.limb, &mut workspace.rays);
-        let fix = centre::centre(points, &self.camera, body, tolerance_px, &self.parameters.earth, rays);
-        meter.end(Stage::Centre);
-        fix
+        centre::centre(points, &self.camera, body, tolerance_px, expected, &self.parameters.earth, rays)
     }
 
-    /// Fills the workspace with limb points from strips that reach so far to either side of where the limb is expected.
+    /// Fills the workspace with limb points from strips across the limb where it is expected; `variance` gives that of its
+    /// height for a normal, km². Gives the number of strips read.
     #[inline(never)]
     fn read_strips(
         &mut self,
         detector: &mut impl Detector,
         view: &View,
-        reach_px: u16,
-    ) -> Result<(), DetectorError> {
+        variance: impl Fn(&Vector3<f32>) -> f32,
+    ) -> Result<usize, DetectorError> {
         let (geometry, parameters) = (detector.geometry(), &self.parameters.earth);
-        let seen = view.limb(&self.camera, f32::from(reach_px) + 1.0, plan::MAX_LIMB_STRIPS, parameters);
         let workspace = &mut *self.workspace;
         workspace.limb.clear();
-        for expected in &seen.points {
-            let Some(strip) = limb::strip(expected, reach_px, &geometry) else { continue };
+        let mut read = 0;
+        for expected in
+            &view.limb(&self.camera, plan::STRIP_MARGIN_PX, plan::MAX_LIMB_STRIPS, parameters).points
+        {
+            let sigma_km = libm::sqrtf(variance(&expected.normal).max(0.0));
+            let reach = plan::limb_reach(expected.km_per_px, sigma_km, parameters);
+            let Some(strip) = reach.and_then(|reach| limb::strip(expected, reach, &geometry)) else {
+                continue;
+            };
             let pixels =
                 workspace.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(strip.window, pixels)?;
+            read += 1;
             if let Some(point) = limb::crossing(pixels, &strip, &geometry, parameters) {
                 // There are no more strips than the list holds points.
                 let _ = workspace.limb.push(point);
             }
         }
-        Ok(())
+        Ok(read)
     }
 
     /// Reports the Earth as found.
@@ -199,8 +237,9 @@ impl Sensor<'_> {
         let [x, y, z] = found.sigma_rad.map(|sigma| sigma * sigma);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();
-        let (centre, covariance) = (&fix.centre_km, &fix.covariance_km2);
-        let fix = PositionFix::new(centre, covariance, attitude, &attitude_covariance, &mounting);
+        let EarthFix { centre_km, covariance_km2, place_km, .. } = fix;
+        let fix =
+            PositionFix::new(centre_km, covariance_km2, place_km, attitude, &attitude_covariance, &mounting);
         let Some(mut position) = fix else { return };
         if let Some(state) = self.orbit.state() {
             position = position.without_aberration(&state.velocity_km_s);

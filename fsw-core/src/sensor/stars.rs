@@ -5,6 +5,7 @@ use crate::attitude::motion::Motion;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::blinding::blinded;
 use crate::image::scan;
+use crate::orbit::constants::LIGHT_KM_S;
 use crate::parameters::TrackingParameters;
 use crate::plan;
 use crate::stars::Field;
@@ -13,6 +14,9 @@ use crate::stars::identify::Progress;
 use crate::stars::predict::field_stars;
 use crate::telemetry::{AttitudeReport, Fault, Report, StarReport, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
+
+/// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
+const ORBITAL_KM_S: f64 = 7.9;
 
 impl Sensor<'_> {
     /// The attitude that this second's own image gave.
@@ -218,16 +222,27 @@ impl Sensor<'_> {
         })
     }
 
+    /// Sigmas of an attitude with what is not known of the orbital velocity, whose aberration turns all stars alike (5
+    /// arcsec in a low orbit); about the line of sight it does not turn them.
+    fn with_aberration(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        let velocity = self.orbit.velocity_sigma_km_s().unwrap_or([ORBITAL_KM_S; 3]);
+        let [u, v, w] = velocity.map(|sigma| (sigma.min(ORBITAL_KM_S) / LIGHT_KM_S) as f32);
+        // Of three axes two lie across the line of sight: the mean of their variances.
+        let square = (u * u + v * v + w * w) * (1.0 / 3.0);
+        [libm::sqrtf(x * x + square), libm::sqrtf(y * y + square), z]
+    }
+
     /// Takes over the attitude that an image taught, and reports it.
     #[inline(never)]
     fn learn(&mut self, confirmed: &Confirmed, log10_false: f32, image_cycle: u32, report: &mut Report) {
+        let sigma_rad = self.with_aberration(confirmed.sigma_rad);
         match &mut self.motion {
-            Some(motion) => motion.observe(confirmed.attitude, confirmed.sigma_rad, image_cycle),
-            None => self.motion = Some(Motion::begin(confirmed.attitude, confirmed.sigma_rad, image_cycle)),
+            Some(motion) => motion.observe(confirmed.attitude, sigma_rad, image_cycle),
+            None => self.motion = Some(Motion::begin(confirmed.attitude, sigma_rad, image_cycle)),
         }
         report.attitude = Some(AttitudeReport {
             quaternion: confirmed.attitude.quaternion(),
-            sigma_rad: confirmed.sigma_rad,
+            sigma_rad,
             log10_false,
             age_s: self.cycle.wrapping_sub(image_cycle).min(u16::MAX.into()) as u16,
         });
