@@ -125,6 +125,8 @@ pub struct EarthParameters {
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
     /// 0.1, 0 to 1): clouds.
     pub limb_cloud_share: f32,
+    /// Share of the surface's brightness that follows the law of Lommel and Seeliger, the rest Lambert's (default 0.5, 0 to 1).
+    pub limb_lommel_share: f32,
     /// Distance between the rows and columns that a search reads, px (default 16, 4 to 64; thesis 10).
     pub search_step_px: f32,
     /// Least rise of brightness in a search, share of full scale (default 0.02, 0.01 to 0.5; thesis 12 %).
@@ -172,6 +174,7 @@ impl Default for EarthParameters {
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
             limb_cloud_share: 0.1,
+            limb_lommel_share: 0.5,
             search_step_px: 16.0,
             search_contrast_share: 0.02,
             search_dark_share: 0.06,
@@ -192,7 +195,7 @@ impl Default for EarthParameters {
 
 impl EarthParameters {
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 28] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 29] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -209,6 +212,7 @@ impl EarthParameters {
             ("limb_floor_px", self.limb_floor_px, 0.005, 2.0),
             ("limb_scatter_km", self.limb_scatter_km, 0.0, 10.0),
             ("limb_cloud_share", self.limb_cloud_share, 0.0, 1.0),
+            ("limb_lommel_share", self.limb_lommel_share, 0.0, 1.0),
             ("search_step_px", self.search_step_px, 4.0, 64.0),
             ("search_contrast_share", self.search_contrast_share, 0.01, 0.5),
             ("search_dark_share", self.search_dark_share, 0.01, 0.5),

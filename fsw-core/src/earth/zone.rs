@@ -3,7 +3,7 @@
 //! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the limb by a depth `d` of a
 //! sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera, so that by Lambert's law the brightness is `1 -
 //! d / R + sqrt(2 d / R) facing / sine`, with the sine of the Sun's elevation and the cosine `facing` of its angle from the camera at
-//! the limb. The lens blurs this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness
+//! the limb; a share of the light follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness
 //! height; it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
 
 use super::EarthParameters;
@@ -20,7 +20,9 @@ const MOST_BRIGHT_PX: f32 = 24.0;
 const LONGEST_PX: f32 = 120.0;
 /// Variance of a pixel's own width, a twelfth, and of the joined lines' shifts between pixels, a sixth, px².
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0 + 1.0 / 6.0;
-/// What Lambert's law may make of the bright side against the limb.
+/// Cosine of the view that is added in squares: haze blurs the surface's last 30 km.
+const HAZE: f32 = 0.1;
+/// What the laws may make of the bright side against the limb.
 const LEAST_SHADE: f32 = 0.3;
 const GREATEST_SHADE: f32 = 4.0;
 /// Share of the shading that may be wrong: the ground is no perfect matt surface.
@@ -66,8 +68,13 @@ struct Model {
     surface: f32,
     /// Twice the curvature over the steepness, 1 / px.
     turning: f32,
-    /// `facing / sine`.
-    slope: f32,
+    /// Sine of the Sun's elevation at the limb, and the cosine of its angle from the camera.
+    sine: f32,
+    facing: f32,
+    /// Share of the law of Lommel and Seeliger.
+    share: f32,
+    /// One over the brightness of the limb.
+    scaling: f32,
 }
 
 impl Model {
@@ -78,7 +85,14 @@ impl Model {
             return air;
         }
         let square = self.turning * (place - self.surface);
-        (1.0 - 0.5 * square + libm::sqrtf(square) * self.slope).clamp(LEAST_SHADE, GREATEST_SHADE)
+        let sunlight = self.sine * (1.0 - 0.5 * square) + libm::sqrtf(square) * self.facing;
+        (self.scaling * self.law(sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
+    }
+
+    /// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine.
+    fn law(&self, sunlight: f32, square: f32) -> f32 {
+        let view = libm::sqrtf(square + HAZE * HAZE);
+        sunlight * (self.share * 2.0 / (sunlight + view) + 1.0 - self.share)
     }
 
     /// The same through the lens.
@@ -118,8 +132,12 @@ impl Zone {
             scale,
             surface,
             turning: 2.0 * km_per_px / parameters.ellipsoid.equatorial_km.max(1.0),
-            slope: expected.sun_facing / expected.sun_sine.max(0.01),
+            sine: expected.sun_sine.max(0.01),
+            facing: expected.sun_facing,
+            share: parameters.limb_lommel_share,
+            scaling: 1.0,
         };
+        let model = Model { scaling: 1.0 / model.law(model.sine, 0.0), ..model };
         let mut bright = 0.0;
         for sample in 0..SAMPLES {
             let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;

@@ -160,6 +160,22 @@ impl Covariance {
         })
     }
 
+    /// With the variances of position and velocity multiplied, and no correlation of either with anything.
+    pub fn loosened(&self, factor: f64) -> Self {
+        Self {
+            rr: self.rr * factor,
+            rv: Matrix3::zeros(),
+            vv: self.vv * factor,
+            rh: Vector3::zeros(),
+            vh: Vector3::zeros(),
+            rm: Matrix3::zeros(),
+            vm: Matrix3::zeros(),
+            rb: Matrix3::zeros(),
+            vb: Matrix3::zeros(),
+            ..*self
+        }
+    }
+
     /// With position and velocity turned.
     pub fn turned(&self, turn: &Matrix3<f64>) -> Self {
         let both = |m: &Matrix3<f64>| turn * m * turn.transpose();

@@ -25,6 +25,11 @@ pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
+/// Sigmas of the velocity, over the velocity, below which the covariance of a new orbit is made anew.
+const RENEWALS: [f64; 1] = [0.15];
+/// What its variances are then multiplied with.
+const RENEWAL_VARIANCE: f64 = 9.0;
+
 /// What became of a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Update {
@@ -64,6 +69,8 @@ struct Estimate {
     covariance: Covariance,
     /// Share of the bias at the last fix that is kept.
     bias_kept: f64,
+    /// How often the covariance has been made anew since the start.
+    renewals: u8,
     settled: bool,
     rejections: u16,
 }
@@ -102,7 +109,7 @@ impl OrbitFilter {
         {
             return false;
         }
-        let mut covariance = unknown(parameters);
+        let mut covariance = unknown(&state.position_km, parameters);
         covariance.rr = Matrix3::identity() * (position_sigma_km * position_sigma_km);
         covariance.vv = Matrix3::identity() * (velocity_sigma_km_s * velocity_sigma_km_s);
         self.estimate = Some(Estimate {
@@ -110,6 +117,7 @@ impl OrbitFilter {
             limb_height_km: 0.0,
             covariance,
             bias_kept: 1.0,
+            renewals: RENEWALS.len() as u8,
             settled: false,
             rejections: 0,
         });
@@ -247,7 +255,7 @@ fn sigmas(m: &Matrix3<f64>) -> [f64; 3] {
 }
 
 /// The covariance of a filter that has seen nothing; position and velocity are left to the caller.
-fn unknown(parameters: &OrbitParameters) -> Covariance {
+fn unknown(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> Covariance {
     let square = |sigma: f32| f64::from(sigma) * f64::from(sigma);
     Covariance {
         rr: Matrix3::zeros(),
@@ -255,7 +263,7 @@ fn unknown(parameters: &OrbitParameters) -> Covariance {
         vv: Matrix3::zeros(),
         rh: Vector3::zeros(),
         vh: Vector3::zeros(),
-        hh: square(parameters.limb_height_sigma_km),
+        hh: height_variance_km2(position_km, parameters),
         rm: Matrix3::zeros(),
         vm: Matrix3::zeros(),
         hm: Vector3::zeros(),
@@ -275,7 +283,7 @@ impl Estimate {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Self {
-        let blank = unknown(parameters);
+        let blank = unknown(&fix.position_km, parameters);
         let bias = fix.covariance_km2 * bias_share(parameters);
         let share = f64::from(parameters.start_speed_share);
         let distance_km = libm::sqrt(fix.position_km.dot(&fix.position_km)).max(1.0);
@@ -294,8 +302,15 @@ impl Estimate {
             bb: bias,
             ..blank
         };
-        let state = OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
-        Self { state, limb_height_km: 0.0, covariance, bias_kept: 1.0, settled: false, rejections: 0 }
+        Self {
+            state: OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() },
+            limb_height_km: 0.0,
+            covariance,
+            bias_kept: 1.0,
+            renewals: 0,
+            settled: false,
+            rejections: 0,
+        }
     }
 
     /// Normalised innovation squared and the estimate after the fix; `None` when the innovation's covariance is none.
@@ -318,10 +333,20 @@ impl Estimate {
         let state = OrbitState { time_us: *time_us, position_km, velocity_km_s };
         let limb_height_km = self.limb_height_km + correction.limb_height_km;
         let covariance = turn.map_or(correction.covariance, |turn| correction.covariance.turned(&turn));
-        Some((
-            correction.nis,
-            Self { state, limb_height_km, covariance, bias_kept: 1.0, settled: self.settled, rejections: 0 },
-        ))
+        let updated = Self { state, limb_height_km, covariance, bias_kept: 1.0, rejections: 0, ..*self };
+        Some((correction.nis, updated.renewed()))
+    }
+
+    /// Made anew once the velocity is known well enough: until then the covariance has been carried along a trajectory that
+    /// was none, and promises more than it can hold.
+    fn renewed(self) -> Self {
+        let Some(share) = RENEWALS.get(usize::from(self.renewals)) else { return self };
+        let velocity = &self.state.velocity_km_s;
+        if self.covariance.vv.trace() >= share * share * velocity.dot(velocity) {
+            return self;
+        }
+        let covariance = self.covariance.loosened(RENEWAL_VARIANCE);
+        Self { covariance, renewals: self.renewals.saturating_add(1), ..self }
     }
 
     fn is_sound(&self) -> bool {
@@ -379,13 +404,19 @@ fn process_noise(position_km: &Vector3<f64>, dt: f64, parameters: &OrbitParamete
     let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
     let force = f64::from(parameters.force_noise_km_s15);
     let height_kept = kept(dt, height_s);
-    let height_km = f64::from(parameters.limb_height_sigma_km);
     ProcessNoise {
         acceleration: gravity * gravity + force * force,
         height_kept,
-        height_renewed: height_km * height_km * (1.0 - height_kept * height_kept),
+        height_renewed: height_variance_km2(position_km, parameters) * (1.0 - height_kept * height_kept),
         bias_kept: kept(dt, bias_s),
     }
+}
+
+/// Variance of the limb height as seen from a place, km².
+fn height_variance_km2(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> f64 {
+    let square = |sigma: f32| f64::from(sigma) * f64::from(sigma);
+    let to_limb_km2 = (position_km.dot(position_km) - EARTH_RADIUS_KM * EARTH_RADIUS_KM).max(0.0);
+    square(parameters.limb_height_sigma_km) + square(parameters.limb_height_sigma_rad) * to_limb_km2
 }
 
 /// Share of a slow error that is left after `dt` when it lasts for `lasting`: e^-x to 1 % up to a half, and tending to

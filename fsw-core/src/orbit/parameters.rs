@@ -26,19 +26,22 @@ pub struct OrbitParameters {
     /// Velocity is unknown about zero by this share of a circular orbit's speed along every axis when the filter starts (default 1, 0.1
     /// to 3).
     pub start_speed_share: f32,
-    /// Standard deviation of the limb height about the one that was set, km (default 0.7, 0 to 100: what colour, season and the
+    /// Standard deviation of the limb height about the one that was set, km (default 0.3, 0 to 100: what colour, season and the
     /// slant of the light leave open).
     pub limb_height_sigma_km: f32,
+    /// The same as an angle, rad (default 3e-5, 0 to 0.01): a tenth of the reference camera's pixel, by which the edge's
+    /// blurred profile may be misjudged; it matters from afar. Both are joined as squares.
+    pub limb_height_sigma_rad: f32,
     /// Time for which a limb height lasts, over the time in which the satellite goes a radian of its orbit (default 0.5: 2 hours in
     /// GEO, 8 min in LEO; 0.001 to 100).
     pub limb_height_time_share: f32,
-    /// Misalignment of the paths against each other about each axis, rad (default 1e-4: 20 arcsec; 0 to 0.02).
+    /// Misalignment of the paths against each other about each axis, rad (default 5e-5: 10 arcsec; 0 to 0.02).
     pub misalignment_sigma_rad: f32,
     /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every direction alike
     /// (default 3, 0 to 30). They are considered, not estimated.
     pub bias_over_noise: f32,
     /// Time for which they last, over the Earth's rate divided by the square of the satellite's: the higher it flies, the longer
-    /// it looks at the same clouds (default 0.3: 1.1 hours in GEO, 20 s in LEO; 0.001 to 10).
+    /// it looks at the same clouds (default 0.05: 11 min in GEO, 3 s in LEO; 0.001 to 10).
     pub bias_time_share: f32,
     /// White acceleration at the Earth's surface, km/s² per root hertz (default 2e-6, 0 to 1e-3). It stands for the gravity
     /// of the degrees above J2, 1e-7 km/s² with a correlation of a minute or so in LEO; with this value the filter's errors
@@ -63,11 +66,12 @@ impl Default for OrbitParameters {
             observation: Observation::Position,
             dynamics: Dynamics::Full,
             start_speed_share: 1.0,
-            limb_height_sigma_km: 0.7,
+            limb_height_sigma_km: 0.3,
+            limb_height_sigma_rad: 3e-5,
             limb_height_time_share: 0.5,
-            misalignment_sigma_rad: 1e-4,
+            misalignment_sigma_rad: 5e-5,
             bias_over_noise: 3.0,
-            bias_time_share: 0.3,
+            bias_time_share: 0.05,
             gravity_noise_km_s15: 2e-6,
             force_noise_km_s15: 2e-8,
             gate_nis: 30.0,
@@ -79,10 +83,11 @@ impl Default for OrbitParameters {
 
 impl OrbitParameters {
     /// Every number with its name and range `(name, value, low, high)`, for the checked table.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 11] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 12] {
         [
             ("start_speed_share", self.start_speed_share, 0.1, 3.0),
             ("limb_height_sigma_km", self.limb_height_sigma_km, 0.0, 100.0),
+            ("limb_height_sigma_rad", self.limb_height_sigma_rad, 0.0, 0.01),
             ("limb_height_time_share", self.limb_height_time_share, 0.001, 100.0),
             ("misalignment_sigma_rad", self.misalignment_sigma_rad, 0.0, 0.02),
             ("bias_over_noise", self.bias_over_noise, 0.0, 30.0),
