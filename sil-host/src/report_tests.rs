@@ -110,7 +110,7 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
     // What was drawn with the sigmas it reports is judged to have them: three axes within three sigma, 99.19 %.
     let within = figures.orbit.position_within_3_sigma_share.unwrap();
     let expected = 0.9973f64.powi(3);
-    let seconds = f64::from(figures.seconds - figures.orbit.settled_s.unwrap());
+    let seconds = f64::from(figures.seconds - figures.orbit.first_s.unwrap());
     let tolerance = 4.0 * (expected * (1.0 - expected) / seconds).sqrt();
     assert!((within - expected).abs() < tolerance, "{within}");
     assert!((figures.orbit.position_normalised_square.unwrap() - 1.0).abs() < 0.03);

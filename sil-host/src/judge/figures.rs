@@ -1,15 +1,16 @@
 //! What a run comes to: the figures of `summary.json`, and the limits kept or not.
 //!
 //! In: [`Judged`] seconds, one after the other; constant memory. Attitude is judged in the seconds in which the Sun does
-//! not blind the detector; position and velocity from the second on in which the filter says that it has converged; the
+//! not blind the detector; position and velocity from the first orbit on, for its sigmas must hold even while the filter converges; the
 //! last orbit is the last revolution, or the second half of a run shorter than two.
 
 use super::arcsec;
 use super::expected::{Disagreement, ModeJudge, word};
-use super::second::{Axes, Judged, OrbitError};
+use super::second::{Axes, Judged};
 use super::sums::{AxesSums, Share, Squares};
 use crate::scenario::{Limit, Side};
 use crate::world::attitude::Vector;
+use crate::world::scene::SensorState;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -67,17 +68,17 @@ pub struct OrbitFigures {
     pub last_orbit_position_km: Option<f64>,
     /// 3-D velocity error, rms of the last orbit.
     pub last_orbit_velocity_m_s: Option<f64>,
-    /// Share of the settled seconds with every ICRS axis within three sigma.
+    /// Share of the seconds with every ICRS axis within three sigma.
     pub position_within_3_sigma_share: Option<f64>,
-    /// Mean of (error / sigma)² over the ICRS axes, settled; 1 where the sigmas are right.
+    /// Mean of (error / sigma)² over the ICRS axes; 1 where the sigmas are right.
     pub position_normalised_square: Option<f64>,
-    /// Largest position error over its sigma, settled.
+    /// Largest position error over its sigma.
     pub position_largest_sigma: Option<f64>,
     /// The same in eclipse and Sun outage.
     pub outage_largest_sigma: Option<f64>,
-    /// Longest time without a fix, settled.
+    /// Longest time without a fix.
     pub longest_without_fix_s: u32,
-    /// Largest change of the position's error from one second to the next, over the sigma before it, settled.
+    /// Largest change of the position's error from one second to the next, over the sigma before it.
     pub position_jump_sigma: Option<f64>,
     /// The second of it.
     pub position_jump_at_s: Option<u32>,
@@ -176,7 +177,7 @@ pub struct Judge {
     direction_within: Share,
     distance: [Squares; 2],
     distance_within: Share,
-    settled: AxesSums,
+    position: AxesSums,
     last_position: AxesSums,
     last_velocity: AxesSums,
     nis: (u32, f64),
@@ -203,7 +204,7 @@ impl Judge {
             direction_within: Share::default(),
             distance: Default::default(),
             distance_within: Share::default(),
-            settled: AxesSums::default(),
+            position: AxesSums::default(),
             last_position: AxesSums::default(),
             last_velocity: AxesSums::default(),
             nis: (0, 0.0),
@@ -259,7 +260,7 @@ impl Judge {
             figures.position_jump_sigma = Some(jump);
             figures.position_jump_at_s = Some(second.cycle);
         }
-        self.before = orbit.settled.then_some((orbit.position_km.error, orbit.position_km.sigma));
+        self.before = Some((orbit.position_km.error, orbit.position_km.sigma));
         if let Some(nis) = orbit.nis {
             self.nis = (self.nis.0 + 1, self.nis.1 + nis);
         }
@@ -268,20 +269,15 @@ impl Judge {
             self.last_velocity.add(&orbit.velocity_rac_km_s);
         }
         if orbit.settled {
-            self.add_settled(second, orbit);
+            figures.settled_s.get_or_insert(second.cycle + 1);
         }
-    }
-
-    fn add_settled(&mut self, second: &Judged, orbit: &OrbitError) {
-        let figures = &mut self.figures.orbit;
-        figures.settled_s.get_or_insert(second.cycle + 1);
         figures.longest_without_fix_s = figures.longest_without_fix_s.max(orbit.since_fix_s);
-        self.settled.add(&orbit.position_km);
-        if second.state != crate::world::scene::SensorState::Full {
+        if second.state != SensorState::Full {
             let worst = orbit.position_km.worst_sigma();
             let largest = figures.outage_largest_sigma.unwrap_or(0.0);
             figures.outage_largest_sigma = Some(worst.max(largest));
         }
+        self.position.add(&orbit.position_km);
     }
 
     /// What the run came to.
@@ -315,9 +311,9 @@ impl Judge {
             last_orbit_rac_km: self.last_position.rms(1.0),
             last_orbit_position_km: self.last_position.length_rms(1.0),
             last_orbit_velocity_m_s: self.last_velocity.length_rms(1e3),
-            position_within_3_sigma_share: self.settled.within(),
-            position_normalised_square: self.settled.normalised_square(),
-            position_largest_sigma: self.settled.largest_sigma(),
+            position_within_3_sigma_share: self.position.within(),
+            position_normalised_square: self.position.normalised_square(),
+            position_largest_sigma: self.position.largest_sigma(),
             nis_mean: (self.nis.0 > 0).then(|| self.nis.1 / f64::from(self.nis.0)),
             thesis_geo_rac_km: THESIS_POSITION_KM,
             ..figures.orbit

@@ -1,10 +1,9 @@
 use super::*;
 use crate::scenario::LIMITABLE;
-use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::Status;
 
-/// A settled second whose position is wrong by `error_km` on the first axis, with a sigma of 2 km.
+/// A second whose position is wrong by `error_km` on the first axis, with a sigma of 2 km.
 fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
     let axes = |error| Axes { error: [error, 0.0, 0.0], sigma: [2.0; 3] };
     let orbit = OrbitError {
@@ -36,14 +35,8 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
 fn figures_are_those_counted_by_hand() {
     let mut judge = Judge::new(20, 8.0);
     for cycle in 0..20 {
-        // Unsettled and far off for five seconds, then 1 km, and a jump to 7 km in second 15.
-        let error_km = if cycle < 5 {
-            100.0
-        } else if cycle < 15 {
-            1.0
-        } else {
-            7.0
-        };
+        // Half a sigma, unsettled for five seconds, and a jump to 7 km in second 15.
+        let error_km = if cycle < 15 { 1.0 } else { 7.0 };
         judge.add(&second(cycle, error_km, cycle >= 5));
     }
     let figures = judge.finish();
@@ -54,9 +47,9 @@ fn figures_are_those_counted_by_hand() {
     let orbit = &figures.orbit;
     assert_eq!((orbit.settled_s, orbit.longest_without_fix_s), (Some(6), 7));
     assert_eq!((orbit.position_jump_sigma, orbit.position_jump_at_s), (Some(3.0), Some(15)));
-    // Ten seconds at half a sigma, five at 3.5.
-    assert!((orbit.position_within_3_sigma_share.unwrap() - 10.0 / 15.0).abs() < 1e-12);
-    let square = (10.0 * 0.25 + 5.0 * 12.25) / 45.0;
+    // Fifteen seconds at half a sigma, five at 3.5.
+    assert_eq!(orbit.position_within_3_sigma_share, Some(0.75));
+    let square = (15.0 * 0.25 + 5.0 * 12.25) / 60.0;
     assert!((orbit.position_normalised_square.unwrap() - square).abs() < 1e-12);
     // The last orbit: seconds 12 to 19.
     let rms = ((3.0 + 5.0 * 49.0) / 8.0f64).sqrt();

@@ -86,7 +86,7 @@ fn verdict_table(page: &mut String, verdicts: &[Verdict]) {
 
 fn figures_section(page: &mut String, figures: &Figures) {
     page.push_str("<h2>Figures</h2><p class=\"soft\">Estimate less truth. Attitude is judged while the Sun does not blind the \
-        detector, position from the second on in which the filter reports that it has converged.</p>\
+        detector, position from the first orbit on.</p>\
         <table><tr><th>What</th><th>Reached</th><th>Beside</th></tr>");
     for line in figures_table::lines(figures) {
         let _ = write!(
