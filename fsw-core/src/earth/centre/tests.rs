@@ -41,7 +41,15 @@ fn points(
 
 fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<EarthFix, Refusal> {
     let parameters = EarthParameters { least_arc_deg: 5.0, greatest_range_share: 1.0, ..parameters() };
-    centre(points, &camera(), &world.body(&parameters), tolerance_px, &parameters, &mut Workspace::new())
+    centre(
+        points,
+        &camera(),
+        &world.body(&parameters),
+        tolerance_px,
+        None,
+        &parameters,
+        &mut Workspace::new(),
+    )
 }
 
 /// Mean normalised square, direction rms, mean and rms of the distance's error, share of refusals.
@@ -221,7 +229,7 @@ proptest::proptest! {
             ..parameters()
         };
         let body = world.body(&parameters);
-        if let Ok(fix) = centre(&list, &camera(), &body, 200.0, &parameters, &mut Workspace::new()) {
+        if let Ok(fix) = centre(&list, &camera(), &body, 200.0, None, &parameters, &mut Workspace::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
             proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
         }

@@ -2,6 +2,7 @@ use super::*;
 use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, narrow, parameters};
 use crate::earth::view::View;
 use crate::oracle::Generator;
+use nalgebra::Vector3;
 use std::vec::Vec;
 
 fn expected(world: &World) -> Vec<ExpectedLimb> {
@@ -160,6 +161,7 @@ fn a_strip_leaves_no_detector() {
     let inside = ExpectedLimb {
         at_px: [600.0, 500.0],
         outward_px: [0.6, 0.8],
+        normal: Vector3::x(),
         km_per_px: 14.0,
         sun_sine: 0.5,
         sun_facing: 0.5,
@@ -182,6 +184,7 @@ proptest::proptest! {
         let expected = ExpectedLimb {
             at_px: [600.3, 500.7],
             outward_px: [angle.cos(), angle.sin()],
+            normal: Vector3::x(),
             km_per_px,
             sun_sine: 0.3,
             sun_facing: 0.4,

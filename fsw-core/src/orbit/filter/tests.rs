@@ -4,7 +4,8 @@ use super::*;
 use crate::orbit::reference::circular;
 
 fn good_fix(state: &OrbitState) -> PositionFix {
-    PositionFix { position_km: state.position_km, covariance_km2: Matrix3::identity() * 25.0 }
+    let position_km = state.position_km;
+    PositionFix { position_km, covariance_km2: Matrix3::identity() * 25.0, place_km: position_km }
 }
 
 /// A filter that has followed a low orbit for ten minutes without noise, and the true state.
@@ -124,7 +125,8 @@ fn a_start_many_earth_radii_off_converges() {
                 let along =
                     truth.position_km * truth.position_km.transpose() / truth.position_km.norm_squared();
                 let covariance_km2 = Matrix3::identity() * 216.0 + along * 1e4;
-                let fix = PositionFix { position_km: truth.position_km, covariance_km2 };
+                let position_km = truth.position_km;
+                let fix = PositionFix { position_km, covariance_km2, place_km: position_km };
                 let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
                 restarted += u32::from(matches!(update, Update::Restarted | Update::Started));
             }

@@ -17,6 +17,7 @@ fn the_position_is_eq_5_4() {
         let fix = PositionFix::new(
             &earth.map(|x| x as f32),
             &Matrix3::identity(),
+            &earth.map(|x| x as f32),
             &attitude,
             &Matrix3::zeros(),
             &mounting,
@@ -41,6 +42,7 @@ fn covariance_is_the_scatter_of_the_position() {
     let fix = PositionFix::new(
         &earth.map(|x| x as f32),
         &Matrix3::from_diagonal(&sigma_earth.component_mul(&sigma_earth)).map(|x| x as f32),
+        &earth.map(|x| x as f32),
         &Rotation::from_quaternion(narrow(attitude)).unwrap(),
         &Matrix3::from_diagonal(&sigma_attitude.component_mul(&sigma_attitude)).map(|x| x as f32),
         &Rotation::from_quaternion(narrow(mounting)).unwrap(),
@@ -70,6 +72,7 @@ fn what_is_not_finite_makes_no_position() {
         PositionFix::new(
             &Vector3::new(x, 0.0, 0.0),
             &Matrix3::from_element(c),
+            &Vector3::new(x, 0.0, 0.0),
             &attitude,
             &Matrix3::zeros(),
             &mounting,
