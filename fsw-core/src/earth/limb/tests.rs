@@ -149,7 +149,14 @@ fn what_is_no_lit_limb_is_refused() {
         refused(&pixels.iter().map(|raw| (40 + 4 * (raw - 30)).min(1023)).collect::<Vec<_>>()),
         "saturated"
     );
-    assert!(refused(&pixels.iter().map(|raw| 40 + (raw - 30) / 30).collect::<Vec<_>>()), "too weak");
+    // Half and twice the least contrast, by the brightest pixel.
+    let least = f64::from(parameters.least_contrast_share * f32::from(GEOMETRY.full_scale()));
+    let brightest = f64::from(pixels.iter().max().unwrap() - 30);
+    let faint = |contrast: f64| -> Vec<u16> {
+        pixels.iter().map(|raw| (40.0 + contrast * f64::from(raw - 30) / brightest) as u16).collect()
+    };
+    assert!(refused(&faint(0.5 * least)), "too weak");
+    assert!(!refused(&faint(2.0 * least)), "weak, but strong enough");
     let mut upside_down = pixels.clone();
     upside_down.reverse();
     assert!(refused(&upside_down), "the dark side inward");

@@ -107,8 +107,13 @@ fn an_orbit_into_the_earth_is_forgotten() {
 #[test]
 fn a_start_many_earth_radii_off_converges() {
     for observation in [Observation::Position, Observation::Combined, Observation::UnitVector] {
-        let parameters =
-            OrbitParameters { observation, misalignment_sigma_rad: 0.0, ..OrbitParameters::default() };
+        // Neither noise nor bias: convergence alone is at stake.
+        let parameters = OrbitParameters {
+            observation,
+            misalignment_sigma_rad: 0.0,
+            bias_over_noise: 0.0,
+            ..OrbitParameters::default()
+        };
         // Without any distance the linearised filter converges from three radii; ten leave 50 km after 18 hours.
         let directions = observation == Observation::UnitVector;
         let radii: &[f64] = if directions { &[1.0, 3.0] } else { &[1.0, 3.0, 10.0, 50.0] };
@@ -118,7 +123,7 @@ fn a_start_many_earth_radii_off_converges() {
             let off = radii * EARTH_RADIUS_KM;
             let wrong = OrbitState { position_km: truth.position_km * (1.0 + off / 42_164.0), ..truth };
             assert!(filter.start(wrong, off, 3.0, &parameters));
-            // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours; no noise: convergence alone is at stake.
+            // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours.
             let mut restarted = 0;
             for _ in 0..3_240 {
                 truth = parameters.dynamics.propagate(&truth, 20_000_000).unwrap();
