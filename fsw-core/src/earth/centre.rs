@@ -213,8 +213,7 @@ fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (
 fn cone_of(centre_km: &Vector3<f32>, body: &Body) -> Option<Cone> {
     let centre = body.stretched(&(centre_km * (1.0 / body.radius_km())));
     let square = centre.dot(&centre);
-    // Also refuses NaN.
-    if !(square > 1.0) {
+    if square.is_nan() || square <= 1.0 {
         return None;
     }
     let sine = 1.0 / libm::sqrtf(square);
