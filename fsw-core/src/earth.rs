@@ -146,7 +146,8 @@ pub struct EarthParameters {
     pub tracking_tolerance_px: f32,
     /// Share of inliers at which a hypothesis is taken at once (default 0.95, 0.5 to 1; thesis §3.2.1).
     pub enough_share: f32,
-    /// Least share of inliers of the best hypothesis (default 0.5, 0.2 to 1; thesis §3.2.1).
+    /// Least share of inliers of the best hypothesis (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that sees faint
+    /// limbs a terminator gives as many points as the limb).
     pub least_share: f32,
     /// Fewest inliers (default 6, 4 to 40).
     pub fewest_points: f32,
@@ -184,7 +185,7 @@ impl Default for EarthParameters {
             search_tolerance_px: 3.0,
             tracking_tolerance_px: 2.0,
             enough_share: 0.95,
-            least_share: 0.5,
+            least_share: 0.3,
             fewest_points: 6.0,
             least_arc_deg: 10.0,
             greatest_sigma_deg: 3.0,

@@ -92,7 +92,8 @@ impl Motion {
     pub fn at(&self, cycle: u32) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let rate = self.rate?;
         let angle = rate.rad_s * cycle.wrapping_sub(self.cycle) as f32;
-        if !(angle.dot(&angle) < MAX_ANGLE_RAD * MAX_ANGLE_RAD) {
+        let square = angle.dot(&angle);
+        if square.is_nan() || square >= MAX_ANGLE_RAD * MAX_ANGLE_RAD {
             return None;
         }
         let drift = rate.sigma_rad_s * cycle.wrapping_sub(self.observed) as f32;

@@ -27,6 +27,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Gauss-Newton steps.
 pub const STEPS: usize = 5;
+/// Rounds in which the weights of a linear fix follow it; each leaves a sixth of what was missing.
+const LINEAR_ROUNDS: usize = 2;
 /// Tukey's constant: 95 % efficiency for Gaussian noise.
 const TUKEY: f32 = 4.685;
 /// Sigma of Gaussian noise over the median of its absolute value.
@@ -143,17 +145,18 @@ fn middle_of_arc(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
     [first, cone.axis.cross(&first)]
 }
 
-/// The normal equations about a cone.
-fn normal(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> Normal {
+/// The normal equations about a cone, their weights those after a step of (α, a2, r).
+fn normal(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &Vector3<f32>) -> Normal {
     let scale = scale(rays, cone);
     let mut normal = Normal::default();
     for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
         let from_middle = radial - first;
         let row =
             Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(&radial), 1.0) * (1.0 / sigma);
-        let weight = tukey(ratio / scale);
+        let left = ratio + row.dot(step);
+        let weight = tukey(left / scale);
         normal.add(&row, ratio, weight);
-        normal.squares += weight * ratio * ratio;
+        normal.squares += weight * left * left;
         normal.weights += weight;
     }
     normal
@@ -210,8 +213,7 @@ fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (
 fn cone_of(centre_km: &Vector3<f32>, body: &Body) -> Option<Cone> {
     let centre = body.stretched(&(centre_km * (1.0 / body.radius_km())));
     let square = centre.dot(&centre);
-    // Also refuses NaN.
-    if !(square > 1.0) {
+    if square.is_nan() || square <= 1.0 {
         return None;
     }
     let sine = 1.0 / libm::sqrtf(square);
@@ -221,8 +223,16 @@ fn cone_of(centre_km: &Vector3<f32>, body: &Body) -> Option<Cone> {
 /// The fix of a fitted cone; with an expectation it is the linear one about that cone.
 fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, Refusal> {
     let axes = middle_of_arc(rays, cone);
-    let normal = normal(rays, cone, &axes);
-    let inverse = normal.inverse().ok_or(Refusal::Degenerate)?;
+    let mut about = normal(rays, cone, &axes, &Vector3::zeros());
+    let mut inverse = about.inverse().ok_or(Refusal::Degenerate)?;
+    let mut step = Vector3::zeros();
+    // Weights from the place alone would hold the fix back there by a sixth of the way.
+    for _ in 0..if linear { LINEAR_ROUNDS } else { 0 } {
+        step = inverse * about.right;
+        about = normal(rays, cone, &axes, &step);
+        inverse = about.inverse().ok_or(Refusal::Degenerate)?;
+    }
+    let normal = about;
     let freedom = (normal.weights - 3.0).max(1.0);
     // The mean square of the residuals scatters by sqrt(2 / freedom); twice that is taken for chance.
     let chance = 1.0 + 2.0 * libm::sqrtf(2.0 / freedom);
@@ -230,7 +240,10 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, 
     let enlarged = if mean_square > chance { mean_square } else { 1.0 };
 
     let (place_km, columns) = centre_of(cone, &axes, body);
-    let shift_km = if linear { columns * (inverse * normal.right) } else { Vector3::zeros() };
+    if linear {
+        step = inverse * normal.right;
+    }
+    let shift_km = columns * step;
     let covariance_km2 = columns * inverse * columns.transpose() * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
@@ -270,7 +283,7 @@ pub fn centre(
     let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
         let axes = middle_of_arc(rays, &cone);
-        let mut normal = normal(rays, &cone, &axes);
+        let mut normal = normal(rays, &cone, &axes, &Vector3::zeros());
         if let Some((expected, _)) = start {
             let (centre_km, columns) = centre_of(&cone, &axes, body);
             normal.add_expected(expected, &centre_km, &columns);

@@ -22,7 +22,8 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })
         .collect();
-    centre(&points, &camera, &body, parameters.tracking_tolerance_px, &parameters, &mut Workspace::new())
+    let tolerance = parameters.tracking_tolerance_px;
+    centre(&points, &camera, &body, tolerance, None, &parameters, &mut Workspace::new())
 }
 
 /// Direction error, deg, distance error, km, normalised square.
@@ -53,7 +54,8 @@ fn strips_after_a_search_find_the_centre_within_the_goal() {
             search(&mut world.picture(1.0, seed), &mut [0; 1280], &parameters, &mut points).unwrap();
             let body = world.body(&parameters);
             let tolerance = parameters.search_tolerance_px;
-            let first = centre(&points, &camera(), &body, tolerance, &parameters, &mut Workspace::new());
+            let first =
+                centre(&points, &camera(), &body, tolerance, None, &parameters, &mut Workspace::new());
             let fix = first.and_then(|first| track(&world, &first.centre_km, reach, seed));
             match fix {
                 Ok(fix) => {
@@ -92,6 +94,7 @@ fn default_parameters_lie_in_their_ranges() {
 fn sigmas_are_those_across_and_along_the_direction() {
     let fix = EarthFix {
         centre_km: Vector3::new(0.0, 3000.0, 4000.0),
+        place_km: Vector3::new(0.0, 3000.0, 4000.0),
         // 3 km along, 10 km across in x, 5 km across in the plane of y and z.
         covariance_km2: {
             let (along, across) = (Vector3::new(0.0, 0.6, 0.8), Vector3::new(0.0, 0.8, -0.6));

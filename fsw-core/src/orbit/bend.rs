@@ -55,7 +55,7 @@ pub(super) fn moved(
     let across = (by_km - u * height) / distance;
     let angle = libm::sqrt(across.dot(&across));
     // Also what is no number.
-    if !(angle > STRAIGHT_RAD && angle < 1.0) {
+    if !(angle > STRAIGHT_RAD && angle < core::f64::consts::FRAC_PI_3) {
         return straight;
     }
     let (sine, cosine) = libm::sincos(angle);

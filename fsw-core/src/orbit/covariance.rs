@@ -253,3 +253,6 @@ pub fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 pub fn is_covariance(m: &Matrix3<f64>) -> bool {
     m.iter().all(|x| x.is_finite()) && Cholesky::of(m).is_some()
 }
+
+#[cfg(test)]
+mod tests;

@@ -20,6 +20,9 @@ use super::dynamics::plausible;
 use super::point::{PositionFix, cross_matrix, symmetric};
 use nalgebra::{Matrix3, Vector3};
 
+/// No element of a rotation is greater than one.
+const GREATEST_ELEMENT: f64 = 1.1;
+
 /// Why a fix was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
@@ -76,7 +79,8 @@ pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(
     let at_rest = Vector3::zeros();
     if !plausible(&fix.position_km, &at_rest)
         || !plausible(&fix.place_km, &at_rest)
-        || !earth_to_icrs.iter().all(|x| x.is_finite())
+        // Also refuses what is no number.
+        || !earth_to_icrs.iter().all(|x| libm::fabs(*x) < GREATEST_ELEMENT)
     {
         return Err(Refusal::Impossible);
     }

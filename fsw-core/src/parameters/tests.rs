@@ -1,4 +1,5 @@
 use super::*;
+use crate::earth::Ellipsoid;
 use crate::oracle::reference_camera;
 
 type Integer = (&'static str, fn(&mut Parameters, u32), u32, u32);
@@ -23,21 +24,63 @@ const INTEGERS: &[Integer] = &[
     ("acquisition_timeout_s", |p, v| p.modes.acquisition_timeout_s = v as u16, 5, 10_000),
     ("outage_timeout_s", |p, v| p.modes.outage_timeout_s = v as u16, 10, 60_000),
     ("pause_s", |p, v| p.modes.pause_s = v as u16, 1, 10_000),
+    ("patience", |p, v| p.orbit.patience = v as u16, 1, 600),
 ];
+
+/// Of the default ellipsoid.
+const EQUATORIAL_KM: f32 = Ellipsoid::WGS84.equatorial_km;
 
 /// Name, place and range of every real.
 const REALS: &[Real] = &[
     ("carried_sigma_rad", |p| &mut p.tracking.carried_sigma_rad, 1e-4, 0.1),
-    ("start_speed_share", |p| &mut p.orbit.start_speed_share, 0.1, 3.0),
-    ("limb_height_sigma_km", |p| &mut p.orbit.limb_height_sigma_km, 0.0, 100.0),
-    ("misalignment_sigma_rad", |p| &mut p.orbit.misalignment_sigma_rad, 0.0, 0.02),
-    ("gate_nis", |p| &mut p.orbit.gate_nis, 10.0, 1000.0),
     ("centroid_sigma_px[0]", |p| &mut p.identification.centroid_sigma_px[0], 0.05, 3.0),
     ("centroid_sigma_px[1]", |p| &mut p.identification.centroid_sigma_px[1], 0.05, 3.0),
     ("centroid_sigma_px[2]", |p| &mut p.identification.centroid_sigma_px[2], 0.05, 3.0),
     ("scale_uncertainty", |p| &mut p.identification.scale_uncertainty, 0.0, 0.01),
     ("log10_false_limit", |p| &mut p.identification.log10_false_limit, -30.0, -2.0),
+    ("equatorial_km", |p| &mut p.earth.ellipsoid.equatorial_km, 100.0, 100_000.0),
+    ("polar_km", |p| &mut p.earth.ellipsoid.polar_km, 0.8 * EQUATORIAL_KM, 1.2 * EQUATORIAL_KM),
+    ("limb_height_km", |p| &mut p.earth.limb_height_km, 0.0, 60.0),
+    ("scale_height_km", |p| &mut p.earth.scale_height_km, 0.5, 50.0),
+    ("psf_sigma_px", |p| &mut p.earth.psf_sigma_px, 0.2, 5.0),
+    ("lit_sun_elevation_deg", |p| &mut p.earth.lit_sun_elevation_deg, 0.0, 45.0),
+    ("least_sun_elevation_deg", |p| &mut p.earth.least_sun_elevation_deg, 0.0, 45.0),
+    ("twilight_deg", |p| &mut p.earth.twilight_deg, 0.0, 18.0),
+    ("least_contrast_share", |p| &mut p.earth.least_contrast_share, 0.005, 0.5),
+    ("greatest_dark_share", |p| &mut p.earth.greatest_dark_share, 0.01, 0.5),
+    ("saturated_share", |p| &mut p.earth.saturated_share, 0.5, 1.0),
+    ("limb_floor_px", |p| &mut p.earth.limb_floor_px, 0.005, 2.0),
+    ("limb_scatter_km", |p| &mut p.earth.limb_scatter_km, 0.0, 10.0),
+    ("limb_cloud_share", |p| &mut p.earth.limb_cloud_share, 0.0, 1.0),
+    ("search_step_px", |p| &mut p.earth.search_step_px, 4.0, 64.0),
+    ("search_contrast_share", |p| &mut p.earth.search_contrast_share, 0.01, 0.5),
+    ("search_dark_share", |p| &mut p.earth.search_dark_share, 0.01, 0.5),
+    ("search_run_px", |p| &mut p.earth.search_run_px, 4.0, 64.0),
+    ("search_rise_px", |p| &mut p.earth.search_rise_px, 4.0, 250.0),
+    ("search_floor_px", |p| &mut p.earth.search_floor_px, 0.01, 5.0),
+    ("search_tolerance_px", |p| &mut p.earth.search_tolerance_px, 0.2, 20.0),
+    ("tracking_tolerance_px", |p| &mut p.earth.tracking_tolerance_px, 0.2, 20.0),
+    ("enough_share", |p| &mut p.earth.enough_share, 0.5, 1.0),
+    ("least_share", |p| &mut p.earth.least_share, 0.2, 1.0),
+    ("fewest_points", |p| &mut p.earth.fewest_points, 4.0, 40.0),
+    ("least_arc_deg", |p| &mut p.earth.least_arc_deg, 1.0, 180.0),
+    ("greatest_sigma_deg", |p| &mut p.earth.greatest_sigma_deg, 0.001, 10.0),
+    ("greatest_range_share", |p| &mut p.earth.greatest_range_share, 0.001, 1.0),
+    ("start_speed_share", |p| &mut p.orbit.start_speed_share, 0.1, 3.0),
+    ("limb_height_sigma_km", |p| &mut p.orbit.limb_height_sigma_km, 0.0, 100.0),
+    ("limb_height_time_share", |p| &mut p.orbit.limb_height_time_share, 0.001, 100.0),
+    ("misalignment_sigma_rad", |p| &mut p.orbit.misalignment_sigma_rad, 0.0, 0.02),
+    ("bias_over_noise", |p| &mut p.orbit.bias_over_noise, 0.0, 30.0),
+    ("bias_time_share", |p| &mut p.orbit.bias_time_share, 0.001, 10.0),
+    ("gravity_noise_km_s15", |p| &mut p.orbit.gravity_noise_km_s15, 0.0, 1e-3),
+    ("force_noise_km_s15", |p| &mut p.orbit.force_noise_km_s15, 0.0, 1e-3),
+    ("gate_nis", |p| &mut p.orbit.gate_nis, 10.0, 1000.0),
+    ("settled_share", |p| &mut p.orbit.settled_share, 1e-6, 0.1),
 ];
+
+/// Values without a range: two choices of a byte each, and the mount's quaternion, whose length is checked.
+const CHOICES: usize = 2;
+const QUATERNION: usize = 4 * 4;
 
 fn checked(change: impl Fn(&mut Parameters)) -> Result<(), ParameterError> {
     let mut parameters = Parameters::for_camera(reference_camera());
@@ -66,11 +109,18 @@ fn an_integer_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
 #[test]
 fn a_real_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond_or_without_a_value() {
     for &(name, place, low, high) in REALS {
+        // The polar axis is held against the equatorial one, which is tried as a sphere's.
+        let with = |p: &mut Parameters, value: f32| {
+            *place(p) = value;
+            if name == "equatorial_km" {
+                p.earth.ellipsoid.polar_km = value;
+            }
+        };
         for good in [low, high] {
-            assert_eq!(checked(|p| *place(p) = good), Ok(()), "{name} = {good}");
+            assert_eq!(checked(|p| with(p, good)), Ok(()), "{name} = {good}");
         }
         for bad in [low.next_down(), high.next_up(), f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            assert_eq!(checked(|p| *place(p) = bad), Err(ParameterError::Range(name)), "{name} = {bad}");
+            assert_eq!(checked(|p| with(p, bad)), Err(ParameterError::Range(name)), "{name} = {bad}");
         }
     }
 }
@@ -88,7 +138,7 @@ fn no_field_of_the_table_escapes_the_check() {
         postcard::to_slice(&parameters, bytes).unwrap().len()
     };
     let camera = postcard::to_slice(&reference_camera(), &mut [0; 256]).unwrap().len();
-    assert_eq!(with(&|_| (), &mut bytes), camera + INTEGERS.len() + 4 * REALS.len());
+    assert_eq!(with(&|_| (), &mut bytes), camera + QUATERNION + CHOICES + INTEGERS.len() + 4 * REALS.len());
 }
 
 #[test]

@@ -113,3 +113,48 @@ fn probes_stand_apart_and_lie_on_every_detector() {
     let [first, .., last] = probes(&REFERENCE);
     assert_eq!((first.x, first.y, last.x + last.width, last.y + last.height), (0, 0, 1280, 1024));
 }
+
+#[test]
+fn a_strip_reaches_over_the_glow_and_three_sigmas_of_the_limbs_height() {
+    let parameters = EarthParameters { scale_height_km: 8.0, ..EarthParameters::default() };
+    // From the geostationary orbit 12 km a pixel: 36 km of glow are 3 px, beside the margin of 9.
+    assert_eq!(limb_reach(12.0, 0.0, &parameters), Some(12));
+    assert_eq!(limb_reach(12.0, 40.0, &parameters), Some(22));
+    // From a low one 0.8 km a pixel: 45 px of glow.
+    assert_eq!(limb_reach(0.8, 0.0, &parameters), Some(54));
+    assert_eq!(limb_reach(0.8, 2.0, &parameters), Some(62));
+}
+
+#[test]
+fn a_limb_of_which_too_little_is_known_has_no_strip() {
+    let parameters = EarthParameters::default();
+    assert_eq!(limb_reach(0.8, 50.0, &parameters), None);
+    for (km_per_px, sigma_km) in
+        [(f32::NAN, 1.0), (1.0, f32::NAN), (0.0, 1.0), (1.0, f32::INFINITY), (f32::MIN_POSITIVE, 0.0)]
+    {
+        assert_eq!(limb_reach(km_per_px, sigma_km, &parameters), None, "{km_per_px} {sigma_km}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_strip_holds_what_it_must_and_is_no_longer_than_a_strip_can_be(
+        km_per_px in 0.1f32..50.0, sigma_km in 0f32..200.0, further_km in 0f32..50.0
+    ) {
+        let parameters = EarthParameters::default();
+        let reach = limb_reach(km_per_px, sigma_km, &parameters);
+        let needed_km = glow_km(&parameters) + 3.0 * sigma_km;
+        match reach {
+            Some(reach) => {
+                prop_assert!(reach <= MAX_REACH_PX);
+                let beyond = f32::from(reach) - needed_km / km_per_px;
+                prop_assert!((STRIP_MARGIN_PX - 1e-3..STRIP_MARGIN_PX + 1.001).contains(&beyond));
+            }
+            None => prop_assert!(needed_km / km_per_px > f32::from(MAX_REACH_PX) - STRIP_MARGIN_PX - 1e-3),
+        }
+        // The less is known, the farther it reaches.
+        if let Some(farther) = limb_reach(km_per_px, sigma_km + further_km, &parameters) {
+            prop_assert!(reach.is_some_and(|reach| reach <= farther));
+        }
+    }
+}

@@ -41,7 +41,15 @@ fn points(
 
 fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<EarthFix, Refusal> {
     let parameters = EarthParameters { least_arc_deg: 5.0, greatest_range_share: 1.0, ..parameters() };
-    centre(points, &camera(), &world.body(&parameters), tolerance_px, &parameters, &mut Workspace::new())
+    centre(
+        points,
+        &camera(),
+        &world.body(&parameters),
+        tolerance_px,
+        None,
+        &parameters,
+        &mut Workspace::new(),
+    )
 }
 
 /// Mean normalised square, direction rms, mean and rms of the distance's error, share of refusals.
@@ -221,9 +229,188 @@ proptest::proptest! {
             ..parameters()
         };
         let body = world.body(&parameters);
-        if let Ok(fix) = centre(&list, &camera(), &body, 200.0, &parameters, &mut Workspace::new()) {
+        if let Ok(fix) = centre(&list, &camera(), &body, 200.0, None, &parameters, &mut Workspace::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
             proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
+        }
+    }
+}
+
+/// The limb from 450 km, 22 deg of arc seen in 24 points, without noise but as if of 0.3 px.
+struct ShortArc {
+    world: World,
+    clean: Vec<LimbPoint, 128>,
+    parameters: EarthParameters,
+    /// Variances of the centre, km², and their directions, where it truly is.
+    variances: Vector3<f64>,
+    directions: nalgebra::Matrix3<f64>,
+}
+
+impl ShortArc {
+    const NOISE_PX: f32 = 0.3;
+
+    fn new(generator: &mut Generator) -> Self {
+        let world = low(450.0, 90.0, [40.0, 30.0], 1);
+        let axis = world.centre.normalize();
+        let first = (Vector3::x() - axis * axis.x).normalize();
+        let middle = axis.cross(&first).z.atan2(first.z);
+        let arc = [-11f64, 11.0].map(|end| end.to_radians() + middle);
+        let mut clean = points(&world, arc, 24, 0.0, generator);
+        clean.iter_mut().for_each(|point| point.sigma_px = Self::NOISE_PX);
+        let parameters = EarthParameters {
+            least_arc_deg: 5.0,
+            greatest_sigma_deg: 1e3,
+            greatest_range_share: 1e3,
+            ..parameters()
+        };
+        let (variances, directions) = (Vector3::zeros(), nalgebra::Matrix3::zeros());
+        let mut arc = Self { world, clean, parameters, variances, directions };
+        let eigen = wide_matrix(&arc.fit(&arc.clean, None).covariance_km2).symmetric_eigen();
+        (arc.variances, arc.directions) = (eigen.eigenvalues, eigen.eigenvectors);
+        arc
+    }
+
+    fn noisy(&self, generator: &mut Generator) -> Vec<LimbPoint, 128> {
+        let mut noisy = self.clean.clone();
+        for point in &mut noisy {
+            let noise = Self::NOISE_PX * generator.gaussian() as f32;
+            point.centre_px[0] += noise * point.outward_px[0];
+            point.centre_px[1] += noise * point.outward_px[1];
+        }
+        noisy
+    }
+
+    fn fit(&self, list: &[LimbPoint], expected: Option<&Expected>) -> EarthFix {
+        let body = self.world.body(&self.parameters);
+        centre(list, &camera(), &body, 2.0, expected, &self.parameters, &mut Workspace::new()).unwrap()
+    }
+
+    /// An expectation this far from the true centre, known to `sigma_km` along every axis.
+    fn expected(&self, off_km: &Vector3<f64>, sigma_km: f64) -> Expected {
+        Expected {
+            centre_km: narrow(&(self.world.centre + off_km)),
+            information: nalgebra::Matrix3::identity() * (sigma_km * sigma_km).recip() as f32,
+        }
+    }
+}
+
+#[test]
+fn about_an_expected_centre_a_short_arc_scatters_in_every_direction_as_its_covariance_says() {
+    let mut generator = Generator::new(22);
+    let arc = ShortArc::new(&mut generator);
+    // From sure to known within a metre across the arc and 27 km along it.
+    assert!(arc.variances.max().sqrt() > 20.0 && arc.variances.min().sqrt() < 0.1);
+    let runs = 400;
+    for prior_km in [1.0, 3.0, 10.0] {
+        let mut squares = Vector3::zeros();
+        for _ in 0..runs {
+            let noisy = arc.noisy(&mut generator);
+            let fix =
+                arc.fit(&noisy, Some(&arc.expected(&(generator.gaussian_vector() * prior_km), prior_km)));
+            let error = arc.directions.transpose() * (wide(&fix.centre_km) - arc.world.centre);
+            squares += error.component_mul(&error).component_div(&arc.variances) / f64::from(runs);
+        }
+        std::println!("expected to {prior_km} km: normalised squares {squares:.2?}");
+        // 99.9 % of the mean of so many chi-squares of one degree of freedom.
+        let band = 3.3 * (2.0 / f64::from(runs)).sqrt();
+        assert!(squares.iter().all(|square| (square - 1.0).abs() < band), "{prior_km} km: {squares}");
+    }
+}
+
+#[test]
+fn a_fix_does_not_lean_towards_the_expected_centre() {
+    // The same points about centres that are expected on either side along the arc's worst direction, and known to a kilometre
+    // there: the filter would otherwise take its own prediction for news.
+    let mut generator = Generator::new(24);
+    let arc = ShortArc::new(&mut generator);
+    let worst: Vector3<f64> = arc.directions.column(arc.variances.imax()).into();
+    let (runs, off_km) = (50, 10.0);
+    let mut lean = 0.0;
+    for _ in 0..runs {
+        let noisy = arc.noisy(&mut generator);
+        let along = |side: f64| {
+            let fix = arc.fit(&noisy, Some(&arc.expected(&(worst * side), 1.0)));
+            let [centre, place] = [fix.centre_km, fix.place_km].map(|at| worst.dot(&wide(&at)));
+            (centre, place)
+        };
+        let ((ahead, place_ahead), (behind, place_behind)) = (along(off_km), along(-off_km));
+        assert!(place_ahead - place_behind > 1.9 * off_km, "the place is the expected one");
+        lean += (ahead - behind) / (2.0 * off_km * f64::from(runs));
+    }
+    std::println!("of an expectation {:.3} is in the fix", lean);
+    assert!(lean.abs() < 0.03, "{lean}");
+}
+
+#[test]
+fn an_expectation_far_wrong_does_not_move_the_fix_of_a_long_arc() {
+    let mut generator = Generator::new(23);
+    let world = geostationary(0.0, 1);
+    let parameters = parameters();
+    let body = world.body(&parameters);
+    for arc_deg in [360.0, 180.0] {
+        let list = points(&world, [0.0, f64::to_radians(arc_deg)], 48, 0.3, &mut generator);
+        let fit = |expected: Option<&Expected>| {
+            centre(&list, &camera(), &body, 2.0, expected, &parameters, &mut Workspace::new()).unwrap()
+        };
+        let alone = fit(None);
+        let inverse = wide_matrix(&alone.covariance_km2).try_inverse().unwrap();
+        // An orbit that is off by three sigmas of its own.
+        for off_km in [100.0, 300.0, 1000.0] {
+            let expected = Expected {
+                centre_km: narrow(&(world.centre + generator.unit() * off_km)),
+                information: nalgebra::Matrix3::identity() * (off_km as f32 / 3.0).powi(-2),
+            };
+            let fix = fit(Some(&expected));
+            let apart = wide(&fix.centre_km) - wide(&alone.centre_km);
+            let sigmas = apart.dot(&(inverse * apart)).sqrt();
+            std::println!("arc {arc_deg} deg, expected {off_km} km off: moved by {sigmas:.4} sigma");
+            assert!(sigmas < 0.1, "arc {arc_deg} deg, {off_km} km: {sigmas} sigma");
+        }
+    }
+}
+
+/// Numbers as they come from a broken computer: mostly of the given size, else anything.
+fn number(low: f32, high: f32) -> impl proptest::strategy::Strategy<Value = f32> {
+    use proptest::prelude::*;
+    prop_oneof![
+        6 => low..high,
+        1 => any::<f32>(),
+        1 => prop::sample::select(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN_POSITIVE, 0.0]),
+    ]
+}
+
+proptest::proptest! {
+    #[test]
+    fn whatever_the_points_and_the_expectation_a_fix_is_finite(
+        start in 0f64..6.0,
+        wrong in proptest::collection::vec(
+            (0usize..40, number(0.0, 1280.0), number(0.0, 1024.0), number(0.01, 5.0), number(-1.0, 1.0), number(-1.0, 1.0)), 0..12
+        ),
+        expected_km in proptest::array::uniform3(number(-5e4, 5e4)),
+        information in proptest::array::uniform9(number(-1.0, 1.0)),
+        diagonal in number(0.0, 10.0),
+        tolerance_px in number(0.2, 20.0),
+    ) {
+        // A true limb, some points of it replaced by anything, so that a fit is reached.
+        let world = geostationary(30.0, 1);
+        let mut list = points(&world, [start, start + 2.0], 40, 0.3, &mut Generator::new(1));
+        for (at, x, y, sigma_px, out_x, out_y) in wrong {
+            list[at] = LimbPoint { centre_px: [x, y], sigma_px, outward_px: [out_x, out_y] };
+        }
+        let information = nalgebra::Matrix3::from_row_slice(&information);
+        for information in [information, nalgebra::Matrix3::identity() * diagonal, information * information.transpose()] {
+            let expected = Expected { centre_km: Vector3::from(expected_km), information };
+            let parameters = EarthParameters { greatest_sigma_deg: 1e9, greatest_range_share: 1e9, ..parameters() };
+            let body = world.body(&parameters);
+            if let Ok(fix) =
+                centre(&list, &camera(), &body, tolerance_px, Some(&expected), &parameters, &mut Workspace::new())
+            {
+                let vectors = fix.centre_km.iter().chain(&fix.place_km);
+                proptest::prop_assert!(vectors.chain(&fix.covariance_km2).all(|value| value.is_finite()), "{fix:?}");
+                proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
+                let (direction_rad, range_km) = fix.sigmas();
+                proptest::prop_assert!(direction_rad.is_finite() && range_km.is_finite());
+            }
         }
     }
 }

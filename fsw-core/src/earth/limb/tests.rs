@@ -2,6 +2,7 @@ use super::*;
 use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, narrow, parameters};
 use crate::earth::view::View;
 use crate::oracle::Generator;
+use nalgebra::Vector3;
 use std::vec::Vec;
 
 fn expected(world: &World) -> Vec<ExpectedLimb> {
@@ -148,7 +149,14 @@ fn what_is_no_lit_limb_is_refused() {
         refused(&pixels.iter().map(|raw| (40 + 4 * (raw - 30)).min(1023)).collect::<Vec<_>>()),
         "saturated"
     );
-    assert!(refused(&pixels.iter().map(|raw| 40 + (raw - 30) / 30).collect::<Vec<_>>()), "too weak");
+    // Half and twice the least contrast, by the brightest pixel.
+    let least = f64::from(parameters.least_contrast_share * f32::from(GEOMETRY.full_scale()));
+    let brightest = f64::from(pixels.iter().max().unwrap() - 30);
+    let faint = |contrast: f64| -> Vec<u16> {
+        pixels.iter().map(|raw| (40.0 + contrast * f64::from(raw - 30) / brightest) as u16).collect()
+    };
+    assert!(refused(&faint(0.5 * least)), "too weak");
+    assert!(!refused(&faint(2.0 * least)), "weak, but strong enough");
     let mut upside_down = pixels.clone();
     upside_down.reverse();
     assert!(refused(&upside_down), "the dark side inward");
@@ -160,6 +168,7 @@ fn a_strip_leaves_no_detector() {
     let inside = ExpectedLimb {
         at_px: [600.0, 500.0],
         outward_px: [0.6, 0.8],
+        normal: Vector3::x(),
         km_per_px: 14.0,
         sun_sine: 0.5,
         sun_facing: 0.5,
@@ -182,6 +191,7 @@ proptest::proptest! {
         let expected = ExpectedLimb {
             at_px: [600.3, 500.7],
             outward_px: [angle.cos(), angle.sin()],
+            normal: Vector3::x(),
             km_per_px,
             sun_sine: 0.3,
             sun_facing: 0.4,

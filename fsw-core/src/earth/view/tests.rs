@@ -76,6 +76,38 @@ fn expected_points_stand_on_the_lit_limb_to_a_hundredth_of_a_pixel_and_evenly() 
     }
 }
 
+/// Height at which a ray passes the Earth, km.
+fn passing_km(world: &World, ray: &nalgebra::Vector3<f64>) -> f64 {
+    let (mut low, mut high) = (-200.0, 400.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if world.sun_sine(ray, middle).1 { high = middle } else { low = middle }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn a_displaced_centre_lifts_the_limb_by_its_part_along_the_normal() {
+    let mut generator = Generator::new(31);
+    for (name, world) in scenes() {
+        let found = view(&world).limb(&camera(), 10.0, 24, &parameters());
+        let mut greatest = 0f64;
+        for point in &found.points {
+            let ray = camera().earth_direction(point.at_px).unwrap().vector().map(f64::from);
+            assert!((f64::from(point.normal.norm()) - 1.0).abs() < 1e-5);
+            // Both ways, so that curvature falls out.
+            let by = generator.unit() * 5.0;
+            let at = |by: nalgebra::Vector3<f64>| {
+                passing_km(&World { centre: world.centre + by, ..world.clone() }, &ray)
+            };
+            let lifted = 0.5 * (at(-by) - at(by));
+            greatest = greatest.max((lifted - point.normal.map(f64::from).dot(&by)).abs());
+        }
+        // A fiftieth of a per cent of 5 km: f32, and half a pixel's turn of the normal along the limb.
+        assert!(greatest < 0.01, "{name}: {greatest} km of 5");
+    }
+}
+
 #[test]
 fn distortion_is_followed_to_a_hundredth_of_a_pixel() {
     let mut distorted = oracle::reference_camera();

@@ -1,9 +1,16 @@
 use super::*;
 use crate::earth::test_world::parameters;
+use nalgebra::Vector3;
 
 fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> Zone {
-    let expected =
-        ExpectedLimb { at_px: [600.0, 500.0], outward_px: [1.0, 0.0], km_per_px, sun_sine, sun_facing };
+    let expected = ExpectedLimb {
+        at_px: [600.0, 500.0],
+        outward_px: [1.0, 0.0],
+        normal: Vector3::x(),
+        km_per_px,
+        sun_sine,
+        sun_facing,
+    };
     Zone::new(&expected, 1.0, &parameters()).unwrap()
 }
 
@@ -58,6 +65,7 @@ fn a_rise_longer_than_a_strip_has_no_zone() {
     let expected = ExpectedLimb {
         at_px: [0.0; 2],
         outward_px: [1.0, 0.0],
+        normal: Vector3::x(),
         km_per_px: 0.04,
         sun_sine: 0.5,
         sun_facing: 0.0,

@@ -2,9 +2,11 @@
 
 use super::*;
 use crate::orbit::reference::circular;
+use proptest::prelude::*;
 
 fn good_fix(state: &OrbitState) -> PositionFix {
-    PositionFix { position_km: state.position_km, covariance_km2: Matrix3::identity() * 25.0 }
+    let position_km = state.position_km;
+    PositionFix { position_km, covariance_km2: Matrix3::identity() * 25.0, place_km: position_km }
 }
 
 /// A filter that has followed a low orbit for ten minutes without noise, and the true state.
@@ -106,8 +108,13 @@ fn an_orbit_into_the_earth_is_forgotten() {
 #[test]
 fn a_start_many_earth_radii_off_converges() {
     for observation in [Observation::Position, Observation::Combined, Observation::UnitVector] {
-        let parameters =
-            OrbitParameters { observation, misalignment_sigma_rad: 0.0, ..OrbitParameters::default() };
+        // Neither noise nor bias: convergence alone is at stake.
+        let parameters = OrbitParameters {
+            observation,
+            misalignment_sigma_rad: 0.0,
+            bias_over_noise: 0.0,
+            ..OrbitParameters::default()
+        };
         // Without any distance the linearised filter converges from three radii; ten leave 50 km after 18 hours.
         let directions = observation == Observation::UnitVector;
         let radii: &[f64] = if directions { &[1.0, 3.0] } else { &[1.0, 3.0, 10.0, 50.0] };
@@ -117,14 +124,15 @@ fn a_start_many_earth_radii_off_converges() {
             let off = radii * EARTH_RADIUS_KM;
             let wrong = OrbitState { position_km: truth.position_km * (1.0 + off / 42_164.0), ..truth };
             assert!(filter.start(wrong, off, 3.0, &parameters));
-            // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours; no noise: convergence alone is at stake.
+            // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours.
             let mut restarted = 0;
             for _ in 0..3_240 {
                 truth = parameters.dynamics.propagate(&truth, 20_000_000).unwrap();
                 let along =
                     truth.position_km * truth.position_km.transpose() / truth.position_km.norm_squared();
                 let covariance_km2 = Matrix3::identity() * 216.0 + along * 1e4;
-                let fix = PositionFix { position_km: truth.position_km, covariance_km2 };
+                let position_km = truth.position_km;
+                let fix = PositionFix { position_km, covariance_km2, place_km: position_km };
                 let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
                 restarted += u32::from(matches!(update, Update::Restarted | Update::Started));
             }
@@ -141,5 +149,82 @@ fn a_start_many_earth_radii_off_converges() {
 fn the_defaults_are_within_their_ranges() {
     for (name, value, low, high) in OrbitParameters::default().ranges() {
         assert!((low..=high).contains(&value), "{name}");
+    }
+}
+
+/// Numbers as they come from a broken computer: mostly of a fix's size, else anything.
+fn number(size: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => -size..size,
+        1 => any::<f64>(),
+        1 => prop::sample::select(&[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, f64::MAX, f64::MIN_POSITIVE]),
+    ]
+}
+
+fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(number(size)).prop_map(Vector3::from)
+}
+
+/// A covariance more often than not.
+fn covariance() -> impl Strategy<Value = Matrix3<f64>> {
+    let any_matrix =
+        || prop::array::uniform9(number(100.0)).prop_map(|parts| Matrix3::from_row_slice(&parts));
+    prop_oneof![
+        3 => any_matrix().prop_map(|root| root * root.transpose() + Matrix3::identity() * 1e-3),
+        1 => any_matrix(),
+    ]
+}
+
+fn step_us() -> impl Strategy<Value = i64> {
+    prop_oneof![6 => 0i64..2_000_000, 2 => 0i64..8_000_000_000, 1 => any::<i64>()]
+}
+
+fn assert_finite(filter: &OrbitFilter) {
+    let Some(state) = filter.state() else { return };
+    let covariance = filter.covariance().unwrap();
+    let Covariance { rr, rv, vv, rh, vh, rm, vm, hm, rb, vb, hb, bb, hh, mm } = covariance;
+    let matrices = [rr, rv, vv, rm, vm, rb, vb, bb].into_iter().flat_map(|m| m.iter());
+    let vectors =
+        [rh, vh, hm, hb, &state.position_km, &state.velocity_km_s].into_iter().flat_map(|v| v.iter());
+    assert!(matrices.chain(vectors).chain([hh, mm]).all(|x| x.is_finite()), "{state:?} {covariance:?}");
+    assert!(filter.limb_height_km().unwrap().is_finite());
+    let sigmas = filter.position_sigma_km().unwrap().into_iter().chain(filter.velocity_sigma_km_s().unwrap());
+    assert!(sigmas.chain(filter.limb_height_sigma_km()).all(|sigma| sigma.is_finite() && sigma >= 0.0));
+}
+
+proptest! {
+    #[test]
+    fn whatever_is_put_in_what_comes_out_is_finite(
+        begin in prop::option::of((vector(2e4), vector(8.0), number(1e4), number(5.0))),
+        fixes in prop::collection::vec((step_us(), vector(3e4), vector(100.0), covariance(), vector(0.1)), 1..25),
+        observation in prop::sample::select(
+            &[Observation::Position, Observation::UnitVector, Observation::Combined]
+        ),
+        // The extremes of the table's ranges too.
+        gate_nis in prop::sample::select(&[10.0f32, 30.0, 1000.0]),
+        bias_over_noise in prop::sample::select(&[0.0f32, 3.0, 30.0]),
+    ) {
+        let parameters = OrbitParameters { observation, gate_nis, bias_over_noise, ..OrbitParameters::default() };
+        let mut filter = OrbitFilter::new();
+        let mut time_us = 760_000_000_000_000i64;
+        if let Some((position_km, velocity_km_s, position_sigma, velocity_sigma)) = begin {
+            let state = OrbitState { time_us, position_km, velocity_km_s };
+            let taken = filter.start(state, position_sigma, velocity_sigma, &parameters);
+            assert_eq!(taken, filter.state().is_some());
+            assert_finite(&filter);
+        }
+        for (span_us, position_km, aside, covariance_km2, tilt) in fixes {
+            time_us = time_us.saturating_add(span_us);
+            let fix = PositionFix { position_km, covariance_km2, place_km: position_km + aside };
+            let to_icrs = Matrix3::identity() + crate::orbit::point::cross_matrix(&tilt);
+            match filter.update(time_us, &fix, &to_icrs, &parameters) {
+                Update::Accepted { nis } => assert!(nis <= gate_nis && nis >= 0.0),
+                // A fix that is so far off that its square overflows is rejected too.
+                Update::Rejected { nis } => assert!(!nis.is_nan()),
+                Update::Started | Update::Restarted => assert_eq!(filter.state().unwrap().position_km, position_km),
+                Update::Refused(_) => {}
+            }
+            assert_finite(&filter);
+        }
     }
 }

@@ -17,6 +17,7 @@ fn the_position_is_eq_5_4() {
         let fix = PositionFix::new(
             &earth.map(|x| x as f32),
             &Matrix3::identity(),
+            &earth.map(|x| x as f32),
             &attitude,
             &Matrix3::zeros(),
             &mounting,
@@ -41,6 +42,7 @@ fn covariance_is_the_scatter_of_the_position() {
     let fix = PositionFix::new(
         &earth.map(|x| x as f32),
         &Matrix3::from_diagonal(&sigma_earth.component_mul(&sigma_earth)).map(|x| x as f32),
+        &earth.map(|x| x as f32),
         &Rotation::from_quaternion(narrow(attitude)).unwrap(),
         &Matrix3::from_diagonal(&sigma_attitude.component_mul(&sigma_attitude)).map(|x| x as f32),
         &Rotation::from_quaternion(narrow(mounting)).unwrap(),
@@ -70,6 +72,7 @@ fn what_is_not_finite_makes_no_position() {
         PositionFix::new(
             &Vector3::new(x, 0.0, 0.0),
             &Matrix3::from_element(c),
+            &Vector3::new(x, 0.0, 0.0),
             &attitude,
             &Matrix3::zeros(),
             &mounting,
@@ -88,4 +91,44 @@ fn distance_is_eq_2_8() {
     for wrong in [0.0, -0.1, 1.6, f32::NAN] {
         assert!(distance_km(wrong, 6_378.137).is_none());
     }
+}
+
+/// Where a source at rest in direction `s` is seen from a frame that moves with `beta` (Lorentz's transformation of a light ray).
+fn seen_in_flight(s: &Vector3<f64>, beta: &Vector3<f64>) -> Vector3<f64> {
+    let gamma = 1.0 / (1.0 - beta.norm_squared()).sqrt();
+    let along = s.dot(beta);
+    (s / gamma + beta + beta * (along * gamma / (gamma + 1.0))) / (1.0 + along)
+}
+
+#[test]
+fn without_aberration_a_fix_is_where_special_relativity_puts_it_to_the_first_order() {
+    let mut generator = Generator::new(299);
+    for _ in 0..200 {
+        let distance_km = generator.between(6_600.0, 50_000.0);
+        let down = generator.unit();
+        // Up to ten times as fast as a low orbit, so that the second order shows.
+        let velocity = generator.unit() * generator.between(1.0, 80.0);
+        let beta = velocity / LIGHT_KM_S;
+        let (truth, seen) = (-down * distance_km, -seen_in_flight(&down, &beta) * distance_km);
+        assert!((seen.norm() / distance_km - 1.0).abs() < 1e-12);
+        let place = seen + generator.unit() * 1.0;
+        let covariance_km2 = Matrix3::identity() * 4.0;
+        let fix = PositionFix { position_km: seen, covariance_km2, place_km: place };
+        let cleaned = fix.without_aberration(&velocity);
+        // The place is a kilometre aside: the shift is off by that share of itself.
+        let second_order = distance_km * beta.norm_squared() + 2.0 * beta.norm();
+        let error = (cleaned.position_km - truth).norm();
+        assert!(error < second_order, "{error} of {second_order} km");
+        assert!(((cleaned.position_km - cleaned.place_km) - (seen - place)).norm() < 1e-9);
+        assert_eq!(cleaned.covariance_km2, covariance_km2);
+    }
+}
+
+#[test]
+fn the_aberration_of_a_low_orbit_is_five_arcseconds_backwards() {
+    let position_km = Vector3::new(6_800.0, 0.0, 0.0);
+    let fix = PositionFix { position_km, covariance_km2: Matrix3::identity(), place_km: position_km };
+    let shift = fix.without_aberration(&Vector3::new(0.3, 7.6, 0.0)).position_km - position_km;
+    let arcsec = shift.y / 6_800.0 * crate::oracle::ARCSEC;
+    assert!((arcsec - 5.23).abs() < 0.01 && shift.x.abs() < 1e-9 && shift.z.abs() < 1e-9, "{shift}");
 }
