@@ -4,9 +4,9 @@
 //!
 //! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the greatest and
 //! the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the median of the outer end. The
-//! limb is the outermost place that reaches the share [`Zone::level`] of the brightness which stands just inside *it*, a mean over
+//! limb is the outermost place that reaches the share `Zone::level` of the brightness which stands just inside *it*, a mean over
 //! a few pixels behind the end of the rise, in to which clouds and the terminator hardly reach. The share, near one half, is that
-//! of a limb in [`zone`](super::zone)'s model at its half-brightness height.
+//! of a limb in `zone`'s model at its half-brightness height.
 //!
 //! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
 //! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: nine

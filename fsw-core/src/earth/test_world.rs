@@ -44,6 +44,8 @@ pub struct World {
     /// From the camera to the Earth's centre, km.
     pub centre: Vector3<f64>,
     pub pole: Vector3<f64>,
+    /// Turns the camera's frame into the body's own axes, pole along z.
+    pub to_body: Matrix3<f64>,
     pub sun: Vector3<f64>,
     /// Counts of a white surface under the Sun.
     pub white: f64,
@@ -64,9 +66,13 @@ impl World {
                 (wave, generator.between(0.0, std::f64::consts::TAU))
             })
             .collect();
+        let pole = pole.normalize();
+        let aside = if pole.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
+        let x = aside.cross(&pole).normalize();
         Self {
             centre,
-            pole: pole.normalize(),
+            pole,
+            to_body: Matrix3::from_rows(&[x.transpose(), pole.cross(&x).transpose(), pole.transpose()]),
             sun: sun.normalize(),
             white: 800.0,
             albedo: [0.25, 0.9],
@@ -78,17 +84,10 @@ impl World {
         Body::new(&direction(&self.pole), Some(&direction(&self.sun)), parameters)
     }
 
-    /// Turns the camera's frame into the body's own axes, pole along z.
-    fn to_body(&self) -> Matrix3<f64> {
-        let aside = if self.pole.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
-        let x = aside.cross(&self.pole).normalize();
-        Matrix3::from_rows(&[x.transpose(), self.pole.cross(&x).transpose(), self.pole.transpose()])
-    }
-
     /// Scaled so that the ellipsoid at `height` is the unit sphere: camera's position and the ray.
     fn scaled(&self, ray: &Vector3<f64>, height: f64) -> (Vector3<f64>, Vector3<f64>) {
         let scale = Vector3::new(A_KM + height, A_KM + height, B_KM + height).map(|axis| 1.0 / axis);
-        let turn = self.to_body();
+        let turn = self.to_body;
         ((turn * -self.centre).component_mul(&scale), (turn * ray).component_mul(&scale))
     }
 
@@ -108,7 +107,7 @@ impl World {
     pub fn sun_sine(&self, ray: &Vector3<f64>, height: f64) -> (f64, bool) {
         let (point, meets) = self.nearest(ray, height);
         let normal = point.component_div(&Vector3::new(A_KM, A_KM, B_KM)).normalize();
-        (normal.dot(&(self.to_body() * self.sun)), meets)
+        (normal.dot(&(self.to_body * self.sun)), meets)
     }
 
     fn cloud(&self, point: &Vector3<f64>) -> f64 {
@@ -125,7 +124,7 @@ impl World {
             return (0.0, height);
         }
         let normal = point.component_div(&Vector3::new(A_KM, A_KM, B_KM)).normalize();
-        let lit = normal.dot(&(self.to_body() * self.sun)).max(0.0);
+        let lit = normal.dot(&(self.to_body * self.sun)).max(0.0);
         (self.white * lit * self.cloud(&point.normalize()) * (-height / SCALE_HEIGHT_KM).exp(), height)
     }
 
@@ -165,10 +164,9 @@ impl World {
                 let ray = px(column, row, 0.0, 0.0);
                 let (mut value, _) = self.brightness(&ray);
                 // Within five pixels of the limb a pixel is sampled finely.
-                let (middle, _) = self.scaled(&ray, 0.0);
                 let (eye, step) = self.scaled(&ray, 0.0);
                 let closest = (eye - step * (eye.dot(&step) / step.dot(&step))).norm();
-                let km_per_px = A_KM * middle.norm() / 3000.0;
+                let km_per_px = A_KM * eye.norm() / 3000.0;
                 if ((closest - 1.0) * A_KM).abs() < 5.0 * km_per_px {
                     const FINE: usize = 5;
                     value = 0.0;

@@ -1,10 +1,10 @@
 //! Is the detector blinded? (thesis §8, sensor states 1, 3 and 4: the Sun in either path)
 //!
-//! In: the raw pixels of a window, any resolution. Out: whether most of them stand at full scale. Only [`SAMPLES`] of them
+//! In: the raw pixels of a window, any resolution. Out: whether most of them stand at full scale. Only `SAMPLES` of them
 //! are looked at, spread over the window, so a probe window and a whole tile cost about the same.
 //!
 //! Error: where a share `p` of a large window is at full scale the sampled share is within 0.13 of `p` (3 sigma of
-//! [`SAMPLES`] draws), so the answer may be either only for `p` from 0.37 to 0.63. Cost: 2,000 cycles (Cortex-M4
+//! `SAMPLES` draws), so the answer may be either only for `p` from 0.37 to 0.63. Cost: 2,000 cycles (Cortex-M4
 //! model, zero wait states).
 
 /// Pixels looked at; those of smaller windows more than once.

@@ -6,7 +6,7 @@
 //! its own noise: 0.4 false stars a megapixel of Gaussian noise at the default (thesis §3.1.1 fixes 6 % of full scale).
 //!
 //! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a limb) its
-//! threshold is [`TEXTURE_FACTOR`] times higher.
+//! threshold is `TEXTURE_FACTOR` times higher.
 //!
 //! Cost of the reference frame (1280 x 1024 px, 10 bit, 111 spots): 35.7 cycles a pixel, 46.8 million in all
 //! (Cortex-M4 model, zero wait states, without the reading), of which a frame without anything takes 40.6 million; on the

@@ -298,7 +298,7 @@ impl ShortArc {
 fn about_an_expected_centre_a_short_arc_scatters_in_every_direction_as_its_covariance_says() {
     let mut generator = Generator::new(22);
     let arc = ShortArc::new(&mut generator);
-    // From sure to known within a metre across the arc and 27 km along it.
+    // Known to 50 m in the best direction, to 27 km in the worst.
     assert!(arc.variances.max().sqrt() > 20.0 && arc.variances.min().sqrt() < 0.1);
     let runs = 400;
     for prior_km in [1.0, 3.0, 10.0] {

@@ -103,7 +103,7 @@ fn a_displaced_centre_lifts_the_limb_by_its_part_along_the_normal() {
             let lifted = 0.5 * (at(-by) - at(by));
             greatest = greatest.max((lifted - point.normal.map(f64::from).dot(&by)).abs());
         }
-        // A fiftieth of a per cent of 5 km: f32, and half a pixel's turn of the normal along the limb.
+        // A five-hundredth of 5 km.
         assert!(greatest < 0.01, "{name}: {greatest} km of 5");
     }
 }
