@@ -10,7 +10,7 @@
 //! Probes: small windows that tell whether the detector works and whether the Sun blinds it.
 
 use crate::earth::EarthParameters;
-use crate::earth::limb::MAX_REACH_PX;
+use crate::earth::limb::{MAX_LENGTH, Reach};
 use crate::image::centroid::MARGIN;
 use crate::stars::predict::Predicted;
 use fsw_hal::{DetectorGeometry, Window};
@@ -50,6 +50,8 @@ pub fn star_windows(
 pub const MAX_LIMB_STRIPS: usize = 24;
 /// The limb's glow is faint beyond so many scale heights: 1 %.
 const GLOW_SCALES: f32 = 4.5;
+/// Inside the limb so many scale heights are looked at.
+const BRIGHT_SCALES: f32 = 1.5;
 /// Beyond the glow a strip reaches so far: over the edge that the lens spreads, and to brightness and darkness on its
 /// sides, px.
 pub const STRIP_MARGIN_PX: f32 = 9.0;
@@ -59,12 +61,15 @@ pub fn glow_km(parameters: &EarthParameters) -> f32 {
     GLOW_SCALES * parameters.scale_height_km
 }
 
-/// How far a strip must reach to either side of the expected limb, px, when its height there is known to `sigma_km` (3 sigma
-/// are allowed for); `None` when that is farther than a strip can.
-pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<u16> {
-    let reach_px = STRIP_MARGIN_PX + (glow_km(parameters) + 3.0 * sigma_km) / km_per_px;
+/// How far a strip must reach from the expected limb, when its height there is known to `sigma_km` (3 sigma are allowed
+/// for); `None` when the strip would be longer than one can be.
+pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<Reach> {
+    let reach_px = |km: f32| libm::ceilf(STRIP_MARGIN_PX + (km + 3.0 * sigma_km) / km_per_px);
+    let outward = reach_px(glow_km(parameters));
+    let inward = reach_px(BRIGHT_SCALES * parameters.scale_height_km);
     // Also refuses what is no number.
-    if reach_px < f32::from(MAX_REACH_PX) { Some(libm::ceilf(reach_px) as u16) } else { None }
+    let fits = outward + inward < MAX_LENGTH as f32;
+    fits.then_some(Reach { outward_px: outward as u16, inward_px: inward as u16 })
 }
 
 /// Number of probes.

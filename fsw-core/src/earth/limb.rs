@@ -22,8 +22,6 @@ use fsw_hal::{DetectorGeometry, Window};
 pub const BREADTH: usize = 9;
 /// Longest strip, px.
 pub const MAX_LENGTH: usize = 161;
-/// Farthest that a strip may reach to either side, px.
-pub const MAX_REACH_PX: u16 = (MAX_LENGTH as u16 - 1) / 2;
 /// Most pixels of a strip.
 pub const MAX_STRIP_PIXELS: usize = BREADTH * MAX_LENGTH;
 
@@ -38,6 +36,16 @@ const REACH: f32 = 2.0;
 /// Greatest sigma of a point, px, and share of the rise's length.
 const GREATEST_SIGMA_PX: f32 = 1.0;
 const GREATEST_SIGMA_SHARE: f32 = 0.5;
+
+/// How far a strip reaches from where the limb is expected, px.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// Towards space.
+    pub outward_px: u16,
+    /// Towards the bright side.
+    pub inward_px: u16,
+}
+
 /// A window across the expected limb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strip {
@@ -51,21 +59,26 @@ pub struct Strip {
     space_beyond: bool,
 }
 
-/// The strip about an expected limb, `reach_px` to either side along the detector's axis nearest to the limb's normal;
-/// `None` where it leaves the detector.
-pub fn strip(expected: &ExpectedLimb, reach_px: u16, geometry: &DetectorGeometry) -> Option<Strip> {
+/// The strip about an expected limb, along the detector's axis nearest to the limb's normal; `None` where it leaves the detector
+/// or is longer than [`MAX_LENGTH`].
+pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry) -> Option<Strip> {
     let [nx, ny] = expected.outward_px;
     let along_x = libm::fabsf(nx) >= libm::fabsf(ny);
-    let reach = i32::from(reach_px.min(MAX_REACH_PX));
-    let (half_width, half_height) = if along_x { (reach, MIDDLE) } else { (MIDDLE, reach) };
+    let space_beyond = if along_x { nx > 0.0 } else { ny > 0.0 };
+    let (outward, inward) = (i32::from(reach.outward_px), i32::from(reach.inward_px));
+    let (before, length) = (if space_beyond { inward } else { outward }, outward + inward + 1);
+    if length > MAX_LENGTH as i32 {
+        return None;
+    }
+    let (left, above) = if along_x { (before, MIDDLE) } else { (MIDDLE, before) };
+    let (width, height) = if along_x { (length, BREADTH as i32) } else { (BREADTH as i32, length) };
     let [x, y] = expected.at_px.map(|at| libm::floorf(at + 0.5) as i32);
     let window = Window {
-        x: u16::try_from(x.saturating_sub(half_width)).ok()?,
-        y: u16::try_from(y.saturating_sub(half_height)).ok()?,
-        width: (2 * half_width + 1) as u16,
-        height: (2 * half_height + 1) as u16,
+        x: u16::try_from(x.saturating_sub(left)).ok()?,
+        y: u16::try_from(y.saturating_sub(above)).ok()?,
+        width: width as u16,
+        height: height as u16,
     };
-    let space_beyond = if along_x { nx > 0.0 } else { ny > 0.0 };
     window.fits(geometry).then_some(Strip { window, expected: *expected, along_x, space_beyond })
 }
 

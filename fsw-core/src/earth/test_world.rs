@@ -2,6 +2,7 @@
 //! axes; brightness is Lambert's law times clouds, above the surface exp(-h / H); the picture is sampled finely near the limb,
 //! blurred by a Gaussian and rounded to counts.
 
+use super::limb::Reach;
 use super::{Body, EarthParameters};
 use crate::camera::Camera;
 use crate::frames::{Direction, EarthPath};
@@ -18,6 +19,11 @@ pub const SCALE_HEIGHT_KM: f64 = 8.0;
 pub const PSF_PX: f64 = 0.9;
 /// Pedestal and dark signal, counts.
 pub const DARK: f64 = 40.0;
+
+/// A strip's reach, the same to either side.
+pub fn even(reach_px: u16) -> Reach {
+    Reach { outward_px: reach_px, inward_px: reach_px }
+}
 
 /// Parameters that know this world.
 pub fn parameters() -> EarthParameters {

@@ -2,7 +2,7 @@ use super::*;
 use crate::earth::centre::{Workspace, centre};
 use crate::earth::limb::{crossing, strip};
 use crate::earth::search::{Points, search};
-use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, parameters};
+use crate::earth::test_world::{GEOMETRY, World, camera, even, geostationary, low, parameters};
 use crate::earth::view::View;
 use crate::oracle::{wide, wide_matrix};
 use std::vec::Vec;
@@ -17,7 +17,7 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
         .iter()
         .enumerate()
         .filter_map(|(index, expected)| {
-            let strip = strip(expected, reach_px, &GEOMETRY)?;
+            let strip = strip(expected, even(reach_px), &GEOMETRY)?;
             let pixels = world.expose(strip.window, 1.0, seed * 100 + index as u64);
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })

@@ -1,5 +1,5 @@
 use super::*;
-use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, narrow, parameters};
+use crate::earth::test_world::{GEOMETRY, World, camera, even, geostationary, low, narrow, parameters};
 use crate::earth::view::View;
 use crate::oracle::Generator;
 use nalgebra::Vector3;
@@ -33,7 +33,7 @@ fn measure(
             let [nx, ny] = truth.outward_px;
             let [x, y] = truth.at_px;
             let guess = ExpectedLimb { at_px: [x + off * nx, y + off * ny], ..*truth };
-            let Some(strip) = strip(&guess, reach_px, &GEOMETRY) else { continue };
+            let Some(strip) = strip(&guess, even(reach_px), &GEOMETRY) else { continue };
             asked += 1;
             let pixels = world.expose(strip.window, 1.0, (number * 100 + index) as u64);
             if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters) {
@@ -113,7 +113,7 @@ fn stars_and_hot_pixels_in_a_strip_move_the_limb_by_less_than_its_sigma() {
     let mut generator = Generator::new(8);
     for world in [geostationary(20.0, 1), low(500.0, 90.0, [40.0, 30.0], 1)] {
         let truth = expected(&world)[7];
-        let strip = strip(&truth, 40, &GEOMETRY).unwrap();
+        let strip = strip(&truth, even(40), &GEOMETRY).unwrap();
         let clean = world.expose(strip.window, 1.0, 5);
         let before = crossing(&clean, &strip, &GEOMETRY, &parameters).unwrap();
         let mut moved = Vec::new();
@@ -137,7 +137,7 @@ fn what_is_no_lit_limb_is_refused() {
     let world = World { albedo: [0.5, 0.5], ..geostationary(70.0, 1) };
     let limb = expected(&world);
     let truth = limb.iter().max_by(|one, other| one.sun_sine.total_cmp(&other.sun_sine)).unwrap();
-    let strip = strip(truth, 30, &GEOMETRY).unwrap();
+    let strip = strip(truth, even(30), &GEOMETRY).unwrap();
     let pixels = world.expose(strip.window, 1.0, 5);
     let refused = |pixels: &[u16]| crossing(pixels, &strip, &GEOMETRY, &parameters).is_none();
     assert!(!refused(&pixels));
@@ -164,6 +164,28 @@ fn what_is_no_lit_limb_is_refused() {
 }
 
 #[test]
+fn a_strip_reaches_outward_towards_space_on_every_side_and_is_never_too_long() {
+    for (outward_px, x, y) in
+        [([1.0, 0.0], 590, 496), ([-1.0, 0.0], 580, 496), ([0.0, 1.0], 596, 490), ([0.0, -1.0], 596, 480)]
+    {
+        let expected = ExpectedLimb {
+            at_px: [600.0, 500.0],
+            outward_px,
+            normal: Vector3::x(),
+            km_per_px: 14.0,
+            sun_sine: 0.5,
+            sun_facing: 0.5,
+        };
+        let window = strip(&expected, Reach { outward_px: 20, inward_px: 10 }, &GEOMETRY).unwrap().window;
+        assert_eq!((window.x, window.y), (x, y));
+        assert_eq!(window.area(), 31 * BREADTH);
+        let longest = Reach { outward_px: 100, inward_px: MAX_LENGTH as u16 - 101 };
+        assert!(strip(&expected, longest, &GEOMETRY).is_some());
+        assert!(strip(&expected, Reach { outward_px: 101, ..longest }, &GEOMETRY).is_none());
+    }
+}
+
+#[test]
 fn a_strip_leaves_no_detector() {
     let inside = ExpectedLimb {
         at_px: [600.0, 500.0],
@@ -173,8 +195,10 @@ fn a_strip_leaves_no_detector() {
         sun_sine: 0.5,
         sun_facing: 0.5,
     };
-    let along = |at_px| strip(&ExpectedLimb { at_px, ..inside }, 20, &GEOMETRY).map(|strip| strip.window);
-    assert_eq!(along([600.0, 500.0]), Some(Window { x: 596, y: 480, width: 9, height: 41 }));
+    let reach = Reach { outward_px: 20, inward_px: 12 };
+    let along = |at_px| strip(&ExpectedLimb { at_px, ..inside }, reach, &GEOMETRY).map(|strip| strip.window);
+    // Space lies downward, where y is greater.
+    assert_eq!(along([600.0, 500.0]), Some(Window { x: 596, y: 488, width: 9, height: 33 }));
     for outside in
         [[600.0, 10.0], [2.0, 500.0], [1278.0, 500.0], [600.0, 1010.0], [f32::NAN, 500.0], [1e30, -1e30]]
     {
@@ -185,7 +209,7 @@ fn a_strip_leaves_no_detector() {
 proptest::proptest! {
     #[test]
     fn any_pixels_give_a_finite_point_in_the_strip_or_none(
-        seed in 0u64..1000, amplitude in 0u32..1024, reach in 0u16..90, km_per_px in 0.01f32..100.0, angle in 0f32..6.3
+        seed in 0u64..1000, amplitude in 0u32..1024, outward in 0u16..81, inward in 0u16..80, km_per_px in 0.01f32..100.0, angle in 0f32..6.3
     ) {
         let mut generator = Generator::new(seed);
         let expected = ExpectedLimb {
@@ -196,7 +220,7 @@ proptest::proptest! {
             sun_sine: 0.3,
             sun_facing: 0.4,
         };
-        let strip = strip(&expected, reach, &GEOMETRY).unwrap();
+        let strip = strip(&expected, Reach { outward_px: outward, inward_px: inward }, &GEOMETRY).unwrap();
         let pixels: Vec<u16> = (0..strip.window.area())
             .map(|_| (40 + (generator.bits() as u32 % (amplitude + 1)) * (generator.bits() as u32 % 2)) as u16)
             .collect();
