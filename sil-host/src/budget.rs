@@ -1,6 +1,6 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
-//! Builds the flight image and the cycle meter, records the rendered sky, flies it in the emulator and
+//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission), flies it in the emulator and
 //! prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1 when a limit is
 //! overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F,
 //! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
@@ -9,7 +9,6 @@ use crate::cli::BudgetArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
 use crate::json;
 use crate::record::{self, RecordingFiles};
-use crate::star_scene;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::Report;
 use fsw_hal::Stage;
@@ -18,8 +17,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 
-/// Seconds flown: acquisition twice, then tracking.
-const SECONDS: u32 = 6;
 /// The file of limits, from the workspace's root.
 const LIMITS_FILE: &str = "tests/obc-image/budget.toml";
 /// The version of it that is read.
@@ -291,8 +288,7 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let limits = limits(&root)?;
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let (files, reports) =
-        record::record(&mut star_scene::scene()?, star_scene::parameters(), SECONDS, &folder)?;
+    let (files, reports) = record::record_mission(&folder)?;
     let flown = fly(&root, &files, &folder)?;
     let host = std::fs::read(&files.telemetry).unwrap_or_default();
     let budget = table(&limits, &flown, &reports, flown.telemetry == host);
