@@ -5,11 +5,13 @@
 //!
 //! | clip | what is new in it |
 //! |---|---|
-//! | dusk in a low orbit | self-test, acquisition, tracking with the orbit started, eclipse |
-//! | sunrise, 50 min later | the gap is crossed; stars lost, acquisition; Sun outage until its time-out, safe mode, self-test |
-//! | the Sun leaves, 3 min later | Sun outage ends, acquisition, tracking along a bright limb |
-//! | GEO, the whole Earth, earlier | the orbit is forgotten; tracking with the limb all around |
-//! | GEO, the Sun leaves, 4 h later | a thin crescent: the whole detector is searched for the limb, second after second |
+//! | low orbit, before dusk | self-test, acquisition, tracking, the orbit started |
+//! | 1 min later | the orbit crosses a gap and its speed becomes known; the stars are lost and acquired anew |
+//! | dusk, 2 min later | the limb fades: strips find nothing, the whole detector is searched; eclipse |
+//! | sunrise, 50 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
+//! | 3 min later | the Sun leaves: acquisition, tracking along a bright limb |
+//! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
+//! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //!
 //! Time-outs are as short as the table allows, so that 120 seconds suffice; all else is the scenarios' own.
 
@@ -33,19 +35,29 @@ pub struct Clip {
     pub seconds: u32,
 }
 
+const LEO: &str = "sso-noon-midnight";
+const GEO: &str = "geo-eclipse";
+
 /// The clips, in order.
-pub const CLIPS: [Clip; 5] = [
-    Clip { scenario: "sso-noon-midnight", from_s: 640, seconds: 50 },
-    Clip { scenario: "sso-noon-midnight", from_s: 3721, seconds: 23 },
-    Clip { scenario: "sso-noon-midnight", from_s: 3900, seconds: 14 },
-    Clip { scenario: "geo-eclipse", from_s: 0, seconds: 15 },
-    Clip { scenario: "geo-eclipse", from_s: 13_672, seconds: 18 },
+pub const CLIPS: [Clip; 8] = [
+    Clip { scenario: LEO, from_s: 380, seconds: 10 },
+    Clip { scenario: LEO, from_s: 470, seconds: 10 },
+    Clip { scenario: LEO, from_s: 560, seconds: 20 },
+    Clip { scenario: LEO, from_s: 657, seconds: 27 },
+    Clip { scenario: LEO, from_s: 3723, seconds: 21 },
+    Clip { scenario: LEO, from_s: 3903, seconds: 10 },
+    Clip { scenario: GEO, from_s: 0, seconds: 10 },
+    Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
 ];
 
 /// Seconds of the mission.
 pub const SECONDS: u32 = {
-    let [a, b, c, d, e] = CLIPS;
-    a.seconds + b.seconds + c.seconds + d.seconds + e.seconds
+    let (mut sum, mut clip) = (0, 0);
+    while clip < CLIPS.len() {
+        sum += CLIPS[clip].seconds;
+        clip += 1;
+    }
+    sum
 };
 
 /// The mission's time-outs.
