@@ -47,17 +47,24 @@ fn reports(mut stream: &[u8]) -> Vec<Report> {
 }
 
 #[test]
-fn the_budget_is_kept_and_telemetry_is_identical() {
+fn two_minutes_through_every_mode_give_the_hosts_telemetry_and_keep_the_budget() {
     let output = run(&["budget", "--json"]);
     let errors = String::from_utf8_lossy(&output.stderr);
     let budget = json_lines(&output).pop().unwrap_or_else(|| panic!("no table: {errors}"));
     println!("{budget:#}");
-    assert_eq!(budget["telemetry_identical"], true);
+    assert_eq!((&budget["seconds"], &budget["telemetry_identical"]), (&Value::from(120), &Value::from(true)));
     assert!(output.status.success(), "a limit is overrun: {budget:#}");
-    for mode in ["acquisition", "tracking"] {
-        let used = budget["modes"][mode]["worst_cycles"].as_u64().unwrap();
+    for mode in ["self-test", "acquisition", "tracking", "eclipse", "sun-outage", "safe"] {
+        let used = budget["modes"][mode]["worst_cycles"].as_u64().expect(mode);
         assert!(used > 10_000, "{mode}: the meter counted");
         assert!(used <= budget["modes"][mode]["limit_cycles"].as_u64().unwrap());
+    }
+    let stages = |mode: &str| budget["modes"][mode]["stages"].as_object().unwrap().clone();
+    for stage in ["predict", "windows", "confirm", "limb", "centre", "orbit"] {
+        assert!(stages("tracking").contains_key(stage), "{stage} in tracking");
+    }
+    for stage in ["scan", "identify", "search"] {
+        assert!(stages("acquisition").contains_key(stage), "{stage} in acquisition");
     }
 }
 
