@@ -5,11 +5,11 @@
 //!
 //! | clip | what is new in it |
 //! |---|---|
-//! | low orbit, before dusk | self-test, acquisition, tracking, the orbit started |
-//! | 1 min later | the orbit crosses a gap and its speed becomes known; the stars are lost and acquired anew |
-//! | dusk, 2 min later | the limb fades: strips find nothing, the whole detector is searched; eclipse |
+//! | low orbit, 5 min before dusk | self-test, acquisition, tracking, the orbit started |
+//! | 1.5 and 3 min later | the orbit crosses gaps and its speed becomes known; the stars are lost and acquired anew |
+//! | dusk | the limb fades and its strips find nothing; eclipse |
 //! | sunrise, 50 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
-//! | 3 min later | the Sun leaves: acquisition, tracking along a bright limb |
+//! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
 //! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //!
