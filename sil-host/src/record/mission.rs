@@ -13,7 +13,7 @@
 //! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //!
-//! Time-outs are as short as the table allows, so that 120 seconds suffice; all else is the scenarios' own.
+//! Time-outs are short, so that 120 seconds suffice; all else is the scenarios' own.
 
 use crate::error::HostError;
 use crate::frames_file::FramesWriter;
