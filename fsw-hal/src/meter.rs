@@ -3,7 +3,7 @@
 //! The sensor says when a stage begins and ends; what is done with it (a cycle counter, a trace pin, an outside meter
 //! that watches two addresses, or nothing: `()`) is the platform's.
 
-/// A stage of a second, in the order in which they are run.
+/// A stage of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Stage {
@@ -17,12 +17,14 @@ pub enum Stage {
     Windows = 3,
     /// Matching and attitude.
     Confirm = 4,
-    /// Reading the Earth's windows or grid, and the limb points in them.
+    /// Reading strips across the predicted limb, and the limb points in them.
     Limb = 5,
     /// The Earth's centre from limb points.
     Centre = 6,
     /// Propagation and filter of the orbit.
     Orbit = 7,
+    /// Searching the whole detector for the limb, and reading strips across what was found.
+    Search = 8,
 }
 
 /// Receives the marks.

@@ -1,25 +1,26 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
-//! Builds the flight image and the cycle meter, records the rendered sky, flies it in the emulator and
+//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission), flies it in the emulator and
 //! prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1 when a limit is
 //! overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F,
 //! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
+//!
+//! A row is a mode. Two kinds of seconds have rows of their own, whatever their mode, and the limit of acquisition: those in
+//! which the whole detector is searched for the Earth, and those in which the orbit crosses a jump of the clock.
 
 use crate::cli::BudgetArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
 use crate::json;
+use crate::judge::expected::word;
 use crate::record::{self, RecordingFiles};
-use crate::star_scene;
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::Report;
+use fsw_core::telemetry::{Event, Report};
 use fsw_hal::Stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 
-/// Seconds flown: acquisition twice, then tracking.
-const SECONDS: u32 = 6;
 /// The file of limits, from the workspace's root.
 const LIMITS_FILE: &str = "tests/obc-image/budget.toml";
 /// The version of it that is read.
@@ -84,6 +85,8 @@ struct MeterReport {
 /// A mode's worst second.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeBudget {
+    /// Seconds flown in it.
+    seconds: u32,
     limit_cycles: u64,
     worst_cycles: u64,
     worst_instructions: u64,
@@ -98,6 +101,8 @@ pub struct ModeBudget {
 pub struct Budget {
     target: String,
     clock_hz: u64,
+    /// Seconds flown.
+    seconds: usize,
     modes: BTreeMap<&'static str, ModeBudget>,
     flash_bytes: u64,
     ram_bytes: u64,
@@ -107,41 +112,49 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Every limit with what was used of it.
-    fn rows(&self) -> Vec<(String, u64, u64)> {
-        let modes = self.modes.iter().map(|(mode, budget)| {
-            (format!("{mode} second, cycles"), budget.worst_cycles, budget.limit_cycles)
-        });
-        let memory = [
+    /// Every limit of memory with what was used of it.
+    fn memory(&self) -> [(&'static str, u64, u64); 3] {
+        [
             ("flash, bytes", self.flash_bytes, self.limits.flash_bytes),
             ("static RAM, bytes", self.ram_bytes, self.limits.static_ram_bytes),
             ("stack, bytes", self.stack_bytes, self.limits.stack_bytes),
-        ];
-        modes.chain(memory.map(|(name, used, limit)| (name.to_owned(), used, limit))).collect()
+        ]
     }
 
     fn kept(&self) -> bool {
-        self.telemetry_identical && self.rows().iter().all(|(_, used, limit)| used <= limit)
+        self.telemetry_identical
+            && self.modes.values().all(|mode| mode.worst_cycles <= mode.limit_cycles)
+            && self.memory().iter().all(|(_, used, limit)| used <= limit)
     }
 
     fn print(&self) {
-        println!("{} at {} MHz", self.target, self.clock_hz / 1_000_000);
-        for (name, used, limit) in self.rows() {
-            let share = 100.0 * used as f64 / limit as f64;
-            println!(
-                "  {name:28} {used:>11} of {limit:>11}  {share:5.1} %{}",
-                if used > limit { "  OVERRUN" } else { "" }
-            );
-        }
+        println!(
+            "{} at {} MHz; worst cycles of a second and of its stages",
+            self.target,
+            self.clock_hz / 1_000_000
+        );
         for (mode, budget) in &self.modes {
-            println!("  {mode}: {} instructions in its worst second", budget.worst_instructions);
+            let seconds = format!("{} s", budget.seconds);
+            row(mode, &seconds, budget.worst_cycles, Some(budget.limit_cycles));
             for (stage, cycles) in &budget.stages {
-                println!("    {stage:26} {cycles:>11}");
+                row("", stage, *cycles, None);
             }
         }
+        for (name, used, limit) in self.memory() {
+            row(name, "", used, Some(limit));
+        }
         let same = if self.telemetry_identical { "identical, byte for byte" } else { "NOT IDENTICAL" };
-        println!("  telemetry of target and host: {same}");
+        println!("  telemetry of target and host over {} seconds: {same}", self.seconds);
     }
+}
+
+/// A line of the table for people.
+fn row(name: &str, part: &str, used: u64, limit: Option<u64>) {
+    let judged = limit.map_or(String::new(), |limit| {
+        let share = 100.0 * used as f64 / limit as f64;
+        format!(" of {limit:>11}  {share:5.1} %{}", if used > limit { "  OVERRUN" } else { "" })
+    });
+    println!("  {name:18} {part:10} {used:>11}{judged}");
 }
 
 fn stage_name(number: u8) -> &'static str {
@@ -154,6 +167,7 @@ fn stage_name(number: u8) -> &'static str {
         (Stage::Limb, "limb"),
         (Stage::Centre, "centre"),
         (Stage::Orbit, "orbit"),
+        (Stage::Search, "search"),
     ];
     stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
 }
@@ -244,25 +258,31 @@ fn fly(root: &Path, files: &RecordingFiles, folder: &Path) -> Result<Flown, Host
     Ok(Flown { figures, metered, telemetry: read(&telemetry)? })
 }
 
-/// Sorts the metered cycles by mode.
+/// What a second is judged as, and its limit: its mode; but a second in which the whole detector is searched for the Earth,
+/// or in which the orbit crosses a jump of the clock, is no second of tracking, whatever the mode.
+fn kind(report: &Report, stages: &BTreeMap<u8, Work>, limits: &CycleLimits) -> (&'static str, u64) {
+    match report.mode {
+        Mode::Acquisition => (word(report.mode), limits.acquisition),
+        _ if report.events.contains(&Event::ClockJump) => ("clock-jump", limits.acquisition),
+        _ if stages.contains_key(&(Stage::Search as u8)) => ("earth-search", limits.acquisition),
+        mode => (word(mode), limits.tracking),
+    }
+}
+
+/// Sorts the metered cycles by what they are judged as.
 fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_identical: bool) -> Budget {
     let mut modes = BTreeMap::new();
     for (cycle, report) in flown.metered.cycles.iter().zip(reports) {
-        let (name, limit_cycles) = match report.mode {
-            Mode::Acquisition => ("acquisition", limits.cycles.acquisition),
-            Mode::SelfTest => ("self-test", limits.cycles.acquisition),
-            Mode::Tracking => ("tracking", limits.cycles.tracking),
-            Mode::Eclipse => ("eclipse", limits.cycles.tracking),
-            Mode::SunOutage => ("Sun outage", limits.cycles.tracking),
-            Mode::Safe => ("safe", limits.cycles.tracking),
-        };
+        let (name, limit_cycles) = kind(report, &cycle.stages, &limits.cycles);
         let mode = modes.entry(name).or_insert_with(|| ModeBudget {
+            seconds: 0,
             limit_cycles,
             worst_cycles: 0,
             worst_instructions: 0,
             bound_cycles: None,
             stages: BTreeMap::new(),
         });
+        mode.seconds += 1;
         mode.worst_cycles = mode.worst_cycles.max(cycle.work.cycles);
         mode.worst_instructions = mode.worst_instructions.max(cycle.work.instructions);
         for (number, work) in &cycle.stages {
@@ -273,6 +293,7 @@ fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_ident
     Budget {
         target: limits.target.core.clone(),
         clock_hz: limits.target.clock_hz,
+        seconds: reports.len(),
         modes,
         flash_bytes: flown.figures.flash_bytes,
         ram_bytes: flown.figures.static_ram_bytes,
@@ -291,9 +312,12 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let limits = limits(&root)?;
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let (files, reports) =
-        record::record(&mut star_scene::scene()?, star_scene::parameters(), SECONDS, &folder)?;
+    let (files, reports) = record::record_mission(&folder)?;
     let flown = fly(&root, &files, &folder)?;
+    if flown.metered.cycles.len() != reports.len() {
+        let what = format!("{} of {} seconds were metered", flown.metered.cycles.len(), reports.len());
+        return Err(HostError::usage(what, "report this"));
+    }
     let host = std::fs::read(&files.telemetry).unwrap_or_default();
     let budget = table(&limits, &flown, &reports, flown.telemetry == host);
     let _ = std::fs::remove_dir_all(&folder);

@@ -110,14 +110,14 @@ pub struct IdentifyArguments {
 /// Arguments of `record`.
 #[derive(Debug, Args)]
 pub struct RecordArguments {
-    /// Picture to show every second; without one, a rendered sky
+    /// Picture to show every second; without one, the mission: two minutes through every mode
     #[arg(value_name = "IMAGE", requires = "fov_deg")]
     pub image: Option<PathBuf>,
     /// Horizontal field of view of the picture's camera, degrees
     #[arg(long, value_name = "F", requires = "image", allow_negative_numbers = true)]
     pub fov_deg: Option<f64>,
-    /// Frames to record, one a second
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=300))]
+    /// Seconds for which a picture is shown
+    #[arg(long, value_name = "N", requires = "image", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=300))]
     pub seconds: u32,
     /// Folder for the files
     #[arg(long, value_name = "DIR")]

@@ -142,9 +142,11 @@ fn header(geometry: DetectorGeometry, count: u32) -> [u8; HEADER_BYTES] {
 #[derive(Debug, Clone)]
 pub struct Recording {
     geometry: DetectorGeometry,
-    frames: Vec<(i64, Vec<u16>)>,
+    /// The file without its header.
+    data: Vec<u8>,
     second: usize,
-    exposed: Option<usize>,
+    /// Pixels of the frame that was exposed, and of which second it is.
+    exposed: Option<(usize, Vec<u16>)>,
 }
 
 impl Recording {
@@ -156,10 +158,10 @@ impl Recording {
         let bytes = std::fs::read(path).map_err(|e| {
             fault(path, format!("cannot be read: {}", io_words(&e)), "check the path and its permissions")
         })?;
-        Self::decode(path, &bytes)
+        Self::decode(path, bytes)
     }
 
-    fn decode(path: &Path, bytes: &[u8]) -> Result<Self, FramesFileError> {
+    fn decode(path: &Path, mut bytes: Vec<u8>) -> Result<Self, FramesFileError> {
         const AGAIN: &str = "record the frames again";
         let Some((header, data)) = bytes.split_at_checked(HEADER_BYTES) else {
             return Err(fault(path, "shorter than a header", AGAIN));
@@ -185,38 +187,41 @@ impl Recording {
             let what = format!("{} bytes of pixels for {count} frames of {frame_bytes} bytes", data.len());
             return Err(fault(path, what, AGAIN));
         }
-        let pixels = |bytes: &[u8]| bytes.chunks_exact(2).map(|p| u16::from_le_bytes([p[0], p[1]])).collect();
-        let frame = |bytes: &[u8]| -> Option<(i64, Vec<u16>)> {
-            let (instant, rest) = bytes.split_first_chunk()?;
-            Some((i64::from_le_bytes(*instant), pixels(rest)))
-        };
-        let frames: Vec<_> = data.chunks_exact(frame_bytes).filter_map(frame).collect();
-        if frames.iter().flat_map(|(_, pixels)| pixels).any(|value| *value > geometry.full_scale()) {
+        let mut frames = data.chunks_exact(frame_bytes).filter_map(|frame| frame.get(INSTANT_BYTES..));
+        if frames.any(|frame| pixels(frame).any(|value| value > geometry.full_scale())) {
             return Err(fault(path, format!("a pixel exceeds {} bits", geometry.bits), AGAIN));
         }
-        Ok(Self { geometry, frames, second: 0, exposed: None })
+        bytes.drain(..HEADER_BYTES);
+        Ok(Self { geometry, data: bytes, second: 0, exposed: None })
+    }
+
+    /// Instant and pixels of frame `index`, as in the file.
+    fn frame(&self, index: usize) -> Option<(i64, &[u8])> {
+        let bytes = INSTANT_BYTES + 2 * self.geometry.whole().area();
+        let (instant, pixels) = self.data.chunks_exact(bytes).nth(index)?.split_first_chunk()?;
+        Some((i64::from_le_bytes(*instant), pixels))
     }
 
     /// Number of frames.
     pub fn len(&self) -> usize {
-        self.frames.len()
+        self.data.len() / (INSTANT_BYTES + 2 * self.geometry.whole().area())
     }
 
     /// Whether there is no frame; never the case for a file that loads.
     pub fn is_empty(&self) -> bool {
-        self.frames.is_empty()
+        self.data.is_empty()
     }
 
     /// Turns to a second (past the last frame the last stays) and gives its instant, TT, microseconds since J2000.0.
     pub fn turn_to(&mut self, second: usize) -> i64 {
-        self.second = second.min(self.frames.len().saturating_sub(1));
-        self.frames.get(self.second).map_or(0, |(instant_us, _)| *instant_us)
+        self.second = second.min(self.len().saturating_sub(1));
+        self.frame(self.second).map_or(0, |(instant_us, _)| instant_us)
     }
+}
 
-    /// Frame `index`, row by row.
-    pub fn frame(&self, index: usize) -> Option<&[u16]> {
-        self.frames.get(index).map(|(_, pixels)| pixels.as_slice())
-    }
+/// Little-endian pixels.
+fn pixels(bytes: &[u8]) -> impl Iterator<Item = u16> {
+    bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
 }
 
 impl Detector for Recording {
@@ -226,13 +231,15 @@ impl Detector for Recording {
 
     /// The exposure time is that of the recording; any is accepted.
     fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
-        self.exposed = Some(self.second);
+        if self.exposed.as_ref().is_none_or(|(second, _)| *second != self.second) {
+            self.exposed = self.frame(self.second).map(|(_, bytes)| (self.second, pixels(bytes).collect()));
+        }
         Ok(())
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         check_request(&self.geometry, window, pixels.len())?;
-        let frame = self.exposed.and_then(|index| self.frame(index)).ok_or(DetectorError::NotExposed)?;
+        let (_, frame) = self.exposed.as_ref().ok_or(DetectorError::NotExposed)?;
         copy_window(frame, &self.geometry, window, pixels);
         Ok(())
     }
@@ -286,7 +293,8 @@ mod tests {
         let path = written("damaged");
         let good = std::fs::read(&path).unwrap();
         std::fs::remove_file(&path).unwrap();
-        let refused = |bytes: &[u8]| Recording::decode(Path::new("f"), bytes).unwrap_err().to_string();
+        let refused =
+            |bytes: &[u8]| Recording::decode(Path::new("f"), bytes.to_vec()).unwrap_err().to_string();
         for length in 0..good.len() {
             assert!(refused(&good[..length]).starts_with("f: "));
         }

@@ -9,7 +9,7 @@
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
 //! | [`judge`], [`bound`] | estimate against truth, and against the physical limit |
 //! | [`report`] | a run on one page |
-//! | [`star_scene`] | the star path alone, for recordings and benchmarks |
+//! | [`star_scene`] | the star path alone, for benchmarks and tests |
 //! | [`picture`] | a picture file served as a detector |
 //! | [`fits`] | reader of the first picture of a FITS file |
 //! | [`camera_file`] | camera files (TOML) |

@@ -1,6 +1,6 @@
 //! `sil-host record`: what the emulated computer is to fly, and what the host makes of it.
 //!
-//! In: a picture and its field of view, or nothing for the rendered sky. Out, in a folder:
+//! In: a picture and its field of view, or nothing for the [`mission`]. Out, in a folder:
 //!
 //! | file | content |
 //! |---|---|
@@ -11,18 +11,20 @@
 //! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the flight code is
 //! made for a calibrated camera; the catalogue is the one in the flight image.
 
+pub mod mission;
+
 use crate::cli::RecordArguments;
 use crate::error::HostError;
 use crate::flight;
 use crate::frames_file::{FramesWriter, Recording};
+use crate::judge::expected::word;
 use crate::picture::Picture;
 use crate::solve::{PictureSolver, camera_for, reason_words};
-use crate::star_scene;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
-use fsw_hal::{Detector, Instant};
+use fsw_hal::{Detector, DetectorGeometry, Instant};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -77,23 +79,21 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     Ok((0..seconds).map(fly).collect())
 }
 
-/// Records `seconds` frames of a detector, the table, and the host's telemetry, into a folder that exists or is made.
+/// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or is made.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn record(
-    detector: &mut impl Detector,
+    geometry: DetectorGeometry,
     parameters: Parameters,
-    seconds: u32,
     folder: &Path,
+    draw: impl FnOnce(&mut FramesWriter) -> Result<(), HostError>,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
     std::fs::create_dir_all(folder)
         .map_err(|error| HostError::system(folder, "made", &error, "give another folder"))?;
     let files = RecordingFiles::within(folder);
-    let mut writer = FramesWriter::create(&files.frames, detector.geometry())?;
-    for second in 0..seconds {
-        writer.record(detector, i64::from(second) * 1_000_000, parameters.exposure_us)?;
-    }
+    let mut writer = FramesWriter::create(&files.frames, geometry)?;
+    draw(&mut writer)?;
     writer.finish()?;
     let mut table = [0; MAX_TABLE_BYTES];
     write(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
@@ -105,6 +105,30 @@ pub fn record(
     }
     write(&files.telemetry, &stream)?;
     Ok((files, reports))
+}
+
+/// Records the [`mission`].
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn record_mission(folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    let (geometry, parameters) = mission::instrument()?;
+    record(geometry, parameters, folder, mission::draw)
+}
+
+/// Records a picture, shown every second anew.
+fn record_picture(
+    picture: &mut Picture,
+    parameters: Parameters,
+    seconds: u32,
+    folder: &Path,
+) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    record(picture.geometry(), parameters, folder, |writer| {
+        for second in 0..seconds {
+            writer.record(picture, i64::from(second) * 1_000_000, parameters.exposure_us)?;
+        }
+        Ok(())
+    })
 }
 
 fn encoding_fault(error: fsw_core::packet::PacketError) -> HostError {
@@ -142,12 +166,19 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
     let (files, reports) = match (&arguments.image, arguments.fov_deg) {
         (Some(name), Some(fov_deg)) => {
             let (mut picture, parameters) = picture(name, fov_deg)?;
-            record(&mut picture, parameters, arguments.seconds, &arguments.out)?
+            record_picture(&mut picture, parameters, arguments.seconds, &arguments.out)?
         }
-        _ => record(&mut star_scene::scene()?, star_scene::parameters(), arguments.seconds, &arguments.out)?,
+        _ => record_mission(&arguments.out)?,
     };
     for report in &reports {
-        println!("second {}: {:?}, {} stars named", report.cycle, report.status, report.stars.len());
+        println!(
+            "second {}: {}, {:?}, {} stars named, Earth {:?}",
+            report.cycle,
+            word(report.mode),
+            report.status,
+            report.stars.len(),
+            report.earth_status
+        );
     }
     println!(
         "fly it: cargo obc -- {} {} obc-telemetry.bin",

@@ -267,6 +267,11 @@ impl Scenario {
             .map_err(|error| HostError::input(&self.file, None, error.to_string(), "give another camera"))
     }
 
+    /// Instant of the exposure's middle in a second: TT, µs since J2000.0.
+    pub fn instant_us(&self, second: u32) -> i64 {
+        self.start_us + i64::from(second) * 1_000_000
+    }
+
     /// Julian year of the start.
     pub fn start_year(&self) -> f64 {
         2000.0 + self.start_us as f64 * 1e-6 / (365.25 * 86_400.0)

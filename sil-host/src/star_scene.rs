@@ -1,6 +1,6 @@
 //! The star path alone: the reference camera turning under a rendered sky, without an Earth.
 //!
-//! What `record` writes without a picture, what `budget` flies in the emulator, and what benchmarks look at.
+//! What benchmarks, and tests of the star path, look at.
 
 use crate::camera_file::CameraFile;
 use crate::error::HostError;

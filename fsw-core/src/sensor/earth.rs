@@ -96,11 +96,14 @@ impl Sensor<'_> {
         attitude: &Rotation<Icrs, StarPath>,
     ) -> Result<Looked, DetectorError> {
         let meter = &mut *instruments.meter;
+        meter.begin(Stage::Predict);
         let predicted = self.prediction(body, attitude);
-        if let Some(Prediction { view, sigma_rad, .. }) = &predicted
-            && *sigma_rad < VIEW_SIGMA_RAD
-            && view.limb(&self.camera, 0.0, 0, &self.parameters.earth).lit_rad == 0.0
-        {
+        let dark = predicted.as_ref().is_some_and(|Prediction { view, sigma_rad, .. }| {
+            *sigma_rad < VIEW_SIGMA_RAD
+                && view.limb(&self.camera, 0.0, 0, &self.parameters.earth).lit_rad == 0.0
+        });
+        meter.end(Stage::Predict);
+        if dark {
             return Ok(Looked::Dark);
         }
         meter.begin(Stage::Limb);
@@ -111,16 +114,15 @@ impl Sensor<'_> {
             let variance = |normal: &Vector3<f32>| normal.dot(&(covariance_km2 * normal));
             read = self.read_strips(instruments.detector, view, variance)?;
         }
+        meter.end(Stage::Limb);
         if read < self.parameters.earth.fewest_points as usize {
-            match self.search(instruments.detector, body)? {
-                Ok(()) => {}
-                Err(refusal) => {
-                    meter.end(Stage::Limb);
-                    return Ok(Looked::Refused(refusal));
-                }
+            meter.begin(Stage::Search);
+            let searched = self.search(instruments.detector, body);
+            meter.end(Stage::Search);
+            if let Err(refusal) = searched? {
+                return Ok(Looked::Refused(refusal));
             }
         }
-        meter.end(Stage::Limb);
         meter.begin(Stage::Centre);
         // After fixes that failed or disagreed with the orbit the next is made without it.
         let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;

@@ -29,9 +29,12 @@ pub struct Second<'a> {
 }
 
 /// The detector in one second: an exposure in it is one of that second, however many seconds went without.
-struct ThisSecond<'a> {
-    scene: &'a mut Scene,
-    cycle: u64,
+#[derive(Debug)]
+pub struct ThisSecond<'a> {
+    /// The world.
+    pub scene: &'a mut Scene,
+    /// The second.
+    pub cycle: u64,
 }
 
 impl Detector for ThisSecond<'_> {
@@ -73,7 +76,7 @@ pub fn fly(
         HostError::input(&scenario.file, None, what, "change what it names")
     })?;
     for cycle in 0..scenario.duration_s {
-        let mut clock = Instant(scenario.start_us + i64::from(cycle) * 1_000_000);
+        let mut clock = Instant(scenario.instant_us(cycle));
         let mut detector = ThisSecond { scene, cycle: cycle.into() };
         let mut instruments = Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
         let report = sensor.cycle(&mut instruments, Command::Continue);

@@ -3,6 +3,8 @@
 //! In: blocks in the order they run, and the stage numbers the stage marks read. Out: a [`Cycle`] for every cycle that
 //! ended.
 //!
+//! What runs in a pause is counted in `image_instructions` alone: the emulated detector's reading is not the processor's work.
+//!
 //! What runs inside a mark's function is not counted, nor the refills of entering and leaving it: all a mark adds to what
 //! it measures is its call, one instruction and one cycle (and for a stage what it takes to load the number).
 
@@ -42,6 +44,7 @@ struct Running {
 pub struct Counter {
     refill_cycles: u64,
     running: Option<Running>,
+    paused: bool,
     previous: Option<Block>,
     cycles: Vec<Cycle>,
     image_instructions: u64,
@@ -55,6 +58,7 @@ impl Counter {
         Self {
             refill_cycles,
             running: None,
+            paused: false,
             previous: None,
             cycles: Vec::new(),
             image_instructions: 0,
@@ -69,7 +73,10 @@ impl Counter {
         match block.mark {
             Some((Mark::CycleBegin, true)) => self.begin(),
             Some((Mark::CycleEnd, true)) => self.end(),
+            Some((Mark::PauseBegin, _)) => self.paused = true,
+            Some((Mark::PauseEnd, _)) => self.paused = false,
             Some(_) => {}
+            None if self.paused => {}
             None => {
                 let joint = self.joint(block);
                 if let Some(running) = &mut self.running {
@@ -208,6 +215,27 @@ mod tests {
         counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
         let expected = Stage { calls: 2, work: Work { instructions: 6, cycles: 6 } };
         assert_eq!(counter.cycles()[0].stages, BTreeMap::from([(7, expected)]));
+    }
+
+    #[test]
+    fn a_pause_counts_for_neither_cycle_nor_stage() {
+        let mut counter = Counter::new(2);
+        let body = block(10, 3, None);
+        counter.enter(&block(100, 4, Some(Mark::CycleBegin)));
+        counter.enter(&block(300, 9, Some(Mark::StageBegin)));
+        counter.stage_begin(5);
+        counter.enter(&body);
+        counter.enter(&block(500, 2, Some(Mark::PauseBegin)));
+        counter.enter(&body);
+        counter.enter(&body);
+        counter.enter(&block(600, 2, Some(Mark::PauseEnd)));
+        counter.enter(&block(16, 1, None));
+        counter.enter(&block(400, 9, Some(Mark::StageEnd)));
+        counter.stage_end(5);
+        counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
+        let cycle = &counter.cycles()[0];
+        assert_eq!(cycle.work, Work { instructions: 4, cycles: 4 });
+        assert_eq!(cycle.stages[&5].work, cycle.work);
     }
 
     #[test]

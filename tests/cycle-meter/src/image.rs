@@ -18,14 +18,20 @@ pub enum Mark {
     StageBegin,
     /// A stage ends.
     StageEnd,
+    /// Work that is not the processor's begins.
+    PauseBegin,
+    /// It ends.
+    PauseEnd,
 }
 
 /// The marks and the names of their functions.
-const MARKS: [(Mark, &str); 4] = [
+const MARKS: [(Mark, &str); 6] = [
     (Mark::CycleBegin, "cycle_begin"),
     (Mark::CycleEnd, "cycle_end"),
     (Mark::StageBegin, "stage_begin"),
     (Mark::StageEnd, "stage_end"),
+    (Mark::PauseBegin, "pause_begin"),
+    (Mark::PauseEnd, "pause_end"),
 ];
 /// The table whose entry number s is read by the marks of stage s.
 const STAGE_TABLE: &str = "STAGE_MARKS";
@@ -42,7 +48,7 @@ impl Image {
     /// Reads an ELF file.
     ///
     /// # Errors
-    /// One line that says what is wrong: no ELF file, or a cycle's mark is missing. Stage marks may be missing.
+    /// One line that says what is wrong: no ELF file, or a cycle's mark is missing. The others may be missing.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         let file = object::File::parse(bytes).map_err(|error| error.to_string())?;
         let mut segments = Vec::new();

@@ -2,8 +2,8 @@
 //!
 //! A plugin for QEMU 7.2 (TCG plugin interface, version 1), loaded by `-plugin
 //! libcycle_meter.so,elf=IMAGE,out=FILE[,refill=P]`. In: the image, for its code and the addresses of the marks
-//! `cycle_begin`, `cycle_end`, `stage_begin`, `stage_end` and `STAGE_MARKS`. Out: one JSON file at exit ([`report`]):
-//! what every cycle and every stage took, in instructions and in cycles of a model.
+//! `cycle_begin`, `cycle_end`, `stage_begin`, `stage_end`, `STAGE_MARKS`, `pause_begin` and `pause_end`. Out: one JSON file at
+//! exit ([`report`]): what every cycle and every stage took, pauses left out, in instructions and in cycles of a model.
 //!
 //! # The model
 //!

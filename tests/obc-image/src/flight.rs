@@ -60,7 +60,9 @@ pub fn fly(
         .ok_or(Refusal::Catalogue)?;
     let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
     defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
-    let mut sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
+    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
+    // What lasts as long as the flight is static: the stack is left to the second.
+    let sensor = cortex_m::singleton!(: Sensor<'static> = sensor).ok_or(Refusal::Parameters)?;
     let mut flight = Flight::default();
     for second in 0..seconds {
         // A file that breaks off gives an impossible instant, which the sensor refuses.

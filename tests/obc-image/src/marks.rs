@@ -1,4 +1,4 @@
-//! The marks between which an outside meter counts: the cycle and its stages.
+//! The marks between which an outside meter counts: the cycle, its stages, and pauses in which it does not count.
 //!
 //! In: a stage's number, 0 to 31. Out: nothing; the marks exist to be seen from outside at their addresses, so they are
 //! never inlined, never renamed and never merged, and their clobbers keep memory accesses from moving across them.
@@ -64,4 +64,20 @@ pub extern "C" fn stage_end(stage: u32) {
         asm!("dbg #3", "ldrb {mark}, [{marks}, {stage}]", mark = out(reg) _, marks = in(reg) STAGE_MARKS.as_ptr(),
             stage = in(reg) stage % STAGES as u32, options(nostack, preserves_flags));
     }
+}
+
+/// What follows is not the processor's work: the emulated detector, which a camera's direct memory access replaces.
+#[unsafe(no_mangle)]
+#[inline(never)]
+pub extern "C" fn pause_begin() {
+    // SAFETY: a debug hint changes nothing.
+    unsafe { asm!("dbg #4", options(nostack, preserves_flags)) };
+}
+
+/// The pause ends.
+#[unsafe(no_mangle)]
+#[inline(never)]
+pub extern "C" fn pause_end() {
+    // SAFETY: a debug hint changes nothing.
+    unsafe { asm!("dbg #5", options(nostack, preserves_flags)) };
 }

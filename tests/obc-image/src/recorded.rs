@@ -20,9 +20,11 @@
 //! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has 2.6 MB, so
 //! 800 of them fit.
 //!
-//! Cost: a seek and a read a row, one of each for all rows when the window is as wide as the detector.
+//! Cost: a seek and a read a row, one of each for all rows when the window is as wide as the detector; the meter pauses for
+//! it ([`marks`]).
 
 use crate::host::{File, HostError, Mode};
+use crate::marks;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 const MAGIC: [u8; 4] = *b"SXTF";
@@ -121,6 +123,19 @@ impl RecordedDetector {
             .and_then(|()| self.file.read_words(pixels))
             .map_err(|HostError| DetectorError::Bus)
     }
+
+    /// Reads a window that fits into `pixels` of its length.
+    fn read_rows(&mut self, frame: u32, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        if window.width == self.geometry.width_px {
+            return self.read_run(frame, window.x, window.y, pixels);
+        }
+        // `max(1)`: an empty window has no rows to read, and a chunk length of zero would be a panic.
+        let rows = pixels.chunks_exact_mut(usize::from(window.width).max(1));
+        for (row, y) in rows.zip(window.y..) {
+            self.read_run(frame, window.x, y, row)?;
+        }
+        Ok(())
+    }
 }
 
 impl Detector for RecordedDetector {
@@ -141,14 +156,10 @@ impl Detector for RecordedDetector {
         if pixels.len() != window.area() {
             return Err(DetectorError::BufferLength);
         }
-        if window.width == self.geometry.width_px {
-            return self.read_run(frame, window.x, window.y, pixels);
-        }
-        // `max(1)`: an empty window has no rows to read, and a chunk length of zero would be a panic.
-        let rows = pixels.chunks_exact_mut(usize::from(window.width).max(1));
-        for (row, y) in rows.zip(window.y..) {
-            self.read_run(frame, window.x, y, row)?;
-        }
-        Ok(())
+        // A file's rows are the emulator's trouble, not the flight computer's: the meter pauses.
+        marks::pause_begin();
+        let read = self.read_rows(frame, window, pixels);
+        marks::pause_end();
+        read
     }
 }

@@ -47,17 +47,24 @@ fn reports(mut stream: &[u8]) -> Vec<Report> {
 }
 
 #[test]
-fn the_budget_is_kept_and_telemetry_is_identical() {
+fn two_minutes_through_every_mode_give_the_hosts_telemetry_and_keep_the_budget() {
     let output = run(&["budget", "--json"]);
     let errors = String::from_utf8_lossy(&output.stderr);
     let budget = json_lines(&output).pop().unwrap_or_else(|| panic!("no table: {errors}"));
     println!("{budget:#}");
-    assert_eq!(budget["telemetry_identical"], true);
+    assert_eq!((&budget["seconds"], &budget["telemetry_identical"]), (&Value::from(120), &Value::from(true)));
     assert!(output.status.success(), "a limit is overrun: {budget:#}");
-    for mode in ["acquisition", "tracking"] {
-        let used = budget["modes"][mode]["worst_cycles"].as_u64().unwrap();
+    for mode in ["self-test", "acquisition", "tracking", "eclipse", "sun-outage", "safe"] {
+        let used = budget["modes"][mode]["worst_cycles"].as_u64().expect(mode);
         assert!(used > 10_000, "{mode}: the meter counted");
         assert!(used <= budget["modes"][mode]["limit_cycles"].as_u64().unwrap());
+    }
+    let stages = |mode: &str| budget["modes"][mode]["stages"].as_object().unwrap().clone();
+    for stage in ["predict", "windows", "confirm", "limb", "centre", "orbit"] {
+        assert!(stages("tracking").contains_key(stage), "{stage} in tracking");
+    }
+    for stage in ["scan", "identify", "search"] {
+        assert!(stages("acquisition").contains_key(stage), "{stage} in acquisition");
     }
 }
 
@@ -73,23 +80,23 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
 
     let folder = scratch("photograph");
     let fov_deg = (number("FOV_h_deg") * 1.01).to_string();
-    let output =
-        run(&["record", picture.to_str().unwrap(), "--fov-deg", &fov_deg, "--out", folder.to_str().unwrap()]);
+    let (picture, out) = (picture.to_str().unwrap(), folder.to_str().unwrap());
+    let output = run(&["record", picture, "--fov-deg", &fov_deg, "--seconds", "6", "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let (host, target) = fly(&folder);
     assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
 
     let reports = reports(&target);
-    assert_eq!(reports[0].status, Status::Identified);
-    assert!(
-        reports
-            .iter()
-            .skip(2)
-            .all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked)
-    );
-    for report in &reports {
-        let [x, y, z, w] =
-            report.attitude.as_ref().expect("an attitude every second").quaternion.map(f64::from);
+    assert_eq!([reports[0].status, reports[1].status], [Status::Proved, Status::Identified]);
+    let (first, tracking) = reports.split_at(3);
+    assert!(tracking.iter().all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked));
+    for report in first.iter().skip(1).chain(tracking) {
+        let [x, y, z, w] = report
+            .attitude
+            .as_ref()
+            .expect("an attitude every second after the self-test")
+            .quaternion
+            .map(f64::from);
         // Third row of the matrix of eq. 2.4: where the middle of the picture points.
         let middle = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), w * w + z * z - x * x - y * y];
         let error = separation_arcsec(middle, direction(number("RA_deg"), number("Dec_deg")));

@@ -1,0 +1,127 @@
+//! The mission that the emulated computer flies: clips of scenarios, one after the other, through every mode.
+//!
+//! In: [`CLIPS`]. Out: a frame a second and the parameter table for them. Between two clips the clock jumps; what the
+//! flight code makes of that (a gap that it crosses, one too long, a step backwards) is part of the mission.
+//!
+//! | clip | what is new in it |
+//! |---|---|
+//! | low orbit, 5 min before dusk | self-test, acquisition, tracking, the orbit started |
+//! | 1.5 and 3 min later | the orbit crosses gaps and its speed becomes known; the stars are lost and acquired anew |
+//! | dusk | the limb fades and its strips find nothing; eclipse |
+//! | sunrise, 50 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
+//! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
+//! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
+//! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
+//!
+//! Time-outs are short, so that 120 seconds suffice; all else is the scenarios' own.
+
+use crate::error::HostError;
+use crate::frames_file::FramesWriter;
+use crate::run::harness::ThisSecond;
+use crate::scenario::Scenario;
+use fsw_core::modes::ModeParameters;
+use fsw_core::parameters::Parameters;
+use fsw_hal::DetectorGeometry;
+use std::path::Path;
+
+/// A piece of an embedded scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clip {
+    /// Name of the scenario.
+    pub scenario: &'static str,
+    /// Its first second that is shown.
+    pub from_s: u32,
+    /// Seconds shown.
+    pub seconds: u32,
+}
+
+const LEO: &str = "sso-noon-midnight";
+const GEO: &str = "geo-eclipse";
+
+/// The clips, in order.
+pub const CLIPS: [Clip; 8] = [
+    Clip { scenario: LEO, from_s: 380, seconds: 10 },
+    Clip { scenario: LEO, from_s: 470, seconds: 10 },
+    Clip { scenario: LEO, from_s: 560, seconds: 20 },
+    Clip { scenario: LEO, from_s: 657, seconds: 27 },
+    Clip { scenario: LEO, from_s: 3723, seconds: 21 },
+    Clip { scenario: LEO, from_s: 3903, seconds: 10 },
+    Clip { scenario: GEO, from_s: 0, seconds: 10 },
+    Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
+];
+
+/// Seconds of the mission.
+pub const SECONDS: u32 = {
+    let (mut sum, mut clip) = (0, 0);
+    while clip < CLIPS.len() {
+        sum += CLIPS[clip].seconds;
+        clip += 1;
+    }
+    sum
+};
+
+/// The mission's time-outs.
+const MODES: ModeParameters = ModeParameters {
+    patience_s: 3,
+    fault_patience_s: 5,
+    settle_s: 3,
+    acquisition_timeout_s: 5,
+    outage_timeout_s: 10,
+    pause_s: 3,
+};
+
+fn scenario(clip: &Clip) -> Result<Scenario, HostError> {
+    Scenario::load(Path::new(clip.scenario))
+}
+
+/// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
+///
+/// # Errors
+/// When the clips need different ones: camera and mount must be the same in all. (The exposure may differ: frames in a
+/// file have been exposed.)
+pub fn instrument() -> Result<(DetectorGeometry, Parameters), HostError> {
+    let first = scenario(&CLIPS[0])?;
+    let geometry = first.camera.geometry();
+    let parameters = Parameters { modes: MODES, ..first.flight_parameters() };
+    for clip in &CLIPS {
+        let other = scenario(clip)?;
+        let exposure_us = parameters.exposure_us;
+        let needed = Parameters { modes: MODES, exposure_us, ..other.flight_parameters() };
+        if needed != parameters || other.camera.geometry() != geometry {
+            let what = format!("{} needs another instrument than {}", clip.scenario, CLIPS[0].scenario);
+            return Err(HostError::usage(what, "report this"));
+        }
+    }
+    Ok((geometry, parameters))
+}
+
+/// Writes the frames.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn draw(writer: &mut FramesWriter) -> Result<(), HostError> {
+    for clip in &CLIPS {
+        let scenario = scenario(clip)?;
+        let mut scene = scenario.scene()?;
+        for cycle in (clip.from_s..).take(clip.seconds as usize) {
+            let instant_us = scenario.instant_us(cycle);
+            let mut detector = ThisSecond { scene: &mut scene, cycle: cycle.into() };
+            writer.record(&mut detector, instant_us, scenario.exposure_us)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
+        for clip in &CLIPS {
+            assert!(clip.from_s + clip.seconds <= scenario(clip).unwrap().duration_s, "{clip:?}");
+        }
+        assert_eq!(SECONDS, 120);
+        assert!(instrument().unwrap().1.check().is_ok());
+    }
+}
