@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Seconds in a row in which strips gave no centre, after which the whole detector is searched.
 const STRIP_PATIENCE: u8 = 3;
 
-/// Where the Earth stands is known well enough to say that it is dark, rad.
+/// Sigma of the Earth's place below which it is known well enough to say what is dark and what is hidden, rad.
 const VIEW_SIGMA_RAD: f32 = 0.06;
 
 /// Where the limb stands that a search found, px.
@@ -30,6 +30,13 @@ struct Prediction {
     /// Sigma of its place in all, rad.
     sigma_rad: f32,
     expected: Expected,
+}
+
+impl Prediction {
+    /// Whether the Earth's place is known well enough to say what is dark and what is hidden.
+    fn is_known(&self) -> bool {
+        self.sigma_rad < VIEW_SIGMA_RAD
+    }
 }
 
 /// What looking for the Earth came to.
@@ -49,11 +56,9 @@ impl Sensor<'_> {
         Body::new(&path.apply(&sky.pole), Some(&path.apply(&sky.sun)), &self.parameters.earth)
     }
 
-    /// The Earth as it must look from where the orbit says; `None` without an orbit.
-    pub(super) fn view(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
-        let state = self.orbit.state()?;
-        let path = attitude.then(&self.star_to_earth);
-        View::new(&(path.matrix() * state.position_km.map(|axis| -axis as f32)), body)
+    /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it hides.
+    pub(super) fn known_view(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
+        self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
     /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into the orbit.

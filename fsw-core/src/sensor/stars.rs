@@ -129,7 +129,7 @@ impl Sensor<'_> {
         let prediction =
             self.motion.as_ref().and_then(|motion| motion.at(self.cycle)).and_then(|(attitude, _)| {
                 let predicted = field_stars(&self.catalogue, &self.camera, &attitude)?;
-                let earth = self.view(&self.body(sky, &attitude), &attitude);
+                let earth = self.known_view(&self.body(sky, &attitude), &attitude);
                 // A window that the limb's glow reaches is no good either.
                 let margin_px = f32::from(gate_px) + plan::STRIP_MARGIN_PX;
                 let hidden = |at_px| {
