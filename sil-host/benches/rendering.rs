@@ -9,7 +9,7 @@ use criterion::{
 };
 use fsw_hal::{Detector, Window};
 use sil_host::camera_file::CameraFile;
-use sil_host::demo;
+use sil_host::star_scene;
 use sil_host::world::earth::EarthModel;
 use sil_host::world::journey::Journey;
 use sil_host::world::motion::Motion;
@@ -32,7 +32,7 @@ fn journey(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadi
         earth: EarthModel::default(),
     };
     let settings = SceneSettings::new(CameraFile::reference(), Motion::orbiting(journey), 1);
-    Scene::new(settings, &demo::sky()).expect("the settings are sound")
+    Scene::new(settings, &star_scene::sky()).expect("the settings are sound")
 }
 
 /// Draws all `windows` of the scene's exposure.
@@ -50,8 +50,8 @@ fn draw(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &mut Scene, win
 }
 
 fn rendering(criterion: &mut Criterion) {
-    let mut scene = demo::scene().expect("the demonstration's settings are sound");
-    scene.expose(demo::EXPOSURE_US).expect("a scene takes this exposure");
+    let mut scene = star_scene::scene().expect("the settings are sound");
+    scene.expose(star_scene::EXPOSURE_US).expect("a scene takes this exposure");
     let mut group = criterion.benchmark_group("rendering");
     let whole = scene.geometry().whole();
     draw(&mut group, "whole_frame", &mut scene, &[whole]);
@@ -63,7 +63,7 @@ fn rendering(criterion: &mut Criterion) {
     for (orbit, mut scene) in [("geo", geo), ("low", low)] {
         group.throughput(Throughput::Elements(1));
         group.bench_function(format!("{orbit}_exposure"), |bencher| {
-            bencher.iter(|| scene.expose_cycle(black_box(100), demo::EXPOSURE_US));
+            bencher.iter(|| scene.expose_cycle(black_box(100), star_scene::EXPOSURE_US));
         });
         draw(&mut group, &format!("{orbit}_whole_frame"), &mut scene, &[whole]);
         let stars: Vec<Window> = (0..25u16)

@@ -1,4 +1,5 @@
 use super::*;
+use crate::judge::second::OrbitError;
 use crate::scenario::LIMITABLE;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::Status;
