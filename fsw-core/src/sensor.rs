@@ -256,7 +256,7 @@ impl<'c> Sensor<'c> {
             blinded,
             dark: match report.earth_status {
                 EarthStatus::Dark => Some(true),
-                EarthStatus::Found => Some(false),
+                EarthStatus::Faint | EarthStatus::Found => Some(false),
                 EarthStatus::NotLooked | EarthStatus::Refused(_) => None,
             },
             fault: matches!(report.status, Status::DetectorFault(_)),

@@ -100,6 +100,8 @@ pub enum EarthStatus {
     NotLooked,
     /// No limb that the Sun lights is in the field.
     Dark,
+    /// The Sun lights a limb in the field, but not enough of it high enough to be measured.
+    Faint,
     /// The centre was found.
     Found,
     /// It was looked for and no centre came of it.

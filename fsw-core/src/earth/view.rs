@@ -61,6 +61,8 @@ pub struct LimbInField {
     pub arc_rad: f32,
     /// Lit part of it.
     pub lit_rad: f32,
+    /// Part of it that is lit well enough to be measured.
+    pub usable_rad: f32,
 }
 
 /// The Earth seen from a place.
@@ -193,6 +195,7 @@ impl View {
                     limb.lit_rad += CELL_RAD;
                 }
                 if sun_sine > least {
+                    limb.usable_rad += CELL_RAD;
                     // A limb that stands here may begin in the cell before and end in this one.
                     let before = (cell + COARSE as u32 - 1) % COARSE as u32;
                     cells |= 1u128.wrapping_shl(cell) | 1u128.wrapping_shl(before);

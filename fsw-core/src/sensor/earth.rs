@@ -13,7 +13,7 @@ use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Repo
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
 
-/// Seconds in a row in which strips gave no centre, after which the whole detector is searched.
+/// Seconds in a row in which strips gave no centre, after which the whole detector is searched in one second.
 const STRIP_PATIENCE: u8 = 3;
 
 /// Sigma of the Earth's place below which it is known well enough to say what is dark and what is hidden, rad.
@@ -43,6 +43,8 @@ impl Prediction {
 enum Looked {
     /// No limb in the field is lit.
     Dark,
+    /// Too little of it is lit well.
+    Faint,
     /// The Earth's centre.
     Found(EarthFix),
     /// None, and why.
@@ -80,13 +82,12 @@ impl Sensor<'_> {
                 instruments.meter.end(Stage::Orbit);
             }
             Ok(Looked::Refused(refusal)) => {
-                self.strip_misses = self.strip_misses.saturating_add(1);
+                self.strip_misses =
+                    if self.strip_misses < STRIP_PATIENCE { self.strip_misses + 1 } else { 0 };
                 report.earth_status = EarthStatus::Refused(refusal);
             }
-            Ok(Looked::Dark) => {
-                self.strip_misses = 0;
-                report.earth_status = EarthStatus::Dark;
-            }
+            Ok(Looked::Dark) => self.report_light(EarthStatus::Dark, report),
+            Ok(Looked::Faint) => self.report_light(EarthStatus::Faint, report),
             Err(error) => report.status = Status::DetectorFault(Fault::from(error)),
         }
     }
@@ -103,13 +104,18 @@ impl Sensor<'_> {
         let meter = &mut *instruments.meter;
         meter.begin(Stage::Predict);
         let predicted = self.prediction(body, attitude);
-        let dark = predicted.as_ref().is_some_and(|Prediction { view, sigma_rad, .. }| {
-            *sigma_rad < VIEW_SIGMA_RAD
-                && view.limb(&self.camera, 0.0, 0, &self.parameters.earth).lit_rad == 0.0
-        });
+        let parameters = &self.parameters.earth;
+        let light = predicted
+            .as_ref()
+            .filter(|predicted| predicted.is_known())
+            .map(|predicted| predicted.view.limb(&self.camera, 0.0, 0, parameters));
         meter.end(Stage::Predict);
-        if dark {
-            return Ok(Looked::Dark);
+        match light {
+            Some(limb) if limb.lit_rad == 0.0 => return Ok(Looked::Dark),
+            Some(limb) if limb.usable_rad < parameters.least_arc_deg.to_radians() => {
+                return Ok(Looked::Faint);
+            }
+            _ => {}
         }
         meter.begin(Stage::Limb);
         let mut read = 0;
@@ -212,6 +218,12 @@ impl Sensor<'_> {
             }
         }
         Ok(read)
+    }
+
+    /// Reports that there is nothing to measure, of which no strip is to blame.
+    fn report_light(&mut self, status: EarthStatus, report: &mut Report) {
+        self.strip_misses = 0;
+        report.earth_status = status;
     }
 
     /// Reports the Earth as found.

@@ -100,10 +100,11 @@ fn event() -> impl Strategy<Value = Event> {
 }
 
 fn earth_status() -> impl Strategy<Value = EarthStatus> {
-    use EarthStatus::{Dark, Found, NotLooked, Refused};
+    use EarthStatus::{Dark, Faint, Found, NotLooked, Refused};
     prop::sample::select(&[
         NotLooked,
         Dark,
+        Faint,
         Found,
         Refused(Refusal::ShortArc),
         Refused(Refusal::TooFewPoints),

@@ -100,6 +100,7 @@ fn earth_word(status: EarthStatus) -> &'static str {
     match status {
         EarthStatus::NotLooked => "not-looked",
         EarthStatus::Dark => "dark",
+        EarthStatus::Faint => "faint",
         EarthStatus::Found => "found",
         EarthStatus::Refused(Refusal::TooFewPoints) => "too-few-points",
         EarthStatus::Refused(Refusal::NoConsensus) => "no-consensus",

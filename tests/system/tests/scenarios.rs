@@ -1,7 +1,8 @@
 //! `sil-host run` and `render` as people meet them: files, statuses, equal runs.
 
 use serde_json::Value;
-use sil_host::scenario::EMBEDDED;
+use sil_host::run::harness;
+use sil_host::scenario::{EMBEDDED, Scenario};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -45,6 +46,28 @@ fn two_runs_with_the_same_seed_write_identical_files_and_another_seed_does_not()
         (&written["seed"], &written["seconds"], &written["kept"]),
         (&3.into(), &40.into(), &true.into())
     );
+}
+
+#[test]
+fn the_first_attitude_comes_within_five_seconds_whatever_the_seed() {
+    for (name, text) in EMBEDDED {
+        let duration = text.lines().find(|line| line.starts_with("duration_s")).expect("every file has one");
+        let scenario = Scenario::parse(Path::new(name), &text.replace(duration, "duration_s = 10")).unwrap();
+        for seed in 1..=12 {
+            let scenario = scenario.clone().with_seed(Some(seed));
+            let mut scene = scenario.scene().unwrap();
+            let mut first = None;
+            harness::fly(&scenario, &mut scene, |second| {
+                if let Some(attitude) = &second.judged.attitude_rad {
+                    first.get_or_insert(second.cycle + 1);
+                    assert!(attitude.worst_sigma() < 5.0, "{name}, seed {seed}: {attitude:?}");
+                }
+                Ok(())
+            })
+            .unwrap();
+            assert!(first.is_some_and(|first| first <= 5), "{name}, seed {seed}: {first:?}");
+        }
+    }
 }
 
 #[test]
