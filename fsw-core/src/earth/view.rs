@@ -52,17 +52,24 @@ pub struct ExpectedLimb {
     pub sun_facing: f32,
 }
 
+/// How much of the limb is in the field, rad of azimuth about the centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// Lit or not.
+    pub arc_rad: f32,
+    /// Lit.
+    pub lit_rad: f32,
+    /// Lit well enough to be measured.
+    pub usable_rad: f32,
+}
+
 /// The limb in the field.
 #[derive(Clone, Debug, Default)]
 pub struct LimbInField {
-    /// Points of the limb lit well enough, evenly along it.
+    /// Points where it is lit well enough, evenly along it.
     pub points: Vec<ExpectedLimb, MAX_LIMB_POINTS>,
-    /// Arc of the limb in the field, lit or not, rad of azimuth about the centre.
-    pub arc_rad: f32,
-    /// Lit part of it.
-    pub lit_rad: f32,
-    /// Part of it that is lit well enough to be measured.
-    pub usable_rad: f32,
+    /// How much of it there is.
+    pub light: Light,
 }
 
 /// The Earth seen from a place.
@@ -175,6 +182,36 @@ impl View {
         Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
+    /// How much of the limb lies inside the detector by `margin_px`.
+    pub fn light(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> Light {
+        self.coarse(camera, margin_px, parameters).0
+    }
+
+    /// The same, and the cells in which a limb that can be measured may stand.
+    fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (Light, u128) {
+        let lit = libm::sinf(parameters.lit_sun_elevation_deg.to_radians());
+        let least = least_sun_sine(parameters);
+        let mut light = Light::default();
+        let mut cells = 0u128;
+        let mut azimuth = [1.0, 0.0];
+        for cell in 0..COARSE as u32 {
+            if let Some((_, sun_sine)) = self.seen(azimuth, camera, margin_px) {
+                light.arc_rad += CELL_RAD;
+                if sun_sine > lit {
+                    light.lit_rad += CELL_RAD;
+                }
+                if sun_sine > least {
+                    light.usable_rad += CELL_RAD;
+                    // A limb that stands here may begin in the cell before and end in this one.
+                    let before = (cell + COARSE as u32 - 1) % COARSE as u32;
+                    cells |= 1u128.wrapping_shl(cell) | 1u128.wrapping_shl(before);
+                }
+            }
+            azimuth = turned(azimuth, CELL);
+        }
+        (light, cells)
+    }
+
     /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit well enough to be measured.
     pub fn limb(
         &self,
@@ -183,26 +220,9 @@ impl View {
         most: usize,
         parameters: &EarthParameters,
     ) -> LimbInField {
-        let lit = libm::sinf(parameters.lit_sun_elevation_deg.to_radians());
-        let least = libm::sinf(parameters.least_sun_elevation_deg.to_radians());
-        let mut limb = LimbInField::default();
-        let mut cells = 0u128;
-        let mut azimuth = [1.0, 0.0];
-        for cell in 0..COARSE as u32 {
-            if let Some((_, sun_sine)) = self.seen(azimuth, camera, margin_px) {
-                limb.arc_rad += CELL_RAD;
-                if sun_sine > lit {
-                    limb.lit_rad += CELL_RAD;
-                }
-                if sun_sine > least {
-                    limb.usable_rad += CELL_RAD;
-                    // A limb that stands here may begin in the cell before and end in this one.
-                    let before = (cell + COARSE as u32 - 1) % COARSE as u32;
-                    cells |= 1u128.wrapping_shl(cell) | 1u128.wrapping_shl(before);
-                }
-            }
-            azimuth = turned(azimuth, CELL);
-        }
+        let least = least_sun_sine(parameters);
+        let (light, cells) = self.coarse(camera, margin_px, parameters);
+        let mut limb = LimbInField { points: Vec::new(), light };
         let usable = self.fine(cells, |azimuth| {
             self.seen(azimuth, camera, margin_px).is_some_and(|(_, sun_sine)| sun_sine > least)
         });
@@ -260,6 +280,11 @@ impl View {
         }
         answers
     }
+}
+
+/// Sine of the least elevation of the Sun at a limb that can be measured.
+fn least_sun_sine(parameters: &EarthParameters) -> f32 {
+    libm::sinf(parameters.least_sun_elevation_deg.to_radians())
 }
 
 /// Sum of two angles given by cosine and sine.

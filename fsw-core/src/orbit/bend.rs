@@ -12,6 +12,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Arcs shorter than this are straight lines, rad: 4 cm in a low orbit.
 const STRAIGHT_RAD: f64 = 1e-4;
 
+/// Arcs longer than this are not believed, rad.
+const FARTHEST_RAD: f64 = core::f64::consts::FRAC_PI_3;
+
 /// A position as seen from another one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bent {
@@ -41,28 +44,32 @@ impl Bent {
     }
 }
 
-/// Position and velocity moved by a correction along the arc, and the turn that the covariance makes with them.
-pub(super) fn moved(
-    position_km: &Vector3<f64>,
-    velocity_km_s: &Vector3<f64>,
+/// Moves position and velocity by a correction, along the arc, and gives the turn that the covariance makes with them; none
+/// where the correction is straight.
+pub(super) fn correct_state(
+    position_km: &mut Vector3<f64>,
+    velocity_km_s: &mut Vector3<f64>,
     by_km: &Vector3<f64>,
     by_km_s: &Vector3<f64>,
-) -> (Vector3<f64>, Vector3<f64>, Option<Matrix3<f64>>) {
-    let straight = (position_km + by_km, velocity_km_s + by_km_s, None);
+) -> Option<Matrix3<f64>> {
     let distance = libm::sqrt(position_km.dot(position_km));
-    let u = position_km / distance;
+    let u = *position_km / distance;
     let height = u.dot(by_km);
     let across = (by_km - u * height) / distance;
     let angle = libm::sqrt(across.dot(&across));
-    // Also what is no number.
-    if !(angle > STRAIGHT_RAD && angle < core::f64::consts::FRAC_PI_3) {
-        return straight;
+    // Also what is no number is straight.
+    let bends = angle > STRAIGHT_RAD && angle < FARTHEST_RAD;
+    if !bends {
+        *position_km += by_km;
+        *velocity_km_s += by_km_s;
+        return None;
     }
     let (sine, cosine) = libm::sincos(angle);
     let rate = u.cross(&across);
     let turn = turn(&(rate * (sine / angle)), cosine);
-    let velocity = turn * (velocity_km_s + by_km_s - rate.cross(velocity_km_s));
-    (turn * u * (distance + height), velocity, Some(turn))
+    *velocity_km_s = turn * (*velocity_km_s + by_km_s - rate.cross(velocity_km_s));
+    *position_km = turn * u * (distance + height);
+    Some(turn)
 }
 
 /// The turn about an axis whose length is the sine.

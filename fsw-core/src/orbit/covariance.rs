@@ -67,8 +67,6 @@ pub struct Correction {
     pub velocity_km_s: Vector3<f64>,
     /// Of the limb height, km.
     pub limb_height_km: f64,
-    /// The covariance after it.
-    pub covariance: Covariance,
     /// Normalised innovation squared, `νᵀ S⁻¹ ν`.
     pub nis: f64,
 }
@@ -114,10 +112,12 @@ impl Covariance {
         }
     }
 
-    /// The correction by the innovation `innovation_km` whose noise has the covariance `noise_km2`; `None` when the
-    /// innovation's covariance is not positive definite.
-    pub fn corrected(
-        &self,
+    /// Takes the innovation `innovation_km` in, whose noise has the covariance `noise_km2`, and gives what it corrects;
+    /// `None`, and nothing is changed, when the innovation's covariance is not positive definite. Not inlined, and in place:
+    /// the blocks are 2 KiB of stack.
+    #[inline(never)]
+    pub fn correct(
+        &mut self,
         sensitivity: &Sensitivity,
         noise_km2: &Matrix3<f64>,
         innovation_km: &Vector3<f64>,
@@ -136,61 +136,50 @@ impl Covariance {
         let (wr, wv, wm) = (factor.whiten_rows(&r), factor.whiten_rows(&v), factor.whiten_rows(&m));
         let (wb, wh) = (factor.whiten_rows(&b), factor.whiten(&h));
         let y = factor.whiten(innovation_km);
+        self.rr -= wr * wr.transpose();
+        self.rv -= wr * wv.transpose();
+        self.vv -= wv * wv.transpose();
+        self.rh -= wr * wh;
+        self.vh -= wv * wh;
+        self.hh -= wh.dot(&wh);
+        self.rm -= wr * wm.transpose();
+        self.vm -= wv * wm.transpose();
+        self.hm -= wm * wh;
+        self.rb -= wr * wb.transpose();
+        self.vb -= wv * wb.transpose();
+        self.hb -= wb * wh;
         Some(Correction {
             position_km: wr * y,
             velocity_km_s: wv * y,
             limb_height_km: wh.dot(&y),
             nis: y.dot(&y),
-            covariance: Self {
-                rr: self.rr - wr * wr.transpose(),
-                rv: self.rv - wr * wv.transpose(),
-                vv: self.vv - wv * wv.transpose(),
-                rh: self.rh - wr * wh,
-                vh: self.vh - wv * wh,
-                hh: self.hh - wh.dot(&wh),
-                rm: self.rm - wr * wm.transpose(),
-                vm: self.vm - wv * wm.transpose(),
-                hm: self.hm - wm * wh,
-                mm: self.mm,
-                rb: self.rb - wr * wb.transpose(),
-                vb: self.vb - wv * wb.transpose(),
-                hb: self.hb - wb * wh,
-                bb: self.bb,
-            },
         })
     }
 
-    /// With the variances of position and velocity multiplied, and no correlation of either with anything.
-    pub fn loosened(&self, factor: f64) -> Self {
-        Self {
-            rr: self.rr * factor,
-            rv: Matrix3::zeros(),
-            vv: self.vv * factor,
-            rh: Vector3::zeros(),
-            vh: Vector3::zeros(),
-            rm: Matrix3::zeros(),
-            vm: Matrix3::zeros(),
-            rb: Matrix3::zeros(),
-            vb: Matrix3::zeros(),
-            ..*self
+    /// Multiplies the variances of position and velocity and forgets every correlation of either.
+    pub fn loosen(&mut self, factor: f64) {
+        self.rr *= factor;
+        self.vv *= factor;
+        for block in [&mut self.rv, &mut self.rm, &mut self.vm, &mut self.rb, &mut self.vb] {
+            *block = Matrix3::zeros();
         }
+        self.rh = Vector3::zeros();
+        self.vh = Vector3::zeros();
     }
 
-    /// With position and velocity turned.
-    pub fn turned(&self, turn: &Matrix3<f64>) -> Self {
-        let both = |m: &Matrix3<f64>| turn * m * turn.transpose();
-        Self {
-            rr: symmetric(&both(&self.rr)),
-            rv: both(&self.rv),
-            vv: symmetric(&both(&self.vv)),
-            rh: turn * self.rh,
-            vh: turn * self.vh,
-            rm: turn * self.rm,
-            vm: turn * self.vm,
-            rb: turn * self.rb,
-            vb: turn * self.vb,
-            ..*self
+    /// Turns position and velocity.
+    #[inline(never)]
+    pub fn turn(&mut self, turn: &Matrix3<f64>) {
+        for block in [&mut self.rr, &mut self.rv, &mut self.vv] {
+            *block = turn * *block * turn.transpose();
         }
+        self.rr = symmetric(&self.rr);
+        self.vv = symmetric(&self.vv);
+        for block in [&mut self.rm, &mut self.vm, &mut self.rb, &mut self.vb] {
+            *block = turn * *block;
+        }
+        self.rh = turn * self.rh;
+        self.vh = turn * self.vh;
     }
 
     /// Whether all variances are positive and finite.

@@ -11,7 +11,7 @@
 //! 150 s, [`MAX_SPANS`] of them: 16 M for two hours at once.
 
 use super::OrbitState;
-use super::bend::moved;
+use super::bend::correct_state;
 use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
 use super::covariance::{Covariance, ProcessNoise, Sensitivity};
 use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
@@ -144,7 +144,7 @@ impl OrbitFilter {
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
-        let Some(estimate) = self.estimate else {
+        let Some(mut updated) = self.estimate else {
             self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
             self.settle(parameters);
             return Update::Started;
@@ -152,21 +152,21 @@ impl OrbitFilter {
         let unit = match parameters.observation {
             Observation::Position => false,
             Observation::UnitVector => true,
-            Observation::Combined => estimate.settled,
+            Observation::Combined => updated.settled,
         };
-        let Some((nis, updated)) = estimate.updated(fix, earth_to_icrs, unit, parameters) else {
+        let Some(nis) = updated.take(fix, earth_to_icrs, unit, parameters) else {
             return Update::Refused(Refusal::Covariance);
         };
-        let believed = nis <= f64::from(parameters.gate_nis);
-        if believed && updated.is_sound() {
+        if nis <= f64::from(parameters.gate_nis) && updated.is_sound() {
             self.estimate = Some(updated);
             self.settle(parameters);
             return Update::Accepted { nis: nis as f32 };
         }
-        let rejections = estimate.rejections.saturating_add(1);
-        if rejections < parameters.patience {
-            self.estimate = Some(Estimate { rejections, ..estimate });
-            return Update::Rejected { nis: nis as f32 };
+        if let Some(estimate) = &mut self.estimate {
+            estimate.rejections = estimate.rejections.saturating_add(1);
+            if estimate.rejections < parameters.patience {
+                return Update::Rejected { nis: nis as f32 };
+            }
         }
         self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
         self.settle(parameters);
@@ -313,40 +313,44 @@ impl Estimate {
         }
     }
 
-    /// Normalised innovation squared and the estimate after the fix; `None` when the innovation's covariance is none.
-    fn updated(
-        &self,
+    /// Takes the fix in and gives its normalised innovation squared; `None`, and an estimate not to be used, when the
+    /// innovation's covariance is none. In place, and not inlined: an estimate is 0.8 KiB of stack.
+    #[inline(never)]
+    fn take(
+        &mut self,
         fix: &PositionFix,
         earth_to_icrs: &Matrix3<f64>,
         unit: bool,
         parameters: &OrbitParameters,
-    ) -> Option<(f64, Self)> {
+    ) -> Option<f64> {
         let Innovation { sensitivity, noise_km2, innovation_km } =
             Innovation::of(fix, &self.state.position_km, self.limb_height_km, earth_to_icrs, unit);
         // What the bias has lost since the last fix is new now, in the shape that the fix has now.
         let renewed = bias_share(parameters) * (1.0 - self.bias_kept * self.bias_kept);
-        let covariance = Covariance { bb: self.covariance.bb + noise_km2 * renewed, ..self.covariance };
-        let correction = covariance.corrected(&sensitivity, &noise_km2, &innovation_km)?;
-        let OrbitState { time_us, position_km, velocity_km_s } = &self.state;
-        let (position_km, velocity_km_s, turn) =
-            moved(position_km, velocity_km_s, &correction.position_km, &correction.velocity_km_s);
-        let state = OrbitState { time_us: *time_us, position_km, velocity_km_s };
-        let limb_height_km = self.limb_height_km + correction.limb_height_km;
-        let covariance = turn.map_or(correction.covariance, |turn| correction.covariance.turned(&turn));
-        let updated = Self { state, limb_height_km, covariance, bias_kept: 1.0, rejections: 0, ..*self };
-        Some((correction.nis, updated.renewed()))
+        self.covariance.bb += noise_km2 * renewed;
+        let correction = self.covariance.correct(&sensitivity, &noise_km2, &innovation_km)?;
+        let OrbitState { position_km, velocity_km_s, .. } = &mut self.state;
+        let turn =
+            correct_state(position_km, velocity_km_s, &correction.position_km, &correction.velocity_km_s);
+        if let Some(turn) = turn {
+            self.covariance.turn(&turn);
+        }
+        self.limb_height_km += correction.limb_height_km;
+        self.bias_kept = 1.0;
+        self.rejections = 0;
+        self.renew();
+        Some(correction.nis)
     }
 
-    /// Made anew once the velocity is known well enough: until then the covariance has been carried along a trajectory that
-    /// was none, and promises more than it can hold.
-    fn renewed(self) -> Self {
-        let Some(share) = RENEWALS.get(usize::from(self.renewals)) else { return self };
+    /// Makes the covariance anew once the velocity is known well enough: until then it has been carried along a trajectory
+    /// that was none, and promises more than it can hold.
+    fn renew(&mut self) {
+        let Some(share) = RENEWALS.get(usize::from(self.renewals)) else { return };
         let velocity = &self.state.velocity_km_s;
-        if self.covariance.vv.trace() >= share * share * velocity.dot(velocity) {
-            return self;
+        if self.covariance.vv.trace() < share * share * velocity.dot(velocity) {
+            self.covariance.loosen(RENEWAL_VARIANCE);
+            self.renewals = self.renewals.saturating_add(1);
         }
-        let covariance = self.covariance.loosened(RENEWAL_VARIANCE);
-        Self { covariance, renewals: self.renewals.saturating_add(1), ..self }
     }
 
     fn is_sound(&self) -> bool {

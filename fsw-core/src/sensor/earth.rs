@@ -108,11 +108,11 @@ impl Sensor<'_> {
         let light = predicted
             .as_ref()
             .filter(|predicted| predicted.is_known())
-            .map(|predicted| predicted.view.limb(&self.camera, 0.0, 0, parameters));
+            .map(|predicted| predicted.view.light(&self.camera, 0.0, parameters));
         meter.end(Stage::Predict);
         match light {
-            Some(limb) if limb.lit_rad == 0.0 => return Ok(Looked::Dark),
-            Some(limb) if limb.usable_rad < parameters.least_arc_deg.to_radians() => {
+            Some(light) if light.lit_rad == 0.0 => return Ok(Looked::Dark),
+            Some(light) if light.usable_rad < parameters.least_arc_deg.to_radians() => {
                 return Ok(Looked::Faint);
             }
             _ => {}

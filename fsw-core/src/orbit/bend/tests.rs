@@ -1,5 +1,16 @@
 use super::*;
 
+fn moved(
+    position_km: &Vector3<f64>,
+    velocity_km_s: &Vector3<f64>,
+    by_km: &Vector3<f64>,
+    by_km_s: &Vector3<f64>,
+) -> (Vector3<f64>, Vector3<f64>, Option<Matrix3<f64>>) {
+    let (mut position_km, mut velocity_km_s) = (*position_km, *velocity_km_s);
+    let turn = correct_state(&mut position_km, &mut velocity_km_s, by_km, by_km_s);
+    (position_km, velocity_km_s, turn)
+}
+
 fn close(one: &Vector3<f64>, other: &Vector3<f64>, tolerance: f64) -> bool {
     (one - other).iter().all(|axis| axis.abs() < tolerance)
 }
