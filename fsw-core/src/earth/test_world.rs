@@ -29,6 +29,7 @@ pub fn even(reach_px: u16) -> Reach {
 pub fn parameters() -> EarthParameters {
     EarthParameters {
         limb_height_km: (SCALE_HEIGHT_KM * std::f64::consts::LN_2) as f32,
+        limb_lommel_share: 0.0,
         ..EarthParameters::default()
     }
 }

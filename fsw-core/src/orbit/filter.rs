@@ -26,9 +26,9 @@ pub const MAX_SPANS: u32 = 48;
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
 /// Sigmas of the velocity, over the velocity, below which the covariance of a new orbit is made anew.
-const RENEWALS: [f64; 1] = [0.15];
+const RENEWALS: [f64; 2] = [0.15, 0.01];
 /// What its variances are then multiplied with.
-const RENEWAL_VARIANCE: f64 = 9.0;
+const RENEWAL_VARIANCE: f64 = 16.0;
 
 /// What became of a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -38,10 +38,11 @@ pub struct OrbitParameters {
     /// Misalignment of the paths against each other about each axis, rad (default 5e-5: 10 arcsec; 0 to 0.02).
     pub misalignment_sigma_rad: f32,
     /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every direction alike
-    /// (default 4, 0 to 30). They are considered, not estimated.
+    /// (default 8, 0 to 30): neighbouring points of the limb share their clouds, which their sigmas do not know. They are
+    /// considered, not estimated.
     pub bias_over_noise: f32,
     /// Time for which they last, over the Earth's rate divided by the square of the satellite's: the higher it flies, the longer
-    /// it looks at the same clouds (default 0.03: 7 min in GEO, 2 s in LEO; 0.001 to 10).
+    /// it looks at the same clouds (default 0.08: 18 min in GEO, 5 s in LEO; 0.001 to 10).
     pub bias_time_share: f32,
     /// White acceleration at the Earth's surface, km/s² per root hertz (default 2e-6, 0 to 1e-3). It stands for the gravity
     /// of the degrees above J2, 1e-7 km/s² with a correlation of a minute or so in LEO; with this value the filter's errors
@@ -70,8 +71,8 @@ impl Default for OrbitParameters {
             limb_height_sigma_rad: 3e-5,
             limb_height_time_share: 0.5,
             misalignment_sigma_rad: 5e-5,
-            bias_over_noise: 4.0,
-            bias_time_share: 0.03,
+            bias_over_noise: 8.0,
+            bias_time_share: 0.08,
             gravity_noise_km_s15: 2e-6,
             force_noise_km_s15: 2e-8,
             gate_nis: 30.0,

@@ -11,7 +11,8 @@ fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> Zone {
         sun_sine,
         sun_facing,
     };
-    Zone::new(&expected, 1.0, &parameters()).unwrap()
+    let parameters = EarthParameters { limb_lommel_share: 0.5, ..parameters() };
+    Zone::new(&expected, 1.0, &parameters).unwrap()
 }
 
 #[test]
@@ -37,11 +38,16 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
             if place < surface {
                 return 0.5 * (place / scale).exp();
             }
-            // Lambert's law with the exact turn of the normal.
+            // Half Lambert's law, half Lommel and Seeliger's, with the exact turn of the normal, over those at the limb.
             let turn = (1.0 - (place - surface) / radius).acos();
-            (turn.cos() + turn.sin() * f64::from(facing) / f64::from(sine)).clamp(0.3, 4.0)
+            let law = |turn: f64| {
+                let sunlight = turn.cos() * f64::from(sine) + turn.sin() * f64::from(facing);
+                let view = turn.sin().hypot(0.1);
+                sunlight * (1.0 / (sunlight + view) + 0.5)
+            };
+            (law(turn) / law(0.0)).clamp(0.3, 4.0)
         };
-        let spread = (0.81f64 + 1.0 / 12.0).sqrt();
+        let spread = (0.81f64 + 1.0 / 12.0 + 1.0 / 6.0).sqrt();
         let blurred = |place: f64| {
             (-800..=800)
                 .map(|i| {

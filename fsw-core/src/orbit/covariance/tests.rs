@@ -118,8 +118,8 @@ fn a_correction_is_schmidts_with_full_matrices() {
             bias: random(&mut generator, 2.0),
         };
         let (noise, innovation) = (random(&mut generator, 4.0), generator.gaussian_vector());
-        let mut after = p;
-        let found = after.correct(&sensitivity, &noise, &innovation).unwrap();
+        let mut corrected = p;
+        let found = corrected.correct(&sensitivity, &noise, &innovation).unwrap();
 
         let mut h = SMatrix::<f64, 3, 13>::zeros();
         h.fixed_view_mut::<3, 3>(0, 0).copy_from(&sensitivity.position);
@@ -136,7 +136,7 @@ fn a_correction_is_schmidts_with_full_matrices() {
         gain.fixed_view_mut::<6, 3>(7, 0).fill(0.0);
         let left = Full::identity() - gain * h;
         let after = left * before * left.transpose() + gain * noise * gain.transpose();
-        assert_alike(&full(&after), &after, 1e-11);
+        assert_alike(&full(&corrected), &after, 1e-11);
         for axis in 0..3 {
             assert!((found.position_km[axis] - state[axis]).abs() < 1e-10);
             assert!((found.velocity_km_s[axis] - state[3 + axis]).abs() < 1e-10);
