@@ -13,13 +13,15 @@
 //! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //!
-//! Time-outs are short, so that 120 seconds suffice; all else is the scenarios' own.
+//! Time-outs are short and the fixes' slow errors small, so that 120 seconds suffice to know an orbit and to lose it; all else is
+//! the scenarios' own.
 
 use crate::error::HostError;
 use crate::frames_file::FramesWriter;
 use crate::run::harness::ThisSecond;
 use crate::scenario::Scenario;
 use fsw_core::modes::ModeParameters;
+use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
 use fsw_hal::DetectorGeometry;
 use std::path::Path;
@@ -74,6 +76,20 @@ fn scenario(clip: &Clip) -> Result<Scenario, HostError> {
     Scenario::load(Path::new(clip.scenario))
 }
 
+/// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave the orbit unknown.
+const BIAS_OVER_NOISE: f32 = 4.0;
+const BIAS_TIME_SHARE: f32 = 0.03;
+
+/// Parameters in a hurry.
+fn hurried(parameters: Parameters) -> Parameters {
+    let orbit = OrbitParameters {
+        bias_over_noise: BIAS_OVER_NOISE,
+        bias_time_share: BIAS_TIME_SHARE,
+        ..parameters.orbit
+    };
+    Parameters { modes: MODES, orbit, ..parameters }
+}
+
 /// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
 ///
 /// # Errors
@@ -82,11 +98,11 @@ fn scenario(clip: &Clip) -> Result<Scenario, HostError> {
 pub fn instrument() -> Result<(DetectorGeometry, Parameters), HostError> {
     let first = scenario(&CLIPS[0])?;
     let geometry = first.camera.geometry();
-    let parameters = Parameters { modes: MODES, ..first.flight_parameters() };
+    let parameters = hurried(first.flight_parameters());
     for clip in &CLIPS {
         let other = scenario(clip)?;
         let exposure_us = parameters.exposure_us;
-        let needed = Parameters { modes: MODES, exposure_us, ..other.flight_parameters() };
+        let needed = Parameters { exposure_us, ..hurried(other.flight_parameters()) };
         if needed != parameters || other.camera.geometry() != geometry {
             let what = format!("{} needs another instrument than {}", clip.scenario, CLIPS[0].scenario);
             return Err(HostError::usage(what, "report this"));
