@@ -31,7 +31,7 @@ pub use shape::{Body, Ellipsoid};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Most points of the limb in tracking.
+/// Most points of the limb in tracking, and in a report.
 pub const MAX_LIMB_POINTS: usize = 48;
 /// Most points of the limb in a search of the whole detector.
 pub const MAX_SEARCH_POINTS: usize = 128;

@@ -3,6 +3,7 @@
 //! A frame is a [`packet`] of version [`VERSION`]. Equal images give equal frames on every machine. A stream
 //! is one frame after the other, each led by its length (u16, little-endian).
 
+pub use crate::earth::MAX_LIMB_POINTS;
 use crate::earth::Refusal;
 use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
@@ -17,8 +18,6 @@ pub const VERSION: u8 = 2;
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
 pub const MAX_STARS: usize = 48;
-/// Most limb points reported.
-pub const MAX_LIMB_POINTS: usize = 48;
 /// Most events in a second.
 pub const MAX_EVENTS: usize = 8;
 
