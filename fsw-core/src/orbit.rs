@@ -11,6 +11,7 @@
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | [`observation`] | what a fix says of the state |
 //! | `bend` | differences of position that bend with the orbit |
+//! | `noise` | what disturbs orbit and fixes between two seconds |
 //! | [`covariance`] | the filter's covariance, in blocks |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
@@ -22,6 +23,7 @@ pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;
 pub mod lvlh;
+pub mod noise;
 pub mod observation;
 pub mod parameters;
 pub mod point;

@@ -179,7 +179,7 @@ impl Recording {
         }
         let geometry = DetectorGeometry { width_px: word(6), height_px: word(8), bits: header[10] };
         let count = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
-        let frame_bytes = INSTANT_BYTES + 2 * geometry.whole().area();
+        let frame_bytes = frame_bytes(&geometry);
         if frame_bytes == INSTANT_BYTES || !(1..=16).contains(&geometry.bits) || count == 0 {
             return Err(fault(path, "the header describes no frame", AGAIN));
         }
@@ -197,14 +197,14 @@ impl Recording {
 
     /// Instant and pixels of frame `index`, as in the file.
     fn frame(&self, index: usize) -> Option<(i64, &[u8])> {
-        let bytes = INSTANT_BYTES + 2 * self.geometry.whole().area();
-        let (instant, pixels) = self.data.chunks_exact(bytes).nth(index)?.split_first_chunk()?;
+        let mut frames = self.data.chunks_exact(frame_bytes(&self.geometry));
+        let (instant, pixels) = frames.nth(index)?.split_first_chunk()?;
         Some((i64::from_le_bytes(*instant), pixels))
     }
 
     /// Number of frames.
     pub fn len(&self) -> usize {
-        self.data.len() / (INSTANT_BYTES + 2 * self.geometry.whole().area())
+        self.data.len() / frame_bytes(&self.geometry)
     }
 
     /// Whether there is no frame; never the case for a file that loads.
@@ -217,6 +217,11 @@ impl Recording {
         self.second = second.min(self.len().saturating_sub(1));
         self.frame(self.second).map_or(0, |(instant_us, _)| instant_us)
     }
+}
+
+/// Length of a frame in the file: its instant and its pixels.
+fn frame_bytes(geometry: &DetectorGeometry) -> usize {
+    INSTANT_BYTES + 2 * geometry.whole().area()
 }
 
 /// Little-endian pixels.

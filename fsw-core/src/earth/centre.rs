@@ -209,17 +209,6 @@ fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (
     (body.shrunk(&cone.axis) * range, columns)
 }
 
-/// The cone of an expected centre.
-fn cone_of(centre_km: &Vector3<f32>, body: &Body) -> Option<Cone> {
-    let centre = body.stretched(&(centre_km * (1.0 / body.radius_km())));
-    let square = centre.dot(&centre);
-    if square.is_nan() || square <= 1.0 {
-        return None;
-    }
-    let sine = 1.0 / libm::sqrtf(square);
-    Cone::of(centre * sine, sine, libm::sqrtf(square - 1.0) * sine)
-}
-
 /// The fix of a fitted cone; with an expectation it is the linear one about that cone.
 fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, Refusal> {
     let axes = middle_of_arc(rays, cone);
@@ -279,7 +268,10 @@ pub fn centre(
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
     let agreed = agree(rays, body, tolerance_px, parameters)?;
-    let start = expected.and_then(|expected| Some((expected, cone_of(&expected.centre_km, body)?)));
+    let start = expected.and_then(|expected| {
+        let (centre, sine, cosine) = body.horizon(&expected.centre_km)?;
+        Some((expected, Cone::of(centre * sine, sine, cosine)?))
+    });
     let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
         let axes = middle_of_arc(rays, &cone);

@@ -22,8 +22,6 @@ use fsw_hal::{DetectorGeometry, Window};
 pub const BREADTH: usize = 9;
 /// Longest strip, px.
 pub const MAX_LENGTH: usize = 161;
-/// Most pixels of a strip.
-pub const MAX_STRIP_PIXELS: usize = BREADTH * MAX_LENGTH;
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;

@@ -72,11 +72,29 @@ impl Body {
         vector + self.pole * (self.shrink * self.pole.dot(vector))
     }
 
+    /// The centre in sphere space, radii, and sine and cosine of the limb cone's half angle, from the vector to the centre,
+    /// km. `None` when that is not finite, inside the body, or more than a thousand radii away.
+    pub(super) fn horizon(&self, centre_km: &Vector3<f32>) -> Option<(Vector3<f32>, f32, f32)> {
+        let centre = self.stretched(&(centre_km * (1.0 / self.radius_km)));
+        let square = centre.dot(&centre);
+        // Also refuses NaN.
+        if !(square > 1.0 + 1e-4 && square < 1e6) {
+            return None;
+        }
+        let sine = 1.0 / libm::sqrtf(square);
+        Some((centre, sine, libm::sqrtf(square - 1.0) * sine))
+    }
+
+    /// Upward normal, of any length, at the surface point whose vector from the centre is `point` in sphere space.
+    pub(super) fn upward(&self, point: &Vector3<f32>) -> Vector3<f32> {
+        // The gradient of x² + y² + (a z / b)² is S S x, and S x is the point of sphere space.
+        self.stretched(point)
+    }
+
     /// Sine of the Sun's elevation at the surface point whose vector from the centre is `point` in sphere space; `None`
     /// where the Sun is not known.
     pub(super) fn sun_sine(&self, point: &Vector3<f32>) -> Option<f32> {
-        // The gradient of x² + y² + (a z / b)² is S S x, and S x is the point of sphere space.
-        let normal = self.stretched(point);
+        let normal = self.upward(point);
         self.sun.map(|sun| normal.dot(&sun) / libm::sqrtf(normal.dot(&normal).max(1e-12)))
     }
 

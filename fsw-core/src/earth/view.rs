@@ -89,16 +89,9 @@ impl View {
     /// From the vector to the Earth's centre, km. `None` when it is not finite, inside the body, or more than a thousand
     /// radii away.
     pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
-        let centre = body.stretched(&(centre_km * (1.0 / body.radius_km())));
-        let square = centre.dot(&centre);
-        // Also refuses NaN.
-        if !(square > 1.0 + 1e-4 && square < 1e6) {
-            return None;
-        }
-        let sine = 1.0 / libm::sqrtf(square);
+        let (centre, sine, cosine) = body.horizon(centre_km)?;
         let axis = centre * sine;
         let (first, second) = across(&axis);
-        let cosine = libm::sqrtf(square - 1.0) * sine;
         Some(Self { body: *body, centre, axes: [axis, first, second], sine, cosine })
     }
 
@@ -166,14 +159,13 @@ impl View {
             Some([(x1 - x0) / (2.0 * step), (y1 - y0) / (2.0 * step)])
         };
         let [along_x, along_y] = slope(&tangent)?;
-        let [out_x, out_y] = slope(&(radial * self.cosine - axis * self.sine))?;
+        let point = radial * self.cosine - axis * self.sine;
+        let [out_x, out_y] = slope(&point)?;
         let length = libm::sqrtf(along_x * along_x + along_y * along_y);
         let turned = (out_x * along_y - out_y * along_x) / length.max(1e-3);
         let sense = if turned < 0.0 { -1.0 } else { 1.0 };
         let outward_px = [along_y * sense / length.max(1e-3), -along_x * sense / length.max(1e-3)];
-        // The gradient of the ellipsoid is S S x, and S x is the point of sphere space.
-        let gradient = self.body.stretched(&(radial * self.cosine - axis * self.sine));
-        let normal = unit(&gradient, &radial);
+        let normal = unit(&self.body.upward(&point), &radial);
         // The distance to the limb point is cos / sin radii.
         let km_per_rad = self.body.radius_km() * self.cosine / self.sine;
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);

@@ -3,8 +3,9 @@
 //! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the limb by a depth `d` of a
 //! sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera, so that by Lambert's law the brightness is `1 -
 //! d / R + sqrt(2 d / R) facing / sine`, with the sine of the Sun's elevation and the cosine `facing` of its angle from the camera at
-//! the limb; a share of the light follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness
-//! height; it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
+//! the limb; a share of the light follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs
+//! this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness height; it is one
+//! half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
 
 use super::EarthParameters;
 use super::view::ExpectedLimb;

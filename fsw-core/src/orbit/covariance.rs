@@ -9,6 +9,7 @@
 //! Cholesky factor of all states.
 
 use super::dynamics::Transition;
+use super::noise::ProcessNoise;
 use super::point::symmetric;
 use nalgebra::{Matrix3, Vector3};
 
@@ -69,19 +70,6 @@ pub struct Correction {
     pub limb_height_km: f64,
     /// Normalised innovation squared, `νᵀ S⁻¹ ν`.
     pub nis: f64,
-}
-
-/// What drives the state: white noise, and what slow errors lose and gain.
-#[derive(Clone, Copy, Debug)]
-pub struct ProcessNoise {
-    /// Spectral density of the acceleration, km²/s³.
-    pub acceleration: f64,
-    /// Share of the limb height that is kept over the span.
-    pub height_kept: f64,
-    /// Variance of the limb height that is new after the span, km².
-    pub height_renewed: f64,
-    /// Share of the bias that is kept over the span.
-    pub bias_kept: f64,
 }
 
 impl Covariance {

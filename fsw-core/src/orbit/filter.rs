@@ -15,9 +15,10 @@
 
 use super::OrbitState;
 use super::bend::correct_state;
-use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
-use super::covariance::{Covariance, ProcessNoise, Sensitivity};
+use super::constants::{EARTH_RADIUS_KM, MICROSECONDS, MU_EARTH_KM3_S2};
+use super::covariance::{Covariance, Sensitivity};
 use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
+use super::noise::{ProcessNoise, bias_share, height_variance_km2, square};
 use super::observation::{Innovation, Refusal, check, sensitivity};
 use super::parameters::{Observation, OrbitParameters};
 use super::point::{PositionFix, symmetric};
@@ -148,8 +149,7 @@ impl OrbitFilter {
             return Update::Refused(refusal);
         }
         let Some(mut updated) = self.estimate else {
-            self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
-            self.settle(parameters);
+            self.begin(time_us, fix, earth_to_icrs, parameters);
             return Update::Started;
         };
         let unit = match parameters.observation {
@@ -171,9 +171,20 @@ impl OrbitFilter {
                 return Update::Rejected { nis: nis as f32 };
             }
         }
+        self.begin(time_us, fix, earth_to_icrs, parameters);
+        Update::Restarted
+    }
+
+    /// Starts, or starts anew, from a fix alone.
+    fn begin(
+        &mut self,
+        time_us: i64,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) {
         self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
         self.settle(parameters);
-        Update::Restarted
     }
 
     /// Propagates state and covariance to `to_us`; without an orbit nothing happens.
@@ -259,7 +270,6 @@ fn sigmas(m: &Matrix3<f64>) -> [f64; 3] {
 
 /// The covariance of a filter that has seen nothing; position and velocity are left to the caller.
 fn unknown(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> Covariance {
-    let square = |sigma: f32| f64::from(sigma) * f64::from(sigma);
     Covariance {
         rr: Matrix3::zeros(),
         rv: Matrix3::zeros(),
@@ -288,7 +298,6 @@ impl Estimate {
     ) -> Self {
         let blank = unknown(&fix.position_km, parameters);
         let bias = fix.covariance_km2 * bias_share(parameters);
-        let share = f64::from(parameters.start_speed_share);
         let distance_km = libm::sqrt(fix.position_km.dot(&fix.position_km)).max(1.0);
         let Sensitivity { limb_height, misalignment, .. } = sensitivity(&fix.position_km, 0.0, earth_to_icrs);
         let covariance = Covariance {
@@ -298,7 +307,7 @@ impl Estimate {
                     + limb_height * limb_height.transpose() * blank.hh
                     + misalignment * misalignment.transpose() * blank.mm),
             ),
-            vv: Matrix3::identity() * (share * share * MU_EARTH_KM3_S2 / distance_km),
+            vv: Matrix3::identity() * (square(parameters.start_speed_share) * MU_EARTH_KM3_S2 / distance_km),
             rh: -limb_height * blank.hh,
             rm: -misalignment * blank.mm,
             rb: -bias,
@@ -387,50 +396,13 @@ impl Estimate {
         })?;
         let transition = Transition::between(&self.state, &after);
         let dt = span_us as f64 / MICROSECONDS;
-        let noise = process_noise(&after.position_km, dt, parameters);
+        let noise = ProcessNoise::over(&after.position_km, dt, parameters);
         self.covariance = self.covariance.propagated(&transition, &noise, dt);
         self.bias_kept *= noise.bias_kept;
         self.limb_height_km *= noise.height_kept;
         self.state = after;
         if self.covariance.is_sound() { Ok(self) } else { Err(Lost::Diverged) }
     }
-}
-
-/// Variance of the bias over that of the fix.
-fn bias_share(parameters: &OrbitParameters) -> f64 {
-    f64::from(parameters.bias_over_noise) * f64::from(parameters.bias_over_noise)
-}
-
-fn process_noise(position_km: &Vector3<f64>, dt: f64, parameters: &OrbitParameters) -> ProcessNoise {
-    let square = position_km.dot(position_km).max(1.0);
-    let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / square;
-    // Square of the time in which the satellite goes a radian of a circle.
-    let radian_s2 = square * libm::sqrt(square) / MU_EARTH_KM3_S2;
-    let height_s = f64::from(parameters.limb_height_time_share) * libm::sqrt(radian_s2);
-    let bias_s = f64::from(parameters.bias_time_share) * EARTH_RATE_RAD_S * radian_s2;
-    let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
-    let force = f64::from(parameters.force_noise_km_s15);
-    let height_kept = kept(dt, height_s);
-    ProcessNoise {
-        acceleration: gravity * gravity + force * force,
-        height_kept,
-        height_renewed: height_variance_km2(position_km, parameters) * (1.0 - height_kept * height_kept),
-        bias_kept: kept(dt, bias_s),
-    }
-}
-
-/// Variance of the limb height as seen from a place, km².
-fn height_variance_km2(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> f64 {
-    let square = |sigma: f32| f64::from(sigma) * f64::from(sigma);
-    let to_limb_km2 = (position_km.dot(position_km) - EARTH_RADIUS_KM * EARTH_RADIUS_KM).max(0.0);
-    square(parameters.limb_height_sigma_km) + square(parameters.limb_height_sigma_rad) * to_limb_km2
-}
-
-/// Share of a slow error that is left after `dt` when it lasts for `lasting`: e^-x to 1 % up to a half, and tending to
-/// nothing beyond.
-fn kept(dt: f64, lasting: f64) -> f64 {
-    let spans = dt / lasting.max(1e-3);
-    1.0 / (1.0 + spans * (1.0 + 0.5 * spans))
 }
 
 #[cfg(test)]

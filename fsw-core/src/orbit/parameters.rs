@@ -23,8 +23,8 @@ pub struct OrbitParameters {
     pub observation: Observation,
     /// Forces of the prediction (default `Full`).
     pub dynamics: Dynamics,
-    /// Velocity is unknown about zero by this share of a circular orbit's speed along every axis when the filter starts (default 1, 0.1
-    /// to 3).
+    /// Velocity is unknown about zero by this share of a circular orbit's speed along every axis when the filter starts
+    /// (default 1, 0.1 to 3).
     pub start_speed_share: f32,
     /// Standard deviation of the limb height about the one that was set, km (default 0.3, 0 to 100: what colour, season and the
     /// slant of the light leave open).
@@ -32,8 +32,8 @@ pub struct OrbitParameters {
     /// The same as an angle, rad (default 3e-5, 0 to 0.01): a tenth of the reference camera's pixel, by which the edge's
     /// blurred profile may be misjudged; it matters from afar. Both are joined as squares.
     pub limb_height_sigma_rad: f32,
-    /// Time for which a limb height lasts, over the time in which the satellite goes a radian of its orbit (default 0.5: 2 hours in
-    /// GEO, 8 min in LEO; 0.001 to 100).
+    /// Time for which a limb height lasts, over the time in which the satellite goes a radian of its orbit (default 0.5: 2
+    /// hours in GEO, 8 min in LEO; 0.001 to 100).
     pub limb_height_time_share: f32,
     /// Misalignment of the paths against each other about each axis, rad (default 5e-5: 10 arcsec; 0 to 0.02).
     pub misalignment_sigma_rad: f32,

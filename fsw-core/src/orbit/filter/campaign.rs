@@ -189,7 +189,7 @@ impl Truth {
 fn shaken(scenario: &Scenario, state: &OrbitState, generator: &mut Generator) -> OrbitState {
     let step_s = scenario.cadence_s as f64;
     let mut next = Dynamics::Full.propagate(state, scenario.cadence_s * 1_000_000).unwrap();
-    let noise = process_noise(&state.position_km, step_s, &scenario.parameters);
+    let noise = ProcessNoise::over(&state.position_km, step_s, &scenario.parameters);
     let strength = (noise.acceleration * step_s).sqrt();
     let (bound, free) = (generator.gaussian_vector() * strength, generator.gaussian_vector() * strength);
     next.velocity_km_s += bound;
