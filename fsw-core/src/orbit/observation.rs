@@ -54,11 +54,8 @@ impl Innovation {
     ) -> Self {
         let mut sensitivity = sensitivity(position_km, limb_height_km, earth_to_icrs);
         let predicted = sensitivity.position * position_km;
-        let Some(Carried { mut noise_km2, mut innovation_km }) = Carried::of(fix, &predicted) else {
-            // So far apart that no fix is expected to be used.
-            let innovation_km = fix.position_km - predicted;
-            return Self { sensitivity, noise_km2: fix.covariance_km2, innovation_km };
-        };
+        let Carried { mut noise_km2, mut innovation_km } =
+            Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
         if unit {
             // Only what lies across the line. The component along the line is made a measurement of nothing, with unit variance
             // and no innovation.
@@ -125,5 +122,16 @@ impl Carried {
             noise_km2: symmetric(&(carry * fix.covariance_km2 * carry.transpose())),
             innovation_km: bent.difference_km + carry * (fix.position_km - fix.place_km),
         })
+    }
+
+    /// The plain difference where the two are too far apart to be carried. A direction alone says nothing of the distance: the
+    /// fix then counts as one at the predicted distance.
+    fn far(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
+        let distance_ratio = predicted.dot(predicted) / fix.position_km.dot(&fix.position_km);
+        let scale = if unit { libm::sqrt(distance_ratio) } else { 1.0 };
+        Self {
+            noise_km2: fix.covariance_km2 * (scale * scale),
+            innovation_km: fix.position_km * scale - predicted,
+        }
     }
 }

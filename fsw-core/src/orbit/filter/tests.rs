@@ -1,6 +1,7 @@
 //! Behaviour at the doors here; accuracy and consistency in `campaign`.
 
 use super::*;
+use crate::orbit::observation::Innovation;
 use crate::orbit::reference::circular;
 use proptest::prelude::*;
 
@@ -102,6 +103,22 @@ fn an_orbit_into_the_earth_is_forgotten() {
     assert_eq!(filter.advance(falling.time_us + MAX_GAP_US, &parameters), Err(Lost::Diverged));
     assert!(!filter.start(falling, f64::NAN, 1.0, &parameters));
     assert!(!filter.start(OrbitState { position_km: Vector3::zeros(), ..falling }, 1.0, 1.0, &parameters));
+}
+
+#[test]
+fn a_direction_alone_says_nothing_of_the_distance_however_far_off_that_is() {
+    let expected = Vector3::new(7_000.0, 0.0, 0.0);
+    let (sine, cosine) = libm::sincos(0.1);
+    for ratio in [0.2, 0.6, 1.0, 1.7, 5.0, 40.0] {
+        let position_km = Vector3::new(cosine, sine, 0.0) * (7_000.0 * ratio);
+        let covariance_km2 = Matrix3::identity() * (70.0 * ratio) * (70.0 * ratio);
+        let fix = PositionFix { position_km, covariance_km2, place_km: position_km };
+        let innovation = Innovation::of(&fix, &expected, 0.0, &Matrix3::identity(), true);
+        // An arc of 0.1 rad, or its sine, and a hundredth of the distance across.
+        assert!((innovation.innovation_km - Vector3::new(0.0, 700.0, 0.0)).norm() < 2.0, "{innovation:?}");
+        assert!((innovation.noise_km2[(1, 1)] / 4_900.0 - 1.0).abs() < 1e-9, "{innovation:?}");
+        assert_eq!(innovation.sensitivity.limb_height, Vector3::zeros());
+    }
 }
 
 /// Thesis §5.2: a geostationary radius wrong by 1 to some tens of Earth radii at the start.
