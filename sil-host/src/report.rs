@@ -116,14 +116,26 @@ impl Recorder {
         self.stars.add(at, judged.stars.into());
         self.limb_points.add(at, judged.limb_points.into());
         self.lit_limb.add(at, truth.lit_limb_deg);
-        for event in &report.events {
-            if self.events.len() < EVENTS_MAX {
-                self.events.push((cycle, events::words(event)));
-            } else {
-                self.events_left_out += 1;
+        for fault in second.faults {
+            if fault.from_s == cycle {
+                self.note(
+                    cycle,
+                    format!("fault injected for {} s: {}", fault.until_s - cycle, fault.kind.word()),
+                );
             }
         }
+        for event in &report.events {
+            self.note(cycle, events::words(event));
+        }
         self.moments.look(second, cycle + 1 == self.stretches.seconds);
+    }
+
+    fn note(&mut self, cycle: u32, words: String) {
+        if self.events.len() < EVENTS_MAX {
+            self.events.push((cycle, words));
+        } else {
+            self.events_left_out += 1;
+        }
     }
 
     fn add_errors(&mut self, at: usize, judged: &Judged) {

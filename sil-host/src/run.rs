@@ -14,6 +14,7 @@
 
 pub mod csv;
 pub mod events;
+pub mod faults;
 pub mod harness;
 
 use crate::bound;

@@ -13,8 +13,10 @@
 //! | `[camera]` | the camera file; none: the reference camera |
 //! | `[disturbances]` | what is on the detector and neither star nor Earth |
 //! | `[earth]` | how the Earth is drawn |
+//! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
+mod faults;
 mod limits;
 mod orbit;
 mod text;
@@ -25,6 +27,7 @@ pub use limits::{LIMITABLE, Limit, Limitable, Side};
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
 use crate::flight;
+use crate::run::faults::Fault;
 use crate::world::attitude::{Vector, dot};
 use crate::world::disturbances::Disturbances;
 use crate::world::earth::EarthModel;
@@ -42,11 +45,12 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 4] = [
+pub const EMBEDDED: [(&str, &str); 5] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
     ("leo-oblique", include_str!("scenarios/leo-oblique.toml")),
+    ("geo-faults", include_str!("scenarios/geo-faults.toml")),
 ];
 
 /// Seconds in a run: up to ten days.
@@ -94,6 +98,8 @@ pub struct Scenario {
     pub disturbances: Disturbances,
     /// How the Earth is drawn.
     pub earth: EarthModel,
+    /// What breaks, and when.
+    pub faults: Vec<Fault>,
     /// What the judge demands.
     pub limits: Vec<Limit>,
 }
@@ -113,6 +119,8 @@ struct RawFile {
     disturbances: RawDisturbances,
     #[serde(default)]
     earth: RawEarth,
+    #[serde(default)]
+    faults: Vec<faults::RawFault>,
     #[serde(default)]
     limits: BTreeMap<Spanned<String>, Spanned<f64>>,
 }
@@ -215,6 +223,7 @@ impl Scenario {
             Some(angles) => text.triple("mount.star_path_deg", angles, ANGLE_DEG)?,
             None => [0.0, 90.0, 0.0],
         };
+        let duration_s = text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32;
         Ok(Self {
             file: path.to_path_buf(),
             orbit_line: text.line(raw.orbit.span().start),
@@ -222,7 +231,7 @@ impl Scenario {
             description: head.description.split_whitespace().collect::<Vec<_>>().join(" "),
             start_utc: head.start.get_ref().clone(),
             start_us,
-            duration_s: text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32,
+            duration_s,
             seed: text.whole("scenario.seed", head.seed.as_ref(), 1, (0, i64::MAX))? as u64,
             exposure_us: (exposure_ms * 1e3).round() as u32,
             position_km,
@@ -240,6 +249,7 @@ impl Scenario {
                 ..Disturbances::default()
             },
             earth: earth(&text, &raw.earth)?,
+            faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
         })
     }

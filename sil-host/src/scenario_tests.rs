@@ -1,4 +1,5 @@
 use super::*;
+use crate::run::faults::FaultKind;
 use crate::world::scene::SensorState;
 
 fn default_text() -> &'static str {
@@ -143,4 +144,38 @@ fn the_star_path_never_looks_at_the_earth() {
         assert!(from_nadir_deg > earth_deg + 15.4, "{name}: {from_nadir_deg} of {earth_deg}");
     }
     assert_eq!(SensorState::Eclipse as u8, 2);
+}
+
+#[test]
+fn faults_are_read_and_their_mistakes_named() {
+    let parse = |entry: &str| {
+        let text = format!("{}\n[[faults]]\n{entry}\n", default_text());
+        Scenario::parse(Path::new("some.toml"), &text)
+    };
+    let [fault] = parse("kind = \"late-frame\"\nfrom_s = 5\nuntil_s = 7\nshare = 0.5").unwrap().faults[..]
+    else {
+        panic!("one fault");
+    };
+    assert_eq!((fault.kind, fault.from_s, fault.until_s), (FaultKind::LateFrame(0.5), 5, 7));
+    let first = default_text().lines().count() + 3;
+    let cases = [
+        ("kind = \"rust\"\nfrom_s = 5\nuntil_s = 7", 0, "faults.kind: `rust` is no fault"),
+        ("kind = \"time-out\"\nfrom_s = -5\nuntil_s = 7", 1, "faults.from_s: -5 is out of range"),
+        (
+            "kind = \"time-out\"\nfrom_s = 5\nuntil_s = 5",
+            2,
+            "faults.until_s: 5 is out of range; use 6 to 21600",
+        ),
+        ("kind = \"time-out\"\nfrom_s = 5\nuntil_s = 6\nshare = 1.5", 3, "faults.share: 1.5 is out of range"),
+        ("kind = \"stuck-row\"\nfrom_s = 5\nuntil_s = 6", 0, "faults.row: a stuck-row needs one; add it"),
+        (
+            "kind = \"time-out\"\nfrom_s = 5\nuntil_s = 6\nrow = 7",
+            3,
+            "faults.row: a time-out has none; remove it",
+        ),
+    ];
+    for (entry, line, words) in cases {
+        let message = parse(entry).unwrap_err().to_string();
+        assert!(message.contains(&format!("some.toml:{}: {words}", first + line)), "{message}");
+    }
 }

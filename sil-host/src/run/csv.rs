@@ -8,6 +8,7 @@ use crate::error::HostError;
 use crate::judge::arcsec;
 use crate::judge::expected::{mode_of, word};
 use crate::judge::second::{Axes, Judged};
+use crate::run::faults;
 use crate::run::harness::Second;
 use crate::world::scene::SensorState;
 use fsw_core::telemetry::{EarthStatus, Status};
@@ -35,7 +36,7 @@ position_error_radial_km,position_error_along_km,position_error_cross_km,\
 velocity_error_radial_m_s,velocity_error_along_m_s,velocity_error_cross_m_s,\
 earth_error_x_deg,earth_error_y_deg,earth_sigma_deg,distance_error_km,distance_sigma_km,\
 limb_inliers,limb_arc_deg,limb_rms_px,\
-limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events";
+limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults";
 
 /// A row under way: fields appended, each led by a comma but the first.
 struct Row<'a> {
@@ -153,6 +154,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.optional(judged.orbit.map(|orbit| f64::from(u8::from(orbit.settled))), 0);
     let events: Vec<String> = report.events.iter().map(super::events::words).collect();
     row.word(&events.join("; "));
+    row.word(&faults::words(second.faults, second.cycle));
     text.push('\n');
 }
 

@@ -7,8 +7,10 @@ use crate::error::HostError;
 use crate::flight;
 use crate::judge::Judged;
 use crate::judge::second::image_cycle;
+use crate::run::faults::{Fault, Faulty};
 use crate::scenario::Scenario;
 use crate::world::scene::{Scene, Truth};
+use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
@@ -26,6 +28,8 @@ pub struct Second<'a> {
     pub judged: &'a Judged,
     /// The world, holding the image of this second where the sensor asked for one.
     pub scene: &'a Scene,
+    /// What breaks in the run.
+    pub faults: &'a [Fault],
 }
 
 /// The detector in one second: an exposure in it is one of that second, however many seconds went without.
@@ -57,6 +61,60 @@ pub fn truth_of(scene: &Scene, cycle: u32) -> Result<Truth, HostError> {
     scene.truth_at(cycle.into()).ok_or_else(missing)
 }
 
+/// A scenario under way: the world, and the flight code in it.
+pub struct Flight<'a> {
+    scenario: &'a Scenario,
+    scene: &'a mut Scene,
+    sensor: Sensor<'a>,
+    cycle: u32,
+}
+
+impl<'a> Flight<'a> {
+    /// At the start; `catalogue` is that of the scenario's camera.
+    ///
+    /// # Errors
+    /// When the flight code refuses the scenario.
+    pub fn new(
+        scenario: &'a Scenario,
+        scene: &'a mut Scene,
+        catalogue: Catalogue<'a>,
+        workspace: &'a mut Workspace,
+    ) -> Result<Self, HostError> {
+        let sensor = Sensor::new(catalogue, scenario.flight_parameters(), workspace).map_err(|error| {
+            let what = format!("the flight code refuses the scenario ({error:?})");
+            HostError::input(&scenario.file, None, what, "change what it names")
+        })?;
+        Ok(Self { scenario, scene, sensor, cycle: 0 })
+    }
+
+    /// The next second, handed to `listen`.
+    ///
+    /// # Errors
+    /// When `listen` fails.
+    pub fn second(
+        &mut self,
+        listen: impl FnOnce(Second<'_>) -> Result<(), HostError>,
+    ) -> Result<(), HostError> {
+        let (scenario, cycle) = (self.scenario, self.cycle);
+        let mut clock = Instant(scenario.instant_us(cycle));
+        let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into() };
+        let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, cycle);
+        let mut instruments = Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
+        let report = self.sensor.cycle(&mut instruments, Command::Continue);
+        let truth = truth_of(self.scene, cycle)?;
+        let image = image_cycle(&report);
+        let judged = if image == cycle {
+            Judged::new(&report, &truth, &truth)
+        } else {
+            Judged::new(&report, &truth, &truth_of(self.scene, image)?)
+        };
+        let faults = &scenario.faults;
+        listen(Second { cycle, report: &report, truth: &truth, judged: &judged, scene: self.scene, faults })?;
+        self.cycle += 1;
+        Ok(())
+    }
+}
+
 /// Flies the scenario and hands every second to `listen`.
 ///
 /// # Errors
@@ -68,26 +126,10 @@ pub fn fly(
 ) -> Result<(), HostError> {
     let camera = flight::camera(&scenario.camera, &scenario.file)?;
     let catalogue_bytes = flight::catalogue_bytes(&camera, flight::Density::Brightest)?;
-    let catalogue = flight::open(&catalogue_bytes)?;
     let mut workspace = Box::new(Workspace::new());
-    let parameters = scenario.flight_parameters();
-    let mut sensor = Sensor::new(catalogue, parameters, &mut workspace).map_err(|error| {
-        let what = format!("the flight code refuses the scenario ({error:?})");
-        HostError::input(&scenario.file, None, what, "change what it names")
-    })?;
-    for cycle in 0..scenario.duration_s {
-        let mut clock = Instant(scenario.instant_us(cycle));
-        let mut detector = ThisSecond { scene, cycle: cycle.into() };
-        let mut instruments = Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
-        let report = sensor.cycle(&mut instruments, Command::Continue);
-        let truth = truth_of(scene, cycle)?;
-        let image = image_cycle(&report);
-        let judged = if image == cycle {
-            Judged::new(&report, &truth, &truth)
-        } else {
-            Judged::new(&report, &truth, &truth_of(scene, image)?)
-        };
-        listen(Second { cycle, report: &report, truth: &truth, judged: &judged, scene })?;
+    let mut flight = Flight::new(scenario, scene, flight::open(&catalogue_bytes)?, &mut workspace)?;
+    for _ in 0..scenario.duration_s {
+        flight.second(&mut listen)?;
     }
     Ok(())
 }

@@ -35,6 +35,8 @@ pub enum Stream {
     Shuffle = 8,
     /// Clouds, land and sea.
     Albedo = 9,
+    /// Faults of the detector.
+    Fault = 20,
 }
 
 /// Mean from which on Poisson numbers come from the Gaussian.
@@ -54,6 +56,11 @@ impl Noise {
         let key = mix(seed.wrapping_add(0x9e37_79b9_7f4a_7c15));
         let key = mix(key ^ cycle.wrapping_mul(0xd1b5_4a32_d192_ed03));
         Self { key: mix(key.wrapping_add((stream as u64).wrapping_mul(0x8cb9_2ba7_2f3d_8dd7))) }
+    }
+
+    /// Independent noise for one of several parts of what the stream is for.
+    pub fn part(&self, index: u64) -> Self {
+        Self { key: mix(self.key ^ mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15))) }
     }
 
     /// 64 random bits for the place (x, y).

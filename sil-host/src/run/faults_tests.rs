@@ -1,0 +1,109 @@
+use super::*;
+
+const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 200, height_px: 100, bits: 10 };
+
+/// A detector whose image is all its exposure's number.
+#[derive(Default)]
+struct Counting {
+    exposures: u16,
+}
+
+impl Detector for Counting {
+    fn geometry(&self) -> DetectorGeometry {
+        GEOMETRY
+    }
+
+    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+        self.exposures += 1;
+        Ok(())
+    }
+
+    fn read(&mut self, _: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        pixels.fill(100 * self.exposures);
+        Ok(())
+    }
+}
+
+fn always(kind: FaultKind) -> [Fault; 1] {
+    [Fault { kind, from_s: 5, until_s: 8 }]
+}
+
+/// The whole image of a second, exposed before without faults and once more with them.
+fn image(kind: FaultKind, cycle: u32, window: Window) -> Result<Vec<u16>, DetectorError> {
+    let mut detector = Counting { exposures: 1 };
+    let faults = always(kind);
+    let mut faulty = Faulty::new(&mut detector, &faults, 3, cycle);
+    faulty.expose(1)?;
+    let mut pixels = vec![0; window.area()];
+    faulty.read(window, &mut pixels).map(|()| pixels)
+}
+
+#[test]
+fn a_fault_acts_in_its_seconds_only() {
+    let whole = GEOMETRY.whole();
+    for (cycle, acts) in [(4, false), (5, true), (7, true), (8, false)] {
+        assert_eq!(image(FaultKind::TimeOut(1.0), cycle, whole).is_err(), acts);
+        assert_eq!(image(FaultKind::DroppedWindow(1.0), cycle, whole).is_err(), acts);
+        let late = image(FaultKind::LateFrame(1.0), cycle, whole).unwrap();
+        assert!(late.iter().all(|pixel| *pixel == if acts { 100 } else { 200 }));
+        let mut detector = Counting::default();
+        let faults = always(FaultKind::WrongGeometry(1.0));
+        let width = Faulty::new(&mut detector, &faults, 3, cycle).geometry().width_px;
+        assert_eq!(width, if acts { 100 } else { 200 });
+        assert_eq!(words(&faults, cycle), if acts { "wrong-geometry" } else { "" });
+    }
+}
+
+#[test]
+fn a_share_is_the_share_of_seconds_and_of_windows() {
+    let late = |cycle: &u32| {
+        let faults = [Fault { kind: FaultKind::LateFrame(0.3), from_s: 0, until_s: u32::MAX }];
+        let mut detector = Counting { exposures: 1 };
+        Faulty::new(&mut detector, &faults, 9, *cycle).expose(1).unwrap();
+        detector.exposures == 1
+    };
+    // 10,000 draws: a standard deviation of 46; five of them fail a right generator once in two million.
+    let count = (0..10_000).filter(late).count();
+    assert!((2_770..3_230).contains(&count), "{count}");
+    let faults = [Fault { kind: FaultKind::DroppedWindow(0.3), from_s: 0, until_s: 1 }];
+    let mut detector = Counting::default();
+    let mut faulty = Faulty::new(&mut detector, &faults, 9, 0);
+    let mut dropped = |place: u32| {
+        let window = Window { x: (place % 200) as u16, y: (place / 200) as u16, width: 1, height: 1 };
+        let first = faulty.read(window, &mut [0]).is_err();
+        assert_eq!(faulty.read(window, &mut [0]).is_err(), first);
+        first
+    };
+    let count = (0..20_000).filter(|place| dropped(*place)).count();
+    assert!((5_675..6_325).contains(&count), "{count}");
+}
+
+#[test]
+fn pixels_are_spoiled_alike_in_any_window() {
+    for kind in [FaultKind::StuckRow(40), FaultKind::BitFlips(0.02), FaultKind::NoiseBurst(30.0)] {
+        let whole = image(kind, 6, GEOMETRY.whole()).unwrap();
+        let window = Window { x: 31, y: 33, width: 50, height: 20 };
+        for (index, pixel) in image(kind, 6, window).unwrap().iter().enumerate() {
+            let (x, y) = (31 + index % 50, 33 + index / 50);
+            assert_eq!(*pixel, whole[y * 200 + x], "{kind:?} {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn stuck_rows_flipped_bits_and_noise_are_as_strong_as_told() {
+    let whole = |kind| image(kind, 6, GEOMETRY.whole()).unwrap();
+    let stuck = whole(FaultKind::StuckRow(40));
+    assert!(stuck.iter().enumerate().all(|(k, pixel)| *pixel == if k / 200 == 40 { 1023 } else { 200 }));
+    let flipped = whole(FaultKind::BitFlips(0.02));
+    let changed: Vec<u16> = flipped.iter().map(|pixel| pixel ^ 200).filter(|bits| *bits != 0).collect();
+    // 20,000 pixels: 400 with a standard deviation of 20.
+    assert!(
+        (300..500).contains(&changed.len())
+            && changed.iter().all(|bits| bits.count_ones() == 1 && *bits < 1024)
+    );
+    let noisy = whole(FaultKind::NoiseBurst(30.0));
+    let variance = noisy.iter().map(|pixel| (f64::from(*pixel) - 200.0).powi(2)).sum::<f64>() / 20_000.0;
+    // Rounding adds 1/12; the estimate's standard deviation is 1 %.
+    assert!((variance / 900.1 - 1.0).abs() < 0.05, "{variance}");
+}

@@ -1,0 +1,89 @@
+//! The `[[faults]]` of a scenario: what is broken, from when to when.
+//!
+//! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`, `late-frame`,
+//! `wrong-geometry` and `bit-flips` take `share`, a probability (default 1; bit flips have none); `stuck-row` takes `row`;
+//! `noise-burst` takes `sigma_dn`. See [`crate::run::faults`] for what each does.
+
+use super::text::Text;
+use crate::error::HostError;
+use crate::run::faults::{Fault, FaultKind};
+use serde::Deserialize;
+use toml::Spanned;
+
+/// Most faults in a scenario.
+const FAULTS_MAX: usize = 100;
+const SHARE: (f64, f64) = (0.0, 1.0);
+const SIGMA_DN: (f64, f64) = (0.0, 65_535.0);
+const ROW: (i64, i64) = (0, u16::MAX as i64);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawFault {
+    kind: Spanned<String>,
+    from_s: Spanned<i64>,
+    until_s: Spanned<i64>,
+    share: Option<Spanned<f64>>,
+    row: Option<Spanned<i64>>,
+    sigma_dn: Option<Spanned<f64>>,
+}
+
+/// Reads the `[[faults]]` of a run of `duration_s`.
+pub(super) fn read(text: &Text<'_>, raw: &[RawFault], duration_s: u32) -> Result<Vec<Fault>, HostError> {
+    if let Some(beyond) = raw.get(FAULTS_MAX) {
+        let what = format!("more than {FAULTS_MAX} of them");
+        return Err(text.fault(beyond.kind.span().start, "faults", &what, "remove some"));
+    }
+    raw.iter().map(|raw| fault(text, raw, duration_s)).collect()
+}
+
+fn fault(text: &Text<'_>, raw: &RawFault, duration_s: u32) -> Result<Fault, HostError> {
+    let seconds = |key, value: &Spanned<i64>, least: u32| {
+        text.whole(key, Some(value), 0, (least.into(), duration_s.into())).map(|second| second as u32)
+    };
+    let from_s = seconds("faults.from_s", &raw.from_s, 0)?;
+    let until_s = seconds("faults.until_s", &raw.until_s, from_s + 1)?;
+    Ok(Fault { kind: kind(text, raw)?, from_s, until_s })
+}
+
+/// The kind, with its own key; those of other kinds are refused.
+fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
+    let word = raw.kind.get_ref().as_str();
+    let own = match word {
+        "time-out" | "dropped-window" | "late-frame" | "wrong-geometry" | "bit-flips" => "share",
+        "stuck-row" => "row",
+        "noise-burst" => "sigma_dn",
+        _ => {
+            let to_do = "use time-out, dropped-window, late-frame, wrong-geometry, stuck-row, bit-flips or noise-burst";
+            let what = format!("`{word}` is no fault");
+            return Err(text.fault(raw.kind.span().start, "faults.kind", &what, to_do));
+        }
+    };
+    let given = [
+        ("share", raw.share.as_ref().map(Spanned::span)),
+        ("row", raw.row.as_ref().map(Spanned::span)),
+        ("sigma_dn", raw.sigma_dn.as_ref().map(Spanned::span)),
+    ];
+    for (key, span) in given {
+        match span {
+            Some(span) if key != own => {
+                let what = format!("a {word} has none");
+                return Err(text.fault(span.start, &format!("faults.{key}"), &what, "remove it"));
+            }
+            None if key == own && (own != "share" || word == "bit-flips") => {
+                let what = format!("a {word} needs one");
+                return Err(text.fault(raw.kind.span().start, &format!("faults.{key}"), &what, "add it"));
+            }
+            _ => {}
+        }
+    }
+    let share = text.number("faults.share", raw.share.as_ref(), 1.0, SHARE)?;
+    Ok(match word {
+        "time-out" => FaultKind::TimeOut(share),
+        "dropped-window" => FaultKind::DroppedWindow(share),
+        "late-frame" => FaultKind::LateFrame(share),
+        "wrong-geometry" => FaultKind::WrongGeometry(share),
+        "bit-flips" => FaultKind::BitFlips(share),
+        "stuck-row" => FaultKind::StuckRow(text.whole("faults.row", raw.row.as_ref(), 0, ROW)? as u16),
+        _ => FaultKind::NoiseBurst(text.number("faults.sigma_dn", raw.sigma_dn.as_ref(), 0.0, SIGMA_DN)?),
+    })
+}
