@@ -37,6 +37,8 @@ pub enum Stream {
     Albedo = 9,
     /// Faults of the detector.
     Fault = 20,
+    /// Other satellites.
+    Satellite = 21,
 }
 
 /// Mean from which on Poisson numbers come from the Gaussian.

@@ -103,6 +103,21 @@ impl Optics {
         self.focal_length_px
     }
 
+    /// Components across the line of sight as the lens has them, behind the mirror where there is one.
+    pub fn lens_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.through_mirror(x), y]
+    }
+
+    /// Place of the line of sight on the detector, px.
+    pub fn optical_centre_px(&self) -> [f64; 2] {
+        self.centre_px
+    }
+
+    /// Columns and rows of the detector, px.
+    pub fn size_px(&self) -> [f64; 2] {
+        self.size_px
+    }
+
     /// Half the diagonal of the detector, measured from the optical centre to the farthest corner, px.
     pub fn radius_px(&self) -> f64 {
         let reach = [0, 1].map(|k| (self.centre_px[k] + 0.5).max(self.size_px[k] - 0.5 - self.centre_px[k]));
