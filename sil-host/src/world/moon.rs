@@ -52,7 +52,7 @@ impl MoonImage {
             let reach_px = (view.radius_rad() + REACH_SIGMAS * sigma_rad) * 1.3 * optics.focal_length_px();
             view.moon[2] >= optics.cone_cosine(reach_px)
         });
-        seen.then(|| Self { optics: *optics, views, sigma_rad, white_e_s })
+        seen.then_some(Self { optics: *optics, views, sigma_rad, white_e_s })
     }
 
     /// Adds the electrons of `time_s` to `electrons`, the pixels of `window` row by row; `hidden` says whether something stands

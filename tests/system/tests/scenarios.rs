@@ -150,3 +150,58 @@ fn a_rendered_frame_is_the_same_in_both_kinds_of_file() {
     assert_eq!((png.geometry().width_px, png.geometry().height_px), (1280, 1024));
     assert!(png.pixels().iter().max() > Some(&100) && png.pixels().iter().all(|value| *value <= 1023));
 }
+
+#[test]
+fn flights_in_two_threads_at_once_are_those_flown_alone() {
+    let telemetry = |seed: u64| {
+        let text = EMBEDDED[0].1.replace("duration_s = 21600", "duration_s = 30");
+        let scenario = Scenario::parse(Path::new("short.toml"), &text).unwrap().with_seed(Some(seed));
+        let mut scene = scenario.scene().unwrap();
+        let (mut bytes, mut buffer) = (Vec::new(), vec![0; fsw_core::telemetry::MAX_FRAME_BYTES + 2]);
+        harness::fly(&scenario, &mut scene, |second| {
+            bytes.extend_from_slice(fsw_core::telemetry::encode_next(second.report, &mut buffer).unwrap());
+            Ok(())
+        })
+        .unwrap();
+        bytes
+    };
+    let alone = [telemetry(3), telemetry(4)];
+    let together = std::thread::scope(|scope| {
+        let threads = [3, 4].map(|seed| scope.spawn(move || telemetry(seed)));
+        threads.map(|thread| thread.join().expect("the flight ends"))
+    });
+    assert!(alone == together && alone[0] != alone[1]);
+}
+
+/// Peak of a run's memory, MiB; `None` where the system does not tell.
+fn peak_mib(folder: &Path, seconds: u32) -> Option<f64> {
+    let file = scenario(folder, seconds, "");
+    let out = folder.join(format!("out-{seconds}"));
+    let mut child = Command::new(sil_host())
+        .args(["run", &file, "--out", out.to_str().unwrap(), "--json"])
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak_kib = None;
+    while child.try_wait().expect("its end can be asked for").is_none() {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let high = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kib = high.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        peak_kib = kib.or(peak_kib);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    peak_kib.map(|kib| kib / 1024.0)
+}
+
+#[test]
+fn memory_does_not_grow_with_the_run() {
+    let folder = scratch("memory");
+    let (Some(short), Some(long)) = (peak_mib(&folder, 300), peak_mib(&folder, 2_700)) else {
+        println!("skipped: this system does not tell a program's peak memory");
+        return;
+    };
+    println!("peak memory: {short:.1} MiB for 5 min, {long:.1} MiB for 45 min");
+    // An orbit's nodes are all that may grow: less than 200 bytes a simulated minute.
+    assert!(long < 300.0 && long < short + 8.0, "{short} {long}");
+}
