@@ -58,6 +58,7 @@ pub struct Recorder {
     flown: Marks,
     wrong: Marks,
     attitude: [Banded; 3],
+    rate: [Trace; 3],
     position: [Banded; 3],
     velocity: [Banded; 3],
     earth: [Banded; 3],
@@ -84,6 +85,7 @@ impl Recorder {
             flown: marks.clone(),
             wrong: marks,
             attitude: three(),
+            rate: [trace.clone(), trace.clone(), trace.clone()],
             position: three(),
             velocity: three(),
             earth: three(),
@@ -142,6 +144,11 @@ impl Recorder {
         if let Some(attitude) = &judged.attitude_rad {
             for axis in 0..3 {
                 self.attitude[axis].add(at, arcsec(attitude.error[axis]), arcsec(attitude.sigma[axis]));
+            }
+        }
+        if let Some(rate) = judged.rate_rad_s {
+            for axis in 0..3 {
+                self.rate[axis].add(at, arcsec(rate[axis]));
             }
         }
         if let Some(earth) = &judged.earth {

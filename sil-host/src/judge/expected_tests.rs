@@ -9,6 +9,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         state,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },
         attitude_rad: None,
+        rate_rad_s: None,
         earth: None,
         orbit: None,
         stars: 0,

@@ -80,6 +80,8 @@ pub struct Judged {
     pub lit_limb_deg: f64,
     /// Attitude error, star path axes, rad.
     pub attitude_rad: Option<Axes>,
+    /// Error of the rate, star path axes, rad/s.
+    pub rate_rad_s: Option<Vector>,
     /// The Earth.
     pub earth: Option<EarthError>,
     /// The orbit.
@@ -107,6 +109,7 @@ impl Judged {
             state: truth.state,
             lit_limb_deg: truth.lit_limb_deg,
             attitude_rad: attitude,
+            rate_rad_s: report.rate_rad_s.map(|rate| less(rate.map(f64::from), truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),
             orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
             stars: report.stars.len() as u16,
@@ -132,6 +135,10 @@ pub fn image_cycle(report: &Report) -> u32 {
         (Status::Identified, Some(attitude)) => report.cycle.saturating_sub(attitude.age_s.into()),
         _ => report.cycle,
     }
+}
+
+fn less(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 fn cross(a: Vector, b: Vector) -> Vector {
@@ -174,7 +181,6 @@ fn turned(axes: &[Vector; 3], of: &Axes) -> Axes {
 }
 
 fn orbit_error(orbit: &OrbitReport, truth: &Truth) -> OrbitError {
-    let less = |a: Vector, b: Vector| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let position_km = Axes {
         error: less(orbit.position_km, truth.position_km),
         sigma: orbit.sigma_position_km.map(f64::from),

@@ -120,6 +120,15 @@ fn plots(page: &mut String, recorder: &Recorder) {
     section(page, "Modes", words, &strip);
     let panels = three(["about x", "about y", "about z (line of sight)"], "arcsec", &recorder.attitude);
     section(page, "Attitude error", "Star path axes.", &frame.plot("Attitude error", &panels));
+    let names = ["about x", "about y", "about z (line of sight)"];
+    let panels = names.iter().zip(&recorder.rate);
+    let panels: Vec<Panel<'_>> = panels.map(|(name, rate)| Panel::signed(name, "arcsec/s", rate)).collect();
+    section(
+        page,
+        "Rate error",
+        "Star path axes; the sensor reports no sigma of it.",
+        &frame.plot("Rate error", &panels),
+    );
     let panels = three(["radial", "along track", "cross track"], "km", &recorder.position);
     let words =
         "The envelope takes the errors of the ICRS axes as uncorrelated; limits are judged in ICRS axes.";

@@ -52,6 +52,12 @@ impl<'a> Panel<'a> {
         Self { name, unit, line: &of.error, band: Some(&of.sigma), scale, level: None }
     }
 
+    /// An error without an envelope.
+    pub fn signed(name: &'a str, unit: &'a str, line: &'a Trace) -> Self {
+        let scale = Scale::about_zero(line.magnitudes(), None);
+        Self { name, unit, line, band: None, scale, level: None }
+    }
+
     /// A count, or another quantity from zero up, beside a level.
     pub fn counted(name: &'a str, unit: &'a str, line: &'a Trace, level: Option<f64>) -> Self {
         let scale = Scale::from_zero(line.magnitudes().chain(level));

@@ -36,7 +36,8 @@ position_error_radial_km,position_error_along_km,position_error_cross_km,\
 velocity_error_radial_m_s,velocity_error_along_m_s,velocity_error_cross_m_s,\
 earth_error_x_deg,earth_error_y_deg,earth_sigma_deg,distance_error_km,distance_sigma_km,\
 limb_inliers,limb_arc_deg,limb_rms_px,\
-limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults";
+limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults,\
+rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s";
 
 /// A row under way: fields appended, each led by a comma but the first.
 struct Row<'a> {
@@ -155,6 +156,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     let events: Vec<String> = report.events.iter().map(super::events::words).collect();
     row.word(&events.join("; "));
     row.word(&faults::words(second.faults, second.cycle));
+    row.several(judged.rate_rad_s.map(|rate| rate.map(arcsec)), 3);
     text.push('\n');
 }
 
