@@ -1,6 +1,7 @@
 //! How long the synthetic world needs to draw.
 //!
-//! A whole frame of the reference camera and the window of one tracked star under the stars alone; then from a geostationary
+//! A whole frame of the reference camera and the window of one tracked star under the stars alone, plain and with all that
+//! lens and detector do, and one star through the lens; then from a geostationary
 //! and a low orbit: the whole frame with the Earth, an exposure, and what a second of tracking reads, 25 windows of 25 x 25 px
 //! of the sky and 24 strips across the limb.
 
@@ -11,11 +12,14 @@ use fsw_hal::{Detector, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::star_scene;
 use sil_host::world::earth::EarthModel;
+use sil_host::world::imaging::ImagingModel;
 use sil_host::world::journey::Journey;
 use sil_host::world::motion::Motion;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
 use sil_host::world::pointing::{Mount, Pointing};
 use sil_host::world::scene::{Scene, SceneSettings};
+use sil_host::world::spots::{Brush, Spot};
+use sil_host::world::stars::DetectorModel;
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -57,6 +61,23 @@ fn rendering(criterion: &mut Criterion) {
     draw(&mut group, "whole_frame", &mut scene, &[whole]);
     draw(&mut group, "star_window", &mut scene, &[Window { x: 600, y: 500, width: 25, height: 25 }]);
 
+    let mut settings = scene.settings().clone();
+    settings.imaging = ImagingModel::REFERENCE;
+    settings.detector = DetectorModel::reference();
+    let mut scene = Scene::new(settings, &star_scene::sky()).expect("the settings are sound");
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("reference_exposure", |bencher| {
+        bencher.iter(|| scene.expose_cycle(black_box(100), star_scene::EXPOSURE_US));
+    });
+    draw(&mut group, "reference_whole_frame", &mut scene, &[whole]);
+    draw(
+        &mut group,
+        "reference_star_window",
+        &mut scene,
+        &[Window { x: 600, y: 500, width: 25, height: 25 }],
+    );
+    star(&mut group, &scene);
+
     // Noon: the Earth full in the middle, its limb 455 px from the centre. The low orbit sees the limb upright.
     let geo = journey(42_164.17, 0.0, 0.0, 0.0);
     let low = journey(6828.0, 51.6, 0.0, 69.1);
@@ -76,6 +97,19 @@ fn rendering(criterion: &mut Criterion) {
         draw(&mut group, &format!("{orbit}_24_limb_strips_65x9"), &mut scene, &strips);
     }
     group.finish();
+}
+
+/// Draws one star of `scene`, off the axis, in a window that holds it whole.
+fn star(group: &mut BenchmarkGroup<WallTime>, scene: &Scene) {
+    let settings = scene.settings();
+    let psf = settings.imaging.psf(scene.optics()).expect("the lens can be made");
+    let window = Window { x: 900, y: 800, width: 25, height: 25 };
+    let spot = Spot { x_px: 912.3, y_px: 811.8, electrons: [1000.0; 3] };
+    let (mut brush, mut light) = (Brush::default(), vec![0.0; window.area()]);
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("reference_star", |bencher| {
+        bencher.iter(|| brush.draw(&psf, settings.detector.response, black_box(&spot), window, &mut light));
+    });
 }
 
 /// 24 strips of `width` x 9 px across the right edge of the Earth.

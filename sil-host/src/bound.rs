@@ -1,51 +1,61 @@
 //! The physical limit: what no estimator can do better than.
 //!
-//! In: a scene's electrons and optics, the stars that were used. Out: Cramer-Rao bounds. A star's centroid: with mean
-//! electrons `m(x, y)` of a Gaussian PSF integrated over pixels and variance `m + dark + read² + quantisation²`, the
-//! information about its column is `Σ (dm/dx)² / variance`. The attitude: `P = [Σ (I - b bᵀ) / sigma²]⁻¹` (thesis eq. 3.27),
+//! In: a scene's electrons and optics, the stars that were used. Out: Cramer-Rao bounds. A star's centroid: with the mean
+//! electrons `m(x, y)` of the pixels about it, as the scene draws them (PSF at its place in the field, sensitive part of the
+//! pixels, colour, vignetting), and the variance `m + dark + read² + rows² + quantisation²`, its information about the place
+//! is `F = Σ grad m gradᵀ m / variance`, its bound `F⁻¹`. The attitude: `P = [Σ (I - b bᵀ) / sigma²]⁻¹` (thesis eq. 3.27),
 //! rad², of a single image. In f64, apart from the flight code.
+//!
+//! The star stands still and its flux is known; the noise of rows is taken for independent from pixel to pixel; fixed patterns
+//! are taken for known. The gradient is a difference over [`STEP_PX`] to either side, right to 1e-3.
 
 use crate::world::scene::{Scene, VisibleStar};
 use crate::world::stars::DetectorModel;
+use fsw_hal::Window;
 
-/// Half the side of the region over which a star's information is summed, in PSF widths.
-const REACH_SIGMAS: f64 = 5.0;
+/// Half the distance over which an image's change is measured, px.
+const STEP_PX: f64 = 0.02;
 
-/// Sum over pixel numbers near 0 of a star centred at `phase`, per pixel: integrated PSF and its derivative.
-fn profile(phase: f64, psf_sigma_px: f64) -> Vec<(f64, f64)> {
-    let reach = (REACH_SIGMAS * psf_sigma_px).ceil() as i32;
-    let edge = |at: f64| libm::erf((at - phase) / (psf_sigma_px * std::f64::consts::SQRT_2));
-    let density = |at: f64| {
-        let t = (at - phase) / psf_sigma_px;
-        (-0.5 * t * t).exp() / (psf_sigma_px * (2.0 * std::f64::consts::PI).sqrt())
-    };
-    (-reach..=reach)
-        .map(|pixel| {
-            let (left, right) = (f64::from(pixel) - 0.5, f64::from(pixel) + 0.5);
-            (0.5 * (edge(right) - edge(left)), density(left) - density(right))
-        })
-        .collect()
+/// Bounds of a centroid's standard deviations along columns and rows, px, of a star `at` a place, over a background whose
+/// variance is `variance_e2` a pixel; `image` gives the mean electrons of the pixels about it for a place near that.
+pub fn centroid_px(image: impl Fn([f64; 2]) -> Vec<f64>, at: [f64; 2], variance_e2: f64) -> [f64; 2] {
+    let moved = |dx: f64, dy: f64| image([at[0] + dx * STEP_PX, at[1] + dy * STEP_PX]);
+    let [middle, right, left, below, above] =
+        [(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(dx, dy)| moved(dx, dy));
+    let [mut xx, mut xy, mut yy] = [0.0; 3];
+    for (k, electrons) in middle.iter().enumerate() {
+        let weight = (electrons.max(0.0) + variance_e2).recip();
+        let slope = [right[k] - left[k], below[k] - above[k]].map(|difference| difference / (2.0 * STEP_PX));
+        xx += slope[0] * slope[0] * weight;
+        xy += slope[0] * slope[1] * weight;
+        yy += slope[1] * slope[1] * weight;
+    }
+    let determinant = xx * yy - xy * xy;
+    [yy, xx].map(|minor| (minor / determinant).sqrt())
 }
 
-/// Bound of a centroid's standard deviation per axis, px, of a star of `electrons` at a sub-pixel `phase`, over a
-/// background whose variance is `variance_e2` a pixel.
-pub fn centroid_px(electrons: f64, phase: [f64; 2], psf_sigma_px: f64, variance_e2: f64) -> [f64; 2] {
-    let [columns, rows] = phase.map(|phase| profile(phase, psf_sigma_px));
-    let mut information = [0.0; 2];
-    for (share_y, slope_y) in &rows {
-        for (share_x, slope_x) in &columns {
-            let variance = electrons * share_x * share_y + variance_e2;
-            information[0] += (electrons * slope_x * share_y).powi(2) / variance;
-            information[1] += (electrons * share_x * slope_y).powi(2) / variance;
-        }
-    }
-    information.map(|information| information.sqrt().recip())
+/// The same of a star of `scene`.
+fn star_centroid_px(scene: &Scene, star: &VisibleStar, exposure_s: f64, variance_e2: f64) -> [f64; 2] {
+    let geometry = scene.settings().camera.geometry();
+    let reach = scene.star_reach_px();
+    let span = |at: f64, side: u16| {
+        let (low, high) = ((at - reach).max(0.0) as u16, (at + reach).min(f64::from(side) - 1.0) as u16);
+        (low, high - low + 1)
+    };
+    let ((x, width), (y, height)) = (span(star.x_px, geometry.width_px), span(star.y_px, geometry.height_px));
+    let window = Window { x, y, width, height };
+    let image = |at| scene.star_image(star, at, exposure_s, window);
+    centroid_px(image, [star.x_px, star.y_px], variance_e2)
 }
 
 /// Variance of a pixel without a star, e-².
 fn background_e2(detector: &DetectorModel, bits: u8, exposure_s: f64) -> f64 {
     let gain = detector.gain_e_per_dn(bits);
-    detector.dark_now_e_s() * exposure_s + detector.read_noise_e * detector.read_noise_e + gain * gain / 12.0
+    let rows = detector.pattern.row_noise_e;
+    detector.dark_now_e_s() * exposure_s
+        + detector.read_noise_e * detector.read_noise_e
+        + rows * rows
+        + gain * gain / 12.0
 }
 
 /// Diagonal of the inverse of a symmetric positive 3 x 3 matrix `[xx, xy, xz, yy, yz, zz]`.
@@ -65,9 +75,7 @@ pub fn attitude_rad(scene: &Scene, stars: &[VisibleStar], exposure_us: u32) -> O
     let mut sums = [0.0; 6];
     for star in stars {
         let [bx, by, bz] = scene.optics().unproject([star.x_px, star.y_px])?;
-        let electrons = settings.detector.star_e_s(star.v) * exposure_s;
-        let phase = [star.x_px, star.y_px].map(|at| at - at.round());
-        let [sx, sy] = centroid_px(electrons, phase, settings.psf_sigma_px, variance_e2);
+        let [sx, sy] = star_centroid_px(scene, star, exposure_s, variance_e2);
         // The mean of both axes; a pixel is taken for the same angle everywhere, as the flight code does.
         let weight = (0.5 * (sx * sx + sy * sy) * per_focal_length * per_focal_length).recip();
         let terms = [by * by + bz * bz, -bx * by, -bx * bz, bx * bx + bz * bz, -by * bz, bx * bx + by * by];
@@ -81,12 +89,28 @@ pub fn attitude_rad(scene: &Scene, stars: &[VisibleStar], exposure_us: u32) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::pixel::PixelResponse;
+    use crate::world::psf::Psf;
+    use crate::world::spots::{Brush, Spot};
+
+    /// Bound of a Gaussian star of `sigma_px` on full pixels.
+    fn gaussian(electrons: f64, phase: [f64; 2], sigma_px: f64, variance_e2: f64) -> [f64; 2] {
+        let psf = Psf::gaussian(sigma_px);
+        let window = Window { x: 0, y: 0, width: 41, height: 41 };
+        let image = |[x_px, y_px]: [f64; 2]| {
+            let mut light = vec![0.0; window.area()];
+            let spot = Spot { x_px, y_px, electrons: [electrons, 0.0, 0.0] };
+            Brush::default().draw(&psf, PixelResponse::Full, &spot, window, &mut light);
+            light
+        };
+        centroid_px(image, phase.map(|phase| 20.0 + phase), variance_e2)
+    }
 
     #[test]
     fn photon_noise_alone_gives_the_psf_width_over_the_root_of_the_photons() {
         // The textbook limit sigma / sqrt(N); pixels of finite size cost some percent of it.
         for electrons in [100.0, 10_000.0] {
-            let [x, y] = centroid_px(electrons, [0.1, -0.3], 1.5, 1e-9);
+            let [x, y] = gaussian(electrons, [0.1, -0.3], 1.5, 1e-9);
             let ideal = 1.5 / electrons.sqrt();
             assert!(
                 (1.0..1.05).contains(&(x / ideal)) && (1.0..1.05).contains(&(y / ideal)),
@@ -98,7 +122,7 @@ mod tests {
     #[test]
     fn background_noise_alone_gives_the_textbook_limit() {
         // sigma_n sqrt(8 pi) s² / N for a Gaussian PSF of width s on fine pixels.
-        let [x, _] = centroid_px(10.0, [0.0, 0.0], 2.0, 1e4);
+        let [x, _] = gaussian(10.0, [0.0, 0.0], 2.0, 1e4);
         let ideal = 100.0 * (8.0 * std::f64::consts::PI).sqrt() * 4.0 / 10.0;
         assert!((x / ideal - 1.0).abs() < 0.06, "{x} {ideal}");
     }

@@ -11,13 +11,17 @@
 //! | `[pointing]` | where the Earth path looks: off nadir towards flight, then rolled about itself |
 //! | `[mount]` | how the star path stands to the Earth path, and whether it is seen in a mirror |
 //! | `[camera]` | the camera file; none: the reference camera |
+//! | `[optics]` | what the lens does to stars and light, see `scenario/optics.rs` |
+//! | `[detector]` | dark current, readout, what differs from pixel to pixel, see `scenario/detector.rs` |
 //! | `[disturbances]` | what is on the detector and neither star nor Earth |
 //! | `[earth]` | how the Earth is drawn |
 //! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
+mod detector;
 mod faults;
 mod limits;
+mod optics;
 mod orbit;
 mod text;
 mod time;
@@ -31,12 +35,14 @@ use crate::run::faults::Fault;
 use crate::world::attitude::{Vector, dot};
 use crate::world::disturbances::Disturbances;
 use crate::world::earth::EarthModel;
+use crate::world::imaging::ImagingModel;
 use crate::world::journey::Journey;
 use crate::world::motion::Motion;
 use crate::world::orbit::{MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky;
+use crate::world::stars::DetectorModel;
 use fsw_core::parameters::{MountParameters, Parameters};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -94,6 +100,10 @@ pub struct Scenario {
     pub mount: Mount,
     /// The camera.
     pub camera: CameraFile,
+    /// What the lens does to stars and light.
+    pub imaging: ImagingModel,
+    /// The detector's electrons.
+    pub detector: DetectorModel,
     /// What is on the detector and neither star nor Earth.
     pub disturbances: Disturbances,
     /// How the Earth is drawn.
@@ -116,7 +126,11 @@ struct RawFile {
     #[serde(default)]
     camera: RawCamera,
     #[serde(default)]
-    disturbances: RawDisturbances,
+    optics: optics::RawOptics,
+    #[serde(default)]
+    detector: detector::RawDetector,
+    #[serde(default)]
+    disturbances: detector::RawDisturbances,
     #[serde(default)]
     earth: RawEarth,
     #[serde(default)]
@@ -155,14 +169,6 @@ struct RawMount {
 #[serde(deny_unknown_fields)]
 struct RawCamera {
     file: Option<Spanned<String>>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct RawDisturbances {
-    false_stars: Option<Spanned<i64>>,
-    hot_pixels: Option<Spanned<i64>>,
-    proton_hits: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -206,7 +212,7 @@ impl Scenario {
     pub fn parse(path: &Path, text: &str) -> Result<Self, HostError> {
         let text = Text { path, text };
         let raw: RawFile = toml::from_str(text.text).map_err(|error| text.syntax(&error))?;
-        let (head, pointing, disturbances) = (&raw.scenario, &raw.pointing, &raw.disturbances);
+        let (head, pointing) = (&raw.scenario, &raw.pointing);
         let start_us = time::tt_us(head.start.get_ref()).map_err(|what| {
             let to_do = "give UTC as \"2026-09-23T18:00:00\"";
             text.fault(head.start.span().start, "scenario.start", what, to_do)
@@ -214,9 +220,6 @@ impl Scenario {
         let exposure = head.exposure_ms.as_ref();
         let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
         let (position_km, velocity_km_s) = orbit::state(&text, &raw.orbit)?;
-        let count = |key: &str, value: &Option<Spanned<i64>>, most| {
-            text.whole(key, value.as_ref(), 0, (0, most)).map(|count| count as u32)
-        };
         let angle =
             |key: &str, value: &Option<Spanned<f64>>| text.number(key, value.as_ref(), 0.0, ANGLE_DEG);
         let star_path_deg = match &raw.mount.star_path_deg {
@@ -242,12 +245,9 @@ impl Scenario {
             },
             mount: Mount { star_path_deg },
             camera: camera(&text, &raw)?,
-            disturbances: Disturbances {
-                false_stars: count("disturbances.false_stars", &disturbances.false_stars, 200)?,
-                hot_pixels: count("disturbances.hot_pixels", &disturbances.hot_pixels, 20_000)?,
-                proton_hits: count("disturbances.proton_hits", &disturbances.proton_hits, 5_000)?,
-                ..Disturbances::default()
-            },
+            imaging: optics::read(&text, &raw.optics)?,
+            detector: detector::read(&text, &raw.detector)?,
+            disturbances: detector::disturbances(&text, &raw.disturbances)?,
             earth: earth(&text, &raw.earth)?,
             faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
@@ -272,9 +272,12 @@ impl Scenario {
             })?;
         let journey = Journey { orbit, pointing: self.pointing, mount: self.mount, earth: self.earth };
         let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
+        (settings.imaging, settings.detector) = (self.imaging, self.detector);
         settings.disturbances = self.disturbances;
-        Scene::new(settings, &sky::in_year(self.start_year()))
-            .map_err(|error| HostError::input(&self.file, None, error.to_string(), "give another camera"))
+        Scene::new(settings, &sky::in_year(self.start_year())).map_err(|error| {
+            let to_do = "give another camera, or other [optics]";
+            HostError::input(&self.file, None, error.to_string(), to_do)
+        })
     }
 
     /// Instant of the exposure's middle in a second: TT, µs since J2000.0.

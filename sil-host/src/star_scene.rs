@@ -8,6 +8,7 @@ use crate::flight;
 use crate::world::attitude::normalised;
 use crate::world::disturbances::Disturbances;
 use crate::world::motion::Motion;
+use crate::world::protons::Protons;
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
 use crate::world::sky::in_year;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
@@ -34,8 +35,12 @@ pub fn scene() -> Result<Scene, HostError> {
     let quaternion = normalised(START).unwrap_or([0.0, 0.0, 0.0, 1.0]);
     let mut settings =
         SceneSettings::new(CameraFile::reference(), Motion::turning(quaternion, RATE_RAD_S), SEED);
-    settings.disturbances =
-        Disturbances { false_stars: 5, hot_pixels: 200, proton_hits: 20, ..Disturbances::default() };
+    settings.disturbances = Disturbances {
+        false_stars: 5,
+        hot_pixels: 200,
+        protons: Protons::Fixed(20),
+        ..Disturbances::default()
+    };
     Scene::new(settings, &sky()).map_err(|error| HostError::usage(error.to_string(), "report this"))
 }
 

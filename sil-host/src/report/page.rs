@@ -252,10 +252,11 @@ fn setting(page: &mut String, scenario: &Scenario) {
         (
             "A frame holds",
             format!(
-                "{} false stars, {} hot pixels, {} protons",
+                "{} false stars, {} hot pixels, {} dead ones, {}",
                 scenario.disturbances.false_stars,
                 scenario.disturbances.hot_pixels,
-                scenario.disturbances.proton_hits
+                scenario.disturbances.dead_low + scenario.disturbances.dead_high,
+                scenario.disturbances.protons
             ),
         ),
     ];

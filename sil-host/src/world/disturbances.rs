@@ -1,15 +1,14 @@
-//! What is on the detector and is no star: false stars, hot pixels, protons.
+//! What is on the detector and is no star: false stars, hot pixels, dead pixels, protons.
 //!
 //! In: counts and ranges, a seed, a cycle. Out: spots (false stars) and [`Deposits`] (electrons in single pixels).
-//! False stars and protons are new in each cycle, hot pixels stay. Places are uniform over the detector. A proton leaves
-//! a straight track of one to eight pixels, long ones more rarely (length above L with probability 1/L).
+//! False stars and protons ([`super::protons`]) are new in each cycle, hot and dead pixels stay. Places are uniform over the
+//! detector. A dead pixel always reads 0 or full scale, whatever it collects.
 
+use super::colour::BANDS;
 use super::noise::{Noise, Stream};
+use super::protons::Protons;
 use super::spots::Spot;
 use fsw_hal::{DetectorGeometry, Window};
-
-/// Most pixels a proton touches.
-const PROTON_PIXELS_MAX: u32 = 8;
 
 /// What is on the detector and is no star; counts are for a whole frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,10 +21,12 @@ pub struct Disturbances {
     pub hot_pixels: u32,
     /// Range of their dark current, e-/s; the logarithm is uniform.
     pub hot_pixel_e_s: (f64, f64),
+    /// Pixels that always read 0.
+    pub dead_low: u32,
+    /// Pixels that always read full scale.
+    pub dead_high: u32,
     /// Protons.
-    pub proton_hits: u32,
-    /// Range of the charge a proton leaves in a pixel, e-; the logarithm is uniform.
-    pub proton_e: (f64, f64),
+    pub protons: Protons,
 }
 
 impl Default for Disturbances {
@@ -35,8 +36,9 @@ impl Default for Disturbances {
             false_star_v: (2.0, 5.5),
             hot_pixels: 0,
             hot_pixel_e_s: (4e3, 1e5),
-            proton_hits: 0,
-            proton_e: (1e3, 2e4),
+            dead_low: 0,
+            dead_high: 0,
+            protons: Protons::Fixed(0),
         }
     }
 }
@@ -45,7 +47,7 @@ impl Disturbances {
     /// Whether the ranges are finite, and positive where their logarithm is taken.
     pub(crate) fn is_sound(&self) -> bool {
         let (brightest, faintest) = self.false_star_v;
-        let charges = [self.hot_pixel_e_s.0, self.hot_pixel_e_s.1, self.proton_e.0, self.proton_e.1];
+        let charges = [self.hot_pixel_e_s.0, self.hot_pixel_e_s.1];
         brightest.is_finite() && faintest.is_finite() && charges.iter().all(|c| c.is_finite() && *c > 0.0)
     }
 
@@ -55,7 +57,7 @@ impl Disturbances {
         seed: u64,
         cycle: u64,
         geometry: DetectorGeometry,
-        electrons: impl Fn(f64) -> f64,
+        electrons: impl Fn(f64) -> [f64; BANDS],
     ) -> Vec<Spot> {
         let noise = Noise::new(seed, cycle, Stream::FalseStar);
         let (brightest, faintest) = self.false_star_v;
@@ -77,27 +79,16 @@ impl Disturbances {
         Deposits::new((0..self.hot_pixels).map(place).collect())
     }
 
-    /// The protons of a cycle.
-    pub fn protons(&self, seed: u64, cycle: u64, geometry: DetectorGeometry) -> Deposits {
-        let noise = Noise::new(seed, cycle, Stream::Proton);
-        let mut deposits = Vec::new();
-        for index in 0..self.proton_hits {
+    /// The dead pixels of a detector, sorted by row: place, and whether full scale is read.
+    pub fn dead_pixels(&self, seed: u64, geometry: DetectorGeometry) -> Vec<(u16, u16, bool)> {
+        let noise = Noise::new(seed, 0, Stream::DeadPixel);
+        let place = |index| {
             let (x, y) = random_pixel(&noise, index, geometry);
-            let angle = std::f64::consts::TAU * noise.uniform(index, 2);
-            let length = (1.0 / noise.uniform(index, 3)).clamp(1.0, f64::from(PROTON_PIXELS_MAX)) as u32;
-            for step in 0..length {
-                let along =
-                    |start: u16, slope: f64| i32::from(start) + libm::rint(slope * f64::from(step)) as i32;
-                let (px, py) = (along(x, libm::cos(angle)), along(y, libm::sin(angle)));
-                if (0..i32::from(geometry.width_px)).contains(&px)
-                    && (0..i32::from(geometry.height_px)).contains(&py)
-                {
-                    let electrons = log_uniform(self.proton_e, noise.uniform(index, 4 + step));
-                    deposits.push(Deposit { x: px as u16, y: py as u16, electrons });
-                }
-            }
-        }
-        Deposits::new(deposits)
+            (x, y, index >= self.dead_low)
+        };
+        let mut dead: Vec<_> = (0..self.dead_low + self.dead_high).map(place).collect();
+        dead.sort_by_key(|(_, y, _)| *y);
+        dead
     }
 }
 
@@ -160,18 +151,21 @@ mod tests {
 
     #[test]
     fn disturbances_come_in_number_and_range() {
-        let d =
-            Disturbances { false_stars: 500, hot_pixels: 500, proton_hits: 500, ..Disturbances::default() };
-        let spots = d.false_stars(1, 2, GEOMETRY, |v| v);
-        assert!(spots.len() == 500 && spots.iter().all(|s| (2.0..=5.5).contains(&s.electrons)));
+        let d = Disturbances {
+            false_stars: 500,
+            hot_pixels: 500,
+            dead_low: 20,
+            dead_high: 9,
+            ..Disturbances::default()
+        };
+        let spots = d.false_stars(1, 2, GEOMETRY, |v| [v, 0.0, 0.0]);
+        assert!(spots.len() == 500 && spots.iter().all(|s| (2.0..=5.5).contains(&s.electrons[0])));
         assert!(spots.iter().all(|s| (-0.5..99.5).contains(&s.x_px) && (-0.5..59.5).contains(&s.y_px)));
         let hot = d.hot_pixels(1, GEOMETRY);
         assert!(hot.as_slice().iter().all(|h| (4e3..=1e5).contains(&h.electrons) && h.x < 100 && h.y < 60));
         assert_eq!(hot.as_slice().len(), 500);
-        let protons = d.protons(1, 2, GEOMETRY);
-        assert!((500..2000).contains(&protons.as_slice().len()));
-        assert!(protons.as_slice().windows(2).all(|w| w[0].y <= w[1].y));
-        assert_ne!(protons, d.protons(1, 3, GEOMETRY));
-        assert_eq!(protons, d.protons(1, 2, GEOMETRY));
+        let dead = d.dead_pixels(1, GEOMETRY);
+        assert!(dead.len() == 29 && dead.iter().filter(|(.., high)| *high).count() == 9);
+        assert!(dead.iter().all(|(x, y, _)| *x < 100 && *y < 60));
     }
 }

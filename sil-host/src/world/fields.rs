@@ -153,6 +153,7 @@ mod tests {
             hip: index + 1,
             direction: attitude::matrix(attitude::uniform(&noise, index))[2],
             v: 6.0 * noise.uniform(index, 9),
+            b_v: 0.0,
         };
         (0..5000).map(star).collect()
     }

@@ -152,7 +152,7 @@ fn aberration_moves_a_star_towards_the_way_of_flight() {
     assert!((dot(annual, annual).sqrt().to_degrees() * 3600.0 - 20.5).abs() < 0.4);
     // On the detector: the star is drawn where its shifted direction projects.
     let towards = matrix(journey.quaternion(0.0))[2];
-    let star = WorldStar { hip: 1, direction: towards, v: 3.0 };
+    let star = WorldStar { hip: 1, direction: towards, v: 3.0, b_v: 0.0 };
     let mut scene = scene(camera(), journey, &[star]);
     scene.expose(100_000).unwrap();
     let seen = scene.visible_stars()[0];
@@ -183,7 +183,7 @@ proptest! {
         let window = Window { x, y, width: w.min(160 - x), height: h.min(128 - y) };
         let journey = if low { leo() } else { geo(12.0, ASIDE) };
         let cycle = if low { cycle } else { cycle * 17 };
-        let star = WorldStar { hip: 1, direction: matrix(journey.quaternion(cycle as f64))[2], v: 1.0 };
+        let star = WorldStar { hip: 1, direction: matrix(journey.quaternion(cycle as f64))[2], v: 1.0, b_v: 0.0 };
         let mut scene = scene(small_camera(), journey, &[star]);
         scene.expose_cycle(cycle, exposure_us).unwrap();
         let geometry = scene.geometry();

@@ -6,7 +6,7 @@
 //! | module | takes | gives |
 //! |---|---|---|
 //! | [`noise`] | seed, cycle, x, y, stream | uniform, Gaussian and Poisson numbers |
-//! | [`normal`] | a probability | the deviate of the normal distribution |
+//! | [`normal`] | a probability, or a deviate | the other one of the two |
 //! | [`vector`] | vectors | sums, products |
 //! | [`attitude`] | quaternion, rate, time | quaternion, matrix |
 //! | [`ephemeris`] | time | Sun, Moon, the Earth's motion, pole and rotation |
@@ -18,34 +18,53 @@
 //! | [`motion`] | turning or journey | attitude over time |
 //! | [`optics`] | camera, direction in the sensor frame | pixel |
 //! | [`sky`] | a year | the stars of the world |
-//! | [`stars`] | visual magnitude, detector | electrons |
+//! | [`cells`] | the stars' directions, a cone | the stars near it |
+//! | [`stars`] | visual magnitude, detector | electrons, digital numbers |
+//! | [`colour`] | B-V | electrons in the parts of the band |
+//! | [`lens`] | field angle, wavelength, point of the pupil | where the ray lands |
+//! | [`psf`] | lens, place on the detector | the image of a star as a few Gaussians |
+//! | [`pixel`] | a Gaussian | its share in the sensitive part of pixels |
 //! | [`spots`] | places and charges | mean electrons of a window |
-//! | [`disturbances`] | counts, ranges, seed, cycle | false stars, hot pixels, protons |
+//! | [`vignetting`] | place on the detector | what is left of the light |
+//! | [`shutter`] | attitude over time, row | where a star is when its row collects light |
+//! | [`imaging`] | - | the settings of all of these |
+//! | [`fixed_pattern`] | seed, pixel | gain, dark current, offsets |
+//! | [`disturbances`] | counts, ranges, seed, cycle | false stars, hot and dead pixels |
+//! | [`protons`] | position, seed, cycle | tracks of charge |
 //! | [`scene`] | all of these | raw frames through the detector trait, and the truth |
 //! | [`fields`] | camera, star list, seed | lists of centroids with their truth |
 //!
-//! Left out in this form: star colours and parallax, vignetting, a PSF that varies over the field, pixel-to-pixel
-//! response, the Moon's light, an Earth in the star path, stray light of a Sun outside the field, pointing errors. The
-//! shutter is global: every pixel integrates over the same time.
+//! Left out in this form: parallax, ghosts and flare of the lens, blooming, lag, a rolling shutter's effect on the Earth's
+//! image, the Moon's light, an Earth in the star path, stray light of a Sun outside the field, pointing errors.
 
 pub mod attitude;
+pub mod cells;
+pub mod colour;
 pub mod disturbances;
 pub mod earth;
 pub mod ephemeris;
 pub mod fields;
+pub mod fixed_pattern;
+pub mod imaging;
 pub mod journey;
+pub mod lens;
 pub mod moon;
 pub mod motion;
 pub mod noise;
 pub mod normal;
 pub mod optics;
 pub mod orbit;
+pub mod pixel;
 pub mod planets;
 pub mod pointing;
+pub mod protons;
+pub mod psf;
 pub mod satellites;
 pub mod scene;
+pub mod shutter;
 pub mod sky;
 pub mod spots;
 pub mod stars;
 pub mod sun;
 pub mod vector;
+pub mod vignetting;

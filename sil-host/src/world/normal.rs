@@ -1,8 +1,14 @@
-//! The inverse of the normal distribution.
+//! The normal distribution and its inverse.
 //!
-//! In: a probability. Out: the standardised deviate below which it lies, by the three rational approximations of
-//! algorithm AS 241 (Wichura 1988, Applied Statistics 37, 477), stated relative error 1e-16. The logarithm is `libm`'s
-//! and the square root exact by the standard, so the bits are the same on every machine.
+//! [`inverse_normal`]: in a probability, out the standardised deviate below which it lies, by the three rational
+//! approximations of algorithm AS 241 (Wichura 1988, Applied Statistics 37, 477), stated relative error 1e-16. The logarithm
+//! is `libm`'s and the square root exact by the standard, so the bits are the same on every machine.
+//!
+//! The two quick ones read tables that `libm` filled. [`quick_inverse_normal`]: a parabola through three points in each of
+//! 1024 equal parts of (0, 1), exact in the outer sixteen on either side; the distribution function of what comes out is off
+//! by less than 5e-7. [`normal_below`]: second order from the nearest of 64 entries a unit, error below 1e-7.
+
+use std::sync::LazyLock;
 
 /// Numerator and denominator, constant term first.
 type Ratio = ([f64; 8], [f64; 8]);
@@ -87,6 +93,63 @@ pub fn inverse_normal(p: f64) -> f64 {
     if q < 0.0 { -value } else { value }
 }
 
+/// Parts of (0, 1) in the table of the inverse.
+const PARTS: usize = 1024;
+/// Parts on either side that are not read from the table: the inverse is too steep there.
+const OUTER: usize = 16;
+
+/// Value at the start of a part, and the coefficients of the place within it and its square.
+static INVERSE: LazyLock<Box<[[f64; 3]; PARTS]>> = LazyLock::new(|| {
+    let mut table = Box::new([[0.0; 3]; PARTS]);
+    for (part, entry) in table.iter_mut().enumerate().take(PARTS - OUTER).skip(OUTER) {
+        let [a, b, c] = [0.0, 0.5, 1.0].map(|step| inverse_normal((part as f64 + step) / PARTS as f64));
+        *entry = [a, 4.0 * b - 3.0 * a - c, 2.0 * (a + c) - 4.0 * b];
+    }
+    table
+});
+
+/// [`inverse_normal`] from a table.
+#[inline]
+pub fn quick_inverse_normal(p: f64) -> f64 {
+    let place = p * PARTS as f64;
+    let part = place as usize;
+    if part.wrapping_sub(OUTER) >= PARTS - 2 * OUTER {
+        return inverse_normal(p);
+    }
+    let [a, b, c] = INVERSE[part];
+    let step = place - part as f64;
+    a + step * (b + step * c)
+}
+
+/// Entries a unit of the distribution's table.
+const STEPS: f64 = 64.0;
+/// Its end on either side.
+const REACH: f64 = 6.0;
+const ENTRIES: usize = (2.0 * REACH * STEPS) as usize + 1;
+
+/// Distribution function and density.
+static BELOW: LazyLock<Box<[[f64; 2]; ENTRIES]>> = LazyLock::new(|| {
+    const DENSITY: f64 = 0.398_942_280_401_432_7;
+    let mut table = Box::new([[0.0; 2]; ENTRIES]);
+    for (index, entry) in table.iter_mut().enumerate() {
+        let t = index as f64 / STEPS - REACH;
+        let below = 0.5 * libm::erfc(-std::f64::consts::FRAC_1_SQRT_2 * t);
+        *entry = [below, DENSITY * libm::exp(-0.5 * t * t)];
+    }
+    table
+});
+
+/// Share of the normal distribution below `t`.
+#[inline]
+pub fn normal_below(t: f64) -> f64 {
+    let t = t.clamp(-REACH, REACH);
+    let index = ((t + REACH) * STEPS + 0.5) as usize;
+    let [below, density] = BELOW[index];
+    let node = index as f64 * (1.0 / STEPS) - REACH;
+    let step = t - node;
+    below + density * step * (1.0 - 0.5 * node * step)
+}
+
 #[inline]
 fn ratio((numerator, denominator): &Ratio, x: f64) -> f64 {
     let polynomial = |c: &[f64; 8]| c.iter().rev().fold(0.0, |sum, term| sum * x + term);
@@ -108,6 +171,29 @@ mod tests {
             let p = 10f64.powi(-exponent);
             let back = 0.5 * libm::erfc(-inverse_normal(p) / std::f64::consts::SQRT_2);
             assert!((back / p - 1.0).abs() < 1e-11, "{p}: {back}");
+        }
+    }
+
+    #[test]
+    fn the_quick_inverse_hardly_changes_the_distribution() {
+        let mut worst = 0.0f64;
+        for k in 0..1_000_000 {
+            let p = (f64::from(k) + 0.5) * 1e-6;
+            let below = 0.5 * libm::erfc(-quick_inverse_normal(p) / std::f64::consts::SQRT_2);
+            worst = worst.max((below - p).abs());
+        }
+        assert!(worst < 5e-7, "{worst}");
+        for p in [1e-16, 1e-9, 0.015, 1.0 - 1e-9] {
+            assert_eq!(quick_inverse_normal(p), inverse_normal(p));
+        }
+    }
+
+    #[test]
+    fn the_quick_distribution_is_right_to_1e_7() {
+        for k in -80_000..80_000 {
+            let t = f64::from(k) * 1e-4;
+            let exact = 0.5 * libm::erfc(-t / std::f64::consts::SQRT_2);
+            assert!((normal_below(t) - exact).abs() < 1e-7, "{t}");
         }
     }
 }

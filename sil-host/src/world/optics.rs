@@ -98,6 +98,11 @@ impl Optics {
         [0, 1].map(|k| pixel[k].clamp(-0.5, self.size_px[k] - 0.5))
     }
 
+    /// Where the optical axis meets the detector, px.
+    pub fn centre_px(&self) -> [f64; 2] {
+        self.centre_px
+    }
+
     /// Focal length, px.
     pub fn focal_length_px(&self) -> f64 {
         self.focal_length_px

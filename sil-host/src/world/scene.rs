@@ -3,31 +3,44 @@
 //! In: stars (ICRS unit vectors, V), a camera, a motion, a seed. Out: raw frames, drawn window by window. Every
 //! [`Detector::expose`] advances one cycle of [`CYCLE_S`] (the first is cycle 0) and integrates for the exposure time
 //! `T` about the instant `t = cycle * 1 s`, over `t ± T/2`; the truth is that of `t`. While the sensor turns, a star is
-//! drawn as a row of spots at most half a PSF width apart. A pixel collects
+//! drawn as a row of images at most [`Psf::step_px`] apart. Light becomes a number in this order:
 //!
-//! `Poisson(stars + dark + hot) + protons + read noise`, in electrons, cut at full well, and becomes
-//! `round(electrons / gain + pedestal)`, cut to the detector's bits.
+//! 1. light: stars and false stars, the Earth ([`Scene::add_light`]); times the vignetting; the even veil of a Sun in the field
+//! 2. charge: light times the pixel's gain, dark current, hot pixels ([`Scene::add_charge`]), all of them means
+//! 3. `Poisson(charge) + read noise`
+//! 4. protons; offsets of column and row
+//! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say what they always do
 //!
-//! The shutter is global. False stars and protons are new in each cycle, hot pixels stay.
+//! With a rolling shutter a star is where it is at the time of its own row, see [`super::shutter`]; the Earth is drawn as of
+//! the middle of the exposure. False stars and protons are new in each cycle; hot and dead pixels and patterns stay.
 
 use super::attitude::{self, Vector, dot};
+use super::cells::Cells;
+use super::colour::{self, BANDS};
 use super::disturbances::{Deposits, Disturbances};
 use super::earth::image::EarthImage;
+use super::fixed_pattern::FixedPattern;
+use super::imaging::ImagingModel;
 pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
-use super::noise::{Noise, PoissonTable, Stream};
+use super::noise::{Noise, Stream};
 use super::optics::Optics;
-use super::spots::{Spot, Spots};
+use super::protons;
+use super::psf::Psf;
+use super::shutter::Way;
+use super::spots::{Brush, Spot, Spots};
 use super::stars::DetectorModel;
 use super::sun;
-use super::vector::plus;
+use super::vector::{length, plus};
+use super::vignetting::Vignetting;
 use crate::camera_file::CameraFile;
 use crate::picture::check_request;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use std::sync::Arc;
 
 /// Length of a cycle, s.
 pub const CYCLE_S: f64 = 1.0;
-/// Most spots a star is smeared into.
+/// Most images a star is smeared into.
 const SMEAR_STEPS_MAX: u32 = 4096;
 
 /// A star of the world.
@@ -39,6 +52,8 @@ pub struct WorldStar {
     pub direction: Vector,
     /// Visual magnitude.
     pub v: f64,
+    /// Colour index B-V.
+    pub b_v: f64,
 }
 
 /// Everything a scene is made of but its stars.
@@ -52,21 +67,21 @@ pub struct SceneSettings {
     pub motion: Motion,
     /// Seed of all noise.
     pub seed: u64,
-    /// Width of the Gaussian PSF, px.
-    pub psf_sigma_px: f64,
+    /// What the optics do to light.
+    pub imaging: ImagingModel,
     /// What is on the detector and is no star.
     pub disturbances: Disturbances,
 }
 
 impl SceneSettings {
-    /// A quiet scene: the default detector, PSF of 0.9 px, no disturbances.
+    /// A plain scene: pixels that are all alike, a Gaussian PSF of 0.9 px, white stars, no disturbances.
     pub fn new(camera: CameraFile, motion: Motion, seed: u64) -> Self {
         Self {
             camera,
             detector: DetectorModel::default(),
             motion,
             seed,
-            psf_sigma_px: 0.9,
+            imaging: ImagingModel::PLAIN,
             disturbances: Disturbances::default(),
         }
     }
@@ -78,9 +93,12 @@ pub enum SceneError {
     /// The camera is not rectilinear.
     #[error("the world draws rectilinear cameras only")]
     Projection,
-    /// A value of the detector, the PSF or the disturbances makes no physical sense.
-    #[error("a value of the detector model, the PSF width or the disturbances is out of range")]
+    /// A value of the detector, the imaging or the disturbances makes no physical sense.
+    #[error("a value of the detector model, the imaging or the disturbances is out of range")]
     Detector,
+    /// The lens cannot be made for the camera.
+    #[error("the lens cannot be scaled to this focal length, pixel pitch, aperture and defocus")]
+    Lens,
     /// A value of the Earth model makes no physical sense.
     #[error("a value of the Earth model is out of range")]
     Earth,
@@ -94,12 +112,14 @@ pub enum SceneError {
 pub struct VisibleStar {
     /// Hipparcos number.
     pub hip: u32,
-    /// Column of its image at the middle of the exposure, px.
+    /// Column of its image at the middle of its row's exposure, px.
     pub x_px: f64,
-    /// Row of its image at the middle of the exposure, px.
+    /// Row of its image at the middle of its row's exposure, px.
     pub y_px: f64,
     /// Visual magnitude.
     pub v: f64,
+    /// Colour index B-V.
+    pub b_v: f64,
 }
 
 /// What one exposure holds.
@@ -107,8 +127,10 @@ pub struct VisibleStar {
 struct Exposure {
     cycle: u64,
     time_s: f64,
-    /// Mean electrons of a pixel that sees neither star nor Earth: dark current, and the veil of the Sun in a path.
-    dark: PoissonTable,
+    /// Mean electrons of the dark current.
+    dark_e: f64,
+    /// Mean electrons of the veil of the Sun in a path.
+    veil_e: f64,
     spots: Spots,
     protons: Deposits,
     visible: Vec<VisibleStar>,
@@ -116,14 +138,26 @@ struct Exposure {
     earth: Option<EarthImage>,
 }
 
+/// The stars, by where they are, with their electrons a second in each part of the band.
+#[derive(Debug)]
+struct Sky {
+    stars: Vec<(WorldStar, [f64; BANDS])>,
+    cells: Cells,
+}
+
 /// A sky, a camera and a motion, with the last exposure.
 #[derive(Debug, Clone)]
 pub struct Scene {
     settings: SceneSettings,
     optics: Optics,
-    stars: Vec<WorldStar>,
+    psf: Arc<Psf>,
+    vignetting: Vignetting,
+    sky: Arc<Sky>,
+    pattern: Arc<FixedPattern>,
     /// Charge in e-/s here, e- once multiplied with the exposure time.
     hot_pixels: Deposits,
+    /// Place, and whether full scale is read; sorted by row.
+    dead_pixels: Vec<(u16, u16, bool)>,
     exposure: Option<Exposure>,
     // Kept from call to call so that a small window costs no allocation.
     scratch: Vec<f64>,
@@ -136,9 +170,8 @@ impl Scene {
     /// See [`SceneError`].
     pub fn new(mut settings: SceneSettings, stars: &[WorldStar]) -> Result<Self, SceneError> {
         let optics = Optics::new(&settings.camera).ok_or(SceneError::Projection)?;
-        let (low, high) = Spots::SIGMA_PX;
-        let width_ok = (low..=high).contains(&settings.psf_sigma_px);
-        if !settings.detector.is_sound() || !width_ok || !settings.disturbances.is_sound() {
+        let SceneSettings { detector, imaging, disturbances, .. } = &settings;
+        if !detector.is_sound() || !imaging.is_sound() || !disturbances.is_sound() {
             return Err(SceneError::Detector);
         }
         if let Motion::Turning(turning) = &mut settings.motion {
@@ -150,17 +183,22 @@ impl Scene {
         if settings.motion.journey().is_some_and(|journey| !journey.earth.is_sound()) {
             return Err(SceneError::Earth);
         }
-        let mut scene = Self {
+        let psf = settings.imaging.psf(&optics).ok_or(SceneError::Lens)?;
+        let (seed, geometry) = (settings.seed, settings.camera.geometry());
+        let lit: Vec<_> = stars.iter().map(|star| (*star, star_e_s(&settings, star.v, star.b_v))).collect();
+        let cells = Cells::new(stars.iter().map(|star| star.direction));
+        Ok(Self {
+            vignetting: Vignetting::new(&settings.imaging.vignetting, &optics),
+            pattern: Arc::new(FixedPattern::new(&settings.detector.pattern, seed, geometry)),
+            hot_pixels: settings.disturbances.hot_pixels(seed, geometry),
+            dead_pixels: settings.disturbances.dead_pixels(seed, geometry),
+            psf: Arc::new(psf),
+            sky: Arc::new(Sky { stars: lit, cells }),
             settings,
             optics,
-            stars: stars.to_vec(),
-            hot_pixels: Deposits::default(),
             exposure: None,
             scratch: Vec::new(),
-        };
-        scene.hot_pixels =
-            scene.settings.disturbances.hot_pixels(scene.settings.seed, scene.settings.camera.geometry());
-        Ok(scene)
+        })
     }
 
     /// What the scene is made of.
@@ -222,56 +260,130 @@ impl Scene {
         let time_s = f64::from(exposure_us) * 1e-6;
         let mut spots = Vec::new();
         let visible = self.place_stars(cycle, time_s, &mut spots);
-        let SceneSettings { disturbances, detector, seed, .. } = &self.settings;
-        let geometry = self.settings.camera.geometry();
-        let electrons = |v| detector.star_e_s(v) * time_s;
+        let SceneSettings { disturbances, detector, imaging, seed, .. } = &self.settings;
+        let (run, geometry) = ((*seed, cycle), self.settings.camera.geometry());
+        let electrons = |v| star_e_s(&self.settings, v, 0.0).map(|e| e * time_s);
         spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
-        let protons = disturbances.protons(*seed, cycle, geometry);
-        let spots = Spots::new(self.settings.psf_sigma_px, spots);
+        let spots = Spots::new(self.psf.clone(), detector.response, spots);
         let journey = self.settings.motion.journey();
         let truth = self.truth_at(cycle);
+        let pitch_um = imaging.pixel_pitch_um;
+        let hits = disturbances.protons.hits(run, truth.as_ref(), geometry, pitch_um, time_s);
         let earth = journey
             .zip(truth.as_ref())
-            .map(|(journey, truth)| journey.earth_image(truth, &self.optics, self.settings.psf_sigma_px));
-        let veil_e_s = journey
-            .filter(|_| truth.is_some_and(|truth| truth.state.is_blinded()))
-            .map_or(0.0, |journey| sun::veil_e_s(&journey.earth, &geometry));
-        let even_e_s = self.settings.detector.dark_now_e_s() + veil_e_s;
-        let dark = PoissonTable::new(even_e_s * time_s);
-        self.exposure = Some(Exposure { cycle, time_s, dark, spots, protons, visible, truth, earth });
+            .map(|(journey, truth)| journey.earth_image(truth, &self.optics, self.psf.rms_px()));
+        let veil_e_s = journey.zip(truth.as_ref().filter(|truth| truth.state.is_blinded())).map_or(
+            0.0,
+            |(journey, truth)| {
+                let transmission = match truth.state {
+                    SensorState::SunInEarthPath => imaging.earth_path_transmission,
+                    _ => imaging.star_path_transmission,
+                };
+                transmission * sun::veil_e_s(&journey.earth, &geometry)
+            },
+        );
+        self.exposure = Some(Exposure {
+            cycle,
+            time_s,
+            dark_e: detector.dark_now_e_s() * time_s,
+            veil_e: veil_e_s * time_s,
+            spots,
+            protons: protons::tracks(run, hits, geometry, pitch_um),
+            visible,
+            truth,
+            earth,
+        });
         Ok(())
     }
 
     /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure.
     fn place_stars(&self, cycle: u64, time_s: f64, spots: &mut Vec<Spot>) -> Vec<VisibleStar> {
+        let SceneSettings { motion, imaging, camera, .. } = &self.settings;
         let middle_s = cycle as f64 * CYCLE_S;
+        let rate_rad_s = length(motion.rate_rad_s(middle_s));
+        let (exposure, rows) = ((middle_s, time_s), camera.height_px);
+        let way = |steps| Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, rows, rate_rad_s);
         let smear_px = self.smear_px(middle_s, time_s);
-        let steps =
-            ((2.0 * smear_px / self.settings.psf_sigma_px).ceil()).clamp(1.0, f64::from(SMEAR_STEPS_MAX));
-        let attitude_at = |step: u32| {
-            let t = middle_s + time_s * ((f64::from(step) + 0.5) / steps - 0.5);
-            attitude::matrix(self.settings.motion.at(t))
-        };
-        let path: Vec<_> = (0..steps as u32).map(attitude_at).collect();
-        let middle = attitude::matrix(self.settings.motion.at(middle_s));
-        let margin_px = Spots::reach_px(self.settings.psf_sigma_px) as f64 + 1.0;
-        let cone_cosine = self.optics.cone_cosine(margin_px + smear_px);
-        let aberration = self.settings.motion.aberration(middle_s);
+        let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
+        let (smeared, middle) = (way(steps as u32), way(1));
+        let boresight = attitude::matrix(motion.at(middle_s))[2];
+        let row_s = imaging.shutter.row_time_s() * f64::from(rows);
+        let margin_px = Spots::reach_px(&self.psf) + 1.0 + smear_px + self.smear_px(middle_s, row_s);
+        let cone_cosine = self.optics.cone_cosine(margin_px);
+        let aberration = motion.aberration(middle_s);
         let mut visible = Vec::new();
-        for star in self.stars.iter().filter(|s| dot(middle[2], s.direction) >= cone_cosine) {
-            let electrons = self.settings.detector.star_e_s(star.v) * time_s / steps;
+        for number in self.sky.cells.near(boresight, cone_cosine) {
+            let (star, e_s) = &self.sky.stars[number as usize];
+            if dot(boresight, star.direction) < cone_cosine {
+                continue;
+            }
+            let electrons = e_s.map(|e| e * time_s / steps);
             let seen = plus(star.direction, 1.0, aberration);
-            for matrix in &path {
-                if let Some([x_px, y_px]) = self.optics.project(attitude::apply(matrix, seen)) {
+            for step in 0..smeared.steps() {
+                if let Some([x_px, y_px]) = smeared.place(step, seen, &self.optics) {
                     spots.push(Spot { x_px, y_px, electrons });
                 }
             }
-            let pixel = self.optics.project(attitude::apply(&middle, seen));
+            let pixel = middle.place(0, seen, &self.optics);
             if let Some([x_px, y_px]) = pixel.filter(|p| self.optics.on_detector(*p)) {
-                visible.push(VisibleStar { hip: star.hip, x_px, y_px, v: star.v });
+                visible.push((number, VisibleStar { hip: star.hip, x_px, y_px, v: star.v, b_v: star.b_v }));
             }
         }
-        visible
+        visible.sort_unstable_by_key(|(number, _)| *number);
+        visible.into_iter().map(|(_, star)| star).collect()
+    }
+
+    /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
+    /// before the vignetting.
+    fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64]) {
+        if let Some(earth) = &exposure.earth {
+            earth.add_to(window, exposure.time_s * self.settings.imaging.earth_path_transmission, light);
+        }
+        exposure.spots.add_to(window, light);
+        self.vignetting.dim(window, light);
+        if exposure.veil_e > 0.0 {
+            light.iter_mut().for_each(|pixel| *pixel += exposure.veil_e);
+        }
+    }
+
+    /// Turns the light of `window` into mean charge: whatever frees electrons without light adds itself here.
+    fn add_charge(&self, exposure: &Exposure, window: Window, electrons: &mut [f64]) {
+        self.pattern.charge(window, exposure.dark_e, electrons);
+        self.hot_pixels.add_to(window, exposure.time_s, electrons);
+    }
+
+    /// Mean electrons that a star of this kind at `pixel` gives in `exposure_s` in the pixels of `window`, if it stands
+    /// still: what a bound needs to know.
+    pub fn star_image(
+        &self,
+        star: &VisibleStar,
+        pixel: [f64; 2],
+        exposure_s: f64,
+        window: Window,
+    ) -> Vec<f64> {
+        let electrons = star_e_s(&self.settings, star.v, star.b_v).map(|e| e * exposure_s);
+        let spot = Spot { x_px: pixel[0], y_px: pixel[1], electrons };
+        let mut light = vec![0.0; window.area()];
+        Brush::default().draw(&self.psf, self.settings.detector.response, &spot, window, &mut light);
+        self.vignetting.dim(window, &mut light);
+        light
+    }
+
+    /// How far from its place a star has light, px.
+    pub fn star_reach_px(&self) -> f64 {
+        Spots::reach_px(&self.psf)
+    }
+
+    /// Dead pixels say 0 or full scale.
+    fn bury_dead_pixels(&self, window: Window, pixels: &mut [u16]) {
+        let full_scale = ((1u32 << self.settings.camera.bits.min(16)) - 1) as u16;
+        let first = self.dead_pixels.partition_point(|(_, y, _)| *y < window.y);
+        for (x, y, high) in self.dead_pixels[first..].iter().take_while(|d| d.1 - window.y < window.height) {
+            if *x >= window.x && x - window.x < window.width {
+                let place = usize::from(y - window.y) * usize::from(window.width) + usize::from(x - window.x);
+                pixels[place] = if *high { full_scale } else { 0 };
+            }
+        }
     }
 
     /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f (1 + tan²),
@@ -281,6 +393,13 @@ impl Scene {
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
         time_s * (libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius)
     }
+}
+
+/// Electrons a second of a star in each part of the band.
+fn star_e_s(settings: &SceneSettings, v: f64, b_v: f64) -> [f64; BANDS] {
+    let colour = if settings.imaging.star_colours { b_v } else { 0.0 };
+    let white = settings.detector.star_e_s(v) * settings.imaging.star_path_transmission;
+    colour::shares(colour).map(|share| share * white)
 }
 
 impl Detector for Scene {
@@ -298,32 +417,31 @@ impl Detector for Scene {
         if pixels.is_empty() {
             return Ok(());
         }
-        let (detector, bits) = (self.settings.detector, self.settings.camera.bits);
-        self.scratch.clear();
-        self.scratch.resize(pixels.len(), exposure.dark.mean());
-        if let Some(earth) = &exposure.earth {
-            earth.add_to(window, exposure.time_s, &mut self.scratch);
-        }
-        exposure.spots.add_to(window, &mut self.scratch);
-        self.hot_pixels.add_to(window, exposure.time_s, &mut self.scratch);
+        let (detector, bits) = (&self.settings.detector, self.settings.camera.bits);
+        let mut electrons = std::mem::take(&mut self.scratch);
+        electrons.clear();
+        electrons.resize(pixels.len(), 0.0);
+        self.add_light(exposure, window, &mut electrons);
+        self.add_charge(exposure, window, &mut electrons);
         let photon = Noise::new(self.settings.seed, exposure.cycle, Stream::Photon);
         let readout = Noise::new(self.settings.seed, exposure.cycle, Stream::Read);
         let width = usize::from(window.width);
-        for (row, line) in self.scratch.chunks_exact_mut(width).enumerate() {
-            let y = u32::from(window.y) + row as u32;
-            for (x, electrons) in (u32::from(window.x)..).zip(line) {
-                let count = if *electrons == exposure.dark.mean() {
-                    photon.poisson_of(x, y, &exposure.dark)
-                } else {
-                    photon.poisson(x, y, *electrons)
-                };
-                *electrons = count + detector.read_noise_e * readout.gaussian(x, y);
+        for (y, line) in (window.y..).zip(electrons.chunks_exact_mut(width)) {
+            for (x, pixel) in (u32::from(window.x)..).zip(line) {
+                *pixel = photon.electrons(x, y.into(), *pixel, &readout, detector.read_noise_e);
             }
         }
-        exposure.protons.add_to(window, 1.0, &mut self.scratch);
-        for (pixel, electrons) in pixels.iter_mut().zip(&self.scratch) {
-            *pixel = detector.digital_number(*electrons, bits);
+        exposure.protons.add_to(window, 1.0, &mut electrons);
+        let converter = detector.converter(bits);
+        let lines = electrons.chunks_exact(width).zip(pixels.chunks_exact_mut(width));
+        for (y, (line, numbers)) in (window.y..).zip(lines) {
+            let row_e = self.pattern.row_e(exposure.cycle, y);
+            for ((x, electrons), number) in (window.x..).zip(line).zip(numbers) {
+                *number = converter.digital_number(*electrons + (row_e + self.pattern.column_e(x)));
+            }
         }
+        self.bury_dead_pixels(window, pixels);
+        self.scratch = electrons;
         Ok(())
     }
 }
@@ -331,3 +449,7 @@ impl Detector for Scene {
 #[cfg(test)]
 #[path = "scene_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "scene_statistics_tests.rs"]
+mod statistics_tests;

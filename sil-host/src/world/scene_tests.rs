@@ -1,11 +1,15 @@
-//! Tests of the scene: windows against whole frames, fluxes and noise against analytic values, truth, speed.
+//! Tests of the scene: windows against whole frames, what each effect shows, wrong requests.
 
 use super::*;
+use crate::scenario::Scenario;
+use crate::world::protons::Protons;
+use crate::world::psf::{LensModel, PsfModel};
+use crate::world::shutter::Shutter;
 use proptest::prelude::*;
 
-const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+pub(super) const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-fn small_camera() -> CameraFile {
+pub(super) fn small_camera() -> CameraFile {
     CameraFile {
         width_px: 96,
         height_px: 80,
@@ -16,12 +20,12 @@ fn small_camera() -> CameraFile {
 }
 
 /// A star that an unrotated small camera sees at `pixel`.
-fn star_at(pixel: [f64; 2], v: f64) -> WorldStar {
+pub(super) fn star_at(pixel: [f64; 2], v: f64) -> WorldStar {
     let direction = Optics::new(&small_camera()).unwrap().unproject(pixel).unwrap();
-    WorldStar { hip: 1, direction, v }
+    WorldStar { hip: 1, direction, v, b_v: 0.0 }
 }
 
-fn read(scene: &mut Scene, window: Window) -> Vec<u16> {
+pub(super) fn read(scene: &mut Scene, window: Window) -> Vec<u16> {
     let mut pixels = vec![0; window.area()];
     scene.read(window, &mut pixels).unwrap();
     pixels
@@ -34,16 +38,45 @@ fn sky(count: u32) -> Vec<WorldStar> {
         hip: index + 1,
         direction: attitude::matrix(attitude::uniform(&noise, index))[2],
         v: 6.5 + 2.0 * libm::log10(noise.uniform(index, 9)),
+        b_v: 2.0 * noise.uniform(index, 10) - 0.3,
     };
     (0..count).map(star).collect()
 }
 
-fn busy_scene(rate_rad_s: Vector, seed: u64) -> Scene {
+fn busy_settings(rate_rad_s: Vector, seed: u64) -> SceneSettings {
     let motion = Motion::turning([0.3, -0.2, 0.5, 0.7], rate_rad_s);
     let mut settings = SceneSettings::new(small_camera(), motion, seed);
-    settings.disturbances =
-        Disturbances { false_stars: 20, hot_pixels: 30, proton_hits: 15, ..Disturbances::default() };
+    settings.disturbances = Disturbances {
+        false_stars: 20,
+        hot_pixels: 30,
+        dead_low: 10,
+        dead_high: 10,
+        protons: Protons::Fixed(15),
+        ..Disturbances::default()
+    };
+    settings
+}
+
+fn busy_scene(rate_rad_s: Vector, seed: u64) -> Scene {
+    Scene::new(busy_settings(rate_rad_s, seed), &sky(9000)).unwrap()
+}
+
+/// The same with everything that lens and detector do.
+fn full_scene(rate_rad_s: Vector, seed: u64, shutter: Shutter) -> Scene {
+    let mut settings = busy_settings(rate_rad_s, seed);
+    // Pixels ten times as wide give the small camera the reference's lens; defocused as much in pixels.
+    let psf = PsfModel::Lens(LensModel { aperture_mm: 10.0, defocus_mm: -0.6 });
+    settings.imaging = ImagingModel { pixel_pitch_um: 75.0, shutter, psf, ..ImagingModel::REFERENCE };
+    settings.detector = DetectorModel::reference();
+    settings.disturbances.protons = Protons::Orbit;
     Scene::new(settings, &sky(9000)).unwrap()
+}
+
+/// The part of a whole frame that `window` shows.
+fn crop(whole: &[u16], scene: &Scene, window: Window) -> Vec<u16> {
+    let mut part = vec![0; window.area()];
+    crate::picture::copy_window(whole, &scene.geometry(), window, &mut part);
+    part
 }
 
 proptest! {
@@ -57,12 +90,10 @@ proptest! {
         let mut scene = busy_scene(rate, seed);
         scene.expose(exposure_us).unwrap();
         scene.expose(exposure_us).unwrap();
-        let geometry = scene.geometry();
         let part = read(&mut scene, window);
+        let geometry = scene.geometry();
         let whole = read(&mut scene, geometry.whole());
-        let mut crop = vec![0; window.area()];
-        crate::picture::copy_window(&whole, &geometry, window, &mut crop);
-        prop_assert_eq!(&part, &crop);
+        prop_assert_eq!(&part, &crop(&whole, &scene, window));
         // And the same cycle drawn without the one before it.
         let mut alone = busy_scene(rate, seed);
         alone.expose_cycle(1, exposure_us).unwrap();
@@ -70,55 +101,98 @@ proptest! {
     }
 }
 
-#[test]
-fn a_star_gives_the_electrons_of_its_magnitude() {
-    let star = star_at([40.3, 30.7], 4.0);
-    let mut scene =
-        Scene::new(SceneSettings::new(small_camera(), Motion::fixed(IDENTITY), 5), &[star]).unwrap();
-    let detector = scene.settings().detector;
-    let (window, time_s, frames) = (Window { x: 32, y: 22, width: 17, height: 17 }, 0.5, 400);
-    let (gain, pedestal) = (detector.gain_e_per_dn(10), detector.pedestal_dn(10));
-    let mut sum = 0.0;
-    for _ in 0..frames {
-        scene.expose(500_000).unwrap();
-        sum += read(&mut scene, window).iter().map(|v| (f64::from(*v) - pedestal) * gain).sum::<f64>();
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+    #[test]
+    fn windows_in_any_order_equal_the_whole_frame_with_every_effect(
+        places in prop::collection::vec((0u16..96, 0u16..80, 1u16..60, 1u16..60), 1..6), seed: u64,
+        rate in prop::array::uniform3(-0.05..0.05f64), exposure_us in 2_000u32..500_000,
+        row_time_s in prop::option::of(0.0..5e-4f64),
+    ) {
+        let shutter = row_time_s.map_or(Shutter::Global, |row_time_s| Shutter::Rolling { row_time_s });
+        let mut scene = full_scene(rate, seed, shutter);
+        scene.expose_cycle(3, exposure_us).unwrap();
+        let window = |(x, y, w, h): (u16, u16, u16, u16)| {
+            Window { x, y, width: w.min(96 - x), height: h.min(80 - y) }
+        };
+        let parts: Vec<_> = places.iter().map(|place| read(&mut scene, window(*place))).collect();
+        // The whole frame by another scene, after another cycle; the windows once more, backwards.
+        let mut other = full_scene(rate, seed, shutter);
+        other.expose_cycle(8, exposure_us).unwrap();
+        other.expose_cycle(3, exposure_us).unwrap();
+        let geometry = other.geometry();
+        let whole = read(&mut other, geometry.whole());
+        for (place, part) in places.iter().zip(&parts).rev() {
+            prop_assert_eq!(part, &crop(&whole, &other, window(*place)));
+            prop_assert_eq!(part, &read(&mut scene, window(*place)));
+        }
     }
-    let pixels = window.area() as f64;
-    let dark = detector.dark_now_e_s() * time_s;
-    let flux = detector.star_e_s(4.0) * time_s;
-    let mean = sum / f64::from(frames) - pixels * dark;
-    let pixel_variance = dark + detector.read_noise_e.powi(2) + gain * gain / 12.0;
-    let sigma = ((flux + pixels * pixel_variance) / f64::from(frames)).sqrt();
-    // 4 sigma: a right scene passes with probability 0.99994.
-    assert!((mean - flux).abs() < 4.0 * sigma, "{mean} e- for {flux} ± {sigma}");
 }
 
 #[test]
-fn the_background_has_the_analytic_mean_and_variance() {
-    let mut scene =
-        Scene::new(SceneSettings::new(CameraFile::reference(), Motion::fixed(IDENTITY), 9), &[]).unwrap();
-    let detector = scene.settings().detector;
-    for (cycle, exposure_us) in [(0, 30_000), (1, 100_000), (2, 1_000_000)] {
-        scene.expose_cycle(cycle, exposure_us).unwrap();
-        let values = read(&mut scene, Window { x: 100, y: 200, width: 400, height: 400 });
-        let gain = detector.gain_e_per_dn(10);
-        let electrons = |v: &u16| (f64::from(*v) - detector.pedestal_dn(10)) * gain;
-        let count = values.len() as f64;
-        let mean = values.iter().map(electrons).sum::<f64>() / count;
-        let variance = values.iter().map(|v| (electrons(v) - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let dark = detector.dark_now_e_s() * f64::from(exposure_us) * 1e-6;
-        let noise = dark + detector.read_noise_e.powi(2);
-        let expected = noise + gain * gain / 12.0;
-        assert!(
-            (mean - dark).abs() < 4.0 * (expected / count).sqrt() + 0.02,
-            "{exposure_us}: mean {mean}, {dark}"
-        );
-        // Chi-square with n - 1 degrees of freedom: 4 sigma of the ratio; the second term is what rounding to whole
-        // numbers may change where the noise is only half a step.
-        let rounding = 4.0 * (-2.0 * std::f64::consts::PI.powi(2) * noise / (gain * gain)).exp();
-        let limit = 4.0 * (2.0 / count).sqrt() + rounding;
-        assert!((variance / expected - 1.0).abs() < limit, "{exposure_us}: variance {variance}, {expected}");
+fn windows_of_a_flight_equal_its_whole_frame() {
+    let scenario = Scenario::load(std::path::Path::new("leo-oblique")).unwrap();
+    let mut scene = scenario.scene().unwrap();
+    scene.expose_cycle(900, scenario.exposure_us).unwrap();
+    let geometry = scene.geometry();
+    let whole = read(&mut scene, geometry.whole());
+    let noise = Noise::new(12, 0, Stream::Shuffle);
+    for k in 0..60 {
+        let pick = |n, side: u16| (noise.uniform(k, n) * f64::from(side)) as u16;
+        let (x, y) = (pick(0, 1280), pick(1, 1024));
+        let window =
+            Window { x, y, width: 1 + pick(2, 80).min(1279 - x), height: 1 + pick(3, 80).min(1023 - y) };
+        assert_eq!(read(&mut scene, window), crop(&whole, &scene, window), "{window:?}");
     }
+}
+
+#[test]
+fn closed_paths_show_nothing_and_edges_less() {
+    let light = |change: &dyn Fn(&mut ImagingModel), pixel: [f64; 2]| {
+        let mut settings = SceneSettings::new(small_camera(), Motion::fixed(IDENTITY), 5);
+        change(&mut settings.imaging);
+        (settings.detector.dark_e_s, settings.detector.read_noise_e) = (0.0, 0.0);
+        (settings.detector.pedestal, settings.camera.bits) = (0.0, 16);
+        let mut scene = Scene::new(settings, &[star_at(pixel, 2.0)]).unwrap();
+        scene.expose(100_000).unwrap();
+        let whole = scene.geometry().whole();
+        read(&mut scene, whole).iter().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    let (middle, corner) = ([47.5, 39.5], [8.0, 8.0]);
+    let plain = light(&|_| {}, middle);
+    assert_eq!(light(&|imaging| imaging.star_path_transmission = 0.0, middle), 0.0);
+    assert!((light(&|imaging| imaging.star_path_transmission = 0.5, middle) / plain - 0.5).abs() < 0.02);
+    let loss = |imaging: &mut ImagingModel| imaging.vignetting.corner_loss = 0.5;
+    // 50.5 of 62.9 px from the centre: 0.5 (50.5 / 62.9)² of the light is lost.
+    assert!((light(&loss, corner) / light(&|_| {}, corner) - 0.678).abs() < 0.02);
+    assert!((light(&loss, middle) / plain - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn a_rolling_shutter_shears_the_sky_of_a_turning_camera() {
+    // Turning about the column axis moves stars along rows: 300 px x 0.2 rad/s = 60 px/s.
+    let stars = [star_at([48.0, 4.0], 1.0), star_at([48.0, 76.0], 1.0)];
+    let place = |shutter| {
+        let mut settings = SceneSettings::new(small_camera(), Motion::turning(IDENTITY, [0.0, 0.2, 0.0]), 3);
+        settings.imaging.shutter = shutter;
+        let mut scene = Scene::new(settings, &stars).unwrap();
+        scene.expose(20_000).unwrap();
+        let whole = scene.geometry().whole();
+        let frame = read(&mut scene, whole);
+        let centre = |rows: std::ops::Range<usize>| {
+            let value = |k: usize| (f64::from(frame[k]) - 36.0).max(0.0);
+            let sum: f64 = (rows.start * 96..rows.end * 96).map(value).sum();
+            (rows.start * 96..rows.end * 96).map(|k| (k % 96) as f64 * value(k)).sum::<f64>() / sum
+        };
+        let truth = scene.visible_stars().to_vec();
+        ((centre(0..12), centre(68..80)), (truth[0].x_px, truth[1].x_px))
+    };
+    let ((top, bottom), _) = place(Shutter::Global);
+    assert!((top - bottom).abs() < 0.3, "{top} {bottom}");
+    let ((top, bottom), truth) = place(Shutter::Rolling { row_time_s: 5e-4 });
+    // 72 rows, 0.5 ms each.
+    assert!(((top - bottom) - 72.0 * 5e-4 * 60.0).abs() < 0.4, "{top} {bottom}");
+    assert!((top - truth.0).abs() < 0.3 && (bottom - truth.1).abs() < 0.3);
 }
 
 #[test]
@@ -196,6 +270,10 @@ fn wrong_requests_and_settings_are_refused() {
     assert_eq!(scene.read(window, &mut pixels[1..]), Err(DetectorError::BufferLength));
     let settings = SceneSettings::new(small_camera(), Motion::fixed([0.0; 4]), 0);
     assert_eq!(Scene::new(settings.clone(), &[]).err(), Some(SceneError::Motion));
-    let settings = SceneSettings { psf_sigma_px: f64::NAN, motion: Motion::fixed(IDENTITY), ..settings };
+    let settings = SceneSettings {
+        imaging: ImagingModel { pixel_pitch_um: f64::NAN, ..ImagingModel::PLAIN },
+        motion: Motion::fixed(IDENTITY),
+        ..settings
+    };
     assert_eq!(Scene::new(settings, &[]).err(), Some(SceneError::Detector));
 }

@@ -1,14 +1,15 @@
 //! Images of point sources: mean electrons of the pixels of a window.
 //!
-//! A spot is a Gaussian of width `σ` integrated over each pixel: `N/4 [erf((x + ½ - x₀)/√2σ) - erf((x - ½ - x₀)/√2σ)]`
-//! times the same in y. It is cut at 5 σ, beyond which lies less than 1e-6 of the light. The spots are sorted by row,
-//! so a window costs its pixels and the spots that touch its rows; every pixel adds up its spots in the same order
-//! whatever the window, hence to the same bits.
+//! In: places and electrons of stars, the PSF, what of a pixel is sensitive. Out: light added to the pixels of a window.
+//! Each star is a sum of Gaussians ([`Psf`]), each of them integrated over the pixels ([`PixelResponse`]). The spots are
+//! sorted by row, so a window costs its pixels and the spots that touch its rows; every pixel adds up its spots in the same
+//! order whatever the window, hence to the same bits.
 
+use super::colour::BANDS;
+use super::pixel::{LINE_MAX, Line, PixelResponse};
+use super::psf::{BLOBS_MAX, Blob, Psf};
 use fsw_hal::Window;
-
-/// Largest half width of the box a spot is drawn in, px.
-const REACH_MAX_PX: usize = 32;
+use std::sync::Arc;
 
 /// An image of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,32 +18,30 @@ pub struct Spot {
     pub x_px: f64,
     /// Row of the centre, px.
     pub y_px: f64,
-    /// Mean electrons of the whole image.
-    pub electrons: f64,
+    /// Mean electrons of the whole image in each part of the band.
+    pub electrons: [f64; BANDS],
 }
 
-/// Spots sorted by row, with their common width.
+/// Spots sorted by row, with what they are drawn by.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spots {
-    sigma_px: f64,
-    reach_px: usize,
+    psf: Arc<Psf>,
+    response: PixelResponse,
+    reach_px: f64,
     spots: Vec<Spot>,
 }
 
 impl Spots {
-    /// Range of widths that can be drawn, px.
-    pub const SIGMA_PX: (f64, f64) = (0.1, 6.0);
-
-    /// Sorts `spots`; `sigma_px` is taken into [`Self::SIGMA_PX`].
-    pub fn new(sigma_px: f64, mut spots: Vec<Spot>) -> Self {
-        let sigma_px = sigma_px.clamp(Self::SIGMA_PX.0, Self::SIGMA_PX.1);
+    /// Sorts `spots`.
+    pub fn new(psf: Arc<Psf>, response: PixelResponse, mut spots: Vec<Spot>) -> Self {
         spots.sort_by(|a, b| a.y_px.total_cmp(&b.y_px).then(a.x_px.total_cmp(&b.x_px)));
-        Self { sigma_px, reach_px: Self::reach_px(sigma_px), spots }
+        let reach_px = Self::reach_px(&psf);
+        Self { psf, response, reach_px, spots }
     }
 
-    /// Half width of the box a spot of `sigma_px` is drawn in, px.
-    pub fn reach_px(sigma_px: f64) -> usize {
-        ((5.0 * sigma_px).ceil() as usize + 1).min(REACH_MAX_PX)
+    /// How far from its place a spot can touch a pixel's centre, px.
+    pub fn reach_px(psf: &Psf) -> f64 {
+        psf.reach_px() + 2.0
     }
 
     /// Number of spots.
@@ -57,50 +56,56 @@ impl Spots {
 
     /// Adds the mean electrons of all spots to `electrons`, the pixels of `window` row by row.
     pub fn add_to(&self, window: Window, electrons: &mut [f64]) {
-        let reach = self.reach_px as f64 + 1.0;
-        let (top, bottom) =
-            (f64::from(window.y) - reach, f64::from(window.y) + f64::from(window.height) + reach);
+        let (left, top) = (f64::from(window.x) - self.reach_px, f64::from(window.y) - self.reach_px);
+        let right = f64::from(window.x) + f64::from(window.width) + self.reach_px;
+        let bottom = f64::from(window.y) + f64::from(window.height) + self.reach_px;
         let first = self.spots.partition_point(|s| s.y_px < top);
         let touching = self.spots[first..].iter().take_while(|s| s.y_px <= bottom);
-        let (left, right) =
-            (f64::from(window.x) - reach, f64::from(window.x) + f64::from(window.width) + reach);
+        let mut brush = Brush::default();
         for spot in touching.filter(|s| s.x_px >= left && s.x_px <= right) {
-            self.draw(spot, window, electrons);
+            brush.draw(&self.psf, self.response, spot, window, electrons);
         }
     }
+}
 
-    fn draw(&self, spot: &Spot, window: Window, electrons: &mut [f64]) {
-        let (columns, x0, nx) = self.profile(spot.x_px, window.x, window.width);
-        let (rows, y0, ny) = self.profile(spot.y_px, window.y, window.height);
-        for (j, row_share) in rows.iter().enumerate().take(ny) {
-            let start = (y0 + j) * usize::from(window.width) + x0;
-            let scale = spot.electrons * row_share;
-            for (pixel, share) in electrons[start..start + nx].iter_mut().zip(&columns) {
-                *pixel += scale * share;
+/// What drawing needs and need not be made anew for every spot.
+#[derive(Debug, Clone)]
+pub struct Brush {
+    blobs: [Blob; BLOBS_MAX],
+    columns: Line,
+    rows: Line,
+}
+
+impl Default for Brush {
+    fn default() -> Self {
+        let blob = Blob { x_px: 0.0, y_px: 0.0, sigma_px: 1.0, electrons: 0.0 };
+        Self { blobs: [blob; BLOBS_MAX], columns: Line::EMPTY, rows: Line::EMPTY }
+    }
+}
+
+impl Brush {
+    /// Adds one spot to the pixels of `window`.
+    pub fn draw(
+        &mut self,
+        psf: &Psf,
+        response: PixelResponse,
+        spot: &Spot,
+        window: Window,
+        electrons: &mut [f64],
+    ) {
+        let count = psf.image(spot.x_px, spot.y_px, &spot.electrons, &mut self.blobs);
+        let (across, down) = ((window.x, window.width), (window.y, window.height));
+        for blob in &self.blobs[..count] {
+            let reach = Psf::blob_reach_px(blob.sigma_px).min(LINE_MAX as i64 / 2);
+            response.fill(&mut self.rows, blob.y_px, blob.sigma_px, reach, down);
+            if self.rows.count == 0 {
+                continue;
+            }
+            response.fill(&mut self.columns, blob.x_px, blob.sigma_px, reach, across);
+            if self.columns.count > 0 {
+                response.add(&self.columns, &self.rows, blob.electrons, usize::from(window.width), electrons);
             }
         }
-    }
-
-    /// Shares of a line of pixels along one axis that lie in the window, the first one's index in the window, and
-    /// their number.
-    fn profile(&self, centre: f64, from: u16, length: u16) -> ([f64; 2 * REACH_MAX_PX + 1], usize, usize) {
-        let mut shares = [0.0; 2 * REACH_MAX_PX + 1];
-        let (from, length) = (i64::from(from), i64::from(length));
-        let (nearest, reach) = (libm::rint(centre) as i64, self.reach_px as i64);
-        let first = (nearest - reach).max(from);
-        let last = (nearest + reach).min(from + length - 1);
-        if last < first {
-            return (shares, 0, 0);
-        }
-        let scale = std::f64::consts::FRAC_1_SQRT_2 / self.sigma_px;
-        let edge = |pixel: i64| libm::erf((pixel as f64 - 0.5 - centre) * scale);
-        let mut left = edge(first);
-        for (share, pixel) in shares.iter_mut().zip(first..=last) {
-            let right = edge(pixel + 1);
-            *share = 0.5 * (right - left);
-            left = right;
-        }
-        (shares, (first - from) as usize, (last - first + 1) as usize)
     }
 }
 
@@ -108,14 +113,18 @@ impl Spots {
 mod tests {
     use super::*;
 
+    fn gaussian(sigma_px: f64, spots: Vec<Spot>) -> Spots {
+        Spots::new(Arc::new(Psf::gaussian(sigma_px)), PixelResponse::Full, spots)
+    }
+
     #[test]
     fn all_light_arrives_at_the_right_place() {
-        let spot = Spot { x_px: 20.3, y_px: 17.8, electrons: 5000.0 };
+        let spot = Spot { x_px: 20.3, y_px: 17.8, electrons: [2000.0, 2000.0, 1000.0] };
         let window = Window { x: 2, y: 3, width: 40, height: 30 };
         let mut electrons = vec![0.0; window.area()];
-        Spots::new(0.9, vec![spot]).add_to(window, &mut electrons);
+        gaussian(0.9, vec![spot]).add_to(window, &mut electrons);
         let sum: f64 = electrons.iter().sum();
-        assert!((sum / 5000.0 - 1.0).abs() < 1e-6, "{sum}");
+        assert!((sum / 5000.0 - 1.0).abs() < 1e-5, "{sum}");
         let moment = |place: fn(usize) -> f64| {
             electrons.iter().enumerate().map(|(i, e)| place(i) * e).sum::<f64>() / sum
         };
@@ -125,8 +134,8 @@ mod tests {
 
     #[test]
     fn spots_off_the_window_do_not_touch_it() {
-        let far = |x_px, y_px| Spot { x_px, y_px, electrons: 1e6 };
-        let spots = Spots::new(1.0, vec![far(-50.0, 5.0), far(5.0, 60.0), far(500.0, 5.0), far(5.0, -1e9)]);
+        let far = |x_px, y_px| Spot { x_px, y_px, electrons: [1e6; BANDS] };
+        let spots = gaussian(1.0, vec![far(-50.0, 5.0), far(5.0, 60.0), far(500.0, 5.0), far(5.0, -1e9)]);
         let mut electrons = [0.0; 100];
         spots.add_to(Window { x: 0, y: 0, width: 10, height: 10 }, &mut electrons);
         assert!(electrons.iter().all(|e| *e == 0.0));

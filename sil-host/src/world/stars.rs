@@ -4,11 +4,14 @@
 //! quantum efficiency 0.5 and fill factor 0.7; its exponent is lost. From physics: the flux of an A0 star at V = 0
 //! (Vega, [`VEGA_PHOTONS`]) integrated over the band is 2.7e6 photons/s/cm², times 0.785 cm², 0.5 and 0.7 gives
 //! 7.3e5 electrons/s, a tenth below 8e5. So the table means 8e5 *detected* photons *a second* (per exposure, or before
-//! the detector's losses, it would be off by 3 and more), and [`ZERO_MAGNITUDE_E_S`] takes it. A star's colour is left
-//! out: at the same V cool stars give more in this red band than hot ones.
+//! the detector's losses, it would be off by 3 and more), and [`ZERO_MAGNITUDE_E_S`] takes it. It holds
+//! for a star of B-V = 0; at the same V cool stars give more in this red band than hot ones, see [`super::colour`].
 //!
 //! Detector (thesis table A.10 and ALGORITHMS part 0): dark current 800 e-/s at 20 °C, doubling every 7 K; read noise
 //! 20 e-; full well 40,000 e- at full scale; a pedestal of 30/1024 of full scale keeps the noise from being cut off.
+
+use super::fixed_pattern::PatternModel;
+use super::pixel::PixelResponse;
 
 /// Electrons a second of a star of V = 0 in the thesis's optics, without the mirror.
 pub const ZERO_MAGNITUDE_E_S: f64 = 8.0e5;
@@ -22,8 +25,6 @@ pub const VEGA_PHOTONS: [(f64, f64); 5] =
 pub const APERTURE_CM2: f64 = std::f64::consts::FRAC_PI_4;
 /// Quantum efficiency.
 pub const QUANTUM_EFFICIENCY: f64 = 0.5;
-/// Share of a pixel that is sensitive.
-pub const FILL_FACTOR: f64 = 0.7;
 
 /// The electrons of a detector and its optics.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,6 +43,10 @@ pub struct DetectorModel {
     pub full_well_e: f64,
     /// Value of an empty pixel as a share of `2^bits`.
     pub pedestal: f64,
+    /// What of a pixel is sensitive.
+    pub response: PixelResponse,
+    /// How pixels, columns and rows differ.
+    pub pattern: PatternModel,
     /// Shortest and longest exposure, µs.
     pub exposure_us: (u32, u32),
 }
@@ -56,13 +61,20 @@ impl Default for DetectorModel {
             read_noise_e: 20.0,
             full_well_e: 40_000.0,
             pedestal: 30.0 / 1024.0,
+            response: PixelResponse::Full,
+            pattern: PatternModel::NONE,
             exposure_us: (1_000, 2_000_000),
         }
     }
 }
 
 impl DetectorModel {
-    /// Electrons a second of a star of magnitude `v`.
+    /// The reference detector with what makes real pixels differ: the default has pixels that are all alike.
+    pub fn reference() -> Self {
+        Self { response: PixelResponse::LShape, pattern: PatternModel::REFERENCE, ..Self::default() }
+    }
+
+    /// Electrons a second of a star of magnitude `v` and B-V = 0.
     pub fn star_e_s(&self, v: f64) -> f64 {
         self.zero_magnitude_e_s * self.throughput * libm::pow(10.0, -0.4 * v)
     }
@@ -82,12 +94,14 @@ impl DetectorModel {
         self.pedestal * f64::from(1u32 << bits.min(16))
     }
 
-    /// The digital number of `electrons`, rounded, with pedestal, cut at 0, full well and full scale.
-    #[inline]
-    pub fn digital_number(&self, electrons: f64, bits: u8) -> u16 {
-        let full_scale = f64::from((1u32 << bits.min(16)) - 1);
-        let value = electrons.min(self.full_well_e) / self.gain_e_per_dn(bits) + self.pedestal_dn(bits);
-        (value + 0.5).clamp(0.0, full_scale) as u16
+    /// What turns electrons into numbers of `bits`.
+    pub fn converter(&self, bits: u8) -> Converter {
+        Converter {
+            full_well_e: self.full_well_e,
+            dn_per_e: self.gain_e_per_dn(bits).recip(),
+            pedestal_dn: self.pedestal_dn(bits),
+            full_scale_dn: f64::from((1u32 << bits.min(16)) - 1),
+        }
     }
 
     /// Whether all values make physical sense.
@@ -99,12 +113,32 @@ impl DetectorModel {
             && self.full_well_e.is_finite()
             && self.full_well_e > 0.0
             && (-100.0..=100.0).contains(&self.temperature_c)
+            && self.pattern.is_sound()
+    }
+}
+
+/// From electrons to digital numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Converter {
+    full_well_e: f64,
+    dn_per_e: f64,
+    pedestal_dn: f64,
+    full_scale_dn: f64,
+}
+
+impl Converter {
+    /// The digital number of `electrons`, rounded, with pedestal, cut at 0, full well and full scale.
+    #[inline]
+    pub fn digital_number(&self, electrons: f64) -> u16 {
+        let value = electrons.min(self.full_well_e) * self.dn_per_e + self.pedestal_dn;
+        (value + 0.5).clamp(0.0, self.full_scale_dn) as u16
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::pixel::FILL_FACTOR;
 
     #[test]
     fn the_flux_of_the_table_follows_from_vega() {
@@ -123,11 +157,11 @@ mod tests {
 
     #[test]
     fn values_are_cut_at_both_ends() {
-        let model = DetectorModel::default();
-        assert_eq!(model.digital_number(0.0, 10), 30);
-        assert_eq!(model.digital_number(-1e9, 10), 0);
-        assert_eq!(model.digital_number(1e9, 10), 1023);
-        assert_eq!(model.digital_number(1e9, 16), 65_535);
-        assert_eq!(model.digital_number(391.1, 10), 40);
+        let converter = DetectorModel::default().converter(10);
+        assert_eq!(converter.digital_number(0.0), 30);
+        assert_eq!(converter.digital_number(-1e9), 0);
+        assert_eq!(converter.digital_number(1e9), 1023);
+        assert_eq!(DetectorModel::default().converter(16).digital_number(1e9), 65_535);
+        assert_eq!(converter.digital_number(391.1), 40);
     }
 }
