@@ -31,7 +31,7 @@ fn journey(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadi
         .expect("the orbit clears the Earth");
     let journey = Journey {
         orbit: TruthOrbit::new(START_US, r, v, 600).expect("the orbit clears the Earth"),
-        pointing: Pointing { off_nadir_deg, roll_deg: 0.0 },
+        pointing: Pointing::nadir(off_nadir_deg, 0.0),
         mount: Mount { star_path_deg: [90.0, 0.0, 0.0] },
         earth: EarthModel::default(),
     };

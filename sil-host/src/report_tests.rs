@@ -73,10 +73,18 @@ fn made_up_page() -> (String, crate::judge::Figures) {
         let report = made_up(&noise, cycle, &truth, decay);
         let judged = Judged::new(&report, &truth, &truth);
         let right = judge.add(&judged);
-        recorder.add(
-            &Second { cycle, report: &report, truth: &truth, judged: &judged, scene: &scene, faults: &[] },
-            right,
-        );
+        let (rate, field) = (None, None);
+        let second = Second {
+            cycle,
+            report: &report,
+            truth: &truth,
+            judged: &judged,
+            rate,
+            field,
+            scene: &scene,
+            faults: &[],
+        };
+        recorder.add(&second, right);
     }
     let figures = judge.finish();
     let verdicts: Vec<Verdict> = scenario.limits.iter().map(|limit| Verdict::new(limit, &figures)).collect();

@@ -8,21 +8,25 @@
 //! |---|---|
 //! | `[scenario]` | name, start, duration, seed, exposure |
 //! | `[orbit]` | Keplerian elements or a state, at the start |
-//! | `[pointing]` | where the Earth path looks: off nadir towards flight, then rolled about itself |
+//! | `[pointing]` | where the Earth path looks: to nadir, into space, or tumbling; slews and jitter |
 //! | `[mount]` | how the star path stands to the Earth path, and whether it is seen in a mirror |
 //! | `[camera]` | the camera file; none: the reference camera |
 //! | `[optics]` | what the lens does to stars and light, see `scenario/optics.rs` |
 //! | `[detector]` | dark current, readout, what differs from pixel to pixel, see `scenario/detector.rs` |
 //! | `[disturbances]` | what is on the detector and neither star nor Earth |
 //! | `[earth]` | how the Earth is drawn |
+//! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
 mod detector;
 mod faults;
+mod instruments;
 mod limits;
+mod mount;
 mod optics;
 mod orbit;
+mod pointing;
 mod text;
 mod time;
 
@@ -35,8 +39,11 @@ use crate::run::faults::Fault;
 use crate::world::attitude::{Vector, dot};
 use crate::world::disturbances::Disturbances;
 use crate::world::earth::EarthModel;
+use crate::world::gyro::GyroModel;
 use crate::world::imaging::ImagingModel;
+use crate::world::jitter::{Jitter, JitterModel};
 use crate::world::journey::Journey;
+use crate::world::magnetometer::MagnetometerModel;
 use crate::world::motion::Motion;
 use crate::world::orbit::{MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
@@ -51,12 +58,18 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 5] = [
+pub const EMBEDDED: [(&str, &str); 11] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
     ("leo-oblique", include_str!("scenarios/leo-oblique.toml")),
     ("geo-faults", include_str!("scenarios/geo-faults.toml")),
+    ("geo-inertial", include_str!("scenarios/geo-inertial.toml")),
+    ("sso-dawn-dusk", include_str!("scenarios/sso-dawn-dusk.toml")),
+    ("gto", include_str!("scenarios/gto.toml")),
+    ("molniya", include_str!("scenarios/molniya.toml")),
+    ("sun-crossing", include_str!("scenarios/sun-crossing.toml")),
+    ("tumbling", include_str!("scenarios/tumbling.toml")),
 ];
 
 /// Seconds in a run: up to ten days.
@@ -94,8 +107,10 @@ pub struct Scenario {
     pub position_km: Vector,
     /// Velocity at the start, ICRS, km/s.
     pub velocity_km_s: Vector,
-    /// Where the Earth path looks.
+    /// Where the Earth path looks, without jitter: that needs the seed.
     pub pointing: Pointing,
+    /// What is wrong with the pointing, if anything.
+    pub jitter: Option<JitterModel>,
     /// How the star path stands to it.
     pub mount: Mount,
     /// The camera.
@@ -110,6 +125,10 @@ pub struct Scenario {
     pub earth: EarthModel,
     /// What breaks, and when.
     pub faults: Vec<Fault>,
+    /// The errors of the gyro, where there is one.
+    pub gyro: Option<GyroModel>,
+    /// The errors of the magnetometer, where there is one.
+    pub magnetometer: Option<MagnetometerModel>,
     /// What the judge demands.
     pub limits: Vec<Limit>,
 }
@@ -120,9 +139,9 @@ struct RawFile {
     scenario: RawScenario,
     orbit: Spanned<orbit::RawOrbit>,
     #[serde(default)]
-    pointing: RawPointing,
+    pointing: pointing::RawPointing,
     #[serde(default)]
-    mount: RawMount,
+    mount: mount::RawMount,
     #[serde(default)]
     camera: RawCamera,
     #[serde(default)]
@@ -133,6 +152,8 @@ struct RawFile {
     disturbances: detector::RawDisturbances,
     #[serde(default)]
     earth: RawEarth,
+    gyro: Option<instruments::RawGyro>,
+    magnetometer: Option<instruments::RawMagnetometer>,
     #[serde(default)]
     faults: Vec<faults::RawFault>,
     #[serde(default)]
@@ -149,20 +170,6 @@ struct RawScenario {
     duration_s: Spanned<i64>,
     seed: Option<Spanned<i64>>,
     exposure_ms: Option<Spanned<f64>>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct RawPointing {
-    off_nadir_deg: Option<Spanned<f64>>,
-    roll_deg: Option<Spanned<f64>>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct RawMount {
-    star_path_deg: Option<Spanned<[f64; 3]>>,
-    mirrored: Option<bool>,
 }
 
 #[derive(Deserialize, Default)]
@@ -212,7 +219,7 @@ impl Scenario {
     pub fn parse(path: &Path, text: &str) -> Result<Self, HostError> {
         let text = Text { path, text };
         let raw: RawFile = toml::from_str(text.text).map_err(|error| text.syntax(&error))?;
-        let (head, pointing) = (&raw.scenario, &raw.pointing);
+        let head = &raw.scenario;
         let start_us = time::tt_us(head.start.get_ref()).map_err(|what| {
             let to_do = "give UTC as \"2026-09-23T18:00:00\"";
             text.fault(head.start.span().start, "scenario.start", what, to_do)
@@ -220,12 +227,6 @@ impl Scenario {
         let exposure = head.exposure_ms.as_ref();
         let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
         let (position_km, velocity_km_s) = orbit::state(&text, &raw.orbit)?;
-        let angle =
-            |key: &str, value: &Option<Spanned<f64>>| text.number(key, value.as_ref(), 0.0, ANGLE_DEG);
-        let star_path_deg = match &raw.mount.star_path_deg {
-            Some(angles) => text.triple("mount.star_path_deg", angles, ANGLE_DEG)?,
-            None => [0.0, 90.0, 0.0],
-        };
         let duration_s = text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32;
         Ok(Self {
             file: path.to_path_buf(),
@@ -239,17 +240,17 @@ impl Scenario {
             exposure_us: (exposure_ms * 1e3).round() as u32,
             position_km,
             velocity_km_s,
-            pointing: Pointing {
-                off_nadir_deg: angle("pointing.off_nadir_deg", &pointing.off_nadir_deg)?,
-                roll_deg: angle("pointing.roll_deg", &pointing.roll_deg)?,
-            },
-            mount: Mount { star_path_deg },
+            pointing: pointing::read(&text, &raw.pointing, duration_s)?,
+            jitter: pointing::jitter(&text, &raw.pointing)?,
+            mount: mount::read(&text, &raw.mount)?,
             camera: camera(&text, &raw)?,
             imaging: optics::read(&text, &raw.optics)?,
             detector: detector::read(&text, &raw.detector)?,
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
             earth: earth(&text, &raw.earth)?,
             faults: faults::read(&text, &raw.faults, duration_s)?,
+            gyro: instruments::gyro(&text, &raw.gyro)?,
+            magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
             limits: limits::read(&text, &raw.limits)?,
         })
     }
@@ -270,7 +271,9 @@ impl Scenario {
             .map_err(|error| {
                 HostError::input(&self.file, Some(self.orbit_line), error.to_string(), "give another orbit")
             })?;
-        let journey = Journey { orbit, pointing: self.pointing, mount: self.mount, earth: self.earth };
+        let jitter = self.jitter.as_ref().map_or_else(Jitter::default, |model| Jitter::new(model, self.seed));
+        let pointing = Pointing { jitter, ..self.pointing.clone() };
+        let journey = Journey { orbit, pointing, mount: self.mount, earth: self.earth };
         let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
         (settings.imaging, settings.detector) = (self.imaging, self.detector);
         settings.disturbances = self.disturbances;

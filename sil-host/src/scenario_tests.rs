@@ -1,5 +1,6 @@
 use super::*;
 use crate::run::faults::FaultKind;
+use crate::world::pointing::Law;
 use crate::world::scene::SensorState;
 
 fn default_text() -> &'static str {
@@ -130,18 +131,23 @@ fn low_orbits_have_light_and_dark_and_no_sun_where_none_is_meant() {
 }
 
 #[test]
-fn the_star_path_never_looks_at_the_earth() {
+fn a_pointed_star_path_never_looks_at_the_earth() {
     for (name, _) in EMBEDDED {
         let scenario = Scenario::load(Path::new(name)).unwrap();
-        let distance_km = libm::sqrt(dot(scenario.position_km, scenario.position_km));
-        let earth_deg = libm::asin(6_478.0 / distance_km).to_degrees();
-        let nadir = scenario.pointing.icrs_to_earth_path(scenario.position_km, scenario.velocity_km_s);
-        let down = scenario.position_km.map(|component| -component / distance_km);
-        let star_path = scenario.mount.earth_to_star()[2];
-        let seen = crate::world::attitude::apply(&nadir, down);
-        let from_nadir_deg = libm::acos(dot(star_path, seen)).to_degrees();
-        // Half the diagonal of the field is 15.3 degrees.
-        assert!(from_nadir_deg > earth_deg + 15.4, "{name}: {from_nadir_deg} of {earth_deg}");
+        if !matches!(scenario.pointing.law, Law::Nadir { .. }) {
+            continue;
+        }
+        let scene = scenario.scene().unwrap();
+        for cycle in (0..scenario.duration_s).step_by(60) {
+            let truth = scene.truth_at(cycle.into()).unwrap();
+            let distance_km = libm::sqrt(dot(truth.position_km, truth.position_km));
+            let earth_deg = libm::asin(6_478.0 / distance_km).to_degrees();
+            let down = truth.position_km.map(|component| -component / distance_km);
+            let star_path = crate::world::attitude::matrix(truth.quaternion)[2];
+            let from_nadir_deg = libm::acos(dot(star_path, down)).to_degrees();
+            // Half the diagonal of the field is 15.3 degrees.
+            assert!(from_nadir_deg > earth_deg + 15.3, "{name}, {cycle}: {from_nadir_deg} of {earth_deg}");
+        }
     }
     assert_eq!(SensorState::Eclipse as u8, 2);
 }
@@ -178,4 +184,128 @@ fn faults_are_read_and_their_mistakes_named() {
         let message = parse(entry).unwrap_err().to_string();
         assert!(message.contains(&format!("some.toml:{}: {words}", first + line)), "{message}");
     }
+}
+/// The default scenario with `pointing` instead of its own: what comes of it.
+fn with_pointing(pointing: &str) -> Result<Scenario, String> {
+    let (from, to) = (default_text().find("[pointing]").unwrap(), default_text().find("[mount]").unwrap());
+    let text = [&default_text()[..from], pointing, "\n", &default_text()[to..]].concat();
+    Scenario::parse(Path::new("some.toml"), &text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn every_law_is_read_and_flown() {
+    let slews =
+        "[[pointing.slews]]\nstart_s = 10.0\nduration_s = 20.0\naxis = [0.0, 0.0, 2.0e-1]\nangle_deg = -30.0";
+    let jitter = "[pointing.jitter]\nrandom_arcsec = [5.0, 5.0, 9.0]\n\
+                  [[pointing.jitter.lines]]\nfrequency_hz = 7.0\namplitude_arcsec = [1.0, 2.0, 0.0]";
+    let sky = "ra_deg = 83.8\ndec_deg = -5.4\nroll_deg = 3.0";
+    for text in [
+        format!("[pointing]\noff_nadir_deg = 5.0\n{slews}\n{jitter}"),
+        format!("[pointing]\nlaw = \"inertial\"\n{sky}\n{slews}\n{jitter}"),
+        format!("[pointing]\nlaw = \"spin\"\n{sky}\nrate_deg_s = [9.0, 12.0, 0.0]\n{jitter}"),
+    ] {
+        let scenario = with_pointing(&text).unwrap_or_else(|message| panic!("{text}: {message}"));
+        let scene = scenario.clone().scene().unwrap();
+        let Some(journey) = scene.settings().motion.journey() else { panic!("a scenario is a journey") };
+        assert_eq!(journey.pointing.slews, scenario.pointing.slews);
+        // The jitter is the seed's.
+        let at = |seed| scenario.clone().with_seed(Some(seed)).scene().unwrap().truth_at(50).unwrap();
+        assert_eq!(at(5), at(5));
+        assert_ne!(at(5).quaternion, at(6).quaternion);
+    }
+    assert!(
+        (with_pointing(&format!("[pointing]\n{slews}")).unwrap().pointing.slews[0].axis[2] - 1.0).abs()
+            < 1e-15
+    );
+}
+
+#[test]
+fn a_pointing_that_cannot_be_names_line_and_key() {
+    let spin = "[pointing]\nlaw = \"spin\"\nra_deg = 1.0\ndec_deg = 2.0\n";
+    let slew = |start: &str, duration: &str, axis: &str, angle: &str| {
+        format!(
+            "[[pointing.slews]]\nstart_s = {start}\nduration_s = {duration}\naxis = {axis}\nangle_deg = {angle}\n"
+        )
+    };
+    let good = slew("10.0", "30.0", "[1.0, 0.0, 0.0]", "20.0");
+    let cases = [
+        ("[pointing]\nlaw = \"moon\"".into(), 1, "pointing.law: unknown law \"moon\""),
+        ("[pointing]\nlaw = \"inertial\"\nra_deg = 1.0".into(), 1, "pointing.dec_deg: is missing"),
+        (
+            "[pointing]\nlaw = \"inertial\"\nra_deg = 1.0\ndec_deg = 91.0".into(),
+            3,
+            "pointing.dec_deg: 91 is out",
+        ),
+        ("[pointing]\nra_deg = 1.0".into(), 1, "pointing.ra_deg: means nothing under the law \"nadir\""),
+        (spin.into(), 1, "pointing.rate_deg_s: is missing"),
+        (format!("{spin}rate_deg_s = [15.5, 0.0, 0.0]"), 4, "pointing.rate_deg_s: 15.5 is out of range"),
+        (format!("{spin}rate_deg_s = [12.0, 12.0, 0.0]"), 4, "pointing.rate_deg_s: 16.971 deg/s in all"),
+        (
+            format!("{spin}rate_deg_s = [1.0, 0.0, 0.0]\ninertia = [1.0, 1.0, 2.5]"),
+            5,
+            "pointing.inertia: one moment",
+        ),
+        (
+            format!("{spin}rate_deg_s = [1.0, 0.0, 0.0]\ninertia = [0.0, 1.0, 1.0]"),
+            5,
+            "pointing.inertia: 0 is out",
+        ),
+        (format!("{spin}rate_deg_s = [1.0, 0.0, 0.0]\n{good}"), 5, "pointing.slews: means nothing"),
+        (slew("10.0", "-3.0", "[1.0, 0.0, 0.0]", "5.0"), 2, "pointing.slews.duration_s: -3 is out of range"),
+        (slew("10.0", "3.0", "[0.0, 0.0, 0.0]", "5.0"), 3, "pointing.slews.axis: has no length"),
+        (
+            slew("10.0", "3.0", "[1.0, 0.0, 0.0]", "25.0"),
+            2,
+            "pointing.slews.duration_s: turns at up to 15.625",
+        ),
+        (
+            format!("{good}{}", slew("39.0", "3.0", "[1.0, 0.0, 0.0]", "5.0")),
+            6,
+            "pointing.slews.start_s: begins before",
+        ),
+        (
+            "[pointing.jitter]\ncorrelation_s = 0.0".into(),
+            1,
+            "pointing.jitter.correlation_s: 0 is out of range",
+        ),
+        (
+            "[pointing.jitter]\nrandom_arcsec = [-1.0, 0.0, 0.0]".into(),
+            1,
+            "pointing.jitter.random_arcsec: -1 is out",
+        ),
+        (
+            "[[pointing.jitter.lines]]\nfrequency_hz = 1e9\namplitude_arcsec = [1.0, 0.0, 0.0]".into(),
+            1,
+            "pointing.jitter.lines.frequency_hz: 1000000000 is out of range",
+        ),
+    ];
+    for (text, below, words) in cases {
+        let text: String = text;
+        let message = with_pointing(&text).expect_err(&text);
+        let line = line_of("[pointing]") + below;
+        assert!(message.starts_with(&format!("sil-host: some.toml:{line}: {words}")), "{message}");
+        assert!(message.contains("; ") && !message.contains('\n'), "{message}");
+    }
+}
+
+#[test]
+fn instruments_are_on_board_where_their_table_is() {
+    let with = |tables: &str| {
+        let text = default_text().replacen("[limits]", &format!("{tables}\n[limits]"), 1);
+        Scenario::parse(Path::new("some.toml"), &text).map_err(|error| error.to_string())
+    };
+    let none = with("").unwrap();
+    assert!(none.gyro.is_none() && none.magnetometer.is_none());
+    let both = with("[gyro]\n[magnetometer]\nhard_iron_ut = [1.0, 2.0, 3.0]").unwrap();
+    assert_eq!(both.gyro.map(|gyro| gyro.noise_deg_s), Some(0.22));
+    assert_eq!(both.magnetometer.map(|magnetometer| magnetometer.hard_iron_ut), Some([1.0, 2.0, 3.0]));
+    let line = line_of("[limits]") + 1;
+    for (tables, words) in [
+        ("[gyro]\nnoise_deg_s = -1.0", "gyro.noise_deg_s: -1 is out of range"),
+        ("[magnetometer]\nrange_ut = 0.0", "magnetometer.range_ut: 0 is out of range"),
+    ] {
+        let message = with(tables).unwrap_err();
+        assert!(message.contains(&format!("some.toml:{line}: {words}")), "{message}");
+    }
+    assert!(with("[gyro]\ncolour = 1").unwrap_err().contains("`colour`"));
 }

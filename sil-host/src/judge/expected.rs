@@ -2,7 +2,11 @@
 //!
 //! The Sun in a path: Sun outage; no lit limb in the field: eclipse; else tracking. For [`GRACE_S`] after the start and
 //! after a change of the geometry any mode is right that leads from the old one to the new. A lit arc shorter than
-//! [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right.
+//! [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right. An Earth outside the field, or larger
+//! than it, has no limb there: eclipse; but a sensor without an orbit cannot know it, and tracking, in which it goes on
+//! searching, is right as well. While the sensor turns faster than [`TRACKABLE_DEG_S`] stars are streaks, and
+//! whether they can be followed is the sensor's affair: every mode is right but a Sun outage, for an acquisition that
+//! goes on for long ends in safe mode and the self-test. When it comes to rest the grace begins.
 
 use super::second::{Judged, sun};
 use crate::world::scene::SensorState;
@@ -14,6 +18,9 @@ use serde::Serialize;
 pub const GRACE_S: u32 = 10;
 /// A lit arc of the limb up to this length may be called dark, deg: less cannot be told from the terminator's twilight.
 pub const FAINT_LIMB_DEG: f64 = 10.0;
+/// Rate above which no mode is asked for, deg/s: images of 400 ms are streaks of 6 px on the reference camera, and soon no
+/// longer found as stars.
+pub const TRACKABLE_DEG_S: f64 = 0.3;
 /// Most disagreements kept, the longest.
 const KEPT: usize = 12;
 
@@ -45,6 +52,7 @@ pub struct ModeJudge {
     seconds: u32,
     right: u32,
     faint: u32,
+    fast: u32,
     /// Expectation before and after the last change of the geometry, and when it changed.
     before: Option<Mode>,
     expected: Option<Mode>,
@@ -73,8 +81,12 @@ impl ModeJudge {
             self.before = self.expected.replace(expected);
             self.changed_at = second.cycle;
         }
+        let fast = !second.sun() && second.rate_deg_s > TRACKABLE_DEG_S;
+        if fast {
+            self.changed_at = second.cycle + 1;
+        }
         let faint = !second.sun() && second.lit_limb_deg <= FAINT_LIMB_DEG && second.lit_limb_deg > 0.0;
-        let grace = second.cycle - self.changed_at < GRACE_S;
+        let grace = second.cycle < self.changed_at + GRACE_S;
         let leads_there = match second.mode {
             Mode::SelfTest => self.before.is_none(),
             Mode::Acquisition => true,
@@ -84,10 +96,14 @@ impl ModeJudge {
             Mode::SunOutage => Some(second.mode) == self.before,
         };
         let either = faint && matches!(second.mode, Mode::Tracking | Mode::Eclipse);
-        let right = second.mode == expected || either || (grace && leads_there);
+        // Without an orbit an Earth that shows no lit limb cannot be told from one that was not found yet.
+        let unknown = expected == Mode::Eclipse && second.orbit.is_none() && second.mode == Mode::Tracking;
+        let followed = fast && second.mode != Mode::SunOutage;
+        let right = second.mode == expected || either || unknown || followed || (grace && leads_there);
         self.seconds += 1;
         self.right += u32::from(right);
         self.faint += u32::from(faint);
+        self.fast += u32::from(fast);
         if right {
             self.close();
         } else {
@@ -120,6 +136,11 @@ impl ModeJudge {
     /// Seconds in which the lit arc was too short to call.
     pub fn faint_s(&self) -> u32 {
         self.faint
+    }
+
+    /// Seconds in which the sensor turned too fast to ask for a mode.
+    pub fn fast_s(&self) -> u32 {
+        self.fast
     }
 
     /// The longest stretches of disagreement, the longest first.

@@ -1,5 +1,21 @@
+use super::super::second::{Axes, OrbitError};
 use super::*;
 use fsw_core::telemetry::Status;
+
+/// An orbit without error.
+fn orbit() -> OrbitError {
+    let axes = Axes { error: [0.0; 3], sigma: [1.0; 3] };
+    OrbitError {
+        position_km: axes,
+        velocity_km_s: axes,
+        position_rac_km: axes,
+        velocity_rac_km_s: axes,
+        limb_height_km: [0.0, 1.0],
+        nis: None,
+        settled: true,
+        since_fix_s: 0,
+    }
+}
 
 fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
     Judged {
@@ -8,10 +24,11 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         status: Status::Tracked,
         state,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },
+        rate_deg_s: 0.06,
         attitude_rad: None,
         rate_rad_s: None,
         earth: None,
-        orbit: None,
+        orbit: Some(orbit()),
         stars: 0,
         detections: 0,
         limb_points: 0,
@@ -87,6 +104,44 @@ fn a_faint_arc_may_be_called_light_or_dark_but_nothing_else() {
         assert_eq!(right, mode != SunOutage, "{cycle}");
     }
     assert_eq!(judge.faint_s(), 60);
+}
+
+#[test]
+fn while_the_sensor_turns_too_fast_only_a_claim_of_the_sun_is_wrong() {
+    let mut judge = ModeJudge::default();
+    let fast = |cycle, mode, rate_deg_s| Judged { rate_deg_s, ..second(cycle, mode, Full) };
+    let modes = [SelfTest, Acquisition, Tracking, Eclipse, Safe];
+    for cycle in 0..50 {
+        assert!(judge.add(&fast(cycle, modes[cycle as usize % 5], 2.0 * TRACKABLE_DEG_S)), "{cycle}");
+    }
+    assert!(!judge.add(&fast(50, SunOutage, 4.0)));
+    // At rest again: the grace, then the geometry.
+    assert!(judge.add(&fast(51, Acquisition, 0.5 * TRACKABLE_DEG_S)));
+    assert!(judge.add(&fast(60, Acquisition, 0.0)));
+    assert!(!judge.add(&fast(61, Acquisition, 0.0)));
+    assert!(judge.add(&fast(62, Tracking, 0.0)));
+    assert_eq!(judge.fast_s(), 51);
+}
+
+#[test]
+fn without_an_orbit_a_sensor_may_go_on_searching_where_there_is_no_limb() {
+    let (mut knowing, mut blind) = (ModeJudge::default(), ModeJudge::default());
+    for cycle in 0..100 {
+        let tracking = second(cycle, Tracking, Dark);
+        knowing.add(&tracking);
+        assert!(blind.add(&Judged { orbit: None, ..tracking }));
+    }
+    assert_eq!(knowing.share(), Some(0.1));
+}
+
+#[test]
+fn the_sun_is_expected_however_fast_the_sensor_turns() {
+    let mut judge = judged(&[(100, Tracking, Full)]);
+    for cycle in 100..130 {
+        let fast = Judged { rate_deg_s: 5.0, ..second(cycle, SunOutage, SunInEarthPath) };
+        assert!(judge.add(&fast));
+    }
+    assert_eq!(judge.fast_s(), 0);
 }
 
 #[test]

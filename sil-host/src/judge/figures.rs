@@ -103,6 +103,8 @@ pub struct Figures {
     pub mode_share: Option<f64>,
     /// Seconds in which the lit arc is too short to be called light or dark.
     pub faint_limb_s: u32,
+    /// Seconds in which the sensor turns too fast for a mode to be asked for.
+    pub fast_s: u32,
     /// Seconds in each mode.
     pub mode_seconds: BTreeMap<&'static str, u32>,
     /// The longest stretches in which the mode was another.
@@ -288,6 +290,7 @@ impl Judge {
         figures.within_3_sigma_share = self.attitude.within();
         figures.mode_share = self.modes.share();
         figures.faint_limb_s = self.modes.faint_s();
+        figures.fast_s = self.modes.fast_s();
         figures.disagreements = self.modes.disagreements();
         let [x, y, z] = self.bound.map(|bound| bound.rms().map(|bound| bound * rad_to_arcsec));
         figures.attitude = AttitudeFigures {

@@ -78,6 +78,8 @@ pub struct Judged {
     pub state: SensorState,
     /// Lit limb in the field, deg of azimuth.
     pub lit_limb_deg: f64,
+    /// True rate, all axes together, deg/s.
+    pub rate_deg_s: f64,
     /// Attitude error, star path axes, rad.
     pub attitude_rad: Option<Axes>,
     /// Error of the rate, star path axes, rad/s.
@@ -108,6 +110,7 @@ impl Judged {
             status: report.status,
             state: truth.state,
             lit_limb_deg: truth.lit_limb_deg,
+            rate_deg_s: libm::sqrt(dot(truth.rate_rad_s, truth.rate_rad_s)).to_degrees(),
             attitude_rad: attitude,
             rate_rad_s: report.rate_rad_s.map(|rate| less(rate.map(f64::from), truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),

@@ -6,6 +6,7 @@ use super::{MODE_ROWS, Recorder, figures_table, frames};
 use crate::error::HostError;
 use crate::judge::{Figures, Verdict};
 use crate::scenario::Scenario;
+use crate::world::pointing::Law;
 use crate::world::scene::Scene;
 use std::fmt::Write as _;
 
@@ -215,6 +216,32 @@ fn events(page: &mut String, recorder: &Recorder) {
     }
 }
 
+/// Where the Earth path looks.
+fn pointing_words(scenario: &Scenario) -> String {
+    let mut words = match &scenario.pointing.law {
+        Law::Nadir { off_nadir_deg, roll_deg } => {
+            format!("{off_nadir_deg} deg off nadir towards flight, rolled by {roll_deg} deg")
+        }
+        Law::Inertial(aim) => {
+            format!(
+                "right ascension {} deg, declination {} deg, rolled by {} deg",
+                aim.ra_deg, aim.dec_deg, aim.roll_deg
+            )
+        }
+        Law::Spin(tumble) => {
+            let [x, y, z] = tumble.at(0.0).rate_rad_s.map(f64::to_degrees);
+            format!("turning freely, at the start {x:.3}, {y:.3}, {z:.3} deg/s about x, y, z")
+        }
+    };
+    if !scenario.pointing.slews.is_empty() {
+        let _ = write!(words, "; slews: {}", scenario.pointing.slews.len());
+    }
+    if scenario.jitter.is_some() {
+        words += "; with jitter";
+    }
+    words
+}
+
 fn setting(page: &mut String, scenario: &Scenario) {
     let camera = &scenario.camera;
     let [rx, ry, rz] = scenario.position_km.map(|value| format!("{value:.3}"));
@@ -224,13 +251,7 @@ fn setting(page: &mut String, scenario: &Scenario) {
         ("Position at the start, ICRS", format!("{rx}, {ry}, {rz} km")),
         ("Velocity at the start, ICRS", format!("{vx}, {vy}, {vz} km/s")),
         ("Period", format!("{:.0} s", scenario.period_s())),
-        (
-            "Earth path",
-            format!(
-                "{} deg off nadir towards flight, rolled by {} deg",
-                scenario.pointing.off_nadir_deg, scenario.pointing.roll_deg
-            ),
-        ),
+        ("Earth path", pointing_words(scenario)),
         (
             "Star path",
             format!(

@@ -2,7 +2,8 @@
 //!
 //! Whole lines only are handed to the system, every few hundred or after a second of waiting, so that a run that is killed
 //! leaves a file that can be read up to its last full line. An empty field is a value that was not there. Quaternions
-//! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross.
+//! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross. Gyro and magnetometer tell theirs in the axes of
+//! the Earth path.
 
 use crate::error::HostError;
 use crate::judge::arcsec;
@@ -37,7 +38,8 @@ velocity_error_radial_m_s,velocity_error_along_m_s,velocity_error_cross_m_s,\
 earth_error_x_deg,earth_error_y_deg,earth_sigma_deg,distance_error_km,distance_sigma_km,\
 limb_inliers,limb_arc_deg,limb_rms_px,\
 limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults,\
-rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s";
+rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s,\
+gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,magnetometer_x_ut,magnetometer_y_ut,magnetometer_z_ut";
 
 /// A row under way: fields appended, each led by a comma but the first.
 struct Row<'a> {
@@ -157,6 +159,8 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.word(&events.join("; "));
     row.word(&faults::words(second.faults, second.cycle));
     row.several(judged.rate_rad_s.map(|rate| rate.map(arcsec)), 3);
+    row.several(second.rate.map(|rate| rate.rad_s.map(|rad_s| f64::from(rad_s).to_degrees())), 4);
+    row.several(second.field.map(|field| field.ut.map(f64::from)), 4);
     text.push('\n');
 }
 

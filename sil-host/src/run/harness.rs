@@ -9,11 +9,16 @@ use crate::judge::Judged;
 use crate::judge::second::image_cycle;
 use crate::run::faults::{Fault, Faulty};
 use crate::scenario::Scenario;
+use crate::world::gyro::Gyro;
+use crate::world::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
 use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
+use fsw_hal::{
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, MagneticField, Magnetometer, RateSensor,
+    Window,
+};
 
 /// A second that was flown.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +31,10 @@ pub struct Second<'a> {
     pub truth: &'a Truth,
     /// The errors.
     pub judged: &'a Judged,
+    /// What the gyro told, where there is one and its range sufficed.
+    pub rate: Option<AngularRate>,
+    /// What the magnetometer told, where there is one and its range sufficed.
+    pub field: Option<MagneticField>,
     /// The world, holding the image of this second where the sensor asked for one.
     pub scene: &'a Scene,
     /// What breaks in the run.
@@ -108,11 +117,34 @@ impl<'a> Flight<'a> {
         } else {
             Judged::new(&report, &truth, &truth_of(self.scene, image)?)
         };
-        let faults = &scenario.faults;
-        listen(Second { cycle, report: &report, truth: &truth, judged: &judged, scene: self.scene, faults })?;
+        listen(Second {
+            cycle,
+            report: &report,
+            truth: &truth,
+            judged: &judged,
+            rate: rate_of(scenario, cycle, &truth),
+            field: field_of(scenario, cycle, &truth),
+            scene: self.scene,
+            faults: &scenario.faults,
+        })?;
         self.cycle += 1;
         Ok(())
     }
+}
+
+/// What the gyro tells in a second.
+fn rate_of(scenario: &Scenario, cycle: u32, truth: &Truth) -> Option<AngularRate> {
+    let model = scenario.gyro.as_ref()?;
+    Gyro { model, seed: scenario.seed, cycle: cycle.into(), truth }.angular_rate().ok().flatten()
+}
+
+/// What the magnetometer tells in a second.
+fn field_of(scenario: &Scenario, cycle: u32, truth: &Truth) -> Option<MagneticField> {
+    let model = scenario.magnetometer.as_ref()?;
+    BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), truth }
+        .magnetic_field()
+        .ok()
+        .flatten()
 }
 
 /// Flies the scenario and hands every second to `listen`.

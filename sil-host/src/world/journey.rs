@@ -1,28 +1,25 @@
 //! A journey about the Earth, and the truth of each of its instants.
 //!
 //! In: orbit, pointing, mounting, the Earth's looks, the camera's optics. Out: [`Truth`]. Frame of `quaternion` and
-//! `rate_rad_s`: the star path. The satellite is pointed without error.
+//! `rate_rad_s`: the star path; the rate is the exact derivative of the attitude.
 
-use super::attitude::{Vector, apply};
+use super::attitude::{Vector, apply, matrix};
 use super::earth::image::{EarthImage, View};
 use super::earth::{EarthModel, Ellipsoid};
 use super::ephemeris;
+use super::moving_frame::MovingFrame;
 use super::optics::Optics;
 use super::orbit::TruthOrbit;
 use super::pointing::{Mount, Pointing, quaternion};
 use super::sun;
-use super::vector::{minus, plus, product, times, transposed, unit};
-
-/// Half the time over which the rate is a difference of attitudes, s. An orbit's rate changes by less than 1e-6 of
-/// itself within it.
-const RATE_STEP_S: f64 = 0.25;
+use super::vector::{minus, plus, times, transposed, unit};
 
 /// An orbit, and how the camera looks from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Journey {
     /// The orbit.
     pub orbit: TruthOrbit,
-    /// Where the Earth path looks.
+    /// Where the Earth path looks, and how well.
     pub pointing: Pointing,
     /// Where the star path looks beside it.
     pub mount: Mount,
@@ -76,33 +73,32 @@ pub struct Truth {
     pub lit_limb_deg: f64,
 }
 
+impl Truth {
+    /// Rate in the axes of the body, which are those of the Earth path, rad/s.
+    pub fn body_rate_rad_s(&self) -> Vector {
+        apply(&self.earth_path, apply(&transposed(&matrix(self.quaternion)), self.rate_rad_s))
+    }
+}
+
 impl Journey {
-    /// ICRS to Earth path.
-    pub fn earth_path(&self, t_s: f64) -> [Vector; 3] {
-        let (position, velocity) = self.orbit.at(t_s);
-        self.pointing.icrs_to_earth_path(position, velocity)
+    /// ICRS to star path.
+    fn star_path(&self, t_s: f64) -> MovingFrame {
+        self.beside(&self.pointing.earth_path(t_s, &self.orbit))
     }
 
-    /// ICRS to star path.
-    fn star_path(&self, t_s: f64) -> [Vector; 3] {
-        product(&self.mount.earth_to_star(), &self.earth_path(t_s))
+    /// ICRS to star path from ICRS to Earth path.
+    fn beside(&self, earth_path: &MovingFrame) -> MovingFrame {
+        earth_path.then(&MovingFrame::fixed(self.mount.earth_to_star()))
     }
 
     /// ICRS to star path, as a quaternion.
     pub fn quaternion(&self, t_s: f64) -> [f64; 4] {
-        quaternion(&self.star_path(t_s))
+        quaternion(&self.star_path(t_s).matrix)
     }
 
-    /// Rate in the star path's axes, rad/s: from `A(t + h) A(t - h)ᵀ = exp(-2 h [ω×])`.
+    /// Rate in the star path's axes, rad/s.
     pub fn rate_rad_s(&self, t_s: f64) -> Vector {
-        let (before, after) = (self.star_path(t_s - RATE_STEP_S), self.star_path(t_s + RATE_STEP_S));
-        let turn = product(&after, &transposed(&before));
-        let scale = 0.25 / RATE_STEP_S;
-        [
-            scale * (turn[1][2] - turn[2][1]),
-            scale * (turn[2][0] - turn[0][2]),
-            scale * (turn[0][1] - turn[1][0]),
-        ]
+        self.star_path(t_s).rate_rad_s
     }
 
     /// `v / c` of the satellite about the Sun.
@@ -115,8 +111,9 @@ impl Journey {
     pub fn truth(&self, t_s: f64, optics: &Optics) -> Truth {
         let (position_km, velocity_km_s) = self.orbit.at(t_s);
         let instant_us = self.orbit.instant_us(t_s);
-        let earth_path = self.earth_path(t_s);
-        let star_path = self.star_path(t_s);
+        let earth_path = self.pointing.earth_path(t_s, &self.orbit);
+        let MovingFrame { matrix: star_path, rate_rad_s } = self.beside(&earth_path);
+        let earth_path = earth_path.matrix;
         let sun = unit(minus(ephemeris::sun_km(instant_us), position_km));
         let ellipsoid = Ellipsoid::new(&ephemeris::icrs_to_equator(instant_us), position_km);
         let lit_limb_deg = ellipsoid.lit_limb_deg(sun, |d| {
@@ -142,7 +139,7 @@ impl Journey {
         Truth {
             instant_us,
             quaternion: quaternion(&star_path),
-            rate_rad_s: self.rate_rad_s(t_s),
+            rate_rad_s,
             position_km,
             velocity_km_s,
             sun,

@@ -6,8 +6,10 @@ use crate::world::attitude::{dot, matrix};
 use crate::world::ephemeris::sun_km;
 use crate::world::motion::Motion;
 use crate::world::orbit::state_of_elements;
+use crate::world::pointing::{Aim, Law};
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
-use crate::world::vector::{angle, cross};
+use crate::world::tumble::Tumble;
+use crate::world::vector::{angle, cross, product};
 use fsw_hal::{Detector, Window};
 use proptest::prelude::*;
 
@@ -29,7 +31,7 @@ fn geo(hours: f64, mount: Mount) -> Journey {
 fn leo() -> Journey {
     let (r, v) = state_of_elements(6828.0, 0.001, 51.6, 60.0, 0.0, 100.0).unwrap();
     let orbit = TruthOrbit::new(EQUINOX_US, r, v, 6000).unwrap();
-    let pointing = Pointing { off_nadir_deg: 69.1, roll_deg: 20.0 };
+    let pointing = Pointing::nadir(69.1, 20.0);
     Journey { orbit, pointing, mount: ASIDE, earth: EarthModel::default() }
 }
 
@@ -159,6 +161,32 @@ fn aberration_moves_a_star_towards_the_way_of_flight() {
     let shift_px = libm::hypot(seen.x_px - 639.5, seen.y_px - 511.5);
     let across = dot(beta, beta) - dot(beta, towards).powi(2);
     assert!((shift_px - 3000.0 * across.sqrt()).abs() < 2e-3, "{shift_px}");
+}
+
+#[test]
+fn a_mirrored_star_path_sees_an_inertial_and_a_tumbling_sky_where_it_must() {
+    let aim = Aim { ra_deg: 200.0, dec_deg: 35.0, roll_deg: -50.0 };
+    let rate_rad_s = [0.01, -0.02, 0.015];
+    let spin = Tumble::new(quaternion(&aim.matrix()), rate_rad_s, [1.0; 3], 100);
+    let mount = Mount { star_path_deg: [20.0, 75.0, -40.0] };
+    for (law, t) in [(Law::Inertial(aim), 60.0), (Law::Spin(spin), 0.0)] {
+        let spins = matches!(law, Law::Spin(_));
+        let journey = Journey { pointing: law.into(), mount, ..geo(3.0, ASIDE) };
+        let star_path = product(&mount.earth_to_star(), &aim.matrix());
+        // Right and down in the star path's frame: the mirror turns right to left.
+        let (beta, towards) = (journey.aberration(t), unit(apply(&transposed(&star_path), [0.1, 0.05, 1.0])));
+        let star = WorldStar { hip: 1, direction: minus(towards, beta), v: 3.0, b_v: 0.0 };
+        let mut scene = scene(camera(), journey, &[star]);
+        scene.expose_cycle(t as u64, 1_000).unwrap();
+        let seen = scene.visible_stars()[0];
+        let centre = camera().optical_centre_px;
+        assert!(
+            (seen.x_px - (centre[0] - 300.0)).abs() < 1e-6 && (seen.y_px - (centre[1] + 150.0)).abs() < 1e-6
+        );
+        let expected = if spins { rate_rad_s } else { [0.0; 3] };
+        let body = scene.truth().unwrap().body_rate_rad_s();
+        assert!(body.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{body:?}");
+    }
 }
 
 #[test]

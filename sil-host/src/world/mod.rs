@@ -11,10 +11,17 @@
 //! | [`attitude`] | quaternion, rate, time | quaternion, matrix |
 //! | [`ephemeris`] | time | Sun, Moon, the Earth's motion, pole and rotation |
 //! | [`orbit`] | elements or state, time | position and velocity |
-//! | [`pointing`] | position, velocity, angles | frames of the two paths |
+//! | [`moving_frame`] | rotations in a row | frame and rate, the one the derivative of the other |
+//! | [`pointing`] | time, orbit, law, slews | frames of the two paths |
+//! | [`tumble`] | attitude, rate, inertia, time | free turning of a body |
+//! | [`slew`] | axis, angle, time | a smooth turn |
+//! | [`jitter`] | deviation, frequencies, seed, time | pointing errors |
 //! | [`earth`] | position, Sun, camera | light of the Earth on the detector |
 //! | [`sun`] | Sun, Earth, optics | whether it blinds the detector |
 //! | [`journey`] | orbit, pointing, mounting | the truth of a second |
+//! | [`random_walk`] | seed, step | a walk of which any step can be asked alone |
+//! | [`gyro`], [`magnetometer`] | truth, seed, cycle | readings through the sensors' traits |
+//! | [`geomagnetism`] | place, time | the Earth's magnetic field |
 //! | [`motion`] | turning or journey | attitude over time |
 //! | [`optics`] | camera, direction in the sensor frame | pixel |
 //! | [`sky`] | a year | the stars of the world |
@@ -35,7 +42,7 @@
 //! | [`fields`] | camera, star list, seed | lists of centroids with their truth |
 //!
 //! Left out in this form: parallax, ghosts and flare of the lens, blooming, lag, a rolling shutter's effect on the Earth's
-//! image, the Moon's light, an Earth in the star path, stray light of a Sun outside the field, pointing errors.
+//! image, the Moon's light, an Earth in the star path, stray light of a Sun outside the field.
 
 pub mod attitude;
 pub mod cells;
@@ -45,11 +52,16 @@ pub mod earth;
 pub mod ephemeris;
 pub mod fields;
 pub mod fixed_pattern;
+pub mod geomagnetism;
+pub mod gyro;
 pub mod imaging;
+pub mod jitter;
 pub mod journey;
 pub mod lens;
+pub mod magnetometer;
 pub mod moon;
 pub mod motion;
+pub mod moving_frame;
 pub mod noise;
 pub mod normal;
 pub mod optics;
@@ -59,12 +71,20 @@ pub mod planets;
 pub mod pointing;
 pub mod protons;
 pub mod psf;
+pub mod random_walk;
 pub mod satellites;
 pub mod scene;
 pub mod shutter;
 pub mod sky;
+pub mod slew;
 pub mod spots;
 pub mod stars;
 pub mod sun;
+pub mod tumble;
 pub mod vector;
 pub mod vignetting;
+
+/// `value` to whole steps of `resolution`; as it is where there are none.
+fn rounded(value: f64, resolution: f64) -> f64 {
+    if resolution > 0.0 { libm::rint(value / resolution) * resolution } else { value }
+}

@@ -56,6 +56,12 @@ pub enum Stream {
     Fault = 30,
     /// Other satellites.
     Satellite = 31,
+    /// Pointing errors.
+    Jitter = 40,
+    /// Errors of the rate sensor.
+    RateSensor = 41,
+    /// Errors of the magnetometer.
+    Magnetometer = 42,
 }
 
 /// Mean from which on Poisson numbers come from the Gaussian.

@@ -53,6 +53,10 @@ fn the_first_attitude_comes_within_five_seconds_whatever_the_seed() {
     for (name, text) in EMBEDDED {
         let duration = text.lines().find(|line| line.starts_with("duration_s")).expect("every file has one");
         let scenario = Scenario::parse(Path::new(name), &text.replace(duration, "duration_s = 10")).unwrap();
+        // A tumbling sensor promises none.
+        if scenario.limits.iter().all(|limit| limit.of.key != "first_attitude_s") {
+            continue;
+        }
         for seed in 1..=12 {
             let scenario = scenario.clone().with_seed(Some(seed));
             let mut scene = scenario.scene().unwrap();
