@@ -123,8 +123,9 @@ mod tests {
                 let time = length as f64;
                 // The walk's means over whole samples: K² (t / 3 + 1 / (6 t)).
                 let expected = white / time + walk * (time / 3.0 + 1.0 / (6.0 * time));
-                // Neighbouring differences share a mean: two thirds as many degrees of freedom as differences.
-                let bound = 2.576 * (2.0 / (2.0 / 3.0 * count)).sqrt();
+                // Neighbouring differences share a mean: two thirds as many degrees of freedom as differences. All twelve
+                // comparisons together hold for a right gyro with 99 %.
+                let bound = 3.34 * (2.0 / (2.0 / 3.0 * count)).sqrt();
                 println!("axis {axis}, {length} s: {:.5} deg/s for {:.5}", variance.sqrt(), expected.sqrt());
                 assert!((variance / expected - 1.0).abs() < bound, "axis {axis}, {length} s");
             }
@@ -144,9 +145,10 @@ mod tests {
             squares[2] +=
                 ((turning[1] - bias[1]) / 10.0).powi(2) / quiet.misalignment_deg.to_radians().powi(2);
         }
+        // All three together hold for a right gyro with 99 %.
         for square in squares {
             let mean = square / seeds as f64;
-            assert!((mean - 1.0).abs() < 2.576 * (2.0 / seeds as f64).sqrt() + 1e-3, "{squares:?}");
+            assert!((mean - 1.0).abs() < 2.935 * (2.0 / seeds as f64).sqrt() + 1e-3, "{squares:?}");
         }
     }
 
