@@ -1,6 +1,7 @@
 use super::*;
 use crate::run::faults::FaultKind;
 use crate::world::pointing::Law;
+use crate::world::protons::Protons;
 use crate::world::scene::SensorState;
 
 fn default_text() -> &'static str {
@@ -56,6 +57,55 @@ fn values_out_of_range_name_line_key_and_range() {
         assert!(message.contains(&format!("some.toml:{line}: {key}: ")), "{message}");
         assert!(message.contains("; "), "{message}");
     }
+}
+
+/// The default scenario with these lines before its `[disturbances]`.
+fn with_lines(lines: &str) -> Result<Scenario, HostError> {
+    let text = default_text().replacen("[disturbances]", &format!("{lines}\n[disturbances]"), 1);
+    Scenario::parse(Path::new("some.toml"), &text)
+}
+
+#[test]
+fn optics_and_detector_are_on_by_default_and_can_be_switched_off() {
+    let scenario = Scenario::default_embedded();
+    assert_eq!((scenario.imaging, scenario.detector), (ImagingModel::REFERENCE, DetectorModel::reference()));
+    assert_eq!(scenario.disturbances.protons, Protons::Fixed(20));
+    let orbit = default_text().replacen("proton_hits = 20", "", 1);
+    let orbit = Scenario::parse(Path::new("some.toml"), &orbit).unwrap();
+    assert_eq!(orbit.disturbances.protons, Protons::Orbit);
+    let plain = with_lines(
+        "[optics]\npsf = \"gaussian\"\nstar_colours = false\nvignetting = false\n[detector]\npixel = \"full\"\n\
+         prnu = 0.0\ndsnu = 0.0\ncolumn_offset_e = 0.0\nrow_noise_e = 0.0",
+    )
+    .unwrap();
+    assert_eq!((plain.imaging, plain.detector), (ImagingModel::PLAIN, DetectorModel::default()));
+    let rolling =
+        with_lines("[optics]\nshutter = \"rolling\"\nrow_time_us = 40.0\nearth_path_transmission = 0.0")
+            .unwrap();
+    assert!((rolling.imaging.shutter.row_time_s() - 4e-5).abs() < 1e-18);
+    assert_eq!(rolling.imaging.earth_path_transmission, 0.0);
+}
+
+#[test]
+fn wrong_optics_and_detectors_name_line_and_key() {
+    let cases = [
+        ("[optics]\ncorner_loss = 2.0", "optics.corner_loss: 2 is out of range"),
+        ("[optics]\npsf_sigma_px = 0.9", "optics.psf_sigma_px: says nothing here"),
+        ("[optics]\nrow_time_us = 50.0", "optics.row_time_us: says nothing here"),
+        ("[optics]\nshutter = \"slit\"", "slit"),
+        ("[detector]\nread_noise_e = -1.0", "detector.read_noise_e: -1 is out of range"),
+        ("[detector]\ngain = 1.0", "`gain`"),
+    ];
+    for (lines, words) in cases {
+        let message = with_lines(lines).unwrap_err().to_string();
+        let line = line_of("[disturbances]") + 1;
+        assert!(message.contains(&format!("some.toml:{line}: ")) && message.contains(words), "{message}");
+    }
+    let message = refused("proton_hits = 20", "proton_hits = 20\nprotons = \"orbit\"");
+    assert!(message.contains("disturbances.proton_hits: the orbit says"), "{message}");
+    // A lens that the camera cannot have is found when the world is made.
+    let fast = with_lines("[optics]\naperture_mm = 30.0").unwrap();
+    assert!(fast.scene().unwrap_err().to_string().contains("the lens cannot be scaled"));
 }
 
 #[test]

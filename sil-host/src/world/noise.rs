@@ -139,6 +139,12 @@ impl Noise {
             let g = self.quick_gaussian(x, y);
             return mean + variance.sqrt() * g + mean / (6.0 * variance) * (g * g - 1.0);
         }
+        self.apart(x, y, mean, readout, read_e)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn apart(&self, x: u32, y: u32, mean: f64, readout: &Self, read_e: f64) -> f64 {
         self.poisson(x, y, mean) + read_e * readout.gaussian(x, y)
     }
 }

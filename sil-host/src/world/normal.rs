@@ -114,11 +114,17 @@ pub fn quick_inverse_normal(p: f64) -> f64 {
     let place = p * PARTS as f64;
     let part = place as usize;
     if part.wrapping_sub(OUTER) >= PARTS - 2 * OUTER {
-        return inverse_normal(p);
+        return steep(p);
     }
     let [a, b, c] = INVERSE[part];
     let step = place - part as f64;
     a + step * (b + step * c)
+}
+
+#[cold]
+#[inline(never)]
+fn steep(p: f64) -> f64 {
+    inverse_normal(p)
 }
 
 /// Entries a unit of the distribution's table.

@@ -40,6 +40,8 @@ use std::sync::Arc;
 
 /// Length of a cycle, s.
 pub const CYCLE_S: f64 = 1.0;
+/// Pixels of a window that are drawn together.
+const BAND_PX: usize = 8192;
 /// Most images a star is smeared into.
 const SMEAR_STEPS_MAX: u32 = 4096;
 
@@ -374,6 +376,33 @@ impl Scene {
         Spots::reach_px(&self.psf)
     }
 
+    /// Draws the `numbers` of `window`; `electrons` is room for them.
+    fn read_band(&self, exposure: &Exposure, window: Window, electrons: &mut Vec<f64>, numbers: &mut [u16]) {
+        electrons.clear();
+        electrons.resize(numbers.len(), 0.0);
+        self.add_light(exposure, window, electrons);
+        self.add_charge(exposure, window, electrons);
+        let SceneSettings { detector, camera, seed, .. } = &self.settings;
+        let [photon, readout] =
+            [Stream::Photon, Stream::Read].map(|stream| Noise::new(*seed, exposure.cycle, stream));
+        let width = usize::from(window.width);
+        for (y, line) in (window.y..).zip(electrons.chunks_exact_mut(width)) {
+            for (x, pixel) in (u32::from(window.x)..).zip(line) {
+                *pixel = photon.electrons(x, y.into(), *pixel, &readout, detector.read_noise_e);
+            }
+        }
+        exposure.protons.add_to(window, 1.0, electrons);
+        let converter = detector.converter(camera.bits);
+        let lines = electrons.chunks_exact(width).zip(numbers.chunks_exact_mut(width));
+        for (y, (line, numbers)) in (window.y..).zip(lines) {
+            let row_e = self.pattern.row_e(exposure.cycle, y);
+            for ((x, electrons), number) in (window.x..).zip(line).zip(numbers) {
+                *number = converter.digital_number(*electrons + (row_e + self.pattern.column_e(x)));
+            }
+        }
+        self.bury_dead_pixels(window, numbers);
+    }
+
     /// Dead pixels say 0 or full scale.
     fn bury_dead_pixels(&self, window: Window, pixels: &mut [u16]) {
         let full_scale = ((1u32 << self.settings.camera.bits.min(16)) - 1) as u16;
@@ -417,30 +446,14 @@ impl Detector for Scene {
         if pixels.is_empty() {
             return Ok(());
         }
-        let (detector, bits) = (&self.settings.detector, self.settings.camera.bits);
         let mut electrons = std::mem::take(&mut self.scratch);
-        electrons.clear();
-        electrons.resize(pixels.len(), 0.0);
-        self.add_light(exposure, window, &mut electrons);
-        self.add_charge(exposure, window, &mut electrons);
-        let photon = Noise::new(self.settings.seed, exposure.cycle, Stream::Photon);
-        let readout = Noise::new(self.settings.seed, exposure.cycle, Stream::Read);
-        let width = usize::from(window.width);
-        for (y, line) in (window.y..).zip(electrons.chunks_exact_mut(width)) {
-            for (x, pixel) in (u32::from(window.x)..).zip(line) {
-                *pixel = photon.electrons(x, y.into(), *pixel, &readout, detector.read_noise_e);
-            }
+        // A band of the window is a window, and stays near the processor.
+        let rows = (BAND_PX / usize::from(window.width)).max(1);
+        let bands = pixels.chunks_mut(rows * usize::from(window.width));
+        for (y, numbers) in (window.y..).step_by(rows).zip(bands) {
+            let height = (numbers.len() / usize::from(window.width)) as u16;
+            self.read_band(exposure, Window { y, height, ..window }, &mut electrons, numbers);
         }
-        exposure.protons.add_to(window, 1.0, &mut electrons);
-        let converter = detector.converter(bits);
-        let lines = electrons.chunks_exact(width).zip(pixels.chunks_exact_mut(width));
-        for (y, (line, numbers)) in (window.y..).zip(lines) {
-            let row_e = self.pattern.row_e(exposure.cycle, y);
-            for ((x, electrons), number) in (window.x..).zip(line).zip(numbers) {
-                *number = converter.digital_number(*electrons + (row_e + self.pattern.column_e(x)));
-            }
-        }
-        self.bury_dead_pixels(window, pixels);
         self.scratch = electrons;
         Ok(())
     }
