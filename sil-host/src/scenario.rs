@@ -1,13 +1,14 @@
 //! Scenario files: an orbit, a pointing, a camera, and what the judge demands.
 //!
 //! In: TOML text. Out: [`Scenario`], every value checked; a fault names file, line and key. Angles are degrees, lengths
-//! km, in ICRS axes; times in the file are UTC, in the program TT since J2000.0. Keys that have a default may be left
+//! km, in ICRS (GCRF) axes; times in the file are UTC, in the program TT since J2000.0. Keys that have a default may be left
 //! out, unknown ones are refused. The files that come with the program ([`EMBEDDED`]) show every table.
 //!
 //! | table | says |
 //! |---|---|
 //! | `[scenario]` | name, start, duration, seed, exposure |
-//! | `[orbit]` | Keplerian elements or a state, at the start |
+//! | `[orbit]` | Keplerian elements, a state or a TLE, from which the orbit is flown; or an orbit file to follow |
+//! | `[forces]` | what pulls and pushes the satellite, and how the Earth stands |
 //! | `[pointing]` | where the Earth path looks: to nadir, into space, or tumbling; slews and jitter |
 //! | `[mount]` | how the star path stands to the Earth path, and whether it is seen in a mirror |
 //! | `[camera]` | the camera file; none: the reference camera |
@@ -21,6 +22,7 @@
 
 mod detector;
 mod faults;
+mod forces;
 mod instruments;
 mod limits;
 mod mount;
@@ -28,7 +30,6 @@ mod optics;
 mod orbit;
 mod pointing;
 mod text;
-mod time;
 
 pub use limits::{LIMITABLE, Limit, Limitable, Side};
 
@@ -37,6 +38,7 @@ use crate::error::HostError;
 use crate::flight;
 use crate::run::faults::Fault;
 use crate::world::attitude::{Vector, dot};
+use crate::world::civil_time;
 use crate::world::disturbances::Disturbances;
 use crate::world::earth::EarthModel;
 use crate::world::gyro::GyroModel;
@@ -45,7 +47,7 @@ use crate::world::jitter::{Jitter, JitterModel};
 use crate::world::journey::Journey;
 use crate::world::magnetometer::MagnetometerModel;
 use crate::world::motion::Motion;
-use crate::world::orbit::{MU_EARTH, TruthOrbit};
+use crate::world::orbit::{Forces, MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky;
@@ -107,6 +109,10 @@ pub struct Scenario {
     pub position_km: Vector,
     /// Velocity at the start, ICRS, km/s.
     pub velocity_km_s: Vector,
+    /// What pulls and pushes the satellite.
+    pub forces: Forces,
+    /// The orbit of a file, which is followed and not flown.
+    pub track: Option<TruthOrbit>,
     /// Where the Earth path looks, without jitter: that needs the seed.
     pub pointing: Pointing,
     /// What is wrong with the pointing, if anything.
@@ -138,6 +144,8 @@ pub struct Scenario {
 struct RawFile {
     scenario: RawScenario,
     orbit: Spanned<orbit::RawOrbit>,
+    #[serde(default)]
+    forces: forces::RawForces,
     #[serde(default)]
     pointing: pointing::RawPointing,
     #[serde(default)]
@@ -220,14 +228,15 @@ impl Scenario {
         let text = Text { path, text };
         let raw: RawFile = toml::from_str(text.text).map_err(|error| text.syntax(&error))?;
         let head = &raw.scenario;
-        let start_us = time::tt_us(head.start.get_ref()).map_err(|what| {
+        let start_us = civil_time::tt_us(head.start.get_ref()).map_err(|what| {
             let to_do = "give UTC as \"2026-09-23T18:00:00\"";
             text.fault(head.start.span().start, "scenario.start", what, to_do)
         })?;
         let exposure = head.exposure_ms.as_ref();
         let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
-        let (position_km, velocity_km_s) = orbit::state(&text, &raw.orbit)?;
         let duration_s = text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32;
+        let forces = forces::read(&text, &raw.forces, start_us, duration_s)?;
+        let orbit = orbit::read(&text, &raw.orbit, start_us, duration_s, &forces.orientation)?;
         Ok(Self {
             file: path.to_path_buf(),
             orbit_line: text.line(raw.orbit.span().start),
@@ -238,8 +247,10 @@ impl Scenario {
             duration_s,
             seed: text.whole("scenario.seed", head.seed.as_ref(), 1, (0, i64::MAX))? as u64,
             exposure_us: (exposure_ms * 1e3).round() as u32,
-            position_km,
-            velocity_km_s,
+            position_km: orbit.position_km,
+            velocity_km_s: orbit.velocity_km_s,
+            forces,
+            track: orbit.track,
             pointing: pointing::read(&text, &raw.pointing, duration_s)?,
             jitter: pointing::jitter(&text, &raw.pointing)?,
             mount: mount::read(&text, &raw.mount)?,
@@ -262,17 +273,25 @@ impl Scenario {
         Parameters { exposure_us: self.exposure_us, mount, ..Parameters::for_camera(camera) }
     }
 
+    /// The truth orbit: that of a file, or flown from the start.
+    fn orbit(&self) -> Result<TruthOrbit, HostError> {
+        if let Some(track) = &self.track {
+            return Ok(track.clone());
+        }
+        let (r, v) = (self.position_km, self.velocity_km_s);
+        TruthOrbit::with_forces(self.start_us, r, v, self.duration_s, &self.forces).map_err(|error| {
+            HostError::input(&self.file, Some(self.orbit_line), error.to_string(), "give another orbit")
+        })
+    }
+
     /// The world of this scenario, before its first exposure.
     ///
     /// # Errors
     /// When the orbit reaches the ground before the end, or the camera is one the world cannot draw.
     pub fn scene(&self) -> Result<Scene, HostError> {
-        let orbit = TruthOrbit::new(self.start_us, self.position_km, self.velocity_km_s, self.duration_s)
-            .map_err(|error| {
-                HostError::input(&self.file, Some(self.orbit_line), error.to_string(), "give another orbit")
-            })?;
         let jitter = self.jitter.as_ref().map_or_else(Jitter::default, |model| Jitter::new(model, self.seed));
         let pointing = Pointing { jitter, ..self.pointing.clone() };
+        let orbit = self.orbit()?;
         let journey = Journey { orbit, pointing, mount: self.mount, earth: self.earth };
         let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
         (settings.imaging, settings.detector) = (self.imaging, self.detector);

@@ -1,7 +1,7 @@
 //! The text of a scenario file: from places in it to messages with a line.
 
-use crate::error::HostError;
-use std::path::Path;
+use crate::error::{HostError, io_words};
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// A text being read and the name it goes by in messages.
@@ -35,6 +35,21 @@ impl Text<'_> {
         };
         let line = error.span().map(|span| self.line(span.start));
         HostError::input(self.path, line, message, to_do)
+    }
+
+    /// Path and text of the file that `key` names, from the folder of this text.
+    pub(super) fn file(
+        &self,
+        key: &str,
+        name: &Spanned<String>,
+        to_do: &str,
+    ) -> Result<(PathBuf, String), HostError> {
+        let path = self.path.parent().unwrap_or(Path::new("")).join(name.get_ref());
+        let content = std::fs::read_to_string(&path).map_err(|error| {
+            let what = format!("{} cannot be read: {}", path.display(), io_words(&error));
+            self.fault(name.span().start, key, &what, to_do)
+        })?;
+        Ok((path, content))
     }
 
     /// A number within its range; `None` takes the default.

@@ -9,7 +9,9 @@
 //! | [`normal`] | a probability, or a deviate | the other one of the two |
 //! | [`vector`] | vectors | sums, products |
 //! | [`attitude`] | quaternion, rate, time | quaternion, matrix |
+//! | [`civil_time`] | calendar dates on several clocks | TT |
 //! | [`ephemeris`] | time | Sun, Moon, the Earth's motion, pole and rotation |
+//! | [`earth_orientation`] | time, observed UT1 and pole | GCRF to ITRF |
 //! | [`orbit`] | elements or state, time | position and velocity |
 //! | [`moving_frame`] | rotations in a row | frame and rate, the one the derivative of the other |
 //! | [`pointing`] | time, orbit, law, slews | frames of the two paths |
@@ -46,9 +48,11 @@
 
 pub mod attitude;
 pub mod cells;
+pub mod civil_time;
 pub mod colour;
 pub mod disturbances;
 pub mod earth;
+pub mod earth_orientation;
 pub mod ephemeris;
 pub mod fields;
 pub mod fixed_pattern;

@@ -1,0 +1,157 @@
+//! What pulls and pushes a satellite.
+//!
+//! In: position and velocity in GCRF (km, km/s), time. Out: acceleration, km/s². The Earth's field in ITRF
+//! ([`super::gravity`]); Sun and Moon as points, `mu (d / d³ - s / s³)`; drag `-rho |v| v Cd A / 2 m` against air that turns
+//! with the Earth ([`super::atmosphere`]); the Sun's light ([`super::radiation`]). Left out: tides of the crust and the
+//! sea, relativity, the Earth's own light, planets; together 10 m a day in a low orbit, mostly the crust's tides.
+
+use super::gravity::{Gravity, LARGEST};
+use super::{atmosphere, radiation};
+use crate::world::attitude::{Vector, apply};
+use crate::world::earth_orientation::EarthOrientation;
+use crate::world::ephemeris::{self, EARTH_RATE_RAD_S};
+use crate::world::vector::{cross, length, minus, plus, times, transposed};
+
+/// The Sun's attraction, km³/s².
+const MU_SUN: f64 = 132_712_440_041.279_42;
+/// The Moon's, km³/s².
+const MU_MOON: f64 = 4_902.800_118;
+/// Largest degree and order of the field.
+pub const LARGEST_DEGREE: usize = LARGEST;
+
+/// What drag and light find.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Satellite {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Area that the air meets, m².
+    pub drag_area_m2: f64,
+    /// Coefficient of drag.
+    pub cd: f64,
+    /// Area that sunlight meets, m².
+    pub radiation_area_m2: f64,
+    /// Coefficient of radiation pressure: 1 takes all light up, 2 throws it straight back.
+    pub cr: f64,
+}
+
+/// Which forces act.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forces {
+    /// Degree of the Earth's field; below 2 a point.
+    pub gravity_degree: usize,
+    /// Its order.
+    pub gravity_order: usize,
+    /// Whether the Sun pulls.
+    pub sun: bool,
+    /// Whether the Moon pulls.
+    pub moon: bool,
+    /// Whether the air brakes.
+    pub drag: bool,
+    /// Whether sunlight pushes.
+    pub radiation_pressure: bool,
+    /// What it acts on.
+    pub satellite: Satellite,
+    /// How the Earth stands.
+    pub orientation: EarthOrientation,
+}
+
+impl Default for Forces {
+    fn default() -> Self {
+        Self {
+            gravity_degree: 20,
+            gravity_order: 20,
+            sun: true,
+            moon: true,
+            drag: true,
+            radiation_pressure: true,
+            satellite: Satellite {
+                mass_kg: 100.0,
+                drag_area_m2: 1.0,
+                cd: 2.2,
+                radiation_area_m2: 1.0,
+                cr: 1.3,
+            },
+            orientation: EarthOrientation::default(),
+        }
+    }
+}
+
+/// What the sky holds at one time.
+#[derive(Debug, Clone, Copy)]
+struct Surroundings {
+    sun: Vector,
+    moon: Vector,
+    itrf: [Vector; 3],
+}
+
+/// The equation of motion of a run.
+#[derive(Debug)]
+pub(super) struct Dynamics<'a> {
+    start_us: i64,
+    gravity: Gravity,
+    forces: &'a Forces,
+    /// The last surroundings: several stages of a step share a time.
+    last: Option<(f64, Surroundings)>,
+}
+
+impl<'a> Dynamics<'a> {
+    pub(super) fn new(start_us: i64, gravity: Gravity, forces: &'a Forces) -> Self {
+        Self { start_us, gravity, forces, last: None }
+    }
+
+    /// The instant of time 0, TT, µs since J2000.0.
+    pub(super) fn start_us(&self) -> i64 {
+        self.start_us
+    }
+
+    fn surroundings(&mut self, t_s: f64) -> Surroundings {
+        if let Some((at_s, surroundings)) = self.last
+            && at_s == t_s
+        {
+            return surroundings;
+        }
+        let time_us = self.start_us + libm::rint(t_s * 1e6) as i64;
+        let forces = self.forces;
+        let needs_sun = forces.sun || forces.drag || forces.radiation_pressure;
+        let surroundings = Surroundings {
+            sun: if needs_sun { ephemeris::sun_km(time_us) } else { [0.0; 3] },
+            moon: if forces.moon { ephemeris::moon_km(time_us) } else { [0.0; 3] },
+            itrf: forces.orientation.gcrf_to_itrf(time_us),
+        };
+        self.last = Some((t_s, surroundings));
+        surroundings
+    }
+
+    /// Acceleration `t_s` seconds after the start.
+    pub(super) fn acceleration(&mut self, t_s: f64, r: Vector, v: Vector) -> Vector {
+        let Surroundings { sun, moon, itrf } = self.surroundings(t_s);
+        let in_itrf = apply(&itrf, r);
+        let mut sum = apply(&transposed(&itrf), self.gravity.acceleration(in_itrf));
+        let Forces { satellite, .. } = self.forces;
+        if self.forces.sun {
+            sum = plus(sum, 1.0, third_body(r, sun, MU_SUN));
+        }
+        if self.forces.moon {
+            sum = plus(sum, 1.0, third_body(r, moon, MU_MOON));
+        }
+        if self.forces.drag {
+            // Against the crust the air rests; the pole in the crust (0.5 arcsec) is of no moment here.
+            let density = atmosphere::density_kg_m3(in_itrf, apply(&itrf, sun));
+            let through_air = minus(v, times(EARTH_RATE_RAD_S, cross(itrf[2], r)));
+            let share = 0.5e3 * density * satellite.cd * satellite.drag_area_m2 / satellite.mass_kg;
+            sum = plus(sum, -share * length(through_air), through_air);
+        }
+        if self.forces.radiation_pressure {
+            let share = satellite.cr * satellite.radiation_area_m2 / satellite.mass_kg;
+            sum = plus(sum, 1.0, radiation::acceleration(r, sun, share));
+        }
+        sum
+    }
+}
+
+/// Pull of a body at `body` beyond its pull on the Earth.
+fn third_body(r: Vector, body: Vector, mu: f64) -> Vector {
+    let d = minus(body, r);
+    let (near, far) = (length(d), length(body));
+    minus(times(mu / (near * near * near), d), times(mu / (far * far * far), body))
+}
