@@ -3,7 +3,7 @@
 //! A whole frame of the reference camera and the window of one tracked star under the stars alone, plain and with all that
 //! lens and detector do, and one star through the lens; then from a geostationary
 //! and a low orbit: the whole frame with the Earth, an exposure, and what a second of tracking reads, 25 windows of 25 x 25 px
-//! of the sky and 24 strips across the limb.
+//! of the sky and 24 strips across the limb; last the Earth's light alone, without noise, in whole frames and strips of 80 x 9 px.
 
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
@@ -13,7 +13,7 @@ use sil_host::camera_file::CameraFile;
 use sil_host::star_scene;
 use sil_host::world::earth::EarthModel;
 use sil_host::world::imaging::ImagingModel;
-use sil_host::world::journey::Journey;
+use sil_host::world::journey::{Journey, Look};
 use sil_host::world::motion::Motion;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
 use sil_host::world::pointing::{Mount, Pointing};
@@ -25,6 +25,9 @@ use std::time::Duration;
 
 /// The equinox of 2026-09-23 0:05 UTC.
 const START_US: i64 = 843_393_969_184_000;
+
+/// Of the Earth's light.
+const EXPOSURE_S: f64 = 0.4;
 
 fn journey(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadir_deg: f64) -> Scene {
     let (r, v) = state_of_elements(radius_km, 0.0, inclination_deg, 0.0, 0.0, true_anomaly_deg)
@@ -48,6 +51,30 @@ fn draw(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &mut Scene, win
         bencher.iter(|| {
             for (window, pixels) in windows.iter().zip(&mut pixels) {
                 scene.read(black_box(*window), pixels).expect("the window is on the detector");
+            }
+        });
+    });
+}
+
+/// Adds up the Earth's light of all `windows`.
+fn light(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &Scene, windows: &[Window]) {
+    let settings = scene.settings();
+    let journey = settings.motion.journey().expect("it is a journey");
+    let truth = scene.truth().expect("it has been exposed");
+    let look = Look {
+        seed: settings.seed,
+        psf_sigma_px: 0.9,
+        exposure_s: EXPOSURE_S,
+        row_time_s: 0.0,
+        transmission: 1.0,
+    };
+    let image = journey.earth_image(&truth, scene.optics(), &look);
+    let mut electrons: Vec<Vec<f64>> = windows.iter().map(|window| vec![0.0; window.area()]).collect();
+    group.throughput(Throughput::Elements(windows.iter().map(Window::area).sum::<usize>() as u64));
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            for (window, electrons) in windows.iter().zip(&mut electrons) {
+                image.add_to(black_box(*window), electrons);
             }
         });
     });
@@ -79,9 +106,10 @@ fn rendering(criterion: &mut Criterion) {
     star(&mut group, &scene);
 
     // Noon: the Earth full in the middle, its limb 455 px from the centre. The low orbit sees the limb upright.
-    let geo = journey(42_164.17, 0.0, 0.0, 0.0);
-    let low = journey(6828.0, 51.6, 0.0, 69.1);
+    let geo = journey(42_164.17, 0.0, 180.0, 0.0);
+    let low = journey(6828.0, 51.6, 160.0, 69.1);
     for (orbit, mut scene) in [("geo", geo), ("low", low)] {
+        scene.expose_cycle(100, star_scene::EXPOSURE_US).expect("a scene takes this exposure");
         group.throughput(Throughput::Elements(1));
         group.bench_function(format!("{orbit}_exposure"), |bencher| {
             bencher.iter(|| scene.expose_cycle(black_box(100), star_scene::EXPOSURE_US));
@@ -95,6 +123,9 @@ fn rendering(criterion: &mut Criterion) {
         draw(&mut group, &format!("{orbit}_24_limb_strips_25x9"), &mut scene, &strips);
         let strips = limb_strips(&mut scene, 65);
         draw(&mut group, &format!("{orbit}_24_limb_strips_65x9"), &mut scene, &strips);
+        light(&mut group, &format!("{orbit}_light_whole_frame"), &scene, &[whole]);
+        let strips = limb_strips(&mut scene, 80);
+        light(&mut group, &format!("{orbit}_light_24_limb_strips_80x9"), &scene, &strips);
     }
     group.finish();
 }

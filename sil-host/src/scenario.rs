@@ -15,12 +15,14 @@
 //! | `[optics]` | what the lens does to stars and light, see `scenario/optics.rs` |
 //! | `[detector]` | dark current, readout, what differs from pixel to pixel, see `scenario/detector.rs` |
 //! | `[disturbances]` | what is on the detector and neither star nor Earth |
+//! | `[sky]` | planets, Moon, Sun's light, other satellites |
 //! | `[earth]` | how the Earth is drawn |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
 mod detector;
+mod earth;
 mod faults;
 mod forces;
 mod instruments;
@@ -29,6 +31,7 @@ mod mount;
 mod optics;
 mod orbit;
 mod pointing;
+mod sky;
 mod text;
 
 pub use limits::{LIMITABLE, Limit, Limitable, Side};
@@ -38,6 +41,7 @@ use crate::error::HostError;
 use crate::flight;
 use crate::run::faults::Fault;
 use crate::world::attitude::{Vector, dot};
+use crate::world::bodies::BodiesModel;
 use crate::world::civil_time;
 use crate::world::disturbances::Disturbances;
 use crate::world::earth::EarthModel;
@@ -50,7 +54,7 @@ use crate::world::motion::Motion;
 use crate::world::orbit::{Forces, MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
 use crate::world::scene::{Scene, SceneSettings};
-use crate::world::sky;
+use crate::world::sky as stars;
 use crate::world::stars::DetectorModel;
 use fsw_core::parameters::{MountParameters, Parameters};
 use serde::Deserialize;
@@ -127,6 +131,8 @@ pub struct Scenario {
     pub detector: DetectorModel,
     /// What is on the detector and neither star nor Earth.
     pub disturbances: Disturbances,
+    /// What is in the sky beside stars and Earth.
+    pub bodies: BodiesModel,
     /// How the Earth is drawn.
     pub earth: EarthModel,
     /// What breaks, and when.
@@ -159,7 +165,9 @@ struct RawFile {
     #[serde(default)]
     disturbances: detector::RawDisturbances,
     #[serde(default)]
-    earth: RawEarth,
+    sky: sky::RawSky,
+    #[serde(default)]
+    earth: earth::RawEarth,
     gyro: Option<instruments::RawGyro>,
     magnetometer: Option<instruments::RawMagnetometer>,
     #[serde(default)]
@@ -184,12 +192,6 @@ struct RawScenario {
 #[serde(deny_unknown_fields)]
 struct RawCamera {
     file: Option<Spanned<String>>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct RawEarth {
-    cloud_contrast: Option<Spanned<f64>>,
 }
 
 impl Scenario {
@@ -258,10 +260,11 @@ impl Scenario {
             imaging: optics::read(&text, &raw.optics)?,
             detector: detector::read(&text, &raw.detector)?,
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
-            earth: earth(&text, &raw.earth)?,
-            faults: faults::read(&text, &raw.faults, duration_s)?,
+            bodies: sky::read(&text, &raw.sky)?,
+            earth: earth::read(&text, &raw.earth)?,
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
+            faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
         })
     }
@@ -295,8 +298,8 @@ impl Scenario {
         let journey = Journey { orbit, pointing, mount: self.mount, earth: self.earth };
         let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
         (settings.imaging, settings.detector) = (self.imaging, self.detector);
-        settings.disturbances = self.disturbances;
-        Scene::new(settings, &sky::in_year(self.start_year())).map_err(|error| {
+        (settings.bodies, settings.disturbances) = (self.bodies, self.disturbances);
+        Scene::new(settings, &stars::in_year(self.start_year())).map_err(|error| {
             let to_do = "give another camera, or other [optics]";
             HostError::input(&self.file, None, error.to_string(), to_do)
         })
@@ -358,14 +361,6 @@ fn camera(text: &Text<'_>, raw: &RawFile) -> Result<CameraFile, HostError> {
         camera.mirrored = mirrored;
     }
     Ok(camera)
-}
-
-/// How the Earth is drawn.
-fn earth(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostError> {
-    let default = EarthModel::default();
-    let contrast = raw.cloud_contrast.as_ref();
-    let cloud_contrast = text.number("earth.cloud_contrast", contrast, default.cloud_contrast, (0.0, 1.0))?;
-    Ok(EarthModel { cloud_contrast, ..default })
 }
 
 #[cfg(test)]

@@ -3,16 +3,28 @@
 //! | module | takes | gives |
 //! |---|---|---|
 //! | [`ellipsoid`] | pole, position | what is hidden, how much limb is lit |
-//! | [`albedo`] | a place on the Earth | its albedo: sea, land, clouds |
-//! | [`image`] | position, Sun, Earth path | mean electrons of a window |
+//! | [`lattice`] | a place in space | smooth random numbers |
+//! | [`albedo`] | a place on the Earth | its albedo: sea, land, ice, clouds |
+//! | [`map`] | place, footprint | the same from maps |
+//! | [`horizon`] | a place on the Earth | how high the limb stands there |
+//! | [`limb`] | height of a line of sight | its brightness, blurred |
+//! | [`looks`] | seed, model | the last three, shared |
+//! | [`sight`] | pixel, time | where its line of sight passes |
+//! | [`image`] | position, Sun, Earth path, rate | mean electrons of a window |
 //!
-//! Radiometry: a surface of albedo `A` with the Sun in the zenith has the radiance `A E / pi`; a pixel of `1/f²` sr (on the
-//! axis; the fall of cos⁴ towards the edge is left out) collects `A E / pi · aperture / f² · mirror · filter · QE · fill /
-//! hν` electrons a second: 1.16e4 for `A` = 0.3 and the thesis's camera.
+//! Radiometry: a surface of albedo `A` with the Sun in the zenith has the radiance `A E / pi`; a pixel of `cos³ / f²` sr collects
+//! `A E / pi · aperture cos³ / f² · mirror · filter · QE · fill / hν` electrons a second: 1.16e4 for `A` = 0.3 and the thesis's camera
+//! on the axis. The fourth cosine, the aperture's foreshortening, and the lens's vignetting are a factor over all light and not drawn here.
 
 pub mod albedo;
 pub mod ellipsoid;
+pub mod horizon;
 pub mod image;
+pub mod lattice;
+pub mod limb;
+pub mod looks;
+pub mod map;
+pub mod sight;
 
 pub use ellipsoid::Ellipsoid;
 
@@ -42,14 +54,24 @@ pub struct EarthModel {
     pub photon_j: f64,
     /// Albedo about which the clouds vary.
     pub mean_albedo: f64,
-    /// Contrast of clouds, land and sea, from 0 (the mean albedo everywhere) to 1 (0.06 to 0.8).
+    /// Contrast of clouds, land and sea, from 0 (the mean albedo everywhere) to 1 (0.05 to 0.85).
     pub cloud_contrast: f64,
     /// Share of the brightness after Lommel and Seeliger, the rest is Lambert's.
     pub lommel_seeliger: f64,
     /// Share of the mean albedo at the limb, where haze hides clouds, land and sea.
     pub limb_haze: f64,
-    /// Height over which the atmosphere beyond the limb loses a factor e of its brightness, km.
+    /// Height over which the air loses a factor e of its density, km.
     pub scale_height_km: f64,
+    /// Height over which clouds at the limb lose a factor e of their cover, km.
+    pub cloud_top_km: f64,
+    /// Brightness of thick air at the limb over that of the surface below.
+    pub air_brightness: f64,
+    /// Standard deviation of the limb's height over thousands of km, km; half of it comes on top over hundreds. 0: none.
+    pub height_variation_km: f64,
+    /// Whether the limb stands higher over the tropics and the summer half.
+    pub season: bool,
+    /// Whether the night sky's layer at 90 km shines.
+    pub airglow: bool,
     /// Height at which the atmosphere ends, km.
     pub atmosphere_top_km: f64,
     /// Depth of the Sun below the horizon at which the last light goes, degrees.
@@ -73,6 +95,11 @@ impl Default for EarthModel {
             lommel_seeliger: 0.4,
             limb_haze: 0.7,
             scale_height_km: 8.0,
+            cloud_top_km: 3.0,
+            air_brightness: 0.45,
+            height_variation_km: 1.5,
+            season: true,
+            airglow: true,
             atmosphere_top_km: 100.0,
             twilight_deg: 5.0,
             aberration: true,
@@ -104,12 +131,15 @@ impl EarthModel {
             self.cloud_contrast,
             self.lommel_seeliger,
             self.limb_haze,
+            self.air_brightness,
         ];
         shares.iter().all(|share| (0.0..=1.0).contains(share))
             && (0.0..=1e6).contains(&self.irradiance_w_m2)
             && (1e-4..=10.0).contains(&self.aperture_m)
             && (1e-21..=1e-15).contains(&self.photon_j)
             && (1.0..=50.0).contains(&self.scale_height_km)
+            && (0.1..=20.0).contains(&self.cloud_top_km)
+            && (0.0..=10.0).contains(&self.height_variation_km)
             && (0.0..=100.0).contains(&self.atmosphere_top_km)
             && (0.1..=30.0).contains(&self.twilight_deg)
     }

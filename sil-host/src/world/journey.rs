@@ -5,14 +5,14 @@
 
 use super::attitude::{Vector, apply, matrix};
 use super::earth::image::{EarthImage, View};
-use super::earth::{EarthModel, Ellipsoid};
+use super::earth::{EQUATOR_KM, EarthModel, Ellipsoid};
 use super::ephemeris;
 use super::moving_frame::MovingFrame;
 use super::optics::Optics;
 use super::orbit::TruthOrbit;
 use super::pointing::{Mount, Pointing, quaternion};
 use super::sun;
-use super::vector::{minus, plus, times, transposed, unit};
+use super::vector::{angle, length, minus, plus, times, transposed, unit};
 
 /// An orbit, and how the camera looks from it.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +25,21 @@ pub struct Journey {
     pub mount: Mount,
     /// The looks of the Earth.
     pub earth: EarthModel,
+}
+
+/// How an exposure looks at the Earth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Seed of the run: of clouds and of the horizon.
+    pub seed: u64,
+    /// Width of the PSF, px.
+    pub psf_sigma_px: f64,
+    /// Exposure, s.
+    pub exposure_s: f64,
+    /// From a row to the next, s; 0 for a global shutter.
+    pub row_time_s: f64,
+    /// Share of the path's light that filters and shutters let through.
+    pub transmission: f64,
 }
 
 /// What the sensor can do (thesis tab. 8.1).
@@ -91,6 +106,11 @@ impl Journey {
         earth_path.then(&MovingFrame::fixed(self.mount.earth_to_star()))
     }
 
+    /// ICRS to Earth path.
+    pub fn earth_path(&self, t_s: f64) -> [Vector; 3] {
+        self.pointing.earth_path(t_s, &self.orbit).matrix
+    }
+
     /// ICRS to star path, as a quaternion.
     pub fn quaternion(&self, t_s: f64) -> [f64; 4] {
         quaternion(&self.star_path(t_s).matrix)
@@ -149,18 +169,55 @@ impl Journey {
         }
     }
 
-    /// The Earth's light in an exposure about the time of `truth`.
-    pub fn earth_image(&self, truth: &Truth, optics: &Optics, psf_sigma_px: f64) -> EarthImage {
+    /// The Earth's light through the Earth path in an exposure about the time of `truth`.
+    pub fn earth_image(&self, truth: &Truth, optics: &Optics, look: &Look) -> EarthImage {
+        self.image(truth, &truth.earth_path, truth.body_rate_rad_s(), optics, look)
+    }
+
+    /// The Earth's light through the star path, where any of it may fall into the field: no grey filter dims it there, so its lit
+    /// side floods what it covers. `look.transmission` is that of the star path, mirror included.
+    pub fn earth_in_star_path(&self, truth: &Truth, optics: &Optics, look: &Look) -> Option<EarthImage> {
+        let mut star_path = matrix(truth.quaternion);
+        let nadir = angle(star_path[2], times(-1.0, truth.position_km));
+        let highest = EQUATOR_KM + self.earth.atmosphere_top_km;
+        let earth_rad = libm::asin((highest / length(truth.position_km)).min(1.0));
+        if nadir > earth_rad + libm::acos(optics.cone_cosine(0.0)) {
+            return None;
+        }
+        let [x, y, z] = truth.rate_rad_s;
+        let mut rate = truth.rate_rad_s;
+        if optics.mirrored() {
+            // The lens behind the mirror sees everything turned over in x; a rate is turned the other way.
+            star_path[0] = times(-1.0, star_path[0]);
+            rate = [x, -y, -z];
+        }
+        let unfiltered =
+            look.transmission / (self.earth.mirror_transmission * self.earth.filter_transmission);
+        Some(self.image(truth, &star_path, rate, optics, &Look { transmission: unfiltered, ..*look }))
+    }
+
+    fn image(
+        &self,
+        truth: &Truth,
+        path: &[Vector; 3],
+        rate_rad_s: Vector,
+        optics: &Optics,
+        look: &Look,
+    ) -> EarthImage {
         let equator = ephemeris::icrs_to_equator(truth.instant_us);
         let view = View {
             ellipsoid: &Ellipsoid::new(&equator, truth.position_km),
-            earth_path: &truth.earth_path,
+            earth_path: path,
+            rate_rad_s,
             position_km: truth.position_km,
             velocity_c: times(ephemeris::LIGHT_KM_S.recip(), truth.velocity_km_s),
             sun: truth.sun,
             sidereal_rad: ephemeris::sidereal_angle(truth.instant_us),
+            exposure_s: look.exposure_s,
+            row_time_s: look.row_time_s,
+            transmission: look.transmission,
         };
-        EarthImage::new(&self.earth, &optics.earth_path(), psf_sigma_px, &view)
+        EarthImage::new(&self.earth, look.seed, &optics.earth_path(), look.psf_sigma_px, &view)
     }
 }
 

@@ -47,6 +47,7 @@
 //! image, the Moon's light, an Earth in the star path, stray light of a Sun outside the field.
 
 pub mod attitude;
+pub mod bodies;
 pub mod cells;
 pub mod civil_time;
 pub mod colour;

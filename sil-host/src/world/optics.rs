@@ -108,6 +108,11 @@ impl Optics {
         self.focal_length_px
     }
 
+    /// Whether a mirror turns the path over.
+    pub fn mirrored(&self) -> bool {
+        self.mirrored
+    }
+
     /// Components across the line of sight as the lens has them, behind the mirror where there is one.
     pub fn lens_axes(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.through_mirror(x), y]

@@ -15,12 +15,16 @@
 //! the middle of the exposure. False stars and protons are new in each cycle; hot and dead pixels and patterns stay.
 
 use super::attitude::{self, Vector, dot};
+use super::bodies::{BodiesModel, BodyLight, Exposing};
 use super::cells::Cells;
 use super::colour::{self, BANDS};
 use super::disturbances::{Deposits, Disturbances};
+use super::earth::Ellipsoid;
 use super::earth::image::EarthImage;
+use super::ephemeris;
 use super::fixed_pattern::FixedPattern;
 use super::imaging::ImagingModel;
+use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
 use super::noise::{Noise, Stream};
@@ -71,12 +75,14 @@ pub struct SceneSettings {
     pub seed: u64,
     /// What the optics do to light.
     pub imaging: ImagingModel,
+    /// What is in the sky beside stars and Earth.
+    pub bodies: BodiesModel,
     /// What is on the detector and is no star.
     pub disturbances: Disturbances,
 }
 
 impl SceneSettings {
-    /// A plain scene: pixels that are all alike, a Gaussian PSF of 0.9 px, white stars, no disturbances.
+    /// A plain scene: stars and Earth alone, pixels that are all alike, a Gaussian PSF of 0.9 px, white stars, no disturbances.
     pub fn new(camera: CameraFile, motion: Motion, seed: u64) -> Self {
         Self {
             camera,
@@ -84,6 +90,7 @@ impl SceneSettings {
             motion,
             seed,
             imaging: ImagingModel::PLAIN,
+            bodies: BodiesModel::NONE,
             disturbances: Disturbances::default(),
         }
     }
@@ -137,7 +144,9 @@ struct Exposure {
     protons: Deposits,
     visible: Vec<VisibleStar>,
     truth: Option<Truth>,
-    earth: Option<EarthImage>,
+    /// In the Earth path, and in the star path where it comes into the field.
+    earths: Vec<EarthImage>,
+    bodies: BodyLight,
 }
 
 /// The stars, by where they are, with their electrons a second in each part of the band.
@@ -172,8 +181,8 @@ impl Scene {
     /// See [`SceneError`].
     pub fn new(mut settings: SceneSettings, stars: &[WorldStar]) -> Result<Self, SceneError> {
         let optics = Optics::new(&settings.camera).ok_or(SceneError::Projection)?;
-        let SceneSettings { detector, imaging, disturbances, .. } = &settings;
-        if !detector.is_sound() || !imaging.is_sound() || !disturbances.is_sound() {
+        let SceneSettings { detector, imaging, bodies, disturbances, .. } = &settings;
+        if !detector.is_sound() || !imaging.is_sound() || !bodies.is_sound() || !disturbances.is_sound() {
             return Err(SceneError::Detector);
         }
         if let Motion::Turning(turning) = &mut settings.motion {
@@ -261,19 +270,20 @@ impl Scene {
         }
         let time_s = f64::from(exposure_us) * 1e-6;
         let mut spots = Vec::new();
-        let visible = self.place_stars(cycle, time_s, &mut spots);
+        let truth = self.truth_at(cycle);
+        let visible = self.place_stars(cycle, time_s, truth.as_ref(), &mut spots);
         let SceneSettings { disturbances, detector, imaging, seed, .. } = &self.settings;
         let (run, geometry) = ((*seed, cycle), self.settings.camera.geometry());
         let electrons = |v| star_e_s(&self.settings, v, 0.0).map(|e| e * time_s);
         spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
         let spots = Spots::new(self.psf.clone(), detector.response, spots);
         let journey = self.settings.motion.journey();
-        let truth = self.truth_at(cycle);
         let pitch_um = imaging.pixel_pitch_um;
         let hits = disturbances.protons.hits(run, truth.as_ref(), geometry, pitch_um, time_s);
-        let earth = journey
-            .zip(truth.as_ref())
-            .map(|(journey, truth)| journey.earth_image(truth, &self.optics, self.psf.rms_px()));
+        let (earths, bodies) =
+            journey.zip(truth.as_ref()).map_or_else(Default::default, |(journey, truth)| {
+                (self.earths(journey, truth, time_s), self.bodies(journey, truth, time_s))
+            });
         let veil_e_s = journey.zip(truth.as_ref().filter(|truth| truth.state.is_blinded())).map_or(
             0.0,
             |(journey, truth)| {
@@ -293,13 +303,53 @@ impl Scene {
             protons: protons::tracks(run, hits, geometry, pitch_um),
             visible,
             truth,
-            earth,
+            earths,
+            bodies,
         });
         Ok(())
     }
 
-    /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure.
-    fn place_stars(&self, cycle: u64, time_s: f64, spots: &mut Vec<Spot>) -> Vec<VisibleStar> {
+    /// The Earth in either path.
+    fn earths(&self, journey: &Journey, truth: &Truth, exposure_s: f64) -> Vec<EarthImage> {
+        let SceneSettings { imaging, detector, seed, .. } = &self.settings;
+        let look = Look {
+            seed: *seed,
+            psf_sigma_px: self.psf.rms_px(),
+            exposure_s,
+            row_time_s: imaging.shutter.row_time_s(),
+            transmission: imaging.earth_path_transmission,
+        };
+        let in_star_path =
+            Look { transmission: detector.throughput * imaging.star_path_transmission, ..look };
+        let mut earths = vec![journey.earth_image(truth, &self.optics, &look)];
+        earths.extend(journey.earth_in_star_path(truth, &self.optics, &in_star_path));
+        earths
+    }
+
+    /// Moon and Sun in either path.
+    fn bodies(&self, journey: &Journey, truth: &Truth, time_s: f64) -> BodyLight {
+        let SceneSettings { imaging, detector, bodies, .. } = &self.settings;
+        let filter = journey.earth.mirror_transmission * journey.earth.filter_transmission;
+        let exposing = Exposing {
+            t_s: (truth.instant_us - journey.orbit.start_us()) as f64 * 1e-6,
+            time_s,
+            psf_sigma_px: self.psf.rms_px(),
+            transmissions: [
+                detector.throughput * imaging.star_path_transmission,
+                filter * imaging.earth_path_transmission,
+            ],
+        };
+        BodyLight::new(bodies, journey, truth, &self.optics, &exposing)
+    }
+
+    /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure. None is seen through the Earth.
+    fn place_stars(
+        &self,
+        cycle: u64,
+        time_s: f64,
+        truth: Option<&Truth>,
+        spots: &mut Vec<Spot>,
+    ) -> Vec<VisibleStar> {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
         let middle_s = cycle as f64 * CYCLE_S;
         let rate_rad_s = length(motion.rate_rad_s(middle_s));
@@ -313,10 +363,14 @@ impl Scene {
         let margin_px = Spots::reach_px(&self.psf) + 1.0 + smear_px + self.smear_px(middle_s, row_s);
         let cone_cosine = self.optics.cone_cosine(margin_px);
         let aberration = motion.aberration(middle_s);
+        let earth = truth
+            .map(|truth| Ellipsoid::new(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km));
+        let hidden = |direction| earth.as_ref().is_some_and(|earth| earth.hides(direction, 0.0));
+        self.place_points(cycle, time_s, &way, hidden, spots);
         let mut visible = Vec::new();
         for number in self.sky.cells.near(boresight, cone_cosine) {
             let (star, e_s) = &self.sky.stars[number as usize];
-            if dot(boresight, star.direction) < cone_cosine {
+            if dot(boresight, star.direction) < cone_cosine || hidden(star.direction) {
                 continue;
             }
             let electrons = e_s.map(|e| e * time_s / steps);
@@ -335,12 +389,45 @@ impl Scene {
         visible.into_iter().map(|(_, star)| star).collect()
     }
 
+    /// Adds the planets and satellites to `spots`.
+    fn place_points(
+        &self,
+        cycle: u64,
+        time_s: f64,
+        way: &impl Fn(u32) -> Way,
+        hidden: impl Fn(Vector) -> bool,
+        spots: &mut Vec<Spot>,
+    ) {
+        let SceneSettings { motion, bodies, seed, .. } = &self.settings;
+        let middle_s = cycle as f64 * CYCLE_S;
+        let aberration = motion.aberration(middle_s);
+        let f = self.optics.focal_length_px();
+        for point in bodies.points(*seed, middle_s, motion, &self.optics) {
+            let smear_px = self.smear_px(middle_s, time_s) + 1.2 * f * time_s * point.rate_rad_s();
+            let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
+            let near = self.optics.cone_cosine(smear_px + Spots::reach_px(&self.psf));
+            let direction = point.direction(middle_s);
+            let boresight = attitude::matrix(motion.at(middle_s))[2];
+            if dot(boresight, direction) < near || hidden(direction) {
+                continue;
+            }
+            let electrons = star_e_s(&self.settings, point.v, point.b_v).map(|e| e * time_s / steps);
+            let way = way(steps as u32);
+            for step in 0..way.steps() {
+                let seen = plus(point.direction(way.step_s(step)), 1.0, aberration);
+                let pixel = way.place(step, seen, &self.optics);
+                spots.extend(pixel.map(|[x_px, y_px]| Spot { x_px, y_px, electrons }));
+            }
+        }
+    }
+
     /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
     /// before the vignetting.
     fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64]) {
-        if let Some(earth) = &exposure.earth {
-            earth.add_to(window, exposure.time_s * self.settings.imaging.earth_path_transmission, light);
+        for earth in &exposure.earths {
+            earth.add_to(window, light);
         }
+        exposure.bodies.add_to(window, exposure.time_s, light);
         exposure.spots.add_to(window, light);
         self.vignetting.dim(window, light);
         if exposure.veil_e > 0.0 {
@@ -416,9 +503,14 @@ impl Scene {
     }
 
     /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f (1 + tan²),
-    /// turning about it by its distance from the centre.
+    /// turning about it by its distance from the centre. The fastest of three instants counts.
     fn smear_px(&self, middle_s: f64, time_s: f64) -> f64 {
-        let [x, y, z] = self.settings.motion.rate_rad_s(middle_s);
+        let instants = [-0.5, 0.0, 0.5].map(|part| middle_s + part * time_s);
+        instants.map(|t_s| self.smear_px_at(t_s, time_s)).into_iter().fold(0.0, f64::max)
+    }
+
+    fn smear_px_at(&self, t_s: f64, time_s: f64) -> f64 {
+        let [x, y, z] = self.settings.motion.rate_rad_s(t_s);
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
         time_s * (libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius)
     }

@@ -97,6 +97,11 @@ impl Way {
         self.steps_s.len()
     }
 
+    /// Middle of a step in the middle row, s.
+    pub fn step_s(&self, step: usize) -> f64 {
+        self.steps_s[step]
+    }
+
     /// Where `direction` is imaged in `step`, px; `None` where the camera does not see it.
     pub fn place(&self, step: usize, direction: Vector, optics: &Optics) -> Option<[f64; 2]> {
         if self.row_time_s == 0.0 && self.nodes_per_s == 0.0 {

@@ -34,11 +34,6 @@ impl Ellipsoid {
         &self.equator
     }
 
-    /// The observer on the unit sphere's axes.
-    pub fn place(&self) -> Vector {
-        self.place
-    }
-
     /// Height above the ellipsoid (negative: below) of the point of the ray along `direction` that is nearest to it, and
     /// the distance to there, both km; `None` when the ray leads away.
     pub fn height_km(&self, direction: Vector) -> Option<(f64, f64)> {
@@ -57,12 +52,9 @@ impl Ellipsoid {
         self.height_km(direction).is_some_and(|(height, distance)| height < -radius_rad * distance)
     }
 
-    /// Degrees of azimuth about the Earth's centre of limb that the Sun, in direction `sun`, lights from more than 3 deg
-    /// above the horizon, and that lies where `on_detector` says so.
-    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
-        let sun = apply(&self.equator, sun);
+    /// Points of the limb, evenly about the Earth's centre: the ellipsoid's normal and the place, ICRS, km.
+    pub fn limb(&self) -> impl Iterator<Item = (Vector, Vector)> {
         let to_icrs = transposed(&self.equator);
-        let position = apply(&self.equator, self.position);
         let far = length(self.place);
         let up = times(far.recip(), self.place);
         let aside = if up[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
@@ -70,15 +62,22 @@ impl Ellipsoid {
         let north = cross(up, east);
         // The limb of a unit sphere is a circle in the plane 1 / far from its centre.
         let (depth, radius) = (far.recip(), (1.0 - 1.0 / (far * far)).max(0.0).sqrt());
-        let lit = |k: &u32| {
-            let (s, c) = libm::sincos(std::f64::consts::TAU * f64::from(*k) / f64::from(AZIMUTHS));
+        (0..AZIMUTHS).map(move |k| {
+            let (s, c) = libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(AZIMUTHS));
             let point = plus(plus(times(depth, up), radius * c, east), radius * s, north);
-            let normal = unit(to_sphere(point));
             let [x, y, z] = point;
             let place = [x * EQUATOR_KM, y * EQUATOR_KM, z * POLE_KM];
-            dot(normal, sun) > LIT_SINE && on_detector(apply(&to_icrs, minus(place, position)))
+            (apply(&to_icrs, unit(to_sphere(point))), apply(&to_icrs, place))
+        })
+    }
+
+    /// Degrees of azimuth about the Earth's centre of limb that the Sun, in direction `sun`, lights from more than 3 deg
+    /// above the horizon, and that lies where `on_detector` says so.
+    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
+        let lit = |(normal, place): &(Vector, Vector)| {
+            dot(*normal, sun) > LIT_SINE && on_detector(minus(*place, self.position))
         };
-        (0..AZIMUTHS).filter(lit).count() as f64 * 360.0 / f64::from(AZIMUTHS)
+        self.limb().filter(lit).count() as f64 * 360.0 / f64::from(AZIMUTHS)
     }
 }
 

@@ -1,0 +1,66 @@
+//! The `[earth]` of a scenario: how the Earth is drawn. Every key may be left out.
+//!
+//! | key | says | range | default |
+//! |---|---|---|---|
+//! | `cloud_contrast` | contrast of clouds, land and sea; 0: the mean albedo everywhere | 0 to 1 | 1 |
+//! | `height_variation_km` | standard deviation of the limb's height over thousands of km, half of it over hundreds; 0: none | 0 to 10 | 1.5 |
+//! | `season` | whether the limb stands higher over the tropics and the summer half | | true |
+//! | `airglow` | whether the night sky's layer at 90 km shines | | true |
+
+use super::text::Text;
+use crate::error::HostError;
+use crate::world::earth::EarthModel;
+use serde::Deserialize;
+use toml::Spanned;
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawEarth {
+    cloud_contrast: Option<Spanned<f64>>,
+    height_variation_km: Option<Spanned<f64>>,
+    season: Option<bool>,
+    airglow: Option<bool>,
+}
+
+/// Reads the `[earth]`.
+pub(super) fn read(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostError> {
+    let default = EarthModel::default();
+    let number = |key: &str, value: &Option<Spanned<f64>>, default, range| {
+        text.number(&format!("earth.{key}"), value.as_ref(), default, range)
+    };
+    Ok(EarthModel {
+        cloud_contrast: number("cloud_contrast", &raw.cloud_contrast, default.cloud_contrast, (0.0, 1.0))?,
+        height_variation_km: number(
+            "height_variation_km",
+            &raw.height_variation_km,
+            default.height_variation_km,
+            (0.0, 10.0),
+        )?,
+        season: raw.season.unwrap_or(default.season),
+        airglow: raw.airglow.unwrap_or(default.airglow),
+        ..default
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::{EMBEDDED, Scenario};
+    use std::path::Path;
+
+    fn parse(table: &str) -> Result<Scenario, String> {
+        let (_, text) = EMBEDDED[0];
+        Scenario::parse(Path::new("x.toml"), &format!("{text}\n[earth]\n{table}\n"))
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn every_key_reaches_the_model_and_faults_name_line_and_key() {
+        let all = "cloud_contrast = 0.5\nheight_variation_km = 0.0\nseason = false\nairglow = false";
+        let earth = parse(all).unwrap().earth;
+        assert!(earth.cloud_contrast == 0.5 && earth.height_variation_km == 0.0);
+        assert!(!earth.season && !earth.airglow);
+        let fault = parse("height_variation_km = -1.0").unwrap_err();
+        assert!(fault.contains("earth.height_variation_km") && fault.contains("x.toml:"), "{fault}");
+        assert!(parse("moon = true").is_err());
+    }
+}

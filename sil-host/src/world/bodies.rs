@@ -1,0 +1,227 @@
+//! What is in the sky beside stars and Earth: planets, other satellites, the Moon, the Sun's light.
+//!
+//! In: which of them there are ([`BodiesModel`]), the truth of an exposure. Out: points of light for the star path
+//! ([`BodiesModel::points`]) and light on the detector ([`BodyLight`]). The Moon is drawn in both paths, behind the Earth where that
+//! stands before it; the stars behind the Moon are drawn through it.
+
+use super::attitude::{Vector, apply, matrix};
+use super::earth::Ellipsoid;
+use super::ephemeris;
+use super::journey::{Journey, SensorState, Truth};
+use super::moon::{self, MoonImage, STEP_PX};
+use super::motion::Motion;
+use super::optics::Optics;
+use super::planets;
+use super::satellites::{self, CROSSINGS_AN_HOUR_MAX, Satellite};
+use super::sun::SunLight;
+use super::vector::{length, transposed};
+use fsw_hal::Window;
+
+/// Most steps of a moving Moon.
+const STEPS_MAX: f64 = 256.0;
+
+/// What there is in the sky.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodiesModel {
+    /// Mercury to Saturn.
+    pub planets: bool,
+    /// The Moon.
+    pub moon: bool,
+    /// The Sun's image with halo, bloom and ghost, and its stray light. A Sun in the field veils the detector without it too.
+    pub sun_light: bool,
+    /// Satellites that cross the field in an hour, on average.
+    pub satellites_an_hour: f64,
+}
+
+impl BodiesModel {
+    /// Stars and Earth alone.
+    pub const NONE: Self = Self { planets: false, moon: false, sun_light: false, satellites_an_hour: 0.0 };
+    /// All of them, ten satellites an hour.
+    pub const ALL: Self = Self { planets: true, moon: true, sun_light: true, satellites_an_hour: 10.0 };
+
+    /// Whether all values make sense.
+    pub fn is_sound(&self) -> bool {
+        (0.0..=CROSSINGS_AN_HOUR_MAX).contains(&self.satellites_an_hour)
+    }
+
+    /// The points of light at `t_s` of the run `seed`.
+    pub fn points(&self, seed: u64, t_s: f64, motion: &Motion, optics: &Optics) -> Vec<Point> {
+        let mut points = Vec::new();
+        if let Some(journey) = motion.journey().filter(|_| self.planets) {
+            let planets = planets::at(journey.orbit.instant_us(t_s));
+            let fixed = |p: planets::Planet| Point { place: Place::Fixed(p.direction), v: p.v, b_v: p.b_v };
+            points.extend(planets.map(fixed));
+        }
+        let satellites = satellites::about(seed, t_s, self.satellites_an_hour, motion, optics);
+        let moving = |s: Satellite| Point { v: s.v(t_s), b_v: SUNLIT_B_V, place: Place::Moving(s) };
+        points.extend(satellites.into_iter().map(moving));
+        points
+    }
+}
+
+/// Colour index of sunlight.
+const SUNLIT_B_V: f64 = 0.65;
+
+/// A point of light that is no star.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    place: Place,
+    /// Visual magnitude.
+    pub v: f64,
+    /// Colour index.
+    pub b_v: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Place {
+    Fixed(Vector),
+    Moving(Satellite),
+}
+
+impl Point {
+    /// Unit vector to it, ICRS.
+    pub fn direction(&self, t_s: f64) -> Vector {
+        match &self.place {
+            Place::Fixed(direction) => *direction,
+            Place::Moving(satellite) => satellite.direction(t_s),
+        }
+    }
+
+    /// Rate at which it moves among the stars, rad/s.
+    pub fn rate_rad_s(&self) -> f64 {
+        match &self.place {
+            Place::Fixed(_) => 0.0,
+            Place::Moving(satellite) => satellite.rate_rad_s(),
+        }
+    }
+}
+
+/// A path as an exposure sees through it.
+#[derive(Debug, Clone, Copy)]
+struct Path<'a> {
+    optics: &'a Optics,
+    /// Share of the light that entered the aperture.
+    transmission: f64,
+    /// Whether the grey filter stands in it.
+    filtered: bool,
+    /// Whether the Sun stands in its field.
+    sun_in_field: bool,
+}
+
+/// The settings of an exposure.
+#[derive(Debug, Clone, Copy)]
+pub struct Exposing {
+    /// Middle of the exposure since the start, s.
+    pub t_s: f64,
+    /// Its length, s.
+    pub time_s: f64,
+    /// Width of the PSF, px.
+    pub psf_sigma_px: f64,
+    /// Shares of the light that pass star path and Earth path, mirror and filters included.
+    pub transmissions: [f64; 2],
+}
+
+/// The Moon in a path.
+#[derive(Debug, Clone)]
+struct MoonInPath {
+    image: MoonImage,
+    earth: Ellipsoid,
+    /// Path axes to ICRS.
+    to_icrs: [Vector; 3],
+}
+
+/// Light of Moon and Sun in an exposure.
+#[derive(Debug, Clone, Default)]
+pub struct BodyLight {
+    moons: Vec<MoonInPath>,
+    sun: Vec<SunLight>,
+}
+
+impl BodyLight {
+    /// Of an exposure about the time of `truth`, for a camera whose star path is `optics`.
+    pub fn new(
+        model: &BodiesModel,
+        journey: &Journey,
+        truth: &Truth,
+        optics: &Optics,
+        exposing: &Exposing,
+    ) -> Self {
+        let mut light = Self::default();
+        let [star, earth] = exposing.transmissions;
+        let earth_optics = optics.earth_path();
+        let in_star_path =
+            matches!(truth.state, SensorState::SunInStarPath | SensorState::SunInStarPathOverEarth);
+        let in_earth_path = truth.state == SensorState::SunInEarthPath;
+        let star_path = Path { optics, transmission: star, filtered: false, sun_in_field: in_star_path };
+        let earth_path =
+            Path { optics: &earth_optics, transmission: earth, filtered: true, sun_in_field: in_earth_path };
+        let figure = Ellipsoid::new(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km);
+        let axes = [matrix(truth.quaternion), truth.earth_path];
+        for (path, axes) in [star_path, earth_path].into_iter().zip(axes) {
+            if model.sun_light {
+                light.sun.extend(sun_through(&path, &axes, journey, truth, &figure));
+            }
+            if model.moon {
+                let image = moon_through(&path, &axes, journey, truth, exposing);
+                let to_icrs = transposed(&axes);
+                light.moons.extend(image.map(|image| MoonInPath { image, earth: figure, to_icrs }));
+            }
+        }
+        light
+    }
+
+    /// Adds the electrons of `time_s` to `electrons`, the pixels of `window` row by row.
+    pub fn add_to(&self, window: Window, time_s: f64, electrons: &mut [f64]) {
+        for moon in &self.moons {
+            let hidden = |direction| moon.earth.hides(apply(&moon.to_icrs, direction), 0.0);
+            moon.image.add_to(window, time_s, hidden, electrons);
+        }
+        for sun in &self.sun {
+            sun.add_to(window, time_s, electrons);
+        }
+    }
+}
+
+fn sun_through(
+    path: &Path<'_>,
+    axes: &[Vector; 3],
+    journey: &Journey,
+    truth: &Truth,
+    figure: &Ellipsoid,
+) -> Option<SunLight> {
+    let shines = path.sun_in_field || !figure.hides(truth.sun, super::sun::RADIUS_RAD);
+    let direction = apply(axes, truth.sun);
+    let light =
+        SunLight::new(path.optics, direction, journey.earth.aperture_e_s(), path.transmission, path.filtered);
+    light.filter(|_| shines && path.transmission > 0.0)
+}
+
+fn moon_through(
+    path: &Path<'_>,
+    axes: &[Vector; 3],
+    journey: &Journey,
+    truth: &Truth,
+    exposing: &Exposing,
+) -> Option<MoonImage> {
+    if path.transmission <= 0.0 {
+        return None;
+    }
+    let f = path.optics.focal_length_px();
+    let (moon_km, sun_km) = (ephemeris::moon_km(truth.instant_us), ephemeris::sun_km(truth.instant_us));
+    let aberration = journey.aberration(exposing.t_s);
+    let view = |axes: &[Vector; 3]| moon::view(moon_km, sun_km, truth.position_km, aberration, axes);
+    // Far from the field no more is to be done.
+    let middle = view(axes);
+    let far = exposing.time_s * length(truth.rate_rad_s) * f + 20.0 * f * middle.radius_rad();
+    if middle.moon[2] < path.optics.cone_cosine(far) {
+        return None;
+    }
+    let steps = (exposing.time_s * length(truth.rate_rad_s) * f / STEP_PX).ceil().clamp(1.0, STEPS_MAX);
+    let views = (0..steps as u32).map(|step| {
+        let t_s = exposing.t_s + exposing.time_s * ((f64::from(step) + 0.5) / steps - 0.5);
+        let axes = if path.filtered { journey.earth_path(t_s) } else { matrix(journey.quaternion(t_s)) };
+        view(&axes)
+    });
+    let white_e_s = journey.earth.aperture_e_s() * path.transmission / (std::f64::consts::PI * f * f);
+    MoonImage::new(path.optics, exposing.psf_sigma_px, white_e_s, views.collect())
+}

@@ -1,0 +1,252 @@
+//! The Earth's face as maps, so that a pixel costs a look-up.
+//!
+//! In: a place in axes that turn with the Earth (any length), the footprint of a pixel in km. Out: albedo.
+//!
+//! A map is a square on which the sphere is unfolded as an octahedron, `(x, y) / (|x| + |y| + |z|)`, the southern half turned
+//! out; opposite points of an edge are the same place, so that no seam shows. Level 0 has [`SIDE`] cells a side, 4 to 9 km wide;
+//! each further level half as many. Between corners a level is bilinear, between levels that fit the footprint it is blended.
+//! Every corner is the albedo of its place at its level, [`super::albedo`]. Tiles are filled when first looked at; what is in
+//! them depends on the face only.
+
+use super::albedo::Albedo;
+use crate::world::attitude::Vector;
+use crate::world::vector::unit;
+use std::sync::OnceLock;
+
+/// Cells along a side of level 0.
+const SIDE: usize = 4096;
+/// Levels; the last has a single tile.
+const LEVELS: usize = 7;
+/// Mean width of a cell of level 0, km: (4 pi 6371²)^(1/2) / 4096.
+const CELL_KM: f64 = 5.514;
+/// Cells along a side of a tile.
+const TILE: usize = 64;
+const TILE_CORNERS: usize = TILE + 1;
+/// Steps of the stored albedo a unit.
+const STEPS: f32 = 65_535.0;
+
+/// 1.5 · 2²³: a number added to it is rounded to a whole one, which stands in the lowest bits.
+const ROUNDER: f32 = 12_582_912.0;
+
+type Tile = [u16; TILE_CORNERS * TILE_CORNERS];
+
+/// All levels.
+#[derive(Debug)]
+pub struct AlbedoMap {
+    face: Albedo,
+    levels: [Vec<OnceLock<Box<Tile>>>; LEVELS],
+}
+
+impl AlbedoMap {
+    /// Maps of `face`, still empty.
+    pub fn new(face: Albedo) -> Self {
+        let level = |level: usize| {
+            let tiles = (SIDE >> level) / TILE;
+            (0..tiles * tiles).map(|_| OnceLock::new()).collect()
+        };
+        Self { face, levels: [0, 1, 2, 3, 4, 5, 6].map(level) }
+    }
+
+    /// The face of which they are.
+    pub fn face(&self) -> &Albedo {
+        &self.face
+    }
+
+    /// The level that fits a footprint of `km`: its binary logarithm, linear between powers of two.
+    #[inline]
+    pub fn level_of(km: f32) -> f32 {
+        const PER_CELL: f32 = (1.0 / CELL_KM) as f32;
+        let bits = (km * PER_CELL).max(1.0).to_bits() - 0x3f80_0000;
+        (bits as f32 * (1.0 / 8_388_608.0)).min((LEVELS - 1) as f32)
+    }
+
+    /// The albedo at places `[x, y, z]`, at levels between 0 and the last.
+    #[inline]
+    pub fn at<const N: usize>(&self, [x, y, z]: [&[f32; N]; 3], levels: &[f32; N]) -> [f32; N] {
+        // Three loops: what goes side by side, what has to fetch, and the few places between two levels.
+        let (mut u, mut v, mut low, mut blend) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
+        let mut nearest = [Spot::default(); N];
+        for k in 0..N {
+            [u[k], v[k]] = unfolded([x[k], y[k], z[k]]);
+            low[k] = whole(levels[k]).min((LEVELS - 2) as f32);
+            blend[k] = (4.0 * (levels[k] - low[k]) - 1.5).clamp(0.0, 1.0);
+            let above = if blend[k] == 1.0 { 1.0 } else { 0.0 };
+            nearest[k] = Spot::new(low[k] + above, u[k], v[k]);
+        }
+        let mut albedo = [0.0; N];
+        let mut last = (usize::MAX, usize::MAX, None);
+        for (albedo, spot) in albedo.iter_mut().zip(&nearest) {
+            let (level, tile) = (spot.level as usize, spot.tile as usize);
+            let found = match last {
+                (l, t, Some(found)) if (l, t) == (level, tile) => found,
+                _ => self.tile(level, tile),
+            };
+            last = (level, tile, Some(found));
+            *albedo = spot.bilinear(found);
+        }
+        for k in 0..N {
+            if blend[k] > 0.0 && blend[k] < 1.0 {
+                let spot = Spot::new(low[k] + 1.0, u[k], v[k]);
+                let above = spot.bilinear(self.tile(spot.level as usize, spot.tile as usize));
+                albedo[k] += blend[k] * (above - albedo[k]);
+            }
+        }
+        albedo
+    }
+
+    #[inline]
+    fn tile(&self, level: usize, tile: usize) -> &Tile {
+        self.levels[level][tile].get_or_init(|| self.fill(level, tile))
+    }
+
+    #[cold]
+    fn fill(&self, level: usize, tile: usize) -> Box<Tile> {
+        let tiles = (SIDE >> level) / TILE;
+        let (column, row) = (tile % tiles, tile / tiles);
+        let per_side = 1.0 / (SIDE >> level) as f64;
+        let size_km = CELL_KM * (1 << level) as f64;
+        let mut tile = Box::new([0; TILE_CORNERS * TILE_CORNERS]);
+        for (index, corner) in tile.iter_mut().enumerate() {
+            let u = (column * TILE + index % TILE_CORNERS) as f64 * per_side;
+            let v = (row * TILE + index / TILE_CORNERS) as f64 * per_side;
+            let albedo = self.face.at(folded(u, v), size_km);
+            *corner = (albedo * f64::from(STEPS) + 0.5) as u16;
+        }
+        tile
+    }
+}
+
+/// A place of a level: its tile, the corner before it, and the way on from there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spot {
+    level: u32,
+    tile: u32,
+    corner: u32,
+    x: f32,
+    y: f32,
+}
+
+impl Spot {
+    /// The place (`u`, `v`), 0 to 1, of a whole `level`.
+    #[inline]
+    fn new(level: f32, u: f32, v: f32) -> Self {
+        let level = (level + ROUNDER).to_bits() & 15;
+        let side = f32::from_bits((127 + SIDE.trailing_zeros() - level) << 23);
+        let (x, y) = (u * side, v * side);
+        let (i, j) = (whole(x).min(side - 1.0), whole(y).min(side - 1.0));
+        let (x, y) = (x - i, y - j);
+        let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
+        const SHIFT: u32 = TILE.trailing_zeros();
+        let tile = ((j >> SHIFT) << (SIDE.trailing_zeros() - SHIFT - level)) + (i >> SHIFT);
+        let corner = (j & (TILE as u32 - 1)) * TILE_CORNERS as u32 + (i & (TILE as u32 - 1));
+        Self { level, tile, corner, x, y }
+    }
+
+    #[inline]
+    fn bilinear(&self, tile: &Tile) -> f32 {
+        let at = self.corner as usize;
+        // One slice, one check.
+        let Some(corners) = tile.get(at..at + TILE_CORNERS + 2) else { return 0.0 };
+        let corner = |k: usize| f32::from(corners[k]);
+        let above = corner(0) + self.x * (corner(1) - corner(0));
+        let below = corner(TILE_CORNERS) + self.x * (corner(TILE_CORNERS + 1) - corner(TILE_CORNERS));
+        (above + self.y * (below - above)) * (1.0 / STEPS)
+    }
+}
+
+/// The whole part of a number from 0 to 4096; of a whole number it may be the one before.
+#[inline]
+fn whole(x: f32) -> f32 {
+    ((x - 0.5) + ROUNDER) - ROUNDER
+}
+
+/// Where on the map a place is, 0 to 1.
+#[inline]
+fn unfolded([x, y, z]: [f32; 3]) -> [f32; 2] {
+    let scale = 0.5 / (x.abs() + y.abs() + z.abs());
+    let (u, v) = (x * scale, y * scale);
+    let (a, b) = (u.abs(), v.abs());
+    // South of the equator the triangle is turned over its edge.
+    let (a, b) = if z < 0.0 { (0.5 - b, 0.5 - a) } else { (a, b) };
+    [0.5 + a.copysign(x), 0.5 + b.copysign(y)]
+}
+
+/// The place, of length 1, at (`u`, `v`) of the map.
+fn folded(u: f64, v: f64) -> Vector {
+    let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    let z = 1.0 - u.abs() - v.abs();
+    if z < 0.0 {
+        unit([(1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v), z])
+    } else {
+        unit([u, v, z])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::attitude::{matrix, uniform};
+    use crate::world::noise::{Noise, Stream};
+
+    fn map() -> AlbedoMap {
+        AlbedoMap::new(Albedo::new(4, 0.3, 1.0))
+    }
+
+    fn at(map: &AlbedoMap, [x, y, z]: [f32; 3], level: f32) -> f32 {
+        map.at([&[x], &[y], &[z]], &[level])[0]
+    }
+
+    #[test]
+    fn folding_and_unfolding_are_inverse() {
+        let noise = Noise::new(5, 0, Stream::Attitude);
+        for index in 0..5000 {
+            let place = matrix(uniform(&noise, index))[2];
+            let [u, v] = unfolded(place.map(|c| c as f32)).map(f64::from);
+            let back = folded(u, v);
+            assert!((0..3).all(|k| (back[k] - place[k]).abs() < 1e-5), "{place:?} {back:?}");
+        }
+    }
+
+    #[test]
+    fn the_map_is_the_face_to_a_few_per_cent_and_coarser_levels_are_its_means() {
+        let map = map();
+        let noise = Noise::new(6, 0, Stream::Attitude);
+        let mut sums = [0.0; LEVELS];
+        let (mut squares, mut most) = (0.0, 0.0f64);
+        let count = 300;
+        for index in 0..count {
+            let place = matrix(uniform(&noise, index))[2];
+            let seen = place.map(|c| c as f32);
+            let error = f64::from(at(&map, seen, 0.0)) - map.face.at(place, CELL_KM);
+            squares += error * error;
+            most = most.max(error.abs());
+            (0..LEVELS).for_each(|k| sums[k] += f64::from(at(&map, seen, k as f32)) / f64::from(count));
+        }
+        let rms = (squares / f64::from(count)).sqrt();
+        println!("bilinear rms {rms:.4}, most {most:.3}, means {sums:.3?}");
+        assert!(rms < 0.02);
+        assert!(sums.iter().all(|mean| (mean - sums[0]).abs() < 0.03));
+    }
+
+    #[test]
+    fn no_seam_shows() {
+        // Along the equator's fold and the cuts of the southern half, steps of 60 m.
+        let map = map();
+        for (from, step) in [([1.0, 0.3, -1e-4], [0.0, 0.0, 1e-5]), ([0.6, -1e-4, -0.7], [0.0, 1e-5, 0.0])] {
+            for level in [0.0, 1.5, 3.0] {
+                let place = |k: i32| [0, 1, 2].map(|c| (from[c] + step[c] * f64::from(k)) as f32);
+                let seen = |k: i32| at(&map, place(k), level);
+                assert!((0..20).all(|k| (seen(k) - seen(k + 1)).abs() < 0.01));
+            }
+        }
+    }
+
+    #[test]
+    fn levels_blend_without_a_step() {
+        let map = map();
+        let place = [0.3, -0.5, 0.7];
+        let seen = |k: i32| at(&map, place, AlbedoMap::level_of(1.0 + 0.01 * k as f32));
+        assert!((0..40_000).all(|k| (seen(k) - seen(k + 1)).abs() < 0.005));
+        assert_eq!(AlbedoMap::level_of(22.056), 2.0);
+    }
+}
