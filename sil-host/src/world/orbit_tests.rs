@@ -52,7 +52,7 @@ fn a_finer_tolerance_moves_a_day_by_little() {
             let beside =
                 |share: f64| apart_m(&orbit, &fly_to(share * TOLERANCE_KM, start, DAY_S, forces), DAY_S);
             let (half, finer) = (beside(0.5), beside(1e-3));
-            let count = orbit.nodes.len();
+            let count = orbit.pieces.len();
             println!(
                 "{name}, drag {}: {count} nodes, half {half:.6} m, a thousandth {finer:.6} m",
                 forces.drag

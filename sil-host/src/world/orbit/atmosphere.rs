@@ -2,9 +2,9 @@
 //!
 //! In: position and the Sun's direction in axes of the true equator. Out: density, kg/m³. Tables of the least and the
 //! greatest density of a day at mean solar activity, heights in between exponentially; the greatest follows the Sun by
-//! 30 deg and falls off with the sixth power of `cos (psi / 2)`, psi being the angle from there, as published (Montenbruck and Gill, Satellite
-//! Orbits, 3.5.2, table 3.8). Nothing above 1000 km; solar and magnetic activity are left out, which move the density at
-//! 400 km by a factor of up to five either way.
+//! 30 deg and falls off with the sixth power of `cos (psi / 2)`, psi being the angle from there, as published (Montenbruck
+//! and Gill, Satellite Orbits, 3.5.2, table 3.8). Nothing above 1000 km. Solar and magnetic activity, which change the
+//! density several-fold, are left out.
 //!
 //! Height is counted along the radius, 3 m from the geodetic one at 500 km (5e-5 of the density).
 

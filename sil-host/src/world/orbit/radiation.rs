@@ -3,7 +3,7 @@
 //! In: positions of satellite and Sun from the Earth's centre, km. Out: the share of the Sun's disc that is seen,
 //! acceleration of a ball, km/s². Shadow: umbra, penumbra and, beyond the umbra's tip, the ring, from the overlap of two
 //! discs (Montenbruck and Gill, Satellite Orbits, 3.4.2); the Earth is a ball of its equatorial radius without air, so that
-//! eclipses over the poles last up to 3 s too long. Pressure: 4.56e-6 N/m² at 1 au, along the Sun's light.
+//! eclipses over the poles begin and end up to 3 s off (21 km of radius at 7.5 km/s). Pressure: 4.56e-6 N/m² at 1 au, along the Sun's light.
 
 use crate::world::attitude::Vector;
 use crate::world::earth::EQUATOR_KM as EARTH_KM;
