@@ -6,10 +6,10 @@
 //!
 //! | module | model |
 //! |---|---|
-//! | [`sun`] | 118 terms of VSOP2000 as in SOFA's `epv00` |
-//! | [`moon`] | Meeus, ch. 47, all 60 + 60 terms |
-//! | [`pole`] | precession IAU 2006, nutation IAU 2000B, CIO locator |
-//! | [`harmonics`] | sums of multiples of angles |
+//! | `sun` | 118 terms of VSOP2000 as in SOFA's `epv00` |
+//! | `moon` | Meeus, ch. 47, all 60 + 60 terms |
+//! | `pole` | precession IAU 2006, nutation IAU 2000B, CIO locator |
+//! | `harmonics` | sums of multiples of angles |
 //!
 //! Greatest errors at 16 dates from 2000 to 2050 against SOFA's routines: Sun 0.6 arcsec and 140 km, the Earth's velocity
 //! 0.25 m/s, pole 0.6 mas, sidereal angle 0.9 mas. The Moon is `moon98` to 0.1 km, which itself is within some 10 arcsec of

@@ -5,10 +5,10 @@
 //!
 //! | module | does |
 //! |---|---|
-//! | [`elements`] | Kepler's elements to a state; what is an orbit about the Earth |
+//! | `elements` | Kepler's elements to a state; what is an orbit about the Earth |
 //! | [`tle`] | two-line elements to a state |
 //! | [`forces`], [`gravity`], [`atmosphere`], [`radiation`] | acceleration |
-//! | [`integrator`] | steps from node to node |
+//! | `integrator` | steps from node to node |
 //! | [`oem`], [`sp3`] | orbit files to samples |
 //! | [`track`] | samples to nodes |
 //!
@@ -178,7 +178,7 @@ impl TruthOrbit {
     /// Follows the samples of an orbit file from `start_us` over `seconds`.
     ///
     /// # Errors
-    /// When the samples do not carry the run: see [`track::nodes`].
+    /// When the run is not within the samples, these are too few or too far apart, or the Earth's orientation is not known.
     pub fn along(
         samples: &track::Samples,
         start_us: i64,

@@ -202,7 +202,7 @@ pub(super) fn data(name: &str) -> Option<String> {
 /// 2023-05-16 20:00 UTC.
 const GMAT_START_US: i64 = 737_539_269_184_000;
 /// EGM96 to degree and order 2, with its own attraction: the file's head names 398600.4418, but with that the orbits drift
-/// away by 1.0 (LEO) and 0.4 m (GEO) a day, as two programs with these two values do.
+/// away by 1.0 (LEO) and 0.4 m (GEO) a day, which is what twice the relative difference does to the mean motion.
 const EGM96: &str = "2 0 -0.484165371736E-03 0\n\
                      2 1 -0.186987635955E-09 0.119528012031E-08\n\
                      2 2 0.243914352398E-05 -0.140016683654E-05";
