@@ -359,3 +359,17 @@ fn instruments_are_on_board_where_their_table_is() {
     }
     assert!(with("[gyro]\ncolour = 1").unwrap_err().contains("`colour`"));
 }
+
+#[test]
+fn what_shines_in_the_sky_can_be_switched_off() {
+    let with = |table: &str| {
+        let text = default_text().replacen("[limits]", &format!("[sky]\n{table}\n[limits]"), 1);
+        Scenario::parse(Path::new("some.toml"), &text).map_err(|error| error.to_string())
+    };
+    assert_eq!(with("").unwrap().bodies, BodiesModel::ALL);
+    let none = "planets = false\nmoon = false\nsun_light = false\nsatellites_an_hour = 0.0";
+    assert_eq!(with(none).unwrap().bodies, BodiesModel::NONE);
+    let line = line_of("[limits]") + 1;
+    let message = with("satellites_an_hour = -1.0").unwrap_err();
+    assert!(message.contains(&format!("some.toml:{line}: sky.satellites_an_hour: -1 is out")), "{message}");
+}

@@ -225,3 +225,7 @@ fn moon_through(
     let white_e_s = journey.earth.aperture_e_s() * path.transmission / (std::f64::consts::PI * f * f);
     MoonImage::new(path.optics, exposing.psf_sigma_px, white_e_s, views.collect())
 }
+
+#[cfg(test)]
+#[path = "bodies_tests.rs"]
+mod tests;

@@ -19,7 +19,11 @@
 //! | [`slew`] | axis, angle, time | a smooth turn |
 //! | [`jitter`] | deviation, frequencies, seed, time | pointing errors |
 //! | [`earth`] | position, Sun, camera | light of the Earth on the detector |
-//! | [`sun`] | Sun, Earth, optics | whether it blinds the detector |
+//! | [`sun`] | Sun, Earth, optics | whether it blinds the detector, its image and stray light |
+//! | [`planets`] | time | Mercury to Saturn |
+//! | [`satellites`] | seed, attitude, time | others that cross the field |
+//! | [`moon`] | Moon, Sun, a path | its disc and phase |
+//! | [`bodies`] | all of these four | what shines beside stars and Earth |
 //! | [`journey`] | orbit, pointing, mounting | the truth of a second |
 //! | [`random_walk`] | seed, step | a walk of which any step can be asked alone |
 //! | [`gyro`], [`magnetometer`] | truth, seed, cycle | readings through the sensors' traits |
@@ -43,8 +47,8 @@
 //! | [`scene`] | all of these | raw frames through the detector trait, and the truth |
 //! | [`fields`] | camera, star list, seed | lists of centroids with their truth |
 //!
-//! Left out in this form: parallax, ghosts and flare of the lens, blooming, lag, a rolling shutter's effect on the Earth's
-//! image, the Moon's light, an Earth in the star path, stray light of a Sun outside the field.
+//! Left out: the stars' parallax, ghosts and flare of the lens but the Sun's, lag, stray light of Earth and Moon, maria, eclipses of
+//! the Sun by the Moon, satellites' shadows, charge that stars and Earth spill beyond a full well.
 
 pub mod attitude;
 pub mod bodies;
