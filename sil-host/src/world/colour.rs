@@ -69,15 +69,17 @@ mod tests {
         let (hot, sun, cool) = (sum(-0.3), sum(0.65), sum(1.5));
         assert!(hot < 1.0 && 1.0 < sun && sun < cool, "{hot} {sun} {cool}");
         assert!(shares(1.5)[2] / cool > 1.3 * shares(0.0)[2]);
-        // Published V - I (Cox, Allen's Astrophysical Quantities, tab. 15.7): the Sun 0.70, K5 III (B-V 1.50) 1.60 (Bessell's
-        // I at 790 nm): magnitudes at 790 nm at equal V. The black body agrees within a third of a magnitude.
+        // V - I (Cousins) of the Sun is 0.70 (B-V 0.65), that of a K0 giant 1.00 (B-V 1.00): magnitudes at 790 nm at equal V.
         let v_i = |b_v: f64| {
             let x = SECOND_RADIATION_NM_K / temperature_k(b_v);
             let photons = |nm: f64| libm::pow(nm, -4.0) / libm::expm1(x / nm);
             2.5 * libm::log10(photons(790.0) / photons(V_NM))
         };
-        assert!((v_i(0.65) - v_i(0.0) - 0.70).abs() < 0.33, "{}", v_i(0.65) - v_i(0.0));
-        assert!((v_i(1.50) - v_i(0.0) - 1.60).abs() < 0.33, "{}", v_i(1.50) - v_i(0.0));
+        for (b_v, published) in [(0.65, 0.70), (1.00, 1.00)] {
+            let found = v_i(b_v) - v_i(0.0);
+            println!("B-V {b_v}: V-I {found:.2} for {published}");
+            assert!((found - published).abs() < 0.2, "{b_v}: {found}");
+        }
     }
 
     #[test]

@@ -90,15 +90,14 @@ fn moments_are_those_of_the_rays() {
         let radius_px = part * optics.radius_px();
         let field = libm::atan(radius_px / 3000.0);
         let mut sums = [0.0; 4];
-        for band in 0..BANDS {
-            let weight = colour::shares(0.0)[band];
+        for (wavelength_nm, weight) in BAND_NM.into_iter().zip(colour::shares(0.0)) {
             for i in 0..60 {
                 for j in 0..60 {
                     let (u, v) = ((f64::from(i) + 0.5) / 30.0 - 1.0, (f64::from(j) + 0.5) / 30.0 - 1.0);
                     if u * u + v * v > 1.0 {
                         continue;
                     }
-                    let [x, y] = lens.landing(field, BAND_NM[band], [u * MOUNTS.mounts(part), v]).unwrap();
+                    let [x, y] = lens.landing(field, wavelength_nm, [u * MOUNTS.mounts(part), v]).unwrap();
                     let [x, y] = [x / 0.0075, y / 0.0075];
                     for (sum, term) in sums.iter_mut().zip([1.0, x, x * x, y * y]) {
                         *sum += weight * term;
