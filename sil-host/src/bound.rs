@@ -7,7 +7,7 @@
 //! rad², of a single image. In f64, apart from the flight code.
 //!
 //! The star stands still and its flux is known; the noise of rows is taken for independent from pixel to pixel; fixed patterns
-//! are taken for known. The gradient is a difference over [`STEP_PX`] to either side, right to 1e-3.
+//! are taken for known. The gradient is a difference over `STEP_PX` to either side, right to 1e-3.
 
 use crate::world::scene::{Scene, VisibleStar};
 use crate::world::stars::DetectorModel;

@@ -1,6 +1,6 @@
 //! The sky in cells, so that an exposure looks at the stars near its field only.
 //!
-//! In: directions. Out: for a cone, the stars that may lie in it. The sphere is a cube whose faces carry [`SIDE`]² squares
+//! In: directions. Out: for a cone, the stars that may lie in it. The sphere is a cube whose faces carry `SIDE`² squares
 //! each; a cell knows its middle and the angle to its farthest star.
 
 use super::attitude::{Vector, dot};

@@ -83,6 +83,7 @@ pub mod psf;
 pub mod random_walk;
 pub mod satellites;
 pub mod scene;
+mod scene_settings;
 pub mod shutter;
 pub mod sky;
 pub mod slew;

@@ -3,11 +3,11 @@
 //! In: a lens ([`Lens`]), a pixel pitch. Out: for a place on the detector and the electrons in each part of the band, up to
 //! [`BLOBS_MAX`] Gaussians ([`Blob`]).
 //!
-//! For each of [`NODES`] field radii and the middle of each part of the band, rays through an even grid of the pupil are
+//! For each of `NODES` field radii and the middle of each part of the band, rays through an even grid of the pupil are
 //! traced; the pupil is narrowed in the plane of the field by what the mounts take. The pupil is cut into [`BLOBS_MAX`] zones
 //! (a disc and three rings of sectors). A zone becomes a Gaussian at the mean of its rays in the star's light, with their mean
 //! variance plus that of diffraction, `(0.42 wavelength · f-number)²`, and of charge that wanders between pixels,
-//! [`DIFFUSION_PX`]. First and second moments of the rays are kept, the second up to their direction within a zone.
+//! `DIFFUSION_PX`. First and second moments of the rays are kept, the second up to their direction within a zone.
 //!
 //! The centre of gravity of a star of B-V = 0 is by definition where the distortion model puts the star: it is taken off at
 //! every radius. Stars of other colours are displaced by what the lens makes of their wavelengths (lateral colour).

@@ -5,8 +5,8 @@
 //! `T` about the instant `t = cycle * 1 s`, over `t ± T/2`; the truth is that of `t`. While the sensor turns, a star is
 //! drawn as a row of images at most [`Psf::step_px`] apart. Light becomes a number in this order:
 //!
-//! 1. light: stars and false stars, the Earth ([`Scene::add_light`]); times the vignetting; the even veil of a Sun in the field
-//! 2. charge: light times the pixel's gain, dark current, hot pixels ([`Scene::add_charge`]), all of them means
+//! 1. light: stars and false stars, the Earth (`Scene::add_light`); times the vignetting; the even veil of a Sun in the field
+//! 2. charge: light times the pixel's gain, dark current, hot pixels (`Scene::add_charge`), all of them means
 //! 3. `Poisson(charge) + read noise`
 //! 4. protons; offsets of column and row
 //! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say what they always do
@@ -15,15 +15,14 @@
 //! the middle of the exposure. False stars and protons are new in each cycle; hot and dead pixels and patterns stay.
 
 use super::attitude::{self, Vector, dot};
-use super::bodies::{BodiesModel, BodyLight, Exposing};
+use super::bodies::{BodyLight, Exposing};
 use super::cells::Cells;
 use super::colour::{self, BANDS};
-use super::disturbances::{Deposits, Disturbances};
+use super::disturbances::Deposits;
 use super::earth::Ellipsoid;
 use super::earth::image::EarthImage;
 use super::ephemeris;
 use super::fixed_pattern::FixedPattern;
-use super::imaging::ImagingModel;
 use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
@@ -31,13 +30,12 @@ use super::noise::{Noise, Stream};
 use super::optics::Optics;
 use super::protons;
 use super::psf::Psf;
+pub use super::scene_settings::{SceneError, SceneSettings, VisibleStar, WorldStar};
 use super::shutter::Way;
 use super::spots::{Brush, Spot, Spots};
-use super::stars::DetectorModel;
 use super::sun;
 use super::vector::{length, plus};
 use super::vignetting::Vignetting;
-use crate::camera_file::CameraFile;
 use crate::picture::check_request;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use std::sync::Arc;
@@ -48,88 +46,6 @@ pub const CYCLE_S: f64 = 1.0;
 const BAND_PX: usize = 8192;
 /// Most images a star is smeared into.
 const SMEAR_STEPS_MAX: u32 = 4096;
-
-/// A star of the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorldStar {
-    /// Hipparcos number.
-    pub hip: u32,
-    /// Unit vector, ICRS, at the scene's epoch.
-    pub direction: Vector,
-    /// Visual magnitude.
-    pub v: f64,
-    /// Colour index B-V.
-    pub b_v: f64,
-}
-
-/// Everything a scene is made of but its stars.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SceneSettings {
-    /// The camera; rectilinear.
-    pub camera: CameraFile,
-    /// The detector's electrons.
-    pub detector: DetectorModel,
-    /// Attitude of the star path over time, and the Earth where it is a journey.
-    pub motion: Motion,
-    /// Seed of all noise.
-    pub seed: u64,
-    /// What the optics do to light.
-    pub imaging: ImagingModel,
-    /// What is in the sky beside stars and Earth.
-    pub bodies: BodiesModel,
-    /// What is on the detector and is no star.
-    pub disturbances: Disturbances,
-}
-
-impl SceneSettings {
-    /// A plain scene: stars and Earth alone, pixels that are all alike, a Gaussian PSF of 0.9 px, white stars, no disturbances.
-    pub fn new(camera: CameraFile, motion: Motion, seed: u64) -> Self {
-        Self {
-            camera,
-            detector: DetectorModel::default(),
-            motion,
-            seed,
-            imaging: ImagingModel::PLAIN,
-            bodies: BodiesModel::NONE,
-            disturbances: Disturbances::default(),
-        }
-    }
-}
-
-/// Why a scene cannot be made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum SceneError {
-    /// The camera is not rectilinear.
-    #[error("the world draws rectilinear cameras only")]
-    Projection,
-    /// A value of the detector, the imaging or the disturbances makes no physical sense.
-    #[error("a value of the detector model, the imaging or the disturbances is out of range")]
-    Detector,
-    /// The lens cannot be made for the camera.
-    #[error("the lens cannot be scaled to this focal length, pixel pitch, aperture and defocus")]
-    Lens,
-    /// A value of the Earth model makes no physical sense.
-    #[error("a value of the Earth model is out of range")]
-    Earth,
-    /// The quaternion or the rate is not finite, or the quaternion is zero.
-    #[error("the attitude or the rate is no number")]
-    Motion,
-}
-
-/// A star on the detector: truth for the judge.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct VisibleStar {
-    /// Hipparcos number.
-    pub hip: u32,
-    /// Column of its image at the middle of its row's exposure, px.
-    pub x_px: f64,
-    /// Row of its image at the middle of its row's exposure, px.
-    pub y_px: f64,
-    /// Visual magnitude.
-    pub v: f64,
-    /// Colour index B-V.
-    pub b_v: f64,
-}
 
 /// What one exposure holds.
 #[derive(Debug, Clone)]

@@ -6,6 +6,8 @@ use super::*;
 use crate::bound;
 use crate::camera_file::CameraFile;
 use crate::world::fixed_pattern::PatternModel;
+use crate::world::imaging::ImagingModel;
+use crate::world::stars::DetectorModel;
 
 #[test]
 fn a_star_gives_the_electrons_of_its_magnitude() {

@@ -1,10 +1,14 @@
 //! Tests of the scene: windows against whole frames, what each effect shows, wrong requests.
 
 use super::*;
+use crate::camera_file::CameraFile;
 use crate::scenario::Scenario;
+use crate::world::disturbances::Disturbances;
+use crate::world::imaging::ImagingModel;
 use crate::world::protons::Protons;
 use crate::world::psf::{LensModel, PsfModel};
 use crate::world::shutter::Shutter;
+use crate::world::stars::DetectorModel;
 use proptest::prelude::*;
 
 pub(super) const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];

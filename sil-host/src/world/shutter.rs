@@ -4,7 +4,7 @@
 //! `t + (y - middle) row_time`; a star is then seen where it is at the time of its own row, `y = y(t + (y - middle) row_time)`,
 //! which is found by iteration: a round makes the error smaller by the rows a star crosses in a row's time. Attitudes in
 //! between come from matrices at even steps, interpolated line by line; their rows keep their length to
-//! [`TURN_RAD`]² / 8 = 3e-8, and the direction is put right by the projection.
+//! `TURN_RAD`² / 8 = 3e-8, and the direction is put right by the projection.
 
 use super::attitude::{Vector, apply, matrix};
 use super::optics::Optics;
