@@ -230,7 +230,7 @@ fn the_limb_stands_and_falls_as_the_model_says() {
         let at = |pixel: [f64; 2]| {
             let sight = image.sights.sight(&pose, pixel).unwrap();
             let sigma = image.variance_px2.sqrt() * sight.km_per_px;
-            (-sight.depth * sight.km_per_depth, sigma, image.lift_km(&sight, sigma))
+            (-sight.depth * sight.km_per_depth, image.lift_km(&sight, sigma))
         };
         let (mut heights, mut lifts, mut widths) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..36 {
@@ -249,7 +249,7 @@ fn the_limb_stands_and_falls_as_the_model_says() {
                 if !(0.0..1279.0).contains(&pixel[0]) || !(0.0..1023.0).contains(&pixel[1]) {
                     break;
                 }
-                let (height, sigma, lifted) = at(pixel);
+                let (height, lifted) = at(pixel);
                 if !(-60.0..90.0).contains(&height) {
                     continue;
                 }

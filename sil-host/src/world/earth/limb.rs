@@ -14,7 +14,7 @@
 //! usual night); a line along the limb passes 60 times as much of it. Relative to a white surface under the Sun.
 //!
 //! The blur is a Gaussian. Its convolution with the profile stands in tables, one for each of 16 widths an octave, filled
-//! when first asked for; between widths and heights they are linear. Error: below 8e-4 of the brightness of the surface, 1e-3 s of the depth.
+//! when first asked for; between widths and heights they are linear. Error: below 5e-4 of the brightness of the surface, 1e-3 s of the depth.
 
 use super::EarthModel;
 use std::f64::consts::PI;
@@ -39,6 +39,8 @@ const LEVEL_SHIFT: u32 = 23 - 4;
 const LEVELS: usize = 13 * 16;
 /// Entries of a table in a width of the blur.
 const STEPS: f64 = 16.0;
+/// Points of the profile in an entry.
+const FINE: u32 = 8;
 
 /// What the blurred profile says of a line of sight.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -207,7 +209,14 @@ impl Profile {
         let low_km = -REACH_SIGMAS * sigma;
         let count = ((2.0 * REACH_SIGMAS * sigma + self.top_km) / step) as usize + 3;
         let heights = (0..count + 2 * reach).map(|k| low_km + (k as f64 - reach as f64) * step);
-        let samples: Vec<[f64; 3]> = heights.map(|h| [self.share(h), (-h).max(0.0), self.glow(h)]).collect();
+        // A step may be as long as a cloud is high: its mean, not its middle.
+        let mean = |h: f64, of: &dyn Fn(f64) -> f64| {
+            (0..FINE).map(|k| of(h + step * ((f64::from(k) + 0.5) / f64::from(FINE) - 0.5))).sum::<f64>()
+                / f64::from(FINE)
+        };
+        let samples: Vec<[f64; 3]> = heights
+            .map(|h| [mean(h, &|h| self.share(h)), mean(h, &|h| (-h).max(0.0)), self.glow(h)])
+            .collect();
         let mut weights: Vec<f64> = (0..=2 * reach)
             .map(|k| (k as f64 - reach as f64) / STEPS)
             .map(|t| libm::exp(-0.5 * t * t))
