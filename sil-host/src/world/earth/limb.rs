@@ -32,6 +32,8 @@ const RADIUS_KM: f64 = 6371.0;
 const NIGHT_SKY_R: f64 = 1.0e4;
 /// Middle and standard deviation of the layer, km.
 const LAYER_KM: (f64, f64) = (90.0, 3.5);
+/// Lowest height of the night sky's table, km.
+const GLOW_LOW_KM: f64 = -200.0;
 /// Narrowest and widest blur, km.
 const SIGMA_KM: (f32, f32) = (0.125, 1000.0);
 /// Bits of a width that count the levels of an octave (4), and those below.
@@ -128,9 +130,6 @@ impl Profile {
         self.glow[index] + (at - index as f64) * (self.glow[index + 1] - self.glow[index])
     }
 }
-
-/// Lowest height of the night sky's table, km.
-const GLOW_LOW_KM: f64 = -200.0;
 
 /// How many times the layer's vertical light a line collects whose lowest point is at `h` km.
 fn passes(h: f64) -> f64 {

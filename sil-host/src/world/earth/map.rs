@@ -30,6 +30,8 @@ const ROUNDER: f32 = 12_582_912.0;
 
 type Tile = [u16; TILE_CORNERS * TILE_CORNERS];
 
+static EMPTY: Tile = [0; TILE_CORNERS * TILE_CORNERS];
+
 /// All levels.
 #[derive(Debug)]
 pub struct AlbedoMap {
@@ -63,46 +65,72 @@ impl AlbedoMap {
     /// The albedo at places `[x, y, z]`, at levels between 0 and the last.
     #[inline]
     pub fn at<const N: usize>(&self, [x, y, z]: [&[f32; N]; 3], levels: &[f32; N]) -> [f32; N] {
-        // Three loops: what goes side by side, what has to fetch, and the few places between two levels.
-        let (mut u, mut v, mut low, mut blend) = ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
-        let mut nearest = [Spot::default(); N];
+        // What goes side by side is kept apart from what has to fetch, and arrays from structures: then the compiler takes
+        // four at a time.
+        let (mut u, mut v, mut low, mut blend, mut nearest) =
+            ([0.0; N], [0.0; N], [0.0; N], [0.0; N], [0.0; N]);
         for k in 0..N {
             [u[k], v[k]] = unfolded([x[k], y[k], z[k]]);
             low[k] = whole(levels[k]).min((LEVELS - 2) as f32);
             blend[k] = (4.0 * (levels[k] - low[k]) - 1.5).clamp(0.0, 1.0);
-            let above = if blend[k] == 1.0 { 1.0 } else { 0.0 };
-            nearest[k] = Spot::new(low[k] + above, u[k], v[k]);
+            nearest[k] = low[k] + if blend[k] < 1.0 { 0.0 } else { 1.0 };
         }
-        let mut albedo = [0.0; N];
-        let mut last = (usize::MAX, usize::MAX, None);
-        for (albedo, spot) in albedo.iter_mut().zip(&nearest) {
-            let (level, tile) = (spot.level as usize, spot.tile as usize);
-            let found = match last {
-                (l, t, Some(found)) if (l, t) == (level, tile) => found,
-                _ => self.tile(level, tile),
-            };
-            last = (level, tile, Some(found));
-            *albedo = spot.bilinear(found);
-        }
+        let mut albedo = self.bilinear(&nearest, &u, &v);
         for k in 0..N {
             if blend[k] > 0.0 && blend[k] < 1.0 {
-                let spot = Spot::new(low[k] + 1.0, u[k], v[k]);
-                let above = spot.bilinear(self.tile(spot.level as usize, spot.tile as usize));
+                let [above] = self.bilinear(&[low[k] + 1.0], &[u[k]], &[v[k]]);
                 albedo[k] += blend[k] * (above - albedo[k]);
             }
         }
         albedo
     }
 
+    /// The albedo at (`u`, `v`), 0 to 1 across the map, of whole levels.
     #[inline]
-    fn tile(&self, level: usize, tile: usize) -> &Tile {
-        self.levels[level][tile].get_or_init(|| self.fill(level, tile))
+    fn bilinear<const N: usize>(&self, levels: &[f32; N], u: &[f32; N], v: &[f32; N]) -> [f32; N] {
+        const SHIFT: u32 = TILE.trailing_zeros();
+        const LAST: u32 = TILE as u32 - 1;
+        let (mut x, mut y, mut level, mut tile, mut corner) = ([0.0; N], [0.0; N], [0; N], [0; N], [0; N]);
+        for k in 0..N {
+            level[k] = (levels[k] + ROUNDER).to_bits() & 15;
+            // 2^-level, from its bits: cells a side.
+            let side =
+                SIDE as f32 * f32::from_bits(((0x4b40_007f - (levels[k] + ROUNDER).to_bits()) & 0xff) << 23);
+            let (at_x, at_y) = (u[k] * side, v[k] * side);
+            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
+            (x[k], y[k]) = (at_x - i, at_y - j);
+            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
+            // Row and column of the tile; how many there are a side is known below.
+            tile[k] = (j >> SHIFT) << 16 | i >> SHIFT;
+            corner[k] = (j & LAST) * TILE_CORNERS as u32 + (i & LAST);
+        }
+        let mut albedo = [0.0; N];
+        let mut last = (u32::MAX, u32::MAX);
+        let mut corners: &Tile = &EMPTY;
+        for k in 0..N {
+            if (level[k], tile[k]) != last {
+                last = (level[k], tile[k]);
+                corners = self.tile(level[k] as usize, (tile[k] & 0xffff) as usize, (tile[k] >> 16) as usize);
+            }
+            let at = corner[k] as usize;
+            // One slice, one check.
+            let Some(near) = corners.get(at..at + TILE_CORNERS + 2) else { continue };
+            let value = |k: usize| f32::from(near[k]);
+            let above = value(0) + x[k] * (value(1) - value(0));
+            let below = value(TILE_CORNERS) + x[k] * (value(TILE_CORNERS + 1) - value(TILE_CORNERS));
+            albedo[k] = (above + y[k] * (below - above)) * (1.0 / STEPS);
+        }
+        albedo
+    }
+
+    #[inline]
+    fn tile(&self, level: usize, column: usize, row: usize) -> &Tile {
+        let tiles = (SIDE >> level) / TILE;
+        self.levels[level][row * tiles + column].get_or_init(|| self.fill(level, column, row))
     }
 
     #[cold]
-    fn fill(&self, level: usize, tile: usize) -> Box<Tile> {
-        let tiles = (SIDE >> level) / TILE;
-        let (column, row) = (tile % tiles, tile / tiles);
+    fn fill(&self, level: usize, column: usize, row: usize) -> Box<Tile> {
         let per_side = 1.0 / (SIDE >> level) as f64;
         let size_km = CELL_KM * (1 << level) as f64;
         let mut tile = Box::new([0; TILE_CORNERS * TILE_CORNERS]);
@@ -113,44 +141,6 @@ impl AlbedoMap {
             *corner = (albedo * f64::from(STEPS) + 0.5) as u16;
         }
         tile
-    }
-}
-
-/// A place of a level: its tile, the corner before it, and the way on from there.
-#[derive(Debug, Clone, Copy, Default)]
-struct Spot {
-    level: u32,
-    tile: u32,
-    corner: u32,
-    x: f32,
-    y: f32,
-}
-
-impl Spot {
-    /// The place (`u`, `v`), 0 to 1, of a whole `level`.
-    #[inline]
-    fn new(level: f32, u: f32, v: f32) -> Self {
-        let level = (level + ROUNDER).to_bits() & 15;
-        let side = f32::from_bits((127 + SIDE.trailing_zeros() - level) << 23);
-        let (x, y) = (u * side, v * side);
-        let (i, j) = (whole(x).min(side - 1.0), whole(y).min(side - 1.0));
-        let (x, y) = (x - i, y - j);
-        let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
-        const SHIFT: u32 = TILE.trailing_zeros();
-        let tile = ((j >> SHIFT) << (SIDE.trailing_zeros() - SHIFT - level)) + (i >> SHIFT);
-        let corner = (j & (TILE as u32 - 1)) * TILE_CORNERS as u32 + (i & (TILE as u32 - 1));
-        Self { level, tile, corner, x, y }
-    }
-
-    #[inline]
-    fn bilinear(&self, tile: &Tile) -> f32 {
-        let at = self.corner as usize;
-        // One slice, one check.
-        let Some(corners) = tile.get(at..at + TILE_CORNERS + 2) else { return 0.0 };
-        let corner = |k: usize| f32::from(corners[k]);
-        let above = corner(0) + self.x * (corner(1) - corner(0));
-        let below = corner(TILE_CORNERS) + self.x * (corner(TILE_CORNERS + 1) - corner(TILE_CORNERS));
-        (above + self.y * (below - above)) * (1.0 / STEPS)
     }
 }
 
