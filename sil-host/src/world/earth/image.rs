@@ -115,8 +115,10 @@ enum Content {
 /// Far more than the limb is lifted, km.
 const HIGHEST_KM: f64 = 20.0;
 
-/// A number for each pixel of a cell's row.
-type Lane = [f32; WIDTH];
+/// Pixels that are drawn at once: a part of a cell's row, so that a narrow window does not pay for a whole one.
+const LANE: usize = 4;
+/// A number for each of them.
+type Lane = [f32; LANE];
 
 impl EarthImage {
     /// Prepares an exposure of the run `seed`; `optics` are those of the Earth path.
@@ -198,11 +200,15 @@ impl EarthImage {
                 }
                 let (from, to) = ((column * WIDTH).max(left), ((column + 1) * WIDTH).min(left + width));
                 for y in lines.clone() {
-                    let light = self.light(&cell, content, (y - row * HEIGHT) as f32 / HEIGHT as f32);
-                    let start = (y - top) * width + from - left;
-                    let pixels = &mut electrons[start..start + to - from];
-                    for (pixel, light) in pixels.iter_mut().zip(&light[from - column * WIDTH..]) {
-                        *pixel += scale * f64::from(*light);
+                    let line = Line::new(&cell, (y - row * HEIGHT) as f32 / HEIGHT as f32);
+                    for first in (column * WIDTH..to).step_by(LANE).filter(|first| first + LANE > from) {
+                        let light = self.light(&line, content, first - column * WIDTH);
+                        let (from, to) = (from.max(first), to.min(first + LANE));
+                        let start = (y - top) * width + from - left;
+                        let pixels = &mut electrons[start..start + to - from];
+                        for (pixel, light) in pixels.iter_mut().zip(&light[from - first..]) {
+                            *pixel += scale * f64::from(*light);
+                        }
                     }
                 }
             }
@@ -284,40 +290,41 @@ impl EarthImage {
         }
     }
 
-    /// Brightness of a row of a cell relative to a white surface with the Sun in the zenith; `t` from 0 at its first row to 1 at
-    /// the next cell's.
-    fn light(&self, cell: &Cell, content: Content, t: f32) -> Lane {
-        let line = Line::new(cell, t);
-        let mut depth = line.depth;
-        let (mut share, mut glow) = ([1.0; WIDTH], [0.0; WIDTH]);
+    /// Brightness of the pixels from `first` on in a row of a cell, relative to a white surface with the Sun in the zenith.
+    #[inline]
+    fn light(&self, line: &Line, content: Content, first: usize) -> Lane {
+        let part = Part { line, first: first as f32 };
+        let mut depth = part.depth();
+        let (mut share, mut glow) = ([1.0; LANE], [0.0; LANE]);
         if content == Content::Limb {
-            let (w, sigma) = (line.lane(KM_PER_DEPTH), line.lane(SIGMA_KM));
-            for i in 0..WIDTH {
+            let (w, sigma) = (part.lane(KM_PER_DEPTH), part.lane(SIGMA_KM));
+            for i in 0..LANE {
                 let limb = self.looks.limb.at(-depth[i] * w[i], sigma[i]);
                 (share[i], glow[i]) = (limb.share, limb.glow);
                 depth[i] = limb.depth_km / w[i];
             }
         }
-        let mut light = self.surface(&line, &depth, &share);
-        let cube = line.lane(CUBE);
-        for i in 0..WIDTH {
+        let mut light = self.surface(&part, &depth, &share);
+        let cube = part.lane(CUBE);
+        for i in 0..LANE {
             light[i] = cube[i] * (light[i] + glow[i]);
         }
         light
     }
 
     /// Brightness of the surface at which the line of sight arrives, `depth` deep, times `share`.
-    fn surface(&self, line: &Line, depth: &Lane, share: &Lane) -> Lane {
+    #[inline]
+    fn surface(&self, part: &Part<'_>, depth: &Lane, share: &Lane) -> Lane {
         const POLE: f32 = ((EQUATOR_KM / POLE_KM) * (EQUATOR_KM / POLE_KM)) as f32;
-        let lane = |k| line.lane(k);
-        let (px, py, pz) = (line.bent(0), line.bent(1), line.bent(2));
+        let lane = |k| part.lane(k);
+        let (px, py, pz) = (part.bent(0), part.bent(1), part.bent(2));
         let (bx, by, bz) = (lane(BACK), lane(BACK + 1), lane(BACK + 2));
         let (slope, way, spread) = (lane(SLOPE), lane(WAY_KM), lane(SPREAD));
         let ([sx, sy, sz], w) = (self.sun, self.shade.twilight);
         let per_foot = 1.0 / (4.0 * w);
         let (mut x, mut y, mut z): (Lane, Lane, Lane) = Default::default();
         let (mut lit, mut view, mut size): (Lane, Lane, Lane) = Default::default();
-        for i in 0..WIDTH {
+        for i in 0..LANE {
             let root = depth[i].max(0.0).sqrt();
             (x[i], y[i], z[i]) = (px[i] + root * bx[i], py[i] + root * by[i], pz[i] + root * bz[i]);
             // The normal is (x, y, z a / b) stretched once more, of this length.
@@ -331,18 +338,18 @@ impl EarthImage {
         }
         // None of them is negative: all are 0 if all their bits are.
         let mut bits = 0;
-        for i in 0..WIDTH {
+        for i in 0..LANE {
             bits |= (lit[i] * share[i]).to_bits();
         }
         if bits == 0 {
-            return [0.0; WIDTH];
+            return [0.0; LANE];
         }
         for size in &mut size {
             *size = AlbedoMap::level_of(*size);
         }
         let mut light = self.looks.map.at([&x, &y, &z], &size);
         let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
-        for i in 0..WIDTH {
+        for i in 0..LANE {
             let albedo = light[i] + haze / view[i] * (mean_albedo - light[i]);
             light[i] = share[i] * albedo * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k);
         }
@@ -353,9 +360,10 @@ impl EarthImage {
 /// The points of a cell, row by row.
 type Cell<'a> = [[&'a Node; 3]; 3];
 
-/// A row of a cell: the depth of its pixels, all else at its ends, and how the lowest point strays from the straight line between.
+/// A row of a cell: the depth at its ends and in its middle, all else at its ends, and how the lowest point strays from the straight
+/// line between.
 struct Line {
-    depth: Lane,
+    depth: [f32; 3],
     bend: [f32; 3],
     left: Values,
     step: Values,
@@ -364,11 +372,7 @@ struct Line {
 impl Line {
     fn new(cell: &Cell, t: f32) -> Self {
         let column = |k: usize| parabola([cell[0][k].depth, cell[1][k].depth, cell[2][k].depth], t);
-        let columns = [column(0), column(1), column(2)];
-        let mut depth = [0.0; WIDTH];
-        for (i, depth) in depth.iter_mut().enumerate() {
-            *depth = parabola(columns, i as f32 / WIDTH as f32);
-        }
+        let depth = [column(0), column(1), column(2)];
         let (mut left, mut step) = ([0.0; COUNT], [0.0; COUNT]);
         for k in 0..COUNT {
             let end = |column: usize| {
@@ -386,14 +390,32 @@ impl Line {
         }
         Self { depth, bend, left, step }
     }
+}
+
+/// The pixels of a row from the one numbered `first` on.
+struct Part<'a> {
+    line: &'a Line,
+    first: f32,
+}
+
+impl Part<'_> {
+    /// How deep their lines of sight dive.
+    #[inline]
+    fn depth(&self) -> Lane {
+        let mut lane = [0.0; LANE];
+        for (i, value) in lane.iter_mut().enumerate() {
+            *value = parabola(self.line.depth, (self.first + i as f32) / WIDTH as f32);
+        }
+        lane
+    }
 
     /// Component `k` of the lowest points.
     #[inline]
     fn bent(&self, k: usize) -> Lane {
         let mut lane = self.lane(NEAREST + k);
         for (i, value) in lane.iter_mut().enumerate() {
-            let t = i as f32 / WIDTH as f32;
-            *value += 4.0 * t * (1.0 - t) * self.bend[k];
+            let t = (self.first + i as f32) / WIDTH as f32;
+            *value += 4.0 * t * (1.0 - t) * self.line.bend[k];
         }
         lane
     }
@@ -401,9 +423,9 @@ impl Line {
     /// The values `k` of the pixels.
     #[inline]
     fn lane(&self, k: usize) -> Lane {
-        let mut lane = [0.0; WIDTH];
+        let mut lane = [0.0; LANE];
         for (i, value) in lane.iter_mut().enumerate() {
-            *value = self.left[k] + i as f32 * self.step[k];
+            *value = self.line.left[k] + (self.first + i as f32) * self.line.step[k];
         }
         lane
     }
