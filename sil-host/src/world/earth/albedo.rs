@@ -2,7 +2,7 @@
 //!
 //! In: a place in axes that turn with the Earth, radii; the size of what is asked for. Out: albedo, 0.05 to 0.85, mean about 0.3.
 //!
-//! Clouds are a sum of eight octaves of value noise with cells of 2600 to 20 km, of weights that fall by [`PERSISTENCE`],
+//! Clouds are a sum of eight octaves of value noise with cells of 2600 to 20 km, of weights that fall by 0.86,
 //! seen through a displacement by noise of larger cells that draws them into bands and whorls; they cover about 60 %, most in
 //! the belt of rising air north of the equator and in the storm tracks, least over the subtropics. The seed makes them; sea and
 //! land (29 %, five octaves from 3600 km), deserts and the ice of the poles are the same for every seed. Nothing of the real map is

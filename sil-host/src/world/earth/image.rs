@@ -13,7 +13,7 @@
 //! where the line meets it whose depth below the limb is the mean over the PSF, and is not blurred otherwise:
 //! [`super::map`] leaves out what a pixel cannot resolve.
 //!
-//! Motion: a row collects light over the exposure about its own time. While the limb moves by more than [`STEP_PX`] across itself the
+//! Motion: a row collects light over the exposure about its own time. While the limb moves by more than 2 px across itself the
 //! exposure is divided; within a part the blur has the variance of the motion, `(way across the limb)² / 12`, added, and the ground's
 //! motion counts to what a pixel cannot resolve. Terminator and clouds stand still within a part.
 //!

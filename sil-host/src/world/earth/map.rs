@@ -3,7 +3,7 @@
 //! In: a place in axes that turn with the Earth (any length), the footprint of a pixel in km. Out: albedo.
 //!
 //! A map is a square on which the sphere is unfolded as an octahedron, `(x, y) / (|x| + |y| + |z|)`, the southern half turned
-//! out; opposite points of an edge are the same place, so that no seam shows. Level 0 has [`SIDE`] cells a side, 4 to 9 km wide;
+//! out; opposite points of an edge are the same place, so that no seam shows. Level 0 has 4096 cells a side, 4 to 9 km wide;
 //! each further level half as many. Between corners a level is bilinear, between levels that fit the footprint it is blended.
 //! Every corner is the albedo of its place at its level, [`super::albedo`]. Tiles are filled when first looked at; what is in
 //! them depends on the face only.
