@@ -64,7 +64,7 @@ pub struct Parameters {
     pub detection: DetectionParameters,
     /// Star identification.
     pub identification: IdentificationParameters,
-    /// Catalogue pairs that identification may look at in one second (default 400,000; 10,000 to 4,000,000).
+    /// Catalogue pairs that identification may look at in one second (default 320,000; 10,000 to 4,000,000).
     pub pairs_per_cycle: u32,
     /// Star tracking.
     pub tracking: TrackingParameters,
@@ -94,7 +94,7 @@ impl Parameters {
             exposure_us: 100_000,
             detection: DetectionParameters::default(),
             identification: IdentificationParameters::default(),
-            pairs_per_cycle: 400_000,
+            pairs_per_cycle: 320_000,
             tracking: TrackingParameters::default(),
             earth: EarthParameters::default(),
             orbit: OrbitParameters::default(),

@@ -26,8 +26,8 @@ pub struct OrbitParameters {
     /// Velocity is unknown about zero by this share of a circular orbit's speed along every axis when the filter starts
     /// (default 1, 0.1 to 3).
     pub start_speed_share: f32,
-    /// Standard deviation of the limb height about the one that was set, km (default 0.3, 0 to 100: what colour, season and the
-    /// slant of the light leave open).
+    /// Standard deviation of the limb height about the one that was set, km (default 2, 0 to 100: what colour, season, air masses
+    /// and the slant of the light leave open over thousands of km).
     pub limb_height_sigma_km: f32,
     /// The same as an angle, rad (default 3e-5, 0 to 0.01): a tenth of the reference camera's pixel, by which the edge's
     /// blurred profile may be misjudged; it matters from afar. Both are joined as squares.
@@ -38,7 +38,7 @@ pub struct OrbitParameters {
     /// Misalignment of the paths against each other about each axis, rad (default 5e-5: 10 arcsec; 0 to 0.02).
     pub misalignment_sigma_rad: f32,
     /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every direction alike
-    /// (default 8, 0 to 30): neighbouring points of the limb share their clouds, which their sigmas do not know. They are
+    /// (default 16, 0 to 30): neighbouring points of the limb share their clouds, which their sigmas do not know. They are
     /// considered, not estimated.
     pub bias_over_noise: f32,
     /// Time for which they last, over the Earth's rate divided by the square of the satellite's: the higher it flies, the longer
@@ -67,11 +67,11 @@ impl Default for OrbitParameters {
             observation: Observation::Position,
             dynamics: Dynamics::Full,
             start_speed_share: 1.0,
-            limb_height_sigma_km: 0.3,
+            limb_height_sigma_km: 2.0,
             limb_height_sigma_rad: 3e-5,
             limb_height_time_share: 0.5,
             misalignment_sigma_rad: 5e-5,
-            bias_over_noise: 8.0,
+            bias_over_noise: 16.0,
             bias_time_share: 0.08,
             gravity_noise_km_s15: 2e-6,
             force_noise_km_s15: 2e-8,

@@ -16,8 +16,11 @@ use nalgebra::{Matrix3, Vector3};
 /// Seconds in a row in which strips gave no centre, after which the whole detector is searched in one second.
 const STRIP_PATIENCE: u8 = 3;
 
-/// Sigma of the Earth's place below which it is known well enough to say what is dark and what is hidden, rad.
+/// Sigma of the Earth's place below which it is known well enough to say what is hidden, rad.
 const VIEW_SIGMA_RAD: f32 = 0.06;
+/// ... and to say that no limb in the field is lit, rad: there the Sun's height at the limb counts, which changes little with the
+/// place.
+const DARK_SIGMA_RAD: f32 = 0.3;
 
 /// Where the limb stands that a search found, px.
 const SEARCH_SIGMA_PX: f32 = 3.0;
@@ -33,7 +36,7 @@ struct Prediction {
 }
 
 impl Prediction {
-    /// Whether the Earth's place is known well enough to say what is dark and what is hidden.
+    /// Whether the Earth's place is known well enough to say what is hidden.
     fn is_known(&self) -> bool {
         self.sigma_rad < VIEW_SIGMA_RAD
     }
@@ -107,12 +110,12 @@ impl Sensor<'_> {
         let parameters = &self.parameters.earth;
         let light = predicted
             .as_ref()
-            .filter(|predicted| predicted.is_known())
-            .map(|predicted| predicted.view.light(&self.camera, 0.0, parameters));
+            .filter(|predicted| predicted.sigma_rad < DARK_SIGMA_RAD)
+            .map(|predicted| (predicted.view.light(&self.camera, 0.0, parameters), predicted.is_known()));
         meter.end(Stage::Predict);
         match light {
-            Some(light) if light.lit_rad == 0.0 => return Ok(Looked::Dark),
-            Some(light) if light.usable_rad < parameters.least_arc_deg.to_radians() => {
+            Some((light, _)) if light.lit_rad == 0.0 => return Ok(Looked::Dark),
+            Some((light, true)) if light.usable_rad < parameters.least_arc_deg.to_radians() => {
                 return Ok(Looked::Faint);
             }
             _ => {}

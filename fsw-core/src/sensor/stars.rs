@@ -15,6 +15,8 @@ use crate::stars::predict::field_stars;
 use crate::telemetry::{AttitudeReport, Fault, Report, StarReport, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
+/// In the second of the scan identification has this part of its allowance.
+const SCANNING_SHARE: u32 = 8;
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
 const ORBITAL_KM_S: f64 = 7.9;
 
@@ -72,7 +74,10 @@ impl Sensor<'_> {
         instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
         report: &mut Report,
     ) {
+        let mut allowance = self.parameters.pairs_per_cycle;
         if self.searching_since.is_none() {
+            // The scan has most of this second.
+            allowance /= SCANNING_SHARE;
             instruments.meter.begin(Stage::Scan);
             let scanned = self.scan(instruments.detector);
             instruments.meter.end(Stage::Scan);
@@ -87,7 +92,7 @@ impl Sensor<'_> {
         }
         report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
         let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera);
-        let (identification, allowance) = (&self.parameters.identification, self.parameters.pairs_per_cycle);
+        let identification = &self.parameters.identification;
         instruments.meter.begin(Stage::Identify);
         let progress = self.workspace.identifier.advance(&field, identification, allowance);
         instruments.meter.end(Stage::Identify);

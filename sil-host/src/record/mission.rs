@@ -45,7 +45,7 @@ pub const CLIPS: [Clip; 8] = [
     Clip { scenario: LEO, from_s: 380, seconds: 10 },
     Clip { scenario: LEO, from_s: 470, seconds: 10 },
     Clip { scenario: LEO, from_s: 560, seconds: 20 },
-    Clip { scenario: LEO, from_s: 657, seconds: 27 },
+    Clip { scenario: LEO, from_s: 700, seconds: 27 },
     Clip { scenario: LEO, from_s: 3723, seconds: 21 },
     Clip { scenario: LEO, from_s: 3903, seconds: 10 },
     Clip { scenario: GEO, from_s: 0, seconds: 10 },
@@ -69,12 +69,14 @@ fn scenario(clip: &Clip) -> Result<Scenario, HostError> {
 /// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave the orbit unknown.
 const BIAS_OVER_NOISE: f32 = 4.0;
 const BIAS_TIME_SHARE: f32 = 0.03;
+const LIMB_HEIGHT_SIGMA_KM: f32 = 0.3;
 
 /// Parameters in a hurry.
 fn hurried(parameters: Parameters) -> Parameters {
     let orbit = OrbitParameters {
         bias_over_noise: BIAS_OVER_NOISE,
         bias_time_share: BIAS_TIME_SHARE,
+        limb_height_sigma_km: LIMB_HEIGHT_SIGMA_KM,
         ..parameters.orbit
     };
     Parameters { modes: MODES, orbit, ..parameters }

@@ -361,8 +361,8 @@ fn errors_are_as_stated_in_a_low_orbit() {
 
 #[test]
 fn errors_are_as_stated_when_clouds_bias_the_fixes_slowly() {
-    // The bias has the shape of the fixes' covariance and four times their sigma. (With eight times, as the defaults consider
-    // it, the middle one has NEES 8.0: 15 % more error than stated, left from the start.)
+    // The bias has the shape of the fixes' covariance and four times their sigma. (With eight times the middle one has NEES 8.0:
+    // 15 % more error than stated, left from the start. The defaults consider sixteen.)
     for (name, mut scenario) in [
         ("GEO, a day, biased", geostationary(86_164, None)),
         ("SSO 798 km, two orbits, 35 min dark, biased", low(7_176.0, 98.5, Some(35 * 60))),
@@ -376,7 +376,8 @@ fn errors_are_as_stated_when_clouds_bias_the_fixes_slowly() {
 #[test]
 fn a_bias_that_is_not_considered_makes_the_filter_overconfident() {
     // The counter-check of the test before: the same world, the filter told that the noise is white.
-    let world = Scenario { parameters: OrbitParameters::default(), ..low(6_828.0, 51.6, None) };
+    let parameters = OrbitParameters { bias_over_noise: 8.0, ..OrbitParameters::default() };
+    let world = Scenario { parameters, ..low(6_828.0, 51.6, None) };
     // With the widest gate, else it would start anew every few seconds.
     let told = OrbitParameters { gate_nis: 1000.0, ..white() };
     let nees: f64 = (0..RUNS).map(|run| fly_as(&world, &told, 1_000 + run).nees).sum();
