@@ -147,8 +147,8 @@ impl Recorder {
             }
         }
         if let Some(rate) = judged.rate_rad_s {
-            for axis in 0..3 {
-                self.rate[axis].add(at, arcsec(rate[axis]));
+            for (trace, error) in self.rate.iter_mut().zip(rate) {
+                trace.add(at, arcsec(error));
             }
         }
         if let Some(earth) = &judged.earth {

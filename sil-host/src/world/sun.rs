@@ -10,12 +10,12 @@
 //! | part | share | shape |
 //! |---|---|---|
 //! | image | 1 | an even disc |
-//! | halo | [`HALO`] | `r0² / π (r² + r0²)²`, r0 = 20 px: scattering at rough surfaces |
-//! | bloom | [`BLOOM`] | along the columns of the image, falling by e in 60 px: charge that spills |
-//! | ghost | [`GHOST`] | an even disc of 60 px, opposite the image through the optical centre: reflection at two surfaces |
+//! | halo | 5e-3 | `r0² / π (r² + r0²)²`, r0 = 20 px: scattering at rough surfaces |
+//! | bloom | 1e-3 | along the columns of the image, falling by e in 60 px: charge that spills |
+//! | ghost | 1e-5 | an even disc of 60 px, opposite the image through the optical centre: reflection at two surfaces |
 //!
-//! Outside the field of the star path the baffle scatters: [`STRAY_E_S`] next to the Sun, falling by e in
-//! [`STRAY_RAD`] of angle between pixel and Sun and nothing beyond [`BAFFLE_RAD`]. The logarithm is taken as linear over the
+//! Outside the field of the star path the baffle scatters: 3000 e-/s a pixel next to the Sun, falling by e in
+//! 4 deg of angle between pixel and Sun and nothing with the Sun more than 45 deg from the line of sight. The logarithm is taken as linear over the
 //! detector, which is right to a tenth of itself within 12 deg. Behind the grey filter of the Earth path that is nothing.
 
 use super::attitude::Vector;

@@ -202,7 +202,8 @@ fn cells_keep_the_limb_in_its_place() {
                 }
                 for (x, y) in [(3, 1), (12, 6), (5, 3), (13, 2)] {
                     let line = Line::new(&cell, y as f32 / HEIGHT as f32);
-                    let height = -line.depth[x] * line.lane(KM_PER_DEPTH)[x];
+                    let part = Part { line: &line, first: x as f32 };
+                    let height = -part.depth()[0] * part.lane(KM_PER_DEPTH)[0];
                     let (x, y) = ((left + x) as f64, (top + y) as f64);
                     let exact = image.node(&pose(y), [x, y]);
                     let exact_km = -exact.depth * exact.values[KM_PER_DEPTH];
