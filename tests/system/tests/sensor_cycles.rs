@@ -451,12 +451,14 @@ fn a_jump_of_the_clock_is_told_and_one_beyond_two_hours_forgets_the_orbit() {
 fn a_command_to_reacquire_forgets_the_attitude_and_keeps_the_orbit() {
     let before =
         |second: u32, _: &mut World| if second == 12 { Command::Reacquire } else { Command::Continue };
-    let reports = fly(&mut World::clip("geo-eclipse"), 15, before, |_, _| {});
+    let reports = fly(&mut World::clip("geo-eclipse"), 18, before, |_, _| {});
     assert_eq!(reports[11].mode, Mode::Tracking);
-    assert_eq!((reports[12].mode, reports[12].status), (Mode::Acquisition, Status::Identified));
+    assert_eq!(reports[12].mode, Mode::Acquisition);
+    // The scan leaves little of its second to identification, which may need the next one too.
+    assert!(reports[12..14].iter().any(|report| report.status == Status::Identified));
     assert!(reports[12].rate_rad_s.is_none(), "the rate belongs to the attitude");
     assert!(reports[12].orbit.is_some());
-    assert_eq!(reports[14].mode, Mode::Tracking);
+    assert_eq!(reports[17].mode, Mode::Tracking);
     assert!(reports[12..].iter().all(|report| !has(report, Event::OrbitStarted)));
 }
 
@@ -467,7 +469,8 @@ fn a_command_to_restart_forgets_attitude_and_orbit_and_begins_with_the_self_test
     assert!(reports[11].orbit.is_some());
     assert_eq!((reports[12].mode, reports[12].status), (Mode::SelfTest, Status::Proved));
     assert!(reports[12].attitude.is_none() && reports[12].orbit.is_none());
-    assert_eq!((reports[13].mode, reports[13].status), (Mode::Acquisition, Status::Identified));
+    assert_eq!(reports[13].mode, Mode::Acquisition);
+    assert!(reports[13..15].iter().any(|report| report.status == Status::Identified));
     assert_eq!(reports[12..].iter().filter(|report| has(report, Event::OrbitStarted)).count(), 1);
 }
 
