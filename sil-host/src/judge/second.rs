@@ -6,6 +6,7 @@
 use super::attitude_error;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::scene::{SensorState, Truth};
+use crate::world::vector::{cross, minus};
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{OrbitReport, Report, Status};
 
@@ -112,7 +113,7 @@ impl Judged {
             lit_limb_deg: truth.lit_limb_deg,
             rate_deg_s: libm::sqrt(dot(truth.rate_rad_s, truth.rate_rad_s)).to_degrees(),
             attitude_rad: attitude,
-            rate_rad_s: report.rate_rad_s.map(|rate| less(rate.map(f64::from), truth.rate_rad_s)),
+            rate_rad_s: report.rate_rad_s.map(|rate| minus(rate.map(f64::from), truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),
             orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
             stars: report.stars.len() as u16,
@@ -138,14 +139,6 @@ pub fn image_cycle(report: &Report) -> u32 {
         (Status::Identified, Some(attitude)) => report.cycle.saturating_sub(attitude.age_s.into()),
         _ => report.cycle,
     }
-}
-
-fn less(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: Vector, b: Vector) -> Vector {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a` scaled to unit length; `None` when it is (nearly) zero or no number.
@@ -185,11 +178,11 @@ fn turned(axes: &[Vector; 3], of: &Axes) -> Axes {
 
 fn orbit_error(orbit: &OrbitReport, truth: &Truth) -> OrbitError {
     let position_km = Axes {
-        error: less(orbit.position_km, truth.position_km),
+        error: minus(orbit.position_km, truth.position_km),
         sigma: orbit.sigma_position_km.map(f64::from),
     };
     let velocity_km_s = Axes {
-        error: less(orbit.velocity_km_s, truth.velocity_km_s),
+        error: minus(orbit.velocity_km_s, truth.velocity_km_s),
         sigma: orbit.sigma_velocity_km_s.map(f64::from),
     };
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

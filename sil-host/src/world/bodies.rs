@@ -7,8 +7,8 @@
 use super::attitude::{Vector, apply, matrix};
 use super::earth::Ellipsoid;
 use super::ephemeris;
-use super::journey::{Journey, SensorState, Truth};
-use super::moon::{self, MoonImage, STEP_PX};
+use super::journey::{Journey, Truth};
+use super::moon::{self, MoonImage, MoonView, STEP_PX};
 use super::motion::Motion;
 use super::optics::Optics;
 use super::planets;
@@ -104,8 +104,6 @@ struct Path<'a> {
     transmission: f64,
     /// Whether the grey filter stands in it.
     filtered: bool,
-    /// Whether the Sun stands in its field.
-    sun_in_field: bool,
 }
 
 /// The settings of an exposure.
@@ -147,22 +145,30 @@ impl BodyLight {
         exposing: &Exposing,
     ) -> Self {
         let mut light = Self::default();
+        if !model.moon && !model.sun_light {
+            return light;
+        }
         let [star, earth] = exposing.transmissions;
         let earth_optics = optics.earth_path();
-        let in_star_path =
-            matches!(truth.state, SensorState::SunInStarPath | SensorState::SunInStarPathOverEarth);
-        let in_earth_path = truth.state == SensorState::SunInEarthPath;
-        let star_path = Path { optics, transmission: star, filtered: false, sun_in_field: in_star_path };
-        let earth_path =
-            Path { optics: &earth_optics, transmission: earth, filtered: true, sun_in_field: in_earth_path };
+        let star_path = Path { optics, transmission: star, filtered: false };
+        let earth_path = Path { optics: &earth_optics, transmission: earth, filtered: true };
         let figure = Ellipsoid::new(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km);
+        let shines = !figure.hides(truth.sun, super::sun::RADIUS_RAD);
+        let (moon_km, sun_km) = (ephemeris::moon_km(truth.instant_us), ephemeris::sun_km(truth.instant_us));
+        let aberration = journey.aberration(exposing.t_s);
+        let view = |axes: &[Vector; 3]| moon::view(moon_km, sun_km, truth.position_km, aberration, axes);
         let axes = [matrix(truth.quaternion), truth.earth_path];
         for (path, axes) in [star_path, earth_path].into_iter().zip(axes) {
-            if model.sun_light {
-                light.sun.extend(sun_through(&path, &axes, journey, truth, &figure));
+            if path.transmission <= 0.0 {
+                continue;
+            }
+            let (aperture_e_s, sun) = (journey.earth.aperture_e_s(), apply(&axes, truth.sun));
+            if model.sun_light && shines {
+                let seen = SunLight::new(path.optics, sun, aperture_e_s, path.transmission, path.filtered);
+                light.sun.extend(seen);
             }
             if model.moon {
-                let image = moon_through(&path, &axes, journey, truth, exposing);
+                let image = moon_through(&path, view(&axes), view, journey, truth, exposing);
                 let to_icrs = transposed(&axes);
                 light.moons.extend(image.map(|image| MoonInPath { image, earth: figure, to_icrs }));
             }
@@ -182,41 +188,23 @@ impl BodyLight {
     }
 }
 
-fn sun_through(
-    path: &Path<'_>,
-    axes: &[Vector; 3],
-    journey: &Journey,
-    truth: &Truth,
-    figure: &Ellipsoid,
-) -> Option<SunLight> {
-    let shines = path.sun_in_field || !figure.hides(truth.sun, super::sun::RADIUS_RAD);
-    let direction = apply(axes, truth.sun);
-    let light =
-        SunLight::new(path.optics, direction, journey.earth.aperture_e_s(), path.transmission, path.filtered);
-    light.filter(|_| shines && path.transmission > 0.0)
-}
-
+/// The Moon's image through a path; `middle` is its view at mid-exposure, `view` that through other axes.
 fn moon_through(
     path: &Path<'_>,
-    axes: &[Vector; 3],
+    middle: MoonView,
+    view: impl Fn(&[Vector; 3]) -> MoonView,
     journey: &Journey,
     truth: &Truth,
     exposing: &Exposing,
 ) -> Option<MoonImage> {
-    if path.transmission <= 0.0 {
-        return None;
-    }
     let f = path.optics.focal_length_px();
-    let (moon_km, sun_km) = (ephemeris::moon_km(truth.instant_us), ephemeris::sun_km(truth.instant_us));
-    let aberration = journey.aberration(exposing.t_s);
-    let view = |axes: &[Vector; 3]| moon::view(moon_km, sun_km, truth.position_km, aberration, axes);
+    let moved_px = exposing.time_s * length(truth.rate_rad_s) * f;
     // Far from the field no more is to be done.
-    let middle = view(axes);
-    let far = exposing.time_s * length(truth.rate_rad_s) * f + 20.0 * f * middle.radius_rad();
+    let far = moved_px + 20.0 * f * middle.radius_rad();
     if middle.moon[2] < path.optics.cone_cosine(far) {
         return None;
     }
-    let steps = (exposing.time_s * length(truth.rate_rad_s) * f / STEP_PX).ceil().clamp(1.0, STEPS_MAX);
+    let steps = (moved_px / STEP_PX).ceil().clamp(1.0, STEPS_MAX);
     let views = (0..steps as u32).map(|step| {
         let t_s = exposing.t_s + exposing.time_s * ((f64::from(step) + 0.5) / steps - 0.5);
         let axes = if path.filtered { journey.earth_path(t_s) } else { matrix(journey.quaternion(t_s)) };

@@ -65,6 +65,19 @@ struct Exposure {
     bodies: BodyLight,
 }
 
+/// How the star path looks during an exposure.
+#[derive(Debug, Clone, Copy)]
+struct Sight {
+    /// Exposure, s.
+    time_s: f64,
+    /// Longest way of a star image, px.
+    smear_px: f64,
+    /// Line of sight at mid-exposure, ICRS.
+    boresight: Vector,
+    /// `v / c` at mid-exposure.
+    aberration: Vector,
+}
+
 /// The stars, by where they are, with their electrons a second in each part of the band.
 #[derive(Debug)]
 struct Sky {
@@ -282,7 +295,8 @@ impl Scene {
         let earth = truth
             .map(|truth| Ellipsoid::new(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km));
         let hidden = |direction| earth.as_ref().is_some_and(|earth| earth.hides(direction, 0.0));
-        self.place_points(cycle, time_s, &way, hidden, spots);
+        let sight = Sight { time_s, smear_px, boresight, aberration };
+        self.place_points(middle_s, &sight, &way, hidden, spots);
         let mut visible = Vec::new();
         for number in self.sky.cells.near(boresight, cone_cosine) {
             let (star, e_s) = &self.sky.stars[number as usize];
@@ -308,22 +322,20 @@ impl Scene {
     /// Adds the planets and satellites to `spots`.
     fn place_points(
         &self,
-        cycle: u64,
-        time_s: f64,
+        middle_s: f64,
+        sight: &Sight,
         way: &impl Fn(u32) -> Way,
         hidden: impl Fn(Vector) -> bool,
         spots: &mut Vec<Spot>,
     ) {
         let SceneSettings { motion, bodies, seed, .. } = &self.settings;
-        let middle_s = cycle as f64 * CYCLE_S;
-        let aberration = motion.aberration(middle_s);
+        let Sight { time_s, smear_px, boresight, aberration } = *sight;
         let f = self.optics.focal_length_px();
         for point in bodies.points(*seed, middle_s, motion, &self.optics) {
-            let smear_px = self.smear_px(middle_s, time_s) + 1.2 * f * time_s * point.rate_rad_s();
+            let smear_px = smear_px + 1.2 * f * time_s * point.rate_rad_s();
             let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
             let near = self.optics.cone_cosine(smear_px + Spots::reach_px(&self.psf));
             let direction = point.direction(middle_s);
-            let boresight = attitude::matrix(motion.at(middle_s))[2];
             if dot(boresight, direction) < near || hidden(direction) {
                 continue;
             }
