@@ -5,6 +5,7 @@
 //! | [`ellipsoid`] | pole, position | what is hidden, how much limb is lit |
 //! | [`lattice`] | a place in space | smooth random numbers |
 //! | [`albedo`] | a place on the Earth | its albedo: sea, land, ice, clouds |
+//! | [`octahedron`] | a place on the Earth | where on a map it is |
 //! | [`map`] | place, footprint | the same from maps |
 //! | [`horizon`] | a place on the Earth | how high the limb stands there |
 //! | [`limb`] | height of a line of sight | its brightness, blurred |
@@ -24,6 +25,7 @@ pub mod lattice;
 pub mod limb;
 pub mod looks;
 pub mod map;
+pub mod octahedron;
 pub mod sight;
 
 pub use ellipsoid::Ellipsoid;

@@ -8,9 +8,14 @@
 use super::{EQUATOR_KM, POLE_KM};
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::vector::{cross, length, minus, plus, times, transposed, unit};
+use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 /// Steps of the azimuth about the Earth's centre.
 const AZIMUTHS: u32 = 720;
+/// Sine and cosine of each.
+static CIRCLE: LazyLock<Vec<(f64, f64)>> =
+    LazyLock::new(|| (0..AZIMUTHS).map(|k| libm::sincos(TAU * f64::from(k) / f64::from(AZIMUTHS))).collect());
 /// Sine of the Sun's elevation from which a limb point counts as lit (3 deg).
 const LIT_SINE: f64 = 0.052_336;
 
@@ -62,8 +67,7 @@ impl Ellipsoid {
         let north = cross(up, east);
         // The limb of a unit sphere is a circle in the plane 1 / far from its centre.
         let (depth, radius) = (far.recip(), (1.0 - 1.0 / (far * far)).max(0.0).sqrt());
-        (0..AZIMUTHS).map(move |k| {
-            let (s, c) = libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(AZIMUTHS));
+        CIRCLE.iter().map(move |(s, c)| {
             let point = plus(plus(times(depth, up), radius * c, east), radius * s, north);
             let [x, y, z] = point;
             let place = [x * EQUATOR_KM, y * EQUATOR_KM, z * POLE_KM];

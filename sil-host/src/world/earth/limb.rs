@@ -13,8 +13,9 @@
 //! Night sky: a layer about 90 km, 8 km thick, whose photons in the band number 10 kR looking straight down (OH, O2 and O lines: a
 //! usual night); a line along the limb passes 60 times as much of it. Relative to a white surface under the Sun.
 //!
-//! The blur is a Gaussian. Its convolution with the profile stands in tables, one for each of 16 widths an octave, filled
-//! when first asked for; between widths and heights they are linear. Error: below 5e-4 of the brightness of the surface, 1e-3 s of the depth.
+//! The blur is a Gaussian. Its convolution with the profile stands in tables, one for each of 64 widths an octave, filled
+//! when first asked for; the nearest width is taken, between heights they are linear. Error: below 2e-3 of the brightness of the
+//! surface, odd about the edge, so that this does not move, and 4e-3 s of the depth.
 
 use super::EarthModel;
 use std::f64::consts::PI;
@@ -36,11 +37,13 @@ const LAYER_KM: (f64, f64) = (90.0, 3.5);
 const GLOW_LOW_KM: f64 = -200.0;
 /// Narrowest and widest blur, km.
 const SIGMA_KM: (f32, f32) = (0.125, 1000.0);
-/// Bits of a width that count the levels of an octave (4), and those below.
-const LEVEL_SHIFT: u32 = 23 - 4;
-const LEVELS: usize = 13 * 16;
+/// Bits of a width below those that count the levels of an octave (6).
+const LEVEL_SHIFT: u32 = 23 - 6;
+const LEVELS: usize = 13 * 64 + 1;
 /// Entries of a table in a width of the blur.
 const STEPS: f64 = 16.0;
+/// Share of the surface's brightness below which none is left: a hundredth of an electron.
+const LEAST_SHARE: f32 = 1e-5;
 /// Points of the profile in an entry.
 const FINE: u32 = 8;
 
@@ -161,11 +164,9 @@ impl Limb {
     /// The profile at `height_km`, blurred by `sigma_km`.
     #[inline]
     pub fn at(&self, height_km: f32, sigma_km: f32) -> Blurred {
-        let bits = sigma_km.clamp(SIGMA_KM.0, SIGMA_KM.1).to_bits() - SIGMA_KM.0.to_bits();
-        let level = (bits >> LEVEL_SHIFT) as usize;
-        let part = (bits & ((1 << LEVEL_SHIFT) - 1)) as f32 * (1.0 / (1 << LEVEL_SHIFT) as f32);
-        let (low, high) = (self.level(level).at(height_km), self.level(level + 1).at(height_km));
-        low.towards(high, part)
+        const HALF: u32 = 1 << (LEVEL_SHIFT - 1);
+        let bits = sigma_km.clamp(SIGMA_KM.0, SIGMA_KM.1).to_bits() - SIGMA_KM.0.to_bits() + HALF;
+        self.level((bits >> LEVEL_SHIFT) as usize).at(height_km)
     }
 
     #[inline]
@@ -230,6 +231,7 @@ impl Profile {
                     (0..3).for_each(|k| sums[k] += weight * sample[k]);
                 }
                 let [share, depth_km, glow] = sums.map(|sum| sum as f32);
+                let share = if share < LEAST_SHARE { 0.0 } else { share };
                 Blurred { share, depth_km, glow }
             })
             .collect();

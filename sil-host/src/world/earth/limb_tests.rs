@@ -69,7 +69,7 @@ fn the_tables_are_the_convolution() {
         }
     }
     println!("share {:.1e}, depth {:.1e} sigma", worst.0, worst.1);
-    assert!(worst.0 < 5e-4 && worst.1 < 1e-3, "{worst:?}");
+    assert!(worst.0 < 2e-3 && worst.1 < 4e-3, "{worst:?}");
 }
 
 #[test]

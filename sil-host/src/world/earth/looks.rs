@@ -33,9 +33,10 @@ impl Looks {
         if let Some((.., looks)) = last.iter().find(|(s, m, _)| *s == seed && m == model) {
             return Arc::clone(looks);
         }
+        let face = Albedo::new(seed, model.mean_albedo, model.cloud_contrast);
         let looks = Arc::new(Self {
-            map: AlbedoMap::new(Albedo::new(seed, model.mean_albedo, model.cloud_contrast)),
-            horizon: Horizon::new(seed, model.height_variation_km, model.season),
+            horizon: Horizon::new(seed, model.height_variation_km, model.season, &face),
+            map: AlbedoMap::new(face),
             limb: Limb::new(model),
         });
         if last.len() == KEPT {

@@ -2,15 +2,12 @@
 //!
 //! In: a place in axes that turn with the Earth (any length), the footprint of a pixel in km. Out: albedo.
 //!
-//! A map is a square on which the sphere is unfolded as an octahedron, `(x, y) / (|x| + |y| + |z|)`, the southern half turned
-//! out; opposite points of an edge are the same place, so that no seam shows. Level 0 has 4096 cells a side, 4 to 9 km wide;
-//! each further level half as many. Between corners a level is bilinear, between levels that fit the footprint it is blended.
+//! A map is a square ([`super::octahedron`]). Level 0 has 4096 cells a side, 4 to 9 km wide; each further level half as many. Between corners a level is bilinear, between levels that fit the footprint it is blended.
 //! Every corner is the albedo of its place at its level, [`super::albedo`]. Tiles are filled when first looked at; what is in
 //! them depends on the face only.
 
 use super::albedo::Albedo;
-use crate::world::attitude::Vector;
-use crate::world::vector::unit;
+use super::octahedron::{folded, unfolded};
 use std::sync::OnceLock;
 
 /// Cells along a side of level 0.
@@ -150,28 +147,6 @@ fn whole(x: f32) -> f32 {
     ((x - 0.5) + ROUNDER) - ROUNDER
 }
 
-/// Where on the map a place is, 0 to 1.
-#[inline]
-fn unfolded([x, y, z]: [f32; 3]) -> [f32; 2] {
-    let scale = 0.5 / (x.abs() + y.abs() + z.abs());
-    let (u, v) = (x * scale, y * scale);
-    let (a, b) = (u.abs(), v.abs());
-    // South of the equator the triangle is turned over its edge.
-    let (a, b) = if z < 0.0 { (0.5 - b, 0.5 - a) } else { (a, b) };
-    [0.5 + a.copysign(x), 0.5 + b.copysign(y)]
-}
-
-/// The place, of length 1, at (`u`, `v`) of the map.
-fn folded(u: f64, v: f64) -> Vector {
-    let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-    let z = 1.0 - u.abs() - v.abs();
-    if z < 0.0 {
-        unit([(1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v), z])
-    } else {
-        unit([u, v, z])
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -184,17 +159,6 @@ mod tests {
 
     fn at(map: &AlbedoMap, [x, y, z]: [f32; 3], level: f32) -> f32 {
         map.at([&[x], &[y], &[z]], &[level])[0]
-    }
-
-    #[test]
-    fn folding_and_unfolding_are_inverse() {
-        let noise = Noise::new(5, 0, Stream::Attitude);
-        for index in 0..5000 {
-            let place = matrix(uniform(&noise, index))[2];
-            let [u, v] = unfolded(place.map(|c| c as f32)).map(f64::from);
-            let back = folded(u, v);
-            assert!((0..3).all(|k| (back[k] - place[k]).abs() < 1e-5), "{place:?} {back:?}");
-        }
     }
 
     #[test]
