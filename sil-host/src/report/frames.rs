@@ -9,7 +9,6 @@ use crate::error::HostError;
 use crate::run::harness::truth_of;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::earth::{EQUATOR_KM, POLE_KM};
-use crate::world::ephemeris;
 use crate::world::scene::{Scene, Truth};
 use crate::world::vector::{cross, plus, product, times, transposed, unit};
 use base64::Engine as _;
@@ -119,7 +118,7 @@ fn overlay(svg: &mut String, report: &Report, truth: &Truth, scene: &Scene) {
 fn limb_path(report: &Report, truth: &Truth, scene: &Scene) -> Option<String> {
     let earth = report.earth?;
     let optics = scene.optics().earth_path();
-    let equator = product(&ephemeris::icrs_to_equator(truth.instant_us), &transposed(&truth.earth_path));
+    let equator = product(truth.ellipsoid.equator(), &transposed(&truth.earth_path));
     let radii = [EQUATOR_KM, EQUATOR_KM, POLE_KM];
     let centre = earth.direction.map(|component| f64::from(component) * f64::from(earth.distance_km));
     let scaled = apply(&equator, centre);

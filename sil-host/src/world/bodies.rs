@@ -152,8 +152,7 @@ impl BodyLight {
         let earth_optics = optics.earth_path();
         let star_path = Path { optics, transmission: star, filtered: false };
         let earth_path = Path { optics: &earth_optics, transmission: earth, filtered: true };
-        let figure = Ellipsoid::new(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km);
-        let shines = !figure.hides(truth.sun, super::sun::RADIUS_RAD);
+        let shines = !truth.ellipsoid.hides(truth.sun, super::sun::RADIUS_RAD);
         let (moon_km, sun_km) = (ephemeris::moon_km(truth.instant_us), ephemeris::sun_km(truth.instant_us));
         let aberration = journey.aberration(exposing.t_s);
         let view = |axes: &[Vector; 3]| moon::view(moon_km, sun_km, truth.position_km, aberration, axes);
@@ -170,7 +169,7 @@ impl BodyLight {
             if model.moon {
                 let image = moon_through(&path, view(&axes), view, journey, truth, exposing);
                 let to_icrs = transposed(&axes);
-                light.moons.extend(image.map(|image| MoonInPath { image, earth: figure, to_icrs }));
+                light.moons.extend(image.map(|image| MoonInPath { image, earth: truth.ellipsoid, to_icrs }));
             }
         }
         light

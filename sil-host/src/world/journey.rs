@@ -84,6 +84,8 @@ pub struct Truth {
     pub earth_path: [Vector; 3],
     /// What the sensor can do.
     pub state: SensorState,
+    /// The Earth's figure from there, with the equator of date.
+    pub ellipsoid: Ellipsoid,
     /// Limb on the detector that is lit, degrees of azimuth about the Earth's centre.
     pub lit_limb_deg: f64,
 }
@@ -165,6 +167,7 @@ impl Journey {
             sun,
             earth_path,
             state,
+            ellipsoid,
             lit_limb_deg,
         }
     }
@@ -204,9 +207,8 @@ impl Journey {
         optics: &Optics,
         look: &Look,
     ) -> EarthImage {
-        let equator = ephemeris::icrs_to_equator(truth.instant_us);
         let view = View {
-            ellipsoid: &Ellipsoid::new(&equator, truth.position_km),
+            ellipsoid: &truth.ellipsoid,
             earth_path: path,
             rate_rad_s,
             position_km: truth.position_km,

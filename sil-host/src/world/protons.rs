@@ -65,7 +65,7 @@ impl fmt::Display for Protons {
 
 /// Protons and cosmic rays at an instant, 1/cm²/s.
 pub fn flux_cm2_s(truth: &Truth) -> f64 {
-    let p = super::attitude::apply(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km);
+    let p = super::attitude::apply(truth.ellipsoid.equator(), truth.position_km);
     let latitude = libm::atan2(p[2], libm::hypot(p[0], p[1])).to_degrees();
     let longitude = (libm::atan2(p[1], p[0]) - ephemeris::sidereal_angle(truth.instant_us)).to_degrees();
     BACKGROUND_CM2_S + anomaly_cm2_s([latitude, longitude], length(p) - EARTH_KM)

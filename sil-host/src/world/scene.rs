@@ -14,14 +14,12 @@
 //! With a rolling shutter a star is where it is at the time of its own row, see [`super::shutter`]; the Earth is drawn as of
 //! the middle of the exposure. False stars and protons are new in each cycle; hot and dead pixels and patterns stay.
 
-use super::attitude::{self, Vector, dot};
+use super::attitude::{self, Vector};
 use super::bodies::{BodyLight, Exposing};
 use super::cells::Cells;
 use super::colour::{self, BANDS};
 use super::disturbances::Deposits;
-use super::earth::Ellipsoid;
 use super::earth::image::EarthImage;
-use super::ephemeris;
 use super::fixed_pattern::FixedPattern;
 use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
@@ -31,21 +29,19 @@ use super::optics::Optics;
 use super::protons;
 use super::psf::Psf;
 pub use super::scene_settings::{SceneError, SceneSettings, VisibleStar, WorldStar};
-use super::shutter::Way;
 use super::spots::{Brush, Spot, Spots};
 use super::sun;
-use super::vector::{length, plus};
 use super::vignetting::Vignetting;
 use crate::picture::check_request;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use std::sync::Arc;
 
+mod placing;
+
 /// Length of a cycle, s.
 pub const CYCLE_S: f64 = 1.0;
 /// Pixels of a window that are drawn together.
 const BAND_PX: usize = 8192;
-/// Most images a star is smeared into.
-const SMEAR_STEPS_MAX: u32 = 4096;
 
 /// What one exposure holds.
 #[derive(Debug, Clone)]
@@ -63,19 +59,6 @@ struct Exposure {
     /// In the Earth path, and in the star path where it comes into the field.
     earths: Vec<EarthImage>,
     bodies: BodyLight,
-}
-
-/// How the star path looks during an exposure.
-#[derive(Debug, Clone, Copy)]
-struct Sight {
-    /// Exposure, s.
-    time_s: f64,
-    /// Longest way of a star image, px.
-    smear_px: f64,
-    /// Line of sight at mid-exposure, ICRS.
-    boresight: Vector,
-    /// `v / c` at mid-exposure.
-    aberration: Vector,
 }
 
 /// The stars, by where they are, with their electrons a second in each part of the band.
@@ -271,84 +254,6 @@ impl Scene {
         BodyLight::new(bodies, journey, truth, &self.optics, &exposing)
     }
 
-    /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure. None is seen through the Earth.
-    fn place_stars(
-        &self,
-        cycle: u64,
-        time_s: f64,
-        truth: Option<&Truth>,
-        spots: &mut Vec<Spot>,
-    ) -> Vec<VisibleStar> {
-        let SceneSettings { motion, imaging, camera, .. } = &self.settings;
-        let middle_s = cycle as f64 * CYCLE_S;
-        let rate_rad_s = length(motion.rate_rad_s(middle_s));
-        let (exposure, rows) = ((middle_s, time_s), camera.height_px);
-        let way = |steps| Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, rows, rate_rad_s);
-        let smear_px = self.smear_px(middle_s, time_s);
-        let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
-        let (smeared, middle) = (way(steps as u32), way(1));
-        let boresight = attitude::matrix(motion.at(middle_s))[2];
-        let row_s = imaging.shutter.row_time_s() * f64::from(rows);
-        let margin_px = Spots::reach_px(&self.psf) + 1.0 + smear_px + self.smear_px(middle_s, row_s);
-        let cone_cosine = self.optics.cone_cosine(margin_px);
-        let aberration = motion.aberration(middle_s);
-        let earth = truth
-            .map(|truth| Ellipsoid::new(&ephemeris::icrs_to_equator(truth.instant_us), truth.position_km));
-        let hidden = |direction| earth.as_ref().is_some_and(|earth| earth.hides(direction, 0.0));
-        let sight = Sight { time_s, smear_px, boresight, aberration };
-        self.place_points(middle_s, &sight, &way, hidden, spots);
-        let mut visible = Vec::new();
-        for number in self.sky.cells.near(boresight, cone_cosine) {
-            let (star, e_s) = &self.sky.stars[number as usize];
-            if dot(boresight, star.direction) < cone_cosine || hidden(star.direction) {
-                continue;
-            }
-            let electrons = e_s.map(|e| e * time_s / steps);
-            let seen = plus(star.direction, 1.0, aberration);
-            for step in 0..smeared.steps() {
-                if let Some([x_px, y_px]) = smeared.place(step, seen, &self.optics) {
-                    spots.push(Spot { x_px, y_px, electrons });
-                }
-            }
-            let pixel = middle.place(0, seen, &self.optics);
-            if let Some([x_px, y_px]) = pixel.filter(|p| self.optics.on_detector(*p)) {
-                visible.push((number, VisibleStar { hip: star.hip, x_px, y_px, v: star.v, b_v: star.b_v }));
-            }
-        }
-        visible.sort_unstable_by_key(|(number, _)| *number);
-        visible.into_iter().map(|(_, star)| star).collect()
-    }
-
-    /// Adds the planets and satellites to `spots`.
-    fn place_points(
-        &self,
-        middle_s: f64,
-        sight: &Sight,
-        way: &impl Fn(u32) -> Way,
-        hidden: impl Fn(Vector) -> bool,
-        spots: &mut Vec<Spot>,
-    ) {
-        let SceneSettings { motion, bodies, seed, .. } = &self.settings;
-        let Sight { time_s, smear_px, boresight, aberration } = *sight;
-        let f = self.optics.focal_length_px();
-        for point in bodies.points(*seed, middle_s, motion, &self.optics) {
-            let smear_px = smear_px + 1.2 * f * time_s * point.rate_rad_s();
-            let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
-            let near = self.optics.cone_cosine(smear_px + Spots::reach_px(&self.psf));
-            let direction = point.direction(middle_s);
-            if dot(boresight, direction) < near || hidden(direction) {
-                continue;
-            }
-            let electrons = star_e_s(&self.settings, point.v, point.b_v).map(|e| e * time_s / steps);
-            let way = way(steps as u32);
-            for step in 0..way.steps() {
-                let seen = plus(point.direction(way.step_s(step)), 1.0, aberration);
-                let pixel = way.place(step, seen, &self.optics);
-                spots.extend(pixel.map(|[x_px, y_px]| Spot { x_px, y_px, electrons }));
-            }
-        }
-    }
-
     /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
     /// before the vignetting.
     fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64]) {
@@ -428,19 +333,6 @@ impl Scene {
                 pixels[place] = if *high { full_scale } else { 0 };
             }
         }
-    }
-
-    /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f (1 + tan²),
-    /// turning about it by its distance from the centre. The fastest of three instants counts.
-    fn smear_px(&self, middle_s: f64, time_s: f64) -> f64 {
-        let instants = [-0.5, 0.0, 0.5].map(|part| middle_s + part * time_s);
-        instants.map(|t_s| self.smear_px_at(t_s, time_s)).into_iter().fold(0.0, f64::max)
-    }
-
-    fn smear_px_at(&self, t_s: f64, time_s: f64) -> f64 {
-        let [x, y, z] = self.settings.motion.rate_rad_s(t_s);
-        let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
-        time_s * (libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius)
     }
 }
 
