@@ -4,7 +4,8 @@
 //! after a change of the geometry any mode is right that leads from the old one to the new. A lit arc shorter than
 //! [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right. An Earth outside the field, or larger
 //! than it, has no limb there: eclipse; but a sensor without an orbit cannot know it, and tracking, in which it goes on
-//! searching, is right as well. While the sensor turns faster than [`TRACKABLE_DEG_S`] stars are streaks, and
+//! searching, is right as well. An Earth in the star path, where no filter dims it, blinds as the Sun does, and which of the two it
+//! is cannot be told without an attitude: a Sun outage is right as well. While the sensor turns faster than [`TRACKABLE_DEG_S`] stars are streaks, and
 //! whether they can be followed is the sensor's affair: every mode is right but a Sun outage, for an acquisition that
 //! goes on for long ends in safe mode and the self-test. When it comes to rest the grace begins.
 
@@ -98,8 +99,10 @@ impl ModeJudge {
         let either = faint && matches!(second.mode, Mode::Tracking | Mode::Eclipse);
         // Without an orbit an Earth that shows no lit limb cannot be told from one that was not found yet.
         let unknown = expected == Mode::Eclipse && second.orbit.is_none() && second.mode == Mode::Tracking;
+        let flooded = second.earth_in_star_path && second.mode == Mode::SunOutage;
         let followed = fast && second.mode != Mode::SunOutage;
-        let right = second.mode == expected || either || unknown || followed || (grace && leads_there);
+        let right =
+            second.mode == expected || either || unknown || flooded || followed || (grace && leads_there);
         self.seconds += 1;
         self.right += u32::from(right);
         self.faint += u32::from(faint);

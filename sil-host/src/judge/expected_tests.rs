@@ -24,6 +24,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         status: Status::Tracked,
         state,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },
+        earth_in_star_path: false,
         rate_deg_s: 0.06,
         attitude_rad: None,
         rate_rad_s: None,
@@ -104,6 +105,21 @@ fn a_faint_arc_may_be_called_light_or_dark_but_nothing_else() {
         assert_eq!(right, mode != SunOutage, "{cycle}");
     }
     assert_eq!(judge.faint_s(), 60);
+}
+
+#[test]
+fn an_earth_in_the_star_path_may_be_taken_for_the_sun() {
+    let mut judge = ModeJudge::default();
+    let run = |judge: &mut ModeJudge, cycles: std::ops::Range<u32>, flooded: bool| {
+        cycles
+            .filter(|cycle| {
+                let outage = second(*cycle, Mode::SunOutage, Full);
+                judge.add(&Judged { earth_in_star_path: flooded, ..outage })
+            })
+            .count()
+    };
+    assert_eq!(run(&mut judge, 100..200, true), 100);
+    assert_eq!(run(&mut judge, 200..300, false), 0);
 }
 
 #[test]

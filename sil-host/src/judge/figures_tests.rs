@@ -23,6 +23,7 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
         status: Status::Tracked,
         state: SensorState::Full,
         lit_limb_deg: 180.0,
+        earth_in_star_path: false,
         rate_deg_s: 0.06,
         attitude_rad: (cycle > 3).then_some(Axes { error: [1e-6, 0.0, 4e-6], sigma: [1e-6; 3] }),
         rate_rad_s: None,

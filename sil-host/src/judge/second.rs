@@ -79,6 +79,8 @@ pub struct Judged {
     pub state: SensorState,
     /// Lit limb in the field, deg of azimuth.
     pub lit_limb_deg: f64,
+    /// Whether the Earth comes near the star path's field.
+    pub earth_in_star_path: bool,
     /// True rate, all axes together, deg/s.
     pub rate_deg_s: f64,
     /// Attitude error, star path axes, rad.
@@ -111,6 +113,7 @@ impl Judged {
             status: report.status,
             state: truth.state,
             lit_limb_deg: truth.lit_limb_deg,
+            earth_in_star_path: truth.earth_in_star_path,
             rate_deg_s: libm::sqrt(dot(truth.rate_rad_s, truth.rate_rad_s)).to_degrees(),
             attitude_rad: attitude,
             rate_rad_s: report.rate_rad_s.map(|rate| minus(rate.map(f64::from), truth.rate_rad_s)),

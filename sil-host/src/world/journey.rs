@@ -86,6 +86,8 @@ pub struct Truth {
     pub state: SensorState,
     /// The Earth's figure from there, with the equator of date.
     pub ellipsoid: Ellipsoid,
+    /// Whether the Earth comes near the star path's field, where no grey filter dims it.
+    pub earth_in_star_path: bool,
     /// Limb on the detector that is lit, degrees of azimuth about the Earth's centre.
     pub lit_limb_deg: f64,
 }
@@ -158,6 +160,9 @@ impl Journey {
             (false, true) => SensorState::Full,
             (false, false) => SensorState::Eclipse,
         };
+        let highest_km = EQUATOR_KM + self.earth.atmosphere_top_km;
+        let earth_rad = libm::asin((highest_km / length(position_km)).min(1.0));
+        let nadir_rad = angle(star_path[2], times(-1.0, position_km));
         Truth {
             instant_us,
             quaternion: quaternion(&star_path),
@@ -168,6 +173,7 @@ impl Journey {
             earth_path,
             state,
             ellipsoid,
+            earth_in_star_path: nadir_rad <= earth_rad + libm::acos(optics.cone_cosine(0.0)),
             lit_limb_deg,
         }
     }
@@ -180,13 +186,10 @@ impl Journey {
     /// The Earth's light through the star path, where any of it may fall into the field: no grey filter dims it there, so its lit
     /// side floods what it covers. `look.transmission` is that of the star path, mirror included.
     pub fn earth_in_star_path(&self, truth: &Truth, optics: &Optics, look: &Look) -> Option<EarthImage> {
-        let mut star_path = matrix(truth.quaternion);
-        let nadir = angle(star_path[2], times(-1.0, truth.position_km));
-        let highest = EQUATOR_KM + self.earth.atmosphere_top_km;
-        let earth_rad = libm::asin((highest / length(truth.position_km)).min(1.0));
-        if nadir > earth_rad + libm::acos(optics.cone_cosine(0.0)) {
+        if !truth.earth_in_star_path {
             return None;
         }
+        let mut star_path = matrix(truth.quaternion);
         let [x, y, z] = truth.rate_rad_s;
         let mut rate = truth.rate_rad_s;
         if optics.mirrored() {
