@@ -11,12 +11,14 @@
 //! | [`least_squares`] | unconstrained, then made orthogonal; not optimal | eq. 3.5, 3.6 |
 //! | [`anisotropic`] | error ellipses instead of circles, numerically on the manifold | eq. A.2 |
 //!
-//! All of them are asked by [`solve`]: stars in, [`Solution`] out, in the same frames and units. The six of the middle
-//! share what makes f32 enough for them: [`profile`], which turns both sets of directions to their common axis first.
+//! All of them are asked by [`solve`]: stars in, [`Solution`] out, in the same frames and units. The five of the middle
+//! and least squares share what makes f32 enough for them: [`profile`], which turns both sets of directions to their common
+//! axis first. Summed as usual, f32 is not: QUEST then misses the optimum by 39 arcsec in half of all 6 deg fields and by
+//! degrees in one of a hundred (reference field 0.7 and 120 arcsec; test `without_axis_frames_f32_is_not_enough_...`).
 //!
-//! f32 against the optimum in f64, greatest over 20,000 fields of 3 to 12 stars each (test
-//! `every_optimal_method_finds_the_optimum`), arcsec across the line of sight and about it:
-//! MEASURED
+//! Greatest distance from the optimum in f64 over 20,000 random fields of 3 to 12 stars each (test
+//! `every_optimal_method_finds_the_optimum`), any of the seven optimal methods: in a 6 deg field 0.05 arcsec across the
+//! line of sight and 0.8 about it, in the reference field 0.06 and 0.2.
 
 pub mod anisotropic;
 mod characteristic;

@@ -50,8 +50,7 @@ pub(super) fn root(profile: &Profile) -> Result<Root, WahbaError> {
         let kappa2 = (t - loss) * (2.0 - loss - t) - others;
         let value = kappa2 * kappa2 - 8.0 * lambda * determinant - 4.0 * adjugate;
         let slope = 4.0 * lambda * kappa2 - 8.0 * determinant;
-        // Written so that NaN is refused too.
-        if !(slope > MIN_SPREAD) {
+        if slope.is_nan() || slope <= MIN_SPREAD {
             return Err(profile.fault());
         }
         step = value / slope;

@@ -23,8 +23,7 @@ fn inverse(m: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     let (u, v) = (m.m13 / m.m33, m.m23 / m.m33);
     let (xx, xy, yy) = (m.m11 - u * m.m13, m.m12 - u * m.m23, m.m22 - v * m.m23);
     let (determinant, trace) = (xx * yy - xy * xy, xx + yy);
-    // Written so that NaN is refused too.
-    if !(determinant > MIN_WIDTH * trace * trace) {
+    if determinant.is_nan() || determinant <= MIN_WIDTH * trace * trace {
         return None;
     }
     let (xx, xy, yy) = (yy / determinant, -xy / determinant, xx / determinant);
@@ -32,14 +31,44 @@ fn inverse(m: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     Some(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, 1.0 / m.m33 - xz * u - yz * v))
 }
 
-/// The third direction of two stars, measured and in the catalogue, and the sine of the angle between the measured.
-fn third(b: &[Vector3<f32>; 2], r: &[Vector3<f32>; 2]) -> Option<(Vector3<f32>, Vector3<f32>, f32)> {
-    let [(b, sine), (r, sine_r)] = [b, r].map(|[one, other]| {
-        let product = one.cross(other);
-        let sine = libm::sqrtf(product.dot(&product));
-        (product / sine, sine)
-    });
-    (sine > MIN_SINE && sine_r > MIN_SINE).then_some((b, r, sine))
+/// The third direction of two stars.
+struct Third {
+    measured: Vector3<f32>,
+    reference: Vector3<f32>,
+    /// Sine of the angle between the two as measured.
+    sine: f32,
+    /// As much as the spread along the great circle has; of three directions any weight gives the same `M`.
+    weight: f32,
+    /// The two it is the product of.
+    of: [Vector3<f32>; 2],
+}
+
+/// A star in the axis frames: measured, reference, share of the weights.
+type Star = (Vector3<f32>, Vector3<f32>, f32);
+
+impl Third {
+    fn of((b1, r1, a1): Star, (b2, r2, a2): Star) -> Option<Self> {
+        let [(measured, sine), (reference, sine_r)] = [b1.cross(&b2), r1.cross(&r2)].map(|product| {
+            let sine = libm::sqrtf(product.dot(&product));
+            (product / sine, sine)
+        });
+        let weight = a1 * a2 * sine * sine;
+        (sine > MIN_SINE && sine_r > MIN_SINE).then_some(Self {
+            measured,
+            reference,
+            sine,
+            weight,
+            of: [b1, b2],
+        })
+    }
+
+    /// What an error of either star does to twice the rotation vector by way of the third direction, whose `c` this is.
+    fn maps(&self, c: &Vector3<f32>) -> [Matrix3<f32>; 2] {
+        let across = Matrix3::identity() - self.measured * self.measured.transpose();
+        let map = c.cross_matrix() * across * (self.weight / self.sine);
+        let [b1, b2] = self.of;
+        [map * b2.cross_matrix(), -map * b1.cross_matrix()]
+    }
 }
 
 /// Solves the problem for two or more pairs; three or more must not lie on a great circle.
@@ -52,23 +81,20 @@ pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
         return Err(WahbaError::Parallel);
     }
     let total = pairs.iter().map(O::pair).fold(0.0, |sum, pair| sum + pair.weight());
-    let turned = |item: &O| {
+    let star = |item: &O| -> Star {
         let pair = item.pair();
         let b = profile.measured_frame * pair.measured.vector();
         (b, profile.reference_frame * pair.reference.vector(), pair.weight() / total)
     };
-    let add = |sum, (_, r, a): (_, Vector3<f32>, f32)| sum + r * r.transpose() * a;
-    let mut moments = pairs.iter().map(turned).fold(Matrix3::zeros(), add);
+    let mut moments =
+        pairs.iter().map(star).fold(Matrix3::zeros(), |sum, (_, r, a)| sum + r * r.transpose() * a);
     let mut b_sum = profile.b;
-    let mut product = None;
+    let mut third = None;
     if let [one, other] = pairs {
-        let ((b1, r1, a1), (b2, r2, a2)) = (turned(one), turned(other));
-        let (b, r, sine) = third(&[b1, b2], &[r1, r2]).ok_or(WahbaError::Parallel)?;
-        // As much weight as the spread along the great circle has; with three directions the result is the same.
-        let weight = a1 * a2 * sine * sine;
-        moments += r * r.transpose() * weight;
-        b_sum += b * r.transpose() * weight;
-        product = Some((b, r, weight / sine, [b1, b2]));
+        let product = Third::of(star(one), star(other)).ok_or(WahbaError::Parallel)?;
+        moments += product.reference * product.reference.transpose() * product.weight;
+        b_sum += product.measured * product.reference.transpose() * product.weight;
+        third = Some(product);
     }
     let inverse = inverse(&moments).ok_or(WahbaError::Collinear)?;
     let free = b_sum * inverse;
@@ -76,17 +102,13 @@ pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
     let [x, y, z, w] = Rotation::<Icrs, StarPath>::from_orthogonal(matrix).quaternion();
     let attitude = profile.attitude(&Vector4::new(x, y, z, w)).ok_or(WahbaError::Collinear)?;
 
-    // What the errors of the stars do in the third direction, as maps from error to twice the rotation vector.
     let reach = free * inverse;
-    let through_product = product.map(|(b, r, scale, [b1, b2])| {
-        let across = Matrix3::identity() - b * b.transpose();
-        let map = (reach * r).cross_matrix() * across * scale;
-        [map * b2.cross_matrix(), -map * b1.cross_matrix()]
-    });
-    let through_product = through_product.into_iter().flatten().chain(core::iter::repeat(Matrix3::zeros()));
-    let covariance = pairs.iter().zip(through_product).fold(Matrix3::zeros(), |sum, (item, extra)| {
-        let (b, r, a) = turned(item);
-        let map = extra - (reach * r).cross_matrix() * a;
+    let by_third = third.map(|third| third.maps(&(reach * third.reference)));
+    let by_third = by_third.into_iter().flatten().chain(core::iter::repeat(Matrix3::zeros()));
+    let covariance = pairs.iter().zip(by_third).fold(Matrix3::zeros(), |sum, (item, by_third)| {
+        let (b, r, a) = star(item);
+        let map = by_third - (reach * r).cross_matrix() * a;
+        // Errors lie across the line of sight.
         let along = map * b;
         let sigma_rad = item.pair().sigma_rad;
         sum + (map * map.transpose() - along * along.transpose()) * (0.25 * sigma_rad * sigma_rad)

@@ -46,11 +46,15 @@ fn any_shape(generator: &mut Generator, _: &V3<f64>) -> [f64; 3] {
 
 /// Stars in the reference field with errors of these shapes, and the truth.
 fn noisy_field(generator: &mut Generator, shape: Shape) -> (Vec<ExtendedPair>, M3<f64>) {
+    let count = 3 + generator.bits() as usize % 8;
+    let stars = field(generator, count, 11.0);
+    noisy_stars(generator, &stars, shape)
+}
+
+fn noisy_stars(generator: &mut Generator, stars: &[V3<f64>], shape: Shape) -> (Vec<ExtendedPair>, M3<f64>) {
     let attitude = generator.rotation();
-    let count = 3 + generator.bits() % 8;
-    let see = |_| {
-        let star = generator.unit_in_cap(0.19);
-        let [xx, xy, yy] = shape(generator, &star);
+    let see = |star: &V3<f64>| {
+        let [xx, xy, yy] = shape(generator, star);
         // Cholesky factor of the covariance; z follows from x and y.
         let (l11, l21) = (xx.sqrt(), xy / xx.sqrt());
         let l22 = (yy - l21 * l21).sqrt();
@@ -64,7 +68,7 @@ fn noisy_field(generator: &mut Generator, shape: Shape) -> (Vec<ExtendedPair>, M
         let pair = pair(&measured, &(attitude.transpose() * star), sigma_rad);
         ExtendedPair::new(pair, [xx, xy, yy].map(|value| value as f32)).unwrap()
     };
-    ((0..count).map(see).collect(), attitude)
+    (stars.iter().map(see).collect(), attitude)
 }
 
 /// Cramer-Rao bound of the attitude's covariance from the true ellipses, f64: `[Σ Jᵀ C⁻¹ J]⁻¹`, J the change of the x and
@@ -94,10 +98,18 @@ struct Tally {
 
 impl Tally {
     fn of(method: Method, seed: u64, shape: Shape) -> Self {
+        Self::over(method, seed, |generator| noisy_field(generator, shape))
+    }
+
+    fn over(
+        method: Method,
+        seed: u64,
+        mut draw: impl FnMut(&mut Generator) -> (Vec<ExtendedPair>, M3<f64>),
+    ) -> Self {
         let mut generator = Generator::new(seed);
         let mut tally = Self::default();
         for _ in 0..CASES {
-            let (pairs, truth) = noisy_field(&mut generator, shape);
+            let (pairs, truth) = draw(&mut generator);
             let Ok(found) = solve(method, &pairs) else { continue };
             let error = small_turn(&truth, &wide_matrix(found.attitude.matrix()));
             let covariance = wide_matrix(&found.covariance_rad2);
@@ -131,6 +143,16 @@ fn the_nees_of_single_frames_lies_within_its_95_percent_band() {
     for method in Method::ALL {
         let tally = Tally::of(method, 1, circle);
         std::println!("circles, {method:?}: NEES {:.3} of 3, {} cases", tally.nees, tally.cases);
+        assert!(tally.is_honest(), "{method:?}: {}", tally.nees);
+    }
+    for method in Method::ALL {
+        let tally = Tally::over(method, 7, |generator| {
+            let first = generator.unit_in_cap(0.1);
+            let axis = first.cross(&generator.unit()).normalize();
+            let second = turn(&(axis * generator.between(0.05, 0.2))) * first;
+            noisy_stars(generator, &[first, second], circle)
+        });
+        std::println!("two stars, {method:?}: NEES {:.3} of 3, {} cases", tally.nees, tally.cases);
         assert!(tally.is_honest(), "{method:?}: {}", tally.nees);
     }
     for (name, seed, shape) in [
