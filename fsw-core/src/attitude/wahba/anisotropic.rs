@@ -7,6 +7,19 @@
 //! most [`STEPS`] steps. The inverse of the last `Σ GᵀWG` is the covariance: the Cramer-Rao bound where the ellipses
 //! are true.
 //!
+//! What it is worth (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the line of sight and
+//! about it; test `ellipses_are_worth_what_the_bound_says`); its own are 0.99 to 1.01 in all cases:
+//!
+//! | images | SVD |
+//! |---|---|
+//! | smeared 5 : 1 along x, all alike | 1.20, 2.45 |
+//! | smeared around the line of sight, up to 5 : 1 | 1.71, 1.04 |
+//! | drawn out off the axis, up to 4 : 1 | 1.27, 1.17 |
+//! | 1 : 1 to 10 : 1 in any direction | 2.05, 2.16 |
+//!
+//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain next to nothing in pitch and yaw: the
+//! means along x and y are the best there whatever the weights, and only the roll between them profits.
+//!
 //! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside the field.
 
 use super::super::Observation;
@@ -17,8 +30,9 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Most steps.
 pub const STEPS: usize = 8;
-/// A step smaller than this is the last, rad (0.002 arcsec).
-const SMALL_RAD: f32 = 1e-8;
+/// A step smaller than a thousandth of a sigma is the last, for the next would be smaller by the square: what a step gains
+/// in the loss, relative to a sigma of 1 mrad.
+const SMALL_GAIN: f32 = 1e-12;
 /// Damping after a first step that made things worse, as a share of the diagonal.
 const FIRST_DAMPING: f32 = 1e-3;
 /// A loss is not worse for as much as its rounding.
@@ -56,6 +70,7 @@ pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
     let mut damping = 0.0;
     for _ in 0..STEPS {
         let step = here.information.damped(damping).solve(&here.right).ok_or(WahbaError::Parallel)?;
+        let gain = step.dot(&here.right);
         let there = linearise(pairs, here.attitude.turned(&step));
         if there.twice_loss <= here.twice_loss * ROUNDING {
             here = there;
@@ -63,7 +78,7 @@ pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
         } else {
             damping = FIRST_DAMPING.max(damping * 10.0);
         }
-        if step.dot(&step) < SMALL_RAD * SMALL_RAD {
+        if gain < SMALL_GAIN {
             break;
         }
     }

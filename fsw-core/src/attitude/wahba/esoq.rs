@@ -1,6 +1,6 @@
 //! Attitude by ESOQ (Mortari 1997): the quaternion is orthogonal to every row of `K - lambda I`, so it is the
 //! four-dimensional vector product of three of them, lambda the largest root of the characteristic polynomial
-//! ([`super::characteristic`]).
+//! (`characteristic.rs`).
 //!
 //! All four choices of three rows are formed and the longest product is taken; no rotation of the reference is needed.
 //! Rounding error: see [`super`].

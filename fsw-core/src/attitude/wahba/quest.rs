@@ -1,5 +1,5 @@
 //! Attitude by QUEST (thesis §3.1.4; Shuster and Oh 1981): the Gibbs vector `y = [(lambda + tr B) I - S]⁻¹ z`, lambda the
-//! largest root of the characteristic polynomial ([`super::characteristic`]).
+//! largest root of the characteristic polynomial (`characteristic.rs`).
 //!
 //! The Gibbs vector is infinite at half turns, so the reference is turned by 180 deg about the axis that makes the scalar
 //! component large (sequential rotation): the one with the greatest element on the diagonal of K, which is `tr B` of

@@ -392,7 +392,7 @@ fn stars_on_a_great_circle_are_refused_by_least_squares_alone() {
 }
 
 fn any_pair() -> impl Strategy<Value = VectorPair> {
-    let sigma = (-6.0f32..-1.0).prop_map(|power| 10f32.powf(power));
+    let sigma = prop_oneof![any::<f32>(), (-9.0f32..0.0).prop_map(|power| 10f32.powf(power))];
     let vector = || prop::array::uniform3(-1.0f32..1.0).prop_map(Vector3::from);
     (vector(), vector(), sigma).prop_map(|(measured, reference, sigma_rad)| VectorPair {
         measured: Direction::new(measured).unwrap_or(Direction::z()),
@@ -407,8 +407,10 @@ proptest! {
     /// Pairs that agree in nothing, with weights that differ by many powers of ten.
     #[test]
     fn any_pairs_give_a_rotation_or_a_refusal(pairs in prop::collection::vec(any_pair(), 0..12)) {
-        for method in Method::ALL {
-            if let Ok(found) = solve(method, &pairs) {
+        let usable = |pair: &VectorPair| pair.sigma_rad > 1e-9 && pair.sigma_rad < 1.0;
+        let good: Vec<_> = pairs.iter().copied().filter(usable).collect();
+        for (method, pairs) in Method::ALL.into_iter().flat_map(|method| [(method, &pairs), (method, &good)]) {
+            if let Ok(found) = solve(method, pairs) {
                 let matrix = found.attitude.matrix();
                 prop_assert!(skewness(matrix) < 1e-5, "{method:?} {matrix:?}");
                 prop_assert!((wide_matrix(matrix).determinant() - 1.0).abs() < 1e-5);
@@ -417,7 +419,7 @@ proptest! {
         }
     }
 
-    /// A wrong star among right ones is as wrong for every method.
+    /// Whatever the noise, from none to degrees.
     #[test]
     fn every_method_agrees_with_the_svd(seed in any::<u64>(), count in 2usize..10, noise_power in -6.0f64..-1.5) {
         let mut generator = Generator::new(seed);
