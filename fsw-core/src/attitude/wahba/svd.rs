@@ -81,6 +81,8 @@ pub(super) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
 ///
 /// # Errors
 /// [`WahbaError`]; two directions closer than about 0.1 deg count as parallel.
+// Flight calls it from two deep places: inlined there it would cost 2 KB of flash and 450 bytes of stack.
+#[inline(never)]
 pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     check(pairs)?;
     let total = pairs.iter().fold(0.0, |sum, item| sum + item.pair().weight());
