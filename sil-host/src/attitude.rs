@@ -22,7 +22,7 @@ use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::frames::{ARCSEC_PER_RAD, Direction};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -216,14 +216,15 @@ fn answers(path: &Path, number: usize, text: &str, methods: &[Method]) -> Result
 
 /// Prints an answer for people.
 fn print_text(answer: &SetAnswer) {
-    let SetAnswer { id, method, .. } = answer;
-    match (answer.q, answer.sigma_arcsec, answer.loss) {
-        (Some(q), Some([x, y, z]), Some(loss)) => println!(
-            "{id}: {method}: q {q:.7?}, sigma {x:.2}, {y:.2}, {z:.1} arcsec, loss {loss:.2}, {:.1} us",
-            answer.us
-        ),
-        _ => println!("{id}: {method}: {}", answer.reason.unwrap_or(answer.status)),
-    }
+    let SetAnswer { id, method, us, .. } = answer;
+    let text = match (answer.q, answer.sigma_arcsec, answer.loss) {
+        (Some(q), Some([x, y, z]), Some(loss)) => {
+            format!("q {q:.7?}, sigma {x:.2}, {y:.2}, {z:.1} arcsec, loss {loss:.2}, {us:.1} us")
+        }
+        _ => answer.reason.unwrap_or(answer.status).to_string(),
+    };
+    // A reader that closed the pipe has what it wanted: not a fault.
+    let _ = writeln!(std::io::stdout(), "{id}: {method}: {text}");
 }
 
 /// Runs the command.

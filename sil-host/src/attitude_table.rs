@@ -31,6 +31,7 @@ use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::camera::Camera;
 use fsw_core::frames::Direction;
 use serde::Serialize;
+use std::io::Write;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::process::ExitCode;
@@ -328,7 +329,7 @@ pub fn run(json: bool) -> Result<ExitCode, HostError> {
         rows.iter().for_each(json::print_line);
         return Ok(ExitCode::SUCCESS);
     }
-    println!(
+    let head = format!(
         "Attitude of single frames, reference camera, arcsec: {DIRECTIONS} directions x 80 scans \
          (3 to 10 stars x 1/16 to 10/16 px)\n\
          {:<20}{:>20}{:>22}{:>18}{:>11}{:>9}{:>20}\n\
@@ -352,7 +353,9 @@ pub fn run(json: bool) -> Result<ExitCode, HostError> {
         "pitch/yaw",
         "roll",
     );
-    rows.iter().for_each(|row| println!("{}", line(row)));
+    let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
+    // A reader that closed the pipe has what it wanted: not a fault.
+    let _ = writeln!(std::io::stdout(), "{}", lines.join("\n"));
     Ok(ExitCode::SUCCESS)
 }
 
