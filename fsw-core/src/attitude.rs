@@ -1,12 +1,16 @@
 //! Attitude from pairs of directions.
 //!
 //! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`motion`] carries it to the next second.
+//! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`Observation`] is what the
+//! methods ask of either.
 
 pub mod covariance;
 pub mod motion;
 pub mod wahba;
 
 use crate::frames::{Direction, Icrs, StarPath};
+use nalgebra::Matrix3;
+use wahba::WahbaError;
 
 /// One star seen: where it was measured, where the catalogue has it, and how well it was measured.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +28,73 @@ impl VectorPair {
     pub(crate) fn weight(&self) -> f32 {
         let ratio = 1e-3 / self.sigma_rad;
         ratio * ratio
+    }
+}
+
+/// What a method of [`wahba`] asks of a star.
+pub trait Observation {
+    /// The two directions, and one sigma for all axes across the line of sight.
+    fn pair(&self) -> &VectorPair;
+
+    /// Weight matrix `W = DᵀD` of `b - A r` (thesis eq. A.3), star path axes, relative to a sigma of 1 mrad.
+    fn information(&self) -> Matrix3<f32>;
+}
+
+impl Observation for VectorPair {
+    fn pair(&self) -> &VectorPair {
+        self
+    }
+
+    /// `a I`, which makes the extended problem Wahba's own.
+    fn information(&self) -> Matrix3<f32> {
+        Matrix3::from_diagonal_element(self.weight())
+    }
+}
+
+/// Least z of a direction whose error is given by its x and y: 87 deg off the line of sight, as far as a camera sees.
+const LEAST_FORWARD: f32 = 0.05;
+
+/// A star whose error differs from one axis to the other: smeared by a rate, or seen through a lens off its axis.
+#[derive(Clone, Copy, Debug)]
+pub struct ExtendedPair {
+    pair: VectorPair,
+    /// Inverse of the covariance of x and y, `[xx, xy, yy]`, 1 / mrad².
+    information: [f32; 3],
+}
+
+impl ExtendedPair {
+    /// A pair (whose sigma serves the methods that know one only) and the covariance `[xx, xy, yy]`, rad², of the x and y
+    /// of its measured direction; z follows from them, as the vector is of unit length.
+    ///
+    /// # Errors
+    /// [`WahbaError::NotFinite`], or [`WahbaError::Weight`] where the covariance is not positive definite or the
+    /// direction lies more than 87 deg off the line of sight.
+    pub fn new(pair: VectorPair, covariance_rad2: [f32; 3]) -> Result<Self, WahbaError> {
+        let [xx, xy, yy] = covariance_rad2.map(|value| value * 1e6);
+        if !(xx.is_finite() && xy.is_finite() && yy.is_finite()) {
+            return Err(WahbaError::NotFinite);
+        }
+        let determinant = xx * yy - xy * xy;
+        let in_range = |variance: f32| variance > 1e-12 && variance < 1e6;
+        // An ellipse of 1 : 1000 is the longest that f32 can tell from a line.
+        if !(in_range(xx) && in_range(yy) && determinant > 1e-6 * xx * yy)
+            || pair.measured.vector().z < LEAST_FORWARD
+        {
+            return Err(WahbaError::Weight);
+        }
+        let scale = 1.0 / determinant;
+        Ok(Self { pair, information: [yy * scale, -xy * scale, xx * scale] })
+    }
+}
+
+impl Observation for ExtendedPair {
+    fn pair(&self) -> &VectorPair {
+        &self.pair
+    }
+
+    fn information(&self) -> Matrix3<f32> {
+        let [xx, xy, yy] = self.information;
+        Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0)
     }
 }
 

@@ -9,8 +9,11 @@
 //! The star stands still and its flux is known; the noise of rows is taken for independent from pixel to pixel; fixed patterns
 //! are taken for known. The gradient is a difference over `STEP_PX` to either side, right to 1e-3.
 
+use crate::world::attitude::Vector;
+use crate::world::optics::Optics;
 use crate::world::scene::{Scene, VisibleStar};
 use crate::world::stars::DetectorModel;
+use crate::world::vector::{cross, plus};
 use fsw_hal::Window;
 
 /// Half the distance over which an image's change is measured, px.
@@ -86,6 +89,35 @@ pub fn attitude_rad(scene: &Scene, stars: &[VisibleStar], exposure_us: u32) -> O
     (stars.len() >= 2).then(|| inverse_diagonal(sums).map(f64::sqrt))
 }
 
+/// Angle over which the change of a star's place with the attitude is measured, rad.
+const STEP_RAD: f64 = 1e-6;
+
+/// Bound of the attitude's standard deviations about x, y, z, rad, from stars at these places on the detector with these
+/// covariances `[xx, xy, yy]`, px²: `P = [Σ Jᵀ C⁻¹ J]⁻¹`, J the change of a star's place with the rotation vector, which
+/// is eq. 3.27 without its assumption that an error is the same angle in every direction. `None` for fewer than two
+/// stars, or one that the camera does not see.
+pub fn attitude_of_places_rad(optics: &Optics, stars: &[([f64; 2], [f64; 3])]) -> Option<[f64; 3]> {
+    let mut sums = [0.0; 6];
+    for (place, [xx, xy, yy]) in stars {
+        let b = optics.unproject(*place)?;
+        // A rotation by the vector `θ` moves the components of a star by `-θ × b`.
+        let moved = |axis: Vector, angle: f64| optics.project(plus(b, -angle, cross(axis, b)));
+        let slope = |axis: Vector| -> Option<[f64; 2]> {
+            let (ahead, behind) = (moved(axis, STEP_RAD)?, moved(axis, -STEP_RAD)?);
+            Some([0, 1].map(|k| (ahead[k] - behind[k]) / (2.0 * STEP_RAD)))
+        };
+        let slopes = [slope([1.0, 0.0, 0.0])?, slope([0.0, 1.0, 0.0])?, slope([0.0, 0.0, 1.0])?];
+        let determinant = xx * yy - xy * xy;
+        let term = |i: usize, j: usize| {
+            let ([ax, ay], [bx, by]) = (slopes[i], slopes[j]);
+            (ax * bx * yy - (ax * by + ay * bx) * xy + ay * by * xx) / determinant
+        };
+        let terms = [term(0, 0), term(0, 1), term(0, 2), term(1, 1), term(1, 2), term(2, 2)];
+        sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+    }
+    (stars.len() >= 2).then(|| inverse_diagonal(sums).map(f64::sqrt))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,6 +157,24 @@ mod tests {
         let [x, _] = gaussian(10.0, [0.0, 0.0], 2.0, 1e4);
         let ideal = 100.0 * (8.0 * std::f64::consts::PI).sqrt() * 4.0 / 10.0;
         assert!((x / ideal - 1.0).abs() < 0.06, "{x} {ideal}");
+    }
+
+    #[test]
+    fn a_cross_of_four_stars_has_the_bound_that_follows_by_hand() {
+        // f = 3000 px, stars 300 px from the centre on both axes, 0.3 px: an angle of s = 1e-4 rad. About z only the two
+        // coordinates across the radius count: s² / (4 0.1²). About x the y coordinates count, by 1 on the x axis and
+        // by 1 + 0.1² on the y axis: s² / (2 + 2 1.01²).
+        let camera = crate::camera_file::CameraFile::reference();
+        let optics = Optics::new(&camera).unwrap();
+        let [cx, cy] = optics.centre_px();
+        let star = |x: f64, y: f64| ([cx + x, cy + y], [0.09, 0.0, 0.09]);
+        let stars = [star(300.0, 0.0), star(-300.0, 0.0), star(0.0, 300.0), star(0.0, -300.0)];
+        let found = attitude_of_places_rad(&optics, &stars).unwrap();
+        let across = 1e-4 / (2.0 + 2.0 * 1.01f64 * 1.01).sqrt();
+        for (found, expected) in found.iter().zip([across, across, 1e-4 / 0.2]) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+        }
+        assert!(attitude_of_places_rad(&optics, &stars[..1]).is_none());
     }
 
     #[test]

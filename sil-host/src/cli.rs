@@ -5,6 +5,7 @@
 
 use crate::error::{HostError, one_line};
 use clap::{Args, Parser, Subcommand};
+use fsw_core::attitude::wahba::Method;
 use std::path::PathBuf;
 
 /// Software in the loop for the Sextant Earth and star sensor.
@@ -29,6 +30,9 @@ pub enum Command {
     Solve(SolveArguments),
     /// Identification of centroid lists, one field a line
     Identify(IdentifyArguments),
+    /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
+    #[command(after_help = crate::attitude::LINES)]
+    Attitude(AttitudeArguments),
     /// Frames, parameters and telemetry for the emulated computer
     Record(RecordArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
@@ -103,6 +107,23 @@ pub struct IdentifyArguments {
     #[arg(long, value_name = "FILE")]
     pub catalog: Option<PathBuf>,
     /// One JSON object a field on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `attitude`.
+#[derive(Debug, Args)]
+pub struct AttitudeArguments {
+    /// Sets of vector pairs, one JSON object a line
+    #[arg(value_name = "SETS.jsonl", required_unless_present = "table")]
+    pub sets: Option<PathBuf>,
+    /// Methods, separated by commas: svd, q, quest, foam, esoq, esoq2, lsq, anisotropic
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::attitude::method)]
+    pub method: Vec<Method>,
+    /// All methods on the stars of the sky, beside the thesis's table 3.9 and the Cramer-Rao bound
+    #[arg(long, conflicts_with_all = ["sets", "method"])]
+    pub table: bool,
+    /// One JSON object an answer (or a row) on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
 }

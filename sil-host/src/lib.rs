@@ -3,10 +3,11 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`cli`] | the words of the command line |
-//! | [`run`], [`render`], [`solve`], [`identify`], [`record`], [`budget`] | what the commands do |
+//! | [`run`], [`render`], [`solve`], [`identify`], [`mod@attitude`], [`record`], [`budget`] | what the commands do |
 //! | [`scenario`] | scenario files (TOML), and those that come with the program |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
+//! | [`attitude_table`] | the methods of attitude compared over the sky |
 //! | [`judge`], [`bound`] | estimate against truth, and against the physical limit |
 //! | [`report`] | a run on one page |
 //! | [`star_scene`] | the star path alone, for benchmarks and tests |
@@ -21,6 +22,8 @@
 //! y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last, and maps ICRS to sensor.
 #![forbid(unsafe_code)]
 
+pub mod attitude;
+pub mod attitude_table;
 pub mod bound;
 pub mod budget;
 pub mod camera_file;

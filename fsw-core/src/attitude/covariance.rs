@@ -7,7 +7,7 @@
 //! mean normalised square of the attitude's error is 3.01 (expected 3; test
 //! `eq_3_27_is_the_scatter_of_the_attitude_error`).
 
-use super::VectorPair;
+use super::Observation;
 use nalgebra::{Matrix3, Vector3};
 
 /// Symmetric positive 3 x 3 matrix `Σ a (I - v vᵀ)` in units of 1 / mrad².
@@ -19,14 +19,27 @@ pub struct Information {
 impl Information {
     /// Sums the pairs. The diagonal is summed as `y² + z²` and so on, not as `1 - x²`: near the line of sight the
     /// latter would lose the digits that carry the rotation about it.
-    pub fn of(pairs: &[VectorPair]) -> Self {
-        let matrix = pairs.iter().fold(Matrix3::zeros(), |sum, pair| {
+    pub fn of<O: Observation>(pairs: &[O]) -> Self {
+        let matrix = pairs.iter().map(O::pair).fold(Matrix3::zeros(), |sum, pair| {
             let v = pair.measured.vector();
             let a = pair.weight();
             let (xy, xz, yz) = (-v.x * v.y, -v.x * v.z, -v.y * v.z);
             let (xx, yy, zz) = (v.y * v.y + v.z * v.z, v.x * v.x + v.z * v.z, v.x * v.x + v.y * v.y);
             sum + Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * a
         });
+        Self { matrix }
+    }
+
+    /// From a matrix summed elsewhere, 1 / mrad², of which the lower left half is used.
+    pub(super) fn from_sum(matrix: Matrix3<f32>) -> Self {
+        Self { matrix }
+    }
+
+    /// The same with its diagonal greater by a share: shorter steps (Levenberg and Marquardt).
+    pub(super) fn damped(&self, share: f32) -> Self {
+        let mut matrix = self.matrix;
+        (matrix.m11, matrix.m22, matrix.m33) =
+            (matrix.m11 * (1.0 + share), matrix.m22 * (1.0 + share), matrix.m33 * (1.0 + share));
         Self { matrix }
     }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::attitude::VectorPair;
 use crate::attitude::wahba::svd;
 use crate::frames::Direction;
 use crate::oracle::{Generator, small_turn, wide, wide_matrix};

@@ -14,10 +14,10 @@
 //! 0.007 and 0.010). Of two stars 2 to 10 deg apart: 0.05 arcsec across, and in roll 0.02 arcsec over the separation in
 //! radians.
 
-use super::super::{VectorPair, covariance::Information};
-use super::WahbaError;
+use super::super::{Observation, covariance::Information};
+use super::{WahbaError, check};
 use crate::frames::{Icrs, Rotation, StarPath};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Jacobi sweeps; a 3 x 3 matrix of any condition is diagonal to single precision after five.
 pub const SWEEPS: usize = 6;
@@ -27,7 +27,7 @@ pub const POLISH_STEPS: usize = 2;
 const MIN_SPREAD: f32 = 1e-6;
 
 /// Makes two columns of `M` orthogonal by a rotation applied to the same columns of `V`.
-fn orthogonalise(p: &mut [Vector3<f32>; 2], q: &mut [Vector3<f32>; 2]) {
+pub(super) fn orthogonalise<const N: usize>(p: &mut [SVector<f32, N>; 2], q: &mut [SVector<f32, N>; 2]) {
     let (alpha, beta, gamma) = (p[0].dot(&p[0]), q[0].dot(&q[0]), p[0].dot(&q[0]));
     if libm::fabsf(gamma) < 1e-30 {
         return;
@@ -43,7 +43,7 @@ fn orthogonalise(p: &mut [Vector3<f32>; 2], q: &mut [Vector3<f32>; 2]) {
 }
 
 /// The rotation nearest to `B` in Wahba's sense, before polishing.
-fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
+pub(super) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     let mut columns = [
         [Vector3::new(b.m11, b.m21, b.m31), Vector3::new(1.0, 0.0, 0.0)],
         [Vector3::new(b.m12, b.m22, b.m32), Vector3::new(0.0, 1.0, 0.0)],
@@ -80,28 +80,25 @@ fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
 /// Solves Wahba's problem for two or more pairs.
 ///
 /// # Errors
-/// [`WahbaError`]; two directions closer than about 0.1 deg are degenerate.
-pub fn solve(pairs: &[VectorPair]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
-    if pairs.len() < 2 {
-        return Err(WahbaError::TooFew);
-    }
-    if !pairs.iter().all(|pair| pair.sigma_rad > 1e-9 && pair.sigma_rad < 1.0) {
-        return Err(WahbaError::NotFinite);
-    }
-    let total = pairs.iter().fold(0.0, |sum, pair| sum + pair.weight());
-    let b = pairs.iter().fold(Matrix3::zeros(), |sum, pair| {
+/// [`WahbaError`]; two directions closer than about 0.1 deg count as parallel.
+// Flight calls it from two deep places: inlined there it would cost 2 KB of flash and 450 bytes of stack.
+#[inline(never)]
+pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+    check(pairs)?;
+    let total = pairs.iter().fold(0.0, |sum, item| sum + item.pair().weight());
+    let b = pairs.iter().map(O::pair).fold(Matrix3::zeros(), |sum, pair| {
         sum + pair.measured.vector() * pair.reference.vector().transpose() * (pair.weight() / total)
     });
-    let matrix = decompose(&b).ok_or(WahbaError::Degenerate)?;
+    let matrix = decompose(&b).ok_or(WahbaError::Parallel)?;
     let mut attitude = Rotation::from_orthogonal(matrix).turned(&Vector3::zeros());
     let information = Information::of(pairs);
     for _ in 0..POLISH_STEPS {
-        let right = pairs.iter().fold(Vector3::zeros(), |sum, pair| {
+        let right = pairs.iter().map(O::pair).fold(Vector3::zeros(), |sum, pair| {
             let expected = attitude.apply(&pair.reference);
             let difference = pair.measured.vector() - expected.vector();
             sum + difference.cross(expected.vector()) * pair.weight()
         });
-        let step = information.solve(&right).ok_or(WahbaError::Degenerate)?;
+        let step = information.solve(&right).ok_or(WahbaError::Parallel)?;
         attitude = attitude.turned(&step);
     }
     Ok(attitude)
