@@ -251,6 +251,25 @@ impl CameraFile {
         fsw_hal::DetectorGeometry { width_px: self.width_px, height_px: self.height_px, bits: self.bits }
     }
 
+    /// The text of a camera file that says what this one does.
+    pub fn to_toml(&self) -> String {
+        let Distortion { k1, k2, k3, p1, p2 } = self.distortion;
+        let [x, y] = self.optical_centre_px;
+        let projection = match self.projection {
+            Projection::Rectilinear => "rectilinear",
+            Projection::Equiangular => "equiangular",
+        };
+        let table = self.correction_table.as_ref().map_or_else(String::new, |path| {
+            format!("correction_table = {}\n", toml::Value::String(path.display().to_string()))
+        });
+        format!(
+            "[detector]\nwidth_px = {}\nheight_px = {}\nbits = {}\n\n[optics]\nfocal_length_px = {:?}\n\
+             optical_centre_px = [{x:?}, {y:?}]\nprojection = \"{projection}\"\n\
+             distortion = {{ k1 = {k1:?}, k2 = {k2:?}, k3 = {k3:?}, p1 = {p1:?}, p2 = {p2:?} }}\nmirrored = {}\n{table}",
+            self.width_px, self.height_px, self.bits, self.focal_length_px, self.mirrored
+        )
+    }
+
     fn embedded(name: &str, text: &str) -> Self {
         // The embedded files are part of the program and every one is read by a test.
         Self::parse(Path::new(name), text).expect("embedded camera file")

@@ -86,3 +86,14 @@ fn a_field_of_view_gives_the_focal_length() {
         assert!(CameraFile::from_fov(1280, 1024, 10, bad).is_err());
     }
 }
+
+#[test]
+fn what_is_written_is_read_again() {
+    for text in [REFERENCE, MITA, PCS2112] {
+        let mut camera = CameraFile::parse(Path::new("a/camera.toml"), text).unwrap();
+        camera.distortion = Distortion { k1: -0.123_456_789_012_3, k2: 1e-7, k3: 0.0, p1: -2.5e-4, p2: 3.0 };
+        camera.focal_length_px += 1.0 / 3.0;
+        camera.correction_table = Some(PathBuf::from("b/a \"table\".corr"));
+        assert_eq!(CameraFile::parse(Path::new("camera.toml"), &camera.to_toml()).unwrap(), camera);
+    }
+}

@@ -33,6 +33,8 @@ pub enum Command {
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
     #[command(after_help = crate::attitude::LINES)]
     Attitude(AttitudeArguments),
+    /// Focal length, optical centre and distortion of a lens from its sky pictures
+    Calibrate(CalibrateArguments),
     /// Frames, parameters and telemetry for the emulated computer
     Record(RecordArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
@@ -126,6 +128,20 @@ pub struct AttitudeArguments {
     /// One JSON object an answer (or a row) on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Pictures of one lens: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Camera file to start from, its focal length right to 2 %
+    #[arg(long, value_name = "START.toml")]
+    pub camera: PathBuf,
+    /// Camera file to write; a drawing of the residuals comes beside it (.svg)
+    #[arg(long, value_name = "CAM.toml")]
+    pub out: PathBuf,
 }
 
 /// Arguments of `record`.

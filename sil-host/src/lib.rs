@@ -26,6 +26,7 @@ pub mod attitude;
 pub mod attitude_table;
 pub mod bound;
 pub mod budget;
+pub mod calibrate;
 pub mod camera_file;
 pub mod cli;
 pub mod error;

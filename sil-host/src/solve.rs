@@ -226,12 +226,22 @@ pub fn camera_for(
         let file = CameraFile::from_fov(width_px, height_px, bits, fov_deg.unwrap_or(f64::NAN))?;
         return Ok((flight::camera(&file, name)?, FocalLength::Within2Percent));
     };
-    if (file.width_px, file.height_px) != (width_px, height_px) {
-        let (w, h) = (file.width_px, file.height_px);
-        let what = format!("the picture has {width_px} x {height_px} px, the camera file {w} x {h}");
-        return Err(HostError::input(name, None, what, "give the camera file of this picture"));
-    }
+    check_size(file, name, picture)?;
     Ok((flight::camera(file, path)?, FocalLength::Rough))
+}
+
+/// Whether a picture has the size that a camera file says.
+///
+/// # Errors
+/// When it has not, with both sizes; `name` is the picture's.
+pub fn check_size(file: &CameraFile, name: &Path, picture: &Picture) -> Result<(), HostError> {
+    let DetectorGeometry { width_px, height_px, .. } = picture.geometry();
+    let (w, h) = (file.width_px, file.height_px);
+    if (w, h) == (width_px, height_px) {
+        return Ok(());
+    }
+    let what = format!("the picture has {width_px} x {height_px} px, the camera file {w} x {h}");
+    Err(HostError::input(name, None, what, "give the camera file of this picture"))
 }
 
 /// Prints an answer for people.
