@@ -92,8 +92,8 @@ impl Album {
 pub struct Calibration {
     /// The lens.
     pub fit: Fit,
-    /// Attitudes and stars of the same pictures with the camera that was started from.
-    pub before: Vec<View>,
+    /// The same stars with nothing but the focal length fitted: camera, attitudes.
+    pub plain: (CameraFile, Vec<View>),
     /// Names of the pictures that were identified.
     pub names: Vec<PathBuf>,
 }
@@ -140,25 +140,25 @@ fn calibrated(
             return Err(HostError::usage(what, "give more pictures, or a start camera nearer to the truth"));
         };
         camera = (fit.camera.clone(), FocalLength::Rough);
-        let before = fit::attitudes(start, &fit.views);
-        last = Some((named, Calibration { fit, before, names }));
+        let plain = fit::plain(start, &fit.views);
+        last = Some((named, Calibration { fit, plain, names }));
     }
     last.map(|(_, calibration)| calibration)
         .ok_or_else(|| HostError::usage("no picture serves", "give pictures of the sky"))
 }
 
 /// What people read.
-fn table(calibration: &Calibration, start: &CameraFile) -> String {
-    let Calibration { fit, before, names } = calibration;
-    let mut text = String::new();
+fn table(calibration: &Calibration) -> String {
+    let Calibration { fit, plain: (plain, before), names } = calibration;
+    let mut text = "Residuals with the focal length alone -> with the lens found:\n".to_owned();
     let arcsec = |px: f64| px / fit.camera.focal_length_px * f64::from(ARCSEC_PER_RAD);
     for ((name, view), old) in names.iter().zip(&fit.views).zip(before) {
         let rms = |camera: &CameraFile, view: &View| fit::rms_px(camera, std::slice::from_ref(view));
-        let (was, is) = (rms(start, old), rms(&fit.camera, view));
+        let (was, is) = (rms(plain, old), rms(&fit.camera, view));
         let count = view.stars.len();
         let _ = writeln!(text, "{}: {count} stars, rms {was:.3} -> {is:.3} px an axis", name.display());
     }
-    let (was, is) = (fit::rms_px(start, before), fit.rms_px());
+    let (was, is) = (fit::rms_px(plain, before), fit.rms_px());
     let count: usize = fit.views.iter().map(|view| view.stars.len()).sum();
     let _ = writeln!(
         text,
@@ -199,8 +199,8 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     };
     write(&arguments.out, head + &fit.camera.to_toml())?;
     let drawing = arguments.out.with_extension("svg");
-    write(&drawing, plot::svg(&calibration, &start))?;
-    print!("{}", table(&calibration, &start));
+    write(&drawing, plot::svg(&calibration))?;
+    print!("{}", table(&calibration));
     println!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.status)
 }

@@ -161,9 +161,11 @@ pub fn rms_px(camera: &CameraFile, views: &[View]) -> f64 {
     (sum / (2 * all.len()).max(1) as f64).sqrt()
 }
 
-/// The attitudes alone fitted to a camera that stays: what it was worth before.
-pub fn attitudes(camera: &CameraFile, views: &[View]) -> Vec<View> {
-    Problem { free: &[], camera: camera.clone(), views: views.to_vec() }.solved().0.views
+/// The focal length alone fitted: what an uncalibrated lens is worth.
+pub fn plain(camera: &CameraFile, views: &[View]) -> (CameraFile, Vec<View>) {
+    let Problem { camera, views, .. } =
+        Problem { free: LADDER[0], camera: camera.clone(), views: views.to_vec() }.solved().0;
+    (camera, views)
 }
 
 /// The lens of `views`, from `camera` on; `None` where the stars do not determine even its focal length.

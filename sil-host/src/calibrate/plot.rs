@@ -1,7 +1,7 @@
 //! The residuals of a calibration, drawn over the detector.
 //!
-//! Every star has a line from where the lens puts it towards where it was measured, made longer so that the longest tenth of those
-//! before spans [`LONGEST_PX`]; grey with the camera that was started from, coloured with the one found.
+//! Every star has a line from where the lens puts it towards where it was measured, made longer so that nine in ten stay below
+//! [`LONGEST_PX`]; grey with the focal length alone fitted, coloured with the lens found.
 
 use super::{Calibration, fit};
 use crate::camera_file::CameraFile;
@@ -13,8 +13,8 @@ const LONGEST_PX: f64 = 40.0;
 const WIDTH: f64 = 900.0;
 
 /// The drawing as SVG.
-pub fn svg(calibration: &Calibration, start: &CameraFile) -> String {
-    let Calibration { fit, before, .. } = calibration;
+pub fn svg(calibration: &Calibration) -> String {
+    let Calibration { fit, plain: (plain, before), .. } = calibration;
     let lines = |camera: &CameraFile, views: &[fit::View]| -> Vec<([f64; 2], [f64; 2])> {
         let of = |view: &fit::View| {
             let pairs = view.stars.iter().zip(fit::residuals(camera, view));
@@ -22,12 +22,12 @@ pub fn svg(calibration: &Calibration, start: &CameraFile) -> String {
         };
         views.iter().flat_map(of).collect()
     };
-    let (old, new) = (lines(start, before), lines(&fit.camera, &fit.views));
+    let (old, new) = (lines(plain, before), lines(&fit.camera, &fit.views));
     let mut lengths: Vec<f64> = old.iter().chain(&new).map(|(_, [x, y])| x.hypot(*y)).collect();
     lengths.sort_by(f64::total_cmp);
     let long = lengths.get(lengths.len() * 9 / 10).copied().unwrap_or(1.0).max(1e-3);
-    let per_px = WIDTH / f64::from(start.width_px);
-    let height = per_px * f64::from(start.height_px);
+    let per_px = WIDTH / f64::from(plain.width_px);
+    let height = per_px * f64::from(plain.height_px);
     let stretch = LONGEST_PX / long;
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
@@ -53,11 +53,11 @@ pub fn svg(calibration: &Calibration, start: &CameraFile) -> String {
         text,
         "<path d=\"M14 {middle:.1}h{:.1}\" stroke=\"#333\" stroke-width=\"2\"/>\n\
          <text x=\"{:.1}\" y=\"{below:.1}\">{scale_px} px</text>\n\
-         <text x=\"{WIDTH}\" y=\"{below:.1}\" text-anchor=\"end\" dx=\"-14\"><tspan fill=\"#8a867e\">before: {:.3} px an axis</tspan>\
-         <tspan dx=\"18\" fill=\"#0b6e99\">after: {:.3} px an axis</tspan></text>\n</svg>\n",
+         <text x=\"330\" y=\"{below:.1}\" fill=\"#77736b\">focal length alone: rms {:.3} px an axis</text>\n\
+         <text x=\"640\" y=\"{below:.1}\" fill=\"#0b6e99\">lens found: rms {:.3} px an axis</text>\n</svg>\n",
         stretch * scale_px,
         22.0 + stretch * scale_px,
-        fit::rms_px(start, before),
+        fit::rms_px(plain, before),
         fit.rms_px()
     );
     text
