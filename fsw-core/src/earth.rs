@@ -154,8 +154,7 @@ pub struct EarthParameters {
     pub strip_share: f32,
     /// Fewest inliers (default 6, 4 to 40).
     pub fewest_points: f32,
-    /// Shortest arc, deg (default 16, 1 to 180): over less, kilometres of the horizon's own height, which no sigma of a point knows,
-    /// look like another radius and move the centre by many of its sigmas.
+    /// Shortest arc, deg (default 10, 1 to 180).
     pub least_arc_deg: f32,
     /// Greatest standard deviation of the direction, deg (default 3, 0.001 to 10).
     pub greatest_sigma_deg: f32,
@@ -192,7 +191,7 @@ impl Default for EarthParameters {
             search_share: 0.3,
             strip_share: 0.5,
             fewest_points: 6.0,
-            least_arc_deg: 16.0,
+            least_arc_deg: 10.0,
             greatest_sigma_deg: 3.0,
             greatest_range_share: 0.2,
         }
