@@ -146,12 +146,9 @@ pub struct EarthParameters {
     pub tracking_tolerance_px: f32,
     /// Share of inliers at which a hypothesis is taken at once (default 0.95, 0.5 to 1; thesis §3.2.1).
     pub enough_share: f32,
-    /// Least share of inliers of the best hypothesis in a search (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that
-    /// sees faint limbs a terminator gives as many points as the limb).
-    pub search_share: f32,
-    /// Least share of the strips read that must hold an inlier (default 0.5, 0.2 to 1): where they lie across the limb most do, and a
-    /// few that agree by chance would give a centre that is wrong by many sigmas.
-    pub strip_share: f32,
+    /// Least share of inliers of the best hypothesis (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that sees faint
+    /// limbs a terminator gives as many points as the limb).
+    pub least_share: f32,
     /// Fewest inliers (default 6, 4 to 40).
     pub fewest_points: f32,
     /// Shortest arc, deg (default 10, 1 to 180).
@@ -188,8 +185,7 @@ impl Default for EarthParameters {
             search_tolerance_px: 3.0,
             tracking_tolerance_px: 2.0,
             enough_share: 0.95,
-            search_share: 0.3,
-            strip_share: 0.5,
+            least_share: 0.3,
             fewest_points: 6.0,
             least_arc_deg: 10.0,
             greatest_sigma_deg: 3.0,
@@ -198,33 +194,9 @@ impl Default for EarthParameters {
     }
 }
 
-/// When points count as those of one body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
-    /// Farthest that an inlier may lie from the limb, px.
-    pub tolerance_px: f32,
-    /// Fewest inliers.
-    pub inliers: usize,
-}
-
 impl EarthParameters {
-    /// What is demanded of a search that found so many points.
-    pub fn in_search(&self, points: usize) -> Demand {
-        Demand { tolerance_px: self.search_tolerance_px, inliers: self.fewest(self.search_share, points) }
-    }
-
-    /// What is demanded of so many strips.
-    pub fn in_strips(&self, strips: usize) -> Demand {
-        Demand { tolerance_px: self.tracking_tolerance_px, inliers: self.fewest(self.strip_share, strips) }
-    }
-
-    fn fewest(&self, share: f32, count: usize) -> usize {
-        let inliers = libm::ceilf(share * count as f32) as usize;
-        inliers.max(self.fewest_points as usize).max(3)
-    }
-
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 30] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 29] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -251,8 +223,7 @@ impl EarthParameters {
             ("search_tolerance_px", self.search_tolerance_px, 0.2, 20.0),
             ("tracking_tolerance_px", self.tracking_tolerance_px, 0.2, 20.0),
             ("enough_share", self.enough_share, 0.5, 1.0),
-            ("search_share", self.search_share, 0.2, 1.0),
-            ("strip_share", self.strip_share, 0.2, 1.0),
+            ("least_share", self.least_share, 0.2, 1.0),
             ("fewest_points", self.fewest_points, 4.0, 40.0),
             ("least_arc_deg", self.least_arc_deg, 1.0, 180.0),
             ("greatest_sigma_deg", self.greatest_sigma_deg, 0.001, 10.0),

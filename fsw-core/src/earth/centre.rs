@@ -19,7 +19,7 @@
 use super::consensus::agree;
 use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
-use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use super::{EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
 use crate::order;
 use heapless::Vec;
@@ -251,8 +251,8 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, 
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the centre is `expected` the
-/// fit is linear about the place that suits both.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points; inliers lie within `tolerance_px` of the limb. Where the
+/// centre is `expected` the fit is linear about the place that suits both.
 ///
 /// # Errors
 /// The first [`Refusal`] that holds.
@@ -260,14 +260,14 @@ pub fn centre(
     points: &[LimbPoint],
     camera: &Camera,
     body: &Body,
-    demand: &Demand,
+    tolerance_px: f32,
     expected: Option<&Expected>,
     parameters: &EarthParameters,
     workspace: &mut Workspace,
 ) -> Result<EarthFix, Refusal> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
-    let agreed = agree(rays, body, demand, parameters)?;
+    let agreed = agree(rays, body, tolerance_px, parameters)?;
     let start = expected.and_then(|expected| {
         let (centre, sine, cosine) = body.horizon(&expected.centre_km)?;
         Some((expected, Cone::of(centre * sine, sine, cosine)?))
@@ -284,10 +284,6 @@ pub fn centre(
         cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some())?;
-    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
-    if fix.rms_px.is_nan() || fix.rms_px > demand.tolerance_px {
-        return Err(Refusal::NoConsensus);
-    }
     if fix.arc_rad < parameters.least_arc_deg.to_radians() {
         return Err(Refusal::ShortArc);
     }
