@@ -226,9 +226,14 @@ pub fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     Some(factor * factor.transpose())
 }
 
-/// Whether a covariance is positive definite.
+/// Greatest trace that any covariance here can have: what is made of it stays finite.
+const GREATEST_TRACE: f64 = 1e30;
+
+/// Whether a covariance is positive definite. The factors look at one half of it only; in the other no element may be greater
+/// than the trace, as none of a covariance is.
 pub fn is_covariance(m: &Matrix3<f64>) -> bool {
-    m.iter().all(|x| x.is_finite()) && Cholesky::of(m).is_some()
+    let trace = m.trace();
+    trace < GREATEST_TRACE && m.iter().all(|x| libm::fabs(*x) <= trace) && Cholesky::of(m).is_some()
 }
 
 #[cfg(test)]
