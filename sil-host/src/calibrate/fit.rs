@@ -6,7 +6,7 @@
 //! Least squares of the residuals over their standard deviations, in the lens's parameters and three small turns a picture, by
 //! Levenberg and Marquardt; derivatives by central differences. Which parameters: the sets of [`LADDER`] are tried from the smallest on,
 //! and that with the least criterion of Schwarz (1978), `n ln(χ² / n) + p ln n`, is taken, so that few stars do not make a distortion
-//! of their noise. Then it is done once more without outliers: stars farther out than [`OUTLIER_SIGMAS`] robust deviations of the residuals (from the median).
+//! of their noise. Then it is done once more without outliers: stars farther out than `OUTLIER_SIGMAS` robust deviations of the residuals (from the median).
 //!
 //! Aberration is the same for all stars of a picture but for a stretch of v/c = 1e-4 along the Earth's motion: pictures do not say when
 //! they were taken, so that the focal length carries that error.
