@@ -17,6 +17,7 @@ mod levels;
 mod median;
 mod peaks;
 pub mod scan;
+mod shape;
 #[cfg(test)]
 mod test_sky;
 mod texture;
@@ -78,6 +79,8 @@ pub struct Detection {
     pub saturated: bool,
     /// It stands on or beside an extended bright object (clouds, a limb), far above whose texture it rises.
     pub extended: bool,
+    /// A second maximum stands so close that its light draws the centre along; the sigma holds by how much.
+    pub blended: bool,
 }
 
 impl Detection {

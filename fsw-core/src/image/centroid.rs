@@ -250,5 +250,6 @@ pub fn measure(
         sigma_q16: (libm::sqrtf(noise * noise + phase_error * phase_error + drawn * drawn) * 65_536.0) as i32,
         saturated,
         extended: false,
+        blended: false,
     })
 }

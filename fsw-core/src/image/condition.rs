@@ -102,6 +102,17 @@ impl<'a> Residuals<'a> {
         &self.noise
     }
 
+    /// Mean noise of 3 x 3 sums in the cells within two of that of a place: clouds are told by what is around them.
+    pub fn noise_around(&self, x: usize, y: usize) -> i32 {
+        let from = |middle: usize| middle.saturating_sub(2);
+        let (band, block) = (self.band(y), x / BLOCK);
+        let (bands, blocks) = (bands(self.height), self.width.div_ceil(BLOCK));
+        let rows = self.noise.iter().take(bands.min(band + 3)).skip(from(band));
+        let cells = rows.flat_map(|row| row.iter().take(blocks.min(block + 3)).skip(from(block)));
+        let (sum, count) = cells.fold((0, 0), |(sum, count), noise| (sum + noise, count + 1));
+        i32::checked_div(sum, count).unwrap_or(self.sum_sigma)
+    }
+
     /// Background of the pixel, scaled counts.
     pub fn level(&self, x: usize, y: usize) -> i32 {
         self.row_level(y) + self.cell_levels(self.band(y)).get(x / BLOCK).copied().unwrap_or(0)

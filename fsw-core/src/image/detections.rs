@@ -14,6 +14,7 @@ pub struct Detections {
     spots: Vec<Detection, MAX_DETECTIONS>,
     found: u32,
     crowded_tiles: u32,
+    streaks: u32,
 }
 
 impl Detections {
@@ -32,16 +33,22 @@ impl Detections {
         self.crowded_tiles
     }
 
+    /// Spots that are parts of streaks and were refused; a long streak has several.
+    pub fn streaks(&self) -> u32 {
+        self.streaks
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.spots.clear();
         self.found = 0;
         self.crowded_tiles = 0;
+        self.streaks = 0;
     }
 
     /// No spots.
     pub const fn new() -> Self {
-        Self { spots: Vec::new(), found: 0, crowded_tiles: 0 }
+        Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0 }
     }
 
     /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept once.
@@ -60,6 +67,11 @@ impl Detections {
         {
             *faintest = spot;
         }
+    }
+
+    /// Counts a spot that is the part of a streak.
+    pub(super) fn note_streak(&mut self) {
+        self.streaks = self.streaks.saturating_add(1);
     }
 
     /// Counts a window whose search ended with its allowance.

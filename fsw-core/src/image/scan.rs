@@ -19,6 +19,7 @@ use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
 use super::peaks::for_each_peak;
+use super::shape::{Shape, is_streak, shape};
 use super::{Detection, DetectionParameters, FULL_SCALE};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
@@ -40,7 +41,7 @@ const SURVEY_PX: u16 = 16;
 /// Of these places the share that is surely quiet: a limb, a Moon or clouds may take the others.
 const QUIET_SHARE: usize = 6;
 
-/// Calls `found` for every star of a conditioned window whose maximum lies in the core: `core` in window pixels, at
+/// Calls `found` for every spot of a conditioned window whose maximum lies in the core: `core` in window pixels, at
 /// least [`MARGIN`] inside the window. Returns whether all candidates were examined.
 fn for_each_star(
     window: &Residuals,
@@ -48,7 +49,7 @@ fn for_each_star(
     parameters: &DetectionParameters,
     quiet: i32,
     allowance: &mut Allowance,
-    mut found: impl FnMut(Detection),
+    mut found: impl FnMut(Shape),
 ) -> bool {
     let tenths = i32::from(parameters.threshold_sigma_tenths);
     let textured = |noise: i32| noise > NOISY * quiet && 2 * noise > CORRELATED_HALVES * window.sigma;
@@ -57,8 +58,11 @@ fn for_each_star(
     });
     for_each_peak(window, core, &thresholds, allowance, |x, y| {
         let window = window.about(x, y);
-        if let Some(spot) = measure(&window, x, y, parameters) {
-            found(Detection { extended: textured(window.sum_sigma), ..spot });
+        let extended = textured(window.noise_around(x, y));
+        match measure(&window, x, y, parameters) {
+            Some(spot) => found(shape(&window, x, y, &Detection { extended, ..spot })),
+            None if !extended && is_streak(&window, x, y) => found(Shape::Streak),
+            None => {}
         }
     })
 }
@@ -113,10 +117,14 @@ fn read_stars_within(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    let complete = for_each_star(&residuals, core, parameters, quiet, allowance, |mut spot| {
-        spot.x_q16 += i32::from(window.x) << 16;
-        spot.y_q16 += i32::from(window.y) << 16;
-        detections.insert(spot);
+    let complete = for_each_star(&residuals, core, parameters, quiet, allowance, |shape| match shape {
+        Shape::Star(mut spot) => {
+            spot.x_q16 += i32::from(window.x) << 16;
+            spot.y_q16 += i32::from(window.y) << 16;
+            detections.insert(spot);
+        }
+        Shape::Streak => detections.note_streak(),
+        Shape::Hit => {}
     });
     if !complete {
         detections.note_crowded();
