@@ -102,15 +102,16 @@ impl<'a> Residuals<'a> {
         &self.noise
     }
 
-    /// Mean noise of 3 x 3 sums in the cells within two of that of a place: clouds are told by what is around them.
-    pub fn noise_around(&self, x: usize, y: usize) -> i32 {
+    /// Whether more than a third of the cells within two of that of a place are noisier than `noise`: clouds are told by
+    /// what is around them.
+    pub fn noisy_around(&self, x: usize, y: usize, noise: i32) -> bool {
         let from = |middle: usize| middle.saturating_sub(2);
         let (band, block) = (self.band(y), x / BLOCK);
         let (bands, blocks) = (bands(self.height), self.width.div_ceil(BLOCK));
         let rows = self.noise.iter().take(bands.min(band + 3)).skip(from(band));
         let cells = rows.flat_map(|row| row.iter().take(blocks.min(block + 3)).skip(from(block)));
-        let (sum, count) = cells.fold((0, 0), |(sum, count), noise| (sum + noise, count + 1));
-        i32::checked_div(sum, count).unwrap_or(self.sum_sigma)
+        let (noisy, all) = cells.fold((0, 0), |(noisy, all), cell| (noisy + i32::from(*cell > noise), all + 1));
+        4 * noisy > all
     }
 
     /// Background of the pixel, scaled counts.
@@ -123,6 +124,15 @@ impl<'a> Residuals<'a> {
         let noise = self.noise.get(self.band(y)).and_then(|band| band.get(x / BLOCK));
         let sum_sigma = noise.copied().unwrap_or(self.sum_sigma);
         Self { cell_level: self.level(x, y) - self.row_level(y), sum_sigma, ..*self }
+    }
+
+    /// The brightest of the pixels within one of (x, y), the first of equal ones.
+    pub fn brightest_near(&self, x: usize, y: usize) -> (usize, usize) {
+        let left = x.saturating_sub(1);
+        let rows = (y.saturating_sub(1)..).take(3).filter_map(|y| Some((y, self.run::<3>(left, y)?)));
+        let pixels = rows.flat_map(|(y, run)| (left..).zip(run).map(move |(x, value)| (value, x, y)));
+        let (_, x, y) = pixels.fold((i32::MIN, x, y), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
+        (x, y)
     }
 
     /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to compression and

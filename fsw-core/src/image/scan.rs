@@ -52,15 +52,18 @@ fn for_each_star(
     mut found: impl FnMut(Shape),
 ) -> bool {
     let tenths = i32::from(parameters.threshold_sigma_tenths);
-    let textured = |noise: i32| noise > NOISY * quiet && 2 * noise > CORRELATED_HALVES * window.sigma;
+    let texture = (NOISY * quiet).max(CORRELATED_HALVES * window.sigma / 2);
     let thresholds = window.noise().map(|band| {
-        band.map(|noise| noise * if textured(noise) { tenths * TEXTURE_FACTOR } else { tenths } / 10)
+        band.map(|noise| noise * if noise > texture { tenths * TEXTURE_FACTOR } else { tenths } / 10)
     });
     for_each_peak(window, core, &thresholds, allowance, |x, y| {
+        let extended = window.noisy_around(x, y, quiet * 3 / 2);
         let window = window.about(x, y);
-        let extended = textured(window.noise_around(x, y));
-        match measure(&window, x, y, parameters) {
-            Some(spot) => found(shape(&window, x, y, &Detection { extended, ..spot })),
+        // An image that is not round has its brightest pixel beside the middle of its brightest nine.
+        let places = [(x, y), window.brightest_near(x, y)];
+        let seen = places.into_iter().find_map(|(x, y)| Some((x, y, measure(&window, x, y, parameters)?)));
+        match seen {
+            Some((x, y, spot)) => found(shape(&window, x, y, &Detection { extended, ..spot })),
             None if !extended && is_streak(&window, x, y) => found(Shape::Streak),
             None => {}
         }

@@ -65,7 +65,8 @@ fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
 /// What every cell is taken for: as noisy as most where it and those around it are about that, else what they show; and what
 /// most are.
 ///
-/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their mean.
+/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their mean, but none for
+/// more than twice the cell itself.
 pub fn noise_of(scatters: &Cells<Scatter>) -> (Cells<i32>, i32) {
     let mut sigmas: Cells<Option<i32>> = [[None; BLOCKS]; BANDS];
     for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {
@@ -79,9 +80,12 @@ pub fn noise_of(scatters: &Cells<Scatter>) -> (Cells<i32>, i32) {
             let blocks = bands.flat_map(|row| {
                 row.iter().skip(block.saturating_sub(1)).take(if block == 0 { 2 } else { 3 })
             });
-            let (sum, count) = blocks.flatten().fold((0, 0), |(sum, count), sigma| (sum + sigma, count + 1));
-            let around = (5 * sum).checked_div(4 * count).unwrap_or(0);
             let own = sigmas.get(band).and_then(|row| *row.get(block)?).unwrap_or(0);
+            // A limb beside a quiet cell says less than many cells that are a little noisier.
+            let most_of_one = 3 * own.max(most);
+            let sum_of = |(sum, count), sigma: &i32| (sum + sigma.min(&most_of_one), count + 1);
+            let (sum, count) = blocks.flatten().fold((0, 0), sum_of);
+            let around = (5 * sum).checked_div(4 * count).unwrap_or(0);
             let shown = own.max(around).max(1);
             if 4 * shown > ALIKE_QUARTERS * most || ALIKE_QUARTERS * shown < 4 * most {
                 *noise = shown;
