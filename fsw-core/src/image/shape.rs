@@ -6,10 +6,10 @@
 //! - Hit: a proton's track and hot pixels are sharper across than any lens: the lesser second moment of the 3 x 3 px about
 //!   the maximum stays below [`THIN_PX2`]; that of a Gaussian of 0.5 px sigma, integrated over pixels, is 0.29 px² or more
 //!   wherever it stands in its pixel.
-//! - Streak: light runs from the spot across the ring [`RING`] px away. Only part of it was seen, so where its middle is is
-//!   not known: no centre is given.
+//! - Streak: light shines at both ends of the square of [`SIDE`] px along the spot's axis. Only part of it was seen, so where
+//!   its middle is is not known: no centre is given.
 //! - Drawn out: the greater of the second moments under a Gaussian weight of 2 px sigma exceeds that of a star
-//!   clearly, but all light is inside the ring. The centre of intensity of the whole square inside the ring is taken instead
+//!   clearly, but all light is inside the square, which is moved until the light stands in its middle. Its centre is taken instead
 //!   of that of a region chosen for a star; its larger area makes the sigma grow with it.
 //! - Blend: a second maximum within [`BLEND_PX`]; the spot is flagged, and its sigma holds by how much the other draws the
 //!   centre along.
@@ -21,7 +21,7 @@
 use super::Detection;
 use super::condition::Residuals;
 
-/// Distance of the ring at which a spot must have ended, px.
+/// Distance of the ring that is the floor, px; within it a spot must have ended.
 const RING: usize = 7;
 /// Side of the square that is looked at.
 const SIDE: usize = 2 * RING + 1;
@@ -36,10 +36,14 @@ const DRAWN_PX2: f32 = 1.5;
 const DRAWN_RATIO: f32 = 1.6;
 /// Standard deviation of the moment under the weight, times flux over noise of a pixel, px².
 const DRAWN_NOISE: f32 = 15.0;
-/// Share of the maximum that is light at the ring, percent.
+/// Two standard deviations of a second moment of 3 x 3 px, times flux over noise of a pixel, px²: 2 sqrt(6).
+const THIN_NOISE: f32 = 4.9;
+/// Share of the middle's 3 x 3 px that the 3 x 3 px at an end of the square must hold to be light, percent.
 const LIGHT_PERCENT: i32 = 25;
-/// ... and so many sigmas of a sum of three pixels.
-const LIGHT_SIGMAS: i32 = 5;
+/// ... and so many sigmas of such a sum.
+const LIGHT_SIGMAS: i32 = 2;
+/// Sigmas by which a second maximum must stand out.
+const BLEND_SIGMAS: i32 = 5;
 /// Farthest second maximum that makes a blend, px.
 const BLEND_PX: i32 = 4;
 /// Share of the maximum that a second one must have, percent, and how far it must rise above what lies between.
@@ -98,27 +102,41 @@ impl Square {
         (sum(RING) - sum(RING - 1)) / (8 * RING as i32)
     }
 
-    /// The places on the ring, once around, by steps of one pixel: where, and the sum of three along the ring.
-    fn around(&self) -> impl Iterator<Item = ([i32; 2], i32)> {
-        let reach = RING as i32;
-        (-reach..reach).flat_map(move |along| {
-            [[along, -reach], [reach, along], [-along, reach], [-reach, -along]].map(|[x, y]| {
-                let [tx, ty] = if y.abs() == reach { [1, 0] } else { [0, 1] };
-                ([x, y], self.at(x - tx, y - ty) + self.at(x, y) + self.at(x + tx, y + ty))
-            })
-        })
+    /// The light of the 3 x 3 px at an offset.
+    fn nine(&self, [x, y]: [i32; 2], floor: i32) -> i32 {
+        let places = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+        places.fold(0, |sum, (x, y)| sum + self.at(x, y) - floor)
+    }
+
+    /// The light of the 3 x 3 px at either end of the square along an axis.
+    fn ends(&self, axis: [f32; 2], floor: i32) -> [i32; 2] {
+        let reach = (RING - 1) as f32;
+        let place = axis.map(|along| libm::floorf(along * reach + 0.5) as i32);
+        [place, place.map(|at| -at)].map(|place| self.nine(place, floor))
     }
 }
 
-/// Second moments and what they were divided by: xx, yy, xy, sum; `None` of no light.
-fn moments(values: impl Iterator<Item = (i32, i32, f32)>) -> Option<([f32; 2], f32)> {
+/// Second moments of light.
+struct Moments {
+    /// Along the axis in which they are greatest, and across it, px².
+    greater: f32,
+    lesser: f32,
+    /// That axis.
+    axis: [f32; 2],
+    /// The light in all.
+    sum: f32,
+}
+
+/// The moments of light at places about its own middle; `None` of no light.
+fn moments(values: impl Iterator<Item = (i32, i32, f32)>) -> Option<Moments> {
     let (mut sum, mut first, mut second) = (0.0f32, [0.0f32; 2], [0.0f32; 3]);
     for (dx, dy, light) in values {
         let (dx, dy) = (dx as f32, dy as f32);
         sum += light;
         let (lx, ly) = (light * dx, light * dy);
-        first = [first[0] + lx, first[1] + ly];
-        second = [second[0] + lx * dx, second[1] + ly * dy, second[2] + lx * dy];
+        let ([fx, fy], [xx, yy, xy]) = (first, second);
+        first = [fx + lx, fy + ly];
+        second = [xx + lx * dx, yy + ly * dy, xy + lx * dy];
     }
     if sum < 1.0 {
         return None;
@@ -127,27 +145,30 @@ fn moments(values: impl Iterator<Item = (i32, i32, f32)>) -> Option<([f32; 2], f
     let [mx, my] = first.map(|moment| moment * per);
     let [xx, yy, xy] = second.map(|moment| moment * per);
     let (xx, yy, xy) = (xx - mx * mx, yy - my * my, xy - mx * my);
-    let middle = 0.5 * (xx + yy);
-    let half = libm::sqrtf(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-    Some(([middle + half, middle - half], sum))
+    let (middle, difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let half = libm::sqrtf(difference * difference + xy * xy);
+    // Twice the axis's angle has the tangent xy / difference; halved by the half-angle formulas.
+    let cosine = if half > 0.0 { difference / half } else { 1.0 };
+    let along = libm::sqrtf((0.5 * (1.0 + cosine)).max(0.0));
+    let across = libm::sqrtf((0.5 * (1.0 - cosine)).max(0.0));
+    let axis = [along, if xy < 0.0 { -across } else { across }];
+    Some(Moments { greater: middle + half, lesser: middle - half, axis, sum })
 }
 
-/// Whether light crosses the ring.
-fn runs_on(square: &Square, floor: i32, peak: i32, sigma: i32) -> bool {
-    // The sum of three across a streak is as large here as in its middle.
-    let light = (3 * peak / 100 * LIGHT_PERCENT).max(LIGHT_SIGMAS * sigma * 7 / 4);
-    square.around().any(|([x, y], sum)| {
-        // Light must come from the spot: halfway it shines as well, else it is another star's.
-        let half = |at: i32| (4 * at + at.signum() * 3) / 7;
-        let (mx, my) = (half(x), half(y));
-        let [tx, ty] = if x.abs() > y.abs() { [0, 1] } else { [1, 0] };
-        let between = square.at(mx - tx, my - ty) + square.at(mx, my) + square.at(mx + tx, my + ty);
-        sum - 3 * floor > light && between - 3 * floor > light
-    })
+/// Light under the weight about the middle.
+fn weighted(square: &Square, floor: i32) -> Option<Moments> {
+    let weight = |at: i32| WEIGHT.get(at.unsigned_abs() as usize).copied().unwrap_or(0.0) / 16.0;
+    let light = |(dx, dy, value): (i32, i32, i32)| (dx, dy, (value - floor) as f32 * weight(dx) * weight(dy));
+    moments(square.near(WEIGHT.len() - 1).map(light))
+}
+
+/// Light at an end that is more than a star's skirt and the noise.
+fn shines(end: i32, middle: i32, window: &Residuals) -> bool {
+    end > (middle / 100 * LIGHT_PERCENT).max(LIGHT_SIGMAS * window.sum_sigma)
 }
 
 /// The centre of all light inside the ring; `None` where it ends nowhere.
-fn whole(window: &Residuals, spot: &Detection, square: Square) -> Option<Detection> {
+fn whole(window: &Residuals, spot: &Detection, square: Square, axis: [f32; 2]) -> Option<Detection> {
     let mut square = square;
     for step in 0..=MOVES {
         let floor = square.floor();
@@ -173,8 +194,8 @@ fn whole(window: &Residuals, spot: &Detection, square: Square) -> Option<Detecti
             square = Square::new(window, square.x.checked_add_signed(x as isize)?, square.y.checked_add_signed(y as isize)?)?;
             continue;
         }
-        let peak = square.near(2).fold(0, |most, (.., value)| most.max(value)) - floor;
-        if runs_on(&square, floor, peak, window.sigma) {
+        let middle = square.nine([0, 0], floor);
+        if square.ends(axis, floor).into_iter().any(|end| shines(end, middle, window)) {
             return None;
         }
         let side = (2 * half + 1) as f32;
@@ -195,7 +216,7 @@ fn whole(window: &Residuals, spot: &Detection, square: Square) -> Option<Detecti
 
 /// The greatest second maximum: its share of the light of both, percent, and its distance, px.
 fn second_maximum(square: &Square, floor: i32, peak: i32, sigma: i32) -> Option<(i32, f32)> {
-    let least = (peak / 100 * BLEND_PERCENT).max(LIGHT_SIGMAS * sigma);
+    let least = (peak / 100 * BLEND_PERCENT).max(BLEND_SIGMAS * sigma);
     let mut greatest: Option<(i32, i32)> = None;
     for (dx, dy, value) in square.near(BLEND_PX as usize) {
         let light = value - floor;
@@ -228,22 +249,17 @@ pub fn shape(window: &Residuals, x: usize, y: usize, spot: &Detection) -> Shape 
     let floor = square.floor();
     let peak = square.at(0, 0) - floor;
     let sigma = window.sigma;
-    let light = |value: i32| (value - floor) as f32;
-    let core = moments(square.near(1).map(|(dx, dy, value)| (dx, dy, light(value))));
-    if let Some(([_, lesser], sum)) = core
-        && lesser + 2.0 * libm::sqrtf(6.0) * sigma as f32 / sum < THIN_PX2
-    {
+    let core = moments(square.near(1).map(|(dx, dy, value)| (dx, dy, (value - floor) as f32)));
+    if core.is_some_and(|core| core.lesser + THIN_NOISE * sigma as f32 / core.sum < THIN_PX2) {
         return Shape::Hit;
     }
-    let weight = |at: i32| WEIGHT.get(at.unsigned_abs() as usize).copied().unwrap_or(0.0) / 16.0;
-    let weighted = square.near(4).map(|(dx, dy, value)| (dx, dy, light(value) * weight(dx) * weight(dy)));
-    if let Some(([greater, lesser], sum)) = moments(weighted)
-        && greater > DRAWN_PX2 + 2.0 * DRAWN_NOISE * sigma as f32 / sum
-        && greater > DRAWN_RATIO * lesser
+    let Some(light) = weighted(&square, floor) else { return Shape::Star(*spot) };
+    if light.greater > DRAWN_PX2 + DRAWN_NOISE * sigma as f32 / light.sum
+        && light.greater > DRAWN_RATIO * light.lesser
     {
-        return whole(window, spot, square).map_or(Shape::Streak, Shape::Star);
+        return whole(window, spot, square, light.axis).map_or(Shape::Streak, Shape::Star);
     }
-    if runs_on(&square, floor, peak, sigma) {
+    if runs_on(window, &square, floor, light.axis) {
         return Shape::Streak;
     }
     let Some((share, distance_px)) = second_maximum(&square, floor, peak, sigma) else {
@@ -255,10 +271,17 @@ pub fn shape(window: &Residuals, x: usize, y: usize, spot: &Detection) -> Shape 
     Shape::Star(Detection { blended: true, sigma_q16, ..*spot })
 }
 
-/// Whether light runs on from a maximum that is no star.
+/// Whether light shines at both ends of the square.
+fn runs_on(window: &Residuals, square: &Square, floor: i32, axis: [f32; 2]) -> bool {
+    let middle = square.nine([0, 0], floor);
+    square.ends(axis, floor).into_iter().all(|end| shines(end, middle, window))
+}
+
+/// Whether a maximum that is no star is part of a streak.
 pub fn is_streak(window: &Residuals, x: usize, y: usize) -> bool {
-    Square::new(window, x, y).is_some_and(|square| {
-        let floor = square.floor();
-        runs_on(&square, floor, square.at(0, 0) - floor, window.sigma)
+    let Some(square) = Square::new(window, x, y) else { return false };
+    let floor = square.floor();
+    weighted(&square, floor).is_some_and(|light| {
+        light.greater > DRAWN_RATIO * light.lesser && runs_on(window, &square, floor, light.axis)
     })
 }
