@@ -42,6 +42,8 @@ pub enum Status {
     Waiting,
     /// The detector failed; nothing was learnt.
     DetectorFault(Fault),
+    /// The image was not identified because the sensor turned too fast: its stars are streaks.
+    TooFast,
 }
 
 /// A detector's failure in telemetry.

@@ -8,6 +8,12 @@ use heapless::Vec;
 /// Spots kept of an image.
 pub const MAX_DETECTIONS: usize = 96;
 
+/// Fewer streaks than this are tracks of particles and other satellites.
+const FEWEST_STREAKS: u32 = 6;
+/// Standard deviation of the middle of a streak about a part of it that was taken for a spot, px: that of an even one 7 px
+/// long. In longer ones such parts are told from spots.
+const PART_SIGMA_PX: f32 = 2.0;
+
 /// Star-like spots, kept by brightness.
 #[derive(Clone, Debug, Default)]
 pub struct Detections {
@@ -69,6 +75,34 @@ impl Detections {
         }
     }
 
+    /// Spots in the open sky: drawn out whole, and round.
+    fn drawn_and_round(&self) -> (u32, u32) {
+        let open = self.spots.iter().filter(|spot| !spot.extended);
+        open.fold((0, 0), |(drawn, round), spot| {
+            if spot.drawn { (drawn + 1, round) } else { (drawn, round + 1) }
+        })
+    }
+
+    /// Whether the sensor turned so fast that the stars are streaks which leave the square in which a centre is measured.
+    pub fn too_fast(&self) -> bool {
+        let (drawn, round) = self.drawn_and_round();
+        self.streaks >= FEWEST_STREAKS && self.streaks > drawn && 2 * self.streaks > round
+    }
+
+    /// Where stars are drawn out, what is round is a part of a faint one's streak: its sigma is made to hold that.
+    fn allow_for_motion(&mut self) {
+        let (drawn, round) = self.drawn_and_round();
+        let streaks = drawn + self.streaks;
+        if streaks < FEWEST_STREAKS || 3 * streaks < round {
+            return;
+        }
+        for spot in self.spots.iter_mut().filter(|spot| !spot.drawn) {
+            let sigma_px = spot.sigma_px();
+            let sigma_px = libm::sqrtf(sigma_px * sigma_px + PART_SIGMA_PX * PART_SIGMA_PX);
+            spot.sigma_q16 = (sigma_px * 65_536.0) as i32;
+        }
+    }
+
     /// Counts a spot that is the part of a streak.
     pub(super) fn note_streak(&mut self) {
         self.streaks = self.streaks.saturating_add(1);
@@ -79,8 +113,9 @@ impl Detections {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
     }
 
-    /// Sorts by brightness.
-    pub(crate) fn sort(&mut self) {
+    /// Once all of an image's spots are in: weighs what its streaks say of the others, and sorts by brightness.
+    pub(crate) fn settle(&mut self) {
+        self.allow_for_motion();
         crate::order::sort(&mut self.spots, |a, b| a.rank() < b.rank());
     }
 }

@@ -63,7 +63,11 @@ fn for_each_star(
         let places = [(x, y), window.brightest_near(x, y)];
         let seen = places.into_iter().find_map(|(x, y)| Some((x, y, measure(&window, x, y, parameters)?)));
         match seen {
-            Some((x, y, spot)) => found(shape(&window, x, y, &Detection { extended, ..spot })),
+            Some((x, y, spot)) => match shape(&window, x, y, &Detection { extended, ..spot }) {
+                // A cloud's, and none of a star.
+                Shape::Streak if extended => {}
+                shape => found(shape),
+            },
             None if !extended && is_streak(&window, x, y) => found(Shape::Streak),
             None => {}
         }
@@ -197,7 +201,7 @@ pub fn scan(
             savings.put_back(allowance);
         }
     }
-    detections.sort();
+    detections.settle();
     Ok(())
 }
 

@@ -207,6 +207,7 @@ fn whole(window: &Residuals, spot: &Detection, square: Square, axis: [f32; 2]) -
             x_q16: centre(square.x, mx),
             y_q16: centre(square.y, my),
             flux: sum,
+            drawn: true,
             sigma_q16: (libm::sqrtf(noise * noise + before * before) * 65_536.0) as i32,
             ..*spot
         });

@@ -100,7 +100,11 @@ impl Sensor<'_> {
             Progress::Searching => report.status = Status::Searching,
             Progress::NotIdentified(reason) => {
                 self.searching_since = None;
-                report.status = Status::NotIdentified(reason);
+                report.status = if self.workspace.detections.too_fast() {
+                    Status::TooFast
+                } else {
+                    Status::NotIdentified(reason)
+                };
             }
             Progress::Identified(confirmed, log10_false) => {
                 report.status = Status::Identified;
