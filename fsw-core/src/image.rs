@@ -79,8 +79,8 @@ pub struct Detection {
     pub saturated: bool,
     /// It stands on or beside an extended bright object (clouds, a limb), far above whose texture it rises.
     pub extended: bool,
-    /// Drawn out by the sensor's turning, its centre that of all its light.
-    pub drawn: bool,
+    /// Length to which the sensor's turning has drawn it out, its centre being that of all its light, px; 0 of what is round.
+    pub drawn_px: u8,
     /// A second maximum stands so close that its light draws the centre along; the sigma holds by how much.
     pub blended: bool,
 }

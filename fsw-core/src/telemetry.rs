@@ -42,7 +42,7 @@ pub enum Status {
     Waiting,
     /// The detector failed; nothing was learnt.
     DetectorFault(Fault),
-    /// The image was not identified because the sensor turned too fast: its stars are streaks.
+    /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
     TooFast,
 }
 

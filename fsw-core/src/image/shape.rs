@@ -48,6 +48,8 @@ const BLEND_SIGMAS: i32 = 5;
 const BLEND_PX: i32 = 4;
 /// Share of the maximum that a second one must have, percent, and how far it must rise above what lies between.
 const BLEND_PERCENT: i32 = 20;
+/// Second moment of a star's image, px².
+const IMAGE_PX2: f32 = 1.0;
 /// Times that the square is moved to the middle of the light.
 const MOVES: usize = 3;
 
@@ -198,6 +200,10 @@ fn whole(window: &Residuals, spot: &Detection, square: Square, axis: [f32; 2]) -
         if square.ends(axis, floor).into_iter().any(|end| shines(end, middle, window)) {
             return None;
         }
+        // The variance of an even streak is a twelfth of its squared length, and that of the image is added.
+        let light = moments(square.near(half).map(|(dx, dy, value)| (dx, dy, (value - floor) as f32)));
+        let variance = light.map_or(0.0, |light| light.greater) - IMAGE_PX2;
+        let length_px = libm::sqrtf((12.0 * variance).max(1.0));
         let side = (2 * half + 1) as f32;
         let spread = side * side * reach * (reach + 1.0) / 3.0;
         let noise = window.sum_sigma as f32 / 3.0 * libm::sqrtf(spread) * per;
@@ -207,7 +213,7 @@ fn whole(window: &Residuals, spot: &Detection, square: Square, axis: [f32; 2]) -
             x_q16: centre(square.x, mx),
             y_q16: centre(square.y, my),
             flux: sum,
-            drawn: true,
+            drawn_px: length_px as u8,
             sigma_q16: (libm::sqrtf(noise * noise + before * before) * 65_536.0) as i32,
             ..*spot
         });

@@ -86,6 +86,10 @@ impl Sensor<'_> {
                 Ok(false) => return report.status = Status::Blinded,
                 Err(error) => return report.status = Status::DetectorFault(error.into()),
             }
+            report.detections = self.workspace.detections.spots().len() as u16;
+            if self.workspace.detections.too_fast() {
+                return report.status = Status::TooFast;
+            }
             self.workspace.take_measured(&self.camera);
             self.workspace.identifier.restart(0.0);
             self.searching_since = Some(self.cycle);
@@ -100,11 +104,7 @@ impl Sensor<'_> {
             Progress::Searching => report.status = Status::Searching,
             Progress::NotIdentified(reason) => {
                 self.searching_since = None;
-                report.status = if self.workspace.detections.too_fast() {
-                    Status::TooFast
-                } else {
-                    Status::NotIdentified(reason)
-                };
+                report.status = Status::NotIdentified(reason);
             }
             Progress::Identified(confirmed, log10_false) => {
                 report.status = Status::Identified;
@@ -169,6 +169,9 @@ impl Sensor<'_> {
             Err(error) => return report.status = Status::DetectorFault(error.into()),
         }
 
+        if self.workspace.detections.too_fast() {
+            return report.status = Status::TooFast;
+        }
         self.workspace.take_measured(&self.camera);
         let measured = &self.workspace.measured;
         report.detections = measured.len() as u16;

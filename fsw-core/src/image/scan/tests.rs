@@ -342,29 +342,3 @@ proptest! {
         }
     }
 }
-
-#[test]
-fn zz_debug() {
-    let raw = std::fs::read("/tmp/fr/gto-10.raw").unwrap();
-    let px: Vec<u16> = raw.chunks(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
-    for (sx, sy) in [(139usize, 417usize), (181, 204), (676, 443), (594, 602)] {
-        for (cy, ch) in cores(1024, MAX_HEIGHT) {
-            for (cx, cw) in cores(1280, MAX_WIDTH) {
-                let (cx, cy, cw, ch) = (cx as usize, cy as usize, cw as usize, ch as usize);
-                if !(cx..cx + cw).contains(&sx) || !(cy..cy + ch).contains(&sy) { continue; }
-                let (x0, y0, w, h) = (cx - 7, cy - 7, cw + 14, ch + 14);
-                let mut t: Vec<u16> = (0..w * h).map(|i| px[(y0 + i / w) * 1280 + x0 + i % w]).collect();
-                let r = condition(&mut t, w, 10).unwrap();
-                std::println!("star {sx} {sy}: tile {x0} {y0} {w} {h} sigma {} sum {} at {} {}", r.sigma, r.sum_sigma, sx - x0, sy - y0);
-                for b in 0..4 { std::println!("lev {:?} noise {:?}", r.cell_levels(b), r.noise()[b]); }
-                for dy in 0..3 { for dx in 0..3 {
-                    let (x, y) = (sx - x0 + dx - 1, sy - y0 + dy - 1);
-                    let a = r.about(x, y);
-                    let s: i32 = (y-1..=y+1).map(|y| a.run::<3>(x - 1, y).unwrap().iter().sum::<i32>()).sum();
-                    let m = measure(&a, x, y, &DetectionParameters::default());
-                    std::println!("  {dx} {dy} sum {s} {:?} {:?}", m, m.map(|m| shape(&a, x, y, &m)));
-                } }
-            }
-        }
-    }
-}
