@@ -32,6 +32,8 @@ pub const MAX_HEIGHT: usize = 64;
 pub const CLIP_SIGMAS: i32 = 3;
 /// Resolution that is kept of a pixel: a scaled count is one of a converter of so many bits.
 const KEPT_BITS: u8 = FULL_SCALE.ilog2() as u8;
+/// The sums at the sides of a cell that slopes are held to be so many sigmas: no threshold is lower than that many.
+const LEAN_SIGMAS: i32 = 5;
 /// Windows at least this tall are sampled for their noise in every [`NOISE_ROW_STEP`]th row, lower ones in all.
 const TALL: usize = 48;
 const NOISE_ROW_STEP: usize = 4;
@@ -126,13 +128,15 @@ impl<'a> Residuals<'a> {
         Self { cell_level: self.level(x, y) - self.row_level(y), sum_sigma, ..*self }
     }
 
-    /// The brightest of the pixels within one of (x, y), the first of equal ones.
-    pub fn brightest_near(&self, x: usize, y: usize) -> (usize, usize) {
+    /// The brightest of the 3 x 3 pixels about (x, y), the first of equal ones, and the sum of all.
+    pub fn brightest_near(&self, x: usize, y: usize) -> ([usize; 2], i32) {
         let left = x.saturating_sub(1);
         let rows = (y.saturating_sub(1)..).take(3).filter_map(|y| Some((y, self.run::<3>(left, y)?)));
-        let pixels = rows.flat_map(|(y, run)| (left..).zip(run).map(move |(x, value)| (value, x, y)));
-        let (_, x, y) = pixels.fold((i32::MIN, x, y), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
-        (x, y)
+        let pixels = rows.flat_map(|(y, run)| (left..).zip(run).map(move |(x, value)| (value, [x, y])));
+        let (_, place, sum) = pixels.fold((i32::MIN, [x, y], 0), |(most, place, sum), (value, at)| {
+            if value > most { (value, at, sum + value) } else { (most, place, sum + value) }
+        });
+        (place, sum)
     }
 
     /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to compression and
@@ -168,6 +172,42 @@ impl<'a> Residuals<'a> {
         sums
     }
 
+    /// By how much the background rises across each cell of a band, along the rows and down beyond what the rows' levels do: the lesser of the steps to its
+    /// neighbours on either side where both go the same way. A glow slopes so; a limb is a step on one side.
+    fn slopes(&self, band: usize) -> [[i32; 2]; BLOCKS] {
+        let cells = self.cell_levels(band);
+        let last = (self.width.div_ceil(BLOCK)).min(BLOCKS).saturating_sub(1);
+        let step_down = bands(self.height) - 1;
+        let [above, below] = [band.saturating_sub(1), (band + 1).min(step_down)].map(|band| self.cell_levels(band));
+        let lesser = |before: i32, after: i32| {
+            if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
+        };
+        let mut slopes = core::array::from_fn(|block| {
+            let of = |cells: &[i32; BLOCKS], block: usize| cells.get(block).copied().unwrap_or(0);
+            let here = of(cells, block);
+            let (left, right) = (of(cells, block.saturating_sub(1)), of(cells, (block + 1).min(last)));
+            // At the window's edge the one neighbour speaks for both sides.
+            let along = match block {
+                0 => right - here,
+                block if block >= last => here - left,
+                _ => lesser(here - left, right - here),
+            };
+            let (up, down) = (here - of(above, block), of(below, block) - here);
+            let down = match band {
+                0 => down,
+                band if band >= step_down => up,
+                _ => lesser(up, down),
+            };
+            [along, down]
+        });
+        // The rows' levels have taken what all cells have in common.
+        let used = slopes.get_mut(..=last).unwrap_or(&mut []);
+        let sum = used.iter().fold(0, |sum, [_, down]| sum + down);
+        let mean = sum / (last as i32 + 1);
+        used.iter_mut().for_each(|[_, down]| *down -= mean);
+        slopes
+    }
+
     /// Noise of pixels and of 3 x 3 sums, from three places in each whole block of the sampled rows; what is farther
     /// than `clip` (a sum: four times) is no background.
     fn measure_noise(&mut self, clip: i32, floor: i32) {
@@ -177,18 +217,23 @@ impl<'a> Residuals<'a> {
         for (band, scatters) in scatters.iter_mut().enumerate().take(bands(self.height)) {
             let rows = rows_of(band, self.height);
             let cells = self.cell_levels(band);
+            let slopes = self.slopes(band);
+            let middle = (rows.start + rows.end) as i32 / 2;
             for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(if tall { NOISE_ROW_STEP } else { 1 }) {
                 let level = self.row_level(y);
                 let level3 = self.row_level(y - 1) + level + self.row_level(y + 1);
                 let [above, here, below] = [y - 1, y, y + 1].map(|y| self.raw_row(y).as_chunks::<BLOCK>().0);
-                let columns = cells.iter().zip(scatters.iter_mut());
-                for (((a, b), c), (cell, scatter)) in above.iter().zip(here).zip(below).zip(columns) {
-                    for (sum, middle) in triples(a, b, c) {
+                let columns = cells.iter().zip(&slopes).zip(scatters.iter_mut());
+                for (((a, b), c), ((cell, [along, down]), scatter)) in above.iter().zip(here).zip(below).zip(columns) {
+                    // The middles of the squares stand 5.5, 0.5 and -4.5 px before that of the block.
+                    let lean = 9 * down * (y as i32 - middle) / BAND as i32;
+                    let leans = [lean - 25 * along / 8, lean - along / 4, lean + 5 * along / 2];
+                    for ((sum, middle), lean) in triples(a, b, c).into_iter().zip(leans) {
                         let sum = (sum << self.shift).wrapping_sub(3 * level3 + 9 * cell);
                         sums.add(sum, 4 * clip);
                         pixels.add((middle << self.shift) - level - cell, clip);
                         if tall {
-                            scatter.add(sum.unsigned_abs());
+                            scatter.add(sum.wrapping_sub(lean).unsigned_abs());
                         }
                     }
                 }
@@ -202,6 +247,14 @@ impl<'a> Residuals<'a> {
             let (noise, most) = noise_of(&scatters);
             self.sum_sigma = most.max(least);
             self.noise = noise.map(|row| row.map(|sigma| sigma.max(3 * floor)));
+            // At the sides of a cell that slopes the sums stand as much above its level as the slope makes them; what the
+            // levels' own errors feign is not counted.
+            for band in 0..bands(self.height) {
+                let slopes = self.slopes(band);
+                for (sigma, [along, down]) in self.noise.get_mut(band).into_iter().flatten().zip(slopes) {
+                    *sigma += 9 * (along.abs() + down.abs() - self.sigma / 2).max(0) / (2 * LEAN_SIGMAS);
+                }
+            }
         }
     }
 }

@@ -180,10 +180,12 @@ impl Levels {
             let cell = (index * 7 + 3).checked_rem(cell_count).unwrap_or(0);
             *sample = spreads.get(cell).copied().unwrap_or(0);
         }
+        let limit = 2 * middle_and_spread(&some).0 + 2;
+        let in_some = some.iter().fold(0, |sum, spread| sum + spread.min(&limit));
         // The spread of a Gaussian is 0.66 sigma (see `median`). What the cells leave widens the rows' spread; the cells'
         // does not see it, but rests on fewer samples, so half of its size is left to chance.
         let in_rows = 24 * row_spreads / (height as i32).max(1);
-        let in_cells = 36 * middle_and_spread(&some).0;
+        let in_cells = 36 * in_some / SAMPLES as i32;
         (levels, in_rows.min(in_cells))
     }
 

@@ -33,6 +33,10 @@ const NOISY: i32 = 2;
 const CORRELATED_HALVES: i32 = 11;
 /// In texture the threshold is that many times higher: it has no Gaussian's tails.
 const TEXTURE_FACTOR: i32 = 3;
+/// A spot so far above the noise is looked at a second time; fainter ones would bring in noise.
+const CLEAR_SIGMAS: i32 = 6;
+/// Largest threshold: whatever is around it, a saturated star exceeds it.
+const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 /// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a pixel.
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
 /// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each, px.
@@ -54,16 +58,19 @@ fn for_each_star(
     let tenths = i32::from(parameters.threshold_sigma_tenths);
     let texture = (NOISY * quiet).max(CORRELATED_HALVES * window.sigma / 2);
     let thresholds = window.noise().map(|band| {
-        band.map(|noise| noise * if noise > texture { tenths * TEXTURE_FACTOR } else { tenths } / 10)
+        let tenths_at = |noise| if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
+        band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
     });
     for_each_peak(window, core, &thresholds, allowance, |x, y| {
         let extended = window.noisy_around(x, y, quiet * 3 / 2);
         let window = window.about(x, y);
+        let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, parameters)?));
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
-        let places = [(x, y), window.brightest_near(x, y)];
-        let seen = places.into_iter().find_map(|(x, y)| Some((x, y, measure(&window, x, y, parameters)?)));
+        let (brightest, sum) = window.brightest_near(x, y);
+        let clear = sum > CLEAR_SIGMAS * window.sum_sigma;
+        let seen = look([x, y]).or_else(|| look(brightest).filter(|_| clear));
         match seen {
-            Some((x, y, spot)) => match shape(&window, x, y, &Detection { extended, ..spot }) {
+            Some(([x, y], spot)) => match shape(&window, x, y, &Detection { extended, ..spot }) {
                 // A cloud's, and none of a star.
                 Shape::Streak if extended => {}
                 shape => found(shape),
