@@ -104,16 +104,18 @@ impl<'a> Residuals<'a> {
         &self.noise
     }
 
-    /// Whether more than a third of the cells within two of that of a place are noisier than `noise`: clouds are told by
-    /// what is around them.
-    pub fn noisy_around(&self, x: usize, y: usize, noise: i32) -> bool {
+    /// The greatest noise within two cells of that of a place where more than a quarter of these cells are noisier than
+    /// `noise`, else 0: clouds are told by what is around them.
+    pub fn noise_around(&self, x: usize, y: usize, noise: i32) -> i32 {
         let from = |middle: usize| middle.saturating_sub(2);
         let (band, block) = (self.band(y), x / BLOCK);
         let (bands, blocks) = (bands(self.height), self.width.div_ceil(BLOCK));
         let rows = self.noise.iter().take(bands.min(band + 3)).skip(from(band));
         let cells = rows.flat_map(|row| row.iter().take(blocks.min(block + 3)).skip(from(block)));
-        let (noisy, all) = cells.fold((0, 0), |(noisy, all), cell| (noisy + i32::from(*cell > noise), all + 1));
-        4 * noisy > all
+        let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
+            (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
+        });
+        if 4 * noisy > all { greatest } else { 0 }
     }
 
     /// Background of the pixel, scaled counts.
@@ -128,15 +130,14 @@ impl<'a> Residuals<'a> {
         Self { cell_level: self.level(x, y) - self.row_level(y), sum_sigma, ..*self }
     }
 
-    /// The brightest of the 3 x 3 pixels about (x, y), the first of equal ones, and the sum of all.
-    pub fn brightest_near(&self, x: usize, y: usize) -> ([usize; 2], i32) {
+    /// The brightest of the 3 x 3 pixels about (x, y), the first of equal ones.
+    pub fn brightest_near(&self, x: usize, y: usize) -> [usize; 2] {
         let left = x.saturating_sub(1);
         let rows = (y.saturating_sub(1)..).take(3).filter_map(|y| Some((y, self.run::<3>(left, y)?)));
         let pixels = rows.flat_map(|(y, run)| (left..).zip(run).map(move |(x, value)| (value, [x, y])));
-        let (_, place, sum) = pixels.fold((i32::MIN, [x, y], 0), |(most, place, sum), (value, at)| {
-            if value > most { (value, at, sum + value) } else { (most, place, sum + value) }
-        });
-        (place, sum)
+        let (_, place) =
+            pixels.fold((i32::MIN, [x, y]), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
+        place
     }
 
     /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to compression and

@@ -80,14 +80,12 @@ struct Block {
     bounds: [i32; 2],
     /// A sum of three bounds must exceed this for the middle row to be looked at: its cell's threshold and background.
     enough: i32,
-    /// The octaves count from this.
-    least: u32,
 }
 
 /// Takes in the next row and calls `exceeds` with the blocks whose row before it may hold a peak, and by how much. `level` is
 /// three times the row's, scaled counts.
 #[inline(always)]
-fn next_row(row: &[u16], level: i32, shift: u32, blocks: &mut [Block], mut exceeds: impl FnMut(usize, u32, u32)) {
+fn next_row(row: &[u16], level: i32, shift: u32, blocks: &mut [Block], mut exceeds: impl FnMut(usize, u32)) {
     let last = row.len().saturating_sub(BLOCK + 2);
     let mut start = 0usize;
     for (index, block) in blocks.iter_mut().enumerate() {
@@ -99,7 +97,7 @@ fn next_row(row: &[u16], level: i32, shift: u32, blocks: &mut [Block], mut excee
         // Wraps only where raw values have more bits than they should.
         let sum = above.wrapping_add(here).wrapping_add(bound);
         if sum > block.enough {
-            exceeds(index, sum.wrapping_sub(block.enough) as u32, block.least);
+            exceeds(index, sum.wrapping_sub(block.enough) as u32);
         }
         block.bounds = [here, bound];
         start += BLOCK;
@@ -164,6 +162,9 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
     let blocks = blocks.get_mut(..core.columns.end.div_ceil(BLOCK)).unwrap_or(&mut []);
     let top = core.rows.start;
     let first_block = core.columns.start / BLOCK;
+    // A bright star rises from its own noise; it is still the first to be looked at.
+    let lowest = thresholds.as_flattened().iter().fold(i32::MAX, |least, threshold| least.min(*threshold));
+    let least = (lowest / LEAST_EXCESS_DIVISOR).max(1) as u32;
     let mut band = BANDS;
     for y in top - 1..=core.rows.end {
         // The sums are those of the row before, whose cells they are held against.
@@ -173,11 +174,10 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
             let thresholds = thresholds.get(band).into_iter().flatten();
             for ((block, level), threshold) in blocks.iter_mut().zip(window.cell_levels(band)).zip(thresholds) {
                 block.enough = threshold.saturating_add(9 * level);
-                block.least = (threshold / LEAST_EXCESS_DIVISOR).max(1) as u32;
             }
         }
         let level = 3 * window.row_level(y);
-        next_row(window.raw_row(y), level, window.shift(), blocks, |block, excess, least| {
+        next_row(window.raw_row(y), level, window.shift(), blocks, |block, excess| {
             // Those of the first two rows read are not whole.
             if y > top && block >= first_block {
                 looks.mark(y - 1 - top, block, excess, least);

@@ -33,8 +33,8 @@ const NOISY: i32 = 2;
 const CORRELATED_HALVES: i32 = 11;
 /// In texture the threshold is that many times higher: it has no Gaussian's tails.
 const TEXTURE_FACTOR: i32 = 3;
-/// A spot so far above the noise is looked at a second time; fainter ones would bring in noise.
-const CLEAR_SIGMAS: i32 = 6;
+/// What rises so many times the noise around it above its own is no hill of a texture.
+const HILL_FACTOR: i32 = 8;
 /// Largest threshold: whatever is around it, a saturated star exceeds it.
 const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 /// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a pixel.
@@ -62,20 +62,21 @@ fn for_each_star(
         band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
     });
     for_each_peak(window, core, &thresholds, allowance, |x, y| {
-        let extended = window.noisy_around(x, y, quiet * 3 / 2);
+        let around = window.noise_around(x, y, quiet * 3 / 2);
         let window = window.about(x, y);
         let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, parameters)?));
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
-        let (brightest, sum) = window.brightest_near(x, y);
-        let clear = sum > CLEAR_SIGMAS * window.sum_sigma;
-        let seen = look([x, y]).or_else(|| look(brightest).filter(|_| clear));
+        let seen = look([x, y]).or_else(|| look(window.brightest_near(x, y)));
         match seen {
-            Some(([x, y], spot)) => match shape(&window, x, y, &Detection { extended, ..spot }) {
-                // A cloud's, and none of a star.
-                Shape::Streak if extended => {}
-                shape => found(shape),
-            },
-            None if !extended && is_streak(&window, x, y) => found(Shape::Streak),
+            Some(([x, y], spot)) => {
+                let extended = spot.core_flux < HILL_FACTOR * around;
+                match shape(&window, x, y, &Detection { extended, ..spot }) {
+                    // A cloud's, and none of a star.
+                    Shape::Streak if extended => {}
+                    shape => found(shape),
+                }
+            }
+            None if around == 0 && is_streak(&window, x, y) => found(Shape::Streak),
             None => {}
         }
     })
