@@ -13,11 +13,14 @@ pub mod blinding;
 pub mod centroid;
 pub mod condition;
 mod detections;
+mod levels;
 mod median;
 mod peaks;
 pub mod scan;
+mod shape;
 #[cfg(test)]
 mod test_sky;
+mod texture;
 
 /// Full scale of a pixel in scaled counts.
 pub const FULL_SCALE: i32 = 1 << 14;
@@ -74,12 +77,19 @@ pub struct Detection {
     pub sigma_q16: i32,
     /// A pixel stood at full scale: the centre is good, the flux a lower bound.
     pub saturated: bool,
+    /// It stands on or beside an extended bright object (clouds, a limb), far above whose texture it rises.
+    pub extended: bool,
+    /// Length to which the sensor's turning has drawn it out, its centre being that of all its light, px; 0 of what is round.
+    pub drawn_px: u8,
+    /// A second maximum stands so close that its light draws the centre along; the sigma holds by how much.
+    pub blended: bool,
 }
 
 impl Detection {
-    /// Sorts by brightness, brightest first; equal spots by position, so that the order is the same everywhere.
+    /// Sorts by brightness, brightest first, those on extended objects behind all others; equal spots by position, so that
+    /// the order is the same everywhere.
     pub fn rank(&self) -> impl Ord + use<> {
-        (core::cmp::Reverse((self.core_flux, self.flux)), self.y_q16, self.x_q16)
+        (self.extended, core::cmp::Reverse((self.core_flux, self.flux)), self.y_q16, self.x_q16)
     }
 
     /// The centre, px.

@@ -42,6 +42,8 @@ pub enum Status {
     Waiting,
     /// The detector failed; nothing was learnt.
     DetectorFault(Fault),
+    /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
+    TooFast,
 }
 
 /// A detector's failure in telemetry.

@@ -249,5 +249,8 @@ pub fn measure(
         flux: counts,
         sigma_q16: (libm::sqrtf(noise * noise + phase_error * phase_error + drawn * drawn) * 65_536.0) as i32,
         saturated,
+        extended: false,
+        drawn_px: 0,
+        blended: false,
     })
 }

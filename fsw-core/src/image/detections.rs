@@ -8,12 +8,21 @@ use heapless::Vec;
 /// Spots kept of an image.
 pub const MAX_DETECTIONS: usize = 96;
 
+/// Fewer streaks than this are tracks of particles and other satellites.
+const FEWEST_STREAKS: u32 = 6;
+/// Mean length of streaks from which on regions chosen for stars hold a part only, px.
+const LONG_PX: u32 = 9;
+/// Standard deviation of the middle of a streak about a part of it that was taken for a spot, px: that of an even one 7 px
+/// long. In longer ones such parts are told from spots.
+const PART_SIGMA_PX: f32 = 2.0;
+
 /// Star-like spots, kept by brightness.
 #[derive(Clone, Debug, Default)]
 pub struct Detections {
     spots: Vec<Detection, MAX_DETECTIONS>,
     found: u32,
     crowded_tiles: u32,
+    streaks: u32,
 }
 
 impl Detections {
@@ -32,16 +41,22 @@ impl Detections {
         self.crowded_tiles
     }
 
+    /// Spots that are parts of streaks and were refused; a long streak has several.
+    pub fn streaks(&self) -> u32 {
+        self.streaks
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.spots.clear();
         self.found = 0;
         self.crowded_tiles = 0;
+        self.streaks = 0;
     }
 
     /// No spots.
     pub const fn new() -> Self {
-        Self { spots: Vec::new(), found: 0, crowded_tiles: 0 }
+        Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0 }
     }
 
     /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept once.
@@ -62,13 +77,55 @@ impl Detections {
         }
     }
 
+    /// Spots in the open sky: drawn out whole, and round.
+    fn drawn_and_round(&self) -> (u32, u32) {
+        let open = self.spots.iter().filter(|spot| !spot.extended);
+        open.fold((0, 0), |(drawn, round), spot| {
+            if spot.drawn_px > 0 { (drawn + 1, round) } else { (drawn, round + 1) }
+        })
+    }
+
+    /// Whether the sensor turned so fast that many of its stars are streaks which leave the square in which a centre is
+    /// measured: what is still taken for whole is then not to be believed either.
+    pub fn too_fast(&self) -> bool {
+        let (drawn, round) = self.drawn_and_round();
+        let all = drawn + self.streaks;
+        all >= FEWEST_STREAKS && 2 * self.streaks > drawn && 2 * all > round
+    }
+
+    /// Where stars are drawn out beyond the region in which a round one is measured, what is round is a part of a faint one's
+    /// streak: its sigma is made to hold that.
+    fn allow_for_motion(&mut self) {
+        let (drawn, round) = self.drawn_and_round();
+        let all = drawn + self.streaks;
+        if all < FEWEST_STREAKS || 3 * all < round {
+            return;
+        }
+        let open = self.spots.iter().filter(|spot| !spot.extended);
+        let length_px = open.fold(0, |sum, spot| sum + u32::from(spot.drawn_px)).checked_div(drawn);
+        if self.streaks <= drawn && length_px.is_some_and(|length_px| length_px < LONG_PX) {
+            return;
+        }
+        for spot in self.spots.iter_mut().filter(|spot| spot.drawn_px == 0) {
+            let sigma_px = spot.sigma_px();
+            let sigma_px = libm::sqrtf(sigma_px * sigma_px + PART_SIGMA_PX * PART_SIGMA_PX);
+            spot.sigma_q16 = (sigma_px * 65_536.0) as i32;
+        }
+    }
+
+    /// Counts a spot that is the part of a streak.
+    pub(super) fn note_streak(&mut self) {
+        self.streaks = self.streaks.saturating_add(1);
+    }
+
     /// Counts a window whose search ended with its allowance.
     pub(super) fn note_crowded(&mut self) {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
     }
 
-    /// Sorts by brightness.
-    pub(crate) fn sort(&mut self) {
+    /// Once all of an image's spots are in: weighs what its streaks say of the others, and sorts by brightness.
+    pub(crate) fn settle(&mut self) {
+        self.allow_for_motion();
         crate::order::sort(&mut self.spots, |a, b| a.rank() < b.rank());
     }
 }

@@ -1,7 +1,7 @@
 //! Where something rises from the background: local maxima of the sums over 3 x 3 pixels.
 //!
-//! In: conditioned pixels, the part of the window to search, a threshold. Out: the positions of the pixels whose 3 x 3
-//! sum exceeds the threshold and is a local maximum in 5 x 5; of equal sums the first in reading order. The sum, rather
+//! In: conditioned pixels, the part of the window to search, a threshold for each cell. Out: the positions of the pixels whose 3 x 3
+//! sum exceeds its cell's threshold and is a local maximum in 5 x 5; of equal sums the first in reading order. The sum, rather
 //! than the pixel, is what noise of single pixels and the star's phase disturb least (thesis §3.1.1, step 1, where the
 //! pixel itself is compared).
 //!
@@ -19,7 +19,8 @@
 //! up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
 
 use super::allowance::{Allowance, CANDIDATE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES};
-use super::condition::{BLOCK, BLOCKS, MAX_HEIGHT, Residuals};
+use super::condition::{BANDS, BLOCK, BLOCKS, MAX_HEIGHT, Residuals};
+use super::levels::Cells;
 use fsw_hal::Window;
 
 /// Pixels next to the searched part that the sums of a 5 x 5 neighbourhood need.
@@ -77,7 +78,7 @@ fn greatest_triple(pixels: &[u16; BLOCK + 2]) -> u32 {
 struct Block {
     /// Bounds of `h` in the two rows read last, above the rows' levels.
     bounds: [i32; 2],
-    /// A sum of three bounds must exceed this for the middle row to be looked at.
+    /// A sum of three bounds must exceed this for the middle row to be looked at: its cell's threshold and background.
     enough: i32,
 }
 
@@ -103,20 +104,6 @@ fn next_row(row: &[u16], level: i32, shift: u32, blocks: &mut [Block], mut excee
     }
 }
 
-/// The least background of a 3 x 3 sum centred in each block, without the rows' levels.
-fn block_floors(window: &Residuals) -> [i32; BLOCKS] {
-    let (blocks, _) = window.column_levels().as_chunks::<BLOCK>();
-    let mut floors = [0; BLOCKS];
-    let used = window.width().div_ceil(BLOCK);
-    for (index, floor) in floors.iter_mut().enumerate().take(used) {
-        let level = |index: usize| blocks.get(index).filter(|_| index < used).map(|[level, ..]| *level);
-        let here = level(index).unwrap_or(0);
-        let least = [index.wrapping_sub(1), index + 1].into_iter().filter_map(level).fold(here, i32::min);
-        *floor = 6 * here + 3 * least;
-    }
-    floors
-}
-
 /// The sums over 3 x 3 pixels centred at `sums.len()` places from (x, y) to the right.
 fn sums9<const COLUMNS: usize, const SUMS: usize>(window: &Residuals, x: usize, y: usize) -> [i32; SUMS] {
     const { assert!(COLUMNS == SUMS + 2) };
@@ -139,7 +126,7 @@ struct Searched {
 }
 
 impl Searched {
-    /// The 3 x 3 sums centred at `SUMS` places from (x, y) to the right, those outside less the tolerance.
+    /// The 3 x 3 sums above the rows' levels centred at `SUMS` places from (x, y) to the right, those outside less the tolerance.
     fn sums<const COLUMNS: usize, const SUMS: usize>(
         &self,
         window: &Residuals,
@@ -169,18 +156,29 @@ impl Searched {
 }
 
 /// Reads the window once and marks what is to be looked at. `core` has room around it.
-fn looks(window: &Residuals, core: &Searched, threshold: i32) -> Looks {
+fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks {
     let mut looks = Looks { octaves: [[0; MAX_HEIGHT]; OCTAVES] };
-    let mut blocks =
-        block_floors(window).map(|floor| Block { bounds: [0; 2], enough: threshold.saturating_add(floor) });
+    let mut blocks = [Block::default(); BLOCKS];
     let blocks = blocks.get_mut(..core.columns.end.div_ceil(BLOCK)).unwrap_or(&mut []);
     let top = core.rows.start;
     let first_block = core.columns.start / BLOCK;
-    let least = (threshold / LEAST_EXCESS_DIVISOR).max(1) as u32;
+    // A bright star rises from its own noise; it is still the first to be looked at.
+    let lowest = thresholds.as_flattened().iter().fold(i32::MAX, |least, threshold| least.min(*threshold));
+    let least = (lowest / LEAST_EXCESS_DIVISOR).max(1) as u32;
+    let mut band = BANDS;
     for y in top - 1..=core.rows.end {
+        // The sums are those of the row before, whose cells they are held against.
+        let band_before = window.band(y - 1);
+        if band != band_before {
+            band = band_before;
+            let thresholds = thresholds.get(band).into_iter().flatten();
+            for ((block, level), threshold) in blocks.iter_mut().zip(window.cell_levels(band)).zip(thresholds) {
+                block.enough = threshold.saturating_add(9 * level);
+            }
+        }
         let level = 3 * window.row_level(y);
         next_row(window.raw_row(y), level, window.shift(), blocks, |block, excess| {
-            // The sums of the row before; those of the first two rows read are not whole.
+            // Those of the first two rows read are not whole.
             if y > top && block >= first_block {
                 looks.mark(y - 1 - top, block, excess, least);
             }
@@ -194,7 +192,7 @@ fn looks(window: &Residuals, core: &Searched, threshold: i32) -> Looks {
 pub fn for_each_peak(
     window: &Residuals,
     core: Window,
-    threshold: i32,
+    thresholds: &Cells<i32>,
     allowance: &mut Allowance,
     mut found: impl FnMut(usize, usize),
 ) -> bool {
@@ -204,17 +202,21 @@ pub fn for_each_peak(
         return left >= right || top >= bottom;
     }
     let searched = Searched { columns: left..right, rows: top..bottom, tolerance: window.sum_sigma };
-    for (row, block) in looks(window, &searched, threshold).brightest_first() {
+    for (row, block) in looks(window, &searched, thresholds).brightest_first() {
         if !allowance.spend(LOOK_CYCLES) {
             return false;
         }
         let y = top + row;
         let first = left.max(block * BLOCK);
         let end = right.min((block + 1) * BLOCK);
+        let band = window.band(y);
+        let of_cell = |cells: Option<&[i32; BLOCKS]>| cells.and_then(|cells| cells.get(block)).copied();
+        let threshold = of_cell(thresholds.get(band)).unwrap_or(i32::MAX);
+        let level = 9 * of_cell(Some(window.cell_levels(band))).unwrap_or(0);
         let sums = searched.sums::<{ SPAN + 2 }, SPAN>(window, first - 2, y);
         for (x, around) in (first..end).zip(sums.array_windows()) {
             let [second_left, first_left, sum, first_right, second_right] = *around;
-            if sum <= threshold || first_left.max(second_left) >= sum || first_right.max(second_right) > sum {
+            if sum - level <= threshold || first_left.max(second_left) >= sum || first_right.max(second_right) > sum {
                 continue;
             }
             if !allowance.spend(ROW_MAXIMUM_CYCLES) {

@@ -19,30 +19,65 @@ use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
 use super::peaks::for_each_peak;
-use super::{Detection, DetectionParameters};
+use super::shape::{Shape, is_streak, shape};
+use super::{Detection, DetectionParameters, FULL_SCALE};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 /// Length of the readout buffer, px.
 pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
 
-/// The threshold is that many times higher where the window shows texture: it has no Gaussian's tails.
+/// Texture is what is more than so many times as noisy as quiet sky ...
+const NOISY: i32 = 2;
+/// ... and where neighbours go together. Of white noise a 3 x 3 sum has 3 sigmas of a pixel, of real skies after
+/// interpolation and compression up to 5; in halves.
+const CORRELATED_HALVES: i32 = 11;
+/// In texture the threshold is that many times higher: it has no Gaussian's tails.
 const TEXTURE_FACTOR: i32 = 3;
+/// What rises so many times the noise around it above its own is no hill of a texture.
+const HILL_FACTOR: i32 = 8;
+/// Largest threshold: whatever is around it, a saturated star exceeds it.
+const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
+/// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a pixel.
+const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
+/// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each, px.
+const SURVEY: [u16; 2] = [8, 6];
+const SURVEY_PX: u16 = 16;
+/// Of these places the share that is surely quiet: a limb, a Moon or clouds may take the others.
+const QUIET_SHARE: usize = 6;
 
-/// Calls `found` for every star of a conditioned window whose maximum lies in the core: `core` in window pixels, at
+/// Calls `found` for every spot of a conditioned window whose maximum lies in the core: `core` in window pixels, at
 /// least [`MARGIN`] inside the window. Returns whether all candidates were examined.
 fn for_each_star(
     window: &Residuals,
     core: Window,
     parameters: &DetectionParameters,
+    quiet: i32,
     allowance: &mut Allowance,
-    mut found: impl FnMut(Detection),
+    mut found: impl FnMut(Shape),
 ) -> bool {
     let tenths = i32::from(parameters.threshold_sigma_tenths);
-    let tenths = if window.textured() { tenths * TEXTURE_FACTOR } else { tenths };
-    let threshold = window.sum_sigma * tenths / 10;
-    for_each_peak(window, core, threshold, allowance, |x, y| {
-        if let Some(spot) = measure(window, x, y, parameters) {
-            found(spot);
+    let texture = (NOISY * quiet).max(CORRELATED_HALVES * window.sigma / 2);
+    let thresholds = window.noise().map(|band| {
+        let tenths_at = |noise| if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
+        band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
+    });
+    for_each_peak(window, core, &thresholds, allowance, |x, y| {
+        let around = window.noise_around(x, y, quiet * 3 / 2);
+        let window = window.about(x, y);
+        let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, parameters)?));
+        // An image that is not round has its brightest pixel beside the middle of its brightest nine.
+        let seen = look([x, y]).or_else(|| look(window.brightest_near(x, y)));
+        match seen {
+            Some(([x, y], spot)) => {
+                let extended = spot.core_flux < HILL_FACTOR * around;
+                match shape(&window, x, y, &Detection { extended, ..spot }) {
+                    // A cloud's, and none of a star.
+                    Shape::Streak if extended => {}
+                    shape => found(shape),
+                }
+            }
+            None if around == 0 && is_streak(&window, x, y) => found(Shape::Streak),
+            None => {}
         }
     })
 }
@@ -70,7 +105,7 @@ pub fn read_stars(
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
     let mut allowance = Allowance::of_a_window();
-    read_stars_within(detector, window, buffer, parameters, detections, &mut allowance)
+    read_stars_within(detector, window, buffer, parameters, detections, QUIET, &mut allowance)
 }
 
 /// [`read_stars`] at the cost of `allowance`.
@@ -80,6 +115,7 @@ fn read_stars_within(
     buffer: &mut [u16; TILE_PIXELS],
     parameters: &DetectionParameters,
     detections: &mut Detections,
+    quiet: i32,
     allowance: &mut Allowance,
 ) -> Result<(), DetectorError> {
     let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
@@ -96,15 +132,47 @@ fn read_stars_within(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    let complete = for_each_star(&residuals, core, parameters, allowance, |mut spot| {
-        spot.x_q16 += i32::from(window.x) << 16;
-        spot.y_q16 += i32::from(window.y) << 16;
-        detections.insert(spot);
+    let complete = for_each_star(&residuals, core, parameters, quiet, allowance, |shape| match shape {
+        Shape::Star(mut spot) => {
+            spot.x_q16 += i32::from(window.x) << 16;
+            spot.y_q16 += i32::from(window.y) << 16;
+            detections.insert(spot);
+        }
+        Shape::Streak => detections.note_streak(),
+        Shape::Hit => {}
     });
     if !complete {
         detections.note_crowded();
     }
     Ok(())
+}
+
+/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the detector.
+fn quiet_noise(
+    detector: &mut impl Detector,
+    buffer: &mut [u16; TILE_PIXELS],
+) -> Result<i32, DetectorError> {
+    let geometry = detector.geometry();
+    let [columns, rows] = SURVEY;
+    let mut noise: heapless::Vec<i32, { SURVEY[0] as usize * SURVEY[1] as usize }> = heapless::Vec::new();
+    let (width, height) = (SURVEY_PX.min(geometry.width_px), SURVEY_PX.min(geometry.height_px));
+    let place = |length: u16, side: u16, index: u16, count: u16| {
+        ((2 * u32::from(index) + 1) * u32::from(length - side) / (2 * u32::from(count))) as u16
+    };
+    for row in 0..rows {
+        for column in 0..columns {
+            let x = place(geometry.width_px, width, column, columns);
+            let window = Window { x, y: place(geometry.height_px, height, row, rows), width, height };
+            let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
+            detector.read(window, pixels)?;
+            if let Some(residuals) = condition(pixels, usize::from(width), geometry.bits) {
+                // There are no more places than the list holds.
+                let _ = noise.push(residuals.sum_sigma);
+            }
+        }
+    }
+    crate::order::sort(&mut noise, |a, b| a < b);
+    Ok(noise.get(noise.len() / QUIET_SHARE).copied().unwrap_or(QUIET))
 }
 
 /// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels not counted.
@@ -126,6 +194,7 @@ pub fn scan(
     detections.clear();
     let geometry = detector.geometry();
     let margin = MARGIN as u16;
+    let quiet = quiet_noise(detector, buffer)?;
     let mut savings = Savings::new();
     for (y, height) in cores(geometry.height_px, MAX_HEIGHT) {
         for (x, width) in cores(geometry.width_px, MAX_WIDTH) {
@@ -136,11 +205,11 @@ pub fn scan(
                 height: height + 2 * margin,
             };
             let mut allowance = savings.next_tile();
-            read_stars_within(detector, window, buffer, parameters, detections, &mut allowance)?;
+            read_stars_within(detector, window, buffer, parameters, detections, quiet, &mut allowance)?;
             savings.put_back(allowance);
         }
     }
-    detections.sort();
+    detections.settle();
     Ok(())
 }
 

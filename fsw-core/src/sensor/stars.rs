@@ -86,6 +86,10 @@ impl Sensor<'_> {
                 Ok(false) => return report.status = Status::Blinded,
                 Err(error) => return report.status = Status::DetectorFault(error.into()),
             }
+            report.detections = self.workspace.detections.spots().len() as u16;
+            if self.workspace.detections.too_fast() {
+                return report.status = Status::TooFast;
+            }
             self.workspace.take_measured(&self.camera);
             self.workspace.identifier.restart(0.0);
             self.searching_since = Some(self.cycle);
@@ -165,6 +169,9 @@ impl Sensor<'_> {
             Err(error) => return report.status = Status::DetectorFault(error.into()),
         }
 
+        if self.workspace.detections.too_fast() {
+            return report.status = Status::TooFast;
+        }
         self.workspace.take_measured(&self.camera);
         let measured = &self.workspace.measured;
         report.detections = measured.len() as u16;

@@ -69,7 +69,7 @@ impl Workspace {
         for window in windows {
             scan::read_stars(detector, *window, &mut self.buffer, parameters, &mut self.detections)?;
         }
-        self.detections.sort();
+        self.detections.settle();
         Ok(())
     }
 }

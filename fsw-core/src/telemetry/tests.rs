@@ -14,6 +14,7 @@ fn status() -> impl Strategy<Value = Status> {
             Status::Searching,
             Status::Tracked,
             Status::Lost,
+            Status::TooFast,
             Status::Blinded,
             Status::Proved,
             Status::Waiting,

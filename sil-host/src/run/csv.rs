@@ -91,6 +91,7 @@ pub fn status_word(status: Status) -> &'static str {
         Status::NotIdentified(_) => "not-identified",
         Status::Tracked => "tracked",
         Status::Lost => "lost",
+        Status::TooFast => "too-fast",
         Status::Blinded => "blinded",
         Status::Proved => "proved",
         Status::Waiting => "waiting",

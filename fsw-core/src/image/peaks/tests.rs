@@ -7,9 +7,15 @@ use crate::image::test_sky::{Chance, Sky};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// Sum of the 3 x 3 residuals about (x, y).
-fn sum9(window: &Residuals, x: usize, y: usize) -> i32 {
+/// Sum of the 3 x 3 residuals about (x, y), against the levels of the rows and of the cell of a place.
+fn sum9(window: &Residuals, (cell_x, cell_y): (usize, usize), x: usize, y: usize) -> i32 {
+    let window = window.about(cell_x, cell_y);
     (y - 1..=y + 1).map(|y| window.run::<3>(x - 1, y).unwrap().iter().sum::<i32>()).sum()
+}
+
+/// The same threshold in every cell.
+fn everywhere(threshold: i32) -> Cells<i32> {
+    [[threshold; BLOCKS]; BANDS]
 }
 
 /// Whether (x, y) is a peak, by definition; sums outside the core count less the tolerance.
@@ -18,9 +24,9 @@ fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: 
         (usize::from(core.x)..usize::from(core.x + core.width)).contains(&x)
             && (usize::from(core.y)..usize::from(core.y + core.height)).contains(&y)
     };
-    let own = sum9(window, x, y);
+    let own = sum9(window, (x, y), x, y);
     let greater = |(nx, ny): (usize, usize)| {
-        let other = sum9(window, nx, ny) - if inside(nx, ny) { 0 } else { window.sum_sigma };
+        let other = sum9(window, (x, y), nx, ny) - if inside(nx, ny) { 0 } else { window.sum_sigma };
         other > own || (other == own && (ny, nx) < (y, x))
     };
     let around = (y - 2..=y + 2).flat_map(|ny| (x - 2..=x + 2).map(move |nx| (nx, ny)));
@@ -46,7 +52,7 @@ proptest! {
         let core = Window { x: 7, y: 7, width: width as u16 - 14, height: height as u16 - 14 };
         let threshold = sigmas * window.sum_sigma;
         let mut found = Vec::new();
-        let whole = for_each_peak(&window, core, threshold, &mut Allowance::plenty(), |x, y| found.push((y, x)));
+        let whole = for_each_peak(&window, core, &everywhere(threshold), &mut Allowance::plenty(), |x, y| found.push((y, x)));
         prop_assert!(whole);
         found.sort_unstable();
         let all = (7..height - 7).flat_map(|y| (7..width - 7).map(move |x| (x, y)));
@@ -62,16 +68,16 @@ fn the_search_ends_with_the_allowance() {
     let core = Window { x: 7, y: 7, width: 114, height: 50 };
     // One of noise: there are peaks everywhere.
     let mut all = 0;
-    assert!(for_each_peak(&window, core, 0, &mut Allowance::plenty(), |_, _| all += 1));
+    assert!(for_each_peak(&window, core, &everywhere(0), &mut Allowance::plenty(), |_, _| all += 1));
     let mut calls = 0;
-    assert!(!for_each_peak(&window, core, 0, &mut Allowance::of_a_window(), |_, _| calls += 1));
+    assert!(!for_each_peak(&window, core, &everywhere(0), &mut Allowance::of_a_window(), |_, _| calls += 1));
     let most = (TILE_CYCLES / (LOOK_CYCLES.min(CANDIDATE_CYCLES) + CANDIDATE_CYCLES)) as usize;
     std::println!("{calls} of {all} peaks within a window's allowance");
     assert!(all > 100 && (1..=most + 1).contains(&calls));
     // A core that leaves no room for the sums is not searched, and that is told.
     let mut plenty = Allowance::plenty();
-    assert!(!for_each_peak(&window, Window { x: 2, ..core }, 0, &mut plenty, |_, _| ()));
-    assert!(for_each_peak(&window, Window { width: 0, ..core }, 0, &mut plenty, |_, _| ()));
+    assert!(!for_each_peak(&window, Window { x: 2, ..core }, &everywhere(0), &mut plenty, |_, _| ()));
+    assert!(for_each_peak(&window, Window { width: 0, ..core }, &everywhere(0), &mut plenty, |_, _| ()));
 }
 
 #[test]
@@ -88,7 +94,7 @@ fn the_brightest_is_found_before_the_allowance_ends_wherever_it_stands() {
         let core = Window { x: 7, y: 7, width: 114, height: 50 };
         let mut found = Vec::new();
         let threshold = 5 * window.sum_sigma;
-        assert!(!for_each_peak(&window, core, threshold, &mut Allowance::of_a_window(), |x, y| found
+        assert!(!for_each_peak(&window, core, &everywhere(threshold), &mut Allowance::of_a_window(), |x, y| found
             .push((x, y))));
         // One that shares its row of a block may come before it.
         let near =
