@@ -173,15 +173,21 @@ impl<'a> Residuals<'a> {
         sums
     }
 
-    /// By how much the background rises across each cell of a band, along the rows and down beyond what the rows' levels do: the lesser of the steps to its
-    /// neighbours on either side where both go the same way. A glow slopes so; a limb is a step on one side.
+    /// By how much the background rises across each cell of a band, along the rows and down beyond what the rows' levels
+    /// do: the lesser of the steps to its neighbours on either side where both go the same way. A glow slopes so; a limb is a
+    /// step on one side.
     fn slopes(&self, band: usize) -> [[i32; 2]; BLOCKS] {
         let cells = self.cell_levels(band);
         let last = (self.width.div_ceil(BLOCK)).min(BLOCKS).saturating_sub(1);
         let step_down = bands(self.height) - 1;
-        let [above, below] = [band.saturating_sub(1), (band + 1).min(step_down)].map(|band| self.cell_levels(band));
+        let [above, below] =
+            [band.saturating_sub(1), (band + 1).min(step_down)].map(|band| self.cell_levels(band));
         let lesser = |before: i32, after: i32| {
-            if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
+            if before.signum() == after.signum() {
+                before.signum() * before.abs().min(after.abs())
+            } else {
+                0
+            }
         };
         let mut slopes = core::array::from_fn(|block| {
             let of = |cells: &[i32; BLOCKS], block: usize| cells.get(block).copied().unwrap_or(0);
@@ -215,47 +221,64 @@ impl<'a> Residuals<'a> {
         let (mut pixels, mut sums) = (Deviation::default(), Deviation::default());
         let tall = self.height >= TALL;
         let mut scatters = [[Scatter::default(); BLOCKS]; BANDS];
-        for (band, scatters) in scatters.iter_mut().enumerate().take(bands(self.height)) {
+        let mut slopes = [[[0; 2]; BLOCKS]; BANDS];
+        for (band, (slopes, scatters)) in
+            slopes.iter_mut().zip(&mut scatters).enumerate().take(bands(self.height))
+        {
             let rows = rows_of(band, self.height);
             let cells = self.cell_levels(band);
-            let slopes = self.slopes(band);
+            *slopes = self.slopes(band);
             let middle = (rows.start + rows.end) as i32 / 2;
-            for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(if tall { NOISE_ROW_STEP } else { 1 }) {
+            let step = if tall { NOISE_ROW_STEP } else { 1 };
+            for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(step) {
                 let level = self.row_level(y);
                 let level3 = self.row_level(y - 1) + level + self.row_level(y + 1);
                 let [above, here, below] = [y - 1, y, y + 1].map(|y| self.raw_row(y).as_chunks::<BLOCK>().0);
-                let columns = cells.iter().zip(&slopes).zip(scatters.iter_mut());
-                for (((a, b), c), ((cell, [along, down]), scatter)) in above.iter().zip(here).zip(below).zip(columns) {
-                    // The middles of the squares stand 5.5, 0.5 and -4.5 px before that of the block.
-                    let lean = 9 * down * (y as i32 - middle) / BAND as i32;
-                    let leans = [lean - 25 * along / 8, lean - along / 4, lean + 5 * along / 2];
-                    for ((sum, middle), lean) in triples(a, b, c).into_iter().zip(leans) {
-                        let sum = (sum << self.shift).wrapping_sub(3 * level3 + 9 * cell);
-                        sums.add(sum, 4 * clip);
-                        pixels.add((middle << self.shift) - level - cell, clip);
-                        if tall {
-                            scatter.add(sum.wrapping_sub(lean).unsigned_abs());
-                        }
+                let from_middle = y as i32 - middle;
+                let columns = cells.iter().zip(slopes.iter()).zip(scatters.iter_mut());
+                let blocks = above.iter().zip(here).zip(below).zip(columns);
+                for (((a, b), c), ((cell, [along, down]), scatter)) in blocks {
+                    let (squares, middles) = triples(a, b, c);
+                    let distances =
+                        squares.map(|sum| (sum << self.shift).wrapping_sub(3 * level3 + 9 * cell));
+                    for raw in middles {
+                        pixels.add((raw << self.shift) - level - cell, clip);
+                    }
+                    if tall {
+                        // The middles of the squares stand 5.5, 0.5 and -4.5 px before that of the block.
+                        let lean = 9 * down * from_middle / BAND as i32;
+                        let [left, centre, right] = distances;
+                        let leans = [lean - 25 * along / 8, lean - along / 4, lean + 5 * along / 2];
+                        let [first, second, third] = leans;
+                        scatter.add(
+                            [
+                                left.wrapping_sub(first),
+                                centre.wrapping_sub(second),
+                                right.wrapping_sub(third),
+                            ]
+                            .map(i32::unsigned_abs),
+                        );
+                    } else {
+                        distances.into_iter().for_each(|distance| sums.add(distance, 4 * clip));
                     }
                 }
             }
         }
         self.sigma = pixels.sigma().max(floor);
         let least = 3 * self.sigma;
-        self.sum_sigma = sums.sigma().max(least);
-        self.noise = [[self.sum_sigma; BLOCKS]; BANDS];
-        if tall {
-            let (noise, most) = noise_of(&scatters);
-            self.sum_sigma = most.max(least);
-            self.noise = noise.map(|row| row.map(|sigma| sigma.max(3 * floor)));
+        if !tall {
+            self.sum_sigma = sums.sigma().max(least);
+            self.noise = [[self.sum_sigma; BLOCKS]; BANDS];
+            return;
+        }
+        let (noise, most) = noise_of(&scatters);
+        self.sum_sigma = most.max(least);
+        self.noise = noise;
+        for (sigma, [along, down]) in self.noise.as_flattened_mut().iter_mut().zip(slopes.as_flattened()) {
             // At the sides of a cell that slopes the sums stand as much above its level as the slope makes them; what the
             // levels' own errors feign is not counted.
-            for band in 0..bands(self.height) {
-                let slopes = self.slopes(band);
-                for (sigma, [along, down]) in self.noise.get_mut(band).into_iter().flatten().zip(slopes) {
-                    *sigma += 9 * (along.abs() + down.abs() - self.sigma / 2).max(0) / (2 * LEAN_SIGMAS);
-                }
-            }
+            let lean = (along.abs() + down.abs() - self.sigma / 2).max(0);
+            *sigma = (*sigma).max(3 * floor) + 9 * lean / (2 * LEAN_SIGMAS);
         }
     }
 }
@@ -268,14 +291,14 @@ fn add_columns(sums: &mut [i32], [a, b, c]: [&[u16]; 3], (level, shift): (i32, u
     }
 }
 
-/// Sum and middle pixel of three 3 x 3 squares that do not touch.
-fn triples(above: &[u16; BLOCK], here: &[u16; BLOCK], below: &[u16; BLOCK]) -> [(i32, i32); 3] {
+/// Sums and middle pixels of three 3 x 3 squares that do not touch.
+fn triples(above: &[u16; BLOCK], here: &[u16; BLOCK], below: &[u16; BLOCK]) -> ([i32; 3], [i32; 3]) {
     let sums = |row: &[u16; BLOCK]| {
         let [_, a, b, c, _, _, d, e, f, _, _, g, h, i, ..] = row.map(i32::from);
         ([a + b + c, d + e + f, g + h + i], [b, e, h])
     };
-    let (([a, b, c], _), ([d, e, f], [x, y, z]), ([g, h, i], _)) = (sums(above), sums(here), sums(below));
-    [(a + d + g, x), (b + e + h, y), (c + f + i, z)]
+    let (([a, b, c], _), ([d, e, f], middles), ([g, h, i], _)) = (sums(above), sums(here), sums(below));
+    ([a + d + g, b + e + h, c + f + i], middles)
 }
 
 /// Mean absolute deviation of what lies within a clip.

@@ -80,9 +80,12 @@ impl Detections {
     /// Spots in the open sky: drawn out whole, and round.
     fn drawn_and_round(&self) -> (u32, u32) {
         let open = self.spots.iter().filter(|spot| !spot.extended);
-        open.fold((0, 0), |(drawn, round), spot| {
-            if spot.drawn_px > 0 { (drawn + 1, round) } else { (drawn, round + 1) }
-        })
+        open.fold(
+            (0, 0),
+            |(drawn, round), spot| {
+                if spot.drawn_px > 0 { (drawn + 1, round) } else { (drawn, round + 1) }
+            },
+        )
     }
 
     /// Whether the sensor turned so fast that many of its stars are streaks which leave the square in which a centre is

@@ -137,14 +137,16 @@ impl Levels {
         let mut spread_slots = spreads.iter_mut();
         for (band, cells) in levels.cells.iter_mut().enumerate().take(bands(height)) {
             let rows = rows_of(band, height);
+            // From top to bottom, in columns that do not follow a pattern of the detector.
+            let places: [[usize; 2]; SAMPLES] = core::array::from_fn(|index| {
+                let y = rows.start + (2 * index + 1) * rows.len() / (2 * SAMPLES);
+                [(index * 7 + 3) % BLOCK, y * width]
+            });
             for (block, level) in cells.iter_mut().enumerate().take(used) {
-                let mut samples = [0; SAMPLES];
-                for (index, sample) in samples.iter_mut().enumerate() {
-                    // From top to bottom, in columns that do not follow a pattern of the detector.
-                    let y = rows.start + (2 * index + 1) * rows.len() / (2 * SAMPLES);
-                    let x = (block * BLOCK + (index * 7 + 3) % BLOCK).min(width.saturating_sub(1));
-                    *sample = pixels.get(y * width + x).map_or(0, |raw| i32::from(*raw));
-                }
+                let last = width.saturating_sub(block * BLOCK + 1);
+                let columns = pixels.get(block * BLOCK..).unwrap_or(&[]);
+                let samples =
+                    places.map(|[x, row]| columns.get(row + x.min(last)).map_or(0, |raw| i32::from(*raw)));
                 let (middle, spread) = middle_and_spread(&samples);
                 // A value of more bits than promised must not lead to a sum that overflows.
                 *level = middle.min(full_scale);
@@ -156,19 +158,13 @@ impl Levels {
         let cell_count = bands(height) * used;
         let mut row_spreads = 0;
         let stride = (width / SAMPLES).max(1);
+        let columns: [usize; SAMPLES] = core::array::from_fn(|index| stride / 2 + index * stride);
         for (band, cells) in levels.cells.iter().enumerate().take(bands(height)) {
-            let mut beneath = [0; SAMPLES];
-            for (level, x) in beneath.iter_mut().zip((stride / 2..).step_by(stride)) {
-                *level = cells.get(x / BLOCK).copied().unwrap_or(0);
-            }
+            let beneath = columns.map(|x| (x, cells.get(x / BLOCK).copied().unwrap_or(0)));
             let rows = rows_of(band, height);
             let of_band = pixels.chunks_exact(width.max(1)).skip(rows.start);
             for (row, level) in of_band.zip(levels.rows.iter_mut().skip(rows.start)).take(rows.len()) {
-                let mut samples = [0; SAMPLES];
-                let columns = row.iter().skip(stride / 2).step_by(stride);
-                for ((sample, raw), beneath) in samples.iter_mut().zip(columns).zip(&beneath) {
-                    *sample = i32::from(*raw) - beneath;
-                }
+                let samples = beneath.map(|(x, level)| row.get(x).map_or(0, |raw| i32::from(*raw) - level));
                 let (middle, spread) = middle_and_spread(&samples);
                 *level = middle.clamp(-full_scale, full_scale);
                 row_spreads += spread;

@@ -18,7 +18,7 @@
 //! detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's row looked at costs
 //! up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
 
-use super::allowance::{Allowance, CANDIDATE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES};
+use super::allowance::{Allowance, CANDIDATE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES, SECOND_LOOK_CYCLES};
 use super::condition::{BANDS, BLOCK, BLOCKS, MAX_HEIGHT, Residuals};
 use super::levels::Cells;
 use fsw_hal::Window;
@@ -172,7 +172,8 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
         if band != band_before {
             band = band_before;
             let thresholds = thresholds.get(band).into_iter().flatten();
-            for ((block, level), threshold) in blocks.iter_mut().zip(window.cell_levels(band)).zip(thresholds) {
+            for ((block, level), threshold) in blocks.iter_mut().zip(window.cell_levels(band)).zip(thresholds)
+            {
                 block.enough = threshold.saturating_add(9 * level);
             }
         }
@@ -187,14 +188,14 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
     looks
 }
 
-/// Calls `found` with every peak in `core`, those in the brightest neighbourhood first, as long as the allowance lasts.
-/// Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
+/// Calls `found` with every peak in `core`, those in the brightest neighbourhood first, as long as the allowance lasts;
+/// it says whether it took the second look that was paid for. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
 pub fn for_each_peak(
     window: &Residuals,
     core: Window,
     thresholds: &Cells<i32>,
     allowance: &mut Allowance,
-    mut found: impl FnMut(usize, usize),
+    mut found: impl FnMut(usize, usize) -> bool,
 ) -> bool {
     let (left, top) = (usize::from(core.x), usize::from(core.y));
     let (right, bottom) = (left + usize::from(core.width), top + usize::from(core.height));
@@ -216,17 +217,22 @@ pub fn for_each_peak(
         let sums = searched.sums::<{ SPAN + 2 }, SPAN>(window, first - 2, y);
         for (x, around) in (first..end).zip(sums.array_windows()) {
             let [second_left, first_left, sum, first_right, second_right] = *around;
-            if sum - level <= threshold || first_left.max(second_left) >= sum || first_right.max(second_right) > sum {
+            if sum - level <= threshold
+                || first_left.max(second_left) >= sum
+                || first_right.max(second_right) > sum
+            {
                 continue;
             }
             if !allowance.spend(ROW_MAXIMUM_CYCLES) {
                 return false;
             }
             if searched.tops_its_rows(window, x, y, sum) {
-                if !allowance.spend(CANDIDATE_CYCLES) {
+                if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
                     return false;
                 }
-                found(x, y);
+                if !found(x, y) {
+                    allowance.give_back(SECOND_LOOK_CYCLES);
+                }
             }
         }
     }

@@ -8,10 +8,9 @@
 //! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a limb) its
 //! threshold is `TEXTURE_FACTOR` times higher.
 //!
-//! Cost of the reference frame (1280 x 1024 px, 10 bit, 111 spots): 35.7 cycles a pixel, 46.8 million in all
-//! (Cortex-M4 model, zero wait states, without the reading), of which a frame without anything takes 40.6 million; on the
-//! host 1.0 ns a pixel. Structure costs more, up to [`bound_cycles`] = 74.6 million (`allowance`); the costliest frame that
-//! was found, saturated spots 14 px apart, takes 71.2 million.
+//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the reading): 51.0
+//! million cycles, 39 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 72.0 million
+//! (`allowance`).
 
 use super::allowance::{self, Allowance, Savings};
 use super::blinding::blinded;
@@ -65,20 +64,24 @@ fn for_each_star(
         let around = window.noise_around(x, y, quiet * 3 / 2);
         let window = window.about(x, y);
         let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, parameters)?));
+        let at_once = look([x, y]);
+        let again = at_once.is_none();
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
-        let seen = look([x, y]).or_else(|| look(window.brightest_near(x, y)));
-        match seen {
-            Some(([x, y], spot)) => {
-                let extended = spot.core_flux < HILL_FACTOR * around;
-                match shape(&window, x, y, &Detection { extended, ..spot }) {
-                    // A cloud's, and none of a star.
-                    Shape::Streak if extended => {}
-                    shape => found(shape),
-                }
+        let seen = at_once.or_else(|| look(window.brightest_near(x, y)));
+        let Some(([x, y], spot)) = seen else {
+            if around == 0 && is_streak(&window, x, y) {
+                found(Shape::Streak);
             }
-            None if around == 0 && is_streak(&window, x, y) => found(Shape::Streak),
-            None => {}
+            return true;
+        };
+        let extended = spot.core_flux < HILL_FACTOR * around;
+        let shape = shape(&window, x, y, &Detection { extended, ..spot });
+        let drawn = !matches!(shape, Shape::Star(Detection { drawn_px: 0, .. }));
+        // What is drawn out among clouds is a cloud's, and none of a star.
+        if shape != Shape::Streak || !extended {
+            found(shape);
         }
+        again || drawn
     })
 }
 
@@ -148,10 +151,7 @@ fn read_stars_within(
 }
 
 /// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the detector.
-fn quiet_noise(
-    detector: &mut impl Detector,
-    buffer: &mut [u16; TILE_PIXELS],
-) -> Result<i32, DetectorError> {
+fn quiet_noise(detector: &mut impl Detector, buffer: &mut [u16; TILE_PIXELS]) -> Result<i32, DetectorError> {
     let geometry = detector.geometry();
     let [columns, rows] = SURVEY;
     let mut noise: heapless::Vec<i32, { SURVEY[0] as usize * SURVEY[1] as usize }> = heapless::Vec::new();

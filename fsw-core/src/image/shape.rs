@@ -193,7 +193,11 @@ fn whole(window: &Residuals, spot: &Detection, square: Square, axis: [f32; 2]) -
         }
         let [x, y] = [mx, my].map(|at| libm::floorf(at + 0.5) as i32);
         if step < MOVES && (x, y) != (0, 0) {
-            square = Square::new(window, square.x.checked_add_signed(x as isize)?, square.y.checked_add_signed(y as isize)?)?;
+            square = Square::new(
+                window,
+                square.x.checked_add_signed(x as isize)?,
+                square.y.checked_add_signed(y as isize)?,
+            )?;
             continue;
         }
         let middle = square.nine([0, 0], floor);

@@ -14,7 +14,6 @@ const TRIMMED: usize = 2;
 /// A mean of the 10 least of 12 absolute Gaussian deviates is 1 / 1.642, and the least noisy cells make the mean of those
 /// alike 4 % too small; in 256ths.
 const TRIMMED_TO_SIGMA: u32 = 436;
-
 /// More than a sum over 3 x 3 pixels can be.
 const LARGEST: u32 = 1 << 20;
 
@@ -27,22 +26,24 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    /// Takes in a distance.
-    pub fn add(&mut self, size: u32) {
-        // Larger ones come of values with more bits than promised.
-        let size = size.min(LARGEST);
-        let [first, second] = &mut self.largest;
-        *second = size.min(*first).max(*second);
-        *first = size.max(*first);
-        self.sum += size;
-        self.count += 1;
+    /// Takes in distances. Values with more bits than promised may wrap; none of the sums they make is a star.
+    pub fn add(&mut self, sizes: [u32; 3]) {
+        let [mut first, mut second] = self.largest;
+        for size in sizes {
+            second = size.min(first).max(second);
+            first = size.max(first);
+            self.sum = self.sum.wrapping_add(size);
+        }
+        self.largest = [first, second];
+        self.count += sizes.len() as u32;
     }
 
     /// Standard deviation of what is no outlier; `None` of too few.
     fn sigma(&self) -> Option<i32> {
         let count = self.count.checked_sub(TRIMMED as u32)?;
-        let kept = self.sum - self.largest.iter().sum::<u32>();
-        Some((kept.checked_div(count)?.saturating_mul(TRIMMED_TO_SIGMA) / 256) as i32)
+        let kept = self.largest.iter().fold(self.sum, |sum, size| sum.wrapping_sub(*size));
+        let mean = kept.checked_div(count)?;
+        Some((mean.min(LARGEST).saturating_mul(TRIMMED_TO_SIGMA) / 256) as i32)
     }
 }
 

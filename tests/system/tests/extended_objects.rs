@@ -62,9 +62,10 @@ fn a_full_earth_leaves_the_stars_at_the_head_of_the_list() {
             let true_stars = open.iter().filter(|spot| is_star(&scene, spot)).count();
             // The scenarios plant two false stars in every frame.
             let false_spots = open.len() - true_stars;
-            println!("{name}, second {cycle}: {true_stars} stars, {false_spots} others, then {} in texture", {
-                found.spots().len() - open.len()
-            });
+            println!(
+                "{name}, second {cycle}: {true_stars} stars, {false_spots} others, then {} in texture",
+                { found.spots().len() - open.len() }
+            );
             assert!(true_stars >= 12 && true_stars >= 2 * false_spots, "{name}, second {cycle}");
             (stars, others) = (stars + true_stars, others + false_spots);
         }

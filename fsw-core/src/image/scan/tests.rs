@@ -255,14 +255,16 @@ fn the_same_sky_gives_the_same_spots_at_any_resolution() {
 
 #[test]
 fn the_brightest_are_kept_and_come_first() {
-    let stars = places(760, 760, 40, 22);
+    let stars = places(1280, 1024, 60, 22);
     assert!(stars.len() > 3 * MAX_DETECTIONS);
-    let mut sky = Sky::new(760, 760, 60.0);
+    let mut sky = Sky::new(1280, 1024, 60.0);
     for (index, star) in stars.iter().enumerate() {
         sky = sky.star(*star, 0.9, 500.0 + 7.0 * ((index * 101) % stars.len()) as f64);
     }
     let found = scanned(&mut sky.noise(2.0, 24).expose(12));
-    assert_eq!((found.spots().len(), found.found() as usize), (MAX_DETECTIONS, stars.len()));
+    assert_eq!(found.spots().len(), MAX_DETECTIONS);
+    // Noise adds one here and there.
+    assert!((stars.len()..stars.len() + 3).contains(&(found.found() as usize)));
     assert!(found.spots().is_sorted_by_key(|spot| spot.rank()));
     // Neighbours in brightness may change places: the sums over 3 x 3 px depend on the phase.
     let brightest = stars.len() - MAX_DETECTIONS * 3 / 2;
