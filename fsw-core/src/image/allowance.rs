@@ -22,6 +22,30 @@ pub const ROW_MAXIMUM_CYCLES: u32 = 1_000;
 pub const CANDIDATE_CYCLES: u32 = 18_000;
 /// What is no star at first sight, or drawn out, and therefore looked at once more.
 pub const SECOND_LOOK_CYCLES: u32 = 14_000;
+/// A single pixel that shines, told before anything is measured.
+pub const SINGLE_PIXEL_CYCLES: u32 = 2_000;
+
+/// What a candidate turned out to be worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Looked {
+    /// A glance.
+    Glanced,
+    /// One look.
+    Once,
+    /// Two.
+    Twice,
+}
+
+impl Looked {
+    /// The price, cycles.
+    pub const fn cycles(self) -> u32 {
+        match self {
+            Self::Glanced => SINGLE_PIXEL_CYCLES,
+            Self::Once => CANDIDATE_CYCLES,
+            Self::Twice => CANDIDATE_CYCLES + SECOND_LOOK_CYCLES,
+        }
+    }
+}
 /// Income of a tile: two stars at the least.
 pub const TILE_CYCLES: u32 = 60_000;
 /// All that a single window has: four stars at the least.

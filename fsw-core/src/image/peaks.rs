@@ -18,7 +18,7 @@
 //! detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's row looked at costs
 //! up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
 
-use super::allowance::{Allowance, CANDIDATE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES, SECOND_LOOK_CYCLES};
+use super::allowance::{Allowance, LOOK_CYCLES, Looked, ROW_MAXIMUM_CYCLES};
 use super::condition::{BANDS, BLOCK, BLOCKS, MAX_HEIGHT, Residuals};
 use super::levels::Cells;
 use fsw_hal::Window;
@@ -189,13 +189,13 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
 }
 
 /// Calls `found` with every peak in `core`, those in the brightest neighbourhood first, as long as the allowance lasts;
-/// it says whether it took the second look that was paid for. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
+/// it says how it looked at it, and what two looks cost more is given back. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
 pub fn for_each_peak(
     window: &Residuals,
     core: Window,
     thresholds: &Cells<i32>,
     allowance: &mut Allowance,
-    mut found: impl FnMut(usize, usize) -> bool,
+    mut found: impl FnMut(usize, usize) -> Looked,
 ) -> bool {
     let (left, top) = (usize::from(core.x), usize::from(core.y));
     let (right, bottom) = (left + usize::from(core.width), top + usize::from(core.height));
@@ -227,12 +227,11 @@ pub fn for_each_peak(
                 return false;
             }
             if searched.tops_its_rows(window, x, y, sum) {
-                if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
+                let most = Looked::Twice.cycles();
+                if !allowance.spend(most) {
                     return false;
                 }
-                if !found(x, y) {
-                    allowance.give_back(SECOND_LOOK_CYCLES);
-                }
+                allowance.give_back(most - found(x, y).cycles());
             }
         }
     }

@@ -48,6 +48,8 @@ const BLEND_SIGMAS: i32 = 5;
 const BLEND_PX: i32 = 4;
 /// Share of the maximum that a second one must have, percent, and how far it must rise above what lies between.
 const BLEND_PERCENT: i32 = 20;
+/// Share of the light of nine pixels that one of them holds where it shines alone, percent.
+const SINGLE_PERCENT: i32 = 75;
 /// Second moment of a star's image, px².
 const IMAGE_PX2: f32 = 1.0;
 /// Times that the square is moved to the middle of the light.
@@ -295,4 +297,22 @@ pub fn is_streak(window: &Residuals, x: usize, y: usize) -> bool {
     weighted(&square, floor).is_some_and(|light| {
         light.greater > DRAWN_RATIO * light.lesser && runs_on(window, &square, floor, light.axis)
     })
+}
+
+/// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance, before anything is
+/// measured: of a star's nine brightest pixels one holds half of the light at most.
+pub fn is_single_pixel(window: &Residuals, x: usize, y: usize) -> bool {
+    let (Some(left), Some(top)) = (x.checked_sub(2), y.checked_sub(2)) else { return false };
+    let (mut all, mut nine, mut peak) = (0, 0, i32::MIN);
+    for (dy, y) in (0..5).zip(top..) {
+        let Some(row) = window.run::<5>(left, y) else { return false };
+        let [_, a, b, c, _] = row;
+        all += row.iter().sum::<i32>();
+        if (1..4).contains(&dy) {
+            nine += a + b + c;
+            peak = peak.max(a).max(b).max(c);
+        }
+    }
+    let floor = (all - nine) / 16;
+    SINGLE_PERCENT * (nine - 9 * floor) < 100 * (peak - floor)
 }

@@ -140,6 +140,7 @@ fn hits_and_hot_pixels_bring_few_spots_and_hide_few_stars() {
             let mut scene = scenario.scene().unwrap();
             let found = scanned(&mut scene, scenario, cycle);
             let stars = found.spots().iter().filter(|spot| is_star(&scene, spot)).count();
+            println!("{} crowded, {} streaks", found.crowded_tiles(), found.streaks());
             (stars, found.found() as usize)
         });
         before += one.0;
