@@ -4,7 +4,7 @@
 //! the pixels show; what depends on them is paid from here, in cycles of the Cortex-M4 model, at prices that hold for the
 //! dearest of each step. So many steps, and no more, can be done:
 //!
-//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 72.0 million for the 252 tiles of the
+//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 74.6 million for the 252 tiles of the
 //! reference detector, whose converter has 10 bits (more than 14 cost one more pass over the pixels).
 //!
 //! Every tile has an income of its own, [`TILE_CYCLES`], that nothing seen elsewhere can use up: whatever a cloud field
@@ -15,40 +15,18 @@
 //! No clock is read: the same pixels get the same work everywhere.
 
 /// A block's row looked at for peaks.
-pub const LOOK_CYCLES: u32 = 2_000;
+pub const LOOK_CYCLES: u32 = 1_200;
 /// A maximum of its row compared with the rows around it.
 pub const ROW_MAXIMUM_CYCLES: u32 = 1_000;
+/// A glance at a candidate, which tells a single pixel that shines.
+pub const GLANCE_CYCLES: u32 = 2_000;
 /// A candidate judged, centred and kept.
-pub const CANDIDATE_CYCLES: u32 = 18_000;
+pub const CANDIDATE_CYCLES: u32 = 32_000;
 /// What is no star at first sight, or drawn out, and therefore looked at once more.
-pub const SECOND_LOOK_CYCLES: u32 = 14_000;
-/// A single pixel that shines, told before anything is measured.
-pub const SINGLE_PIXEL_CYCLES: u32 = 2_000;
-
-/// What a candidate turned out to be worth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Looked {
-    /// A glance.
-    Glanced,
-    /// One look.
-    Once,
-    /// Two.
-    Twice,
-}
-
-impl Looked {
-    /// The price, cycles.
-    pub const fn cycles(self) -> u32 {
-        match self {
-            Self::Glanced => SINGLE_PIXEL_CYCLES,
-            Self::Once => CANDIDATE_CYCLES,
-            Self::Twice => CANDIDATE_CYCLES + SECOND_LOOK_CYCLES,
-        }
-    }
-}
-/// Income of a tile: two stars at the least.
-pub const TILE_CYCLES: u32 = 60_000;
-/// All that a single window has: four stars at the least.
+pub const SECOND_LOOK_CYCLES: u32 = 22_000;
+/// Income of a tile: a star at the least.
+pub const TILE_CYCLES: u32 = 70_000;
+/// All that a single window has: two stars at the least.
 pub const WINDOW_CYCLES: u32 = 110_000;
 /// Savings with which a scan begins.
 pub const RESERVE_CYCLES: u32 = 4_000_000;

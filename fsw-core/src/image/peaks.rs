@@ -18,9 +18,12 @@
 //! detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's row looked at costs
 //! up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
 
-use super::allowance::{Allowance, LOOK_CYCLES, Looked, ROW_MAXIMUM_CYCLES};
+use super::allowance::{
+    Allowance, CANDIDATE_CYCLES, GLANCE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES, SECOND_LOOK_CYCLES,
+};
 use super::condition::{BANDS, BLOCK, BLOCKS, MAX_HEIGHT, Residuals};
 use super::levels::Cells;
+use super::shape::is_single_pixel;
 use fsw_hal::Window;
 
 /// Pixels next to the searched part that the sums of a 5 x 5 neighbourhood need.
@@ -188,14 +191,14 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
     looks
 }
 
-/// Calls `found` with every peak in `core`, those in the brightest neighbourhood first, as long as the allowance lasts;
-/// it says how it looked at it, and what two looks cost more is given back. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
+/// Calls `found` with every peak in `core` that is no single pixel, those in the brightest neighbourhood first, as long as the allowance lasts;
+/// it says whether it took a second look, else the price of that is given back. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
 pub fn for_each_peak(
     window: &Residuals,
     core: Window,
     thresholds: &Cells<i32>,
     allowance: &mut Allowance,
-    mut found: impl FnMut(usize, usize) -> Looked,
+    mut found: impl FnMut(usize, usize) -> bool,
 ) -> bool {
     let (left, top) = (usize::from(core.x), usize::from(core.y));
     let (right, bottom) = (left + usize::from(core.width), top + usize::from(core.height));
@@ -226,12 +229,20 @@ pub fn for_each_peak(
             if !allowance.spend(ROW_MAXIMUM_CYCLES) {
                 return false;
             }
-            if searched.tops_its_rows(window, x, y, sum) {
-                let most = Looked::Twice.cycles();
-                if !allowance.spend(most) {
-                    return false;
-                }
-                allowance.give_back(most - found(x, y).cycles());
+            if !searched.tops_its_rows(window, x, y, sum) {
+                continue;
+            }
+            if !allowance.spend(GLANCE_CYCLES) {
+                return false;
+            }
+            if is_single_pixel(window, x, y) {
+                continue;
+            }
+            if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
+                return false;
+            }
+            if !found(x, y) {
+                allowance.give_back(SECOND_LOOK_CYCLES);
             }
         }
     }

@@ -9,16 +9,16 @@
 //! threshold is `TEXTURE_FACTOR` times higher.
 //!
 //! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the reading): 51.0
-//! million cycles, 39 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 72.0 million
+//! million cycles, 39 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 74.6 million
 //! (`allowance`).
 
-use super::allowance::{self, Allowance, Looked, Savings};
+use super::allowance::{self, Allowance, Savings};
 use super::blinding::blinded;
 use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
 use super::peaks::for_each_peak;
-use super::shape::{Shape, is_single_pixel, is_streak, shape};
+use super::shape::{Shape, is_streak, shape};
 use super::{Detection, DetectionParameters, FULL_SCALE};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
@@ -61,9 +61,6 @@ fn for_each_star(
         band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
     });
     for_each_peak(window, core, &thresholds, allowance, |x, y| {
-        if is_single_pixel(window, x, y) {
-            return Looked::Glanced;
-        }
         let around = window.noise_around(x, y, quiet * 3 / 2);
         let window = window.about(x, y);
         let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, parameters)?));
@@ -75,7 +72,7 @@ fn for_each_star(
             if around == 0 && is_streak(&window, x, y) {
                 found(Shape::Streak);
             }
-            return Looked::Twice;
+            return true;
         };
         let extended = spot.core_flux < HILL_FACTOR * around;
         let shape = shape(&window, x, y, &Detection { extended, ..spot });
@@ -84,7 +81,7 @@ fn for_each_star(
         if shape != Shape::Streak || !extended {
             found(shape);
         }
-        if again || drawn { Looked::Twice } else { Looked::Once }
+        again || drawn
     })
 }
 
