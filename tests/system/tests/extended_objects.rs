@@ -77,22 +77,24 @@ fn a_full_earth_leaves_the_stars_at_the_head_of_the_list() {
 #[test]
 fn no_spot_stands_on_the_moon_and_the_stars_beside_it_are_found() {
     let (head, tail) = around_pointing("geo-eclipse");
-    let pointed = |ra_deg: f64, dec_deg: f64| {
+    let pointed = |ra_deg: f64, roll_deg: f64| {
         parse(&format!(
-            "{head}[pointing]\nlaw = \"inertial\"\nra_deg = {ra_deg}\ndec_deg = {dec_deg}\nroll_deg = 0.0\n\
+            "{head}[pointing]\nlaw = \"inertial\"\nra_deg = {ra_deg}\ndec_deg = 0.0\nroll_deg = {roll_deg}\n\
              [mount]\nstar_path_deg = [0.0, -90.0, 0.0]\nmirrored = true\n{tail}"
         ))
     };
-    // The Moon from the satellite, and an Earth path that leaves it in the star path's field.
+    // The Moon from the satellite; the Earth path on the equator, a right angle away, rolled until the star path sees it.
     let scenario = pointed(0.0, 0.0);
     let truth = scenario.scene().unwrap().truth_at(0).unwrap();
     let moon_km = ephemeris::moon_km(scenario.start_us);
     let there: Vec<f64> = (0..3).map(|axis| moon_km[axis] - truth.position_km[axis]).collect();
     let distance_km = there.iter().map(|axis| axis * axis).sum::<f64>().sqrt();
     let ra_deg = there[1].atan2(there[0]).to_degrees();
+    let dec_deg = (there[2] / distance_km).asin().to_degrees();
     let mut seen = 0;
-    for turn in [-86.0, -90.0, -94.0, 86.0, 90.0, 94.0] {
-        let scenario = pointed((ra_deg + turn + 360.0) % 360.0, 0.0);
+    let turns = [-86.0, -90.0, -94.0, 86.0, 90.0, 94.0];
+    for (turn, roll_deg) in turns.into_iter().flat_map(|turn| [(turn, dec_deg), (turn, -dec_deg)]) {
+        let scenario = pointed((ra_deg + turn + 360.0) % 360.0, roll_deg);
         let mut scene = scenario.scene().unwrap();
         let found = scanned(&mut scene, &scenario, 0);
         let towards = [0, 1, 2].map(|axis| there[axis] / distance_km);

@@ -18,7 +18,7 @@ fn everywhere(threshold: i32) -> Cells<i32> {
     [[threshold; BLOCKS]; BANDS]
 }
 
-/// Whether (x, y) is a peak, by definition; sums outside the core count less the tolerance.
+/// Whether (x, y) is a peak of more than a pixel, by definition; sums outside the core count less the tolerance.
 fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: i32) -> bool {
     let inside = |x: usize, y: usize| {
         (usize::from(core.x)..usize::from(core.x + core.width)).contains(&x)
@@ -30,7 +30,7 @@ fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: 
         other > own || (other == own && (ny, nx) < (y, x))
     };
     let around = (y - 2..=y + 2).flat_map(|ny| (x - 2..=x + 2).map(move |nx| (nx, ny)));
-    own > threshold && !around.filter(|place| *place != (x, y)).any(greater)
+    own > threshold && !is_single_pixel(window, x, y) && !around.filter(|place| *place != (x, y)).any(greater)
 }
 
 proptest! {
