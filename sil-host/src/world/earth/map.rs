@@ -7,6 +7,7 @@
 //! them depends on the face only.
 
 use super::albedo::Albedo;
+use super::cell::AREA;
 use super::octahedron::{folded, unfolded};
 use std::sync::OnceLock;
 
@@ -59,65 +60,56 @@ impl AlbedoMap {
         (bits as f32 * (1.0 / 8_388_608.0)).min((LEVELS - 1) as f32)
     }
 
-    /// The albedo at places `[x, y, z]`, at levels between 0 and the last.
-    #[inline]
-    pub fn at<const N: usize>(&self, [x, y, z]: [&[f32; N]; 3], levels: &[f32; N]) -> [f32; N] {
-        // What goes side by side is kept apart from what has to fetch, and arrays from structures: then the compiler takes
-        // four at a time.
-        let (mut u, mut v, mut low, mut blend, mut nearest) =
-            ([0.0; N], [0.0; N], [0.0; N], [0.0; N], [0.0; N]);
-        for k in 0..N {
-            [u[k], v[k]] = unfolded([x[k], y[k], z[k]]);
-            low[k] = whole(levels[k]).min((LEVELS - 2) as f32);
-            blend[k] = (4.0 * (levels[k] - low[k]) - 1.5).clamp(0.0, 1.0);
-            nearest[k] = low[k] + if blend[k] < 1.0 { 0.0 } else { 1.0 };
+    /// The albedo at places `[x, y, z]`, at most [`AREA`] of them: takes levels between 0 and the last, and gives albedos.
+    pub fn read(&self, [x, y, z]: [&[f32]; 3], levels: &mut [f32]) {
+        let (mut u, mut v, mut low, mut blend) = ([0.0; AREA], [0.0; AREA], [0.0; AREA], [0.0; AREA]);
+        let places = x.iter().zip(y).zip(z).zip(levels.iter_mut());
+        let mapped = u.iter_mut().zip(&mut v).zip(&mut low).zip(&mut blend);
+        for ((((x, y), z), level), (((u, v), low), blend)) in places.zip(mapped) {
+            [*u, *v] = unfolded([*x, *y, *z]);
+            *low = whole(*level).min((LEVELS - 2) as f32);
+            *blend = (4.0 * (*level - *low) - 1.5).clamp(0.0, 1.0);
+            *level = *low + if *blend < 1.0 { 0.0 } else { 1.0 };
         }
-        let mut albedo = self.bilinear(&nearest, &u, &v);
-        for k in 0..N {
+        let albedos = levels;
+        self.bilinear(&u, &v, albedos);
+        for (k, albedo) in albedos.iter_mut().enumerate() {
             if blend[k] > 0.0 && blend[k] < 1.0 {
-                let [above] = self.bilinear(&[low[k] + 1.0], &[u[k]], &[v[k]]);
-                albedo[k] += blend[k] * (above - albedo[k]);
+                let mut above = [low[k] + 1.0];
+                self.bilinear(&u[k..], &v[k..], &mut above);
+                *albedo += blend[k] * (above[0] - *albedo);
             }
         }
-        albedo
     }
 
-    /// The albedo at (`u`, `v`), 0 to 1 across the map, of whole levels.
+    /// The albedo at (`u`, `v`), 0 to 1 across the map, of whole levels; in their place.
     #[inline]
-    fn bilinear<const N: usize>(&self, levels: &[f32; N], u: &[f32; N], v: &[f32; N]) -> [f32; N] {
+    fn bilinear(&self, u: &[f32], v: &[f32], levels: &mut [f32]) {
         const SHIFT: u32 = TILE.trailing_zeros();
         const LAST: u32 = TILE as u32 - 1;
-        let (mut x, mut y, mut level, mut tile, mut corner) = ([0.0; N], [0.0; N], [0; N], [0; N], [0; N]);
-        for k in 0..N {
-            level[k] = (levels[k] + ROUNDER).to_bits() & 15;
-            // 2^-level, from its bits: cells a side.
-            let side =
-                SIDE as f32 * f32::from_bits(((0x4b40_007f - (levels[k] + ROUNDER).to_bits()) & 0xff) << 23);
-            let (at_x, at_y) = (u[k] * side, v[k] * side);
-            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
-            (x[k], y[k]) = (at_x - i, at_y - j);
-            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
-            // Row and column of the tile; how many there are a side is known below.
-            tile[k] = (j >> SHIFT) << 16 | i >> SHIFT;
-            corner[k] = (j & LAST) * TILE_CORNERS as u32 + (i & LAST);
-        }
-        let mut albedo = [0.0; N];
         let mut last = (u32::MAX, u32::MAX);
         let mut corners: &Tile = &EMPTY;
-        for k in 0..N {
-            if (level[k], tile[k]) != last {
-                last = (level[k], tile[k]);
-                corners = self.tile(level[k] as usize, (tile[k] & 0xffff) as usize, (tile[k] >> 16) as usize);
+        for ((u, v), level) in u.iter().zip(v).zip(levels) {
+            let number = (*level + ROUNDER).to_bits();
+            // 2^-level, from its bits: cells a side.
+            let side = SIDE as f32 * f32::from_bits(((0x4b40_007f - number) & 0xff) << 23);
+            let (at_x, at_y) = (u * side, v * side);
+            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
+            let (x, y) = (at_x - i, at_y - j);
+            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
+            let tile = (number & 15, (j >> SHIFT) << 16 | i >> SHIFT);
+            if tile != last {
+                last = tile;
+                corners = self.tile(tile.0 as usize, (i >> SHIFT) as usize, (j >> SHIFT) as usize);
             }
-            let at = corner[k] as usize;
+            let at = ((j & LAST) * TILE_CORNERS as u32 + (i & LAST)) as usize;
             // One slice, one check.
             let Some(near) = corners.get(at..at + TILE_CORNERS + 2) else { continue };
             let value = |k: usize| f32::from(near[k]);
-            let above = value(0) + x[k] * (value(1) - value(0));
-            let below = value(TILE_CORNERS) + x[k] * (value(TILE_CORNERS + 1) - value(TILE_CORNERS));
-            albedo[k] = (above + y[k] * (below - above)) * (1.0 / STEPS);
+            let above = value(0) + x * (value(1) - value(0));
+            let below = value(TILE_CORNERS) + x * (value(TILE_CORNERS + 1) - value(TILE_CORNERS));
+            *level = (above + y * (below - above)) * (1.0 / STEPS);
         }
-        albedo
     }
 
     #[inline]
@@ -148,6 +140,16 @@ fn whole(x: f32) -> f32 {
 }
 
 #[cfg(test)]
+impl AlbedoMap {
+    /// The albedo at one place.
+    pub(super) fn at(&self, [x, y, z]: [f32; 3], level: f32) -> f32 {
+        let mut albedo = [level];
+        self.read([&[x], &[y], &[z]], &mut albedo);
+        albedo[0]
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::world::attitude::{matrix, uniform};
@@ -155,10 +157,6 @@ mod tests {
 
     fn map() -> AlbedoMap {
         AlbedoMap::new(Albedo::new(4, 0.3, 1.0))
-    }
-
-    fn at(map: &AlbedoMap, [x, y, z]: [f32; 3], level: f32) -> f32 {
-        map.at([&[x], &[y], &[z]], &[level])[0]
     }
 
     #[test]
@@ -171,10 +169,10 @@ mod tests {
         for index in 0..count {
             let place = matrix(uniform(&noise, index))[2];
             let seen = place.map(|c| c as f32);
-            let error = f64::from(at(&map, seen, 0.0)) - map.face.at(place, CELL_KM);
+            let error = f64::from(map.at(seen, 0.0)) - map.face.at(place, CELL_KM);
             squares += error * error;
             most = most.max(error.abs());
-            (0..LEVELS).for_each(|k| sums[k] += f64::from(at(&map, seen, k as f32)) / f64::from(count));
+            (0..LEVELS).for_each(|k| sums[k] += f64::from(map.at(seen, k as f32)) / f64::from(count));
         }
         let rms = (squares / f64::from(count)).sqrt();
         println!("bilinear rms {rms:.4}, most {most:.3}, means {sums:.3?}");
@@ -189,7 +187,7 @@ mod tests {
         for (from, step) in [([1.0, 0.3, -1e-4], [0.0, 0.0, 1e-5]), ([0.6, -1e-4, -0.7], [0.0, 1e-5, 0.0])] {
             for level in [0.0, 1.5, 3.0] {
                 let place = |k: i32| [0, 1, 2].map(|c| (from[c] + step[c] * f64::from(k)) as f32);
-                let seen = |k: i32| at(&map, place(k), level);
+                let seen = |k: i32| map.at(place(k), level);
                 assert!((0..20).all(|k| (seen(k) - seen(k + 1)).abs() < 0.01));
             }
         }
@@ -199,7 +197,7 @@ mod tests {
     fn levels_blend_without_a_step() {
         let map = map();
         let place = [0.3, -0.5, 0.7];
-        let seen = |k: i32| at(&map, place, AlbedoMap::level_of(1.0 + 0.01 * k as f32));
+        let seen = |k: i32| map.at(place, AlbedoMap::level_of(1.0 + 0.01 * k as f32));
         assert!((0..40_000).all(|k| (seen(k) - seen(k + 1)).abs() < 0.005));
         assert_eq!(AlbedoMap::level_of(22.056), 2.0);
     }
