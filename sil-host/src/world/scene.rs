@@ -20,7 +20,7 @@ use super::cells::Cells;
 use super::colour::{self, BANDS};
 use super::disturbances::Deposits;
 use super::earth::image::EarthImage;
-use super::fixed_pattern::FixedPattern;
+use super::fixed_pattern::{Darks, FixedPattern};
 use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
@@ -49,7 +49,7 @@ struct Exposure {
     cycle: u64,
     time_s: f64,
     /// Mean electrons of the dark current.
-    dark_e: f64,
+    darks: Darks,
     /// Mean electrons of the veil of the Sun in a path.
     veil_e: f64,
     spots: Spots,
@@ -209,7 +209,7 @@ impl Scene {
         self.exposure = Some(Exposure {
             cycle,
             time_s,
-            dark_e: detector.dark_now_e_s() * time_s,
+            darks: self.pattern.darks(detector.dark_now_e_s() * time_s),
             veil_e: veil_e_s * time_s,
             spots,
             protons: protons::tracks(run, hits, geometry, pitch_um),
@@ -270,7 +270,7 @@ impl Scene {
 
     /// Turns the light of `window` into mean charge: whatever frees electrons without light adds itself here.
     fn add_charge(&self, exposure: &Exposure, window: Window, electrons: &mut [f64]) {
-        self.pattern.charge(window, exposure.dark_e, electrons);
+        self.pattern.charge(window, &exposure.darks, electrons);
         self.hot_pixels.add_to(window, exposure.time_s, electrons);
     }
 
@@ -307,17 +307,18 @@ impl Scene {
             [Stream::Photon, Stream::Read].map(|stream| Noise::new(*seed, exposure.cycle, stream));
         let width = usize::from(window.width);
         for (y, line) in (window.y..).zip(electrons.chunks_exact_mut(width)) {
-            for (x, pixel) in (u32::from(window.x)..).zip(line) {
-                *pixel = photon.electrons(x, y.into(), *pixel, &readout, detector.read_noise_e);
-            }
+            let first = (u32::from(window.x), u32::from(y));
+            photon.read_row(first, line, &readout, detector.read_noise_e);
         }
         exposure.protons.add_to(window, 1.0, electrons);
         let converter = detector.converter(camera.bits);
         let lines = electrons.chunks_exact(width).zip(numbers.chunks_exact_mut(width));
+        let (rows_e, columns_e) =
+            (self.pattern.rows_e(exposure.cycle), &self.pattern.columns_e()[usize::from(window.x)..]);
         for (y, (line, numbers)) in (window.y..).zip(lines) {
-            let row_e = self.pattern.row_e(exposure.cycle, y);
-            for ((x, electrons), number) in (window.x..).zip(line).zip(numbers) {
-                *number = converter.digital_number(*electrons + (row_e + self.pattern.column_e(x)));
+            let row_e = rows_e(y);
+            for ((electrons, column_e), number) in line.iter().zip(columns_e).zip(numbers) {
+                *number = converter.digital_number(*electrons + (row_e + column_e));
             }
         }
         self.bury_dead_pixels(window, numbers);

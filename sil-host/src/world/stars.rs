@@ -131,7 +131,8 @@ impl Converter {
     #[inline]
     pub fn digital_number(&self, electrons: f64) -> u16 {
         let value = electrons.min(self.full_well_e) * self.dn_per_e + self.pedestal_dn;
-        (value + 0.5).clamp(0.0, self.full_scale_dn) as u16
+        // The way over i32 is one the processor knows.
+        (value + 0.5).clamp(0.0, self.full_scale_dn) as i32 as u16
     }
 }
 
