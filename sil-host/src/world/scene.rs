@@ -19,7 +19,7 @@ use super::bodies::{BodyLight, Exposing};
 use super::cells::Cells;
 use super::colour::{self, BANDS};
 use super::disturbances::Deposits;
-use super::earth::image::EarthImage;
+use super::earth::image::{Desk, EarthImage};
 use super::fixed_pattern::{Darks, FixedPattern};
 use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
@@ -83,7 +83,14 @@ pub struct Scene {
     dead_pixels: Vec<(u16, u16, bool)>,
     exposure: Option<Exposure>,
     // Kept from call to call so that a small window costs no allocation.
-    scratch: Vec<f64>,
+    scratch: Option<Box<Scratch>>,
+}
+
+/// Room for a window.
+#[derive(Debug, Clone)]
+struct Scratch {
+    electrons: Vec<f64>,
+    desk: Desk,
 }
 
 impl Scene {
@@ -120,7 +127,7 @@ impl Scene {
             settings,
             optics,
             exposure: None,
-            scratch: Vec::new(),
+            scratch: None,
         })
     }
 
@@ -256,9 +263,9 @@ impl Scene {
 
     /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
     /// before the vignetting.
-    fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64]) {
+    fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64], desk: &mut Desk) {
         for earth in &exposure.earths {
-            earth.add_to(window, light);
+            earth.add_to(window, light, desk);
         }
         exposure.bodies.add_to(window, exposure.time_s, light);
         exposure.spots.add_to(window, light);
@@ -296,11 +303,12 @@ impl Scene {
         Spots::reach_px(&self.psf)
     }
 
-    /// Draws the `numbers` of `window`; `electrons` is room for them.
-    fn read_band(&self, exposure: &Exposure, window: Window, electrons: &mut Vec<f64>, numbers: &mut [u16]) {
+    /// Draws the `numbers` of `window`; `scratch` is room for them.
+    fn read_band(&self, exposure: &Exposure, window: Window, scratch: &mut Scratch, numbers: &mut [u16]) {
+        let Scratch { electrons, desk } = scratch;
         electrons.clear();
         electrons.resize(numbers.len(), 0.0);
-        self.add_light(exposure, window, electrons);
+        self.add_light(exposure, window, electrons, desk);
         self.add_charge(exposure, window, electrons);
         let SceneSettings { detector, camera, seed, .. } = &self.settings;
         let [photon, readout] =
@@ -359,15 +367,18 @@ impl Detector for Scene {
         if pixels.is_empty() {
             return Ok(());
         }
-        let mut electrons = std::mem::take(&mut self.scratch);
+        let mut scratch = self
+            .scratch
+            .take()
+            .unwrap_or_else(|| Box::new(Scratch { electrons: Vec::new(), desk: Desk::EMPTY }));
         // A band of the window is a window, and stays near the processor.
         let rows = (BAND_PX / usize::from(window.width)).max(1);
         let bands = pixels.chunks_mut(rows * usize::from(window.width));
         for (y, numbers) in (window.y..).step_by(rows).zip(bands) {
             let height = (numbers.len() / usize::from(window.width)) as u16;
-            self.read_band(exposure, Window { y, height, ..window }, &mut electrons, numbers);
+            self.read_band(exposure, Window { y, height, ..window }, &mut scratch, numbers);
         }
-        self.scratch = electrons;
+        self.scratch = Some(scratch);
         Ok(())
     }
 }

@@ -34,7 +34,7 @@ pub struct Spots {
 impl Spots {
     /// Sorts `spots`.
     pub fn new(psf: Arc<Psf>, response: PixelResponse, mut spots: Vec<Spot>) -> Self {
-        spots.sort_by(|a, b| a.y_px.total_cmp(&b.y_px).then(a.x_px.total_cmp(&b.x_px)));
+        spots.sort_unstable_by(|a, b| a.y_px.total_cmp(&b.y_px).then(a.x_px.total_cmp(&b.x_px)));
         let reach_px = Self::reach_px(&psf);
         Self { psf, response, reach_px, spots }
     }

@@ -17,6 +17,9 @@ pub const AREA: usize = WIDTH * HEIGHT;
 /// Pixels that the processor takes at once, or a multiple of that.
 const GROUP: usize = 8;
 
+/// Numbers of the columns.
+const COLUMNS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
 /// Values at a point of a cell: those of a line of sight that pixels need.
 pub type Values = [f32; COUNT];
 /// Number of values.
@@ -79,15 +82,15 @@ impl Places {
         self.count.next_multiple_of(GROUP).min(AREA)
     }
 
-    /// Takes those of `columns` and `rows`, counted from the cell's upper left corner, row by row.
+    /// Takes those of `columns`, at least one, and `rows`, counted from the cell's upper left corner, row by row.
     pub fn fill(&mut self, columns: Range<usize>, rows: Range<usize>) {
-        let width = columns.len();
-        self.count = (rows.len() * width).min(AREA);
-        let rooms = self.x.chunks_exact_mut(width.max(1)).zip(self.t.chunks_exact_mut(width.max(1)));
+        let columns = &COLUMNS[columns];
+        self.count = (rows.len() * columns.len()).min(AREA);
+        let rooms = self.x.chunks_exact_mut(columns.len()).zip(self.t.chunks_exact_mut(columns.len()));
         for (row, (x, t)) in rows.zip(rooms) {
-            t.fill(row as f32 / HEIGHT as f32);
-            for (x, column) in x.iter_mut().zip(columns.clone()) {
-                *x = column as f32;
+            let row = row as f32 / HEIGHT as f32;
+            for ((x, t), column) in x.iter_mut().zip(t).zip(columns) {
+                (*x, *t) = (*column, row);
             }
         }
     }

@@ -30,7 +30,7 @@ use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
 use super::lattice::smooth;
 use super::limb::REACH_SIGMAS;
 use super::looks::Looks;
-use super::map::AlbedoMap;
+use super::map::{AlbedoMap, MapDesk};
 pub use super::sight::View;
 use super::sight::{Pose, Sight, Sights, limb_motion_px};
 use super::{EQUATOR_KM, EarthModel, POLE_KM};
@@ -92,11 +92,14 @@ enum Content {
     Surface,
 }
 
+/// Length of the parts of a window for which it is asked whether light may fall into them, px.
+const LOOK_PX: u16 = 128;
 /// Far more than the limb is lifted, km.
 const HIGHEST_KM: f64 = 20.0;
 
 /// Room for the pixels that are drawn at once: those of a cell that lie in the window.
-struct Desk {
+#[derive(Debug, Clone)]
+pub struct Desk {
     places: Places,
     /// Those that see something of the surface, and their numbers.
     seen: Places,
@@ -115,10 +118,12 @@ struct Desk {
     lit: Lane,
     view: Lane,
     albedo: Lane,
+    map: MapDesk,
 }
 
 impl Desk {
-    const EMPTY: Self = Self {
+    /// Nothing on it.
+    pub const EMPTY: Self = Self {
         places: Places::EMPTY,
         seen: Places::EMPTY,
         numbers: [0; AREA],
@@ -134,6 +139,7 @@ impl Desk {
         lit: [0.0; AREA],
         view: [0.0; AREA],
         albedo: [0.0; AREA],
+        map: MapDesk::EMPTY,
     };
 }
 
@@ -178,19 +184,44 @@ impl EarthImage {
     }
 
     /// Adds the electrons of the exposure to `electrons`, the pixels of `window` row by row.
-    pub fn add_to(&self, window: Window, electrons: &mut [f64]) {
-        if window.area() == 0 || !self.may_touch(window) {
-            return;
-        }
+    pub fn add_to(&self, window: Window, electrons: &mut [f64], desk: &mut Desk) {
+        let Some(lit) = self.lit(window) else { return };
         for step in 0..self.steps {
             let t_s = self.step_s * (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps));
-            self.add_part(window, t_s, electrons);
+            self.add_part(lit, t_s, (window, electrons), desk);
         }
     }
 
-    /// Adds the part of the exposure about `t_s` after its middle.
-    fn add_part(&self, window: Window, t_s: f64, electrons: &mut [f64]) {
+    /// The part of a window into which light may fall: parts of its longer side are looked at from either end.
+    fn lit(&self, window: Window) -> Option<Window> {
+        let across = window.width >= window.height;
+        let length = if across { window.width } else { window.height };
+        let part = |from: u16| {
+            let long = LOOK_PX.min(length - from);
+            if across {
+                Window { x: window.x + from, width: long, ..window }
+            } else {
+                Window { y: window.y + from, height: long, ..window }
+            }
+        };
+        let may_touch = |from: &u16| part(*from).area() > 0 && self.may_touch(part(*from));
+        let mut parts = (0..length).step_by(usize::from(LOOK_PX));
+        let first = parts.find(may_touch)?;
+        let last = parts.rev().find(may_touch).unwrap_or(first);
+        let end = last + LOOK_PX.min(length - last);
+        Some(if across {
+            Window { x: window.x + first, width: end - first, ..window }
+        } else {
+            Window { y: window.y + first, height: end - first, ..window }
+        })
+    }
+
+    /// Adds the light that falls into `window` in the part of the exposure about `t_s` after its middle, to the pixels of the
+    /// window around it.
+    fn add_part(&self, window: Window, t_s: f64, (around, electrons): (Window, &mut [f64]), desk: &mut Desk) {
         let [left, top, width, height] = [window.x, window.y, window.width, window.height].map(usize::from);
+        let stride = usize::from(around.width);
+        let first = usize::from(window.y - around.y) * stride + usize::from(window.x - around.x);
         let columns = left / WIDTH..(left + width).div_ceil(WIDTH);
         let rows = top / HEIGHT..(top + height).div_ceil(HEIGHT);
         let still = self.sights.pose(t_s);
@@ -211,7 +242,6 @@ impl EarthImage {
                 .collect::<Vec<_>>()
         };
         let scale = self.white_e_s * self.step_s;
-        let mut desk = Desk::EMPTY;
         let mut below = nodes(rows.start * HEIGHT);
         for row in rows {
             let above = below;
@@ -228,10 +258,10 @@ impl EarthImage {
                 let (from, to) = ((column * WIDTH).max(left), ((column + 1) * WIDTH).min(left + width));
                 let (left_px, top_px) = (column * WIDTH, row * HEIGHT);
                 desk.places.fill(from - left_px..to - left_px, lines.start - top_px..lines.end - top_px);
-                self.light(&cell, content, &mut desk);
+                self.light(&cell, content, desk);
                 let lights = desk.light.chunks_exact(to - from);
                 for (y, lights) in lines.clone().zip(lights) {
-                    let start = (y - top) * width + from - left;
+                    let start = first + (y - top) * stride + from - left;
                     for (pixel, light) in electrons[start..start + to - from].iter_mut().zip(lights) {
                         *pixel += scale * f64::from(*light);
                     }
@@ -366,7 +396,7 @@ impl EarthImage {
     /// Brightness of the surface at which the seeing lines arrive, `depth` deep, times `share`: in `albedo`.
     fn surface(&self, cell: &Cell, desk: &mut Desk) {
         const POLE: f32 = ((EQUATOR_KM / POLE_KM) * (EQUATOR_KM / POLE_KM)) as f32;
-        let Desk { seen, depth, share, sight, place, lit, view, albedo, .. } = desk;
+        let Desk { seen, depth, share, sight, place, lit, view, albedo, map, .. } = desk;
         let count = seen.count();
         for (k, lane) in sight.iter_mut().enumerate() {
             match k {
@@ -398,7 +428,7 @@ impl EarthImage {
             albedo[..count].fill(0.0);
             return;
         }
-        self.looks.map.read([&x[..count], &y[..count], &z[..count]], &mut albedo[..count]);
+        self.looks.map.read([&x[..count], &y[..count], &z[..count]], &mut albedo[..count], map);
         let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
         for i in 0..seen.padded() {
             let mixed = albedo[i] + haze / view[i] * (mean_albedo - albedo[i]);

@@ -86,7 +86,7 @@ fn even() -> EarthModel {
 
 fn drawn(image: &EarthImage, window: Window) -> Vec<f64> {
     let mut electrons = vec![0.0; window.area()];
-    image.add_to(window, &mut electrons);
+    image.add_to(window, &mut electrons, &mut Desk::EMPTY);
     electrons
 }
 

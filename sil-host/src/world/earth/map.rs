@@ -30,6 +30,70 @@ type Tile = [u16; TILE_CORNERS * TILE_CORNERS];
 
 static EMPTY: Tile = [0; TILE_CORNERS * TILE_CORNERS];
 
+/// Where on the maps places are: tile (level, row, column), first of the four corners in it, and the way from there.
+#[derive(Debug, Clone)]
+struct Corners {
+    tile: [u32; AREA],
+    corner: [u32; AREA],
+    x: [f32; AREA],
+    y: [f32; AREA],
+}
+
+impl Corners {
+    /// Finds (`u`, `v`), 0 to 1 across the map, on whole levels.
+    #[inline(never)]
+    fn find(&mut self, u: &[f32], v: &[f32], levels: &[f32]) {
+        const SHIFT: u32 = TILE.trailing_zeros();
+        const LAST: u32 = TILE as u32 - 1;
+        let count = levels.len().min(u.len()).min(v.len()).min(AREA);
+        for k in 0..count {
+            let number = (levels[k] + ROUNDER).to_bits();
+            // 2^-level, from its bits: cells a side.
+            let side = SIDE as f32 * f32::from_bits(((0x4b40_007f - number) & 0xff) << 23);
+            let (at_x, at_y) = (u[k] * side, v[k] * side);
+            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
+            (self.x[k], self.y[k]) = (at_x - i, at_y - j);
+            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
+            self.tile[k] = (number & 15) << 24 | (j >> SHIFT) << 12 | i >> SHIFT;
+            // Times 65, the corners along a side of a tile.
+            let row = j & LAST;
+            self.corner[k] = (row << SHIFT) + row + (i & LAST);
+        }
+    }
+}
+
+/// Where on the square places are.
+#[inline(never)]
+fn unfold([x, y, z]: [&[f32]; 3], u: &mut [f32], v: &mut [f32]) {
+    for ((((x, y), z), u), v) in x.iter().zip(y).zip(z).zip(u).zip(v) {
+        [*u, *v] = unfolded([*x, *y, *z]);
+    }
+}
+
+/// Room for [`AlbedoMap::read`].
+#[derive(Debug, Clone)]
+pub struct MapDesk {
+    at: Corners,
+    u: [f32; AREA],
+    v: [f32; AREA],
+    /// Numbers of the places between two levels, the level above, how far they are on the way to it.
+    blended: [u8; AREA],
+    above: [f32; AREA],
+    blend: [f32; AREA],
+}
+
+impl MapDesk {
+    /// Nothing on it.
+    pub const EMPTY: Self = Self {
+        at: Corners { tile: [0; AREA], corner: [0; AREA], x: [0.0; AREA], y: [0.0; AREA] },
+        u: [0.0; AREA],
+        v: [0.0; AREA],
+        blended: [0; AREA],
+        above: [0.0; AREA],
+        blend: [0.0; AREA],
+    };
+}
+
 /// All levels.
 #[derive(Debug)]
 pub struct AlbedoMap {
@@ -61,54 +125,55 @@ impl AlbedoMap {
     }
 
     /// The albedo at places `[x, y, z]`, at most [`AREA`] of them: takes levels between 0 and the last, and gives albedos.
-    pub fn read(&self, [x, y, z]: [&[f32]; 3], levels: &mut [f32]) {
-        let (mut u, mut v, mut low, mut blend) = ([0.0; AREA], [0.0; AREA], [0.0; AREA], [0.0; AREA]);
-        let places = x.iter().zip(y).zip(z).zip(levels.iter_mut());
-        let mapped = u.iter_mut().zip(&mut v).zip(&mut low).zip(&mut blend);
-        for ((((x, y), z), level), (((u, v), low), blend)) in places.zip(mapped) {
-            [*u, *v] = unfolded([*x, *y, *z]);
-            *low = whole(*level).min((LEVELS - 2) as f32);
-            *blend = (4.0 * (*level - *low) - 1.5).clamp(0.0, 1.0);
-            *level = *low + if *blend < 1.0 { 0.0 } else { 1.0 };
+    pub fn read(&self, places: [&[f32]; 3], levels: &mut [f32], desk: &mut MapDesk) {
+        let MapDesk { at, blended, above, u, v, blend } = desk;
+        let count = levels.len().min(AREA);
+        unfold(places, &mut u[..count], &mut v[..count]);
+        let mut blending = 0;
+        for (k, level) in levels.iter_mut().enumerate() {
+            let low = whole(*level).min((LEVELS - 2) as f32);
+            let part = (4.0 * (*level - low) - 1.5).clamp(0.0, 1.0);
+            *level = low + if part < 1.0 { 0.0 } else { 1.0 };
+            // Those between two levels are looked up once more.
+            let k_blended = blending % AREA;
+            (blended[k_blended], blend[k_blended], above[k_blended]) = (k as u8, part, low + 1.0);
+            blending += usize::from(part > 0.0 && part < 1.0);
         }
-        let albedos = levels;
-        self.bilinear(&u, &v, albedos);
-        for (k, albedo) in albedos.iter_mut().enumerate() {
-            if blend[k] > 0.0 && blend[k] < 1.0 {
-                let mut above = [low[k] + 1.0];
-                self.bilinear(&u[k..], &v[k..], &mut above);
-                *albedo += blend[k] * (above[0] - *albedo);
-            }
+        at.find(&u[..count], &v[..count], levels);
+        self.look_up(at, levels);
+        if blending == 0 {
+            return;
+        }
+        for (k, from) in blended[..blending].iter().enumerate() {
+            // Never before its turn: the list names places in their order.
+            (u[k], v[k]) = (u[usize::from(*from) % AREA], v[usize::from(*from) % AREA]);
+        }
+        at.find(&u[..blending], &v[..blending], &above[..blending]);
+        self.look_up(at, &mut above[..blending]);
+        for ((k, above), part) in blended[..blending].iter().zip(&*above).zip(&*blend) {
+            let albedo = &mut levels[usize::from(*k)];
+            *albedo += part * (above - *albedo);
         }
     }
 
-    /// The albedo at (`u`, `v`), 0 to 1 across the map, of whole levels; in their place.
-    #[inline]
-    fn bilinear(&self, u: &[f32], v: &[f32], levels: &mut [f32]) {
-        const SHIFT: u32 = TILE.trailing_zeros();
-        const LAST: u32 = TILE as u32 - 1;
-        let mut last = (u32::MAX, u32::MAX);
+    /// The albedos at places that have been found.
+    fn look_up(&self, at: &Corners, albedos: &mut [f32]) {
+        let mut last = u32::MAX;
         let mut corners: &Tile = &EMPTY;
-        for ((u, v), level) in u.iter().zip(v).zip(levels) {
-            let number = (*level + ROUNDER).to_bits();
-            // 2^-level, from its bits: cells a side.
-            let side = SIDE as f32 * f32::from_bits(((0x4b40_007f - number) & 0xff) << 23);
-            let (at_x, at_y) = (u * side, v * side);
-            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
-            let (x, y) = (at_x - i, at_y - j);
-            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
-            let tile = (number & 15, (j >> SHIFT) << 16 | i >> SHIFT);
-            if tile != last {
-                last = tile;
-                corners = self.tile(tile.0 as usize, (i >> SHIFT) as usize, (j >> SHIFT) as usize);
+        let places = at.tile.iter().zip(&at.corner).zip(&at.x).zip(&at.y);
+        for (albedo, (((tile, corner), x), y)) in albedos.iter_mut().zip(places) {
+            if *tile != last {
+                last = *tile;
+                let [level, row, column] = [tile >> 24, tile >> 12 & 0xfff, tile & 0xfff];
+                corners = self.tile(level as usize, column as usize, row as usize);
             }
-            let at = ((j & LAST) * TILE_CORNERS as u32 + (i & LAST)) as usize;
+            let first = *corner as usize;
             // One slice, one check.
-            let Some(near) = corners.get(at..at + TILE_CORNERS + 2) else { continue };
+            let Some(near) = corners.get(first..first + TILE_CORNERS + 2) else { continue };
             let value = |k: usize| f32::from(near[k]);
             let above = value(0) + x * (value(1) - value(0));
             let below = value(TILE_CORNERS) + x * (value(TILE_CORNERS + 1) - value(TILE_CORNERS));
-            *level = (above + y * (below - above)) * (1.0 / STEPS);
+            *albedo = (above + y * (below - above)) * (1.0 / STEPS);
         }
     }
 
@@ -144,7 +209,7 @@ impl AlbedoMap {
     /// The albedo at one place.
     pub(super) fn at(&self, [x, y, z]: [f32; 3], level: f32) -> f32 {
         let mut albedo = [level];
-        self.read([&[x], &[y], &[z]], &mut albedo);
+        self.read([&[x], &[y], &[z]], &mut albedo, &mut MapDesk::EMPTY);
         albedo[0]
     }
 }
