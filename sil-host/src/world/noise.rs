@@ -138,8 +138,9 @@ impl Noise {
         let quick = QuickInverse::table();
         let mut deviates = [0.0; ROW_PART];
         for (x, part) in (x..).step_by(ROW_PART).zip(pixels.chunks_mut(ROW_PART)) {
-            let joined = |mean: f64| mean + read_e2 >= POISSON_EXACT_BELOW && mean >= 0.0;
-            if read_e < JOINED_READ_E || !part.iter().fold(true, |all, mean| all & joined(*mean)) {
+            // Any sign among the bits: a mean below 0.
+            let signs = part.iter().fold(0, |signs, mean| signs | mean.to_bits());
+            if read_e < JOINED_READ_E || read_e2 < POISSON_EXACT_BELOW || signs >> 63 == 1 {
                 for (x, pixel) in (x..).zip(part) {
                     *pixel = self.electrons(x, y, *pixel, readout, read_e);
                 }

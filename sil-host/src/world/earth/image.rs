@@ -395,7 +395,6 @@ impl EarthImage {
 
     /// Brightness of the surface at which the seeing lines arrive, `depth` deep, times `share`: in `albedo`.
     fn surface(&self, cell: &Cell, desk: &mut Desk) {
-        const POLE: f32 = ((EQUATOR_KM / POLE_KM) * (EQUATOR_KM / POLE_KM)) as f32;
         let Desk { seen, depth, share, sight, place, lit, view, albedo, map, .. } = desk;
         let count = seen.count();
         for (k, lane) in sight.iter_mut().enumerate() {
@@ -407,11 +406,33 @@ impl EarthImage {
                 _ => seen.values(cell, SPREAD, lane),
             }
         }
-        let [px, py, pz, bx, by, bz, slope, way, spread] = sight;
+        self.arrive(seen.padded(), (depth, sight), (place, lit, view, albedo));
         let [x, y, z] = place;
+        if lit[..count].iter().all(|lit| *lit == 0.0) {
+            albedo[..count].fill(0.0);
+            return;
+        }
+        self.looks.map.read([&x[..count], &y[..count], &z[..count]], &mut albedo[..count], map);
+        let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
+        for i in 0..seen.padded() {
+            let mixed = albedo[i] + haze / view[i] * (mean_albedo - albedo[i]);
+            albedo[i] = share[i] * mixed * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k);
+        }
+    }
+
+    /// Where lines of sight arrive, `depth` deep: place, sunlight and view there, and the level of the map.
+    // Alone, the compiler knows that nothing overlaps, and takes four at a time.
+    #[inline(never)]
+    fn arrive(
+        &self,
+        count: usize,
+        (depth, [px, py, pz, bx, by, bz, slope, way, spread]): (&Lane, &[Lane; 9]),
+        ([x, y, z], lit, view, level): (&mut [Lane; 3], &mut Lane, &mut Lane, &mut Lane),
+    ) {
+        const POLE: f32 = ((EQUATOR_KM / POLE_KM) * (EQUATOR_KM / POLE_KM)) as f32;
         let ([sx, sy, sz], w) = (self.sun, self.shade.twilight);
         let per_foot = 1.0 / (4.0 * w);
-        for i in 0..seen.padded() {
+        for i in 0..count.min(AREA) {
             let root = depth[i].max(0.0).sqrt();
             (x[i], y[i], z[i]) = (px[i] + root * bx[i], py[i] + root * by[i], pz[i] + root * bz[i]);
             // The normal is (x, y, z a / b) stretched once more, of this length.
@@ -422,17 +443,7 @@ impl EarthImage {
             let straight = root * slope[i] * per_length;
             view[i] = (straight * straight + HAZE * HAZE).sqrt();
             let size = (way[i] - root * EQUATOR_KM as f32).max(0.0) * spread[i] / view[i];
-            albedo[i] = AlbedoMap::level_of(size);
-        }
-        if lit[..count].iter().all(|lit| *lit == 0.0) {
-            albedo[..count].fill(0.0);
-            return;
-        }
-        self.looks.map.read([&x[..count], &y[..count], &z[..count]], &mut albedo[..count], map);
-        let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
-        for i in 0..seen.padded() {
-            let mixed = albedo[i] + haze / view[i] * (mean_albedo - albedo[i]);
-            albedo[i] = share[i] * mixed * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k);
+            level[i] = AlbedoMap::level_of(size);
         }
     }
 }
