@@ -103,7 +103,8 @@ impl FixedPattern {
         for (line, y) in light.chunks_exact_mut(usize::from(window.width)).zip(usize::from(window.y)..) {
             let start = y * self.width + usize::from(window.x);
             for (pixel, [gain, dark]) in line.iter_mut().zip(&self.pixels[start..]) {
-                *pixel = *pixel * self.gains[usize::from(*gain as u8)] + darks.steps_e[usize::from(*dark as u8)];
+                *pixel =
+                    *pixel * self.gains[usize::from(*gain as u8)] + darks.steps_e[usize::from(*dark as u8)];
             }
         }
     }

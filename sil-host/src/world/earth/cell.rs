@@ -18,7 +18,8 @@ pub const AREA: usize = WIDTH * HEIGHT;
 const GROUP: usize = 8;
 
 /// Numbers of the columns.
-const COLUMNS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+const COLUMNS: [f32; WIDTH] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
 /// Values at a point of a cell: those of a line of sight that pixels need.
 pub type Values = [f32; COUNT];

@@ -351,7 +351,8 @@ impl EarthImage {
 
     /// Brightness of the pixels on the desk, relative to a white surface with the Sun in the zenith.
     fn light(&self, cell: &Cell, content: Content, desk: &mut Desk) {
-        let Desk { places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, .. } = desk;
+        let Desk { places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, .. } =
+            desk;
         let count = places.count();
         places.depth(cell, depth);
         places.values(cell, CUBE, cube);

@@ -208,8 +208,8 @@ fn whole(x: f32) -> f32 {
 impl AlbedoMap {
     /// The albedo at one place.
     pub(super) fn at(&self, [x, y, z]: [f32; 3], level: f32) -> f32 {
-        let mut albedo = [level];
-        self.read([&[x], &[y], &[z]], &mut albedo, &mut MapDesk::EMPTY);
+        let (mut albedo, mut desk) = ([level], MapDesk::EMPTY);
+        self.read([&[x], &[y], &[z]], &mut albedo, &mut desk);
         albedo[0]
     }
 }
