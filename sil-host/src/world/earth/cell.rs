@@ -110,11 +110,11 @@ impl Places {
     pub fn depth(&self, cell: &Cell, out: &mut Lane) {
         let column = |k: usize| [cell[0][k].depth, cell[1][k].depth, cell[2][k].depth];
         let (left, middle, right) = (column(0), column(1), column(2));
-        for i in 0..self.padded() {
-            let t = self.t[i];
+        for ((out, x), t) in out[..self.padded()].iter_mut().zip(&self.x).zip(&self.t) {
+            let t = *t;
             // Written out: closures over arrays are not always made part of the loop they stand in.
             let across = [parabola(left, t), parabola(middle, t), parabola(right, t)];
-            out[i] = parabola(across, self.x[i] / WIDTH as f32);
+            *out = parabola(across, x / WIDTH as f32);
         }
     }
 
@@ -124,9 +124,9 @@ impl Places {
     pub fn values(&self, cell: &Cell, k: usize, out: &mut Lane) {
         let side = |column: usize| [cell[0][column].values[k], cell[2][column].values[k]];
         let (left, right) = (side(0), side(2));
-        for i in 0..self.padded() {
-            let (from, step) = line(left, right, self.t[i]);
-            out[i] = from + self.x[i] * step;
+        for ((out, x), t) in out[..self.padded()].iter_mut().zip(&self.x).zip(&self.t) {
+            let (from, step) = line(left, right, *t);
+            *out = from + x * step;
         }
     }
 
@@ -135,11 +135,11 @@ impl Places {
     pub fn nearest(&self, cell: &Cell, k: usize, out: &mut Lane) {
         let side = |column: usize| [cell[0][column].values[NEAREST + k], cell[2][column].values[NEAREST + k]];
         let (left, middle, right) = (side(0), side(1), side(2));
-        for i in 0..self.padded() {
-            let (from, step) = line(left, right, self.t[i]);
-            let bend = between(middle, self.t[i]) - from - 0.5 * WIDTH as f32 * step;
-            let s = self.x[i] / WIDTH as f32;
-            out[i] = from + self.x[i] * step + 4.0 * s * (1.0 - s) * bend;
+        for ((out, x), t) in out[..self.padded()].iter_mut().zip(&self.x).zip(&self.t) {
+            let (from, step) = line(left, right, *t);
+            let bend = between(middle, *t) - from - 0.5 * WIDTH as f32 * step;
+            let s = x / WIDTH as f32;
+            *out = from + x * step + 4.0 * s * (1.0 - s) * bend;
         }
     }
 }

@@ -226,7 +226,7 @@ impl EarthImage {
         let rows = top / HEIGHT..(top + height).div_ceil(HEIGHT);
         let still = self.sights.pose(t_s);
         let nodes = |y: usize| {
-            let between = y % HEIGHT != 0;
+            let between = !y.is_multiple_of(HEIGHT);
             let y = y as f64;
             let turned = (!self.sights.at_once()).then(|| self.sights.pose(t_s + self.sights.row_s(y)));
             let pose = turned.as_ref().unwrap_or(&still);
