@@ -11,6 +11,7 @@
 //! | [`limb`] | height of a line of sight | its brightness, blurred |
 //! | [`looks`] | seed, model | the last three, shared |
 //! | [`sight`] | pixel, time | where its line of sight passes |
+//! | [`cell`] | values at its points | the same at its pixels |
 //! | [`image`] | position, Sun, Earth path, rate | mean electrons of a window |
 //!
 //! Radiometry: a surface of albedo `A` with the Sun in the zenith has the radiance `A E / pi`; a pixel of `cos³ / f²` sr collects
@@ -18,6 +19,7 @@
 //! on the axis. The fourth cosine, the aperture's foreshortening, and the lens's vignetting are a factor over all light and not drawn here.
 
 pub mod albedo;
+pub mod cell;
 pub mod ellipsoid;
 pub mod horizon;
 pub mod image;

@@ -47,11 +47,21 @@ pub struct FixedPattern {
     /// How far gain and dark current of a pixel are from the mean, in steps of their deviation; empty where all are alike. As
     /// bytes, because a window's rows lie far apart in memory.
     pixels: Vec<[i8; 2]>,
-    /// A step of the gain, and of the dark current as a share of the mean.
-    per_step: [f64; 2],
+    /// The gain for each of the steps that a pixel may be off, by the byte's bits.
+    gains: [f64; 256],
+    /// A step of the dark current as a share of the mean.
+    per_dark: f64,
     columns_e: Vec<f64>,
     row_noise_e: f64,
     seed: u64,
+}
+
+/// Dark current of the pixels in an exposure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Darks {
+    mean_e: f64,
+    /// By the bits of the byte that says how far off a pixel is.
+    steps_e: [f64; 256],
 }
 
 impl FixedPattern {
@@ -69,42 +79,46 @@ impl FixedPattern {
                 .flat_map(|y| (0..width).map(move |x| (x, y)))
                 .map(|(x, y)| pixel(x, y))
                 .collect(),
-            per_step: [model.prnu, model.dsnu].map(|deviation| deviation / STEPS),
+            gains: std::array::from_fn(|index| 1.0 + model.prnu / STEPS * f64::from(index as u8 as i8)),
+            per_dark: model.dsnu / STEPS,
             columns_e: (0..width).map(|x| model.column_offset_e * column.gaussian(x, 0)).collect(),
             row_noise_e: model.row_noise_e,
             seed,
         }
     }
 
-    /// Turns `light`, the pixels of `window`, into mean electrons: times the gains, plus the dark current of `dark_e` on the
-    /// mean.
-    pub fn charge(&self, window: Window, dark_e: f64, light: &mut [f64]) {
+    /// Dark current of an exposure whose mean is `dark_e`, for each of the steps that a pixel may be off.
+    pub fn darks(&self, dark_e: f64) -> Darks {
+        let per_dark = dark_e * self.per_dark;
+        let of = |index: usize| (dark_e + per_dark * f64::from(index as u8 as i8)).max(0.0);
+        Darks { mean_e: dark_e, steps_e: std::array::from_fn(of) }
+    }
+
+    /// Turns `light`, the pixels of `window`, into mean electrons: times the gains, plus the dark current.
+    pub fn charge(&self, window: Window, darks: &Darks, light: &mut [f64]) {
         if self.pixels.is_empty() {
-            light.iter_mut().for_each(|pixel| *pixel += dark_e);
+            light.iter_mut().for_each(|pixel| *pixel += darks.mean_e);
             return;
         }
-        let [per_gain, per_dark] = [self.per_step[0], dark_e * self.per_step[1]];
         for (line, y) in light.chunks_exact_mut(usize::from(window.width)).zip(usize::from(window.y)..) {
             let start = y * self.width + usize::from(window.x);
             for (pixel, [gain, dark]) in line.iter_mut().zip(&self.pixels[start..]) {
-                let gain = 1.0 + per_gain * f64::from(*gain);
-                *pixel = *pixel * gain + (dark_e + per_dark * f64::from(*dark)).max(0.0);
+                *pixel =
+                    *pixel * self.gains[usize::from(*gain as u8)] + darks.steps_e[usize::from(*dark as u8)];
             }
         }
     }
 
-    /// Offset of the column `x`, e-.
+    /// Offsets of all columns, e-.
     #[inline]
-    pub fn column_e(&self, x: u16) -> f64 {
-        self.columns_e[usize::from(x)]
+    pub fn columns_e(&self) -> &[f64] {
+        &self.columns_e
     }
 
-    /// Offset of the row `y` in a cycle, e-.
-    pub fn row_e(&self, cycle: u64, y: u16) -> f64 {
-        if self.row_noise_e == 0.0 {
-            return 0.0;
-        }
-        self.row_noise_e * Noise::new(self.seed, cycle, Stream::Row).quick_gaussian(0, u32::from(y))
+    /// Offsets of the rows in a cycle, e-.
+    pub fn rows_e(&self, cycle: u64) -> impl Fn(u16) -> f64 {
+        let (noise, row_noise_e) = (Noise::new(self.seed, cycle, Stream::Row), self.row_noise_e);
+        move |y| if row_noise_e == 0.0 { 0.0 } else { row_noise_e * noise.quick_gaussian(0, u32::from(y)) }
     }
 }
 
@@ -120,7 +134,7 @@ mod tests {
         let whole = GEOMETRY.whole();
         let values = |dark: f64, light: f64, window: Window| {
             let mut pixels = vec![light; window.area()];
-            pattern.charge(window, dark, &mut pixels);
+            pattern.charge(window, &pattern.darks(dark), &mut pixels);
             pixels
         };
         let spread = |values: &[f64]| {
@@ -139,11 +153,11 @@ mod tests {
             (mean - 1.0).abs() < 4.0 * 0.1 / 173.0 && (sigma / 0.1 - 1.0).abs() < 0.0164,
             "{mean} {sigma}"
         );
-        let columns: Vec<f64> = (0..200).map(|x| pattern.column_e(x)).collect();
+        let columns: Vec<f64> = (0..200).map(|x| pattern.columns_e()[x]).collect();
         assert!((spread(&columns).1 / 4.0 - 1.0).abs() < 0.2);
-        let rows: Vec<f64> = (0..150).map(|y| pattern.row_e(3, y)).collect();
+        let rows: Vec<f64> = (0..150).map(|y| pattern.rows_e(3)(y)).collect();
         assert!((spread(&rows).1 / 3.0 - 1.0).abs() < 0.24);
-        assert_ne!(rows[4], pattern.row_e(4, 4));
+        assert_ne!(rows[4], pattern.rows_e(4)(4));
         let window = Window { x: 17, y: 40, width: 3, height: 2 };
         let part = values(5.0, 2.0, window);
         let all = values(5.0, 2.0, whole);
@@ -154,8 +168,8 @@ mod tests {
     fn an_even_detector_adds_its_dark_current_only() {
         let even = FixedPattern::new(&PatternModel::NONE, 7, GEOMETRY);
         let mut pixels = [3.0; 4];
-        even.charge(Window { x: 0, y: 0, width: 2, height: 2 }, 5.0, &mut pixels);
+        even.charge(Window { x: 0, y: 0, width: 2, height: 2 }, &even.darks(5.0), &mut pixels);
         assert_eq!(pixels, [8.0; 4]);
-        assert_eq!((even.column_e(3), even.row_e(1, 1)), (0.0, 0.0));
+        assert_eq!((even.columns_e()[3], even.rows_e(1)(1)), (0.0, 0.0));
     }
 }

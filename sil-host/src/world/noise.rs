@@ -11,12 +11,12 @@
 //! (probability < 1e-20); above it the Gaussian with the first skewness term of Cornish and Fisher, rounded to whole
 //! events, whose distribution function is off by at most 0.00044 (at a mean of 30; 0.00003 at 400).
 //!
-//! A pixel's electrons ([`Noise::electrons`]) are a Poisson number and the readout's Gaussian. Where their variance is
+//! A pixel's electrons ([`Noise::read_row`]) are a Poisson number and the readout's Gaussian. Where their variance is
 //! [`POISSON_EXACT_BELOW`] or more and the readout is wider than [`JOINED_READ_E`], both come from one deviate `g`:
 //! `mean + s g + mean (g² - 1) / 6 s²`, `s² = mean + read²`, as the third cumulant of the sum is the mean; the distribution
 //! function is off by at most 0.0006 (no readout to speak of), below 2e-5 with the 20 e- of the reference.
 
-use super::normal::{inverse_normal, quick_inverse_normal};
+use super::normal::{self, QuickInverse, inverse_normal};
 
 /// What a number is drawn for; different streams are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +71,8 @@ pub const POISSON_EXACT_BELOW: f64 = 30.0;
 pub const JOINED_READ_E: f64 = 1.0;
 /// Bound of the loop for the exact Poisson numbers.
 pub const POISSON_TERMS_MAX: u32 = 128;
+/// Pixels of a row that are drawn together.
+const ROW_PART: usize = 64;
 
 /// The noise of one seed, cycle and stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,8 +103,7 @@ impl Noise {
     /// Uniform in (0, 1), ends excluded, 52 bits.
     #[inline]
     pub fn uniform(&self, x: u32, y: u32) -> f64 {
-        // The half keeps 0 out; 52 bits and a half still fit a double, so 1 cannot come out by rounding.
-        ((self.bits(x, y) >> 12) as f64 + 0.5) * (1.0 / (1u64 << 52) as f64)
+        normal::uniform(self.bits(x, y))
     }
 
     /// Gaussian with mean 0 and variance 1.
@@ -114,7 +115,7 @@ impl Noise {
     /// The same to 5e-7 in its distribution function, from a table.
     #[inline]
     pub fn quick_gaussian(&self, x: u32, y: u32) -> f64 {
-        quick_inverse_normal(self.uniform(x, y))
+        QuickInverse::table().at(self.bits(x, y))
     }
 
     /// Number of events where `mean` are expected; 0 for a mean that is not positive.
@@ -130,14 +131,35 @@ impl Noise {
         if mean > 0.0 { inverse_poisson(uniform, mean) } else { 0.0 }
     }
 
-    /// Electrons read from a pixel in which `mean` are expected: a Poisson number of this noise and a Gaussian of standard
-    /// deviation `read_e`, from `readout` where the two are not one.
-    #[inline]
-    pub fn electrons(&self, x: u32, y: u32, mean: f64, readout: &Self, read_e: f64) -> f64 {
+    /// Electrons read from pixels of a row, from (`x`, `y`) on, in which `pixels` are expected: Poisson numbers of this noise and
+    /// Gaussians of standard deviation `read_e`, from `readout` where the two are not one.
+    pub fn read_row(&self, (x, y): (u32, u32), pixels: &mut [f64], readout: &Self, read_e: f64) {
+        let read_e2 = read_e * read_e;
+        let quick = QuickInverse::table();
+        let mut deviates = [0.0; ROW_PART];
+        for (x, part) in (x..).step_by(ROW_PART).zip(pixels.chunks_mut(ROW_PART)) {
+            // Any sign among the bits: a mean below 0.
+            let signs = part.iter().fold(0, |signs, mean| signs | mean.to_bits());
+            if read_e < JOINED_READ_E || read_e2 < POISSON_EXACT_BELOW || signs >> 63 == 1 {
+                for (x, pixel) in (x..).zip(part) {
+                    *pixel = self.electrons(x, y, *pixel, readout, read_e);
+                }
+                continue;
+            }
+            for (x, deviate) in (x..).zip(&mut deviates[..part.len()]) {
+                *deviate = quick.at(self.bits(x, y));
+            }
+            for (pixel, g) in part.iter_mut().zip(&deviates) {
+                *pixel = both(*pixel, *pixel + read_e2, *g);
+            }
+        }
+    }
+
+    /// [`Self::read_row`] for a single pixel.
+    fn electrons(&self, x: u32, y: u32, mean: f64, readout: &Self, read_e: f64) -> f64 {
         let variance = mean + read_e * read_e;
         if read_e >= JOINED_READ_E && variance >= POISSON_EXACT_BELOW && mean >= 0.0 {
-            let g = self.quick_gaussian(x, y);
-            return mean + variance.sqrt() * g + mean / (6.0 * variance) * (g * g - 1.0);
+            return both(mean, variance, self.quick_gaussian(x, y));
         }
         self.apart(x, y, mean, readout, read_e)
     }
@@ -147,6 +169,12 @@ impl Noise {
     fn apart(&self, x: u32, y: u32, mean: f64, readout: &Self, read_e: f64) -> f64 {
         self.poisson(x, y, mean) + read_e * readout.gaussian(x, y)
     }
+}
+
+/// Photons and readout together, by one deviate.
+#[inline]
+fn both(mean: f64, variance: f64, g: f64) -> f64 {
+    mean + variance.sqrt() * g + mean / (6.0 * variance) * (g * g - 1.0)
 }
 
 /// Bijective: every bit of the input reaches every bit of the output.
@@ -311,7 +339,7 @@ mod tests {
             for k in 1..2000 {
                 let p = f64::from(k) / 2000.0;
                 let (g, variance): (f64, f64) = (inverse_normal(p), mean + read_e * read_e);
-                let value = mean + variance.sqrt() * g + mean / (6.0 * variance) * (g * g - 1.0);
+                let value = both(mean, variance, g);
                 worst = worst.max((exact_below(mean, read_e, value) - p).abs());
             }
             println!("mean {mean}, read {read_e}: {worst:.1e}");

@@ -8,7 +8,7 @@
 //! A pixel's number stands for the centre of gravity of its sensitive area, which is 0.097 px away from that of the square:
 //! what is seen of even light has no shift, as after the calibration of a real camera.
 
-use super::normal::normal_below;
+use super::normal::QuickNormal;
 
 /// Share of a pixel that is sensitive.
 pub const FILL_FACTOR: f64 = 0.7;
@@ -70,7 +70,8 @@ impl PixelResponse {
         (line.first, line.count) = ((first - from) as usize, (last - first + 1) as usize);
         let scale = sigma_px.recip();
         let shift = if self == Self::LShape { SHIFT_PX } else { 0.0 };
-        let below = |edge: f64| normal_below((edge + shift - centre) * scale);
+        let normal = QuickNormal::table();
+        let below = |edge: f64| normal.below((edge + shift - centre) * scale);
         let mut left = below(first as f64 - 0.5);
         for (k, pixel) in (first..=last).enumerate() {
             let right = below(pixel as f64 + 0.5);

@@ -19,8 +19,8 @@ use super::bodies::{BodyLight, Exposing};
 use super::cells::Cells;
 use super::colour::{self, BANDS};
 use super::disturbances::Deposits;
-use super::earth::image::EarthImage;
-use super::fixed_pattern::FixedPattern;
+use super::earth::image::{Desk, EarthImage};
+use super::fixed_pattern::{Darks, FixedPattern};
 use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
@@ -49,7 +49,7 @@ struct Exposure {
     cycle: u64,
     time_s: f64,
     /// Mean electrons of the dark current.
-    dark_e: f64,
+    darks: Darks,
     /// Mean electrons of the veil of the Sun in a path.
     veil_e: f64,
     spots: Spots,
@@ -83,7 +83,14 @@ pub struct Scene {
     dead_pixels: Vec<(u16, u16, bool)>,
     exposure: Option<Exposure>,
     // Kept from call to call so that a small window costs no allocation.
-    scratch: Vec<f64>,
+    scratch: Option<Box<Scratch>>,
+}
+
+/// Room for a window.
+#[derive(Debug, Clone)]
+struct Scratch {
+    electrons: Vec<f64>,
+    desk: Desk,
 }
 
 impl Scene {
@@ -120,7 +127,7 @@ impl Scene {
             settings,
             optics,
             exposure: None,
-            scratch: Vec::new(),
+            scratch: None,
         })
     }
 
@@ -209,7 +216,7 @@ impl Scene {
         self.exposure = Some(Exposure {
             cycle,
             time_s,
-            dark_e: detector.dark_now_e_s() * time_s,
+            darks: self.pattern.darks(detector.dark_now_e_s() * time_s),
             veil_e: veil_e_s * time_s,
             spots,
             protons: protons::tracks(run, hits, geometry, pitch_um),
@@ -256,9 +263,9 @@ impl Scene {
 
     /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
     /// before the vignetting.
-    fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64]) {
+    fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64], desk: &mut Desk) {
         for earth in &exposure.earths {
-            earth.add_to(window, light);
+            earth.add_to(window, light, desk);
         }
         exposure.bodies.add_to(window, exposure.time_s, light);
         exposure.spots.add_to(window, light);
@@ -270,7 +277,7 @@ impl Scene {
 
     /// Turns the light of `window` into mean charge: whatever frees electrons without light adds itself here.
     fn add_charge(&self, exposure: &Exposure, window: Window, electrons: &mut [f64]) {
-        self.pattern.charge(window, exposure.dark_e, electrons);
+        self.pattern.charge(window, &exposure.darks, electrons);
         self.hot_pixels.add_to(window, exposure.time_s, electrons);
     }
 
@@ -296,28 +303,30 @@ impl Scene {
         Spots::reach_px(&self.psf)
     }
 
-    /// Draws the `numbers` of `window`; `electrons` is room for them.
-    fn read_band(&self, exposure: &Exposure, window: Window, electrons: &mut Vec<f64>, numbers: &mut [u16]) {
+    /// Draws the `numbers` of `window`; `scratch` is room for them.
+    fn read_band(&self, exposure: &Exposure, window: Window, scratch: &mut Scratch, numbers: &mut [u16]) {
+        let Scratch { electrons, desk } = scratch;
         electrons.clear();
         electrons.resize(numbers.len(), 0.0);
-        self.add_light(exposure, window, electrons);
+        self.add_light(exposure, window, electrons, desk);
         self.add_charge(exposure, window, electrons);
         let SceneSettings { detector, camera, seed, .. } = &self.settings;
         let [photon, readout] =
             [Stream::Photon, Stream::Read].map(|stream| Noise::new(*seed, exposure.cycle, stream));
         let width = usize::from(window.width);
         for (y, line) in (window.y..).zip(electrons.chunks_exact_mut(width)) {
-            for (x, pixel) in (u32::from(window.x)..).zip(line) {
-                *pixel = photon.electrons(x, y.into(), *pixel, &readout, detector.read_noise_e);
-            }
+            let first = (u32::from(window.x), u32::from(y));
+            photon.read_row(first, line, &readout, detector.read_noise_e);
         }
         exposure.protons.add_to(window, 1.0, electrons);
         let converter = detector.converter(camera.bits);
         let lines = electrons.chunks_exact(width).zip(numbers.chunks_exact_mut(width));
+        let (rows_e, columns_e) =
+            (self.pattern.rows_e(exposure.cycle), &self.pattern.columns_e()[usize::from(window.x)..]);
         for (y, (line, numbers)) in (window.y..).zip(lines) {
-            let row_e = self.pattern.row_e(exposure.cycle, y);
-            for ((x, electrons), number) in (window.x..).zip(line).zip(numbers) {
-                *number = converter.digital_number(*electrons + (row_e + self.pattern.column_e(x)));
+            let row_e = rows_e(y);
+            for ((electrons, column_e), number) in line.iter().zip(columns_e).zip(numbers) {
+                *number = converter.digital_number(*electrons + (row_e + column_e));
             }
         }
         self.bury_dead_pixels(window, numbers);
@@ -358,15 +367,18 @@ impl Detector for Scene {
         if pixels.is_empty() {
             return Ok(());
         }
-        let mut electrons = std::mem::take(&mut self.scratch);
+        let mut scratch = self
+            .scratch
+            .take()
+            .unwrap_or_else(|| Box::new(Scratch { electrons: Vec::new(), desk: Desk::EMPTY }));
         // A band of the window is a window, and stays near the processor.
         let rows = (BAND_PX / usize::from(window.width)).max(1);
         let bands = pixels.chunks_mut(rows * usize::from(window.width));
         for (y, numbers) in (window.y..).step_by(rows).zip(bands) {
             let height = (numbers.len() / usize::from(window.width)) as u16;
-            self.read_band(exposure, Window { y, height, ..window }, &mut electrons, numbers);
+            self.read_band(exposure, Window { y, height, ..window }, &mut scratch, numbers);
         }
-        self.scratch = electrons;
+        self.scratch = Some(scratch);
         Ok(())
     }
 }

@@ -34,7 +34,7 @@ pub struct Spots {
 impl Spots {
     /// Sorts `spots`.
     pub fn new(psf: Arc<Psf>, response: PixelResponse, mut spots: Vec<Spot>) -> Self {
-        spots.sort_by(|a, b| a.y_px.total_cmp(&b.y_px).then(a.x_px.total_cmp(&b.x_px)));
+        spots.sort_unstable_by(|a, b| a.y_px.total_cmp(&b.y_px).then(a.x_px.total_cmp(&b.x_px)));
         let reach_px = Self::reach_px(&psf);
         Self { psf, response, reach_px, spots }
     }
@@ -97,12 +97,21 @@ impl Brush {
         let (across, down) = ((window.x, window.width), (window.y, window.height));
         for blob in &self.blobs[..count] {
             let reach = Psf::blob_reach_px(blob.sigma_px).min(LINE_MAX as i64 / 2);
-            response.fill(&mut self.rows, blob.y_px, blob.sigma_px, reach, down);
-            if self.rows.count == 0 {
-                continue;
+            let columns = |line: &mut Line| response.fill(line, blob.x_px, blob.sigma_px, reach, across);
+            let rows = |line: &mut Line| response.fill(line, blob.y_px, blob.sigma_px, reach, down);
+            // The shorter side first: it is the one that lies beside the blob more often.
+            if window.width < window.height {
+                columns(&mut self.columns);
+                if self.columns.count > 0 {
+                    rows(&mut self.rows);
+                }
+            } else {
+                rows(&mut self.rows);
+                if self.rows.count > 0 {
+                    columns(&mut self.columns);
+                }
             }
-            response.fill(&mut self.columns, blob.x_px, blob.sigma_px, reach, across);
-            if self.columns.count > 0 {
+            if self.rows.count > 0 && self.columns.count > 0 {
                 response.add(&self.columns, &self.rows, blob.electrons, usize::from(window.width), electrons);
             }
         }

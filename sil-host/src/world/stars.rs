@@ -11,6 +11,7 @@
 //! 20 e-; full well 40,000 e- at full scale; a pedestal of 30/1024 of full scale keeps the noise from being cut off.
 
 use super::fixed_pattern::PatternModel;
+use super::normal::ROUNDER;
 use super::pixel::PixelResponse;
 
 /// Electrons a second of a star of V = 0 in the thesis's optics, without the mirror.
@@ -130,8 +131,10 @@ impl Converter {
     /// The digital number of `electrons`, rounded, with pedestal, cut at 0, full well and full scale.
     #[inline]
     pub fn digital_number(&self, electrons: f64) -> u16 {
-        let value = electrons.min(self.full_well_e) * self.dn_per_e + self.pedestal_dn;
-        (value + 0.5).clamp(0.0, self.full_scale_dn) as u16
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        let value = least(electrons, self.full_well_e) * self.dn_per_e + self.pedestal_dn;
+        let cut = least(if value > 0.0 { value } else { 0.0 }, self.full_scale_dn);
+        (cut + ROUNDER).to_bits() as u16
     }
 }
 

@@ -27,10 +27,12 @@ impl VignettingModel {
 }
 
 /// Vignetting of a camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Vignetting {
     none: bool,
     centre_px: [f64; 2],
+    /// Squared distance of each column from the centre, px².
+    columns_px2: Vec<f64>,
     /// Coefficients of `1, r², r⁴, r⁶` of the cosine.
     cosine: [f64; 4],
     /// Of `r²` of the mounts.
@@ -43,9 +45,11 @@ impl Vignetting {
         let per_f2 = optics.focal_length_px().powi(-2);
         let series = [1.0, -0.5, 0.375, -0.3125];
         let cosine = [0, 1, 2, 3].map(|k| series[k as usize] * per_f2.powi(k));
+        let [centre_px, size_px] = [optics.centre_px(), optics.size_px()];
         Self {
+            columns_px2: (0..size_px[0] as u32).map(|x| square(f64::from(x) - centre_px[0])).collect(),
             none: *model == VignettingModel::NONE,
-            centre_px: optics.centre_px(),
+            centre_px,
             cosine: if model.cosine { cosine } else { [1.0, 0.0, 0.0, 0.0] },
             mounts: model.corner_loss * optics.radius_px().powi(-2),
         }
@@ -54,8 +58,12 @@ impl Vignetting {
     /// Share of the light that is left at a pixel.
     #[inline]
     pub fn at(&self, x: f64, y: f64) -> f64 {
-        let (dx, dy) = (x - self.centre_px[0], y - self.centre_px[1]);
-        let r2 = dx * dx + dy * dy;
+        self.at_square(square(x - self.centre_px[0]) + square(y - self.centre_px[1]))
+    }
+
+    /// Share of the light that is left at a distance whose square is `r2`, px².
+    #[inline]
+    fn at_square(&self, r2: f64) -> f64 {
         let [a, b, c, d] = self.cosine;
         (a + r2 * (b + r2 * (c + r2 * d))) * (1.0 - self.mounts * r2)
     }
@@ -66,11 +74,16 @@ impl Vignetting {
             return;
         }
         for (y, line) in (window.y..).zip(light.chunks_exact_mut(usize::from(window.width))) {
-            for (x, pixel) in (window.x..).zip(line) {
-                *pixel *= self.at(f64::from(x), f64::from(y));
+            let row_px2 = square(f64::from(y) - self.centre_px[1]);
+            for (pixel, column_px2) in line.iter_mut().zip(&self.columns_px2[usize::from(window.x)..]) {
+                *pixel *= self.at_square(column_px2 + row_px2);
             }
         }
     }
+}
+
+fn square(x: f64) -> f64 {
+    x * x
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ impl Horizon {
     /// The part that the seed makes, drawn through the map's corners.
     fn mapped_km(&self, place: Vector) -> f64 {
         let [u, v] = unfolded(place.map(|c| c as f32)).map(|at| at * SIDE as f32);
-        let (i, j) = ((u + 0.5) as usize, (v + 0.5) as usize);
+        let (i, j) = ((u + 0.5) as i32 as usize, (v + 0.5) as i32 as usize);
         let (across, down) = (spline(u - i as f32), spline(v - j as f32));
         let row = |k: usize| {
             let start = (j + k) * CORNERS + i;

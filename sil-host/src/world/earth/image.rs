@@ -25,10 +25,12 @@
 //! and left out, as are Moon and towns. Cost: about 30 ns a lit pixel of a whole frame, 40 to 60 ns a pixel of strips of 80 x 9 px
 //! across the limb, of which a third goes to the cells' points; filling the maps of a hemisphere takes 0.3 s, once.
 
+use super::cell::{AREA, Cell, HEIGHT, KM_PER_DEPTH, Lane, Node, Places, SIGMA_KM, WIDTH};
+use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
 use super::lattice::smooth;
 use super::limb::REACH_SIGMAS;
 use super::looks::Looks;
-use super::map::AlbedoMap;
+use super::map::{AlbedoMap, MapDesk};
 pub use super::sight::View;
 use super::sight::{Pose, Sight, Sights, limb_motion_px};
 use super::{EQUATOR_KM, EarthModel, POLE_KM};
@@ -48,9 +50,6 @@ const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 const STEP_PX: f64 = 2.0;
 /// Most parts of an exposure.
 const STEPS_MAX: f64 = 512.0;
-/// Cells: width and height, px.
-const WIDTH: usize = 16;
-const HEIGHT: usize = 8;
 /// `q` at which the limb's height begins and ceases to count, from the disc's middle outwards: deep in the disc the lowest point says
 /// nothing of the horizon.
 const HORIZON_DEPTH: (f64, f64) = (0.6, 0.2);
@@ -85,26 +84,6 @@ struct Shade {
     twilight: f32,
 }
 
-/// Values at a point of a cell: those of [`Sight`] that pixels need.
-type Values = [f32; COUNT];
-const COUNT: usize = 12;
-const NEAREST: usize = 0;
-const BACK: usize = 3;
-const KM_PER_DEPTH: usize = 6;
-const SIGMA_KM: usize = 7;
-const CUBE: usize = 8;
-const SLOPE: usize = 9;
-const WAY_KM: usize = 10;
-const SPREAD: usize = 11;
-
-/// A point of a cell.
-#[derive(Debug, Clone, Copy)]
-struct Node {
-    /// `q` as the limb's height lifts it; NaN where there is no line of sight.
-    depth: f32,
-    values: Values,
-}
-
 /// What a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Content {
@@ -113,13 +92,56 @@ enum Content {
     Surface,
 }
 
+/// Length of the parts of a window for which it is asked whether light may fall into them, px.
+const LOOK_PX: u16 = 128;
 /// Far more than the limb is lifted, km.
 const HIGHEST_KM: f64 = 20.0;
 
-/// Pixels that are drawn at once: a part of a cell's row, so that a narrow window does not pay for a whole one.
-const LANE: usize = 4;
-/// A number for each of them.
-type Lane = [f32; LANE];
+/// Room for the pixels that are drawn at once: those of a cell that lie in the window.
+#[derive(Debug, Clone)]
+pub struct Desk {
+    places: Places,
+    /// Those that see something of the surface, and their numbers.
+    seen: Places,
+    numbers: [u8; AREA],
+    light: Lane,
+    depth: Lane,
+    glow: Lane,
+    cube: Lane,
+    share: Lane,
+    km_per_depth: Lane,
+    sigma_km: Lane,
+    /// Of a line of sight: lowest point, direction back, slope, way, spread.
+    sight: [Lane; 9],
+    /// Of the point seen: place, sunlight, view, and size on the ground, then level, then albedo.
+    place: [Lane; 3],
+    lit: Lane,
+    view: Lane,
+    albedo: Lane,
+    map: MapDesk,
+}
+
+impl Desk {
+    /// Nothing on it.
+    pub const EMPTY: Self = Self {
+        places: Places::EMPTY,
+        seen: Places::EMPTY,
+        numbers: [0; AREA],
+        light: [0.0; AREA],
+        depth: [0.0; AREA],
+        glow: [0.0; AREA],
+        cube: [0.0; AREA],
+        share: [0.0; AREA],
+        km_per_depth: [0.0; AREA],
+        sigma_km: [0.0; AREA],
+        sight: [[0.0; AREA]; 9],
+        place: [[0.0; AREA]; 3],
+        lit: [0.0; AREA],
+        view: [0.0; AREA],
+        albedo: [0.0; AREA],
+        map: MapDesk::EMPTY,
+    };
+}
 
 impl EarthImage {
     /// Prepares an exposure of the run `seed`; `optics` are those of the Earth path.
@@ -162,28 +184,62 @@ impl EarthImage {
     }
 
     /// Adds the electrons of the exposure to `electrons`, the pixels of `window` row by row.
-    pub fn add_to(&self, window: Window, electrons: &mut [f64]) {
-        if window.area() == 0 || !self.may_touch(window) {
-            return;
-        }
+    pub fn add_to(&self, window: Window, electrons: &mut [f64], desk: &mut Desk) {
+        let Some(lit) = self.lit(window) else { return };
         for step in 0..self.steps {
             let t_s = self.step_s * (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps));
-            self.add_part(window, t_s, electrons);
+            self.add_part(lit, t_s, (window, electrons), desk);
         }
     }
 
-    /// Adds the part of the exposure about `t_s` after its middle.
-    fn add_part(&self, window: Window, t_s: f64, electrons: &mut [f64]) {
+    /// The part of a window into which light may fall: parts of its longer side are looked at from either end.
+    fn lit(&self, window: Window) -> Option<Window> {
+        let across = window.width >= window.height;
+        let length = if across { window.width } else { window.height };
+        let part = |from: u16| {
+            let long = LOOK_PX.min(length - from);
+            if across {
+                Window { x: window.x + from, width: long, ..window }
+            } else {
+                Window { y: window.y + from, height: long, ..window }
+            }
+        };
+        let may_touch = |from: &u16| part(*from).area() > 0 && self.may_touch(part(*from));
+        let mut parts = (0..length).step_by(usize::from(LOOK_PX));
+        let first = parts.find(may_touch)?;
+        let last = parts.rev().find(may_touch).unwrap_or(first);
+        let end = last + LOOK_PX.min(length - last);
+        Some(if across {
+            Window { x: window.x + first, width: end - first, ..window }
+        } else {
+            Window { y: window.y + first, height: end - first, ..window }
+        })
+    }
+
+    /// Adds the light that falls into `window` in the part of the exposure about `t_s` after its middle, to the pixels of the
+    /// window around it.
+    fn add_part(&self, window: Window, t_s: f64, (around, electrons): (Window, &mut [f64]), desk: &mut Desk) {
         let [left, top, width, height] = [window.x, window.y, window.width, window.height].map(usize::from);
+        let stride = usize::from(around.width);
+        let first = usize::from(window.y - around.y) * stride + usize::from(window.x - around.x);
         let columns = left / WIDTH..(left + width).div_ceil(WIDTH);
         let rows = top / HEIGHT..(top + height).div_ceil(HEIGHT);
         let still = self.sights.pose(t_s);
         let nodes = |y: usize| {
+            let between = !y.is_multiple_of(HEIGHT);
             let y = y as f64;
             let turned = (!self.sights.at_once()).then(|| self.sights.pose(t_s + self.sights.row_s(y)));
             let pose = turned.as_ref().unwrap_or(&still);
             let x = |k| (k * WIDTH / 2) as f64;
-            (2 * columns.start..=2 * columns.end).map(|k| self.node(pose, [x(k), y])).collect::<Vec<_>>()
+            (2 * columns.start..=2 * columns.end)
+                .map(|k| {
+                    if between || k % 2 == 1 {
+                        self.node::<false>(pose, [x(k), y])
+                    } else {
+                        self.node::<true>(pose, [x(k), y])
+                    }
+                })
+                .collect::<Vec<_>>()
         };
         let scale = self.white_e_s * self.step_s;
         let mut below = nodes(rows.start * HEIGHT);
@@ -200,18 +256,14 @@ impl EarthImage {
                     continue;
                 }
                 let (from, to) = ((column * WIDTH).max(left), ((column + 1) * WIDTH).min(left + width));
-                for y in lines.clone() {
-                    let line = Line::new(&cell, (y - row * HEIGHT) as f32 / HEIGHT as f32);
-                    let mut first = from / LANE * LANE;
-                    while first < to {
-                        let light = self.light(&line, content, first - column * WIDTH);
-                        let (from, to) = (from.max(first), to.min(first + LANE));
-                        let start = (y - top) * width + from - left;
-                        let pixels = &mut electrons[start..start + to - from];
-                        for (pixel, light) in pixels.iter_mut().zip(&light[from - first..]) {
-                            *pixel += scale * f64::from(*light);
-                        }
-                        first += LANE;
+                let (left_px, top_px) = (column * WIDTH, row * HEIGHT);
+                desk.places.fill(from - left_px..to - left_px, lines.start - top_px..lines.end - top_px);
+                self.light(&cell, content, desk);
+                let lights = desk.light.chunks_exact(to - from);
+                for (y, lights) in lines.clone().zip(lights) {
+                    let start = first + (y - top) * stride + from - left;
+                    for (pixel, light) in electrons[start..start + to - from].iter_mut().zip(lights) {
+                        *pixel += scale * f64::from(*light);
                     }
                 }
             }
@@ -234,8 +286,9 @@ impl EarthImage {
         angle(middle, self.centre) <= self.cone_rad + 1.01 * reach
     }
 
-    /// What pixels need to know of a line of sight.
-    fn node(&self, pose: &Pose, pixel: [f64; 2]) -> Node {
+    /// What pixels need to know of a line of sight; at a `CORNER` of a cell all of it.
+    #[inline]
+    fn node<const CORNER: bool>(&self, pose: &Pose, pixel: [f64; 2]) -> Node {
         let Some(sight) = self.sights.sight(pose, pixel) else {
             return Node { depth: f32::NAN, values: [0.0; COUNT] };
         };
@@ -243,17 +296,20 @@ impl EarthImage {
         let sigma2 = self.variance_px2 * sight.km_per_px * sight.km_per_px + moved_km * moved_km / 12.0;
         let sigma_km = sigma2.sqrt();
         let lift = self.lift_km(&sight, sigma_km) / sight.km_per_depth.max(1e-9);
-        // A pixel's angle, and how far the ground goes by within a part: the box of the motion as a Gaussian of two widths.
-        let moved_rad = 0.577 * sight.ground_rad_s * self.step_s;
-        let spread = (self.per_focal_length * self.per_focal_length + moved_rad * moved_rad).sqrt();
-        let [x, y, z] = sight.nearest;
-        let [bx, by, bz] = sight.back;
-        let cube = sight.cosine * sight.cosine * sight.cosine;
-        let exact =
-            [x, y, z, bx, by, bz, sight.km_per_depth, sigma_km, cube, sight.slope, sight.way_km, spread];
+        let [x, y, z] = sight.nearest.map(|c| c as f32);
         let mut values = [0.0; COUNT];
-        for (value, exact) in values.iter_mut().zip(exact) {
-            *value = exact as f32;
+        (values[0], values[1], values[2]) = (x, y, z);
+        (values[KM_PER_DEPTH], values[SIGMA_KM]) = (sight.km_per_depth as f32, sigma_km as f32);
+        if CORNER {
+            // A pixel's angle, and how far the ground goes by within a part: the box of the motion as a Gaussian of two widths.
+            let moved_rad = 0.577 * sight.ground_rad_s * self.step_s;
+            let spread = (self.per_focal_length * self.per_focal_length + moved_rad * moved_rad).sqrt();
+            for (value, exact) in values[BACK..].iter_mut().zip(sight.back) {
+                *value = exact as f32;
+            }
+            values[CUBE] = (sight.cosine * sight.cosine * sight.cosine) as f32;
+            (values[SLOPE], values[WAY_KM]) = (sight.slope as f32, sight.way_km as f32);
+            values[SPREAD] = spread as f32;
         }
         Node { depth: (sight.depth + lift) as f32, values }
     }
@@ -293,43 +349,91 @@ impl EarthImage {
         }
     }
 
-    /// Brightness of the pixels from `first` on in a row of a cell, relative to a white surface with the Sun in the zenith.
-    #[inline]
-    fn light(&self, line: &Line, content: Content, first: usize) -> Lane {
-        let part = Part { line, first: first as f32 };
-        let mut depth = part.depth();
-        let (mut share, mut glow) = ([1.0; LANE], [0.0; LANE]);
+    /// Brightness of the pixels on the desk, relative to a white surface with the Sun in the zenith.
+    fn light(&self, cell: &Cell, content: Content, desk: &mut Desk) {
+        let Desk { places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, .. } =
+            desk;
+        let count = places.count();
+        places.depth(cell, depth);
+        places.values(cell, CUBE, cube);
+        let mut seeing = 0;
         if content == Content::Limb {
-            let (w, sigma) = (part.lane(KM_PER_DEPTH), part.lane(SIGMA_KM));
-            for i in 0..LANE {
-                let limb = self.looks.limb.at(-depth[i] * w[i], sigma[i]);
-                (share[i], glow[i]) = (limb.share, limb.glow);
-                depth[i] = limb.depth_km / w[i];
+            places.values(cell, KM_PER_DEPTH, km_per_depth);
+            places.values(cell, SIGMA_KM, sigma_km);
+            for (depth, km) in depth[..count].iter_mut().zip(&*km_per_depth) {
+                *depth *= -km;
             }
+            self.looks.limb.read(&sigma_km[..count], [depth, share, glow]);
+            // Nothing of the surface shines in the upper air.
+            for number in 0..count {
+                let (depth_km, part) = (depth[number], share[number]);
+                (depth[seeing], share[seeing]) = (depth_km / km_per_depth[number], part);
+                numbers[seeing] = number as u8;
+                seeing += usize::from(part != 0.0);
+            }
+            seen.choose(places, &numbers[..seeing]);
+            light[..count].fill(0.0);
+        } else {
+            seen.clone_from(places);
+            share[..count].fill(1.0);
+            glow[..count].fill(0.0);
         }
-        // Nothing of the surface shines in the upper air.
-        let seen = share != [0.0; LANE];
-        let mut light = if seen { self.surface(&part, &depth, &share) } else { [0.0; LANE] };
-        let cube = part.lane(CUBE);
-        for i in 0..LANE {
-            light[i] = cube[i] * (light[i] + glow[i]);
+        if seen.count() > 0 {
+            self.surface(cell, desk);
         }
-        light
+        let Desk { light, glow, cube, numbers, albedo, .. } = desk;
+        if content == Content::Limb {
+            for (number, albedo) in numbers[..seeing].iter().zip(&*albedo) {
+                light[usize::from(*number) % AREA] = *albedo;
+            }
+        } else {
+            light[..count].copy_from_slice(&albedo[..count]);
+        }
+        for ((light, glow), cube) in light[..count].iter_mut().zip(&*glow).zip(&*cube) {
+            *light = cube * (*light + glow);
+        }
     }
 
-    /// Brightness of the surface at which the line of sight arrives, `depth` deep, times `share`.
-    #[inline]
-    fn surface(&self, part: &Part<'_>, depth: &Lane, share: &Lane) -> Lane {
+    /// Brightness of the surface at which the seeing lines arrive, `depth` deep, times `share`: in `albedo`.
+    fn surface(&self, cell: &Cell, desk: &mut Desk) {
+        let Desk { seen, depth, share, sight, place, lit, view, albedo, map, .. } = desk;
+        let count = seen.count();
+        for (k, lane) in sight.iter_mut().enumerate() {
+            match k {
+                0..=2 => seen.nearest(cell, k, lane),
+                3..=5 => seen.values(cell, BACK + k - 3, lane),
+                6 => seen.values(cell, SLOPE, lane),
+                7 => seen.values(cell, WAY_KM, lane),
+                _ => seen.values(cell, SPREAD, lane),
+            }
+        }
+        self.arrive(seen.padded(), (depth, sight), (place, lit, view, albedo));
+        let [x, y, z] = place;
+        if lit[..count].iter().all(|lit| *lit == 0.0) {
+            albedo[..count].fill(0.0);
+            return;
+        }
+        self.looks.map.read([&x[..count], &y[..count], &z[..count]], &mut albedo[..count], map);
+        let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
+        for i in 0..seen.padded() {
+            let mixed = albedo[i] + haze / view[i] * (mean_albedo - albedo[i]);
+            albedo[i] = share[i] * mixed * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k);
+        }
+    }
+
+    /// Where lines of sight arrive, `depth` deep: place, sunlight and view there, and the level of the map.
+    // Alone, the compiler knows that nothing overlaps, and takes four at a time.
+    #[inline(never)]
+    fn arrive(
+        &self,
+        count: usize,
+        (depth, [px, py, pz, bx, by, bz, slope, way, spread]): (&Lane, &[Lane; 9]),
+        ([x, y, z], lit, view, level): (&mut [Lane; 3], &mut Lane, &mut Lane, &mut Lane),
+    ) {
         const POLE: f32 = ((EQUATOR_KM / POLE_KM) * (EQUATOR_KM / POLE_KM)) as f32;
-        let lane = |k| part.lane(k);
-        let (px, py, pz) = (part.bent(0), part.bent(1), part.bent(2));
-        let (bx, by, bz) = (lane(BACK), lane(BACK + 1), lane(BACK + 2));
-        let (slope, way, spread) = (lane(SLOPE), lane(WAY_KM), lane(SPREAD));
         let ([sx, sy, sz], w) = (self.sun, self.shade.twilight);
         let per_foot = 1.0 / (4.0 * w);
-        let (mut x, mut y, mut z): (Lane, Lane, Lane) = Default::default();
-        let (mut lit, mut view, mut size): (Lane, Lane, Lane) = Default::default();
-        for i in 0..LANE {
+        for i in 0..count.min(AREA) {
             let root = depth[i].max(0.0).sqrt();
             (x[i], y[i], z[i]) = (px[i] + root * bx[i], py[i] + root * by[i], pz[i] + root * bz[i]);
             // The normal is (x, y, z a / b) stretched once more, of this length.
@@ -339,102 +443,10 @@ impl EarthImage {
             lit[i] = if sunlight < w { foot * foot * per_foot } else { sunlight };
             let straight = root * slope[i] * per_length;
             view[i] = (straight * straight + HAZE * HAZE).sqrt();
-            size[i] = (way[i] - root * EQUATOR_KM as f32).max(0.0) * spread[i] / view[i];
+            let size = (way[i] - root * EQUATOR_KM as f32).max(0.0) * spread[i] / view[i];
+            level[i] = AlbedoMap::level_of(size);
         }
-        if lit == [0.0; LANE] {
-            return [0.0; LANE];
-        }
-        for size in &mut size {
-            *size = AlbedoMap::level_of(*size);
-        }
-        let mut light = self.looks.map.at([&x, &y, &z], &size);
-        let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
-        for i in 0..LANE {
-            let albedo = light[i] + haze / view[i] * (mean_albedo - light[i]);
-            light[i] = share[i] * albedo * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k);
-        }
-        light
     }
-}
-
-/// The points of a cell, row by row.
-type Cell<'a> = [[&'a Node; 3]; 3];
-
-/// A row of a cell: the depth at its ends and in its middle, all else at its ends, and how the lowest point strays from the straight
-/// line between.
-struct Line {
-    depth: [f32; 3],
-    bend: [f32; 3],
-    left: Values,
-    step: Values,
-}
-
-impl Line {
-    fn new(cell: &Cell, t: f32) -> Self {
-        let column = |k: usize| parabola([cell[0][k].depth, cell[1][k].depth, cell[2][k].depth], t);
-        let depth = [column(0), column(1), column(2)];
-        let (mut left, mut step) = ([0.0; COUNT], [0.0; COUNT]);
-        for k in 0..COUNT {
-            let end = |column: usize| {
-                let (above, below) = (cell[0][column].values[k], cell[2][column].values[k]);
-                above + t * (below - above)
-            };
-            left[k] = end(0);
-            step[k] = (end(2) - left[k]) / WIDTH as f32;
-        }
-        let mut bend = [0.0; 3];
-        for (k, bend) in bend.iter_mut().enumerate() {
-            let k = NEAREST + k;
-            let (above, below) = (cell[0][1].values[k], cell[2][1].values[k]);
-            *bend = above + t * (below - above) - left[k] - 0.5 * WIDTH as f32 * step[k];
-        }
-        Self { depth, bend, left, step }
-    }
-}
-
-/// The pixels of a row from the one numbered `first` on.
-struct Part<'a> {
-    line: &'a Line,
-    first: f32,
-}
-
-impl Part<'_> {
-    /// How deep their lines of sight dive.
-    #[inline]
-    fn depth(&self) -> Lane {
-        let mut lane = [0.0; LANE];
-        for (i, value) in lane.iter_mut().enumerate() {
-            *value = parabola(self.line.depth, (self.first + i as f32) / WIDTH as f32);
-        }
-        lane
-    }
-
-    /// Component `k` of the lowest points.
-    #[inline]
-    fn bent(&self, k: usize) -> Lane {
-        let mut lane = self.lane(NEAREST + k);
-        for (i, value) in lane.iter_mut().enumerate() {
-            let t = (self.first + i as f32) / WIDTH as f32;
-            *value += 4.0 * t * (1.0 - t) * self.line.bend[k];
-        }
-        lane
-    }
-
-    /// The values `k` of the pixels.
-    #[inline]
-    fn lane(&self, k: usize) -> Lane {
-        let mut lane = [0.0; LANE];
-        for (i, value) in lane.iter_mut().enumerate() {
-            *value = self.line.left[k] + (self.first + i as f32) * self.line.step[k];
-        }
-        lane
-    }
-}
-
-/// The parabola through three points, at 0, 1/2 and 1.
-#[inline]
-fn parabola([from, middle, to]: [f32; 3], t: f32) -> f32 {
-    from + t * (to - from) + 4.0 * t * (1.0 - t) * (middle - 0.5 * (from + to))
 }
 
 #[cfg(test)]

@@ -86,7 +86,8 @@ fn even() -> EarthModel {
 
 fn drawn(image: &EarthImage, window: Window) -> Vec<f64> {
     let mut electrons = vec![0.0; window.area()];
-    image.add_to(window, &mut electrons);
+    let mut desk = Desk::EMPTY;
+    image.add_to(window, &mut electrons, &mut desk);
     electrons
 }
 
@@ -114,8 +115,7 @@ fn alone(image: &EarthImage, pixel: [f64; 2]) -> f64 {
     let ground_rad = 0.577 * sight.ground_rad_s * image.step_s;
     let spread = libm::hypot(image.per_focal_length, ground_rad);
     let size = (sight.way_km - root * EQUATOR_KM).max(0.0) * spread / view;
-    let [x, y, z] = point.map(|c| [c as f32]);
-    let albedo = image.looks.map.at([&x, &y, &z], &[AlbedoMap::level_of(size as f32)])[0];
+    let albedo = image.looks.map.at(point.map(|c| c as f32), AlbedoMap::level_of(size as f32));
     let (mean, haze) = (f64::from(image.shade.mean_albedo), f64::from(image.shade.haze));
     let albedo = f64::from(albedo) + haze / view * (mean - f64::from(albedo));
     let k = f64::from(image.shade.lommel_seeliger);
@@ -191,7 +191,7 @@ fn cells_keep_the_limb_in_its_place() {
         }
         .image();
         let pose = |y: f64| image.sights.pose(image.sights.row_s(y));
-        let node = |x: usize, y: usize| image.node(&pose(y as f64), [x as f64, y as f64]);
+        let node = |x: usize, y: usize| image.node::<true>(&pose(y as f64), [x as f64, y as f64]);
         let mut worst = 0.0f64;
         for top in (0..1024).step_by(HEIGHT) {
             for left in (0..1280).step_by(WIDTH) {
@@ -201,11 +201,13 @@ fn cells_keep_the_limb_in_its_place() {
                     continue;
                 }
                 for (x, y) in [(3, 1), (12, 6), (5, 3), (13, 2)] {
-                    let line = Line::new(&cell, y as f32 / HEIGHT as f32);
-                    let part = Part { line: &line, first: x as f32 };
-                    let height = -part.depth()[0] * part.lane(KM_PER_DEPTH)[0];
+                    let (mut places, mut depth, mut km) = (Places::EMPTY, [0.0; AREA], [0.0; AREA]);
+                    places.fill(x..x + 1, y..y + 1);
+                    places.depth(&cell, &mut depth);
+                    places.values(&cell, KM_PER_DEPTH, &mut km);
+                    let height = -depth[0] * km[0];
                     let (x, y) = ((left + x) as f64, (top + y) as f64);
-                    let exact = image.node(&pose(y), [x, y]);
+                    let exact = image.node::<true>(&pose(y), [x, y]);
                     let exact_km = -exact.depth * exact.values[KM_PER_DEPTH];
                     // Where the brightness changes.
                     if exact_km > -40.0 && exact_km < 60.0 {
@@ -321,11 +323,11 @@ fn a_long_exposure_is_the_mean_of_short_ones() {
         assert!(image.steps > 4, "{}", image.steps);
         let found = drawn(&image, window);
         let parts = 120;
-        let mut mean = vec![0.0; window.area()];
+        let (mut mean, mut desk) = (vec![0.0; window.area()], Desk::EMPTY);
         for k in 0..parts {
             let at_s = 0.4 * ((f64::from(k) + 0.5) / f64::from(parts) - 0.5);
             let short = Seen { at_s, exposure_s: 0.4 / f64::from(parts), ..long };
-            short.image().add_to(window, &mut mean);
+            short.image().add_to(window, &mut mean, &mut desk);
         }
         let full = mean.iter().copied().fold(0.0, f64::max);
         let error = |(a, b): (&f64, &f64)| (a - b).abs() / full;

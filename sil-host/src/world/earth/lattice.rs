@@ -6,15 +6,12 @@
 
 use crate::world::attitude::Vector;
 use crate::world::noise::Noise;
+use crate::world::normal::ROUNDER;
 
 /// Corners along a side, after which the lattice repeats; a power of two.
 pub const SIDE: usize = 32;
 /// Standard deviation over all places: that of a corner, 12^-1/2, times `E[w² + (1 - w)²]^(3/2)` with 26/35 for the blend.
 pub const DEVIATION: f64 = 0.184_8;
-/// 1.5 · 2⁵²: a number added to it is rounded to a whole one, which stands in the lowest bits. Far quicker than a
-/// conversion, and as exact.
-const ROUNDER: f64 = 6_755_399_441_055_744.0;
-
 /// Random numbers at the corners; of a length known when compiling, so that no index need be checked.
 #[derive(Debug, Clone)]
 pub struct Lattice(Box<[f32; SIDE * SIDE * SIDE]>);

@@ -161,12 +161,21 @@ impl Limb {
         &self.profile
     }
 
-    /// The profile at `height_km`, blurred by `sigma_km`.
-    #[inline]
-    pub fn at(&self, height_km: f32, sigma_km: f32) -> Blurred {
-        const HALF: u32 = 1 << (LEVEL_SHIFT - 1);
-        let bits = sigma_km.clamp(SIGMA_KM.0, SIGMA_KM.1).to_bits() - SIGMA_KM.0.to_bits() + HALF;
-        self.level((bits >> LEVEL_SHIFT) as usize).at(height_km)
+    /// The profile at heights, blurred by `sigmas_km`: takes heights in km, and gives depths, shares and the night sky's light
+    /// ([`Blurred`]).
+    pub fn read(&self, sigmas_km: &[f32], [heights_km, shares, glows]: [&mut [f32]; 3]) {
+        let Some(first) = sigmas_km.first() else { return };
+        let mut last = level_of(*first);
+        let mut level = self.level(last);
+        let places = heights_km.iter_mut().zip(shares).zip(glows);
+        for (sigma_km, ((height_km, share), glow)) in sigmas_km.iter().zip(places) {
+            let number = level_of(*sigma_km);
+            if number != last {
+                (level, last) = (self.level(number), number);
+            }
+            let blurred = level.at(*height_km);
+            (*height_km, *share, *glow) = (blurred.depth_km, blurred.share, blurred.glow);
+        }
     }
 
     #[inline]
@@ -174,6 +183,14 @@ impl Limb {
         let level = level.min(LEVELS - 1);
         self.levels[level].get_or_init(|| self.profile.blurred(level))
     }
+}
+
+/// Number of the level that is nearest to a width.
+#[inline]
+fn level_of(sigma_km: f32) -> usize {
+    const HALF: u32 = 1 << (LEVEL_SHIFT - 1);
+    let bits = sigma_km.clamp(SIGMA_KM.0, SIGMA_KM.1).to_bits() - SIGMA_KM.0.to_bits() + HALF;
+    (bits >> LEVEL_SHIFT) as usize
 }
 
 impl Blurred {
@@ -194,8 +211,9 @@ impl Level {
         if place < 0.0 {
             return Blurred { share: 1.0, depth_km: -height_km, glow: self.entries[0].glow };
         }
-        let index = (place as usize).min(self.entries.len() - 2);
-        self.entries[index].towards(self.entries[index + 1], (place - index as f32).min(1.0))
+        let index = (place as i32 as usize).min(self.entries.len() - 2);
+        let [near, far] = [self.entries[index], self.entries[index + 1]];
+        near.towards(far, (place - index as i32 as f32).min(1.0))
     }
 }
 

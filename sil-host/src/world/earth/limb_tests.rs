@@ -6,6 +6,15 @@ fn limb() -> Limb {
     Limb::new(&EarthModel::default())
 }
 
+impl Limb {
+    /// The profile at one height.
+    pub fn at(&self, height_km: f32, sigma_km: f32) -> Blurred {
+        let (mut depth, mut share, mut glow) = ([height_km], [0.0], [0.0]);
+        self.read(&[sigma_km], [&mut depth, &mut share, &mut glow]);
+        Blurred { share: share[0], depth_km: depth[0], glow: glow[0] }
+    }
+}
+
 /// Height at which `share` falls to `level`, by halving.
 fn height_of(share: impl Fn(f64) -> f64, level: f64) -> f64 {
     let (mut low, mut high) = (-100.0, 100.0);

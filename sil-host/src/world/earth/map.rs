@@ -7,6 +7,7 @@
 //! them depends on the face only.
 
 use super::albedo::Albedo;
+use super::cell::AREA;
 use super::octahedron::{folded, unfolded};
 use std::sync::OnceLock;
 
@@ -28,6 +29,70 @@ const ROUNDER: f32 = 12_582_912.0;
 type Tile = [u16; TILE_CORNERS * TILE_CORNERS];
 
 static EMPTY: Tile = [0; TILE_CORNERS * TILE_CORNERS];
+
+/// Where on the maps places are: tile (level, row, column), first of the four corners in it, and the way from there.
+#[derive(Debug, Clone)]
+struct Corners {
+    tile: [u32; AREA],
+    corner: [u32; AREA],
+    x: [f32; AREA],
+    y: [f32; AREA],
+}
+
+impl Corners {
+    /// Finds (`u`, `v`), 0 to 1 across the map, on whole levels.
+    #[inline(never)]
+    fn find(&mut self, u: &[f32], v: &[f32], levels: &[f32]) {
+        const SHIFT: u32 = TILE.trailing_zeros();
+        const LAST: u32 = TILE as u32 - 1;
+        let count = levels.len().min(u.len()).min(v.len()).min(AREA);
+        for k in 0..count {
+            let number = (levels[k] + ROUNDER).to_bits();
+            // 2^-level, from its bits: cells a side.
+            let side = SIDE as f32 * f32::from_bits(((0x4b40_007f - number) & 0xff) << 23);
+            let (at_x, at_y) = (u[k] * side, v[k] * side);
+            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
+            (self.x[k], self.y[k]) = (at_x - i, at_y - j);
+            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
+            self.tile[k] = (number & 15) << 24 | (j >> SHIFT) << 12 | i >> SHIFT;
+            // Times 65, the corners along a side of a tile.
+            let row = j & LAST;
+            self.corner[k] = (row << SHIFT) + row + (i & LAST);
+        }
+    }
+}
+
+/// Where on the square places are.
+#[inline(never)]
+fn unfold([x, y, z]: [&[f32]; 3], u: &mut [f32], v: &mut [f32]) {
+    for ((((x, y), z), u), v) in x.iter().zip(y).zip(z).zip(u).zip(v) {
+        [*u, *v] = unfolded([*x, *y, *z]);
+    }
+}
+
+/// Room for [`AlbedoMap::read`].
+#[derive(Debug, Clone)]
+pub struct MapDesk {
+    at: Corners,
+    u: [f32; AREA],
+    v: [f32; AREA],
+    /// Numbers of the places between two levels, the level above, how far they are on the way to it.
+    blended: [u8; AREA],
+    above: [f32; AREA],
+    blend: [f32; AREA],
+}
+
+impl MapDesk {
+    /// Nothing on it.
+    pub const EMPTY: Self = Self {
+        at: Corners { tile: [0; AREA], corner: [0; AREA], x: [0.0; AREA], y: [0.0; AREA] },
+        u: [0.0; AREA],
+        v: [0.0; AREA],
+        blended: [0; AREA],
+        above: [0.0; AREA],
+        blend: [0.0; AREA],
+    };
+}
 
 /// All levels.
 #[derive(Debug)]
@@ -59,65 +124,57 @@ impl AlbedoMap {
         (bits as f32 * (1.0 / 8_388_608.0)).min((LEVELS - 1) as f32)
     }
 
-    /// The albedo at places `[x, y, z]`, at levels between 0 and the last.
-    #[inline]
-    pub fn at<const N: usize>(&self, [x, y, z]: [&[f32; N]; 3], levels: &[f32; N]) -> [f32; N] {
-        // What goes side by side is kept apart from what has to fetch, and arrays from structures: then the compiler takes
-        // four at a time.
-        let (mut u, mut v, mut low, mut blend, mut nearest) =
-            ([0.0; N], [0.0; N], [0.0; N], [0.0; N], [0.0; N]);
-        for k in 0..N {
-            [u[k], v[k]] = unfolded([x[k], y[k], z[k]]);
-            low[k] = whole(levels[k]).min((LEVELS - 2) as f32);
-            blend[k] = (4.0 * (levels[k] - low[k]) - 1.5).clamp(0.0, 1.0);
-            nearest[k] = low[k] + if blend[k] < 1.0 { 0.0 } else { 1.0 };
+    /// The albedo at places `[x, y, z]`, at most [`AREA`] of them: takes levels between 0 and the last, and gives albedos.
+    pub fn read(&self, places: [&[f32]; 3], levels: &mut [f32], desk: &mut MapDesk) {
+        let MapDesk { at, blended, above, u, v, blend } = desk;
+        let count = levels.len().min(AREA);
+        unfold(places, &mut u[..count], &mut v[..count]);
+        let mut blending = 0;
+        for (k, level) in levels.iter_mut().enumerate() {
+            let low = whole(*level).min((LEVELS - 2) as f32);
+            let part = (4.0 * (*level - low) - 1.5).clamp(0.0, 1.0);
+            *level = low + if part < 1.0 { 0.0 } else { 1.0 };
+            // Those between two levels are looked up once more.
+            let k_blended = blending % AREA;
+            (blended[k_blended], blend[k_blended], above[k_blended]) = (k as u8, part, low + 1.0);
+            blending += usize::from(part > 0.0 && part < 1.0);
         }
-        let mut albedo = self.bilinear(&nearest, &u, &v);
-        for k in 0..N {
-            if blend[k] > 0.0 && blend[k] < 1.0 {
-                let [above] = self.bilinear(&[low[k] + 1.0], &[u[k]], &[v[k]]);
-                albedo[k] += blend[k] * (above - albedo[k]);
-            }
+        at.find(&u[..count], &v[..count], levels);
+        self.look_up(at, levels);
+        if blending == 0 {
+            return;
         }
-        albedo
+        for (k, from) in blended[..blending].iter().enumerate() {
+            // Never before its turn: the list names places in their order.
+            (u[k], v[k]) = (u[usize::from(*from) % AREA], v[usize::from(*from) % AREA]);
+        }
+        at.find(&u[..blending], &v[..blending], &above[..blending]);
+        self.look_up(at, &mut above[..blending]);
+        for ((k, above), part) in blended[..blending].iter().zip(&*above).zip(&*blend) {
+            let albedo = &mut levels[usize::from(*k)];
+            *albedo += part * (above - *albedo);
+        }
     }
 
-    /// The albedo at (`u`, `v`), 0 to 1 across the map, of whole levels.
-    #[inline]
-    fn bilinear<const N: usize>(&self, levels: &[f32; N], u: &[f32; N], v: &[f32; N]) -> [f32; N] {
-        const SHIFT: u32 = TILE.trailing_zeros();
-        const LAST: u32 = TILE as u32 - 1;
-        let (mut x, mut y, mut level, mut tile, mut corner) = ([0.0; N], [0.0; N], [0; N], [0; N], [0; N]);
-        for k in 0..N {
-            level[k] = (levels[k] + ROUNDER).to_bits() & 15;
-            // 2^-level, from its bits: cells a side.
-            let side =
-                SIDE as f32 * f32::from_bits(((0x4b40_007f - (levels[k] + ROUNDER).to_bits()) & 0xff) << 23);
-            let (at_x, at_y) = (u[k] * side, v[k] * side);
-            let (i, j) = (whole(at_x).min(side - 1.0), whole(at_y).min(side - 1.0));
-            (x[k], y[k]) = (at_x - i, at_y - j);
-            let (i, j) = ((i + ROUNDER).to_bits() & 0xffff, (j + ROUNDER).to_bits() & 0xffff);
-            // Row and column of the tile; how many there are a side is known below.
-            tile[k] = (j >> SHIFT) << 16 | i >> SHIFT;
-            corner[k] = (j & LAST) * TILE_CORNERS as u32 + (i & LAST);
-        }
-        let mut albedo = [0.0; N];
-        let mut last = (u32::MAX, u32::MAX);
+    /// The albedos at places that have been found.
+    fn look_up(&self, at: &Corners, albedos: &mut [f32]) {
+        let mut last = u32::MAX;
         let mut corners: &Tile = &EMPTY;
-        for k in 0..N {
-            if (level[k], tile[k]) != last {
-                last = (level[k], tile[k]);
-                corners = self.tile(level[k] as usize, (tile[k] & 0xffff) as usize, (tile[k] >> 16) as usize);
+        let places = at.tile.iter().zip(&at.corner).zip(&at.x).zip(&at.y);
+        for (albedo, (((tile, corner), x), y)) in albedos.iter_mut().zip(places) {
+            if *tile != last {
+                last = *tile;
+                let [level, row, column] = [tile >> 24, tile >> 12 & 0xfff, tile & 0xfff];
+                corners = self.tile(level as usize, column as usize, row as usize);
             }
-            let at = corner[k] as usize;
+            let first = *corner as usize;
             // One slice, one check.
-            let Some(near) = corners.get(at..at + TILE_CORNERS + 2) else { continue };
+            let Some(near) = corners.get(first..first + TILE_CORNERS + 2) else { continue };
             let value = |k: usize| f32::from(near[k]);
-            let above = value(0) + x[k] * (value(1) - value(0));
-            let below = value(TILE_CORNERS) + x[k] * (value(TILE_CORNERS + 1) - value(TILE_CORNERS));
-            albedo[k] = (above + y[k] * (below - above)) * (1.0 / STEPS);
+            let above = value(0) + x * (value(1) - value(0));
+            let below = value(TILE_CORNERS) + x * (value(TILE_CORNERS + 1) - value(TILE_CORNERS));
+            *albedo = (above + y * (below - above)) * (1.0 / STEPS);
         }
-        albedo
     }
 
     #[inline]
@@ -148,6 +205,16 @@ fn whole(x: f32) -> f32 {
 }
 
 #[cfg(test)]
+impl AlbedoMap {
+    /// The albedo at one place.
+    pub(super) fn at(&self, [x, y, z]: [f32; 3], level: f32) -> f32 {
+        let (mut albedo, mut desk) = ([level], MapDesk::EMPTY);
+        self.read([&[x], &[y], &[z]], &mut albedo, &mut desk);
+        albedo[0]
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::world::attitude::{matrix, uniform};
@@ -155,10 +222,6 @@ mod tests {
 
     fn map() -> AlbedoMap {
         AlbedoMap::new(Albedo::new(4, 0.3, 1.0))
-    }
-
-    fn at(map: &AlbedoMap, [x, y, z]: [f32; 3], level: f32) -> f32 {
-        map.at([&[x], &[y], &[z]], &[level])[0]
     }
 
     #[test]
@@ -171,10 +234,10 @@ mod tests {
         for index in 0..count {
             let place = matrix(uniform(&noise, index))[2];
             let seen = place.map(|c| c as f32);
-            let error = f64::from(at(&map, seen, 0.0)) - map.face.at(place, CELL_KM);
+            let error = f64::from(map.at(seen, 0.0)) - map.face.at(place, CELL_KM);
             squares += error * error;
             most = most.max(error.abs());
-            (0..LEVELS).for_each(|k| sums[k] += f64::from(at(&map, seen, k as f32)) / f64::from(count));
+            (0..LEVELS).for_each(|k| sums[k] += f64::from(map.at(seen, k as f32)) / f64::from(count));
         }
         let rms = (squares / f64::from(count)).sqrt();
         println!("bilinear rms {rms:.4}, most {most:.3}, means {sums:.3?}");
@@ -189,7 +252,7 @@ mod tests {
         for (from, step) in [([1.0, 0.3, -1e-4], [0.0, 0.0, 1e-5]), ([0.6, -1e-4, -0.7], [0.0, 1e-5, 0.0])] {
             for level in [0.0, 1.5, 3.0] {
                 let place = |k: i32| [0, 1, 2].map(|c| (from[c] + step[c] * f64::from(k)) as f32);
-                let seen = |k: i32| at(&map, place(k), level);
+                let seen = |k: i32| map.at(place(k), level);
                 assert!((0..20).all(|k| (seen(k) - seen(k + 1)).abs() < 0.01));
             }
         }
@@ -199,7 +262,7 @@ mod tests {
     fn levels_blend_without_a_step() {
         let map = map();
         let place = [0.3, -0.5, 0.7];
-        let seen = |k: i32| at(&map, place, AlbedoMap::level_of(1.0 + 0.01 * k as f32));
+        let seen = |k: i32| map.at(place, AlbedoMap::level_of(1.0 + 0.01 * k as f32));
         assert!((0..40_000).all(|k| (seen(k) - seen(k + 1)).abs() < 0.005));
         assert_eq!(AlbedoMap::level_of(22.056), 2.0);
     }

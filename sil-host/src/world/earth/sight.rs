@@ -133,7 +133,8 @@ impl Sights {
     }
 
     /// The line of sight of `pixel`; `None` where the distortion has no inverse.
-    #[inline]
+    // What the caller does not ask for is left out where this is part of it.
+    #[inline(always)]
     pub fn sight(&self, pose: &Pose, pixel: [f64; 2]) -> Option<Sight> {
         let [x, y] = self.optics.normalised(pixel)?;
         let norm = (1.0 + x * x + y * y).sqrt();
