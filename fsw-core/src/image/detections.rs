@@ -10,11 +10,6 @@ pub const MAX_DETECTIONS: usize = 96;
 
 /// Fewer streaks than this are tracks of particles and other satellites.
 const FEWEST_STREAKS: u32 = 6;
-/// Mean length of streaks from which on regions chosen for stars hold a part only, px.
-const LONG_PX: u32 = 9;
-/// Standard deviation of the middle of a streak about a part of it that was taken for a spot, px: that of an even one 7 px
-/// long. In longer ones such parts are told from spots.
-const PART_SIGMA_PX: f32 = 2.0;
 
 /// Star-like spots, kept by brightness.
 #[derive(Clone, Debug, Default)]
@@ -88,32 +83,12 @@ impl Detections {
         )
     }
 
-    /// Whether the sensor turned so fast that many of its stars are streaks which leave the square in which a centre is
-    /// measured: what is still taken for whole is then not to be believed either.
+    /// Whether the sensor turned so fast that many of its stars are streaks: those that leave the square in which a centre is
+    /// measured show parts only, of which some look round and some whole. None of them is to be believed.
     pub fn too_fast(&self) -> bool {
         let (drawn, round) = self.drawn_and_round();
         let all = drawn + self.streaks;
-        all >= FEWEST_STREAKS && 2 * self.streaks > drawn && 2 * all > round
-    }
-
-    /// Where stars are drawn out beyond the region in which a round one is measured, what is round is a part of a faint one's
-    /// streak: its sigma is made to hold that.
-    fn allow_for_motion(&mut self) {
-        let (drawn, round) = self.drawn_and_round();
-        let all = drawn + self.streaks;
-        if all < FEWEST_STREAKS || 3 * all < round {
-            return;
-        }
-        let open = self.spots.iter().filter(|spot| !spot.extended);
-        let length_px = open.fold(0, |sum, spot| sum + u32::from(spot.drawn_px)).checked_div(drawn);
-        if self.streaks <= drawn && length_px.is_some_and(|length_px| length_px < LONG_PX) {
-            return;
-        }
-        for spot in self.spots.iter_mut().filter(|spot| spot.drawn_px == 0) {
-            let sigma_px = spot.sigma_px();
-            let sigma_px = libm::sqrtf(sigma_px * sigma_px + PART_SIGMA_PX * PART_SIGMA_PX);
-            spot.sigma_q16 = (sigma_px * 65_536.0) as i32;
-        }
+        all >= FEWEST_STREAKS && all >= round
     }
 
     /// Counts a spot that is the part of a streak.
@@ -126,9 +101,8 @@ impl Detections {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
     }
 
-    /// Once all of an image's spots are in: weighs what its streaks say of the others, and sorts by brightness.
+    /// Once all of an image's spots are in: sorts them by brightness.
     pub(crate) fn settle(&mut self) {
-        self.allow_for_motion();
         crate::order::sort(&mut self.spots, |a, b| a.rank() < b.rank());
     }
 }
