@@ -1,7 +1,8 @@
 //! From windows of raw pixels to star centroids, in integers.
 //!
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from it,
-//! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, [`scan`] walks the whole detector in
+//! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`] a better one
+//! ([`matched`]), [`scan`] walks the whole detector in
 //! tiles and `detections` keeps the brightest spots. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
 //! detector at full scale.
 //!
@@ -10,14 +11,18 @@
 
 mod allowance;
 pub mod blinding;
+pub mod calibration;
 pub mod centroid;
 pub mod condition;
 mod detections;
+pub mod matched;
 mod median;
 mod peaks;
 pub mod scan;
 #[cfg(test)]
 mod test_sky;
+
+use calibration::Calibration;
 
 /// Full scale of a pixel in scaled counts.
 pub const FULL_SCALE: i32 = 1 << 14;
@@ -40,7 +45,8 @@ pub struct DetectionParameters {
     pub inner_share_percent: u16,
     /// The region grows until the ring around it is below this share of the maximum, percent (default 10).
     pub skirt_share_percent: u16,
-    /// Centroid error of a star without background noise, thousandths of a pixel (default 70; thesis 0.1 px).
+    /// Error of a centre of intensity without background noise, thousandths of a pixel (default 70; thesis 0.1 px). A
+    /// calibrated lens has its own.
     pub centroid_floor_millipx: u16,
 }
 
@@ -55,6 +61,22 @@ impl Default for DetectionParameters {
             skirt_share_percent: 10,
             centroid_floor_millipx: 70,
         }
+    }
+}
+
+/// How stars are found and centred: thresholds, and what is known of the lens, if anything. Thresholds alone are a method
+/// too.
+#[derive(Clone, Copy, Debug)]
+pub struct Method<'a> {
+    /// The thresholds.
+    pub parameters: &'a DetectionParameters,
+    /// The lens's profiles and corrections.
+    pub calibration: Option<&'a Calibration<'a>>,
+}
+
+impl<'a> From<&'a DetectionParameters> for Method<'a> {
+    fn from(parameters: &'a DetectionParameters) -> Self {
+        Self { parameters, calibration: None }
     }
 }
 

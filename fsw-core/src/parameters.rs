@@ -15,7 +15,7 @@ use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
 
 /// Version of the table's layout.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
@@ -60,6 +60,8 @@ pub struct Parameters {
     pub mount: MountParameters,
     /// Exposure time, microseconds (100 to 10,000,000).
     pub exposure_us: u32,
+    /// CRC of the calibration that belongs to lens and detector; 0: none.
+    pub calibration_crc: u32,
     /// Star detection.
     pub detection: DetectionParameters,
     /// Star identification.
@@ -92,6 +94,7 @@ impl Parameters {
             camera,
             mount: MountParameters::default(),
             exposure_us: 100_000,
+            calibration_crc: 0,
             detection: DetectionParameters::default(),
             identification: IdentificationParameters::default(),
             pairs_per_cycle: 320_000,

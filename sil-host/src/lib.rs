@@ -23,6 +23,7 @@
 
 pub mod bound;
 pub mod budget;
+pub mod calibration;
 pub mod camera_file;
 pub mod cli;
 pub mod error;

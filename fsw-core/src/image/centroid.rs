@@ -24,7 +24,8 @@
 //! (Cortex-M4 model, zero wait states).
 
 use super::condition::Residuals;
-use super::{Detection, DetectionParameters, FULL_SCALE};
+use super::matched;
+use super::{Detection, FULL_SCALE, Method};
 
 /// Half the region's side, smallest to largest.
 pub const HALF_SIDES: [usize; 4] = [2, 3, 4, 6];
@@ -134,6 +135,17 @@ impl Patch {
         [column(MARGIN - RADIUS), column(MARGIN + RADIUS), row(MARGIN - RADIUS), row(MARGIN + RADIUS)]
     }
 
+    /// The pixels about the middle less a floor.
+    fn above(&self, floor: f32) -> [[f32; matched::SIDE]; matched::SIDE] {
+        let mut pixels = [[0.0; matched::SIDE]; matched::SIDE];
+        for (target, row) in pixels.iter_mut().zip(self.pixels.iter().skip(MARGIN - matched::HALF)) {
+            for (target, value) in target.iter_mut().zip(row.iter().skip(MARGIN - matched::HALF)) {
+                *target = *value as f32 - floor;
+            }
+        }
+        pixels
+    }
+
     /// The pixel nearest to the centre of all light in the patch, which lies about (x, y).
     fn middle_of_light(&self, x: usize, y: usize) -> Option<(usize, usize)> {
         let [sum, moment_x, moment_y] = self.moments(MARGIN - 1);
@@ -144,14 +156,15 @@ impl Patch {
     }
 }
 
-/// Judges the local maximum at (x, y) of the window and centres it. The position returned counts from the window's
-/// first pixel.
+/// Judges the local maximum at (x, y) of the window, whose first pixel is `origin` on the detector, and centres it. The
+/// position returned counts from the window's first pixel.
 pub fn measure(
     window: &Residuals,
-    x: usize,
-    y: usize,
-    parameters: &DetectionParameters,
+    [x, y]: [usize; 2],
+    origin: [u16; 2],
+    method: &Method,
 ) -> Option<Detection> {
+    let parameters = method.parameters;
     if !Patch::fits(window, x, y) {
         return None;
     }
@@ -242,12 +255,28 @@ pub fn measure(
     let slope = (left - right).abs().max((top - bottom).abs()) - side_noise / 2;
     let run = side_count * (2 * reach + 2);
     let drawn = slope.max(0) as f32 * spread as f32 / (run as f32 * counts as f32);
+    let mut centre = ([offset_x, offset_y], libm::sqrtf(noise * noise + phase_error * phase_error));
+    // Where pixels are full the profile is not to be seen.
+    if let Some(calibration) = method.calibration.filter(|_| !saturated) {
+        const PX: f32 = 1.0 / 65_536.0;
+        let middle_px = [f32::from(origin[0]) + x as f32, f32::from(origin[1]) + y as f32];
+        let spot = matched::Spot {
+            pixels: &patch.above(floor_sum as f32 / floor_count as f32),
+            middle_px,
+            start_px: [offset_x as f32 * PX, offset_y as f32 * PX],
+            noise: window.sum_sigma as f32 / 3.0,
+        };
+        if let Some((at_px, sigma_px)) = matched::centre(&spot, calibration) {
+            centre = (at_px.map(|px| libm::rintf(px * 65_536.0) as i32), sigma_px);
+        }
+    }
+    let ([offset_x, offset_y], sigma_px) = centre;
     Some(Detection {
         core_flux: if saturated { i32::MAX } else { core },
         x_q16: ((x as i32) << 16) + offset_x,
         y_q16: ((y as i32) << 16) + offset_y,
         flux: counts,
-        sigma_q16: (libm::sqrtf(noise * noise + phase_error * phase_error + drawn * drawn) * 65_536.0) as i32,
+        sigma_q16: (libm::sqrtf(sigma_px * sigma_px + drawn * drawn) * 65_536.0) as i32,
         saturated,
     })
 }

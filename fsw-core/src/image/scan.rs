@@ -19,7 +19,7 @@ use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
 use super::peaks::for_each_peak;
-use super::{Detection, DetectionParameters};
+use super::{Detection, Method};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 /// Length of the readout buffer, px.
@@ -29,19 +29,19 @@ pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
 const TEXTURE_FACTOR: i32 = 3;
 
 /// Calls `found` for every star of a conditioned window whose maximum lies in the core: `core` in window pixels, at
-/// least [`MARGIN`] inside the window. Returns whether all candidates were examined.
+/// least [`MARGIN`] inside the window; `origin` is the window's first pixel on the detector. Returns whether all candidates were examined.
 fn for_each_star(
     window: &Residuals,
     core: Window,
-    parameters: &DetectionParameters,
+    (origin, method): ([u16; 2], &Method),
     allowance: &mut Allowance,
     mut found: impl FnMut(Detection),
 ) -> bool {
-    let tenths = i32::from(parameters.threshold_sigma_tenths);
+    let tenths = i32::from(method.parameters.threshold_sigma_tenths);
     let tenths = if window.textured() { tenths * TEXTURE_FACTOR } else { tenths };
     let threshold = window.sum_sigma * tenths / 10;
     for_each_peak(window, core, threshold, allowance, |x, y| {
-        if let Some(spot) = measure(window, x, y, parameters) {
+        if let Some(spot) = measure(window, [x, y], origin, method) {
             found(spot);
         }
     })
@@ -62,15 +62,15 @@ fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
 ///
 /// # Errors
 /// Of the detector; a window that [`condition`] cannot serve gives [`DetectorError::BufferLength`].
-pub fn read_stars(
+pub fn read_stars<'m>(
     detector: &mut impl Detector,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
-    parameters: &DetectionParameters,
+    method: impl Into<Method<'m>>,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
     let mut allowance = Allowance::of_a_window();
-    read_stars_within(detector, window, buffer, parameters, detections, &mut allowance)
+    read_stars_within(detector, window, buffer, &method.into(), detections, &mut allowance)
 }
 
 /// [`read_stars`] at the cost of `allowance`.
@@ -78,7 +78,7 @@ fn read_stars_within(
     detector: &mut impl Detector,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
-    parameters: &DetectionParameters,
+    method: &Method,
     detections: &mut Detections,
     allowance: &mut Allowance,
 ) -> Result<(), DetectorError> {
@@ -96,7 +96,7 @@ fn read_stars_within(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    let complete = for_each_star(&residuals, core, parameters, allowance, |mut spot| {
+    let complete = for_each_star(&residuals, core, ([window.x, window.y], method), allowance, |mut spot| {
         spot.x_q16 += i32::from(window.x) << 16;
         spot.y_q16 += i32::from(window.y) << 16;
         detections.insert(spot);
@@ -117,12 +117,13 @@ pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
 ///
 /// # Errors
 /// Of the detector, at the first window that fails.
-pub fn scan(
+pub fn scan<'m>(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],
-    parameters: &DetectionParameters,
+    method: impl Into<Method<'m>>,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
+    let method = method.into();
     detections.clear();
     let geometry = detector.geometry();
     let margin = MARGIN as u16;
@@ -136,7 +137,7 @@ pub fn scan(
                 height: height + 2 * margin,
             };
             let mut allowance = savings.next_tile();
-            read_stars_within(detector, window, buffer, parameters, detections, &mut allowance)?;
+            read_stars_within(detector, window, buffer, &method, detections, &mut allowance)?;
             savings.put_back(allowance);
         }
     }

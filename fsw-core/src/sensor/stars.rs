@@ -3,6 +3,7 @@
 use super::{Instruments, Sensor, Sky};
 use crate::attitude::motion::Motion;
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::image::Method;
 use crate::image::blinding::blinded;
 use crate::image::scan;
 use crate::orbit::constants::LIGHT_KM_S;
@@ -115,8 +116,9 @@ impl Sensor<'_> {
         if self.expose(detector)? {
             return Ok(false);
         }
-        let parameters = &self.parameters.detection;
-        scan::scan(detector, &mut self.workspace.buffer, parameters, &mut self.workspace.detections)?;
+        let method =
+            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+        scan::scan(detector, &mut self.workspace.buffer, method, &mut self.workspace.detections)?;
         Ok(true)
     }
 
@@ -153,7 +155,9 @@ impl Sensor<'_> {
         let detector = &mut *instruments.detector;
         let read = match self.expose(detector) {
             Ok(false) => {
-                self.workspace.read_windows(detector, &windows, &self.parameters.detection).map(|()| true)
+                let parameters = &self.parameters.detection;
+                let method = Method { parameters, calibration: self.calibration.as_ref() };
+                self.workspace.read_windows(detector, &windows, &method).map(|()| true)
             }
             Ok(true) => Ok(false),
             Err(error) => Err(error),

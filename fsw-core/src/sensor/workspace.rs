@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::earth::centre;
 use crate::earth::search::Points;
-use crate::image::DetectionParameters;
+use crate::image::Method;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, Measured};
@@ -63,11 +63,11 @@ impl Workspace {
         &mut self,
         detector: &mut impl Detector,
         windows: &[Window],
-        parameters: &DetectionParameters,
+        method: &Method,
     ) -> Result<(), DetectorError> {
         self.detections.clear();
         for window in windows {
-            scan::read_stars(detector, *window, &mut self.buffer, parameters, &mut self.detections)?;
+            scan::read_stars(detector, *window, &mut self.buffer, *method, &mut self.detections)?;
         }
         self.detections.sort();
         Ok(())

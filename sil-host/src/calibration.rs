@@ -1,0 +1,408 @@
+//! Makes what the flight code wants to know of a lens and its pixels: a [calibration](fsw_core::image::calibration).
+//!
+//! In: a camera, what the optics do to light, a detector. Out: the bytes of the file.
+//!
+//! Profiles: the world's image of a star on pixels that are sensitive throughout, at distances from the optical centre
+//! [`PROFILE_STEP_PX`] apart.
+//!
+//! Corrections: stars without noise on the detector's own pixels are drawn where the flight code, with these profiles, finds
+//! them at each tenth of a pixel (found by [`ROUNDS`] rounds, the error being a slow function of the place), and what is
+//! missing to their true place is the entry. The centroids are those of the flight code itself, the images those of the
+//! world's [`Psf`] and [`PixelResponse`], read here and drawn as spots, not as a scene.
+//!
+//! The stars have B-V = [`COLOUR`]. What is left at other places, phases and colours (B-V from 0 to 1.4) is measured last and
+//! written into the file: the part of a centroid's error that is no noise.
+
+use crate::camera_file::CameraFile;
+use crate::error::HostError;
+use crate::world::colour;
+use crate::world::imaging::ImagingModel;
+use crate::world::noise::{Noise, Stream};
+use crate::world::optics::Optics;
+use crate::world::pixel::PixelResponse;
+use crate::world::psf::Psf;
+use crate::world::spots::{Brush, Spot};
+use crate::world::stars::DetectorModel;
+use fsw_core::catalog::format::CRC32;
+use fsw_core::image::calibration::{
+    CRC_FROM, Calibration, HEADER_BYTES, MAGIC, PHASES, POINTS_PER_PX, PROFILE_REACH_PX, RADIAL_POINTS,
+    TANGENTIAL_POINTS, VERSION,
+};
+use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
+use fsw_core::image::{DetectionParameters, FULL_SCALE, Method};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+
+/// From a profile to the next, px.
+pub const PROFILE_STEP_PX: u16 = 64;
+/// Colour of the stars, B-V: the mean of those of the catalogue.
+pub const COLOUR: f64 = 0.6;
+/// Colours over which the rest is measured.
+const COLOURS: [f64; 5] = [0.0, 0.3, 0.6, 1.0, 1.4];
+/// Rounds in which a star is brought to where it is measured at a phase.
+const ROUNDS: u32 = 2;
+/// Rounds in which the coefficients of a spline are found: 0.75^100 is 3e-13.
+const SPLINE_ROUNDS: u32 = 100;
+/// Electrons of the stars: bright, but no pixel near its full well.
+const ELECTRONS: f64 = 50_000.0;
+/// Bits of the converter that draws them: so many that it does not matter.
+const BITS: u8 = 16;
+/// Half the side of a drawn window, px.
+const HALF_WINDOW_PX: u16 = 16;
+/// Greatest correction in the tables, px.
+const LARGEST_PX: f64 = 0.4;
+/// Places at which the rest is measured, for each colour.
+const CHECKS: u32 = 400;
+
+/// How the correction tables lie over the detector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grid {
+    /// From a table to the next, px.
+    pub step_px: u16,
+    /// Tables of one quadrant, the others being its mirror images; else of the whole detector.
+    pub mirrored: bool,
+}
+
+impl Grid {
+    /// That of the reference camera.
+    pub const REFERENCE: Self = Self { step_px: 100, mirrored: false };
+}
+
+/// Stars without noise, as the world images them.
+#[derive(Debug, Clone)]
+pub struct Lens {
+    camera: CameraFile,
+    psf: Psf,
+    response: PixelResponse,
+    full_well_e: f64,
+    centre_px: [f64; 2],
+    source_crc: u32,
+}
+
+impl Lens {
+    /// Of a camera with these optics and pixels.
+    ///
+    /// # Errors
+    /// Where the world cannot draw it, or its optical centre lies off the detector.
+    pub fn new(
+        camera: &CameraFile,
+        imaging: &ImagingModel,
+        detector: &DetectorModel,
+    ) -> Result<Self, HostError> {
+        let refuse = |what: &str| HostError::usage(what, "give another camera, or other [optics]");
+        let optics = Optics::new(camera).ok_or_else(|| refuse("the world draws rectilinear cameras only"))?;
+        let psf = imaging.psf(&optics).ok_or_else(|| refuse("the lens cannot be made for this camera"))?;
+        let [x, y] = optics.centre_px();
+        let margin = 2.0 * f64::from(HALF_WINDOW_PX);
+        let inside = |at: f64, side: u16| (margin..=f64::from(side) - margin).contains(&at);
+        if !inside(x, camera.width_px) || !inside(y, camera.height_px) {
+            return Err(refuse("a lens whose optical centre lies off the detector is not calibrated"));
+        }
+        Ok(Self {
+            camera: camera.clone(),
+            psf,
+            response: detector.response,
+            full_well_e: detector.full_well_e,
+            centre_px: [x, y],
+            source_crc: source_crc(camera, imaging, detector),
+        })
+    }
+
+    /// The optical centre, px.
+    pub fn centre_px(&self) -> [f64; 2] {
+        self.centre_px
+    }
+
+    /// Adds the image of a star to the pixels of a window.
+    pub fn draw(&self, response: PixelResponse, spot: &Spot, window: Window, light: &mut [f64]) {
+        Brush::default().draw(&self.psf, response, spot, window, light);
+    }
+
+    /// A star of one electron a unit and this colour.
+    pub fn spot(&self, at_px: [f64; 2], electrons: f64, b_v: f64) -> Spot {
+        let shares = colour::shares(b_v);
+        let all: f64 = shares.iter().sum();
+        Spot { x_px: at_px[0], y_px: at_px[1], electrons: shares.map(|share| electrons * share / all) }
+    }
+
+    /// Where the flight code finds a star without noise; `None` where it finds none.
+    pub fn measured(&self, at_px: [f64; 2], b_v: f64, calibration: Option<&Calibration>) -> Option<[f64; 2]> {
+        let window = window_about(at_px);
+        let mut light = vec![0.0; window.area()];
+        self.draw(self.response, &self.spot(at_px, ELECTRONS, b_v), window, &mut light);
+        let full_scale = f64::from((1u32 << BITS) - 1);
+        let number = |e: &f64| (e / self.full_well_e * full_scale + 1000.5).clamp(0.0, full_scale) as u16;
+        let found = find(window, BITS, light.iter().map(number).collect(), calibration, at_px)?;
+        Some(found.0)
+    }
+}
+
+/// CRC of everything the tables depend on.
+pub fn source_crc(camera: &CameraFile, imaging: &ImagingModel, detector: &DetectorModel) -> u32 {
+    let lens = (imaging.psf, imaging.pixel_pitch_um, imaging.vignetting);
+    let (size, centre) = ((camera.width_px, camera.height_px), camera.optical_centre_px);
+    let words = format!(
+        "{VERSION} {lens:?} {:?} {:?} {size:?} {centre:?} {:?} {:?}",
+        detector.response, detector.full_well_e, camera.focal_length_px, camera.distortion
+    );
+    CRC32.checksum(words.as_bytes())
+}
+
+/// A window about a place.
+pub fn window_about(at_px: [f64; 2]) -> Window {
+    let [x, y] = at_px.map(|at| (at.round() as u16).saturating_sub(HALF_WINDOW_PX));
+    Window { x, y, width: 2 * HALF_WINDOW_PX + 1, height: 2 * HALF_WINDOW_PX + 1 }
+}
+
+/// A window that has been read.
+struct Drawn {
+    bits: u8,
+    pixels: Vec<u16>,
+}
+
+impl Detector for Drawn {
+    fn geometry(&self) -> DetectorGeometry {
+        DetectorGeometry { width_px: u16::MAX, height_px: u16::MAX, bits: self.bits }
+    }
+
+    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+        Ok(())
+    }
+
+    fn read(&mut self, _: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        pixels.copy_from_slice(&self.pixels);
+        Ok(())
+    }
+}
+
+/// The flight code's centroid nearest to a place in a window with these pixels, and its sigma, px. Whether it has a star's
+/// shape is not asked here: centres do not depend on it.
+pub fn find(
+    window: Window,
+    bits: u8,
+    pixels: Vec<u16>,
+    calibration: Option<&Calibration>,
+    near_px: [f64; 2],
+) -> Option<([f64; 2], f64)> {
+    let parameters = DetectionParameters {
+        peak_to_region_percent: 0,
+        peak_to_inner_percent: 0,
+        inner_to_outer_percent: 0,
+        inner_share_percent: 0,
+        ..DetectionParameters::default()
+    };
+    let method = Method { parameters: &parameters, calibration };
+    let (mut detections, mut buffer) = (Detections::new(), [0; TILE_PIXELS]);
+    read_stars(&mut Drawn { bits, pixels }, window, &mut buffer, method, &mut detections).ok()?;
+    let place = |x: i32| f64::from(x) / 65_536.0;
+    let spots = detections.spots().iter().map(|spot| {
+        let at = [place(spot.x_q16), place(spot.y_q16)];
+        let square = (0..2).map(|k| (at[k] - near_px[k]).powi(2)).sum::<f64>();
+        (square, at, place(spot.sigma_q16))
+    });
+    let nearest = spots.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((nearest.1, nearest.2))
+}
+
+/// A star's profile: the spline through the world's light at the points of the grid.
+fn profile(lens: &Lens, radius_px: f64) -> Vec<u8> {
+    const REACH: i64 = PROFILE_REACH_PX as i64;
+    const POINTS: i64 = POINTS_PER_PX as i64;
+    let [cx, cy] = lens.centre_px;
+    // The star stays where it is to half a pixel: the image changes slowly over the field.
+    let base = [(cx + radius_px).round(), cy.round()];
+    let half = REACH as u16 + 1;
+    let side = 2 * half + 1;
+    let window = Window { x: base[0] as u16 - half, y: base[1] as u16 - half, width: side, height: side };
+    let mut light = vec![0.0; TANGENTIAL_POINTS * RADIAL_POINTS];
+    for (px, py) in (0..POINTS).flat_map(|px| (0..POINTS).map(move |py| (px, py))) {
+        let mut image = vec![0.0; window.area()];
+        let at = [base[0] + px as f64 / POINTS as f64, base[1] + py as f64 / POINTS as f64];
+        lens.draw(PixelResponse::Full, &lens.spot(at, 1.0, COLOUR), window, &mut image);
+        for (index, share) in image.iter().enumerate() {
+            let from = |pixel: usize, phase: i64| (pixel as i64 - i64::from(half)) * POINTS - phase;
+            let (u, v) = (from(index % usize::from(side), px), from(index / usize::from(side), py));
+            if u.abs() <= REACH * POINTS && (0..=REACH * POINTS).contains(&v) {
+                light[v as usize * RADIAL_POINTS + (u + REACH * POINTS) as usize] = *share;
+            }
+        }
+    }
+    let points = spline(&light);
+    let scale = points.iter().map(|point| point.abs()).fold(1e-9, f64::max) / f64::from(i16::MAX);
+    let mut bytes = (scale as f32).to_le_bytes().to_vec();
+    bytes.extend(points.iter().flat_map(|point| ((point / scale).round() as i16).to_le_bytes()));
+    bytes
+}
+
+/// Coefficients of the quadratic B-spline through `values`: `1/8, 6/8, 1/8` of three neighbours along either axis are a value.
+/// Each round leaves at most three quarters of what is missing.
+fn spline(values: &[f64]) -> Vec<f64> {
+    let at = |points: &[f64], row: i64, column: i64| {
+        // Even about the first row; nothing beyond the other edges.
+        let row = row.unsigned_abs() as usize;
+        let inside = row < TANGENTIAL_POINTS && (0..RADIAL_POINTS as i64).contains(&column);
+        if inside { points[row * RADIAL_POINTS + column as usize] } else { 0.0 }
+    };
+    let mut points = values.to_vec();
+    for _ in 0..SPLINE_ROUNDS {
+        let along: Vec<_> = (0..points.len())
+            .map(|index| {
+                let (row, column) = ((index / RADIAL_POINTS) as i64, (index % RADIAL_POINTS) as i64);
+                let beside = |by: i64| at(&points, row, column + by);
+                0.125 * (beside(-1) + beside(1)) + 0.75 * beside(0)
+            })
+            .collect();
+        for (index, point) in points.iter_mut().enumerate() {
+            let (row, column) = ((index / RADIAL_POINTS) as i64, (index % RADIAL_POINTS) as i64);
+            let beside = |by: i64| at(&along, row + by, column);
+            *point += values[index] - 0.125 * (beside(-1) + beside(1)) - 0.75 * beside(0);
+        }
+    }
+    points
+}
+
+/// The tables' places along one side: optical coordinate of the first, and their number.
+fn places(grid: Grid, centre: f64, side: u16) -> (i16, u16) {
+    let step = f64::from(grid.step_px);
+    let beyond = (f64::from(side) - 1.0 - centre).max(if grid.mirrored { centre } else { 0.0 });
+    // A star must be drawn at the first; from it to the edge the corrections go straight on.
+    let before = if grid.mirrored { 0.0 } else { ((centre - 1.5 * f64::from(HALF_WINDOW_PX)) / step).floor() };
+    let after = (beyond / step).ceil().max(1.0);
+    ((-before * step) as i16, (before + after) as u16 + 1)
+}
+
+/// One table: corrections at the phases about a place, px. Where the flight code takes a star's shape for none, which it does
+/// at few phases, the entry is that of the phase before; `None` where it does so at most.
+fn table(lens: &Lens, calibration: &Calibration, optical_px: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+    let base = [0, 1].map(|k| (lens.centre_px[k] + optical_px[k]).floor());
+    let mut entries = Vec::with_capacity(PHASES * PHASES);
+    let (mut last, mut unseen) = ([0.0; 2], 0);
+    for (row, column) in (0..PHASES).flat_map(|row| (0..PHASES).map(move |column| (row, column))) {
+        let phase = [column, row].map(|step| step as f64 / (PHASES - 1) as f64);
+        let goal = [base[0] + phase[0], base[1] + phase[1]];
+        let found = (0..ROUNDS).try_fold(goal, |place, _| {
+            let seen = lens.measured(place, COLOUR, Some(calibration))?;
+            Some([0, 1].map(|k| place[k] + goal[k] - seen[k]))
+        });
+        match found {
+            Some(place) => last = [0, 1].map(|k| place[k] - goal[k]),
+            None => unseen += 1,
+        }
+        entries.push(last);
+    }
+    (2 * unseen < entries.len()).then_some(entries)
+}
+
+/// Bytes of a calibration with these profiles and corrections.
+fn file(lens: &Lens, grid: Grid, profiles: &[Vec<u8>], tables: &[Vec<[f64; 2]>], residual_px: f64) -> Vec<u8> {
+    let CameraFile { width_px, height_px, .. } = lens.camera;
+    let [cx, cy] = lens.centre_px;
+    let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
+    let largest = tables.iter().flatten().flatten().map(|px| px.abs()).fold(0.0, f64::max).min(LARGEST_PX);
+    let px_per_entry = (largest / 127.0) as f32;
+    let mut body = Vec::new();
+    let short = |body: &mut Vec<u8>, value: u16| body.extend(value.to_le_bytes());
+    let real = |body: &mut Vec<u8>, value: f64| body.extend((value as f32).to_le_bytes());
+    body.extend([0; 4]);
+    short(&mut body, width_px);
+    short(&mut body, height_px);
+    real(&mut body, cx);
+    real(&mut body, cy);
+    short(&mut body, profiles.len() as u16);
+    short(&mut body, PROFILE_STEP_PX);
+    short(&mut body, columns);
+    short(&mut body, rows);
+    short(&mut body, grid.step_px);
+    short(&mut body, u16::from(grid.mirrored));
+    body.extend(first_x.to_le_bytes());
+    body.extend(first_y.to_le_bytes());
+    body.extend(px_per_entry.to_le_bytes());
+    real(&mut body, lens.full_well_e / f64::from(FULL_SCALE));
+    real(&mut body, residual_px);
+    body.extend(lens.source_crc.to_le_bytes());
+    body.extend([0; 4]);
+    profiles.iter().for_each(|profile| body.extend(profile));
+    for [dx, dy] in tables.iter().flatten() {
+        // Without any correction the scale is 0 and so are all entries.
+        let entry = |px: &f64| (px / f64::from(px_per_entry).max(1e-9)).round().clamp(-127.0, 127.0);
+        body.extend([entry(dx) as i8 as u8, entry(dy) as i8 as u8]);
+    }
+    let length = (CRC_FROM + body.len()) as u32;
+    body[..4].copy_from_slice(&length.to_le_bytes());
+    let mut bytes = Vec::new();
+    bytes.extend(MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend((HEADER_BYTES as u16).to_le_bytes());
+    bytes.extend(CRC32.checksum(&body).to_le_bytes());
+    bytes.extend(body);
+    bytes
+}
+
+/// Builds the calibration of a lens.
+///
+/// # Errors
+/// Where the flight code does not find the stars.
+pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
+    let CameraFile { width_px, height_px, .. } = lens.camera;
+    let [cx, cy] = lens.centre_px;
+    let far = |centre: f64, side: u16| centre.max(f64::from(side) - 1.0 - centre);
+    let radius_px = libm::hypot(far(cx, width_px), far(cy, height_px));
+    let last = (radius_px / f64::from(PROFILE_STEP_PX)).round() as u16;
+    let profiles: Vec<_> =
+        (0..=last).map(|index| profile(lens, f64::from(index) * f64::from(PROFILE_STEP_PX))).collect();
+    let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
+    let count = usize::from(columns) * usize::from(rows);
+    let none = vec![vec![[0.0; 2]; PHASES * PHASES]; count];
+    let unseen = || HostError::usage("the flight code does not find this lens's stars", "correct the [optics]");
+    let uncorrected = file(lens, grid, &profiles, &none, 0.01);
+    let open = |bytes| Calibration::open(bytes).map_err(|_| unseen());
+    let step = f64::from(grid.step_px);
+    let at = |first: i16, index: u16| f64::from(first) + step * f64::from(index);
+    let nodes: Vec<_> = (0..rows)
+        .flat_map(|row| (0..columns).map(move |column| [at(first_x, column), at(first_y, row)]))
+        .collect();
+    let calibration = open(&uncorrected)?;
+    let tables = in_parallel(&nodes, |node| table(lens, &calibration, *node)).ok_or_else(unseen)?;
+    let corrected = file(lens, grid, &profiles, &tables, 0.01);
+    let rest = residual_px(lens, &open(&corrected)?).ok_or_else(unseen)?;
+    Ok(file(lens, grid, &profiles, &tables, rest))
+}
+
+/// Maps on all processors, in order.
+fn in_parallel<T: Sync, R: Send>(items: &[T], map: impl Fn(&T) -> Option<R> + Sync) -> Option<Vec<R>> {
+    let workers = std::thread::available_parallelism().map_or(1, |count| count.get());
+    let share = items.len().div_ceil(workers).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = items
+            .chunks(share)
+            .map(|part| scope.spawn(|| part.iter().map(&map).collect::<Option<Vec<_>>>()))
+            .collect();
+        let mut all = Vec::with_capacity(items.len());
+        for part in parts {
+            // A thread that panicked has said why.
+            all.extend(part.join().ok().flatten()?);
+        }
+        Some(all)
+    })
+}
+
+/// Root mean square error an axis of stars without noise over places, phases and colours, px.
+fn residual_px(lens: &Lens, calibration: &Calibration) -> Option<f64> {
+    let noise = Noise::new(1, 0, Stream::Centroid);
+    let margin = 2.0 * f64::from(HALF_WINDOW_PX);
+    let along = |side: u16, part: f64| margin + (f64::from(side) - 2.0 * margin) * part;
+    let places: Vec<_> = (0..CHECKS)
+        .map(|k| {
+            [along(lens.camera.width_px, noise.uniform(k, 0)), along(lens.camera.height_px, noise.uniform(k, 1))]
+        })
+        .collect();
+    let squares = in_parallel(&places, |place| {
+        Some(COLOURS.iter().fold((0.0, 0.0), |(sum, count), b_v| {
+            match lens.measured(*place, *b_v, Some(calibration)) {
+                Some(seen) => (sum + (0..2).map(|k| (seen[k] - place[k]).powi(2)).sum::<f64>(), count + 2.0),
+                None => (sum, count),
+            }
+        }))
+    })?;
+    let (sum, count) = squares.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
+    (count > 0.0).then(|| (sum / count).sqrt())
+}
