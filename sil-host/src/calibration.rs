@@ -64,7 +64,7 @@ pub struct Grid {
 
 impl Grid {
     /// That of the reference camera.
-    pub const REFERENCE: Self = Self { step_px: 100, mirrored: false };
+    pub const REFERENCE: Self = Self { step_px: 200, mirrored: false };
 }
 
 /// Stars without noise, as the world images them.

@@ -1,13 +1,17 @@
-//! Hands what the host knows to the flight code: cameras, catalogues, parameters.
+//! Hands what the host knows to the flight code: cameras, calibrations, catalogues, parameters.
 //!
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where it was made
 //! for such a field, else one built in memory from the same star source.
 
+use crate::calibration::{self, Lens};
 use crate::camera_file::{CameraFile, Projection};
 use crate::error::HostError;
+use crate::world::imaging::ImagingModel;
+use crate::world::stars::DetectorModel;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::camera::{self, Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::calibration::{Calibration, CalibrationError};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -41,12 +45,8 @@ pub fn camera_parameters(file: &CameraFile) -> CameraParameters {
 /// The flight camera of a camera file; `path` is for the message.
 ///
 /// # Errors
-/// What the flight code refuses, and correction tables, which it does not read yet.
+/// What the flight code refuses.
 pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
-    if file.correction_table.is_some() {
-        let what = "centroid correction tables are not supported yet";
-        return Err(HostError::input(path, None, what, "remove the key `correction_table`"));
-    }
     Camera::new(camera_parameters(file)).map_err(|error| {
         HostError::input(
             path,
@@ -55,6 +55,49 @@ pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
             "correct the optics",
         )
     })
+}
+
+/// The reference camera's calibration, made by `sil-host corrections`; also in the flight image.
+pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference.corr");
+
+/// Bytes of the calibration that a camera flies with before these optics and pixels: the one its file names; else the embedded
+/// one where it was made for them; else one made now. `None` where the lens cannot be calibrated: nothing is corrected then.
+///
+/// # Errors
+/// When the named file cannot be read or is no calibration.
+pub fn calibration_bytes(
+    camera: &CameraFile,
+    imaging: &ImagingModel,
+    detector: &DetectorModel,
+) -> Result<Option<Cow<'static, [u8]>>, HostError> {
+    if let Some(path) = &camera.correction_table {
+        return calibration_file(path).map(|bytes| Some(bytes.into()));
+    }
+    let source_crc = calibration::source_crc(camera, imaging, detector);
+    if Calibration::open(REFERENCE_CALIBRATION).is_ok_and(|known| known.source_crc() == source_crc) {
+        return Ok(Some(REFERENCE_CALIBRATION.into()));
+    }
+    let made = Lens::new(camera, imaging, detector)
+        .and_then(|lens| calibration::build(&lens, calibration::Grid::REFERENCE));
+    Ok(made.ok().map(Cow::Owned))
+}
+
+/// Bytes of the calibration that a camera file names, checked.
+///
+/// # Errors
+/// When the file cannot be read, or is no calibration of this version, or is damaged.
+pub fn calibration_file(path: &Path) -> Result<Vec<u8>, HostError> {
+    let bytes =
+        std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
+    let what = match Calibration::open(&bytes) {
+        Ok(_) => return Ok(bytes),
+        Err(CalibrationError::NotACalibration) => "offset 0: does not begin with SXCC".to_owned(),
+        Err(CalibrationError::Version(version)) => format!("offset 4: version {version} is not read"),
+        Err(CalibrationError::Length) => "offset 12: another length than the file's".to_owned(),
+        Err(CalibrationError::Checksum) => "offset 8: the checksum does not match".to_owned(),
+        Err(CalibrationError::Structure) => "its numbers contradict each other".to_owned(),
+    };
+    Err(HostError::input(path, None, what, "make it again with `sil-host corrections`"))
 }
 
 /// Width and height of the field, degrees.

@@ -25,6 +25,7 @@ pub mod bound;
 pub mod budget;
 pub mod calibration;
 pub mod camera_file;
+pub mod centroids;
 pub mod cli;
 pub mod error;
 pub mod fits;

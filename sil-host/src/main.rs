@@ -2,7 +2,7 @@
 
 use sil_host::cli::{self, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{budget, identify, record, render, run, solve};
+use sil_host::{budget, centroids, identify, record, render, run, solve};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -28,6 +28,8 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Solve(arguments)) => solve::run(&arguments),
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Record(arguments)) => record::run(&arguments),
+            Some(Command::Centroids(arguments)) => centroids::run(&arguments),
+            Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
         },
     }
