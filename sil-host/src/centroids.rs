@@ -166,8 +166,7 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
     let scenario = scenario(arguments.scenario.as_deref())?;
     let detector = DetectorModel { pattern: PatternModel::NONE, ..scenario.detector };
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &detector)?;
-    let bytes = flight::calibration_bytes(&scenario.camera, &scenario.imaging, &detector)?;
-    let calibration = bytes.as_deref().and_then(|bytes| Calibration::open(bytes).ok()).ok_or_else(|| {
+    let calibration = scenario.calibration()?.ok_or_else(|| {
         HostError::usage("this camera has no calibration", "give a camera whose optical centre lies on it")
     })?;
     let exposure_s = arguments.exposure_ms.map_or(f64::from(scenario.exposure_us) * 1e-6, |ms| 1e-3 * f64::from(ms));

@@ -12,8 +12,12 @@ use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::camera::{self, Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::{Calibration, CalibrationError};
+use fsw_core::parameters::Parameters;
+use fsw_core::sensor::{Sensor, SensorError, Workspace};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// The embedded catalogue serves fields whose longer side differs from its own by no more than this share.
 const FIELD_TOLERANCE: f64 = 0.1;
@@ -60,26 +64,54 @@ pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
 /// The reference camera's calibration, made by `sil-host corrections`; also in the flight image.
 pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference.corr");
 
-/// Bytes of the calibration that a camera flies with before these optics and pixels: the one its file names; else the embedded
-/// one where it was made for them; else one made now. `None` where the lens cannot be calibrated: nothing is corrected then.
+/// Calibrations made in this program, by what they were made from; there are few, and they serve to its end.
+static MADE: Mutex<BTreeMap<u32, Option<&'static [u8]>>> = Mutex::new(BTreeMap::new());
+
+/// The calibration that a camera flies with behind these optics and before these pixels: the one its file names; else the
+/// embedded one where it was made for them; else one made now. `None` where the lens cannot be calibrated: nothing is
+/// corrected then.
 ///
 /// # Errors
 /// When the named file cannot be read or is no calibration.
-pub fn calibration_bytes(
+pub fn calibration(
     camera: &CameraFile,
     imaging: &ImagingModel,
     detector: &DetectorModel,
-) -> Result<Option<Cow<'static, [u8]>>, HostError> {
+) -> Result<Option<Calibration<'static>>, HostError> {
     if let Some(path) = &camera.correction_table {
-        return calibration_file(path).map(|bytes| Some(bytes.into()));
+        let bytes = Vec::leak(calibration_file(path)?);
+        return Ok(Calibration::open(bytes).ok());
     }
     let source_crc = calibration::source_crc(camera, imaging, detector);
-    if Calibration::open(REFERENCE_CALIBRATION).is_ok_and(|known| known.source_crc() == source_crc) {
-        return Ok(Some(REFERENCE_CALIBRATION.into()));
+    let reference = Calibration::open(REFERENCE_CALIBRATION).ok();
+    if reference.is_some_and(|known| known.source_crc() == source_crc) {
+        return Ok(reference);
     }
-    let made = Lens::new(camera, imaging, detector)
-        .and_then(|lens| calibration::build(&lens, calibration::Grid::REFERENCE));
-    Ok(made.ok().map(Cow::Owned))
+    let make = || {
+        let lens = Lens::new(camera, imaging, detector).ok()?;
+        let bytes = calibration::build(&lens, calibration::Grid::REFERENCE).ok()?;
+        Some(&*Vec::leak(bytes))
+    };
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let bytes = *made.entry(source_crc).or_insert_with(make);
+    Ok(bytes.and_then(|bytes| Calibration::open(bytes).ok()))
+}
+
+/// The sensor with these parameters and the calibration that they name, if any.
+///
+/// # Errors
+/// What the flight code refuses.
+pub fn sensor<'c>(
+    catalogue: Catalogue<'c>,
+    calibration: Option<Calibration<'c>>,
+    parameters: Parameters,
+    workspace: &'c mut Workspace,
+) -> Result<Sensor<'c>, SensorError> {
+    let sensor = Sensor::new(catalogue, parameters, workspace)?;
+    match calibration {
+        Some(calibration) => sensor.calibrated(calibration),
+        None => Ok(sensor),
+    }
 }
 
 /// Bytes of the calibration that a camera file names, checked.

@@ -21,7 +21,7 @@ use super::calibration::Calibration;
 pub const STEPS: usize = 2;
 /// Variance of a pixel over the flux of the star that is fitted best: between the faint, where it is the background's,
 /// and the bright.
-pub const BETA: f32 = 0.05;
+pub const BETA: f32 = 0.08;
 /// Longest step, px.
 const STEP_MAX_PX: f32 = 0.5;
 /// Farthest from the first centre, px: else it was no single star.

@@ -1,6 +1,7 @@
 //! The sensor's second, whole: rendered sky in, reports out, with faults in between.
 
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, INSTANTS_US, Instruments, Sensor, Workspace};
@@ -24,6 +25,7 @@ const STRIP_BREADTH: u16 = 9;
 struct World {
     scene: Scene,
     parameters: Parameters,
+    calibration: Option<Calibration<'static>>,
     /// Second of the world.
     second: u64,
     instant_us: i64,
@@ -43,6 +45,7 @@ impl World {
         Self {
             scene,
             parameters,
+            calibration: None,
             second: 0,
             instant_us: start_us,
             fault: None,
@@ -67,7 +70,9 @@ impl World {
     /// The beginning of a scenario that comes with the program.
     fn clip(name: &str) -> Self {
         let scenario = Scenario::load(Path::new(name)).unwrap();
-        Self::new(scenario.scene().unwrap(), scenario.flight_parameters(), scenario.start_us)
+        let calibration = scenario.calibration().unwrap();
+        let parameters = scenario.flight_parameters(calibration.as_ref());
+        Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
     fn truth(&self, second: usize) -> journey::Truth {
@@ -124,7 +129,8 @@ fn fly(
 ) -> Vec<Report> {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
-    let mut sensor = Sensor::new(catalogue, world.parameters, &mut workspace).unwrap();
+    let mut sensor =
+        flight::sensor(catalogue, world.calibration, world.parameters, &mut workspace).unwrap();
     (0..seconds)
         .map(|second| {
             let command = before(second, world);
