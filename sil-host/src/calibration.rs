@@ -10,8 +10,9 @@
 //! missing to their true place is the entry. The centroids are those of the flight code itself, the images those of the
 //! world's [`Psf`] and [`PixelResponse`], read here and drawn as spots, not as a scene.
 //!
-//! The stars have B-V = [`COLOUR`]. What is left at other places, phases and colours (B-V from 0 to 1.4) is measured last and
-//! written into the file: the part of a centroid's error that is no noise.
+//! The stars have B-V = [`COLOUR`]; how far others are displaced outwards (lateral colour) is measured at each profile. What is
+//! left at other places, phases and colours (B-V from 0 to 1.4) is measured last and written into the file: the part of a
+//! centroid's error that is no noise. Where the world's stars have no colours, neither have these.
 
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
@@ -38,6 +39,8 @@ pub const PROFILE_STEP_PX: u16 = 64;
 pub const COLOUR: f64 = 0.6;
 /// Colours over which the rest is measured.
 const COLOURS: [f64; 5] = [0.0, 0.3, 0.6, 1.0, 1.4];
+/// Phases at which the displacement by colour is measured.
+const COLOUR_PHASES: u32 = 16;
 /// Rounds in which a star is brought to where it is measured at a phase.
 const ROUNDS: u32 = 2;
 /// Rounds in which the coefficients of a spline are found: 0.75^100 is 3e-13.
@@ -74,6 +77,7 @@ pub struct Lens {
     psf: Psf,
     response: PixelResponse,
     full_well_e: f64,
+    colours: bool,
     centre_px: [f64; 2],
     source_crc: u32,
 }
@@ -102,6 +106,7 @@ impl Lens {
             psf,
             response: detector.response,
             full_well_e: detector.full_well_e,
+            colours: imaging.star_colours,
             centre_px: [x, y],
             source_crc: source_crc(camera, imaging, detector),
         })
@@ -117,9 +122,9 @@ impl Lens {
         Brush::default().draw(&self.psf, response, spot, window, light);
     }
 
-    /// A star of one electron a unit and this colour.
+    /// A star of so many electrons and this colour.
     pub fn spot(&self, at_px: [f64; 2], electrons: f64, b_v: f64) -> Spot {
-        let shares = colour::shares(b_v);
+        let shares = colour::shares(if self.colours { b_v } else { 0.0 });
         let all: f64 = shares.iter().sum();
         Spot { x_px: at_px[0], y_px: at_px[1], electrons: shares.map(|share| electrons * share / all) }
     }
@@ -138,7 +143,7 @@ impl Lens {
 
 /// CRC of everything the tables depend on.
 pub fn source_crc(camera: &CameraFile, imaging: &ImagingModel, detector: &DetectorModel) -> u32 {
-    let lens = (imaging.psf, imaging.pixel_pitch_um, imaging.vignetting);
+    let lens = (imaging.psf, imaging.pixel_pitch_um, imaging.vignetting, imaging.star_colours);
     let (size, centre) = ((camera.width_px, camera.height_px), camera.optical_centre_px);
     let words = format!(
         "{VERSION} {lens:?} {:?} {:?} {size:?} {centre:?} {:?} {:?}",
@@ -203,7 +208,7 @@ pub fn find(
     Some((nearest.1, nearest.2))
 }
 
-/// A star's profile: the spline through the world's light at the points of the grid.
+/// A star's profile, of a displacement by colour not known yet: the spline through the world's light at the points of the grid.
 fn profile(lens: &Lens, radius_px: f64) -> Vec<u8> {
     const REACH: i64 = PROFILE_REACH_PX as i64;
     const POINTS: i64 = POINTS_PER_PX as i64;
@@ -229,8 +234,27 @@ fn profile(lens: &Lens, radius_px: f64) -> Vec<u8> {
     let points = spline(&light);
     let scale = points.iter().map(|point| point.abs()).fold(1e-9, f64::max) / f64::from(i16::MAX);
     let mut bytes = (scale as f32).to_le_bytes().to_vec();
+    bytes.extend(0f32.to_le_bytes());
     bytes.extend(points.iter().flat_map(|point| ((point / scale).round() as i16).to_le_bytes()));
     bytes
+}
+
+/// How far the flight code finds stars displaced outwards for each magnitude of B-V, px: the mean over phases.
+fn colour_px(lens: &Lens, calibration: &Calibration, radius_px: f64) -> Option<f64> {
+    let CameraFile { width_px, height_px, .. } = lens.camera;
+    let corner = [f64::from(width_px) - lens.centre_px[0], f64::from(height_px) - lens.centre_px[1]];
+    let outwards = corner.map(|side| side / libm::hypot(corner[0], corner[1]));
+    let (mut sum, mut count) = (0.0, 0.0);
+    for phase in 0..COLOUR_PHASES {
+        let beside = [phase % 4, phase / 4].map(|k| f64::from(k) / 4.0 - 0.5);
+        let at = [0, 1].map(|k| lens.centre_px[k] + radius_px * outwards[k] + beside[k]);
+        let ends = [COLOURS[0], COLOURS[COLOURS.len() - 1]];
+        if let [Some(hot), Some(cool)] = ends.map(|b_v| lens.measured(at, b_v, Some(calibration))) {
+            sum += (0..2).map(|k| (cool[k] - hot[k]) * outwards[k]).sum::<f64>() / (ends[1] - ends[0]);
+            count += 1.0;
+        }
+    }
+    (count > 0.0).then(|| sum / count)
 }
 
 /// Coefficients of the quadratic B-spline through `values`: `1/8, 6/8, 1/8` of three neighbours along either axis are a value.
@@ -319,7 +343,7 @@ fn file(lens: &Lens, grid: Grid, profiles: &[Vec<u8>], tables: &[Vec<[f64; 2]>],
     real(&mut body, lens.full_well_e / f64::from(FULL_SCALE));
     real(&mut body, residual_px);
     body.extend(lens.source_crc.to_le_bytes());
-    body.extend([0; 4]);
+    real(&mut body, COLOUR);
     profiles.iter().for_each(|profile| body.extend(profile));
     for [dx, dy] in tables.iter().flatten() {
         // Without any correction the scale is 0 and so are all entries.
@@ -347,8 +371,8 @@ pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
     let far = |centre: f64, side: u16| centre.max(f64::from(side) - 1.0 - centre);
     let radius_px = libm::hypot(far(cx, width_px), far(cy, height_px));
     let last = (radius_px / f64::from(PROFILE_STEP_PX)).round() as u16;
-    let profiles: Vec<_> =
-        (0..=last).map(|index| profile(lens, f64::from(index) * f64::from(PROFILE_STEP_PX))).collect();
+    let radii = || (0..=last).map(|index| f64::from(index) * f64::from(PROFILE_STEP_PX));
+    let mut profiles: Vec<_> = radii().map(|radius_px| profile(lens, radius_px)).collect();
     let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
     let count = usize::from(columns) * usize::from(rows);
     let none = vec![vec![[0.0; 2]; PHASES * PHASES]; count];
@@ -361,6 +385,10 @@ pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
         .flat_map(|row| (0..columns).map(move |column| [at(first_x, column), at(first_y, row)]))
         .collect();
     let calibration = open(&uncorrected)?;
+    for (profile, radius_px) in profiles.iter_mut().zip(radii()) {
+        let colour_px = colour_px(lens, &calibration, radius_px).ok_or_else(unseen)?;
+        profile[4..8].copy_from_slice(&(colour_px as f32).to_le_bytes());
+    }
     let tables = in_parallel(&nodes, |node| table(lens, &calibration, *node)).ok_or_else(unseen)?;
     let corrected = file(lens, grid, &profiles, &tables, 0.01);
     let rest = residual_px(lens, &open(&corrected)?).ok_or_else(unseen)?;
@@ -398,7 +426,11 @@ fn residual_px(lens: &Lens, calibration: &Calibration) -> Option<f64> {
     let squares = in_parallel(&places, |place| {
         Some(COLOURS.iter().fold((0.0, 0.0), |(sum, count), b_v| {
             match lens.measured(*place, *b_v, Some(calibration)) {
-                Some(seen) => (sum + (0..2).map(|k| (seen[k] - place[k]).powi(2)).sum::<f64>(), count + 2.0),
+                Some(seen) => {
+                    let shift = calibration.colour_shift_px(place.map(|px| px as f32), *b_v as f32);
+                    let square = |k: usize| (seen[k] - place[k] - f64::from(shift[k])).powi(2);
+                    (sum + square(0) + square(1), count + 2.0)
+                }
                 None => (sum, count),
             }
         }))

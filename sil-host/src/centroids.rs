@@ -13,7 +13,6 @@ use crate::bound;
 use crate::calibration::{COLOUR, Lens, find, window_about};
 use crate::cli::{CentroidsArguments, CorrectionsArguments};
 use crate::error::HostError;
-use crate::flight;
 use crate::scenario::Scenario;
 use crate::world::fixed_pattern::PatternModel;
 use crate::world::noise::{Noise, Stream};

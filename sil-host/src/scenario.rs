@@ -283,7 +283,13 @@ impl Scenario {
         let camera = flight::camera_parameters(&self.camera);
         let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };
         let calibration_crc = calibration.map_or(0, Calibration::crc);
-        Parameters { exposure_us: self.exposure_us, mount, calibration_crc, ..Parameters::for_camera(camera) }
+        Parameters {
+            exposure_us: self.exposure_us,
+            mount,
+            row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
+            calibration_crc,
+            ..Parameters::for_camera(camera)
+        }
     }
 
     /// The truth orbit: that of a file, or flown from the start.

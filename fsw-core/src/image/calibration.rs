@@ -20,7 +20,7 @@
 //! | 48 | f32 | electrons of a scaled count |
 //! | 52 | f32 | what the corrections leave of a centroid's error without noise, px, 1 sigma an axis |
 //! | 56 | u32 | CRC-32 of what it was made from |
-//! | 60 | `[u8; 4]` | zero |
+//! | 60 | f32 | colour of the stars it was made with, B-V |
 //! | 64 | P x [`PROFILE_BYTES`] | profiles, see [`Profile`] |
 //! | | C R x [`TABLE_BYTES`] | tables row by row of the detector: 11 rows of 11 pairs (i8, i8), correction in x and y at every tenth of a pixel, from one pixel's centre to the next |
 //!
@@ -47,8 +47,8 @@ pub const PROFILE_REACH_PX: usize = 4;
 pub const RADIAL_POINTS: usize = 2 * PROFILE_REACH_PX * POINTS_PER_PX + 1;
 /// Points of a profile across it, one half: the other is its mirror image.
 pub const TANGENTIAL_POINTS: usize = PROFILE_REACH_PX * POINTS_PER_PX + 1;
-/// Length of a profile's scale, before its points.
-pub const PROFILE_HEADER_BYTES: usize = 4;
+/// Length of a profile's numbers before its points.
+pub const PROFILE_HEADER_BYTES: usize = 8;
 /// Length of a profile.
 pub const PROFILE_BYTES: usize = PROFILE_HEADER_BYTES + 2 * RADIAL_POINTS * TANGENTIAL_POINTS;
 /// Phases of a table along an axis.
@@ -79,12 +79,14 @@ pub enum CalibrationError {
 /// A star's light over pixels that are sensitive throughout, at one distance from the optical centre: the share of it that a
 /// pixel gets, by the pixel's place from the star. It is a quadratic B-spline.
 ///
-/// Layout: f32, what a point of 1 is worth; then [`TANGENTIAL_POINTS`] rows of [`RADIAL_POINTS`] i16, the spline's
+/// Layout: f32, what a point of 1 is worth; f32, how far a star is displaced outwards for each magnitude that its B-V exceeds
+/// the header's, px (lateral colour); then [`TANGENTIAL_POINTS`] rows of [`RADIAL_POINTS`] i16, the spline's
 /// coefficients, along the field's radius from the inside out, the first row on the radius itself, points
 /// [`POINTS_PER_PX`] a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Profile<'a> {
     scale: f32,
+    colour_px: f32,
     rows: &'a [ProfileRow],
 }
 
@@ -106,6 +108,7 @@ pub struct Calibration<'a> {
     px_per_entry: f32,
     electrons_per_count: f32,
     residual_px: f32,
+    colour: f32,
 }
 
 fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
@@ -187,6 +190,7 @@ impl<'a> Calibration<'a> {
             px_per_entry: within(44, 0.0, 0.1)?,
             electrons_per_count: within(48, 1e-3, 1e6)?,
             residual_px: within(52, 1e-4, 1.0)?,
+            colour: within(60, -1.0, 3.0)?,
         })
     }
 
@@ -225,6 +229,16 @@ impl<'a> Calibration<'a> {
         let nearest = (radius_px * self.profiles_per_px + 0.5) as usize;
         let last = self.profiles.len().saturating_sub(1);
         self.profiles.get(nearest.min(last)).and_then(Profile::read)
+    }
+
+    /// How far a star of this B-V at `at_px` is displaced by its colour, px.
+    pub fn colour_shift_px(&self, [x, y]: [f32; 2], b_v: f32) -> [f32; 2] {
+        let [cx, cy] = self.centre_px;
+        let (dx, dy) = (x - cx, y - cy);
+        let radius_px = libm::sqrtf(dx * dx + dy * dy);
+        let outwards_px = self.profile(radius_px).map_or(0.0, |profile| profile.colour_px) * (b_v - self.colour);
+        let per_radius = outwards_px / radius_px.max(1.0);
+        [dx * per_radius, dy * per_radius]
     }
 
     /// What is to be added to a centroid at `at_px` on the detector, px (thesis §3.1.2).
@@ -280,7 +294,8 @@ impl<'a> Profile<'a> {
     fn read(bytes: &'a [u8; PROFILE_BYTES]) -> Option<Self> {
         let scale = f32_at(bytes, 0).filter(|scale| *scale > 0.0 && *scale < 1.0)?;
         let points = bytes.get(PROFILE_HEADER_BYTES..)?.as_chunks::<2>().0;
-        Some(Self { scale, rows: points.as_chunks::<RADIAL_POINTS>().0 })
+        let colour_px = f32_at(bytes, 4).filter(|px| px.abs() <= 1.0)?;
+        Some(Self { scale, colour_px, rows: points.as_chunks::<RADIAL_POINTS>().0 })
     }
 
     /// Share of a star's light in a pixel so far from it along and across the field's radius, px, and its change along and
@@ -308,5 +323,7 @@ impl<'a> Profile<'a> {
     }
 }
 
+#[cfg(test)]
+pub(crate) mod sample;
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,7 @@ use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, Measured};
 use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
+use nalgebra::Vector3;
 
 /// Most stars of an onboard catalogue.
 pub const MAX_CATALOGUE_STARS: usize = 3072;
@@ -47,11 +48,18 @@ impl Workspace {
         }
     }
 
-    /// Turns the brightest spots into measured directions.
-    pub(super) fn take_measured(&mut self, camera: &Camera) {
+    /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is known.
+    pub(super) fn take_measured(&mut self, camera: &Camera, rate_rad_s: Option<&Vector3<f32>>, row_time_s: f32) {
         self.measured.clear();
         let spots = self.detections.spots().iter();
-        for star in spots.filter_map(|spot| Measured::from_detection(camera, spot)) {
+        let measured = spots.filter_map(|spot| {
+            let star = Measured::from_detection(camera, spot)?;
+            match rate_rad_s {
+                Some(rate_rad_s) if row_time_s > 0.0 => star.at_mid_frame(camera, rate_rad_s, row_time_s),
+                _ => Some(star),
+            }
+        });
+        for star in measured {
             if self.measured.push(star).is_err() {
                 break;
             }

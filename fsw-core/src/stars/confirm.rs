@@ -111,7 +111,11 @@ fn match_stars(
     for (rank, star) in (0u8..).zip(expected) {
         let named = field.catalogue.star(star.star);
         let near = named
-            .and_then(|named| field.camera.project(&attitude.apply(&field.catalogue.seen(&named))))
+            .and_then(|named| {
+                let [x, y] = field.camera.project(&attitude.apply(&field.catalogue.seen(&named)))?;
+                let [dx, dy] = field.colour_shift_px([x, y], &named);
+                Some([x + dx, y + dy])
+            })
             .and_then(|at| only_star_near(at, field.measured(), radius_px));
         let Some((index, residual_px)) = near else { continue };
         if let Some(taken @ false) = taken.get_mut(usize::from(index)) {
@@ -130,6 +134,7 @@ fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, 
         let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
         if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
             // There are no more matches than the list holds.
+            let seen = field.without_colour(seen, &star);
             let _ = pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera));
         }
     }
