@@ -254,7 +254,8 @@ pub fn measure(
     // A floor that slopes draws the centre along: by its slope times the spread, over the flux.
     let slope = (left - right).abs().max((top - bottom).abs()) - side_noise / 2;
     let run = side_count * (2 * reach + 2);
-    let drawn = slope.max(0) as f32 * spread as f32 / (run as f32 * counts as f32);
+    let drawn_per_spread = slope.max(0) as f32 / (run as f32 * counts as f32);
+    let mut drawn = drawn_per_spread * spread as f32;
     let mut centre = ([offset_x, offset_y], libm::sqrtf(noise * noise + phase_error * phase_error));
     // Where pixels are full the profile is not to be seen.
     if let Some(calibration) = method.calibration.filter(|_| !saturated) {
@@ -268,6 +269,7 @@ pub fn measure(
         };
         if let Some((at_px, sigma_px)) = matched::centre(&spot, calibration) {
             centre = (at_px.map(|px| libm::rintf(px * 65_536.0) as i32), sigma_px);
+            drawn = drawn_per_spread * matched::SPREAD;
         }
     }
     let ([offset_x, offset_y], sigma_px) = centre;

@@ -4,10 +4,10 @@
 //! centre and its standard deviation, px.
 //!
 //! The thesis takes the centre of intensity (§3.1.2), which weighs a pixel by its distance: far ones, in which there is only
-//! noise, most. Here the light `N f(x - c)` of a star of flux `N` at `c` is fitted by [`STEPS`] steps of Gauss and Newton,
-//! each pixel weighed with `q = 1 / (f + β)`:
+//! noise, most. Here the light `N f(x - c) + b` of a star of flux `N` at `c` on a floor `b` is fitted by [`STEPS`] steps of Gauss
+//! and Newton, each pixel weighed with `q = 1 / (f + β)`; first `N` and `b` by least squares, then
 //!
-//! `N = Σ q f s / Σ q f²`, `c += G⁻¹ Σ q g (s - N f) / N`, `g = -∇f`, `G = Σ q g gᵀ`.
+//! `c += G⁻¹ Σ q g (s - N f - b) / N`, `g = -∇f`, `G = Σ q g gᵀ`.
 //!
 //! With the true variance for `f + β` no unbiased estimate has less scatter (Cramer-Rao). One [`BETA`] for all stars makes the
 //! error without noise the same for all, so that one table corrects it; that costs the faintest and the brightest some per
@@ -23,6 +23,9 @@ pub const STEPS: usize = 2;
 /// Variance of a pixel over the flux of the star that is fitted best: between the faint, where it is the background's,
 /// and the bright.
 pub const BETA: f32 = 0.08;
+/// What a floor that slopes draws a fitted centre along by, over the slope and the flux, as `Σ dx²` over the region does a centre of
+/// intensity: `8 π sigma⁴` of a Gaussian of 1.1 px.
+pub const SPREAD: f32 = 40.0;
 /// Error that a profile may have in a pixel, share of its light: pixels that are not sensitive throughout, other colours.
 const PROFILE_ERROR: f32 = 0.15;
 /// The fit is bad where it leaves so many times what noise would: of 60 pixels chance does it once in 1,000.
@@ -52,10 +55,12 @@ pub struct Spot<'p> {
 /// What is summed over the pixels.
 #[derive(Default)]
 struct Sums {
-    /// `q f s` and `q f²`.
-    flux: [f32; 2],
-    /// `q g s` and `q g f`, along and across the field's radius.
-    pull: [[f32; 2]; 2],
+    /// `q s` and `q f s`.
+    seen: [f32; 2],
+    /// `q`, `q f` and `q f²`.
+    weight: [f32; 3],
+    /// `q g s`, `q g f` and `q g`, along and across the field's radius.
+    pull: [[f32; 3]; 2],
     /// `q g gᵀ`: along, both, across.
     slope: [f32; 3],
     /// `q² g²`, along and across.
@@ -75,7 +80,7 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
     let profile = calibration.profile(radius_px)?;
 
     let (mut x, mut y) = (start_x, start_y);
-    let (mut variance, mut flux) = (0.0, 0.0);
+    let (mut variance, mut light) = (0.0, [0.0; 2]);
     for _ in 0..STEPS {
         let mut sums = Sums::default();
         for (dy, row) in (-(HALF as i32)..).zip(spot.pixels) {
@@ -84,14 +89,17 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
                 let from_x = dx as f32 - x;
                 let [f, fu, fv] =
                     profile.light(from_x * cos + from_y * sin, from_y * cos - from_x * sin);
-                sums.add(f, -fu, -fv, *value);
+                // Beyond the reach of the profile nothing is known.
+                if f != 0.0 {
+                    sums.add(f, -fu, -fv, *value);
+                }
             }
         }
-        let (step_flux, [along, across], step_variance) = sums.step(spot.noise, calibration.electrons_per_count())?;
+        let (step_light, [along, across], step_variance) = sums.step(spot.noise, calibration.electrons_per_count())?;
         let limited = |step: f32| step.clamp(-STEP_MAX_PX, STEP_MAX_PX);
         let (along, across) = (limited(along), limited(across));
         (x, y) = (x + along * cos - across * sin, y + along * sin + across * cos);
-        (variance, flux) = (step_variance, step_flux);
+        (variance, light) = (step_variance, step_light);
     }
     let (moved_x, moved_y) = (x - start_x, y - start_y);
     // Written so that NaN is refused as well.
@@ -99,7 +107,7 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
     if !near || !variance.is_finite() {
         return None;
     }
-    let misfit = misfit(spot, &profile, [x, y], [cos, sin], flux, calibration.electrons_per_count());
+    let misfit = misfit(spot, &profile, [x, y], [cos, sin], light, calibration.electrons_per_count());
     if misfit > BAD_FIT {
         variance *= misfit;
     }
@@ -108,13 +116,13 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
     Some(([x + dx, y + dy], libm::sqrtf(variance + residual_px * residual_px)))
 }
 
-/// Mean square of what a star of this flux at `at_px` leaves, over what noise would leave.
+/// Mean square of what a star of this flux and floor leaves, over what noise would leave.
 fn misfit(
     spot: &Spot,
     profile: &Profile,
     [x, y]: [f32; 2],
     [cos, sin]: [f32; 2],
-    flux: f32,
+    [flux, floor]: [f32; 2],
     electrons_per_count: f32,
 ) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
@@ -123,10 +131,10 @@ fn misfit(
         for (dx, value) in (-(HALF as i32)..).zip(row) {
             let from_x = dx as f32 - x;
             let [share, ..] = profile.light(from_x * cos + from_y * sin, from_y * cos - from_x * sin);
-            if share > 0.0 {
+            if share != 0.0 {
                 let light = flux * share;
-                let (rest, doubt) = (value - light, PROFILE_ERROR * light);
-                sum += rest * rest / (spot.noise * spot.noise + light / electrons_per_count + doubt * doubt);
+                let (rest, doubt) = (value - light - floor, PROFILE_ERROR * light);
+                sum += rest * rest / (spot.noise * spot.noise + light.max(0.0) / electrons_per_count + doubt * doubt);
                 count += 1.0;
             }
         }
@@ -140,32 +148,36 @@ impl Sums {
     fn add(&mut self, f: f32, along: f32, across: f32, value: f32) {
         let q = 1.0 / (f + BETA);
         let (u, v) = (q * along, q * across);
-        self.flux = [self.flux[0] + q * f * value, self.flux[1] + q * f * f];
-        self.pull[0] = [self.pull[0][0] + u * value, self.pull[0][1] + u * f];
-        self.pull[1] = [self.pull[1][0] + v * value, self.pull[1][1] + v * f];
+        let qf = q * f;
+        self.seen = [self.seen[0] + q * value, self.seen[1] + qf * value];
+        self.weight = [self.weight[0] + q, self.weight[1] + qf, self.weight[2] + qf * f];
+        self.pull[0] = [self.pull[0][0] + u * value, self.pull[0][1] + u * f, self.pull[0][2] + u];
+        self.pull[1] = [self.pull[1][0] + v * value, self.pull[1][1] + v * f, self.pull[1][2] + v];
         self.slope =
             [self.slope[0] + u * along, self.slope[1] + u * across, self.slope[2] + v * across];
         self.noise = [self.noise[0] + u * u, self.noise[1] + v * v];
         self.photons = [self.photons[0] + u * u * f, self.photons[1] + v * v * f];
     }
 
-    /// The flux, the step along and across the radius, px, and the variance of the centre an axis, px²; `None` where there is
-    /// no star.
-    fn step(&self, noise: f32, electrons_per_count: f32) -> Option<(f32, [f32; 2], f32)> {
-        let flux = self.flux[0] / self.flux[1];
+    /// The flux and the floor, the step along and across the radius, px, and the variance of the centre an axis, px²; `None` where
+    /// there is no star.
+    fn step(&self, noise: f32, electrons_per_count: f32) -> Option<([f32; 2], [f32; 2], f32)> {
+        let ([s, fs], [one, f, ff]) = (self.seen, self.weight);
+        let spread = one * ff - f * f;
+        let (flux, floor) = ((one * fs - f * s) / spread, (ff * s - f * fs) / spread);
         let [uu, uv, vv] = self.slope;
         let determinant = uu * vv - uv * uv;
-        let usable = flux > 1.0 && determinant > 1e-9;
+        let usable = spread > 1e-9 && flux > 1.0 && determinant > 1e-9;
         if !usable {
             return None;
         }
-        let [u, v] = self.pull.map(|[seen, expected]| seen / flux - expected);
+        let [u, v] = self.pull.map(|[seen, light, even]| (seen - floor * even) / flux - light);
         let of_axis = |noise_sum: f32, photon_sum: f32, slope: f32| {
             (noise_sum * noise * noise + photon_sum * flux / electrons_per_count) / (flux * slope * flux * slope)
         };
         let variance = of_axis(self.noise[0], self.photons[0], uu) + of_axis(self.noise[1], self.photons[1], vv);
         let step = [(vv * u - uv * v) / determinant, (uu * v - uv * u) / determinant];
-        Some((flux, step, 0.5 * variance))
+        Some(([flux, floor], step, 0.5 * variance))
     }
 }
 
