@@ -120,7 +120,8 @@ impl<'a> Field<'a> {
     pub fn without_colour(&self, seen: &Measured, star: &Star) -> Measured {
         let [x, y] = seen.centre_px;
         let [dx, dy] = self.colour_shift_px(seen.centre_px, star);
-        let moved = self.calibration.and_then(|_| Measured::new(self.camera, [x - dx, y - dy], seen.sigma_px));
+        let moved =
+            self.calibration.and_then(|_| Measured::new(self.camera, [x - dx, y - dy], seen.sigma_px));
         moved.unwrap_or(*seen)
     }
 

@@ -292,7 +292,8 @@ fn places(grid: Grid, centre: f64, side: u16) -> (i16, u16) {
     let step = f64::from(grid.step_px);
     let beyond = (f64::from(side) - 1.0 - centre).max(if grid.mirrored { centre } else { 0.0 });
     // A star must be drawn at the first; from it to the edge the corrections go straight on.
-    let before = if grid.mirrored { 0.0 } else { ((centre - 1.5 * f64::from(HALF_WINDOW_PX)) / step).floor() };
+    let before =
+        if grid.mirrored { 0.0 } else { ((centre - 1.5 * f64::from(HALF_WINDOW_PX)) / step).floor() };
     let after = (beyond / step).ceil().max(1.0);
     ((-before * step) as i16, (before + after) as u16 + 1)
 }
@@ -320,7 +321,13 @@ fn table(lens: &Lens, calibration: &Calibration, optical_px: [f64; 2]) -> Option
 }
 
 /// Bytes of a calibration with these profiles and corrections.
-fn file(lens: &Lens, grid: Grid, profiles: &[Vec<u8>], tables: &[Vec<[f64; 2]>], residual_px: f64) -> Vec<u8> {
+fn file(
+    lens: &Lens,
+    grid: Grid,
+    profiles: &[Vec<u8>],
+    tables: &[Vec<[f64; 2]>],
+    residual_px: f64,
+) -> Vec<u8> {
     let CameraFile { width_px, height_px, .. } = lens.camera;
     let [cx, cy] = lens.centre_px;
     let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
@@ -379,7 +386,8 @@ pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
     let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
     let count = usize::from(columns) * usize::from(rows);
     let none = vec![vec![[0.0; 2]; PHASES * PHASES]; count];
-    let unseen = || HostError::usage("the flight code does not find this lens's stars", "correct the [optics]");
+    let unseen =
+        || HostError::usage("the flight code does not find this lens's stars", "correct the [optics]");
     let uncorrected = file(lens, grid, &profiles, &none, 0.01);
     let open = |bytes| Calibration::open(bytes).map_err(|_| unseen());
     let step = f64::from(grid.step_px);
@@ -423,7 +431,10 @@ fn residual_px(lens: &Lens, calibration: &Calibration) -> Option<f64> {
     let along = |side: u16, part: f64| margin + (f64::from(side) - 2.0 * margin) * part;
     let places: Vec<_> = (0..CHECKS)
         .map(|k| {
-            [along(lens.camera.width_px, noise.uniform(k, 0)), along(lens.camera.height_px, noise.uniform(k, 1))]
+            [
+                along(lens.camera.width_px, noise.uniform(k, 0)),
+                along(lens.camera.height_px, noise.uniform(k, 1)),
+            ]
         })
         .collect();
     let squares = in_parallel(&places, |place| {
@@ -441,3 +452,7 @@ fn residual_px(lens: &Lens, calibration: &Calibration) -> Option<f64> {
     let (sum, count) = squares.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
     (count > 0.0).then(|| (sum / count).sqrt())
 }
+
+#[cfg(test)]
+#[path = "calibration_tests.rs"]
+mod tests;

@@ -123,7 +123,12 @@ impl Sky<'_> {
             let window = window_about(at);
             let image = |at: [f64; 2]| {
                 let mut light = vec![0.0; window.area()];
-                self.lens.draw(self.detector.response, &self.lens.spot(at, electrons, COLOUR), window, &mut light);
+                self.lens.draw(
+                    self.detector.response,
+                    &self.lens.spot(at, electrons, COLOUR),
+                    window,
+                    &mut light,
+                );
                 light
             };
             let [x, y] = bound::centroid_px(image, at, variance_e2);
@@ -133,7 +138,8 @@ impl Sky<'_> {
                 (Noise::new(self.seed, cycle, Stream::Photon), Noise::new(self.seed, cycle, Stream::Read));
             let mut pixels = Vec::with_capacity(window.area());
             for (index, light) in image(at).iter().enumerate() {
-                let (x, y) = ((index % usize::from(window.width)) as u32, (index / usize::from(window.width)) as u32);
+                let (x, y) =
+                    ((index % usize::from(window.width)) as u32, (index / usize::from(window.width)) as u32);
                 // The readout takes the dark current's mean off again, as the pedestal is set without it.
                 let electrons = photons.electrons(x, y, light + dark_e, &readout, read_e);
                 pixels.push(converter.digital_number(electrons));
@@ -168,7 +174,8 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
     let calibration = scenario.calibration()?.ok_or_else(|| {
         HostError::usage("this camera has no calibration", "give a camera whose optical centre lies on it")
     })?;
-    let exposure_s = arguments.exposure_ms.map_or(f64::from(scenario.exposure_us) * 1e-6, |ms| 1e-3 * f64::from(ms));
+    let exposure_s =
+        arguments.exposure_ms.map_or(f64::from(scenario.exposure_us) * 1e-6, |ms| 1e-3 * f64::from(ms));
     let sky = Sky {
         lens: &lens,
         detector,
@@ -178,7 +185,11 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
         stars: arguments.stars,
         seed: arguments.seed,
     };
-    println!("Centroids, px an axis, {} stars a line, exposure {:.0} ms; thesis {THESIS_PX}", sky.stars, 1e3 * exposure_s);
+    println!(
+        "Centroids, px an axis, {} stars a line, exposure {:.0} ms; thesis {THESIS_PX}",
+        sky.stars,
+        1e3 * exposure_s
+    );
     println!("                   centre of intensity                     with the lens's calibration");
     println!("  V    bound   scatter  /bound  systematic  honesty   scatter  /bound  systematic  honesty");
     for magnitude in MAGNITUDES {
@@ -192,7 +203,12 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
                 errors.normalised_square
             )
         };
-        println!("{magnitude:3.0}   {:.4}    {}    {}", line.bound_px, errors(&line.before), errors(&line.after));
+        println!(
+            "{magnitude:3.0}   {:.4}    {}    {}",
+            line.bound_px,
+            errors(&line.before),
+            errors(&line.after)
+        );
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -164,7 +164,8 @@ impl<'a> Calibration<'a> {
         if usize::from(half(6)?) != HEADER_BYTES || profile_count == 0 || columns < 2 || rows < 2 {
             return None;
         }
-        let (profiles, tables) = bytes.get(HEADER_BYTES..)?.split_at_checked(PROFILE_BYTES * profile_count)?;
+        let (profiles, tables) =
+            bytes.get(HEADER_BYTES..)?.split_at_checked(PROFILE_BYTES * profile_count)?;
         if tables.len() != TABLE_BYTES.checked_mul(columns * rows)? {
             return None;
         }
@@ -236,7 +237,8 @@ impl<'a> Calibration<'a> {
         let [cx, cy] = self.centre_px;
         let (dx, dy) = (x - cx, y - cy);
         let radius_px = libm::sqrtf(dx * dx + dy * dy);
-        let outwards_px = self.profile(radius_px).map_or(0.0, |profile| profile.colour_px) * (b_v - self.colour);
+        let outwards_px =
+            self.profile(radius_px).map_or(0.0, |profile| profile.colour_px) * (b_v - self.colour);
         let per_radius = outwards_px / radius_px.max(1.0);
         [dx * per_radius, dy * per_radius]
     }
@@ -256,7 +258,12 @@ impl<'a> Calibration<'a> {
         let (column, right, phase_x) = along(optical_x, x, first_x, self.columns);
         let (row, below, phase_y) = along(optical_y, y, first_y, self.rows);
         let mut correction = [0.0; 2];
-        let tables = [(0, 0, (1.0 - right) * (1.0 - below)), (1, 0, right * (1.0 - below)), (0, 1, (1.0 - right) * below), (1, 1, right * below)];
+        let tables = [
+            (0, 0, (1.0 - right) * (1.0 - below)),
+            (1, 0, right * (1.0 - below)),
+            (0, 1, (1.0 - right) * below),
+            (1, 1, right * below),
+        ];
         for (dx, dy, share) in tables {
             let Some(table) = self.tables.get((row + dy) * self.columns + column + dx) else { continue };
             let [here_x, here_y] = interpolated(table, phase_x, phase_y);
@@ -310,7 +317,8 @@ impl<'a> Profile<'a> {
         let rows = [if row == 0 { 1 } else { row - 1 }, row, row + 1];
         let (mut light, mut along, mut across) = (0.0, 0.0, 0.0);
         for ((row, v), slope_v) in rows.into_iter().zip(v).zip(slope_v) {
-            let points = self.rows.get(row).and_then(|row| row.get(column.wrapping_sub(1)..)?.first_chunk::<3>());
+            let points =
+                self.rows.get(row).and_then(|row| row.get(column.wrapping_sub(1)..)?.first_chunk::<3>());
             let Some(points) = points else { return [0.0; 3] };
             let [a, b, c] = points.map(|point| f32::from(i16::from_le_bytes(point)));
             let here = a * u[0] + b * u[1] + c * u[2];

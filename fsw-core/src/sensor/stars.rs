@@ -202,7 +202,8 @@ impl Sensor<'_> {
         let Some(rate) = rate else { return };
         for place in predicted {
             let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
-            let seen = self.catalogue.star(place.star).map(|star| attitude.apply(&self.catalogue.seen(&star)));
+            let seen =
+                self.catalogue.star(place.star).map(|star| attitude.apply(&self.catalogue.seen(&star)));
             let then = seen.and_then(|seen| {
                 let unit = seen.vector();
                 Direction::new(unit - rate.rad_s.cross(unit) * later_s)

@@ -49,7 +49,12 @@ impl Workspace {
     }
 
     /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is known.
-    pub(super) fn take_measured(&mut self, camera: &Camera, rate_rad_s: Option<&Vector3<f32>>, row_time_s: f32) {
+    pub(super) fn take_measured(
+        &mut self,
+        camera: &Camera,
+        rate_rad_s: Option<&Vector3<f32>>,
+        row_time_s: f32,
+    ) {
         self.measured.clear();
         let spots = self.detections.spots().iter();
         let measured = spots.filter_map(|spot| {

@@ -50,7 +50,9 @@ pub fn bytes(sigma_px: f64, tables: Tables, correction: impl Fn([u16; 2], [usize
     [1, 64, tables.columns, tables.rows, tables.step_px].iter().for_each(|value| short(&mut bytes, *value));
     short(&mut bytes, u16::from(tables.first_px.is_none()));
     tables.first_px.unwrap_or([0, 0]).iter().for_each(|px| bytes.extend(px.to_le_bytes()));
-    [PX_PER_ENTRY, ELECTRONS_PER_COUNT, RESIDUAL_PX].iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+    [PX_PER_ENTRY, ELECTRONS_PER_COUNT, RESIDUAL_PX]
+        .iter()
+        .for_each(|value| bytes.extend(value.to_le_bytes()));
     bytes.extend(0xDEAD_BEEFu32.to_le_bytes());
     bytes.extend(0.5f32.to_le_bytes());
     let scale = 1.0f64 / 32_768.0;
@@ -68,7 +70,8 @@ pub fn bytes(sigma_px: f64, tables: Tables, correction: impl Fn([u16; 2], [usize
             bytes.extend((point.round() as i16).to_le_bytes());
         }
     }
-    for (row, column) in (0..tables.rows).flat_map(|row| (0..tables.columns).map(move |column| (row, column))) {
+    for (row, column) in (0..tables.rows).flat_map(|row| (0..tables.columns).map(move |column| (row, column)))
+    {
         for (y, x) in (0..11).flat_map(|y| (0..11).map(move |x| (y, x))) {
             bytes.extend(correction([column, row], [x, y]).map(|entry| entry as u8));
         }

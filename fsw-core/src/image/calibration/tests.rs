@@ -71,7 +71,9 @@ fn tables_of_the_whole_detector_are_not_mirrored_and_go_straight_on_at_its_edge(
     let tables = Tables { columns: 7, rows: 6, step_px: 200, first_px: Some([-600, -400]) };
     let bytes = sample::bytes(1.0, tables, |[column, row], _| [10 * column as i8, -10 * row as i8]);
     let calibration = Calibration::open(&bytes).unwrap();
-    for (at, expected) in [([620.0, 512.0], [30.0, -20.0]), ([120.0, 112.0], [5.0, 0.0]), ([0.0, 12.0], [-1.0, 5.0])] {
+    for (at, expected) in
+        [([620.0, 512.0], [30.0, -20.0]), ([120.0, 112.0], [5.0, 0.0]), ([0.0, 12.0], [-1.0, 5.0])]
+    {
         let [dx, dy] = calibration.correction_px(at).map(|px| px / PX_PER_ENTRY);
         assert!((dx - expected[0]).abs() < 0.01 && (dy - expected[1]).abs() < 0.01, "{at:?}: {dx} {dy}");
     }

@@ -76,7 +76,9 @@ fn bound(flux: f64, noise: f64) -> f64 {
         let information: f64 = (-9..=9)
             .flat_map(|y| (-9..=9).map(move |x| (f64::from(x) - x0, f64::from(y) - 0.3)))
             .map(|(x, y)| {
-                let slope = flux * (sample::light(SIGMA_PX, x + 0.01, y) - sample::light(SIGMA_PX, x - 0.01, y)) / 0.02;
+                let slope = flux
+                    * (sample::light(SIGMA_PX, x + 0.01, y) - sample::light(SIGMA_PX, x - 0.01, y))
+                    / 0.02;
                 let photons = flux * sample::light(SIGMA_PX, x, y) / f64::from(sample::ELECTRONS_PER_COUNT);
                 slope * slope / (photons + noise * noise)
             })
@@ -90,11 +92,15 @@ fn bound(flux: f64, noise: f64) -> f64 {
 fn scatter_is_near_the_cramer_rao_bound_and_the_sigma_honest() {
     // From a star that drowns nearly in the background to one of photon noise alone. 3000 errors: the mean of their squares
     // is known to 2.6 %, one sigma.
-    for (flux, noise, most) in [(700.0, 12.0, 1.30), (1200.0, 12.0, 1.15), (10_000.0, 12.0, 1.12), (40_000.0, 12.0, 1.15)] {
+    for (flux, noise, most) in
+        [(700.0, 12.0, 1.30), (1200.0, 12.0, 1.15), (10_000.0, 12.0, 1.12), (40_000.0, 12.0, 1.15)]
+    {
         let (intensity, fitted, normalised) = errors(flux, noise);
         let over = (fitted / bound(flux, noise)).sqrt();
         let before = (intensity / bound(flux, noise)).sqrt();
-        std::println!("flux {flux}: {over:.3} of the bound, centre of intensity {before:.2}, honesty {normalised:.2}");
+        std::println!(
+            "flux {flux}: {over:.3} of the bound, centre of intensity {before:.2}, honesty {normalised:.2}"
+        );
         assert!(over < most, "{flux}: {over}");
         assert!(over < 0.7 * before);
         // The wings of a bright star look like a floor that slopes: its sigma is rather too large.
