@@ -3,6 +3,8 @@ use crate::centroids::{Sky, THESIS_PX};
 use crate::flight::REFERENCE_CALIBRATION;
 use crate::scenario::Scenario;
 use crate::world::fixed_pattern::PatternModel;
+use crate::world::imaging::ImagingModel;
+use crate::world::stars::DetectorModel;
 
 /// The default scenario's lens and detector: the reference.
 fn reference() -> (Scenario, Lens) {
