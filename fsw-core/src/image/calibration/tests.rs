@@ -32,9 +32,9 @@ fn the_worked_example_of_table_3_6_comes_out() {
         [dx, dy].map(|thousandths| (thousandths * 1e-3 / PX_PER_ENTRY) as i8)
     });
     let calibration = Calibration::open(&bytes).unwrap();
-    let [dx, dy] = calibration.correction_px([1000.360, 712.740]);
+    let [dx, dy] = calibration.correction_px([1000.36, 712.74]);
     assert!((dx - 0.051).abs() < 5e-4 && (dy + 0.032).abs() < 5e-4, "{dx} {dy}");
-    let optical = [1000.360 + dx - 620.0, 712.740 + dy - 512.0];
+    let optical = [1000.36 + dx - 620.0, 712.74 + dy - 512.0];
     assert!((optical[0] - 380.411).abs() < 1e-3 && (optical[1] - 200.708).abs() < 1e-3, "{optical:?}");
 }
 
@@ -135,7 +135,7 @@ proptest! {
         if let Ok(calibration) = Calibration::open(&bytes) {
             for at in [[x % 2000.0, y % 2000.0], [x, y]] {
                 let correction = calibration.correction_px(at);
-                prop_assert!(correction.iter().all(|px| !(px.abs() > 5.0)), "{correction:?}");
+                prop_assert!(at.iter().any(|px| !px.is_finite()) || correction.iter().all(|px| px.abs() <= 5.0), "{correction:?}");
             }
             let _ = calibration.profile(x);
         }
