@@ -1,7 +1,8 @@
 //! From windows of raw pixels to star centroids, in integers.
 //!
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from it,
-//! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, [`scan`] walks the whole detector in
+//! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`] a better one
+//! ([`matched`]), [`scan`] walks the whole detector in
 //! tiles and `detections` keeps the brightest spots. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
 //! detector at full scale.
 //!
@@ -10,10 +11,12 @@
 
 mod allowance;
 pub mod blinding;
+pub mod calibration;
 pub mod centroid;
 pub mod condition;
 mod detections;
 mod levels;
+pub mod matched;
 mod median;
 mod peaks;
 pub mod scan;
@@ -21,6 +24,8 @@ mod shape;
 #[cfg(test)]
 mod test_sky;
 mod texture;
+
+use calibration::Calibration;
 
 /// Full scale of a pixel in scaled counts.
 pub const FULL_SCALE: i32 = 1 << 14;
@@ -43,7 +48,8 @@ pub struct DetectionParameters {
     pub inner_share_percent: u16,
     /// The region grows until the ring around it is below this share of the maximum, percent (default 10).
     pub skirt_share_percent: u16,
-    /// Centroid error of a star without background noise, thousandths of a pixel (default 70; thesis 0.1 px).
+    /// Error of a centre of intensity without background noise, thousandths of a pixel (default 70; thesis 0.1 px). A
+    /// calibrated lens has its own.
     pub centroid_floor_millipx: u16,
 }
 
@@ -58,6 +64,22 @@ impl Default for DetectionParameters {
             skirt_share_percent: 10,
             centroid_floor_millipx: 70,
         }
+    }
+}
+
+/// How stars are found and centred: thresholds, and what is known of the lens, if anything. Thresholds alone are a method
+/// too.
+#[derive(Clone, Copy, Debug)]
+pub struct Method<'a> {
+    /// The thresholds.
+    pub parameters: &'a DetectionParameters,
+    /// The lens's profiles and corrections.
+    pub calibration: Option<&'a Calibration<'a>>,
+}
+
+impl<'a> From<&'a DetectionParameters> for Method<'a> {
+    fn from(parameters: &'a DetectionParameters) -> Self {
+        Self { parameters, calibration: None }
     }
 }
 
@@ -90,6 +112,11 @@ impl Detection {
     /// the order is the same everywhere.
     pub fn rank(&self) -> impl Ord + use<> {
         (self.extended, core::cmp::Reverse((self.core_flux, self.flux)), self.y_q16, self.x_q16)
+    }
+
+    /// Whether it is the round image of one star in the open sky, nothing of it cut off.
+    pub(crate) fn is_single(&self) -> bool {
+        !(self.saturated || self.extended || self.blended || self.drawn_px > 0)
     }
 
     /// The centre, px.

@@ -15,7 +15,7 @@ use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
 
 /// Version of the table's layout.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
@@ -60,6 +60,10 @@ pub struct Parameters {
     pub mount: MountParameters,
     /// Exposure time, microseconds (100 to 10,000,000).
     pub exposure_us: u32,
+    /// From a row's exposure to the next row's, ns (default 0: a global shutter; 0 to 500,000).
+    pub row_time_ns: u32,
+    /// CRC of the calibration that belongs to lens and detector; 0: none.
+    pub calibration_crc: u32,
     /// Star detection.
     pub detection: DetectionParameters,
     /// Star identification.
@@ -92,6 +96,8 @@ impl Parameters {
             camera,
             mount: MountParameters::default(),
             exposure_us: 100_000,
+            row_time_ns: 0,
+            calibration_crc: 0,
             detection: DetectionParameters::default(),
             identification: IdentificationParameters::default(),
             pairs_per_cycle: 320_000,
@@ -133,6 +139,7 @@ impl Parameters {
         let [first, second, third] = identification.centroid_sigma_px;
         let integers = [
             ("exposure_us", self.exposure_us, 100, 10_000_000),
+            ("row_time_ns", self.row_time_ns, 0, 500_000),
             ("pairs_per_cycle", self.pairs_per_cycle, 10_000, 4_000_000),
             ("threshold_sigma_tenths", detection.threshold_sigma_tenths.into(), 30, 200),
             ("peak_to_region_percent", detection.peak_to_region_percent.into(), 100, 1000),

@@ -23,6 +23,7 @@ use crate::attitude::motion::Motion;
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
+use crate::image::calibration::Calibration;
 use crate::modes::{Guard, Mode, Modes, Seen};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
@@ -38,6 +39,10 @@ pub const INSTANTS_US: (i64, i64) = (0, 3_155_760_000_000_000);
 /// A second is so long, and its instant may be off by as much.
 const SECOND_US: i64 = 1_000_000;
 const SECOND_TOLERANCE_US: i64 = 100_000;
+
+/// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF does not vary
+/// when moving the optical center by one pixel" (thesis §3.1.2.2).
+const CALIBRATED_CENTRE_PX: f32 = 1.5;
 
 /// The instruments, as the spacecraft lends them for a second.
 #[derive(Debug)]
@@ -71,6 +76,8 @@ pub enum SensorError {
     Parameters(ParameterError),
     /// The catalogue holds more stars than [`MAX_CATALOGUE_STARS`].
     CatalogueTooLarge,
+    /// The calibration is not the one that the parameters name, or not for this detector and optical centre.
+    Calibration,
 }
 
 /// What time alone tells.
@@ -84,6 +91,7 @@ struct Sky {
 pub struct Sensor<'c> {
     catalogue: Catalogue<'c>,
     camera: Camera,
+    calibration: Option<Calibration<'c>>,
     parameters: Parameters,
     star_to_earth: Rotation<StarPath, EarthPath>,
     modes: Modes,
@@ -121,6 +129,7 @@ impl<'c> Sensor<'c> {
         Ok(Self {
             catalogue,
             camera,
+            calibration: None,
             parameters,
             star_to_earth,
             modes: Modes::default(),
@@ -135,6 +144,23 @@ impl<'c> Sensor<'c> {
             searching_since: None,
             workspace,
         })
+    }
+
+    /// The same with what is known of its lens.
+    ///
+    /// # Errors
+    /// [`SensorError::Calibration`] where it belongs to another lens.
+    pub fn calibrated(self, calibration: Calibration<'c>) -> Result<Self, SensorError> {
+        let camera = self.camera.parameters();
+        let [cx, cy] = calibration.centre_px();
+        let [dx, dy] = [cx - camera.optical_centre_px[0], cy - camera.optical_centre_px[1]];
+        let fits = calibration.crc() == self.parameters.calibration_crc
+            && calibration.size_px() == [camera.width_px, camera.height_px]
+            && dx.abs().max(dy.abs()) <= CALIBRATED_CENTRE_PX;
+        if !fits {
+            return Err(SensorError::Calibration);
+        }
+        Ok(Self { calibration: Some(calibration), ..self })
     }
 
     /// One second.

@@ -16,9 +16,11 @@ mod triangles;
 
 use crate::attitude::VectorPair;
 use crate::camera::Camera;
-use crate::catalog::Catalogue;
+use crate::catalog::{Catalogue, Star};
 use crate::frames::{Direction, Icrs, StarPath};
 use crate::image::Detection;
+use crate::image::calibration::Calibration;
+use nalgebra::Vector3;
 
 /// Most measured stars that take part in identification; of more, the brightest.
 pub const MAX_MEASURED: usize = 64;
@@ -47,6 +49,15 @@ impl Measured {
         Self::new(camera, spot.centre_px(), spot.sigma_px())
     }
 
+    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): a star's direction changes by
+    /// `-ω × b` a second, its row was exposed `row_time_s` a row from the detector's middle later.
+    pub fn at_mid_frame(self, camera: &Camera, rate_rad_s: &Vector3<f32>, row_time_s: f32) -> Option<Self> {
+        let later_s = row_delay_s(camera, self.centre_px, row_time_s);
+        let unit = self.direction.vector();
+        let direction = Direction::new(unit + rate_rad_s.cross(unit) * later_s)?;
+        Some(Self { centre_px: camera.project(&direction)?, direction, ..self })
+    }
+
     /// The pair that this star and the direction its catalogue star is seen in make.
     pub fn paired_with(&self, seen: Direction<Icrs>, camera: &Camera) -> VectorPair {
         VectorPair {
@@ -55,6 +66,12 @@ impl Measured {
             sigma_rad: self.sigma_px * camera.rad_per_px(),
         }
     }
+}
+
+/// How much later than the middle of the frame the row of a place is exposed, s.
+pub fn row_delay_s(camera: &Camera, [_, y]: [f32; 2], row_time_s: f32) -> f32 {
+    let [_, middle] = camera.middle_px();
+    (y - middle) * row_time_s
 }
 
 /// Measured stars of one image and what they are held against.
@@ -67,13 +84,15 @@ pub struct Field<'a> {
     pub camera: &'a Camera,
     /// Detector area in which stars were looked for, px: the whole detector, or the cores of the windows read.
     pub searched_px: f32,
+    /// What is known of the lens, if anything.
+    calibration: Option<&'a Calibration<'a>>,
 }
 
 impl<'a> Field<'a> {
     /// Stars found on the whole detector, brightest first where brightness is known; of more than [`MAX_MEASURED`] the
     /// first.
     pub fn whole(measured: &'a [Measured], catalogue: &'a Catalogue<'a>, camera: &'a Camera) -> Self {
-        Self { measured, catalogue, camera, searched_px: camera.area_px() }
+        Self { measured, catalogue, camera, searched_px: camera.area_px(), calibration: None }
     }
 
     /// Stars found in windows of `searched_px` in all.
@@ -83,7 +102,27 @@ impl<'a> Field<'a> {
         camera: &'a Camera,
         searched_px: f32,
     ) -> Self {
-        Self { measured, catalogue, camera, searched_px }
+        Self { measured, catalogue, camera, searched_px, calibration: None }
+    }
+
+    /// The same with what is known of the lens.
+    pub fn calibrated(self, calibration: Option<&'a Calibration<'a>>) -> Self {
+        Self { calibration, ..self }
+    }
+
+    /// How far a catalogue star at `at_px` is displaced by its colour, px.
+    pub fn colour_shift_px(&self, at_px: [f32; 2], star: &Star) -> [f32; 2] {
+        let b_v = f32::from(star.colour_centi) * 0.01;
+        self.calibration.map_or([0.0; 2], |calibration| calibration.colour_shift_px(at_px, b_v))
+    }
+
+    /// A measured star as it would stand were it of the calibration's colour, `star` being its name.
+    pub fn without_colour(&self, seen: &Measured, star: &Star) -> Measured {
+        let [x, y] = seen.centre_px;
+        let [dx, dy] = self.colour_shift_px(seen.centre_px, star);
+        let moved =
+            self.calibration.and_then(|_| Measured::new(self.camera, [x - dx, y - dy], seen.sigma_px));
+        moved.unwrap_or(*seen)
     }
 
     /// The measured stars, at most [`MAX_MEASURED`].

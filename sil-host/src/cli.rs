@@ -37,6 +37,10 @@ pub enum Command {
     Calibrate(CalibrateArguments),
     /// Frames, parameters and telemetry for the emulated computer
     Record(RecordArguments),
+    /// Centroid errors by magnitude, beside the Cramer-Rao bound
+    Centroids(CentroidsArguments),
+    /// Star profiles and correction tables of a scenario's camera, for the flight code
+    Corrections(CorrectionsArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
 }
@@ -158,6 +162,34 @@ pub struct RecordArguments {
     pub seconds: u32,
     /// Folder for the files
     #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `centroids`.
+#[derive(Debug, Args)]
+pub struct CentroidsArguments {
+    /// Scenario file, or the name of one that comes with the program [default: geo-eclipse]
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: Option<PathBuf>,
+    /// Exposure, ms, instead of the scenario's
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=900))]
+    pub exposure_ms: Option<u32>,
+    /// Stars a magnitude
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub stars: u32,
+    /// Seed of places and noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Arguments of `corrections`.
+#[derive(Debug, Args)]
+pub struct CorrectionsArguments {
+    /// Scenario file, or the name of one that comes with the program [default: geo-eclipse]
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: Option<PathBuf>,
+    /// The file to write
+    #[arg(long, value_name = "FILE.corr")]
     pub out: PathBuf,
 }
 

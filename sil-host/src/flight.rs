@@ -1,15 +1,23 @@
-//! Hands what the host knows to the flight code: cameras, catalogues, parameters.
+//! Hands what the host knows to the flight code: cameras, calibrations, catalogues, parameters.
 //!
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where it was made
 //! for such a field, else one built in memory from the same star source.
 
+use crate::calibration::{self, Lens};
 use crate::camera_file::{CameraFile, Projection};
 use crate::error::HostError;
+use crate::world::imaging::ImagingModel;
+use crate::world::stars::DetectorModel;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::camera::{self, Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::calibration::{Calibration, CalibrationError};
+use fsw_core::parameters::Parameters;
+use fsw_core::sensor::{Sensor, SensorError, Workspace};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 /// The embedded catalogue serves fields whose longer side differs from its own by no more than this share.
 const FIELD_TOLERANCE: f64 = 0.1;
@@ -41,12 +49,8 @@ pub fn camera_parameters(file: &CameraFile) -> CameraParameters {
 /// The flight camera of a camera file; `path` is for the message.
 ///
 /// # Errors
-/// What the flight code refuses, and correction tables, which it does not read yet.
+/// What the flight code refuses.
 pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
-    if file.correction_table.is_some() {
-        let what = "centroid correction tables are not supported yet";
-        return Err(HostError::input(path, None, what, "remove the key `correction_table`"));
-    }
     Camera::new(camera_parameters(file)).map_err(|error| {
         HostError::input(
             path,
@@ -55,6 +59,77 @@ pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
             "correct the optics",
         )
     })
+}
+
+/// The reference camera's calibration, made by `sil-host corrections`; also in the flight image.
+pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference.corr");
+
+/// Calibrations made in this program, by what they were made from; there are few, and they serve to its end.
+static MADE: Mutex<BTreeMap<u32, Option<&'static [u8]>>> = Mutex::new(BTreeMap::new());
+
+/// The calibration that a camera flies with behind these optics and before these pixels: the one its file names; else the
+/// embedded one where it was made for them; else one made now. `None` where the lens cannot be calibrated: nothing is
+/// corrected then.
+///
+/// # Errors
+/// When the named file cannot be read or is no calibration.
+pub fn calibration(
+    camera: &CameraFile,
+    imaging: &ImagingModel,
+    detector: &DetectorModel,
+) -> Result<Option<Calibration<'static>>, HostError> {
+    if let Some(path) = &camera.correction_table {
+        let bytes = Vec::leak(calibration_file(path)?);
+        return Ok(Calibration::open(bytes).ok());
+    }
+    let source_crc = calibration::source_crc(camera, imaging, detector);
+    let reference = Calibration::open(REFERENCE_CALIBRATION).ok();
+    if reference.is_some_and(|known| known.source_crc() == source_crc) {
+        return Ok(reference);
+    }
+    let make = || {
+        let lens = Lens::new(camera, imaging, detector).ok()?;
+        let bytes = calibration::build(&lens, calibration::Grid::REFERENCE).ok()?;
+        Some(&*Vec::leak(bytes))
+    };
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let bytes = *made.entry(source_crc).or_insert_with(make);
+    Ok(bytes.and_then(|bytes| Calibration::open(bytes).ok()))
+}
+
+/// The sensor with these parameters and the calibration that they name, if any.
+///
+/// # Errors
+/// What the flight code refuses.
+pub fn sensor<'c>(
+    catalogue: Catalogue<'c>,
+    calibration: Option<Calibration<'c>>,
+    parameters: Parameters,
+    workspace: &'c mut Workspace,
+) -> Result<Sensor<'c>, SensorError> {
+    let sensor = Sensor::new(catalogue, parameters, workspace)?;
+    match calibration {
+        Some(calibration) => sensor.calibrated(calibration),
+        None => Ok(sensor),
+    }
+}
+
+/// Bytes of the calibration that a camera file names, checked.
+///
+/// # Errors
+/// When the file cannot be read, or is no calibration of this version, or is damaged.
+pub fn calibration_file(path: &Path) -> Result<Vec<u8>, HostError> {
+    let bytes =
+        std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
+    let what = match Calibration::open(&bytes) {
+        Ok(_) => return Ok(bytes),
+        Err(CalibrationError::NotACalibration) => "offset 0: does not begin with SXCC".to_owned(),
+        Err(CalibrationError::Version(version)) => format!("offset 4: version {version} is not read"),
+        Err(CalibrationError::Length) => "offset 12: another length than the file's".to_owned(),
+        Err(CalibrationError::Checksum) => "offset 8: the checksum does not match".to_owned(),
+        Err(CalibrationError::Structure) => "its numbers contradict each other".to_owned(),
+    };
+    Err(HostError::input(path, None, what, "make it again with `sil-host corrections`"))
 }
 
 /// Width and height of the field, degrees.

@@ -2,7 +2,7 @@
 
 use sil_host::cli::{self, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{attitude, budget, calibrate, identify, record, render, run, solve};
+use sil_host::{attitude, budget, calibrate, centroids, identify, record, render, run, solve};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -30,6 +30,8 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Record(arguments)) => record::run(&arguments),
+            Some(Command::Centroids(arguments)) => centroids::run(&arguments),
+            Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
         },
     }

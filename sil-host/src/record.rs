@@ -9,7 +9,7 @@
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
 //!
 //! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the flight code is
-//! made for a calibrated camera; the catalogue is the one in the flight image.
+//! made for a calibrated camera; catalogue and calibration are those in the flight image.
 
 pub mod mission;
 
@@ -20,8 +20,9 @@ use crate::frames_file::{FramesWriter, Recording};
 use crate::judge::expected::word;
 use crate::picture::Picture;
 use crate::solve::{PictureSolver, camera_for, reason_words};
+use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::{Detector, DetectorGeometry, Instant};
@@ -68,7 +69,10 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     let mut recording = Recording::load(frames)?;
     let mut workspace = Box::new(Workspace::new());
     let catalogue = flight::open(catalog_gen::REFERENCE)?;
-    let mut sensor = Sensor::new(catalogue, parameters, &mut workspace).map_err(|error| {
+    // As in the flight image: its own calibration, where the parameters name one.
+    let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
+    let calibration = calibration.filter(|_| parameters.calibration_crc != 0);
+    let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).map_err(|error| {
         HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
     })?;
     let seconds = recording.len();

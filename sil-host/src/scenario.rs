@@ -53,10 +53,10 @@ use crate::world::magnetometer::MagnetometerModel;
 use crate::world::motion::Motion;
 use crate::world::orbit::{Forces, MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing};
-use crate::world::psf::PsfModel;
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky as stars;
 use crate::world::stars::DetectorModel;
+use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MountParameters, Parameters};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -85,9 +85,6 @@ const DURATION_S: (i64, i64) = (10, 864_000);
 const EXPOSURE_MS: (f64, f64) = (1.0, 900.0);
 /// Exposure where the file says nothing, ms.
 const EXPOSURE_DEFAULT_MS: f64 = 400.0;
-/// What the lens's lopsided images leave of a centre of intensity as long as no correction table is used, px / 1000: with it
-/// attitudes are within three of their sigmas as often as they should.
-const LENS_FLOOR_MILLIPX: u16 = 125;
 const ANGLE_DEG: (f64, f64) = (-360.0, 360.0);
 /// Longest name: it becomes that of a folder.
 const NAME_MAX: usize = 60;
@@ -273,16 +270,26 @@ impl Scenario {
         })
     }
 
-    /// The flight code's parameters for this scenario: the only place where they are made.
-    pub fn flight_parameters(&self) -> Parameters {
+    /// What the flight code knows of the lens; nothing where it cannot be calibrated.
+    ///
+    /// # Errors
+    /// When the camera file names a table that cannot be read.
+    pub fn calibration(&self) -> Result<Option<Calibration<'static>>, HostError> {
+        flight::calibration(&self.camera, &self.imaging, &self.detector)
+    }
+
+    /// The flight code's parameters for this scenario, with this calibration: the only place where they are made.
+    pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
         let camera = flight::camera_parameters(&self.camera);
         let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };
-        let mut parameters =
-            Parameters { exposure_us: self.exposure_us, mount, ..Parameters::for_camera(camera) };
-        if matches!(self.imaging.psf, PsfModel::Lens(_)) {
-            parameters.detection.centroid_floor_millipx = LENS_FLOOR_MILLIPX;
+        let calibration_crc = calibration.map_or(0, Calibration::crc);
+        Parameters {
+            exposure_us: self.exposure_us,
+            mount,
+            row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
+            calibration_crc,
+            ..Parameters::for_camera(camera)
         }
-        parameters
     }
 
     /// The truth orbit: that of a file, or flown from the start.

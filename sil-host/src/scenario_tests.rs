@@ -28,7 +28,7 @@ fn embedded_scenarios_are_sound_and_named_as_their_files() {
         let scenario = Scenario::parse(&embedded_path(name), text).unwrap();
         assert_eq!(scenario.name, name);
         assert!(scenario.camera.mirrored && !scenario.description.is_empty());
-        assert!(scenario.flight_parameters().check().is_ok());
+        assert!(scenario.flight_parameters(None).check().is_ok());
         scenario.scene().unwrap();
     }
     assert_eq!(Scenario::default_embedded().name, "geo-eclipse");

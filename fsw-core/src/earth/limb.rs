@@ -85,11 +85,21 @@ struct Lines<'a> {
     pixels: &'a [u16],
     strip: &'a Strip,
     length: usize,
-    /// Inward shift of the limb from one line to the next, px.
-    slope: f32,
+    /// Inward shift of the limb from the middle line to each, whole pixels and what remains of one.
+    shifts: [(i32, f32); BREADTH],
 }
 
 impl Lines<'_> {
+    /// `slope` is the inward shift from one line to the next, px.
+    fn new<'a>(pixels: &'a [u16], strip: &'a Strip, length: usize, slope: f32) -> Lines<'a> {
+        let shifts = core::array::from_fn(|line| {
+            let shift = slope * (line as i32 - MIDDLE) as f32;
+            let whole = libm::floorf(shift);
+            (whole as i32, shift - whole)
+        });
+        Lines { pixels, strip, length, shifts }
+    }
+
     /// The pixel `place` from the outer end of a line.
     fn raw(&self, line: usize, place: usize) -> Option<f32> {
         let along = if self.strip.space_beyond { self.length.checked_sub(place + 1)? } else { place };
@@ -99,10 +109,8 @@ impl Lines<'_> {
 
     /// The value of a line where it has the same distance from the limb as the middle line at `place`.
     fn value(&self, line: usize, place: usize) -> Option<f32> {
-        let shift = self.slope * (line as i32 - MIDDLE) as f32;
-        let whole = libm::floorf(shift);
-        let part = shift - whole;
-        let first = usize::try_from(place as i32 + whole as i32).ok()?;
+        let (whole, part) = *self.shifts.get(line)?;
+        let first = usize::try_from(place as i32 + whole).ok()?;
         let before = self.raw(line, first)?;
         if part < 1e-3 {
             return Some(before);
@@ -182,7 +190,7 @@ pub fn crossing(
     }
     // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
     let slope = flat / libm::fabsf(steep);
-    let lines = Lines { pixels, strip, length, slope };
+    let lines = Lines::new(pixels, strip, length, slope);
     let profile = lines.profile();
     let profile = profile.get(..length.checked_sub(END)?)?;
     let zone = Zone::new(&strip.expected, libm::fabsf(steep), parameters)?;

@@ -24,10 +24,12 @@ pub const GLANCE_CYCLES: u32 = 2_000;
 pub const CANDIDATE_CYCLES: u32 = 32_000;
 /// What is no star at first sight, or drawn out, and therefore looked at once more.
 pub const SECOND_LOOK_CYCLES: u32 = 22_000;
+/// A star's image fitted.
+pub const FIT_CYCLES: u32 = 60_000;
 /// Income of a tile: a star at the least.
 pub const TILE_CYCLES: u32 = 70_000;
-/// All that a single window has: two stars at the least.
-pub const WINDOW_CYCLES: u32 = 110_000;
+/// All that a single window has: a star, fitted, at the least.
+pub const WINDOW_CYCLES: u32 = 160_000;
 /// Savings with which a scan begins.
 pub const RESERVE_CYCLES: u32 = 4_000_000;
 /// A tile may take the savings divided by this.

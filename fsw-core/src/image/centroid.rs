@@ -23,7 +23,9 @@
 //! average, and 1 % lie beyond 3 sigma. Cost: about 8,000 cycles a candidate, 14,000 when saturated
 //! (Cortex-M4 model, zero wait states).
 
+use super::calibration::Calibration;
 use super::condition::Residuals;
+use super::matched;
 use super::{Detection, DetectionParameters, FULL_SCALE};
 
 /// Half the region's side, smallest to largest.
@@ -144,14 +146,53 @@ impl Patch {
     }
 }
 
+/// A spot and what it stands on.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// The spot, counted from the window's first pixel.
+    pub spot: Detection,
+    /// Its floor, scaled counts above the window's levels.
+    floor: f32,
+    /// How steeply the floor slopes over the spot's flux, 1/px³.
+    slope_per_flux: f32,
+}
+
+impl Measured {
+    /// Centre and standard deviation an axis, Q16.16 px, of the image of a single star that is fitted with the lens's
+    /// profile; `origin` is the window's first pixel on the detector. `None` where the profile does not fit.
+    pub fn fitted(
+        &self,
+        window: &Residuals,
+        origin: [u16; 2],
+        calibration: &Calibration,
+    ) -> Option<([i32; 2], i32)> {
+        const ONE_PX: f32 = 65_536.0;
+        let centre_q16 = [self.spot.x_q16, self.spot.y_q16];
+        let [x, y] = centre_q16.map(|at| (at + (1 << 15)) >> 16);
+        let (left, top) = (x.checked_sub(matched::HALF as i32)?, y.checked_sub(matched::HALF as i32)?);
+        let (left, top) = (usize::try_from(left).ok()?, usize::try_from(top).ok()?);
+        let mut pixels = [[0.0; matched::SIDE]; matched::SIDE];
+        for (row, y) in pixels.iter_mut().zip(top..) {
+            *row = window.run::<{ matched::SIDE }>(left, y)?.map(|value| value as f32 - self.floor);
+        }
+        let [dx, dy] = [self.spot.x_q16 - (x << 16), self.spot.y_q16 - (y << 16)];
+        let spot = matched::Spot {
+            pixels: &pixels,
+            middle_px: [f32::from(origin[0]) + x as f32, f32::from(origin[1]) + y as f32],
+            start_px: [dx, dy].map(|offset| offset as f32 / ONE_PX),
+            noise: window.sum_sigma as f32 / 3.0,
+        };
+        let (at_px, sigma_px) = matched::centre(&spot, calibration)?;
+        let drawn = self.slope_per_flux * matched::SPREAD;
+        let [dx, dy] = at_px.map(|px| libm::rintf(px * ONE_PX) as i32);
+        let sigma_px = libm::sqrtf(sigma_px * sigma_px + drawn * drawn);
+        Some(([(x << 16) + dx, (y << 16) + dy], (sigma_px * ONE_PX) as i32))
+    }
+}
+
 /// Judges the local maximum at (x, y) of the window and centres it. The position returned counts from the window's
 /// first pixel.
-pub fn measure(
-    window: &Residuals,
-    x: usize,
-    y: usize,
-    parameters: &DetectionParameters,
-) -> Option<Detection> {
+pub fn measure(window: &Residuals, x: usize, y: usize, parameters: &DetectionParameters) -> Option<Measured> {
     if !Patch::fits(window, x, y) {
         return None;
     }
@@ -241,8 +282,9 @@ pub fn measure(
     // A floor that slopes draws the centre along: by its slope times the spread, over the flux.
     let slope = (left - right).abs().max((top - bottom).abs()) - side_noise / 2;
     let run = side_count * (2 * reach + 2);
-    let drawn = slope.max(0) as f32 * spread as f32 / (run as f32 * counts as f32);
-    Some(Detection {
+    let slope_per_flux = slope.max(0) as f32 / (run as f32 * counts as f32);
+    let drawn = slope_per_flux * spread as f32;
+    let spot = Detection {
         core_flux: if saturated { i32::MAX } else { core },
         x_q16: ((x as i32) << 16) + offset_x,
         y_q16: ((y as i32) << 16) + offset_y,
@@ -252,5 +294,6 @@ pub fn measure(
         extended: false,
         drawn_px: 0,
         blended: false,
-    })
+    };
+    Some(Measured { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
 }

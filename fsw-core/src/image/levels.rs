@@ -204,6 +204,13 @@ impl Levels {
             for (cell, tally) in cells.iter_mut().zip(&tallies) {
                 *cell = (*cell << shift) + tally.mean(clip, shift) - all.mean(clip, shift);
             }
+            // What the cells of a band have in common belongs to its rows, so that rows of two bands compare.
+            let pixels = |tally: &Tally| tally.count as i32;
+            let sum = cells.iter().zip(&tallies).fold(0, |sum, (cell, tally)| sum + cell * pixels(tally));
+            let common = sum.checked_div(pixels(&all)).unwrap_or(0);
+            cells.iter_mut().take(width.div_ceil(BLOCK)).for_each(|cell| *cell -= common);
+            let of_band = levels.rows.iter_mut().skip(rows.start).take(rows.len());
+            of_band.for_each(|level| *level += common);
         }
         (levels, clip)
     }

@@ -18,9 +18,7 @@
 //! detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's row looked at costs
 //! up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
 
-use super::allowance::{
-    Allowance, CANDIDATE_CYCLES, GLANCE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES, SECOND_LOOK_CYCLES,
-};
+use super::allowance::{Allowance, GLANCE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES};
 use super::condition::{BANDS, BLOCK, BLOCKS, MAX_HEIGHT, Residuals};
 use super::levels::Cells;
 use super::shape::is_single_pixel;
@@ -192,13 +190,13 @@ fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks 
 }
 
 /// Calls `found` with every peak in `core` that is no single pixel, those in the brightest neighbourhood first, as long as the allowance lasts;
-/// it says whether it took a second look, else the price of that is given back. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
+/// it pays for what it does and says whether to go on. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
 pub fn for_each_peak(
     window: &Residuals,
     core: Window,
     thresholds: &Cells<i32>,
     allowance: &mut Allowance,
-    mut found: impl FnMut(usize, usize) -> bool,
+    mut found: impl FnMut(usize, usize, &mut Allowance) -> bool,
 ) -> bool {
     let (left, top) = (usize::from(core.x), usize::from(core.y));
     let (right, bottom) = (left + usize::from(core.width), top + usize::from(core.height));
@@ -238,11 +236,8 @@ pub fn for_each_peak(
             if is_single_pixel(window, x, y) {
                 continue;
             }
-            if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
+            if !found(x, y, allowance) {
                 return false;
-            }
-            if !found(x, y) {
-                allowance.give_back(SECOND_LOOK_CYCLES);
             }
         }
     }

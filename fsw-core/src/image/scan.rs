@@ -12,14 +12,14 @@
 //! million cycles, 39 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 74.6 million
 //! (`allowance`).
 
-use super::allowance::{self, Allowance, Savings};
+use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
 use super::blinding::blinded;
 use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
-use super::{Detection, DetectionParameters, FULL_SCALE};
+use super::{Detection, FULL_SCALE, Method};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 /// Length of the readout buffer, px.
@@ -45,43 +45,57 @@ const SURVEY_PX: u16 = 16;
 const QUIET_SHARE: usize = 6;
 
 /// Calls `found` for every spot of a conditioned window whose maximum lies in the core: `core` in window pixels, at
-/// least [`MARGIN`] inside the window. Returns whether all candidates were examined.
+/// least [`MARGIN`] inside the window; `origin` is the window's first pixel on the detector. Returns whether all candidates
+/// were examined.
 fn for_each_star(
     window: &Residuals,
     core: Window,
-    parameters: &DetectionParameters,
+    (origin, method): ([u16; 2], &Method),
     quiet: i32,
     allowance: &mut Allowance,
     mut found: impl FnMut(Shape),
 ) -> bool {
-    let tenths = i32::from(parameters.threshold_sigma_tenths);
+    let tenths = i32::from(method.parameters.threshold_sigma_tenths);
     let texture = (NOISY * quiet).max(CORRELATED_HALVES * window.sigma / 2);
     let thresholds = window.noise().map(|band| {
         let tenths_at = |noise| if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
         band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
     });
-    for_each_peak(window, core, &thresholds, allowance, |x, y| {
+    for_each_peak(window, core, &thresholds, allowance, |x, y, allowance| {
+        if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
+            return false;
+        }
         let around = window.noise_around(x, y, quiet * 3 / 2);
         let window = window.about(x, y);
-        let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, parameters)?));
+        let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, method.parameters)?));
         let at_once = look([x, y]);
         let again = at_once.is_none();
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
         let seen = at_once.or_else(|| look(window.brightest_near(x, y)));
-        let Some(([x, y], spot)) = seen else {
+        let Some(([x, y], measured)) = seen else {
             if around == 0 && is_streak(&window, x, y) {
                 found(Shape::Streak);
             }
             return true;
         };
-        let extended = spot.core_flux < HILL_FACTOR * around;
-        let shape = shape(&window, x, y, &Detection { extended, ..spot });
-        let drawn = !matches!(shape, Shape::Star(Detection { drawn_px: 0, .. }));
-        // What is drawn out among clouds is a cloud's, and none of a star.
-        if shape != Shape::Streak || !extended {
-            found(shape);
+        let extended = measured.spot.core_flux < HILL_FACTOR * around;
+        let shape = shape(&window, x, y, &Detection { extended, ..measured.spot });
+        if !again && matches!(shape, Shape::Star(Detection { drawn_px: 0, .. })) {
+            allowance.give_back(SECOND_LOOK_CYCLES);
         }
-        again || drawn
+        match shape {
+            // What is drawn out among clouds is a cloud's, and none of a star.
+            Shape::Streak if extended => {}
+            Shape::Star(star) if star.is_single() => {
+                let fitted = method.calibration.filter(|_| allowance.spend(FIT_CYCLES));
+                let fitted = fitted.and_then(|calibration| measured.fitted(&window, origin, calibration));
+                let (centre_q16, sigma_q16) = fitted.unwrap_or(([star.x_q16, star.y_q16], star.sigma_q16));
+                let [x_q16, y_q16] = centre_q16;
+                found(Shape::Star(Detection { x_q16, y_q16, sigma_q16, ..star }));
+            }
+            shape => found(shape),
+        }
+        true
     })
 }
 
@@ -100,15 +114,15 @@ fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
 ///
 /// # Errors
 /// Of the detector; a window that [`condition`] cannot serve gives [`DetectorError::BufferLength`].
-pub fn read_stars(
+pub fn read_stars<'m>(
     detector: &mut impl Detector,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
-    parameters: &DetectionParameters,
+    method: impl Into<Method<'m>>,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
     let mut allowance = Allowance::of_a_window();
-    read_stars_within(detector, window, buffer, parameters, detections, QUIET, &mut allowance)
+    read_stars_within(detector, window, buffer, &method.into(), detections, QUIET, &mut allowance)
 }
 
 /// [`read_stars`] at the cost of `allowance`.
@@ -116,7 +130,7 @@ fn read_stars_within(
     detector: &mut impl Detector,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
-    parameters: &DetectionParameters,
+    method: &Method,
     detections: &mut Detections,
     quiet: i32,
     allowance: &mut Allowance,
@@ -135,7 +149,8 @@ fn read_stars_within(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    let complete = for_each_star(&residuals, core, parameters, quiet, allowance, |shape| match shape {
+    let method = ([window.x, window.y], method);
+    let complete = for_each_star(&residuals, core, method, quiet, allowance, |shape| match shape {
         Shape::Star(mut spot) => {
             spot.x_q16 += i32::from(window.x) << 16;
             spot.y_q16 += i32::from(window.y) << 16;
@@ -185,12 +200,13 @@ pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
 ///
 /// # Errors
 /// Of the detector, at the first window that fails.
-pub fn scan(
+pub fn scan<'m>(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],
-    parameters: &DetectionParameters,
+    method: impl Into<Method<'m>>,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
+    let method = method.into();
     detections.clear();
     let geometry = detector.geometry();
     let margin = MARGIN as u16;
@@ -205,7 +221,7 @@ pub fn scan(
                 height: height + 2 * margin,
             };
             let mut allowance = savings.next_tile();
-            read_stars_within(detector, window, buffer, parameters, detections, quiet, &mut allowance)?;
+            read_stars_within(detector, window, buffer, &method, detections, quiet, &mut allowance)?;
             savings.put_back(allowance);
         }
     }

@@ -2,16 +2,17 @@
 
 use super::{Instruments, Sensor, Sky};
 use crate::attitude::motion::Motion;
-use crate::frames::{Icrs, Rotation, StarPath};
+use crate::frames::{Direction, Icrs, Rotation, StarPath};
+use crate::image::Method;
 use crate::image::blinding::blinded;
 use crate::image::scan;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::parameters::TrackingParameters;
 use crate::plan;
-use crate::stars::Field;
 use crate::stars::confirm::{Confirmed, confirm};
 use crate::stars::identify::Progress;
-use crate::stars::predict::field_stars;
+use crate::stars::predict::{Predicted, field_stars};
+use crate::stars::{Field, row_delay_s};
 use crate::telemetry::{AttitudeReport, Fault, Report, StarReport, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
@@ -90,12 +91,13 @@ impl Sensor<'_> {
             if self.workspace.detections.too_fast() {
                 return report.status = Status::TooFast;
             }
-            self.workspace.take_measured(&self.camera);
+            self.workspace.take_measured(&self.camera, None, 0.0);
             self.workspace.identifier.restart(0.0);
             self.searching_since = Some(self.cycle);
         }
         report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
-        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera);
+        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+            .calibrated(self.calibration.as_ref());
         let identification = &self.parameters.identification;
         instruments.meter.begin(Stage::Identify);
         let progress = self.workspace.identifier.advance(&field, identification, allowance);
@@ -119,8 +121,9 @@ impl Sensor<'_> {
         if self.expose(detector)? {
             return Ok(false);
         }
-        let parameters = &self.parameters.detection;
-        scan::scan(detector, &mut self.workspace.buffer, parameters, &mut self.workspace.detections)?;
+        let method =
+            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+        scan::scan(detector, &mut self.workspace.buffer, method, &mut self.workspace.detections)?;
         Ok(true)
     }
 
@@ -137,7 +140,8 @@ impl Sensor<'_> {
         let geometry = instruments.detector.geometry();
         let prediction =
             self.motion.as_ref().and_then(|motion| motion.at(self.cycle)).and_then(|(attitude, _)| {
-                let predicted = field_stars(&self.catalogue, &self.camera, &attitude)?;
+                let mut predicted = field_stars(&self.catalogue, &self.camera, &attitude)?;
+                self.delay_rows(&mut predicted, &attitude);
                 let earth = self.known_view(&self.body(sky, &attitude), &attitude);
                 // A window that the limb's glow reaches is no good either.
                 let margin_px = f32::from(gate_px) + plan::STRIP_MARGIN_PX;
@@ -157,7 +161,9 @@ impl Sensor<'_> {
         let detector = &mut *instruments.detector;
         let read = match self.expose(detector) {
             Ok(false) => {
-                self.workspace.read_windows(detector, &windows, &self.parameters.detection).map(|()| true)
+                let parameters = &self.parameters.detection;
+                let method = Method { parameters, calibration: self.calibration.as_ref() };
+                self.workspace.read_windows(detector, &windows, &method).map(|()| true)
             }
             Ok(true) => Ok(false),
             Err(error) => Err(error),
@@ -172,10 +178,12 @@ impl Sensor<'_> {
         if self.workspace.detections.too_fast() {
             return report.status = Status::TooFast;
         }
-        self.workspace.take_measured(&self.camera);
+        let rate_rad_s = self.motion.as_ref().and_then(Motion::rate).map(|rate| rate.rad_s);
+        self.workspace.take_measured(&self.camera, rate_rad_s.as_ref(), self.row_time_s());
         let measured = &self.workspace.measured;
         report.detections = measured.len() as u16;
-        let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(&windows));
+        let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(&windows))
+            .calibrated(self.calibration.as_ref());
         instruments.meter.begin(Stage::Confirm);
         // Matching begins with twice the tolerance: with the whole gate.
         let confirmed = confirm(&attitude, &field, f32::from(gate_px) * 0.5);
@@ -186,6 +194,30 @@ impl Sensor<'_> {
                 self.learn(&confirmed, confirmed.log10_chance, self.cycle, report);
             }
             _ => report.status = Status::Lost,
+        }
+    }
+
+    /// From a row to the next, s.
+    fn row_time_s(&self) -> f32 {
+        self.parameters.row_time_ns as f32 * 1e-9
+    }
+
+    /// Moves predicted stars to where they are at the time of their rows.
+    fn delay_rows(&self, predicted: &mut [Predicted], attitude: &Rotation<Icrs, StarPath>) {
+        let row_time_s = self.row_time_s();
+        let rate = self.motion.as_ref().and_then(Motion::rate).filter(|_| row_time_s > 0.0);
+        let Some(rate) = rate else { return };
+        for place in predicted {
+            let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
+            let seen =
+                self.catalogue.star(place.star).map(|star| attitude.apply(&self.catalogue.seen(&star)));
+            let then = seen.and_then(|seen| {
+                let unit = seen.vector();
+                Direction::new(unit - rate.rad_s.cross(unit) * later_s)
+            });
+            if let Some(at_px) = then.and_then(|direction| self.camera.project(&direction)) {
+                place.centre_px = at_px;
+            }
         }
     }
 

@@ -3,12 +3,13 @@
 use crate::camera::Camera;
 use crate::earth::centre;
 use crate::earth::search::Points;
-use crate::image::DetectionParameters;
+use crate::image::Method;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, Measured};
 use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
+use nalgebra::Vector3;
 
 /// Most stars of an onboard catalogue.
 pub const MAX_CATALOGUE_STARS: usize = 3072;
@@ -47,11 +48,23 @@ impl Workspace {
         }
     }
 
-    /// Turns the brightest spots into measured directions.
-    pub(super) fn take_measured(&mut self, camera: &Camera) {
+    /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is known.
+    pub(super) fn take_measured(
+        &mut self,
+        camera: &Camera,
+        rate_rad_s: Option<&Vector3<f32>>,
+        row_time_s: f32,
+    ) {
         self.measured.clear();
         let spots = self.detections.spots().iter();
-        for star in spots.filter_map(|spot| Measured::from_detection(camera, spot)) {
+        let measured = spots.filter_map(|spot| {
+            let star = Measured::from_detection(camera, spot)?;
+            match rate_rad_s {
+                Some(rate_rad_s) if row_time_s > 0.0 => star.at_mid_frame(camera, rate_rad_s, row_time_s),
+                _ => Some(star),
+            }
+        });
+        for star in measured {
             if self.measured.push(star).is_err() {
                 break;
             }
@@ -63,11 +76,11 @@ impl Workspace {
         &mut self,
         detector: &mut impl Detector,
         windows: &[Window],
-        parameters: &DetectionParameters,
+        method: &Method,
     ) -> Result<(), DetectorError> {
         self.detections.clear();
         for window in windows {
-            scan::read_stars(detector, *window, &mut self.buffer, parameters, &mut self.detections)?;
+            scan::read_stars(detector, *window, &mut self.buffer, *method, &mut self.detections)?;
         }
         self.detections.settle();
         Ok(())

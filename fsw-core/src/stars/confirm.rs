@@ -111,7 +111,11 @@ fn match_stars(
     for (rank, star) in (0u8..).zip(expected) {
         let named = field.catalogue.star(star.star);
         let near = named
-            .and_then(|named| field.camera.project(&attitude.apply(&field.catalogue.seen(&named))))
+            .and_then(|named| {
+                let [x, y] = field.camera.project(&attitude.apply(&field.catalogue.seen(&named)))?;
+                let [dx, dy] = field.colour_shift_px([x, y], &named);
+                Some([x + dx, y + dy])
+            })
             .and_then(|at| only_star_near(at, field.measured(), radius_px));
         let Some((index, residual_px)) = near else { continue };
         if let Some(taken @ false) = taken.get_mut(usize::from(index)) {
@@ -123,6 +127,17 @@ fn match_stars(
     matches
 }
 
+/// Residuals beyond so many sigmas are taken for what they are: a proton, a hot pixel or a neighbour in the star's image.
+const DOUBTFUL_SIGMAS: f32 = 2.0;
+/// ... and those beyond so many say nothing of the others' sigmas; of good ones chance brings 1 in 3,000 there.
+const OUTLYING_SIGMAS: f32 = 4.0;
+
+/// Sigma of a centroid, or what its residual says of it where that is beyond `sigmas` of it: the weight of an outlier is bounded.
+fn doubted_sigma_px(found: &Match, seen: &Measured, sigmas: f32) -> f32 {
+    let [dx, dy] = found.residual_px;
+    seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
+}
+
 /// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set.
 fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
@@ -130,6 +145,8 @@ fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, 
         let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
         if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
             // There are no more matches than the list holds.
+            let doubted = Measured { sigma_px: doubted_sigma_px(found, seen, DOUBTFUL_SIGMAS), ..*seen };
+            let seen = field.without_colour(&doubted, &star);
             let _ = pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera));
         }
     }
@@ -177,7 +194,8 @@ const PRIOR_RESIDUALS: f32 = 10.0;
 /// ones only as far as there are many, because few are small by luck.
 fn sigma_scale(matches: &[Match], measured: &[Measured]) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
-        let sigma = measured.get(usize::from(found.measured)).map_or(1.0, |seen| seen.sigma_px);
+        let seen = measured.get(usize::from(found.measured));
+        let sigma = seen.map_or(1.0, |seen| doubted_sigma_px(found, seen, OUTLYING_SIGMAS));
         let [dx, dy] = found.residual_px;
         sum + (dx * dx + dy * dy) / (sigma * sigma)
     });

@@ -82,6 +82,10 @@ fn hurried(parameters: Parameters) -> Parameters {
     Parameters { modes: MODES, orbit, ..parameters }
 }
 
+fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
+    Ok(scenario.flight_parameters(scenario.calibration()?.as_ref()))
+}
+
 /// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
 ///
 /// # Errors
@@ -90,11 +94,11 @@ fn hurried(parameters: Parameters) -> Parameters {
 pub fn instrument() -> Result<(DetectorGeometry, Parameters), HostError> {
     let first = scenario(&CLIPS[0])?;
     let geometry = first.camera.geometry();
-    let parameters = hurried(first.flight_parameters());
+    let parameters = hurried(flight_parameters(&first)?);
     for clip in &CLIPS {
         let other = scenario(clip)?;
         let exposure_us = parameters.exposure_us;
-        let needed = Parameters { exposure_us, ..hurried(other.flight_parameters()) };
+        let needed = Parameters { exposure_us, ..hurried(flight_parameters(&other)?) };
         if needed != parameters || other.camera.geometry() != geometry {
             let what = format!("{} needs another instrument than {}", clip.scenario, CLIPS[0].scenario);
             return Err(HostError::usage(what, "report this"));

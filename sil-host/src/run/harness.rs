@@ -89,7 +89,9 @@ impl<'a> Flight<'a> {
         catalogue: Catalogue<'a>,
         workspace: &'a mut Workspace,
     ) -> Result<Self, HostError> {
-        let sensor = Sensor::new(catalogue, scenario.flight_parameters(), workspace).map_err(|error| {
+        let calibration = scenario.calibration()?;
+        let parameters = scenario.flight_parameters(calibration.as_ref());
+        let sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
             let what = format!("the flight code refuses the scenario ({error:?})");
             HostError::input(&scenario.file, None, what, "change what it names")
         })?;

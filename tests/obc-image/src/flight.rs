@@ -1,12 +1,13 @@
 //! The flight: one cycle a frame, each between the marks of the meter, its telemetry to the file.
 //!
 //! In: the detector, the parameter table, the number of seconds and the telemetry file. Out: how many seconds were flown
-//! and failed. The catalogue is part of the image.
+//! and failed. Catalogue and calibration are part of the image.
 
 use crate::host::File;
 use crate::marks;
 use crate::recorded::RecordedDetector;
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry;
@@ -14,6 +15,9 @@ use fsw_hal::{Instant, Stage, StageMeter};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
 static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.cat");
+
+/// The reference camera's profiles and corrections, made and checked by `sil-host corrections`.
+static CALIBRATION: &[u8] = include_bytes!("../../../sil-host/cameras/reference.corr");
 
 /// What a flight came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +35,8 @@ pub enum Refusal {
     Catalogue,
     /// A value of the parameter table is out of its range.
     Parameters,
+    /// The calibration is damaged, or not the one that the parameter table names.
+    Calibration,
 }
 
 /// Stage marks as the outside meter sees them.
@@ -61,6 +67,12 @@ pub fn fly(
     let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
     defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
     let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
+    let sensor = if parameters.calibration_crc == 0 {
+        sensor
+    } else {
+        let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;
+        sensor.calibrated(calibration).map_err(|_| Refusal::Calibration)?
+    };
     // What lasts as long as the flight is static: the stack is left to the second.
     let sensor = cortex_m::singleton!(: Sensor<'static> = sensor).ok_or(Refusal::Parameters)?;
     let mut flight = Flight::default();

@@ -61,6 +61,9 @@ impl InputError {
             }
             Self::Parameters => "PARAMETERS: cannot be read, damaged, or of another version\n",
             Self::Refused(Refusal::Parameters) => "PARAMETERS: a value is out of its range\n",
+            Self::Refused(Refusal::Calibration) => {
+                "PARAMETERS: another calibration than the image's, which may be damaged\n"
+            }
             Self::Refused(Refusal::Catalogue) => "the onboard catalogue is damaged\n",
             Self::Output => "TELEMETRY, LOG or standard output: cannot be written\n",
         }

@@ -1,6 +1,7 @@
 //! The sensor's second, whole: rendered sky in, reports out, with faults in between.
 
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, INSTANTS_US, Instruments, Sensor, Workspace};
@@ -13,6 +14,7 @@ use sil_host::world::attitude::uniform;
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, WorldStar};
+use sil_host::world::shutter::Shutter;
 use sil_host::world::{ephemeris, journey};
 use sil_host::{flight, star_scene};
 use std::path::Path;
@@ -24,6 +26,7 @@ const STRIP_BREADTH: u16 = 9;
 struct World {
     scene: Scene,
     parameters: Parameters,
+    calibration: Option<Calibration<'static>>,
     /// Second of the world.
     second: u64,
     instant_us: i64,
@@ -43,6 +46,7 @@ impl World {
         Self {
             scene,
             parameters,
+            calibration: None,
             second: 0,
             instant_us: start_us,
             fault: None,
@@ -67,7 +71,19 @@ impl World {
     /// The beginning of a scenario that comes with the program.
     fn clip(name: &str) -> Self {
         let scenario = Scenario::load(Path::new(name)).unwrap();
-        Self::new(scenario.scene().unwrap(), scenario.flight_parameters(), scenario.start_us)
+        let calibration = scenario.calibration().unwrap();
+        let parameters = scenario.flight_parameters(calibration.as_ref());
+        Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
+    }
+
+    /// The same behind a rolling shutter; whether the flight code is told.
+    fn rolling(name: &str, row_time_s: f64, told: bool) -> Self {
+        let mut scenario = Scenario::load(Path::new(name)).unwrap();
+        scenario.imaging.shutter = Shutter::Rolling { row_time_s };
+        let calibration = scenario.calibration().unwrap();
+        let mut parameters = scenario.flight_parameters(calibration.as_ref());
+        parameters.row_time_ns *= u32::from(told);
+        Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
     fn truth(&self, second: usize) -> journey::Truth {
@@ -124,7 +140,7 @@ fn fly(
 ) -> Vec<Report> {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
-    let mut sensor = Sensor::new(catalogue, world.parameters, &mut workspace).unwrap();
+    let mut sensor = flight::sensor(catalogue, world.calibration, world.parameters, &mut workspace).unwrap();
     (0..seconds)
         .map(|second| {
             let command = before(second, world);
@@ -546,4 +562,27 @@ fn an_earth_in_a_wrong_place_does_not_lead_the_orbit_astray() {
     }
     assert_eq!(reports[29].earth_status, EarthStatus::Found);
     assert_eq!(reports[29].orbit.as_ref().unwrap().since_fix_s, 0);
+}
+
+#[test]
+fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
+    // In a low orbit a star moves by 230 arcsec a second, 230 x 0.2 s between the first row and the middle one.
+    let rms_arcsec = |told| {
+        let mut world = World::rolling("leo-oblique", 4e-4, told);
+        let reports = quietly(&mut world, 40);
+        let (mut squares, mut count) = ([0.0; 3], 0.0);
+        for (second, report) in reports.iter().enumerate().skip(10) {
+            assert_eq!(report.status, Status::Tracked, "{second}");
+            let attitude = report.attitude.as_ref().expect("tracked");
+            let error = attitude_error(attitude.quaternion, world.truth(second).quaternion);
+            (0..3).for_each(|axis| squares[axis] += (error[axis].to_degrees() * 3600.0).powi(2));
+            count += 1.0;
+        }
+        squares.map(|square: f64| (square / count).sqrt())
+    };
+    let (told, untold) = (rms_arcsec(true), rms_arcsec(false));
+    println!("told {told:.2?} arcsec, untold {untold:.2?}");
+    assert!(told[0] < 3.0 && told[1] < 3.0 && told[2] < 20.0, "{told:?}");
+    let whole = |error: [f64; 3]| error.iter().map(|part| part * part).sum::<f64>().sqrt();
+    assert!(whole(untold) > 2.0 * whole(told), "{told:?} {untold:?}");
 }

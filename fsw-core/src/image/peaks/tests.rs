@@ -52,7 +52,7 @@ proptest! {
         let core = Window { x: 7, y: 7, width: width as u16 - 14, height: height as u16 - 14 };
         let threshold = sigmas * window.sum_sigma;
         let mut found = Vec::new();
-        let whole = for_each_peak(&window, core, &everywhere(threshold), &mut Allowance::plenty(), |x, y| {found.push((y, x)); true});
+        let whole = for_each_peak(&window, core, &everywhere(threshold), &mut Allowance::plenty(), |x, y, _| {found.push((y, x)); true});
         prop_assert!(whole);
         found.sort_unstable();
         let all = (7..height - 7).flat_map(|y| (7..width - 7).map(move |x| (x, y)));
@@ -68,22 +68,25 @@ fn the_search_ends_with_the_allowance() {
     let core = Window { x: 7, y: 7, width: 114, height: 50 };
     // One of noise: there are peaks everywhere.
     let mut all = 0;
-    assert!(for_each_peak(&window, core, &everywhere(0), &mut Allowance::plenty(), |_, _| {
+    assert!(for_each_peak(&window, core, &everywhere(0), &mut Allowance::plenty(), |_, _, _| {
         all += 1;
         true
     }));
     let mut calls = 0;
-    assert!(!for_each_peak(&window, core, &everywhere(0), &mut Allowance::of_a_window(), |_, _| {
+    let mut allowance = Allowance::of_a_window();
+    assert!(!for_each_peak(&window, core, &everywhere(0), &mut allowance, |_, _, allowance| {
         calls += 1;
-        true
+        allowance.spend(CANDIDATE_CYCLES)
     }));
     let most = (WINDOW_CYCLES / (LOOK_CYCLES.min(CANDIDATE_CYCLES) + CANDIDATE_CYCLES)) as usize;
     std::println!("{calls} of {all} peaks within a window's allowance");
     assert!(all > 100 && (1..=most + 1).contains(&calls));
     // A core that leaves no room for the sums is not searched, and that is told.
     let mut plenty = Allowance::plenty();
-    assert!(!for_each_peak(&window, Window { x: 2, ..core }, &everywhere(0), &mut plenty, |_, _| { true }));
-    assert!(for_each_peak(&window, Window { width: 0, ..core }, &everywhere(0), &mut plenty, |_, _| {
+    assert!(!for_each_peak(&window, Window { x: 2, ..core }, &everywhere(0), &mut plenty, |_, _, _| {
+        true
+    }));
+    assert!(for_each_peak(&window, Window { width: 0, ..core }, &everywhere(0), &mut plenty, |_, _, _| {
         true
     }));
 }
@@ -107,9 +110,9 @@ fn the_brightest_is_found_before_the_allowance_ends_wherever_it_stands() {
             core,
             &everywhere(threshold),
             &mut Allowance::of_a_window(),
-            |x, y| {
+            |x, y, allowance| {
                 found.push((x, y));
-                false
+                allowance.spend(CANDIDATE_CYCLES)
             }
         ));
         // One that shares its row of a block may come before it.

@@ -1,6 +1,7 @@
 //! Stars in, centroids out: over whole frames, whatever is behind the stars.
 
 use super::*;
+use crate::image::DetectionParameters;
 use crate::image::test_sky::{Chance, Frame, Sky};
 use proptest::prelude::*;
 use std::vec::Vec;

@@ -1,0 +1,337 @@
+//! What is known of a lens and its pixels: star profiles and correction tables, version 1, little-endian, and the door at
+//! which they are checked.
+//!
+//! | offset | type | content |
+//! |---|---|---|
+//! | 0 | `[u8; 4]` | magic `SXCC` |
+//! | 4 | u16 | version |
+//! | 6 | u16 | header length in bytes, 64 |
+//! | 8 | u32 | CRC-32 (ISO-HDLC) of every byte from offset 12 on |
+//! | 12 | u32 | total length in bytes |
+//! | 16 | u16, u16 | columns and rows of the detector, px |
+//! | 20 | f32, f32 | optical centre, px |
+//! | 28 | u16 | number of profiles P |
+//! | 30 | u16 | from a profile to the next, px of distance from the optical centre; the first is at 0 |
+//! | 32 | u16, u16 | columns C and rows R of correction tables |
+//! | 36 | u16 | from a table to the next, px |
+//! | 38 | u16 | 1: the tables are those of one quadrant, 0: of the whole detector |
+//! | 40 | i16, i16 | optical coordinates of the first table, px; 0, 0 where they are those of one quadrant |
+//! | 44 | f32 | px that a correction of 1 is worth |
+//! | 48 | f32 | electrons of a scaled count |
+//! | 52 | f32 | what the corrections leave of a centroid's error without noise, px, 1 sigma an axis |
+//! | 56 | u32 | CRC-32 of what it was made from |
+//! | 60 | f32 | colour of the stars it was made with, B-V |
+//! | 64 | P x [`PROFILE_BYTES`] | profiles, see [`Profile`] |
+//! | | C R x [`TABLE_BYTES`] | tables row by row of the detector: 11 rows of 11 pairs (i8, i8), correction in x and y at every tenth of a pixel, from one pixel's centre to the next |
+//!
+//! Corrections (thesis §3.1.2, tab. 3.6) are interpolated between the four tables about a centroid, and between the four
+//! entries about its place within the pixel (the thesis rounds that to a tenth). Of one quadrant the others are mirror
+//! images: coordinates, phase and correction change their signs. That holds for the lens; where pixels are not
+//! symmetric (an L, fig. 3.7) it does not, and the tables are those of the whole detector.
+
+use crate::catalog::format::CRC32;
+
+/// First bytes of every file.
+pub const MAGIC: [u8; 4] = *b"SXCC";
+/// The layout this code reads.
+pub const VERSION: u16 = 1;
+/// Length of the header in bytes.
+pub const HEADER_BYTES: usize = 64;
+/// Where the CRC-protected part begins.
+pub const CRC_FROM: usize = 12;
+/// Points of a profile a pixel.
+pub const POINTS_PER_PX: usize = 4;
+/// How far from its place a profile knows of a star, px; at its last point nothing is known any more.
+pub const PROFILE_REACH_PX: usize = 4;
+/// Points of a profile along the field's radius.
+pub const RADIAL_POINTS: usize = 2 * PROFILE_REACH_PX * POINTS_PER_PX + 1;
+/// Points of a profile across it, one half: the other is its mirror image.
+pub const TANGENTIAL_POINTS: usize = PROFILE_REACH_PX * POINTS_PER_PX + 1;
+/// Length of a profile's numbers before its points.
+pub const PROFILE_HEADER_BYTES: usize = 8;
+/// Length of a profile.
+pub const PROFILE_BYTES: usize = PROFILE_HEADER_BYTES + 2 * RADIAL_POINTS * TANGENTIAL_POINTS;
+/// Phases of a table along an axis.
+pub const PHASES: usize = 11;
+/// Length of a table.
+pub const TABLE_BYTES: usize = 2 * PHASES * PHASES;
+
+/// A point of a profile (i16), or both corrections at a phase (two i8).
+type Entry = [u8; 2];
+/// A row of a profile.
+type ProfileRow = [Entry; RADIAL_POINTS];
+
+/// Why bytes were refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CalibrationError {
+    /// Does not begin with the magic: no such file.
+    NotACalibration,
+    /// A layout this code does not read (the version found).
+    Version(u16),
+    /// Shorter or longer than its header says.
+    Length,
+    /// The checksum does not match: bytes were damaged.
+    Checksum,
+    /// Numbers contradict each other or make no sense.
+    Structure,
+}
+
+/// A star's light over pixels that are sensitive throughout, at one distance from the optical centre: the share of it that a
+/// pixel gets, by the pixel's place from the star. It is a quadratic B-spline.
+///
+/// Layout: f32, what a point of 1 is worth; f32, how far a star is displaced outwards for each magnitude that its B-V exceeds
+/// the header's, px (lateral colour); then [`TANGENTIAL_POINTS`] rows of [`RADIAL_POINTS`] i16, the spline's
+/// coefficients, along the field's radius from the inside out, the first row on the radius itself, points
+/// [`POINTS_PER_PX`] a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Profile<'a> {
+    scale: f32,
+    colour_px: f32,
+    rows: &'a [ProfileRow],
+}
+
+/// A checked calibration; borrows its bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Calibration<'a> {
+    crc: u32,
+    source_crc: u32,
+    size_px: [u16; 2],
+    centre_px: [f32; 2],
+    profiles: &'a [[u8; PROFILE_BYTES]],
+    profiles_per_px: f32,
+    tables: &'a [[u8; TABLE_BYTES]],
+    columns: usize,
+    rows: usize,
+    tables_per_px: f32,
+    mirrored: bool,
+    first_px: [f32; 2],
+    px_per_entry: f32,
+    electrons_per_count: f32,
+    residual_px: f32,
+    colour: f32,
+}
+
+fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
+    bytes.get(offset..)?.first_chunk().map(|word| u16::from_le_bytes(*word))
+}
+
+fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {
+    bytes.get(offset..)?.first_chunk().map(|word| u32::from_le_bytes(*word))
+}
+
+/// A number that is finite.
+fn f32_at(bytes: &[u8], offset: usize) -> Option<f32> {
+    u32_at(bytes, offset).map(f32::from_bits).filter(|value| value.is_finite())
+}
+
+/// Two neighbours of a line of `count` points about `at`, and how far beyond the first, in shares of their distance; beyond
+/// the ends a line goes straight on, for one step.
+fn between(at: f32, count: usize) -> (usize, f32) {
+    let last = count.saturating_sub(2);
+    let index = (at.max(0.0) as usize).min(last);
+    (index, (at - index as f32).clamp(-1.0, 2.0))
+}
+
+impl<'a> Calibration<'a> {
+    /// Checks magic, version, length, checksum and structure, in this order.
+    ///
+    /// # Errors
+    /// The first check that fails, see [`CalibrationError`].
+    pub fn open(bytes: &'a [u8]) -> Result<Self, CalibrationError> {
+        if !bytes.starts_with(&MAGIC) {
+            return Err(CalibrationError::NotACalibration);
+        }
+        let version = u16_at(bytes, 4).ok_or(CalibrationError::Length)?;
+        if version != VERSION {
+            return Err(CalibrationError::Version(version));
+        }
+        let word = |offset| u32_at(bytes, offset).ok_or(CalibrationError::Length);
+        if bytes.len() < HEADER_BYTES || word(12)? as usize != bytes.len() {
+            return Err(CalibrationError::Length);
+        }
+        let protected = bytes.get(CRC_FROM..).ok_or(CalibrationError::Length)?;
+        let crc = word(8)?;
+        if CRC32.checksum(protected) != crc {
+            return Err(CalibrationError::Checksum);
+        }
+        Self::parse(bytes, crc).ok_or(CalibrationError::Structure)
+    }
+
+    fn parse(bytes: &'a [u8], crc: u32) -> Option<Self> {
+        let half = |offset| u16_at(bytes, offset);
+        let [profile_count, columns, rows] = [28, 32, 34].map(|offset| half(offset).map(usize::from));
+        let (profile_count, columns, rows) = (profile_count?, columns?, rows?);
+        if usize::from(half(6)?) != HEADER_BYTES || profile_count == 0 || columns < 2 || rows < 2 {
+            return None;
+        }
+        let (profiles, tables) =
+            bytes.get(HEADER_BYTES..)?.split_at_checked(PROFILE_BYTES * profile_count)?;
+        if tables.len() != TABLE_BYTES.checked_mul(columns * rows)? {
+            return None;
+        }
+        let profiles = profiles.as_chunks::<PROFILE_BYTES>().0;
+        if !profiles.iter().all(|profile| Profile::read(profile).is_some()) {
+            return None;
+        }
+        let per_px = |offset| half(offset).filter(|step| *step > 0).map(|step| 1.0 / f32::from(step));
+        let within = |offset, low: f32, high: f32| f32_at(bytes, offset).filter(|v| *v >= low && *v <= high);
+        Some(Self {
+            crc,
+            source_crc: u32_at(bytes, 56)?,
+            size_px: [half(16)?, half(18)?],
+            centre_px: [within(20, -65_536.0, 131_072.0)?, within(24, -65_536.0, 131_072.0)?],
+            profiles,
+            profiles_per_px: per_px(30)?,
+            tables: tables.as_chunks::<TABLE_BYTES>().0,
+            columns,
+            rows,
+            tables_per_px: per_px(36)?,
+            mirrored: half(38)? == 1,
+            first_px: [f32::from(half(40)? as i16), f32::from(half(42)? as i16)],
+            px_per_entry: within(44, 0.0, 0.1)?,
+            electrons_per_count: within(48, 1e-3, 1e6)?,
+            residual_px: within(52, 1e-4, 1.0)?,
+            colour: within(60, -1.0, 3.0)?,
+        })
+    }
+
+    /// CRC-32 of the file, by which a parameter table names it.
+    pub fn crc(&self) -> u32 {
+        self.crc
+    }
+
+    /// CRC-32 of what it was made from.
+    pub fn source_crc(&self) -> u32 {
+        self.source_crc
+    }
+
+    /// Columns and rows of the detector it is for, px.
+    pub fn size_px(&self) -> [u16; 2] {
+        self.size_px
+    }
+
+    /// The optical centre it counts from, px.
+    pub fn centre_px(&self) -> [f32; 2] {
+        self.centre_px
+    }
+
+    /// Electrons of a scaled count.
+    pub fn electrons_per_count(&self) -> f32 {
+        self.electrons_per_count
+    }
+
+    /// What the corrections leave of a centroid's error without noise, px, 1 sigma an axis.
+    pub fn residual_px(&self) -> f32 {
+        self.residual_px
+    }
+
+    /// The profile of a star so far from the optical centre.
+    pub fn profile(&self, radius_px: f32) -> Option<Profile<'a>> {
+        let nearest = (radius_px * self.profiles_per_px + 0.5) as usize;
+        let last = self.profiles.len().saturating_sub(1);
+        self.profiles.get(nearest.min(last)).and_then(Profile::read)
+    }
+
+    /// How far a star of this B-V at `at_px` is displaced by its colour, px.
+    pub fn colour_shift_px(&self, [x, y]: [f32; 2], b_v: f32) -> [f32; 2] {
+        let [cx, cy] = self.centre_px;
+        let (dx, dy) = (x - cx, y - cy);
+        let radius_px = libm::sqrtf(dx * dx + dy * dy);
+        let outwards_px =
+            self.profile(radius_px).map_or(0.0, |profile| profile.colour_px) * (b_v - self.colour);
+        let per_radius = outwards_px / radius_px.max(1.0);
+        [dx * per_radius, dy * per_radius]
+    }
+
+    /// What is to be added to a centroid at `at_px` on the detector, px (thesis §3.1.2).
+    pub fn correction_px(&self, [x, y]: [f32; 2]) -> [f32; 2] {
+        let [cx, cy] = self.centre_px;
+        let (optical_x, optical_y) = (x - cx, y - cy);
+        let turned = |at: f32| self.mirrored && at < 0.0;
+        let along = |at: f32, pixel: f32, first: f32, count: usize| {
+            let (at, pixel) = if turned(at) { (-at, -pixel) } else { (at, pixel) };
+            let (table, part) = between((at - first) * self.tables_per_px, count);
+            let phase = between((pixel - libm::floorf(pixel)) * (PHASES - 1) as f32, PHASES);
+            (table, part, phase)
+        };
+        let [first_x, first_y] = self.first_px;
+        let (column, right, phase_x) = along(optical_x, x, first_x, self.columns);
+        let (row, below, phase_y) = along(optical_y, y, first_y, self.rows);
+        let mut correction = [0.0; 2];
+        let tables = [
+            (0, 0, (1.0 - right) * (1.0 - below)),
+            (1, 0, right * (1.0 - below)),
+            (0, 1, (1.0 - right) * below),
+            (1, 1, right * below),
+        ];
+        for (dx, dy, share) in tables {
+            let Some(table) = self.tables.get((row + dy) * self.columns + column + dx) else { continue };
+            let [here_x, here_y] = interpolated(table, phase_x, phase_y);
+            correction = [correction[0] + share * here_x, correction[1] + share * here_y];
+        }
+        let [dx, dy] = correction.map(|entry| entry * self.px_per_entry);
+        [if turned(optical_x) { -dx } else { dx }, if turned(optical_y) { -dy } else { dy }]
+    }
+}
+
+/// Both corrections of a table between the four entries about a phase.
+fn interpolated(table: &[u8; TABLE_BYTES], (x, right): (usize, f32), (y, below): (usize, f32)) -> [f32; 2] {
+    let entries = table.as_chunks::<2>().0;
+    let entry = |x: usize, y: usize| {
+        entries.get(y * PHASES + x).map_or([0.0; 2], |entry: &Entry| entry.map(|byte| f32::from(byte as i8)))
+    };
+    let (a, b, c, d) = (entry(x, y), entry(x + 1, y), entry(x, y + 1), entry(x + 1, y + 1));
+    let mix = |a: f32, b: f32, c: f32, d: f32| {
+        let (above, under) = (a + right * (b - a), c + right * (d - c));
+        above + below * (under - above)
+    };
+    [mix(a[0], b[0], c[0], d[0]), mix(a[1], b[1], c[1], d[1])]
+}
+
+/// Weights of the three points about `at` in a quadratic B-spline, and their derivatives; the index of the middle one.
+#[inline(always)]
+fn spline(at: f32) -> (usize, [f32; 3], [f32; 3]) {
+    let index = (at + 0.5) as usize;
+    let t = at - index as f32;
+    let (before, after) = (0.5 - t, 0.5 + t);
+    (index, [0.5 * before * before, 0.75 - t * t, 0.5 * after * after], [-before, -2.0 * t, after])
+}
+
+impl<'a> Profile<'a> {
+    fn read(bytes: &'a [u8; PROFILE_BYTES]) -> Option<Self> {
+        let scale = f32_at(bytes, 0).filter(|scale| *scale > 0.0 && *scale < 1.0)?;
+        let points = bytes.get(PROFILE_HEADER_BYTES..)?.as_chunks::<2>().0;
+        let colour_px = f32_at(bytes, 4).filter(|px| px.abs() <= 1.0)?;
+        Some(Self { scale, colour_px, rows: points.as_chunks::<RADIAL_POINTS>().0 })
+    }
+
+    /// Share of a star's light in a pixel so far from it along and across the field's radius, px, and its change along and
+    /// across, a pixel; zero beyond the reach.
+    #[inline(always)]
+    pub fn light(&self, along_px: f32, across_px: f32) -> [f32; 3] {
+        const POINTS: f32 = POINTS_PER_PX as f32;
+        let side = if across_px < 0.0 { -1.0 } else { 1.0 };
+        let (column, u, slope_u) = spline((along_px + PROFILE_REACH_PX as f32) * POINTS);
+        let (row, v, slope_v) = spline(across_px * side * POINTS);
+        // The row before the first is its mirror image.
+        let rows = [if row == 0 { 1 } else { row - 1 }, row, row + 1];
+        let (mut light, mut along, mut across) = (0.0, 0.0, 0.0);
+        for ((row, v), slope_v) in rows.into_iter().zip(v).zip(slope_v) {
+            let points =
+                self.rows.get(row).and_then(|row| row.get(column.wrapping_sub(1)..)?.first_chunk::<3>());
+            let Some(points) = points else { return [0.0; 3] };
+            let [a, b, c] = points.map(|point| f32::from(i16::from_le_bytes(point)));
+            let here = a * u[0] + b * u[1] + c * u[2];
+            light += v * here;
+            along += v * (a * slope_u[0] + b * slope_u[1] + c * slope_u[2]);
+            across += slope_v * here;
+        }
+        let per_px = self.scale * POINTS;
+        [light * self.scale, along * per_px, across * side * per_px]
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod sample;
+#[cfg(test)]
+mod tests;
