@@ -16,6 +16,7 @@
 
 pub mod centre;
 pub mod consensus;
+mod horizon;
 pub mod limb;
 mod plane;
 mod rays;
@@ -122,6 +123,10 @@ pub struct EarthParameters {
     pub limb_floor_px: f32,
     /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
+    /// Standard deviation of the height that neighbouring points of the limb share, km (default 2, 0 to 20).
+    pub horizon_sigma_km: f32,
+    /// Distance over which they share it, km (default 1000, 50 to 10,000).
+    pub horizon_cell_km: f32,
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
     /// 0.1, 0 to 1): clouds.
     pub limb_cloud_share: f32,
@@ -174,6 +179,8 @@ impl Default for EarthParameters {
             saturated_share: 0.95,
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
+            horizon_sigma_km: 2.0,
+            horizon_cell_km: 1000.0,
             limb_cloud_share: 0.1,
             limb_lommel_share: 0.5,
             search_step_px: 16.0,
@@ -196,7 +203,7 @@ impl Default for EarthParameters {
 
 impl EarthParameters {
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 29] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 31] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -212,6 +219,8 @@ impl EarthParameters {
             ("saturated_share", self.saturated_share, 0.5, 1.0),
             ("limb_floor_px", self.limb_floor_px, 0.005, 2.0),
             ("limb_scatter_km", self.limb_scatter_km, 0.0, 10.0),
+            ("horizon_sigma_km", self.horizon_sigma_km, 0.0, 20.0),
+            ("horizon_cell_km", self.horizon_cell_km, 50.0, 10_000.0),
             ("limb_cloud_share", self.limb_cloud_share, 0.0, 1.0),
             ("limb_lommel_share", self.limb_lommel_share, 0.0, 1.0),
             ("search_step_px", self.search_step_px, 4.0, 64.0),

@@ -52,6 +52,8 @@ const REALS: &[Real] = &[
     ("limb_floor_px", |p| &mut p.earth.limb_floor_px, 0.005, 2.0),
     ("limb_scatter_km", |p| &mut p.earth.limb_scatter_km, 0.0, 10.0),
     ("limb_lommel_share", |p| &mut p.earth.limb_lommel_share, 0.0, 1.0),
+    ("horizon_sigma_km", |p| &mut p.earth.horizon_sigma_km, 0.0, 20.0),
+    ("horizon_cell_km", |p| &mut p.earth.horizon_cell_km, 50.0, 10_000.0),
     ("limb_cloud_share", |p| &mut p.earth.limb_cloud_share, 0.0, 1.0),
     ("search_step_px", |p| &mut p.earth.search_step_px, 4.0, 64.0),
     ("search_contrast_share", |p| &mut p.earth.search_contrast_share, 0.01, 0.5),
