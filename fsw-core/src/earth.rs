@@ -70,8 +70,11 @@ pub struct EarthFix {
     pub centre_km: Vector3<f32>,
     /// The centre about which the fit was linear, km: `centre_km` itself, or near where it was expected.
     pub place_km: Vector3<f32>,
-    /// Covariance of `centre_km`, km², the limb height taken as known.
+    /// Covariance of `centre_km`, km², the limb's mean height taken as known.
     pub covariance_km2: Matrix3<f32>,
+    /// The part of it that is new with every picture, km²: the points' own errors. The other is shared by neighbouring points, and
+    /// for some time by pictures that follow each other.
+    pub noise_km2: Matrix3<f32>,
     /// Azimuth about the centre that the points span, rad, up to a turn.
     pub arc_rad: f32,
     /// Root mean square distance of the inliers from the fitted limb, px.
@@ -123,9 +126,9 @@ pub struct EarthParameters {
     pub limb_floor_px: f32,
     /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
-    /// Standard deviation of the height that neighbouring points of the limb share, km (default 2, 0 to 20).
+    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.4, 0 to 20).
     pub horizon_sigma_km: f32,
-    /// Distance over which they share it, km (default 1000, 50 to 10,000).
+    /// Distance over which they share it, km (default 200, 50 to 10,000).
     pub horizon_cell_km: f32,
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
     /// 0.1, 0 to 1): clouds.
@@ -151,9 +154,12 @@ pub struct EarthParameters {
     pub tracking_tolerance_px: f32,
     /// Share of inliers at which a hypothesis is taken at once (default 0.95, 0.5 to 1; thesis §3.2.1).
     pub enough_share: f32,
-    /// Least share of inliers of the best hypothesis (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that sees faint
-    /// limbs a terminator gives as many points as the limb).
-    pub least_share: f32,
+    /// Least share of inliers of the best hypothesis in a search (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that
+    /// sees faint limbs a terminator gives as many points as the limb).
+    pub search_share: f32,
+    /// Least share of the strips read that must hold an inlier (default 0.5, 0.2 to 1): where they lie across the limb most do, and a
+    /// few that agree by chance would give a centre that is wrong by many sigmas.
+    pub strip_share: f32,
     /// Fewest inliers (default 6, 4 to 40).
     pub fewest_points: f32,
     /// Shortest arc, deg (default 10, 1 to 180).
@@ -179,8 +185,8 @@ impl Default for EarthParameters {
             saturated_share: 0.95,
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
-            horizon_sigma_km: 2.0,
-            horizon_cell_km: 1000.0,
+            horizon_sigma_km: 1.4,
+            horizon_cell_km: 200.0,
             limb_cloud_share: 0.1,
             limb_lommel_share: 0.5,
             search_step_px: 16.0,
@@ -192,7 +198,8 @@ impl Default for EarthParameters {
             search_tolerance_px: 3.0,
             tracking_tolerance_px: 2.0,
             enough_share: 0.95,
-            least_share: 0.3,
+            search_share: 0.3,
+            strip_share: 0.5,
             fewest_points: 6.0,
             least_arc_deg: 10.0,
             greatest_sigma_deg: 3.0,
@@ -201,9 +208,33 @@ impl Default for EarthParameters {
     }
 }
 
+/// When points count as those of one body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// Farthest that an inlier may lie from the limb, px.
+    pub tolerance_px: f32,
+    /// Fewest inliers.
+    pub inliers: usize,
+}
+
 impl EarthParameters {
+    /// What is demanded of a search that found so many points.
+    pub fn in_search(&self, points: usize) -> Demand {
+        Demand { tolerance_px: self.search_tolerance_px, inliers: self.fewest(self.search_share, points) }
+    }
+
+    /// What is demanded of so many strips.
+    pub fn in_strips(&self, strips: usize) -> Demand {
+        Demand { tolerance_px: self.tracking_tolerance_px, inliers: self.fewest(self.strip_share, strips) }
+    }
+
+    fn fewest(&self, share: f32, count: usize) -> usize {
+        let inliers = libm::ceilf(share * count as f32) as usize;
+        inliers.max(self.fewest_points as usize).max(3)
+    }
+
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 31] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 32] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -232,7 +263,8 @@ impl EarthParameters {
             ("search_tolerance_px", self.search_tolerance_px, 0.2, 20.0),
             ("tracking_tolerance_px", self.tracking_tolerance_px, 0.2, 20.0),
             ("enough_share", self.enough_share, 0.5, 1.0),
-            ("least_share", self.least_share, 0.2, 1.0),
+            ("search_share", self.search_share, 0.2, 1.0),
+            ("strip_share", self.strip_share, 0.2, 1.0),
             ("fewest_points", self.fewest_points, 4.0, 40.0),
             ("least_arc_deg", self.least_arc_deg, 1.0, 180.0),
             ("greatest_sigma_deg", self.greatest_sigma_deg, 0.001, 10.0),

@@ -21,7 +21,7 @@ use super::consensus::agree;
 use super::horizon::{Horizon, Response};
 use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
-use super::{EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
 use crate::order;
 use heapless::Vec;
@@ -267,7 +267,11 @@ fn fix(
     }
     let shift_km = columns * step;
     let shared = shared(rays, cone, &axes, &step, &inverse, &Horizon::new(cone, body, parameters));
-    let covariance_km2 = columns * (inverse * enlarged + shared) * columns.transpose();
+    let covariance = |of: Matrix3<f32>| {
+        let km2 = columns * of * columns.transpose();
+        (km2 + km2.transpose()) * 0.5
+    };
+    let noise = inverse * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
         let (residual, _) = cone.residual(ray);
@@ -278,15 +282,16 @@ fn fix(
     Ok(EarthFix {
         centre_km: place_km + shift_km,
         place_km,
-        covariance_km2: (covariance_km2 + covariance_km2.transpose()) * 0.5,
+        covariance_km2: covariance(noise + shared),
+        noise_km2: covariance(noise),
         arc_rad: arc_rad(rays, cone, &axes),
         rms_px: libm::sqrtf(squares / f32::max(count, 1.0)),
         inliers,
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points; inliers lie within `tolerance_px` of the limb. Where the
-/// centre is `expected` the fit is linear about the place that suits both.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the centre is `expected` the
+/// fit is linear about the place that suits both.
 ///
 /// # Errors
 /// The first [`Refusal`] that holds.
@@ -294,14 +299,14 @@ pub fn centre(
     points: &[LimbPoint],
     camera: &Camera,
     body: &Body,
-    tolerance_px: f32,
+    demand: &Demand,
     expected: Option<&Expected>,
     parameters: &EarthParameters,
     workspace: &mut Workspace,
 ) -> Result<EarthFix, Refusal> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
-    let agreed = agree(rays, body, tolerance_px, parameters)?;
+    let agreed = agree(rays, body, demand, parameters)?;
     let start = expected.and_then(|expected| {
         let (centre, sine, cosine) = body.horizon(&expected.centre_km)?;
         Some((expected, Cone::of(centre * sine, sine, cosine)?))
@@ -318,6 +323,10 @@ pub fn centre(
         cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
+    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
+    if fix.rms_px.is_nan() || fix.rms_px > demand.tolerance_px {
+        return Err(Refusal::NoConsensus);
+    }
     if fix.arc_rad < parameters.least_arc_deg.to_radians() {
         return Err(Refusal::ShortArc);
     }

@@ -8,7 +8,7 @@
 use super::plane;
 use super::rays::{Cone, Ray, Rays};
 use super::shape::Body;
-use super::{EarthParameters, Refusal};
+use super::{Demand, EarthParameters, Refusal};
 use crate::order;
 
 /// Most triplets tried: with half of the points wrong, the chance that all miss is 2e-4.
@@ -20,26 +20,16 @@ const LEAST_SUN_SINE: f32 = -0.05;
 /// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018), 2^-32.
 const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
 
-/// How far a ray may lie from the cone on which it agrees.
-#[derive(Clone, Copy)]
-struct Tolerance {
-    /// Measured on the detector, px.
-    px: f32,
-    /// At the limb, radii.
-    height: f32,
-}
-
 /// Whether a ray agrees with a cone.
-fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance: Tolerance) -> bool {
+fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
     let (residual, radial) = cone.residual(ray);
-    // The limb's distance is cos / sin radii.
-    libm::fabsf(residual) < tolerance.px * ray.rad_per_px + tolerance.height * cone.sine / cone.cosine
+    libm::fabsf(residual) < tolerance_px * ray.rad_per_px
         && ray.sigma_rad(cone, &radial).is_some()
         && body.sun_sine(&cone.surface(&radial)).is_none_or(|sine| sine > LEAST_SUN_SINE)
 }
 
-fn count(rays: &Rays, cone: &Cone, body: &Body, tolerance: Tolerance) -> usize {
-    rays.iter().filter(|ray| agrees(ray, cone, body, tolerance)).count()
+fn count(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> usize {
+    rays.iter().filter(|ray| agrees(ray, cone, body, tolerance_px)).count()
 }
 
 /// The cone through a ray of each third.
@@ -61,13 +51,12 @@ fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
 pub(super) fn agree(
     rays: &mut Rays,
     body: &Body,
-    tolerance_px: f32,
+    demand: &Demand,
     parameters: &EarthParameters,
 ) -> Result<Cone, Refusal> {
-    let tolerance = Tolerance { px: tolerance_px, height: parameters.horizon_sigma_km / body.radius_km() };
+    let tolerance_px = demand.tolerance_px;
     let all = rays.len();
-    let fewest = (parameters.fewest_points as usize).max(3);
-    if all < fewest {
+    if all < demand.inliers.max(3) {
         return Err(Refusal::TooFewPoints);
     }
     let range = |part: fn(&Ray) -> f32| {
@@ -86,7 +75,7 @@ pub(super) fn agree(
     let mut best: Option<(usize, Cone)> = None;
     for number in 0..MAX_TRIPLETS {
         let Some(cone) = hypothesis(rays, number) else { continue };
-        let agreeing = count(rays, &cone, body, tolerance);
+        let agreeing = count(rays, &cone, body, tolerance_px);
         if best.is_none_or(|(most, _)| agreeing > most) {
             best = Some((agreeing, cone));
         }
@@ -96,18 +85,18 @@ pub(super) fn agree(
     }
     let (mut agreeing, mut cone) = best.ok_or(Refusal::Degenerate)?;
     for _ in 0..ROUNDS {
-        let kept = rays.iter().filter(|ray| agrees(ray, &cone, body, tolerance));
+        let kept = rays.iter().filter(|ray| agrees(ray, &cone, body, tolerance_px));
         let Some(fitted) = plane::fit(kept) else { break };
-        let with_fitted = count(rays, &fitted, body, tolerance);
+        let with_fitted = count(rays, &fitted, body, tolerance_px);
         if with_fitted < agreeing {
             break;
         }
         (agreeing, cone) = (with_fitted, fitted);
     }
-    if agreeing < fewest || (agreeing as f32) < parameters.least_share * all as f32 {
+    if agreeing < demand.inliers {
         return Err(Refusal::NoConsensus);
     }
-    keep(rays, |ray| agrees(ray, &cone, body, tolerance));
+    keep(rays, |ray| agrees(ray, &cone, body, tolerance_px));
     Ok(cone)
 }
 

@@ -71,7 +71,7 @@ impl Default for OrbitParameters {
             limb_height_sigma_rad: 3e-5,
             limb_height_time_share: 0.5,
             misalignment_sigma_rad: 5e-5,
-            bias_over_noise: 6.0,
+            bias_over_noise: 16.0,
             bias_time_share: 0.08,
             gravity_noise_km_s15: 2e-6,
             force_noise_km_s15: 2e-8,
