@@ -202,8 +202,8 @@ impl Default for EarthParameters {
             strip_share: 0.5,
             fewest_points: 6.0,
             least_arc_deg: 10.0,
-            greatest_sigma_deg: 3.0,
-            greatest_range_share: 0.2,
+            greatest_sigma_deg: 10.0,
+            greatest_range_share: 0.5,
         }
     }
 }
@@ -215,17 +215,21 @@ pub struct Demand {
     pub tolerance_px: f32,
     /// Fewest inliers.
     pub inliers: usize,
+    /// Whether the centre they make must be known by itself as well as the parameters demand.
+    pub alone: bool,
 }
 
 impl EarthParameters {
     /// What is demanded of a search that found so many points.
     pub fn in_search(&self, points: usize) -> Demand {
-        Demand { tolerance_px: self.search_tolerance_px, inliers: self.fewest(self.search_share, points) }
+        let inliers = self.fewest(self.search_share, points);
+        Demand { tolerance_px: self.search_tolerance_px, inliers, alone: true }
     }
 
-    /// What is demanded of so many strips.
-    pub fn in_strips(&self, strips: usize) -> Demand {
-        Demand { tolerance_px: self.tracking_tolerance_px, inliers: self.fewest(self.strip_share, strips) }
+    /// What is demanded of so many strips; `alone` where no orbit says what the limb does not.
+    pub fn in_strips(&self, strips: usize, alone: bool) -> Demand {
+        let inliers = self.fewest(self.strip_share, strips);
+        Demand { tolerance_px: self.tracking_tolerance_px, inliers, alone }
     }
 
     fn fewest(&self, share: f32, count: usize) -> usize {

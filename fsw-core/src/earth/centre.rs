@@ -330,8 +330,8 @@ pub fn centre(
     if fix.arc_rad < parameters.least_arc_deg.to_radians() {
         return Err(Refusal::ShortArc);
     }
-    // In the linear picture a weak direction does no harm.
-    if start.is_some() {
+    // About the place that an orbit knows a weak direction does no harm.
+    if !demand.alone {
         return Ok(fix);
     }
     let (direction_rad, range_km) = fix.sigmas();

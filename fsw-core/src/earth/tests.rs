@@ -22,7 +22,7 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })
         .collect();
-    let demand = &parameters.in_strips(points.len());
+    let demand = &parameters.in_strips(points.len(), true);
     centre(&points, &camera, &body, demand, None, &parameters, &mut Workspace::new())
 }
 

@@ -129,20 +129,23 @@ impl Sensor<'_> {
             read = self.read_strips(instruments.detector, view, variance)?;
         }
         meter.end(Stage::Limb);
+        let mut rough = None;
         if read < self.parameters.earth.fewest_points as usize {
             meter.begin(Stage::Search);
             let searched = self.search(instruments.detector, body);
             meter.end(Stage::Search);
             match searched? {
-                Ok(strips) => read = strips,
+                Ok((strips, expected)) => (read, rough) = (strips, expected),
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
         meter.begin(Stage::Centre);
         // After fixes that failed or disagreed with the orbit the next is made without it.
         let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
-        let expected = predicted.filter(|_| believed).map(|predicted| predicted.expected);
-        let fix = self.fit(body, &self.parameters.earth.in_strips(read), expected.as_ref());
+        let orbit = predicted.filter(|_| believed).map(|predicted| predicted.expected);
+        let demand = self.parameters.earth.in_strips(read, orbit.is_none());
+        // Strips that agree on another body than the search do not agree with what is expected either.
+        let fix = self.fit(body, &demand, orbit.or(rough).as_ref());
         meter.end(Stage::Centre);
         Ok(fix.map_or_else(Looked::Refused, Looked::Found))
     }
@@ -161,13 +164,13 @@ impl Sensor<'_> {
     }
 
     /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the number of
-    /// strips read.
+    /// strips read, and where the Earth is by the search.
     #[inline(never)]
     fn search(
         &mut self,
         detector: &mut impl Detector,
         body: &Body,
-    ) -> Result<Result<usize, Refusal>, DetectorError> {
+    ) -> Result<Result<(usize, Option<Expected>), Refusal>, DetectorError> {
         let (buffer, points) = (&mut self.workspace.buffer, &mut self.workspace.limb);
         search::search(detector, buffer, &self.parameters.earth, points)?;
         let demand = self.parameters.earth.in_search(points.len());
@@ -177,7 +180,12 @@ impl Sensor<'_> {
         };
         let Some(view) = View::new(&rough.centre_km, body) else { return Ok(Err(Refusal::Degenerate)) };
         let sigma_km = SEARCH_SIGMA_PX * view.limb_distance_km() * self.camera.rad_per_px();
-        self.read_strips(detector, &view, |_| sigma_km * sigma_km).map(Ok)
+        let read = self.read_strips(detector, &view, |_| sigma_km * sigma_km)?;
+        let expected = inverse(&rough.covariance_km2.map(f64::from)).map(|information| Expected {
+            centre_km: rough.centre_km,
+            information: information.map(|element| element as f32),
+        });
+        Ok(Ok((read, expected)))
     }
 
     /// The centre of the points in the workspace.

@@ -4,7 +4,7 @@ use crate::oracle::{self, Generator, wide, wide_matrix};
 use nalgebra::Vector3;
 
 /// What a fix in tracking demands.
-const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 6 };
+const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 6, alone: true };
 
 /// Half of the range in which the mean of `runs` normalised squares of three unknowns lies, 3.3 sigmas (99.9 %).
 fn band(runs: usize) -> f64 {
@@ -48,7 +48,7 @@ fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<Earth
         points,
         &camera(),
         &world.body(&parameters),
-        &Demand { tolerance_px, inliers: 6 },
+        &Demand { tolerance_px, inliers: 6, alone: true },
         None,
         &parameters,
         &mut Workspace::new(),
@@ -231,7 +231,7 @@ proptest::proptest! {
             ..parameters()
         };
         let body = world.body(&parameters);
-        if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3 }, None, &parameters, &mut Workspace::new()) {
+        if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3, alone: true }, None, &parameters, &mut Workspace::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
             proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
         }
@@ -405,7 +405,7 @@ proptest::proptest! {
             let parameters = EarthParameters { greatest_sigma_deg: 1e9, greatest_range_share: 1e9, ..parameters() };
             let body = world.body(&parameters);
             if let Ok(fix) =
-                centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6 }, Some(&expected), &parameters, &mut Workspace::new())
+                centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6, alone: true }, Some(&expected), &parameters, &mut Workspace::new())
             {
                 let vectors = fix.centre_km.iter().chain(&fix.place_km);
                 proptest::prop_assert!(vectors.chain(&fix.covariance_km2).all(|value| value.is_finite()), "{fix:?}");

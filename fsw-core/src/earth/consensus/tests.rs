@@ -33,7 +33,7 @@ fn points(count: usize, wrong: usize, seed: u64) -> (Vec<LimbPoint>, Vec<bool>) 
 }
 
 /// A third of 40 points.
-const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 13 };
+const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 13, alone: true };
 
 #[test]
 fn a_body_is_found_with_forty_percent_of_the_points_wrong() {
