@@ -84,3 +84,6 @@ impl Response {
         sum * (horizon.sigma_rad * horizon.sigma_rad / shares)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -100,6 +100,7 @@ fn sigmas_are_those_across_and_along_the_direction() {
             let x = Vector3::new(1.0, 0.0, 0.0);
             along * along.transpose() * 9.0 + across * across.transpose() * 25.0 + x * x.transpose() * 100.0
         },
+        noise_km2: nalgebra::Matrix3::identity(),
         arc_rad: 1.0,
         rms_px: 0.1,
         inliers: 7,
