@@ -178,7 +178,7 @@ impl Default for EarthParameters {
             scale_height_km: 8.0,
             psf_sigma_px: 0.9,
             lit_sun_elevation_deg: 3.0,
-            least_sun_elevation_deg: 8.0,
+            least_sun_elevation_deg: 4.0,
             twilight_deg: 6.0,
             least_contrast_share: 0.01,
             greatest_dark_share: 0.12,
