@@ -184,7 +184,8 @@ fn shared(
     for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
         let row = row(&radial, axes);
         let weight = tukey((ratio + row.dot(step) / sigma) / scale);
-        response.add([first.dot(&radial), second.dot(&radial)], &(inverse * row * (weight / (sigma * sigma))));
+        response
+            .add([first.dot(&radial), second.dot(&radial)], &(inverse * row * (weight / (sigma * sigma))));
     }
     response.covariance(horizon)
 }

@@ -271,8 +271,7 @@ impl Sensor<'_> {
         let mounting = self.star_to_earth.inverse();
         // The filter has its own account of errors that last.
         let EarthFix { centre_km, noise_km2, place_km, .. } = fix;
-        let fix =
-            PositionFix::new(centre_km, noise_km2, place_km, attitude, &attitude_covariance, &mounting);
+        let fix = PositionFix::new(centre_km, noise_km2, place_km, attitude, &attitude_covariance, &mounting);
         let Some(mut position) = fix else { return };
         if let Some(state) = self.orbit.state() {
             position = position.without_aberration(&state.velocity_km_s);

@@ -33,9 +33,8 @@ fn the_waves_have_the_stated_correlation() {
     let radius_km = f64::from(body.radius_km() * cosine);
     for distance_km in [0.0, 250.0, 500.0, 1000.0, 2000.0] {
         let angle = distance_km / radius_km;
-        let correlation: f64 = (0..MODES)
-            .map(|wave| f64::from(horizon.share(wave) / total) * (angle * wave as f64).cos())
-            .sum();
+        let correlation: f64 =
+            (0..MODES).map(|wave| f64::from(horizon.share(wave) / total) * (angle * wave as f64).cos()).sum();
         let expected = matern(distance_km / 500.0);
         std::println!("{distance_km} km: {correlation:.3}, {expected:.3}");
         // The waves left out hold 4 % of the variance.
