@@ -12,7 +12,8 @@
 //! centre, km, with its covariance, the limb height taken as known. All f32.
 //!
 //! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
-//! says which points belong to one body, [`centre`] fits it.
+//! says which points belong to one body, [`centre`] fits it, and `horizon` says what heights that neighbouring points share make
+//! of it.
 
 pub mod centre;
 pub mod consensus;
@@ -111,8 +112,8 @@ pub struct EarthParameters {
     pub psf_sigma_px: f32,
     /// Elevation of the Sun above which a limb counts as lit, deg (default 3, 0 to 45).
     pub lit_sun_elevation_deg: f32,
-    /// Least elevation of the Sun at a limb point, deg (default 8, 0 to 45): lower, the slant of the light moves the place of
-    /// half brightness.
+    /// Least elevation of the Sun at a limb point, deg (default 4, 0 to 45): lower, the slant of the light moves the place of
+    /// half brightness. At the terminator every degree makes the arc longer: with 8 a dawn-dusk orbit is never found.
     pub least_sun_elevation_deg: f32,
     /// How far below the horizon the Sun still lights the air so that stars are not seen, deg (default 6, 0 to 18).
     pub twilight_deg: f32,
@@ -126,7 +127,8 @@ pub struct EarthParameters {
     pub limb_floor_px: f32,
     /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
-    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.4, 0 to 20).
+    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.4, 0 to 20: what clouds and the
+    /// horizon do to strips of rendered low orbits beyond the points' own scatter).
     pub horizon_sigma_km: f32,
     /// Distance over which they share it, km (default 200, 50 to 10,000).
     pub horizon_cell_km: f32,
@@ -164,9 +166,9 @@ pub struct EarthParameters {
     pub fewest_points: f32,
     /// Shortest arc, deg (default 10, 1 to 180).
     pub least_arc_deg: f32,
-    /// Greatest standard deviation of the direction, deg (default 3, 0.001 to 10).
+    /// Greatest standard deviation of the direction where no orbit helps, deg (default 10, 0.001 to 10).
     pub greatest_sigma_deg: f32,
-    /// Greatest standard deviation of the distance, share of it (default 0.2, 0.001 to 1).
+    /// Greatest standard deviation of the distance, share of it, likewise (default 0.5, 0.001 to 1).
     pub greatest_range_share: f32,
 }
 

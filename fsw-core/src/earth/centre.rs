@@ -9,9 +9,9 @@
 //! e1|² / 2` loses no digit, so normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so
 //! noise does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the same derivatives.
 //!
-//! Where an orbit expects the centre, that expectation takes part in the steps ([`Expected`]) but not in the result: a short arc
-//! alone would lead the fit far along a curve on which the limb hardly changes. About the place so found the limb is linear in the
-//! centre, and the fix is what the points alone say in that linear picture.
+//! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the steps ([`Expected`]) but
+//! not in the result: a short arc alone would lead the fit far along a curve on which the limb hardly changes. About the place so
+//! found the limb is linear in the centre, and the fix is what the points alone say in that linear picture.
 //!
 //! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it is added what
 //! [`horizon`](super::horizon) says of errors that neighbouring points share, which no residual shows.
