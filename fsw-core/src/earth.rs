@@ -12,10 +12,12 @@
 //! centre, km, with its covariance, the limb height taken as known. All f32.
 //!
 //! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
-//! says which points belong to one body, [`centre`] fits it.
+//! says which points belong to one body, [`centre`] fits it, and `horizon` says what heights that neighbouring points share make
+//! of it.
 
 pub mod centre;
 pub mod consensus;
+mod horizon;
 pub mod limb;
 mod plane;
 mod rays;
@@ -69,8 +71,11 @@ pub struct EarthFix {
     pub centre_km: Vector3<f32>,
     /// The centre about which the fit was linear, km: `centre_km` itself, or near where it was expected.
     pub place_km: Vector3<f32>,
-    /// Covariance of `centre_km`, km², the limb height taken as known.
+    /// Covariance of `centre_km`, km², the limb's mean height taken as known.
     pub covariance_km2: Matrix3<f32>,
+    /// The part of it that is new with every picture, km²: the points' own errors. The other is shared by neighbouring points, and
+    /// for some time by pictures that follow each other.
+    pub noise_km2: Matrix3<f32>,
     /// Azimuth about the centre that the points span, rad, up to a turn.
     pub arc_rad: f32,
     /// Root mean square distance of the inliers from the fitted limb, px.
@@ -107,8 +112,8 @@ pub struct EarthParameters {
     pub psf_sigma_px: f32,
     /// Elevation of the Sun above which a limb counts as lit, deg (default 3, 0 to 45).
     pub lit_sun_elevation_deg: f32,
-    /// Least elevation of the Sun at a limb point, deg (default 8, 0 to 45): lower, the slant of the light moves the place of
-    /// half brightness.
+    /// Least elevation of the Sun at a limb point, deg (default 4, 0 to 45): lower, the slant of the light moves the place of
+    /// half brightness. At the terminator every degree makes the arc longer: with 8 a dawn-dusk orbit is never found.
     pub least_sun_elevation_deg: f32,
     /// How far below the horizon the Sun still lights the air so that stars are not seen, deg (default 6, 0 to 18).
     pub twilight_deg: f32,
@@ -122,6 +127,11 @@ pub struct EarthParameters {
     pub limb_floor_px: f32,
     /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
+    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.4, 0 to 20: what clouds and the
+    /// horizon do to strips of rendered low orbits beyond the points' own scatter).
+    pub horizon_sigma_km: f32,
+    /// Distance over which they share it, km (default 200, 50 to 10,000).
+    pub horizon_cell_km: f32,
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
     /// 0.1, 0 to 1): clouds.
     pub limb_cloud_share: f32,
@@ -146,16 +156,19 @@ pub struct EarthParameters {
     pub tracking_tolerance_px: f32,
     /// Share of inliers at which a hypothesis is taken at once (default 0.95, 0.5 to 1; thesis §3.2.1).
     pub enough_share: f32,
-    /// Least share of inliers of the best hypothesis (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that sees faint
-    /// limbs a terminator gives as many points as the limb).
-    pub least_share: f32,
+    /// Least share of inliers of the best hypothesis in a search (default 0.3, 0.2 to 1; thesis §3.2.1: 0.5, but in a search that
+    /// sees faint limbs a terminator gives as many points as the limb).
+    pub search_share: f32,
+    /// Least share of the strips read that must hold an inlier (default 0.5, 0.2 to 1): where they lie across the limb most do, and a
+    /// few that agree by chance would give a centre that is wrong by many sigmas.
+    pub strip_share: f32,
     /// Fewest inliers (default 6, 4 to 40).
     pub fewest_points: f32,
     /// Shortest arc, deg (default 10, 1 to 180).
     pub least_arc_deg: f32,
-    /// Greatest standard deviation of the direction, deg (default 3, 0.001 to 10).
+    /// Greatest standard deviation of the direction where no orbit helps, deg (default 10, 0.001 to 10).
     pub greatest_sigma_deg: f32,
-    /// Greatest standard deviation of the distance, share of it (default 0.2, 0.001 to 1).
+    /// Greatest standard deviation of the distance, share of it, likewise (default 0.5, 0.001 to 1).
     pub greatest_range_share: f32,
 }
 
@@ -167,13 +180,15 @@ impl Default for EarthParameters {
             scale_height_km: 8.0,
             psf_sigma_px: 0.9,
             lit_sun_elevation_deg: 3.0,
-            least_sun_elevation_deg: 8.0,
+            least_sun_elevation_deg: 4.0,
             twilight_deg: 6.0,
             least_contrast_share: 0.01,
             greatest_dark_share: 0.12,
             saturated_share: 0.95,
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
+            horizon_sigma_km: 1.4,
+            horizon_cell_km: 200.0,
             limb_cloud_share: 0.1,
             limb_lommel_share: 0.5,
             search_step_px: 16.0,
@@ -185,18 +200,47 @@ impl Default for EarthParameters {
             search_tolerance_px: 3.0,
             tracking_tolerance_px: 2.0,
             enough_share: 0.95,
-            least_share: 0.3,
+            search_share: 0.3,
+            strip_share: 0.5,
             fewest_points: 6.0,
             least_arc_deg: 10.0,
-            greatest_sigma_deg: 3.0,
-            greatest_range_share: 0.2,
+            greatest_sigma_deg: 10.0,
+            greatest_range_share: 0.5,
         }
     }
 }
 
+/// When points count as those of one body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// Farthest that an inlier may lie from the limb, px.
+    pub tolerance_px: f32,
+    /// Fewest inliers.
+    pub inliers: usize,
+    /// Whether the centre they make must be known by itself as well as the parameters demand.
+    pub alone: bool,
+}
+
 impl EarthParameters {
+    /// What is demanded of a search that found so many points.
+    pub fn in_search(&self, points: usize) -> Demand {
+        let inliers = self.fewest(self.search_share, points);
+        Demand { tolerance_px: self.search_tolerance_px, inliers, alone: true }
+    }
+
+    /// What is demanded of so many strips; `alone` where no orbit says what the limb does not.
+    pub fn in_strips(&self, strips: usize, alone: bool) -> Demand {
+        let inliers = self.fewest(self.strip_share, strips);
+        Demand { tolerance_px: self.tracking_tolerance_px, inliers, alone }
+    }
+
+    fn fewest(&self, share: f32, count: usize) -> usize {
+        let inliers = libm::ceilf(share * count as f32) as usize;
+        inliers.max(self.fewest_points as usize).max(3)
+    }
+
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 29] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 32] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -212,6 +256,8 @@ impl EarthParameters {
             ("saturated_share", self.saturated_share, 0.5, 1.0),
             ("limb_floor_px", self.limb_floor_px, 0.005, 2.0),
             ("limb_scatter_km", self.limb_scatter_km, 0.0, 10.0),
+            ("horizon_sigma_km", self.horizon_sigma_km, 0.0, 20.0),
+            ("horizon_cell_km", self.horizon_cell_km, 50.0, 10_000.0),
             ("limb_cloud_share", self.limb_cloud_share, 0.0, 1.0),
             ("limb_lommel_share", self.limb_lommel_share, 0.0, 1.0),
             ("search_step_px", self.search_step_px, 4.0, 64.0),
@@ -223,7 +269,8 @@ impl EarthParameters {
             ("search_tolerance_px", self.search_tolerance_px, 0.2, 20.0),
             ("tracking_tolerance_px", self.tracking_tolerance_px, 0.2, 20.0),
             ("enough_share", self.enough_share, 0.5, 1.0),
-            ("least_share", self.least_share, 0.2, 1.0),
+            ("search_share", self.search_share, 0.2, 1.0),
+            ("strip_share", self.strip_share, 0.2, 1.0),
             ("fewest_points", self.fewest_points, 4.0, 40.0),
             ("least_arc_deg", self.least_arc_deg, 1.0, 180.0),
             ("greatest_sigma_deg", self.greatest_sigma_deg, 0.001, 10.0),

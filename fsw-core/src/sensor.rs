@@ -258,7 +258,8 @@ impl<'c> Sensor<'c> {
             report.note(Event::ClockJump);
         }
         self.instant_us = Some(instant_us);
-        if self.orbit.advance(instant_us, &self.parameters.orbit).is_err() {
+        let lost = self.orbit.advance(instant_us, &self.parameters.orbit).is_err();
+        if lost || self.orbit.is_stale(self.fixed_us) {
             self.forget_orbit();
             report.note(Event::OrbitForgotten);
         }

@@ -164,7 +164,7 @@ pub enum Event {
     FixRejected,
     /// So many fixes contradicted the orbit that it was started anew.
     OrbitRestarted,
-    /// The clock jumped farther than the orbit can be propagated: it was forgotten.
+    /// The orbit was forgotten: the clock jumped farther than it can be propagated, or it never settled and had no fix for a whole turn.
     OrbitForgotten,
     /// The clock did not go forward by a second.
     ClockJump,

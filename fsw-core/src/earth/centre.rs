@@ -9,17 +9,19 @@
 //! e1|² / 2` loses no digit, so normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so
 //! noise does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the same derivatives.
 //!
-//! Where an orbit expects the centre, that expectation takes part in the steps ([`Expected`]) but not in the result: a short arc
-//! alone would lead the fit far along a curve on which the limb hardly changes. About the place so found the limb is linear in the
-//! centre, and the fix is what the points alone say in that linear picture.
+//! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the steps ([`Expected`]) but
+//! not in the result: a short arc alone would lead the fit far along a curve on which the limb hardly changes. About the place so
+//! found the limb is linear in the centre, and the fix is what the points alone say in that linear picture.
 //!
-//! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance.
+//! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it is added what
+//! [`horizon`](super::horizon) says of errors that neighbouring points share, which no residual shows.
 //! Direction, rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
 use super::consensus::agree;
+use super::horizon::{Horizon, Response};
 use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
-use super::{EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
 use crate::order;
 use heapless::Vec;
@@ -145,14 +147,18 @@ fn middle_of_arc(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
     [first, cone.axis.cross(&first)]
 }
 
+/// The unknowns' derivatives of a residual: of (α, a2, r).
+fn row(radial: &Vector3<f32>, [first, second]: &[Vector3<f32>; 2]) -> Vector3<f32> {
+    let from_middle = radial - first;
+    Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(radial), 1.0)
+}
+
 /// The normal equations about a cone, their weights those after a step of (α, a2, r).
-fn normal(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &Vector3<f32>) -> Normal {
+fn normal(rays: &Rays, cone: &Cone, axes: &[Vector3<f32>; 2], step: &Vector3<f32>) -> Normal {
     let scale = scale(rays, cone);
     let mut normal = Normal::default();
     for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
-        let from_middle = radial - first;
-        let row =
-            Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(&radial), 1.0) * (1.0 / sigma);
+        let row = row(&radial, axes) * (1.0 / sigma);
         let left = ratio + row.dot(step);
         let weight = tukey(left / scale);
         normal.add(&row, ratio, weight);
@@ -160,6 +166,28 @@ fn normal(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &
         normal.weights += weight;
     }
     normal
+}
+
+/// Covariance of the unknowns for the heights that neighbours share: what a least-squares solution with these weights (of a step of
+/// (α, a2, r)) and this inverse matrix makes of them.
+fn shared(
+    rays: &Rays,
+    cone: &Cone,
+    axes: &[Vector3<f32>; 2],
+    step: &Vector3<f32>,
+    inverse: &Matrix3<f32>,
+    horizon: &Horizon,
+) -> Matrix3<f32> {
+    let scale = scale(rays, cone);
+    let [first, second] = axes;
+    let mut response = Response::default();
+    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
+        let row = row(&radial, axes);
+        let weight = tukey((ratio + row.dot(step) / sigma) / scale);
+        response
+            .add([first.dot(&radial), second.dot(&radial)], &(inverse * row * (weight / (sigma * sigma))));
+    }
+    response.covariance(horizon)
 }
 
 /// The cone after a step of (α, a2, r).
@@ -210,7 +238,13 @@ fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (
 }
 
 /// The fix of a fitted cone; with an expectation it is the linear one about that cone.
-fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, Refusal> {
+fn fix(
+    rays: &Rays,
+    cone: &Cone,
+    body: &Body,
+    linear: bool,
+    parameters: &EarthParameters,
+) -> Result<EarthFix, Refusal> {
     let axes = middle_of_arc(rays, cone);
     let mut about = normal(rays, cone, &axes, &Vector3::zeros());
     let mut inverse = about.inverse().ok_or(Refusal::Degenerate)?;
@@ -233,7 +267,12 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, 
         step = inverse * normal.right;
     }
     let shift_km = columns * step;
-    let covariance_km2 = columns * inverse * columns.transpose() * enlarged;
+    let shared = shared(rays, cone, &axes, &step, &inverse, &Horizon::new(cone, body, parameters));
+    let covariance = |of: Matrix3<f32>| {
+        let km2 = columns * of * columns.transpose();
+        (km2 + km2.transpose()) * 0.5
+    };
+    let noise = inverse * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
         let (residual, _) = cone.residual(ray);
@@ -244,15 +283,16 @@ fn fix(rays: &Rays, cone: &Cone, body: &Body, linear: bool) -> Result<EarthFix, 
     Ok(EarthFix {
         centre_km: place_km + shift_km,
         place_km,
-        covariance_km2: (covariance_km2 + covariance_km2.transpose()) * 0.5,
+        covariance_km2: covariance(noise + shared),
+        noise_km2: covariance(noise),
         arc_rad: arc_rad(rays, cone, &axes),
         rms_px: libm::sqrtf(squares / f32::max(count, 1.0)),
         inliers,
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points; inliers lie within `tolerance_px` of the limb. Where the
-/// centre is `expected` the fit is linear about the place that suits both.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the centre is `expected` the
+/// fit is linear about the place that suits both.
 ///
 /// # Errors
 /// The first [`Refusal`] that holds.
@@ -260,14 +300,14 @@ pub fn centre(
     points: &[LimbPoint],
     camera: &Camera,
     body: &Body,
-    tolerance_px: f32,
+    demand: &Demand,
     expected: Option<&Expected>,
     parameters: &EarthParameters,
     workspace: &mut Workspace,
 ) -> Result<EarthFix, Refusal> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
-    let agreed = agree(rays, body, tolerance_px, parameters)?;
+    let agreed = agree(rays, body, demand, parameters)?;
     let start = expected.and_then(|expected| {
         let (centre, sine, cosine) = body.horizon(&expected.centre_km)?;
         Some((expected, Cone::of(centre * sine, sine, cosine)?))
@@ -283,12 +323,16 @@ pub fn centre(
         let step = normal.inverse().ok_or(Refusal::Degenerate)? * normal.right;
         cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
     }
-    let fix = fix(rays, &cone, body, start.is_some())?;
+    let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
+    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
+    if fix.rms_px.is_nan() || fix.rms_px > demand.tolerance_px {
+        return Err(Refusal::NoConsensus);
+    }
     if fix.arc_rad < parameters.least_arc_deg.to_radians() {
         return Err(Refusal::ShortArc);
     }
-    // In the linear picture a weak direction does no harm.
-    if start.is_some() {
+    // About the place that an orbit knows a weak direction does no harm.
+    if !demand.alone {
         return Ok(fix);
     }
     let (direction_rad, range_km) = fix.sigmas();

@@ -8,7 +8,7 @@
 use super::plane;
 use super::rays::{Cone, Ray, Rays};
 use super::shape::Body;
-use super::{EarthParameters, Refusal};
+use super::{Demand, EarthParameters, Refusal};
 use crate::order;
 
 /// Most triplets tried: with half of the points wrong, the chance that all miss is 2e-4.
@@ -51,12 +51,12 @@ fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
 pub(super) fn agree(
     rays: &mut Rays,
     body: &Body,
-    tolerance_px: f32,
+    demand: &Demand,
     parameters: &EarthParameters,
 ) -> Result<Cone, Refusal> {
+    let tolerance_px = demand.tolerance_px;
     let all = rays.len();
-    let fewest = (parameters.fewest_points as usize).max(3);
-    if all < fewest {
+    if all < demand.inliers.max(3) {
         return Err(Refusal::TooFewPoints);
     }
     let range = |part: fn(&Ray) -> f32| {
@@ -93,7 +93,7 @@ pub(super) fn agree(
         }
         (agreeing, cone) = (with_fitted, fitted);
     }
-    if agreeing < fewest || (agreeing as f32) < parameters.least_share * all as f32 {
+    if agreeing < demand.inliers {
         return Err(Refusal::NoConsensus);
     }
     keep(rays, |ray| agrees(ray, &cone, body, tolerance_px));

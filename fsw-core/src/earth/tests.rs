@@ -22,8 +22,8 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })
         .collect();
-    let tolerance = parameters.tracking_tolerance_px;
-    centre(&points, &camera, &body, tolerance, None, &parameters, &mut Workspace::new())
+    let demand = &parameters.in_strips(points.len(), true);
+    centre(&points, &camera, &body, demand, None, &parameters, &mut Workspace::new())
 }
 
 /// Direction error, deg, distance error, km, normalised square.
@@ -53,9 +53,8 @@ fn strips_after_a_search_find_the_centre_within_the_goal() {
             let mut points = Points::new();
             search(&mut world.picture(1.0, seed), &mut [0; 1280], &parameters, &mut points).unwrap();
             let body = world.body(&parameters);
-            let tolerance = parameters.search_tolerance_px;
-            let first =
-                centre(&points, &camera(), &body, tolerance, None, &parameters, &mut Workspace::new());
+            let demand = &parameters.in_search(points.len());
+            let first = centre(&points, &camera(), &body, demand, None, &parameters, &mut Workspace::new());
             let fix = first.and_then(|first| track(&world, &first.centre_km, reach, seed));
             match fix {
                 Ok(fix) => {
@@ -101,6 +100,7 @@ fn sigmas_are_those_across_and_along_the_direction() {
             let x = Vector3::new(1.0, 0.0, 0.0);
             along * along.transpose() * 9.0 + across * across.transpose() * 25.0 + x * x.transpose() * 100.0
         },
+        noise_km2: nalgebra::Matrix3::identity(),
         arc_rad: 1.0,
         rms_px: 0.1,
         inliers: 7,

@@ -29,6 +29,8 @@ pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
+const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
+
 /// Sigmas of the velocity, over the velocity, below which the covariance of a new orbit is made anew.
 const RENEWALS: [f64; 2] = [0.15, 0.01];
 /// What its variances are then multiplied with.
@@ -256,6 +258,20 @@ impl OrbitFilter {
     /// Whether the orbit has settled since the filter started.
     pub fn settled(&self) -> bool {
         self.estimate.as_ref().is_some_and(|estimate| estimate.settled)
+    }
+
+    /// Whether an orbit that never settled has gone round once since the fix of this time, the last that it accepted: had it been
+    /// right, there would have been another.
+    pub fn is_stale(&self, fixed_us: i64) -> bool {
+        let Some(estimate) = self.estimate.as_ref().filter(|estimate| !estimate.settled) else {
+            return false;
+        };
+        let OrbitState { time_us, position_km, .. } = &estimate.state;
+        let since_s = time_us.saturating_sub(fixed_us) as f64 / MICROSECONDS;
+        let square_km2 = position_km.dot(position_km);
+        // 4 pi² r³ / mu is the square of a circle's period.
+        let period_s2 = FOUR_PI_SQUARED * square_km2 * libm::sqrt(square_km2) / MU_EARTH_KM3_S2;
+        since_s > 0.0 && since_s * since_s > period_s2
     }
 
     /// Fixes rejected in a row.

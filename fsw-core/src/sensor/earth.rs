@@ -3,7 +3,7 @@
 use super::{Instruments, Sensor, Sky};
 use crate::earth::centre::{self, Expected};
 use crate::earth::view::View;
-use crate::earth::{Body, EarthFix, Refusal, limb, search};
+use crate::earth::{Body, Demand, EarthFix, Refusal, limb, search};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::covariance::inverse;
 use crate::orbit::filter::Update;
@@ -129,19 +129,23 @@ impl Sensor<'_> {
             read = self.read_strips(instruments.detector, view, variance)?;
         }
         meter.end(Stage::Limb);
+        let mut rough = None;
         if read < self.parameters.earth.fewest_points as usize {
             meter.begin(Stage::Search);
             let searched = self.search(instruments.detector, body);
             meter.end(Stage::Search);
-            if let Err(refusal) = searched? {
-                return Ok(Looked::Refused(refusal));
+            match searched? {
+                Ok((strips, expected)) => (read, rough) = (strips, expected),
+                Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
         meter.begin(Stage::Centre);
         // After fixes that failed or disagreed with the orbit the next is made without it.
         let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
-        let expected = predicted.filter(|_| believed).map(|predicted| predicted.expected);
-        let fix = self.fit(body, self.parameters.earth.tracking_tolerance_px, expected.as_ref());
+        let orbit = predicted.filter(|_| believed).map(|predicted| predicted.expected);
+        let demand = self.parameters.earth.in_strips(read, orbit.is_none());
+        // Strips that agree on another body than the search do not agree with what is expected either.
+        let fix = self.fit(body, &demand, orbit.or(rough).as_ref());
         meter.end(Stage::Centre);
         Ok(fix.map_or_else(Looked::Refused, Looked::Found))
     }
@@ -159,35 +163,41 @@ impl Sensor<'_> {
         Some(Prediction { view, covariance_km2, sigma_rad, expected })
     }
 
-    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found.
+    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the number of
+    /// strips read, and where the Earth is by the search.
     #[inline(never)]
     fn search(
         &mut self,
         detector: &mut impl Detector,
         body: &Body,
-    ) -> Result<Result<(), Refusal>, DetectorError> {
+    ) -> Result<Result<(usize, Option<Expected>), Refusal>, DetectorError> {
         let (buffer, points) = (&mut self.workspace.buffer, &mut self.workspace.limb);
         search::search(detector, buffer, &self.parameters.earth, points)?;
-        let rough = match self.fit(body, self.parameters.earth.search_tolerance_px, None) {
+        let demand = self.parameters.earth.in_search(points.len());
+        let rough = match self.fit(body, &demand, None) {
             Ok(rough) => rough,
             Err(refusal) => return Ok(Err(refusal)),
         };
         let Some(view) = View::new(&rough.centre_km, body) else { return Ok(Err(Refusal::Degenerate)) };
         let sigma_km = SEARCH_SIGMA_PX * view.limb_distance_km() * self.camera.rad_per_px();
-        self.read_strips(detector, &view, |_| sigma_km * sigma_km)?;
-        Ok(Ok(()))
+        let read = self.read_strips(detector, &view, |_| sigma_km * sigma_km)?;
+        let expected = inverse(&rough.covariance_km2.map(f64::from)).map(|information| Expected {
+            centre_km: rough.centre_km,
+            information: information.map(|element| element as f32),
+        });
+        Ok(Ok((read, expected)))
     }
 
     /// The centre of the points in the workspace.
     fn fit(
         &mut self,
         body: &Body,
-        tolerance_px: f32,
+        demand: &Demand,
         expected: Option<&Expected>,
     ) -> Result<EarthFix, Refusal> {
         let workspace = &mut *self.workspace;
         let (points, rays) = (&workspace.limb, &mut workspace.rays);
-        centre::centre(points, &self.camera, body, tolerance_px, expected, &self.parameters.earth, rays)
+        centre::centre(points, &self.camera, body, demand, expected, &self.parameters.earth, rays)
     }
 
     /// Fills the workspace with limb points from strips across the limb where it is expected; `variance` gives that of its
@@ -259,9 +269,9 @@ impl Sensor<'_> {
         let [x, y, z] = found.sigma_rad.map(|sigma| sigma * sigma);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();
-        let EarthFix { centre_km, covariance_km2, place_km, .. } = fix;
-        let fix =
-            PositionFix::new(centre_km, covariance_km2, place_km, attitude, &attitude_covariance, &mounting);
+        // The filter has its own account of errors that last.
+        let EarthFix { centre_km, noise_km2, place_km, .. } = fix;
+        let fix = PositionFix::new(centre_km, noise_km2, place_km, attitude, &attitude_covariance, &mounting);
         let Some(mut position) = fix else { return };
         if let Some(state) = self.orbit.state() {
             position = position.without_aberration(&state.velocity_km_s);

@@ -3,6 +3,9 @@ use crate::earth::test_world::{GEO_KM, World, camera, geostationary, low, narrow
 use crate::oracle::{self, Generator, wide, wide_matrix};
 use nalgebra::Vector3;
 
+/// What a fix in tracking demands.
+const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 6, alone: true };
+
 /// Half of the range in which the mean of `runs` normalised squares of three unknowns lies, 3.3 sigmas (99.9 %).
 fn band(runs: usize) -> f64 {
     3.3 * (6.0 / runs as f64).sqrt()
@@ -45,7 +48,7 @@ fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<Earth
         points,
         &camera(),
         &world.body(&parameters),
-        tolerance_px,
+        &Demand { tolerance_px, inliers: 6, alone: true },
         None,
         &parameters,
         &mut Workspace::new(),
@@ -221,7 +224,6 @@ proptest::proptest! {
             .collect();
         let world = geostationary(30.0, 1);
         let parameters = EarthParameters {
-            least_share: 0.0,
             fewest_points: 3.0,
             least_arc_deg: 0.0,
             greatest_sigma_deg: 1e9,
@@ -229,7 +231,7 @@ proptest::proptest! {
             ..parameters()
         };
         let body = world.body(&parameters);
-        if let Ok(fix) = centre(&list, &camera(), &body, 200.0, None, &parameters, &mut Workspace::new()) {
+        if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3, alone: true }, None, &parameters, &mut Workspace::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
             proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
         }
@@ -282,7 +284,7 @@ impl ShortArc {
 
     fn fit(&self, list: &[LimbPoint], expected: Option<&Expected>) -> EarthFix {
         let body = self.world.body(&self.parameters);
-        centre(list, &camera(), &body, 2.0, expected, &self.parameters, &mut Workspace::new()).unwrap()
+        centre(list, &camera(), &body, &DEMAND, expected, &self.parameters, &mut Workspace::new()).unwrap()
     }
 
     /// An expectation this far from the true centre, known to `sigma_km` along every axis.
@@ -350,7 +352,7 @@ fn an_expectation_far_wrong_does_not_move_the_fix_of_a_long_arc() {
     for arc_deg in [360.0, 180.0] {
         let list = points(&world, [0.0, f64::to_radians(arc_deg)], 48, 0.3, &mut generator);
         let fit = |expected: Option<&Expected>| {
-            centre(&list, &camera(), &body, 2.0, expected, &parameters, &mut Workspace::new()).unwrap()
+            centre(&list, &camera(), &body, &DEMAND, expected, &parameters, &mut Workspace::new()).unwrap()
         };
         let alone = fit(None);
         let inverse = wide_matrix(&alone.covariance_km2).try_inverse().unwrap();
@@ -403,7 +405,7 @@ proptest::proptest! {
             let parameters = EarthParameters { greatest_sigma_deg: 1e9, greatest_range_share: 1e9, ..parameters() };
             let body = world.body(&parameters);
             if let Ok(fix) =
-                centre(&list, &camera(), &body, tolerance_px, Some(&expected), &parameters, &mut Workspace::new())
+                centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6, alone: true }, Some(&expected), &parameters, &mut Workspace::new())
             {
                 let vectors = fix.centre_km.iter().chain(&fix.place_km);
                 proptest::prop_assert!(vectors.chain(&fix.covariance_km2).all(|value| value.is_finite()), "{fix:?}");

@@ -32,6 +32,9 @@ fn points(count: usize, wrong: usize, seed: u64) -> (Vec<LimbPoint>, Vec<bool>) 
         .unzip()
 }
 
+/// A third of 40 points.
+const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 13, alone: true };
+
 #[test]
 fn a_body_is_found_with_forty_percent_of_the_points_wrong() {
     let world = geostationary(0.0, 1);
@@ -41,7 +44,7 @@ fn a_body_is_found_with_forty_percent_of_the_points_wrong() {
         let (points, wrong) = points(60, 24, seed);
         let mut rays = Rays::new();
         rays::fill(&mut rays, &points, &camera(), &body);
-        let Ok(_) = agree(&mut rays, &body, 2.0, &parameters()) else {
+        let Ok(_) = agree(&mut rays, &body, &DEMAND, &parameters()) else {
             missed += 1;
             continue;
         };
@@ -60,7 +63,7 @@ fn points_without_a_body_are_refused() {
         let (points, _) = points(40, 40, seed);
         let mut rays = Rays::new();
         rays::fill(&mut rays, &points, &camera(), &body);
-        assert!(agree(&mut rays, &body, 2.0, &parameters()).is_err(), "seed {seed}");
+        assert!(agree(&mut rays, &body, &DEMAND, &parameters()).is_err(), "seed {seed}");
     }
 }
 
@@ -71,9 +74,9 @@ fn a_limb_on_the_night_side_is_no_limb() {
     let mut rays = Rays::new();
     let body = world.body(&parameters());
     rays::fill(&mut rays, &points, &camera(), &body);
-    assert!(agree(&mut rays, &body, 2.0, &parameters()).is_ok());
+    assert!(agree(&mut rays, &body, &DEMAND, &parameters()).is_ok());
     world.sun = world.centre.normalize();
     let night = world.body(&parameters());
     rays::fill(&mut rays, &points, &camera(), &night);
-    assert_eq!(agree(&mut rays, &night, 2.0, &parameters()).err(), Some(Refusal::NoConsensus));
+    assert_eq!(agree(&mut rays, &night, &DEMAND, &parameters()).err(), Some(Refusal::NoConsensus));
 }

@@ -31,7 +31,7 @@ fn the_earth_is_found_without_prediction_from_high_and_low_orbits() {
             &points,
             &camera(),
             &body,
-            parameters.search_tolerance_px,
+            &parameters.in_search(points.len()),
             None,
             &parameters,
             &mut Workspace::new(),
@@ -87,7 +87,15 @@ fn a_terminator_alone_gives_few_points_and_no_centre() {
     let points = find(&mut dark.picture(1.0, 3));
     let parameters = parameters();
     let body = dark.body(&parameters);
-    let fix = centre(&points, &camera(), &body, 2.0, None, &parameters, &mut Workspace::new());
+    let fix = centre(
+        &points,
+        &camera(),
+        &body,
+        &parameters.in_search(points.len()),
+        None,
+        &parameters,
+        &mut Workspace::new(),
+    );
     std::println!("terminator: {} points, {:?}", points.len(), fix.err());
     assert!(fix.is_err());
 }

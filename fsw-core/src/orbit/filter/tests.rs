@@ -106,6 +106,25 @@ fn an_orbit_into_the_earth_is_forgotten() {
 }
 
 #[test]
+fn an_orbit_that_never_settled_is_stale_after_a_turn_without_a_fix() {
+    let parameters = OrbitParameters::default();
+    let state = circular(7_000.0, 51.0);
+    // Kepler's third law: 5,829 s.
+    let period_us = 5_829_000_000;
+    for (position_sigma_km, stale) in [(100.0, true), (1.0, false)] {
+        let mut filter = OrbitFilter::new();
+        assert!(!filter.is_stale(0));
+        assert!(filter.start(state, position_sigma_km, 1e-3, &parameters));
+        assert_eq!(filter.settled(), !stale);
+        filter.advance(state.time_us + period_us - 60_000_000, &parameters).unwrap();
+        assert!(!filter.is_stale(state.time_us));
+        filter.advance(state.time_us + period_us + 60_000_000, &parameters).unwrap();
+        assert_eq!(filter.is_stale(state.time_us), stale);
+        assert!(!filter.is_stale(state.time_us + period_us));
+    }
+}
+
+#[test]
 fn a_direction_alone_says_nothing_of_the_distance_however_far_off_that_is() {
     let expected = Vector3::new(7_000.0, 0.0, 0.0);
     let (sine, cosine) = libm::sincos(0.1);
