@@ -116,6 +116,11 @@ impl<'a> Field<'a> {
         self.calibration.map_or([0.0; 2], |calibration| calibration.colour_shift_px(at_px, b_v))
     }
 
+    /// Whether the lens is calibrated: then the centroids' sigmas are known, not assumed.
+    pub fn is_calibrated(&self) -> bool {
+        self.calibration.is_some()
+    }
+
     /// A measured star as it would stand were it of the calibration's colour, `star` being its name.
     pub fn without_colour(&self, seen: &Measured, star: &Star) -> Measured {
         let [x, y] = seen.centre_px;

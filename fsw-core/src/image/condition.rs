@@ -13,7 +13,7 @@
 //! Error of the noise on Gaussian noise, window of 120 x 62 px: sigma comes out 2 % low and the noise of sums 2 % high.
 //! Source: thesis §2.1 (row and column offsets); in its §3.1.1 the threshold is fixed and no background is taken off.
 //!
-//! Cost: 12.4 cycles a pixel of the window (119 x 62 px, 10 bit; Cortex-M4 model, zero wait states). More than 14 bits
+//! Cost: 18 cycles a pixel of the window (119 x 62 px, 10 bit; Cortex-M4 model, zero wait states). More than 14 bits
 //! cost one more reading and writing of the pixels.
 
 use super::FULL_SCALE;

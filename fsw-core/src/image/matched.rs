@@ -33,7 +33,7 @@ const PROFILE_ERROR: f32 = 0.15;
 const BAD_FIT: f32 = 1.6;
 /// By how much more than its linear part says the variance of a faint star grows with itself, 1/px²: the slopes are taken where the
 /// noise has moved the profile to. Measured on the reference lens: V = 5 and 6.
-const FAINT_PER_PX2: f32 = 20.0;
+const FAINT_PER_PX2: f32 = 40.0;
 /// Longest step, px.
 const STEP_MAX_PX: f32 = 0.5;
 /// Farthest from the first centre, px: else it was no single star.

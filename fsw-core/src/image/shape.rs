@@ -16,7 +16,8 @@
 //!
 //! Each moment is judged with the noise that it has: a faint star is given the benefit of the doubt.
 //!
-//! Assumption: a PSF of 0.5 to 2 px sigma. Cost: 4,000 cycles a spot, 14,000 for one drawn out (Cortex-M4 model).
+//! Assumption: a PSF of 0.5 to 2 px sigma. Cost: within the prices of a candidate and of a second look
+//! (`allowance`).
 
 use super::Detection;
 use super::condition::Residuals;

@@ -191,10 +191,10 @@ fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
 const PRIOR_RESIDUALS: f32 = 10.0;
 
 /// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at once; smaller
-/// ones only as far as there are many, because few are small by luck.
-fn sigma_scale(matches: &[Match], measured: &[Measured]) -> f32 {
+/// ones only as far as there are many, because few are small by luck, and not of a calibrated lens, whose sigmas are known.
+fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
-        let seen = measured.get(usize::from(found.measured));
+        let seen = field.measured().get(usize::from(found.measured));
         let sigma = seen.map_or(1.0, |seen| doubted_sigma_px(found, seen, OUTLYING_SIGMAS));
         let [dx, dy] = found.residual_px;
         sum + (dx * dx + dy * dy) / (sigma * sigma)
@@ -202,8 +202,11 @@ fn sigma_scale(matches: &[Match], measured: &[Measured]) -> f32 {
     // Two residuals a star, less the three angles that were fitted.
     let freedom = 2.0 * matches.len() as f32 - 3.0;
     let ratio = chi_square / freedom;
+    if ratio > 1.0 {
+        return libm::sqrtf(ratio);
+    }
     let weighted = (chi_square + PRIOR_RESIDUALS) / (freedom + PRIOR_RESIDUALS);
-    libm::sqrtf(if ratio > 1.0 { ratio } else { weighted })
+    if field.is_calibrated() { 1.0 } else { libm::sqrtf(weighted) }
 }
 
 /// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with the
@@ -258,7 +261,7 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
         let [dx, dy] = found.residual_px;
         sum + dx * dx + dy * dy
     });
-    let scale = sigma_scale(&matches, measured);
+    let scale = sigma_scale(&matches, field);
     Some(Confirmed {
         attitude,
         sigma_rad: sigma_rad.map(|sigma| sigma * scale),

@@ -22,8 +22,8 @@
 //! rows, everything else is bilinear between its corners. This moves the limb by at most 0.006 px in the geostationary orbit
 //! and 0.003 px in low ones, and changes brightness by at most 0.2 % of the greatest (tests). Cells in which no light
 //! falls cost nothing. The night sky is drawn about the limb only; deep in the disc it is 1e-3 electrons an exposure
-//! and left out, as are Moon and towns. Cost: about 30 ns a lit pixel of a whole frame, 40 to 60 ns a pixel of strips of 80 x 9 px
-//! across the limb, of which a third goes to the cells' points; filling the maps of a hemisphere takes 0.3 s, once.
+//! and left out, as are Moon and towns. Cost: `cargo bench -p sil-host --bench rendering`; filling the maps of a hemisphere
+//! takes 0.3 s, once.
 
 use super::cell::{AREA, Cell, HEIGHT, KM_PER_DEPTH, Lane, Node, Places, SIGMA_KM, WIDTH};
 use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
