@@ -45,7 +45,10 @@ pub struct Row {
     pub peers_percent: Option<f64>,
     /// Whether the peers were measured in this cell.
     pub peers_measured: bool,
-    /// Whether nothing was wrong, and the share not behind the peers.
+    /// Wrong identifications that the stated probabilities allow for.
+    pub stated_wrong: f64,
+    /// Whether nothing was wrong (where the user's criterion takes more: no more than was stated), and the share not behind
+    /// the peers.
     pub kept: bool,
 }
 
@@ -58,8 +61,18 @@ impl Row {
             Peers::Unknown => (None, false),
         };
         let ahead = peers_percent.is_none_or(|peers| identified_percent >= peers);
-        let kept = outcome.wrong == 0 && ahead;
-        Self { case: case.name.clone(), outcome, identified_percent, peers_percent, peers_measured, kept }
+        let stated_wrong = outcome.stated_ppb as f64 * 1e-9;
+        let allowed = if case.as_in_flight() { 0.0 } else { stated_wrong };
+        let kept = ahead && outcome.wrong as f64 <= allowed;
+        Self {
+            case: case.name.clone(),
+            outcome,
+            identified_percent,
+            peers_percent,
+            peers_measured,
+            stated_wrong,
+            kept,
+        }
     }
 
     fn line(&self) -> String {
@@ -68,11 +81,12 @@ impl Row {
             (Some(share), false) => format!("<= {share:.1}"),
             (None, _) => "-".to_string(),
         };
-        let Outcome { tried, wrong, names, wrong_names, false_names, .. } = self.outcome;
+        let Outcome { tried, wrong, names, wrong_names, companions, .. } = self.outcome;
         format!(
-            "{:<28}{tried:>9}{:>13.3}{peers:>10}{wrong:>8}{names:>11}{wrong_names:>8}{false_names:>8}  {}",
+            "{:<28}{tried:>9}{:>13.3}{peers:>10}{wrong:>8}{:>12.1e}{names:>11}{wrong_names:>8}{companions:>11}  {}",
             self.case,
             self.identified_percent,
+            self.stated_wrong,
             if self.kept { "kept" } else { "MISSED" }
         )
     }
@@ -185,14 +199,30 @@ fn tell(rows: &[Row]) {
     let sum = rows.iter().fold(Outcome::default(), |sum, row| sum.and(&row.outcome));
     let head = format!(
         "Identification, lost in space: 15 deg square on 1024 x 1024 px, stars to V = 6\n\
-         {:<28}{:>9}{:>13}{:>10}{:>8}{:>11}{:>8}{:>8}\n\
-         {:<28}{:>9}{:>13}{:>10}{:>8}{:>11}{:>8}{:>8}",
-        "", "", "identified,", "peers'", "wrong", "", "wrong", "false", "case", "fields", "%", "best, %", "skies",
-        "names", "names", "names",
+         {:<28}{:>9}{:>13}{:>10}{:>8}{:>12}{:>11}{:>8}{:>11}\n\
+         {:<28}{:>9}{:>13}{:>10}{:>8}{:>12}{:>11}{:>8}{:>11}",
+        "",
+        "",
+        "identified,",
+        "peers'",
+        "wrong",
+        "wrong as",
+        "",
+        "wrong",
+        "companions'",
+        "case",
+        "fields",
+        "%",
+        "best, %",
+        "skies",
+        "stated",
+        "names",
+        "names",
+        "names",
     );
     let foot = format!(
-        "{} skies identified, {} wrong; of {} names {} are another star's and {} a false star's",
-        sum.identified, sum.wrong, sum.names, sum.wrong_names, sum.false_names
+        "{} skies identified, {} wrong; of {} names {} wrong",
+        sum.identified, sum.wrong, sum.names, sum.wrong_names
     );
     let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(Row::line)).chain([foot]).collect();
     // A reader that closed the pipe has what it wanted: not a fault.

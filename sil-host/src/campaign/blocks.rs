@@ -4,9 +4,10 @@
 //! numbers of the fields alone, so that any order and any number of threads give the same table. The file holds one block a
 //! line; a campaign that was stopped goes on behind what the file holds. A last line that was cut off is left out.
 
+use crate::attitude_table::APART_PX;
 use crate::campaign::cases::{Case, Maker};
 use crate::error::HostError;
-use crate::identify::{FieldInput, answer};
+use crate::identify::{FieldInput, answer_with};
 use crate::judge::{arcsec, attitude_error};
 use crate::lost_in_space::Solver;
 use crate::world::fields::Field;
@@ -49,10 +50,12 @@ pub struct Outcome {
     pub wrong: u64,
     /// Centroids named.
     pub names: u64,
-    /// Of these, true stars with another star's name.
+    /// Of these, with a name whose star stands elsewhere.
     pub wrong_names: u64,
-    /// Of these, false stars with a name.
-    pub false_names: u64,
+    /// Of these, beside the star of that name, within the image of a star: a companion, part of a blend.
+    pub companions: u64,
+    /// Sum of the stated false-identification probabilities, in parts per thousand million.
+    pub stated_ppb: u64,
 }
 
 impl Outcome {
@@ -64,7 +67,8 @@ impl Outcome {
             wrong: self.wrong + other.wrong,
             names: self.names + other.names,
             wrong_names: self.wrong_names + other.wrong_names,
-            false_names: self.false_names + other.false_names,
+            companions: self.companions + other.companions,
+            stated_ppb: self.stated_ppb + other.stated_ppb,
         }
     }
 }
@@ -88,31 +92,49 @@ pub fn of_case(case: &Case, seed: u64, fields: u64) -> Vec<Key> {
 }
 
 /// Holds an answer against the truth.
-fn judge(solver: &mut Solver, maker: &Maker<'_>, field: &Field, camera: &Camera, catalogue: &Catalogue) -> Outcome {
+fn judge(
+    solver: &mut Solver,
+    maker: &Maker<'_>,
+    field: &Field,
+    camera: &Camera,
+    catalogue: &Catalogue,
+) -> Outcome {
     let with_brightness = maker.with_brightness();
     let centroids = field.stars.iter().map(|star| match with_brightness {
         true => vec![star.pixel[0], star.pixel[1], star.brightness],
         false => star.pixel.to_vec(),
     });
     let input = FieldInput { id: field.id.into(), centroids: centroids.collect() };
-    let found = answer(solver, &input, camera, catalogue);
+    let found = answer_with(maker.criterion(), solver, &input, camera, catalogue);
     let mut outcome = Outcome { tried: 1, ..Outcome::default() };
     let Some(quaternion) = found.q else { return outcome };
     outcome.identified = 1;
+    outcome.stated_ppb = (found.false_id_probability.unwrap_or(1.0) * 1e9) as u64;
     let [x, y, z] = attitude_error(quaternion, field.quaternion).map(|error| arcsec(error).abs());
     let no_star = field.stars.iter().all(|star| star.hip.is_none());
     outcome.wrong = (no_star || x.max(y) > WRONG_SIGHT_ARCSEC || z > WRONG_ROLL_ARCSEC).into();
     for (name, star) in found.hip.iter().zip(&field.stars) {
         let Some(name) = name else { continue };
         outcome.names += 1;
-        outcome.wrong_names += u64::from(star.hip.is_some_and(|truth| truth != *name));
-        outcome.false_names += u64::from(star.hip.is_none());
+        if star.hip == Some(*name) {
+            continue;
+        }
+        let place = maker.place(field, *name);
+        let beside = place.is_some_and(|[x, y]| libm::hypot(star.pixel[0] - x, star.pixel[1] - y) < APART_PX);
+        outcome.companions += u64::from(beside);
+        outcome.wrong_names += u64::from(!beside);
     }
     outcome
 }
 
 /// Tries a block.
-pub fn fly(key: Key, maker: &Maker<'_>, camera: &Camera, catalogue: &Catalogue, solver: &mut Solver) -> Block {
+pub fn fly(
+    key: Key,
+    maker: &Maker<'_>,
+    camera: &Camera,
+    catalogue: &Catalogue,
+    solver: &mut Solver,
+) -> Block {
     let numbers = key.first..key.first + key.fields;
     let outcomes = numbers.map(|index| judge(solver, maker, &maker.field(index), camera, catalogue));
     let outcome = outcomes.fold(Outcome::default(), |sum, one| sum.and(&one));
@@ -132,13 +154,19 @@ impl BlocksFile {
     /// # Errors
     /// When it cannot be read or written, or a line is no block.
     pub fn open(path: &Path) -> Result<(Self, HashMap<Key, Outcome>), HostError> {
-        let system = |error: std::io::Error| HostError::system(path, "used", &error, "give another file by --out");
+        let system =
+            |error: std::io::Error| HostError::system(path, "used", &error, "give another file by --out");
         let text = if path.exists() { std::fs::read_to_string(path).map_err(system)? } else { String::new() };
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut held = HashMap::new();
         for (number, line) in text[..whole].lines().enumerate() {
             let block: Block = serde_json::from_str(line).map_err(|_| {
-                HostError::input(path, Some(number + 1), "no block of a campaign", "give another file by --out")
+                HostError::input(
+                    path,
+                    Some(number + 1),
+                    "no block of a campaign",
+                    "give another file by --out",
+                )
             })?;
             held.insert(block.key, block.outcome);
         }
