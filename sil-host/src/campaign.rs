@@ -47,7 +47,8 @@ pub struct Row {
     pub peers_measured: bool,
     /// Wrong identifications that the stated probabilities allow for.
     pub stated_wrong: f64,
-    /// Whether nothing was wrong (where the user's criterion takes more: no more than was stated), and the share not behind
+    /// Whether nothing was wrong (where the user's criterion takes more: no more than was stated and three of
+    /// its standard deviations), and the share not behind
     /// the peers.
     pub kept: bool,
 }
@@ -62,7 +63,7 @@ impl Row {
         };
         let ahead = peers_percent.is_none_or(|peers| identified_percent >= peers);
         let stated_wrong = outcome.stated_ppb as f64 * 1e-9;
-        let allowed = if case.as_in_flight() { 0.0 } else { stated_wrong };
+        let allowed = if case.as_in_flight() { 0.0 } else { stated_wrong + 3.0 * stated_wrong.sqrt() };
         let kept = ahead && outcome.wrong as f64 <= allowed;
         Self {
             case: case.name.clone(),
