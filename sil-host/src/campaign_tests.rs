@@ -44,6 +44,7 @@ fn hard_fields_are_identified_and_never_wrongly() {
         ("3 stars, up to 10 % false", 60.0),
         ("4 stars, up to 10 % false", 70.0),
         ("5 brightest stars", 70.0),
+        ("7 stars before 45 of clouds", 80.0),
         ("edge stars", 60.0),
         ("half of the stars missing", 85.0),
     ] {

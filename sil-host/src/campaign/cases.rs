@@ -35,6 +35,8 @@ const UNTOLD_K1: f64 = 0.18;
 const EDGE_SHARE: f64 = 0.125;
 /// Companions stand so far from their stars, px.
 const COMPANION_PX: [f64; 2] = [1.5, 6.0];
+/// Makes false stars fainter than every star.
+const CLOUD_DIMMING: f64 = 1e-3;
 /// Brighter than every star.
 const PLANET_BRIGHTNESS: f64 = 30.0;
 
@@ -53,12 +55,21 @@ pub enum Change {
     Edge,
     /// Every third star, by lot, has a companion that is in no catalogue.
     Companions,
+    /// So many of the brightest stars remain, the false stars are fainter than they, and brightness is given: few stars before
+    /// what clouds leave.
+    BeforeClouds(usize),
     /// So many planets outshine all stars, and brightness is given.
     Planets(u32),
     /// The lens has a distortion that the solver does not know.
     UntoldLens,
     /// There are no stars at all.
     NoStars,
+}
+
+impl Change {
+    fn gives_brightness(self) -> bool {
+        matches!(self, Self::Planets(_) | Self::BeforeClouds(_))
+    }
 }
 
 /// What the peers reach.
@@ -171,7 +182,7 @@ pub fn hard() -> Vec<Case> {
         Case::new("4 stars, up to 10 % false", 0.1, 0, Change::Brightest(4)).for_few_stars(),
         Case::new("4 brightest stars", 0.1, 0, Change::Brightest(4)),
         Case::new("5 brightest stars", 0.3, 0, Change::Brightest(5)),
-        Case::new("7 stars, 40 false", 0.3, 40, Change::Brightest(7)),
+        Case::new("7 stars before 45 of clouds", 0.3, 45, Change::BeforeClouds(7)),
         Case::new("240 arcsec", NOISE_240_ARCSEC_PX, 5, Change::None),
         Case::new("untold lens, 240 arcsec", 0.3, 5, Change::UntoldLens),
         Case::new("close pairs", 0.3, 0, Change::Companions),
@@ -226,7 +237,7 @@ impl<'a> Maker<'a> {
             limit_v: if case.change == Change::NoStars { f64::NEG_INFINITY } else { LIMIT_V },
             noise_px,
             false_stars,
-            brightness: matches!(case.change, Change::Planets(_)),
+            brightness: case.change.gives_brightness(),
             seed,
         };
         let combinations: Vec<_> = match case.change {
@@ -244,7 +255,7 @@ impl<'a> Maker<'a> {
 
     /// Whether the centroids carry their brightness.
     pub fn with_brightness(&self) -> bool {
-        matches!(self.change, Change::Planets(_))
+        self.change.gives_brightness()
     }
 
     /// The user's criterion.
@@ -268,19 +279,27 @@ impl<'a> Maker<'a> {
     }
 }
 
+/// Keeps so many of the true stars.
+fn keep_brightest(count: usize, stars: &mut Vec<FieldStar>) {
+    let mut brightness: Vec<f64> =
+        stars.iter().filter(|star| star.hip.is_some()).map(|star| star.brightness).collect();
+    brightness.sort_by(|a, b| b.total_cmp(a));
+    if let Some(limit) = brightness.get(count) {
+        stars.retain(|star| star.hip.is_none() || star.brightness > *limit);
+    }
+}
+
 /// Changes the stars of a field.
 fn change(change: Change, stars: &mut Vec<FieldStar>, lot: &Noise) {
     let chosen =
         |star: &FieldStar, one_in: f64| star.hip.is_some_and(|hip| lot.uniform(hip, 0) * one_in < 1.0);
     match change {
         Change::None | Change::Mixed | Change::UntoldLens | Change::NoStars => {}
-        Change::Brightest(count) => {
-            let mut brightness: Vec<f64> =
-                stars.iter().filter(|star| star.hip.is_some()).map(|star| star.brightness).collect();
-            brightness.sort_by(|a, b| b.total_cmp(a));
-            if let Some(limit) = brightness.get(count) {
-                stars.retain(|star| star.hip.is_none() || star.brightness > *limit);
-            }
+        Change::Brightest(count) => keep_brightest(count, stars),
+        Change::BeforeClouds(count) => {
+            keep_brightest(count, stars);
+            let clouds = stars.iter_mut().filter(|star| star.hip.is_none());
+            clouds.for_each(|cloud| cloud.brightness *= CLOUD_DIMMING);
         }
         Change::Half => stars.retain(|star| !chosen(star, 2.0)),
         Change::Edge => {
