@@ -124,8 +124,9 @@ impl Campaign<'_> {
             }
         }
         let flown: Vec<_> = open
-            .into_par_iter()
-            .with_max_len(1)
+            .into_iter()
+            // In turn, so that a campaign that is stopped has done the first blocks.
+            .par_bridge()
             .map_init(Solver::default, |solver, (index, key)| {
                 let block = blocks::fly(key, &makers[index], &camera, &catalogue, solver);
                 finished(&block)?;
