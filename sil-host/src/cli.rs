@@ -35,6 +35,8 @@ pub enum Command {
     Attitude(AttitudeArguments),
     /// Focal length, optical centre and distortion of a lens from its sky pictures
     Calibrate(CalibrateArguments),
+    /// Many seeded runs of one thing, judged together
+    Campaign(CampaignArguments),
     /// Frames, parameters and telemetry for the emulated computer
     Record(RecordArguments),
     /// Centroid errors by magnitude, beside the Cramer-Rao bound
@@ -146,6 +148,44 @@ pub struct CalibrateArguments {
     /// Camera file to write; a drawing of the residuals comes beside it (.svg)
     #[arg(long, value_name = "CAM.toml")]
     pub out: PathBuf,
+}
+
+/// Arguments of `campaign`.
+#[derive(Debug, Args)]
+pub struct CampaignArguments {
+    /// Of what
+    #[command(subcommand)]
+    pub of: Campaign,
+}
+
+/// What campaigns there are.
+#[derive(Debug, Subcommand)]
+pub enum Campaign {
+    /// Identification of random skies beside the peers' figures, with a count of false identifications
+    Identify(CampaignIdentifyArguments),
+}
+
+/// Arguments of `campaign identify`.
+#[derive(Debug, Args)]
+pub struct CampaignIdentifyArguments {
+    /// Fields in each cell of the grid (noise by false stars) and of each hard case
+    #[arg(long, value_name = "N", default_value_t = 500)]
+    pub fields: u64,
+    /// Random skies besides, noise and false stars mixed
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub skies: u64,
+    /// Fields of false stars only
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub no_stars: u64,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 20_261_121)]
+    pub seed: u64,
+    /// File to which finished blocks are appended; what it holds already is not tried again
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+    /// One JSON object a row on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `record`.

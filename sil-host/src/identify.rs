@@ -16,6 +16,7 @@ use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use fsw_core::frames::ARCSEC_PER_RAD;
 use fsw_core::stars::MAX_MEASURED;
+use fsw_core::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -75,8 +76,19 @@ fn fault(field: &FieldInput) -> Option<String> {
     })
 }
 
-/// Identifies one field.
+/// Identifies one field as in flight.
 pub fn answer(
+    solver: &mut Solver,
+    field: &FieldInput,
+    camera: &Camera,
+    catalogue: &Catalogue,
+) -> FieldAnswer {
+    answer_with(&IdentificationParameters::default(), solver, field, camera, catalogue)
+}
+
+/// Identifies one field by a criterion of the user's.
+pub fn answer_with(
+    parameters: &IdentificationParameters,
     solver: &mut Solver,
     field: &FieldInput,
     camera: &Camera,
@@ -93,7 +105,7 @@ pub fn answer(
     order.truncate(MAX_MEASURED);
     let centroids: Vec<_> = order.iter().map(|index| (place(index), CENTROID_SIGMA_PX)).collect();
     let measured = measure(&centroids, camera);
-    let found = solver.identify(&measured, camera, catalogue);
+    let found = solver.identify(&measured, camera, catalogue, parameters);
     let mut answer = FieldAnswer {
         id: field.id.clone(),
         status: "not_identified",

@@ -7,6 +7,7 @@
 //! | [`scenario`] | scenario files (TOML), and those that come with the program |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
+//! | [`campaign`] | identification on many random skies, beside the peers |
 //! | [`attitude_table`] | the methods of attitude compared over the sky |
 //! | [`judge`], [`bound`] | estimate against truth, and against the physical limit |
 //! | [`report`] | a run on one page |
@@ -29,6 +30,7 @@ pub mod budget;
 pub mod calibrate;
 pub mod calibration;
 pub mod camera_file;
+pub mod campaign;
 pub mod centroids;
 pub mod cli;
 pub mod error;

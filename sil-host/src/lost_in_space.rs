@@ -67,7 +67,7 @@ impl Solver {
         self.identifier.polygons().len()
     }
 
-    /// Identifies stars of a calibrated camera, just as in flight.
+    /// Identifies stars of a calibrated camera, just as in flight; the parameters are the user's criterion.
     ///
     /// # Errors
     /// Why it was not identified.
@@ -76,10 +76,11 @@ impl Solver {
         measured: &[Measured],
         camera: &Camera,
         catalogue: &Catalogue,
+        parameters: &IdentificationParameters,
     ) -> Result<(Confirmed, f32), NotIdentified> {
         self.identifier.restart(0.0);
         let field = Field::whole(measured, catalogue, camera);
-        match self.identifier.advance(&field, &IdentificationParameters::default(), u32::MAX) {
+        match self.identifier.advance(&field, parameters, u32::MAX) {
             Progress::Identified(confirmed, log10_false) => Ok((confirmed, log10_false)),
             Progress::NotIdentified(reason) => Err(reason),
             // There are fewer sides than the allowance.

@@ -1,8 +1,8 @@
 //! The program `sil-host`: reads the command line, hands over to the library, turns the outcome into an exit status.
 
-use sil_host::cli::{self, Command, Request, RunArguments};
+use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{attitude, budget, calibrate, centroids, identify, record, render, run, solve};
+use sil_host::{attitude, budget, calibrate, campaign, centroids, identify, record, render, run, solve};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -29,6 +29,9 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
+            Some(Command::Campaign(arguments)) => match arguments.of {
+                Campaign::Identify(arguments) => campaign::run(&arguments),
+            },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),
             Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),

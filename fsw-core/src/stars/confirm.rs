@@ -5,10 +5,10 @@
 //! shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out: matches,
 //! attitude, and the odds that as many agree by chance.
 //!
-//! False-identification probability: were the hypothesis wrong, a projected star would find a measured one inside
-//! the capture radius `ρ` with probability `p = M π ρ² / A` (M measured stars on a detector of area A). Of N projected
-//! stars n matched; the two that fixed the hypothesis are no evidence for it, so the chance of this hypothesis is the
-//! binomial tail `P(X >= n - 2 | N - 2, p)`, times the number of hypotheses that were tried and of the tests made (see
+//! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars, measured or
+//! projected) would find one of the longer (of M) inside the capture radius `ρ` with probability `p = M π ρ² / A` on a
+//! detector of area A. Of them n matched; the two that fixed the hypothesis are no evidence for it, so the chance of this
+//! hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were tried and of the tests made (see
 //! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area covers the
 //! whole region in which polygon and matching would have accepted a star.
 
@@ -231,9 +231,10 @@ fn log10_chance(
                     && dx * dx + dy * dy < within_px * within_px
             });
             let hits = beyond_two(hits.count()) as u32;
-            let trials = beyond_two(expected.min(brightest)) as u32;
-            let chance = capture_share * beyond_two(measured.min(brightest)) as f32;
-            best = best.min(log10_binomial_tail(hits, trials, chance));
+            // Each star of the shorter list may meet any of the longer: the exact tail either way, less loose this way.
+            let (ours, theirs) = (beyond_two(expected.min(brightest)), beyond_two(measured.min(brightest)));
+            let chance = capture_share * ours.max(theirs) as f32;
+            best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance));
         }
     }
     (best + libm::log10f((RADII.len() * BRIGHTEST.len()) as f32)).min(0.0)
@@ -242,18 +243,28 @@ fn log10_chance(
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer than
 /// three stars match or the matches fix no attitude.
 pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
-    let measured = field.measured();
     let expected = field_stars(field.catalogue, field.camera, hypothesis)?;
+    confirm_among(&expected, hypothesis, field, tolerance_px)
+}
+
+/// The same with the catalogue stars that are to be expected.
+fn confirm_among(
+    expected: &[Predicted],
+    hypothesis: &Rotation<Icrs, StarPath>,
+    field: &Field,
+    tolerance_px: f32,
+) -> Option<Confirmed> {
+    let measured = field.measured();
     let (mut attitude, mut sigma_rad) = (*hypothesis, [0.0; 3]);
     for round in 0..ROUNDS {
         let radius = tolerance_px * (2.0 - round as f32 / (ROUNDS as f32 - 1.0));
-        let matches = match_stars(&expected, field, &attitude, radius);
+        let matches = match_stars(expected, field, &attitude, radius);
         if matches.len() < 3 {
             return None;
         }
         (attitude, sigma_rad) = solve(&matches, field)?;
     }
-    let matches = match_stars(&expected, field, &attitude, tolerance_px);
+    let matches = match_stars(expected, field, &attitude, tolerance_px);
     if matches.len() < 3 {
         return None;
     }
@@ -278,12 +289,30 @@ pub const WIDENINGS: usize = 3;
 /// Stars that a wider radius must bring beyond what chance does.
 const FEWEST_GAINED: usize = 2;
 
+/// Number of expected stars that have a measured one within `radius_px`.
+fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> usize {
+    let near = |[x, y]: [f32; 2]| {
+        measured.iter().any(|seen| {
+            let [dx, dy] = [seen.centre_px[0] - x, seen.centre_px[1] - y];
+            dx * dx + dy * dy < radius_px * radius_px
+        })
+    };
+    expected.iter().filter(|star| near(star.centre_px)).count()
+}
+
 /// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars than chance
 /// does.
 ///
 /// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be small, with
 /// a biased attitude and sigmas that believe it.
 pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirmed {
+    let Some(expected) = field_stars(field.catalogue, field.camera, &confirmed.attitude) else {
+        return confirmed;
+    };
+    let widest_px = tolerance_px * (1 << WIDENINGS) as f32;
+    if stars_near(&expected, field.measured(), widest_px) < confirmed.matches.len() + FEWEST_GAINED {
+        return confirmed;
+    }
     let mut best = confirmed;
     let mut radius_px = tolerance_px;
     for _ in 0..WIDENINGS {
@@ -292,7 +321,7 @@ pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirme
         if missing < FEWEST_GAINED {
             break;
         }
-        let Some(wider) = confirm(&best.attitude, field, radius_px) else { break };
+        let Some(wider) = confirm_among(&expected, &best.attitude, field, radius_px) else { break };
         let area = core::f32::consts::PI * radius_px * radius_px / field.searched_px;
         let by_chance = missing as f32 * field.measured().len() as f32 * area;
         let gained = wider.matches.len() as f32 - best.matches.len() as f32;

@@ -14,6 +14,9 @@ pub const MAX_FIELD_STARS: usize = 48;
 /// would lose stars in the corners.
 const COSINE_ROUNDING: f32 = 1e-6;
 
+/// Aberration moves a direction by no more than this (the catalogue takes no observer that is faster), and rounding.
+const MOST_ABERRATION: f32 = 1.001e-3;
+
 /// A catalogue star that should be on the detector.
 #[derive(Clone, Copy, Debug)]
 pub struct Predicted {
@@ -44,6 +47,10 @@ pub fn field_stars(
     let boresight = attitude.inverse().apply(&middle);
     let mut field = Vec::new();
     for (index, star) in catalogue.stars().enumerate() {
+        // Most stars are far off; what the observer's velocity does to those need not be known.
+        if star.direction().dot(&boresight) < cosine - MOST_ABERRATION {
+            continue;
+        }
         let direction = catalogue.seen(&star);
         if direction.dot(&boresight) < cosine {
             continue;
