@@ -58,6 +58,7 @@ use crate::world::sky as stars;
 use crate::world::stars::DetectorModel;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MountParameters, Parameters};
+use fsw_core::stars::identify::IdentificationParameters;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -283,7 +284,12 @@ impl Scenario {
         let camera = flight::camera_parameters(&self.camera);
         let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };
         let calibration_crc = calibration.map_or(0, Calibration::crc);
+        let identification = match calibration {
+            Some(_) => IdentificationParameters::of_calibrated_lens(),
+            None => IdentificationParameters::default(),
+        };
         Parameters {
+            identification,
             exposure_us: self.exposure_us,
             mount,
             row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,

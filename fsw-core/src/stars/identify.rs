@@ -57,6 +57,12 @@ impl Default for IdentificationParameters {
 }
 
 impl IdentificationParameters {
+    /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its centroids are
+    /// better, and the nearer a match must be, the more it proves.
+    pub fn of_calibrated_lens() -> Self {
+        Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
+    }
+
     /// The measured side between two stars with the tolerance number `step`.
     pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
         let chord = a.direction.chord(&b.direction);
