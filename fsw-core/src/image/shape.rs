@@ -35,8 +35,8 @@ const WEIGHT: [f32; 5] = [16.0, 14.1, 9.7, 5.2, 2.2];
 const DRAWN_PX2: f32 = 1.5;
 /// ... and it must exceed the lesser one by this factor: a lens that is blunt all around is none.
 const DRAWN_RATIO: f32 = 1.6;
-/// Three standard deviations of the moment under the weight, times flux over noise of a pixel, px².
-const DRAWN_NOISE: f32 = 40.0;
+/// More than a standard deviation of the moment under the weight, times flux over noise of a pixel, px².
+const DRAWN_NOISE: f32 = 20.0;
 /// Two standard deviations of a second moment of 3 x 3 px, times flux over noise of a pixel, px²: 2 sqrt(6).
 const THIN_NOISE: f32 = 4.9;
 /// Share of the middle's 3 x 3 px that the 3 x 3 px at an end of the square must hold to be light, percent.

