@@ -65,7 +65,7 @@ fn for_each_star(
         if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
             return false;
         }
-        let around = window.noise_around(x, y, quiet * 3 / 2);
+        let around = window.noise_around(x, y, quiet * 5 / 2);
         let window = window.about(x, y);
         let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, method.parameters)?));
         let at_once = look([x, y]);
