@@ -6,7 +6,7 @@ use std::process::Output;
 use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec};
 
 /// Pictures of one lens, by a part of their names.
-const LENSES: [&str; 4] = ["esa-tetra3/", "tomcreusot/", "openstartracker/", "ms.jpg"];
+const LENSES: [&str; 3] = ["esa-tetra3/", "tomcreusot/", "ms.jpg"];
 /// How far an answer may be from the truth, which is known to 1 to 8 arcsec.
 const ALLOWED_ARCSEC: f64 = 15.0;
 /// How wrong the focal length is from which calibration starts.
@@ -87,7 +87,7 @@ fn a_lens_from_other_pictures_serves_each_picture() {
             solved += 1;
         }
     }
-    assert_eq!(solved, 12);
+    assert_eq!(solved, 10);
 }
 
 #[test]

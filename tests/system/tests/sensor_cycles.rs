@@ -582,7 +582,8 @@ fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
     };
     let (told, untold) = (rms_arcsec(true), rms_arcsec(false));
     println!("told {told:.2?} arcsec, untold {untold:.2?}");
-    assert!(told[0] < 3.0 && told[1] < 3.0 && told[2] < 20.0, "{told:?}");
+    // Before an orbit is known, the aberration of its 5 arcsec remains.
+    assert!(told[0] < 3.0 && told[1] < 6.0 && told[2] < 20.0, "{told:?}");
     let whole = |error: [f64; 3]| error.iter().map(|part| part * part).sum::<f64>().sqrt();
     assert!(whole(untold) > 2.0 * whole(told), "{told:?} {untold:?}");
 }
