@@ -6,7 +6,7 @@
 //! [`PROFILE_STEP_PX`] apart.
 //!
 //! Corrections: stars without noise on the detector's own pixels are drawn where the flight code, with these profiles, finds
-//! them at each tenth of a pixel (found by [`ROUNDS`] rounds, the error being a slow function of the place), and what is
+//! them at each tenth of a pixel (found by `ROUNDS` rounds, the error being a slow function of the place), and what is
 //! missing to their true place is the entry. The centroids are those of the flight code itself, the images those of the
 //! world's PSF and pixels, read here and drawn as single spots ([`Lens`]), not as a scene.
 //!

@@ -77,7 +77,7 @@ impl Places {
         self.count
     }
 
-    /// The same in whole [`GROUP`]s: what is computed for the places beyond the last is not looked at.
+    /// The same in whole `GROUP`s: what is computed for the places beyond the last is not looked at.
     #[inline]
     pub fn padded(&self) -> usize {
         self.count.next_multiple_of(GROUP).min(AREA)
