@@ -13,7 +13,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -92,6 +92,15 @@ pub struct AttitudeReport {
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken.
     pub age_s: u16,
+}
+
+/// The attitude that the filter makes of all images so far, at the instant of the attitude beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FilteredAttitude {
+    /// ICRS to star path, `[x, y, z, w]`.
+    pub quaternion: [f32; 4],
+    /// Standard deviations about x, y, z of the star path, rad.
+    pub sigma_rad: [f32; 3],
 }
 
 /// What came of looking for the Earth in this second.
@@ -183,9 +192,11 @@ pub struct Report {
     pub mode: Mode,
     /// What came of it.
     pub status: Status,
-    /// The attitude, where there is one.
+    /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,
-    /// Rate of the star path against the stars in its own frame, rad/s, from two attitudes in a row.
+    /// The same filtered, once two images in a row have told the rate.
+    pub filtered: Option<FilteredAttitude>,
+    /// Rate of the star path against the stars in its own frame, rad/s, from all images so far.
     pub rate_rad_s: Option<[f32; 3]>,
     /// Star-like spots in the image or its windows.
     pub detections: u16,
@@ -214,6 +225,7 @@ impl Report {
             mode,
             status: Status::Waiting,
             attitude: None,
+            filtered: None,
             rate_rad_s: None,
             detections: 0,
             focal_ratio: 1.0,
