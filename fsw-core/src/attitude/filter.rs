@@ -76,7 +76,7 @@ pub struct Filter<const BLOCKS: usize> {
     /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
     states: [Vector3<f32>; BLOCKS],
     /// mrad, s.
-    covariance: [[Matrix3<f32>; BLOCKS]; BLOCKS],
+    covariance: Covariance<BLOCKS>,
     /// Variance of the last attitude observed, mrad².
     variance: Vector3<f32>,
     /// Whether the states after the attitude are known.
@@ -88,6 +88,44 @@ pub struct Filter<const BLOCKS: usize> {
     agility: f32,
     /// Mean square of the normalised innovations, a degree of freedom.
     consistency: f32,
+}
+
+/// Number of the rate, or negative bias, among the states.
+const RATE: usize = 1;
+
+/// Symmetric, of 3 x 3 blocks.
+#[derive(Clone, Copy, Debug)]
+struct Covariance<const BLOCKS: usize>([[Matrix3<f32>; BLOCKS]; BLOCKS]);
+
+impl<const BLOCKS: usize> Covariance<BLOCKS> {
+    fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
+        Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
+    }
+
+    /// A block; there is none outside.
+    fn at(&self, row: usize, column: usize) -> Matrix3<f32> {
+        self.0.get(row).and_then(|blocks| blocks.get(column)).copied().unwrap_or_default()
+    }
+
+    /// Puts a block in its two places; where these are one, rounding must not make it lopsided.
+    fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
+        let across = block.transpose();
+        let (block, across) = if row == column { ((block + across) * 0.5, across) } else { (block, across) };
+        for (row, column, block) in [(column, row, across), (row, column, block)] {
+            if let Some(place) = self.0.get_mut(row).and_then(|blocks| blocks.get_mut(column)) {
+                *place = block;
+            }
+        }
+    }
+}
+
+/// What a change `k` integrals away makes of a time: `t^k / k!`, k to 2.
+fn power(elapsed: f32, k: usize) -> f32 {
+    match k {
+        0 => 1.0,
+        1 => elapsed,
+        _ => elapsed * elapsed * 0.5,
+    }
 }
 
 /// A turn, its matrix and that matrix's mean over the turn.
@@ -125,7 +163,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             cycle,
             observed: cycle,
             states: [Vector3::zeros(); BLOCKS],
-            covariance: [[Matrix3::zeros(); BLOCKS]; BLOCKS],
+            covariance: Covariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
             variance: squares(&Vector3::from(sigma_rad)),
             rated: false,
             reading: Vector3::zeros(),
@@ -133,14 +171,14 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             agility: square(FIRST_AGILITY_RAD),
             consistency: 1.0,
         };
-        filter.covariance[0][0] = Matrix3::from_diagonal(&filter.variance);
+        filter.covariance.put(0, 0, Matrix3::from_diagonal(&filter.variance));
         filter
     }
 
     /// The same with a rate sensor, whose readings come with every [`Filter::carry`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
         (self.sensor, self.rated) = (Some(noise), true);
-        self.covariance[BLOCKS - 1][BLOCKS - 1] = Matrix3::from_diagonal_element(square(noise.bias_rad_s));
+        self.covariance.put(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
         self.agility = square(noise.walk_rad_s);
         self
     }
@@ -166,8 +204,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate sensor.
     pub fn rate(&self) -> Option<Rate> {
         let noise = self.sensor.map_or(0.0, |sensor| square(sensor.white_rad));
-        let variance = self.covariance[1][1].diagonal().map(|variance| variance + noise);
-        self.rated.then(|| Rate { rad_s: self.reading + self.states[1], sigma_rad_s: self.sigma(&variance) })
+        let variance = self.covariance.at(RATE, RATE).diagonal().map(|variance| variance + noise);
+        self.rated
+            .then(|| Rate { rad_s: self.reading + self.state(RATE), sigma_rad_s: self.sigma(&variance) })
     }
 
     /// Attitude and standard deviations, rad, in a later cycle; `None` without a rate, or when it would have to be carried too
@@ -175,7 +214,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn at(&self, cycle: u32) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
         then.carry(cycle, None).then(|| {
-            let variance = then.covariance[0][0].diagonal() + then.variance * COLOURED;
+            let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
             (then.attitude, then.sigma(&variance).into())
         })
     }
@@ -194,12 +233,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// How the sensor turns in `elapsed` seconds.
     fn turn(&self, reading: &Vector3<f32>, elapsed: f32) -> Option<Turn> {
-        let mut angle = reading * elapsed;
-        let mut power = 1.0;
-        for (k, state) in self.states.iter().enumerate().skip(1) {
-            power *= elapsed / k as f32;
-            angle += state * power;
-        }
+        let driven = (1..BLOCKS).fold(Vector3::zeros(), |sum, k| sum + self.state(k) * power(elapsed, k));
+        let angle = reading * elapsed + driven;
         // Also false where it is not a number.
         let near = angle.dot(&angle) < MAX_ANGLE_RAD * MAX_ANGLE_RAD;
         near.then(|| Turn::by(angle))
@@ -207,51 +242,45 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Carries states and covariance: `Φ P Φᵀ + Q`, block by block.
     fn spread(&mut self, turn: &Turn, elapsed: f32) {
-        let mut power = [1.0; BLOCKS];
         for k in 1..BLOCKS {
-            power[k] = power[k - 1] * elapsed / k as f32;
+            let added =
+                (k + 1..BLOCKS).fold(Vector3::zeros(), |sum, m| sum + self.state(m) * power(elapsed, m - k));
+            self.add(k, &added);
         }
-        // A block above the diagonal of Φ times a matrix.
-        let passed = |row: usize, column: usize, block: &Matrix3<f32>| match (row, column) {
+        // A block of Φ, which has none below the diagonal, times a matrix.
+        let passed = |row: usize, column: usize, block: Matrix3<f32>| match (row, column) {
             (0, 0) => turn.whole * block,
-            (0, _) => turn.mean * block * power[column],
-            _ => block * power[column - row],
+            (0, _) => turn.mean * block * power(elapsed, column),
+            _ => block * power(elapsed, column - row),
         };
-        for row in 1..BLOCKS {
-            for later in row + 1..BLOCKS {
-                self.states[row] += self.states[later] * power[later - row];
-            }
-        }
-        let before = self.covariance;
-        let mut halfway = before;
-        for row in 0..BLOCKS {
-            for column in 0..BLOCKS {
-                halfway[row][column] =
-                    (row..BLOCKS).fold(Matrix3::zeros(), |sum, k| sum + passed(row, k, &before[k][column]));
-            }
-        }
+        let halfway = Covariance::<BLOCKS>::from_fn(|row, column| {
+            (row..BLOCKS).fold(Matrix3::zeros(), |sum, k| sum + passed(row, k, self.covariance.at(k, column)))
+        });
         for row in 0..BLOCKS {
             for column in row..BLOCKS {
                 let carried = (column..BLOCKS).fold(Matrix3::zeros(), |sum, k| {
-                    sum + passed(column, k, &halfway[row][k].transpose()).transpose()
+                    sum + passed(column, k, halfway.at(row, k).transpose()).transpose()
                 });
                 let (a, b) = (BLOCKS - 1 - row, BLOCKS - 1 - column);
-                let noise = self.agility * power[a] * power[b] * elapsed / (a + b + 1) as f32;
-                self.put(row, column, carried + Matrix3::from_diagonal_element(noise));
+                let noise =
+                    self.agility * power(elapsed, a) * power(elapsed, b) * elapsed / (a + b + 1) as f32;
+                self.covariance.put(row, column, carried + Matrix3::from_diagonal_element(noise));
             }
         }
         if let Some(sensor) = self.sensor {
-            self.covariance[0][0] += Matrix3::from_diagonal_element(square(sensor.white_rad) * elapsed);
+            let lost = Matrix3::from_diagonal_element(square(sensor.white_rad) * elapsed);
+            self.covariance.put(0, 0, self.covariance.at(0, 0) + lost);
         }
     }
 
-    /// Puts a block of the covariance in its two places; where these are one, rounding must not make it lopsided.
-    fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
-        let across = block.transpose();
-        if row == column {
-            self.covariance[row][row] = (block + across) * 0.5;
-        } else {
-            (self.covariance[row][column], self.covariance[column][row]) = (block, across);
+    /// A state after the attitude.
+    fn state(&self, k: usize) -> Vector3<f32> {
+        self.states.get(k).copied().unwrap_or_default()
+    }
+
+    fn add(&mut self, k: usize, step: &Vector3<f32>) {
+        if let Some(state) = self.states.get_mut(k) {
+            *state += step;
         }
     }
 
@@ -278,14 +307,13 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Kalman's correction; `false`, and nothing changes, where the innovation is a surprise.
     fn correct(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
         let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
-        let Some(inverse) = Information::from_sum(self.covariance[0][0] + white).covariance_rad2() else {
+        let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
             return false;
         };
         // That takes 1 / mrad² for given.
         let inverse = inverse * (MRAD * MRAD);
         let nis = innovation.dot(&(inverse * innovation)) * (MRAD * MRAD);
-        // Also where it is not a number.
-        if !(nis < SURPRISE) {
+        if nis.is_nan() || nis >= SURPRISE {
             return false;
         }
         self.learn(nis / 3.0);
@@ -293,19 +321,19 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
         let left = white * inverse;
         for row in 0..BLOCKS {
-            let gain = before[row][0] * inverse;
+            let gain = before.at(row, 0) * inverse;
             let step = gain * innovation;
             if row == 0 {
                 self.attitude = self.attitude.turned(&step);
             } else {
-                self.states[row] += step;
+                self.add(row, &step);
             }
             for column in row..BLOCKS {
                 let block = match row {
-                    0 => left * before[0][column],
-                    _ => before[row][column] - gain * before[0][column],
+                    0 => left * before.at(0, column),
+                    _ => before.at(row, column) - gain * before.at(0, column),
                 };
-                self.put(row, column, block);
+                self.covariance.put(row, column, block);
             }
         }
         // Turns leave the matrix a little less orthogonal each.
@@ -336,21 +364,20 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let per_second = 1.0 / elapsed_s.max(1) as f32;
         let rate = innovation * per_second;
         if (1..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
-            self.states[1] = before.states[1] + rate;
-            let across = Matrix3::from_diagonal(&(self.variance * per_second));
-            (self.covariance[0][1], self.covariance[1][0]) = (across, across);
+            self.add(RATE, &(before.state(RATE) + rate));
+            self.covariance.put(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
             let both = (self.variance + before.variance) * (per_second * per_second);
-            self.covariance[1][1] = Matrix3::from_diagonal(&both);
+            self.covariance.put(RATE, RATE, Matrix3::from_diagonal(&both));
             self.rated = true;
         } else if before.rated {
             // After a longer gap the old rate is as good as any over that gap.
-            let changed = square(FIRST_AGILITY_RAD) * elapsed_s as f32;
-            self.states[1] = before.states[1];
-            self.covariance[1][1] = before.covariance[1][1] + Matrix3::from_diagonal_element(changed);
+            let changed = Matrix3::from_diagonal_element(square(FIRST_AGILITY_RAD) * elapsed_s as f32);
+            self.add(RATE, &before.state(RATE));
+            self.covariance.put(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
             self.rated = true;
         }
-        for k in 2..BLOCKS {
-            self.covariance[k][k] = Matrix3::from_diagonal_element(square(rate.norm() * per_second));
+        for k in RATE + 1..BLOCKS {
+            self.covariance.put(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
         }
         if before.rated && self.sensor.is_none() {
             let (least, greatest) = Self::agilities();

@@ -34,6 +34,19 @@ pub struct AttitudeFigures {
     pub thesis_arcsec: [f64; 3],
 }
 
+/// The filtered attitude over the run, about x, y, z of the star path.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FilteredFigures {
+    /// Root mean square error.
+    pub rms_arcsec: Option<[f64; 3]>,
+    /// Root mean square of the reported sigmas.
+    pub sigma_arcsec: Option<[f64; 3]>,
+    /// Share of the seconds with every axis within three sigma.
+    pub within_3_sigma_share: Option<f64>,
+    /// Mean of (error / sigma)² over the axes; 1 where the sigmas are right.
+    pub normalised_square: Option<f64>,
+}
+
 /// The Earth's direction and distance over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EarthFigures {
@@ -111,6 +124,8 @@ pub struct Figures {
     pub disagreements: Vec<Disagreement>,
     /// Attitude.
     pub attitude: AttitudeFigures,
+    /// The same filtered.
+    pub filtered: FilteredFigures,
     /// The Earth as seen.
     pub earth: EarthFigures,
     /// Position and velocity.
@@ -127,6 +142,7 @@ impl Figures {
             "mode_share" => self.mode_share,
             "first_attitude_s" => self.first_attitude_s.map(f64::from),
             "attitude_rms_arcsec" => self.attitude.rms_arcsec.map(|[x, y, _]| x.max(y)),
+            "filtered_rms_arcsec" => self.filtered.rms_arcsec.map(|[x, y, _]| x.max(y)),
             "earth_direction_rms_deg" => self.earth.direction_rms_deg,
             "earth_distance_rms_km" => self.earth.distance_rms_km,
             "final_position_km" => self.orbit.final_position_km,
@@ -173,6 +189,7 @@ pub struct Judge {
     modes: ModeJudge,
     valid: Share,
     attitude: AxesSums,
+    filtered: AxesSums,
     bound: [Squares; 3],
     direction: [Squares; 2],
     direction_sigma: Squares,
@@ -200,6 +217,7 @@ impl Judge {
             modes: ModeJudge::default(),
             valid: Share::default(),
             attitude: AxesSums::default(),
+            filtered: AxesSums::default(),
             bound: Default::default(),
             direction: Default::default(),
             direction_sigma: Squares::default(),
@@ -225,6 +243,9 @@ impl Judge {
             self.valid.add(second.attitude_rad.is_some());
             if let Some(attitude) = &second.attitude_rad {
                 self.attitude.add(attitude);
+            }
+            if let Some(filtered) = &second.filtered_rad {
+                self.filtered.add(filtered);
             }
         }
         if let Some(earth) = &second.earth {
@@ -299,6 +320,12 @@ impl Judge {
             bound_arcsec: x.zip(y).zip(z).map(|((x, y), z)| [x, y, z]),
             largest_sigma: self.attitude.largest_sigma(),
             thesis_arcsec: THESIS_ATTITUDE_ARCSEC,
+        };
+        figures.filtered = FilteredFigures {
+            rms_arcsec: self.filtered.rms(rad_to_arcsec),
+            sigma_arcsec: self.filtered.sigma(rad_to_arcsec),
+            within_3_sigma_share: self.filtered.within(),
+            normalised_square: self.filtered.normalised_square(),
         };
         let [x, y] = self.direction.map(|axis| axis.mean_square());
         figures.earth = EarthFigures {

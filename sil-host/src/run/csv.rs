@@ -39,7 +39,9 @@ earth_error_x_deg,earth_error_y_deg,earth_sigma_deg,distance_error_km,distance_s
 limb_inliers,limb_arc_deg,limb_rms_px,\
 limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults,\
 rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s,\
-gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,magnetometer_x_ut,magnetometer_y_ut,magnetometer_z_ut";
+gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,magnetometer_x_ut,magnetometer_y_ut,magnetometer_z_ut,\
+filtered_error_x_arcsec,filtered_error_y_arcsec,filtered_error_z_arcsec,\
+filtered_sigma_x_arcsec,filtered_sigma_y_arcsec,filtered_sigma_z_arcsec";
 
 /// A row under way: fields appended, each led by a comma but the first.
 struct Row<'a> {
@@ -137,7 +139,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     }
     row.several(Some(truth.quaternion), 9);
     row.several(report.attitude.map(|attitude| attitude.quaternion.map(f64::from)), 9);
-    attitude(&mut row, judged);
+    attitude(&mut row, judged.attitude_rad);
     row.several(Some(truth.position_km), 6);
     row.several(Some(truth.velocity_km_s), 9);
     row.several(report.orbit.map(|orbit| orbit.position_km), 6);
@@ -162,11 +164,11 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.several(judged.rate_rad_s.map(|rate| rate.map(arcsec)), 3);
     row.several(second.rate.map(|rate| rate.rad_s.map(|rad_s| f64::from(rad_s).to_degrees())), 4);
     row.several(second.field.map(|field| field.ut.map(f64::from)), 4);
+    attitude(&mut row, judged.filtered_rad);
     text.push('\n');
 }
 
-fn attitude(row: &mut Row<'_>, judged: &Judged) {
-    let attitude = judged.attitude_rad;
+fn attitude(row: &mut Row<'_>, attitude: Option<Axes>) {
     row.several(attitude.map(|attitude| attitude.error.map(arcsec)), 3);
     row.several(attitude.map(|attitude| attitude.sigma.map(arcsec)), 3);
 }

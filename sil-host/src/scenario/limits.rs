@@ -43,12 +43,13 @@ const fn at_most(key: &'static str, words: &'static str, unit: &'static str, mos
 }
 
 /// Every figure that can be limited.
-pub const LIMITABLE: [Limitable; 12] = [
+pub const LIMITABLE: [Limitable; 13] = [
     share("attitude_valid_share", "attitude valid outside Sun states"),
     share("within_3_sigma_share", "attitude error within 3 reported sigma"),
     share("position_within_3_sigma_share", "position error within 3 reported sigma"),
     share("mode_share", "mode as the geometry says"),
     at_most("first_attitude_s", "first attitude", "s", 1e6),
+    at_most("filtered_rms_arcsec", "filtered attitude error, worst axis across, rms", "arcsec", 1e6),
     at_most("attitude_rms_arcsec", "attitude error, worst axis across, rms", "arcsec", 1e6),
     at_most("earth_direction_rms_deg", "Earth's direction, rms per axis", "deg", 180.0),
     at_most("earth_distance_rms_km", "Earth's distance, rms", "km", 1e6),

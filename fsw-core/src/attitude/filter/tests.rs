@@ -216,8 +216,8 @@ fn a_rate_sensor_bears_a_slew_in_the_dark_and_its_bias_is_found() {
                 alone.carry(truth.cycle, None);
             }
             if second == 199 {
-                let error = filter.states[1] + bias;
-                let variance = filter.covariance[1][1].diagonal();
+                let error = filter.state(RATE) + bias;
+                let variance = filter.covariance.at(RATE, RATE).diagonal();
                 biases.push(error.component_div(&filter.sigma(&variance)));
             }
         }
