@@ -8,7 +8,7 @@
 use crate::error::HostError;
 use crate::judge::arcsec;
 use crate::judge::expected::{mode_of, word};
-use crate::judge::second::{Axes, Judged};
+use crate::judge::second::Axes;
 use crate::run::faults;
 use crate::run::harness::Second;
 use crate::world::scene::SensorState;
