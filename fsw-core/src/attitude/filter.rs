@@ -119,6 +119,12 @@ impl<const BLOCKS: usize> Covariance<BLOCKS> {
     }
 }
 
+/// Of two matrices; not written out in every place, for the flash it would take.
+#[inline(never)]
+fn product(a: &Matrix3<f32>, b: &Matrix3<f32>) -> Matrix3<f32> {
+    a * b
+}
+
 /// What a change `k` integrals away makes of a time: `t^k / k!`, k to 2.
 fn power(elapsed: f32, k: usize) -> f32 {
     match k {
@@ -211,6 +217,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Attitude and standard deviations, rad, in a later cycle; `None` without a rate, or when it would have to be carried too
     /// far in one step.
+    #[inline(never)]
     pub fn at(&self, cycle: u32) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
         then.carry(cycle, None).then(|| {
@@ -221,6 +228,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Carries the state to `cycle`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
     /// `false`, and nothing changes, where [`Filter::at`] gives nothing.
+    #[inline(never)]
     pub fn carry(&mut self, cycle: u32, reading_rad_s: Option<Vector3<f32>>) -> bool {
         let elapsed = cycle.wrapping_sub(self.cycle) as f32;
         let reading = reading_rad_s.unwrap_or(self.reading);
@@ -249,8 +257,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         // A block of Φ, which has none below the diagonal, times a matrix.
         let passed = |row: usize, column: usize, block: Matrix3<f32>| match (row, column) {
-            (0, 0) => turn.whole * block,
-            (0, _) => turn.mean * block * power(elapsed, column),
+            (0, 0) => product(&turn.whole, &block),
+            (0, _) => product(&turn.mean, &block) * power(elapsed, column),
             _ => block * power(elapsed, column - row),
         };
         let halfway = Covariance::<BLOCKS>::from_fn(|row, column| {
@@ -305,6 +313,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     }
 
     /// Kalman's correction; `false`, and nothing changes, where the innovation is a surprise.
+    #[inline(never)]
     fn correct(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
         let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
         let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
@@ -319,9 +328,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.learn(nis / 3.0);
         let before = self.covariance;
         // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
-        let left = white * inverse;
+        let left = product(&white, &inverse);
         for row in 0..BLOCKS {
-            let gain = before.at(row, 0) * inverse;
+            let gain = product(&before.at(row, 0), &inverse);
             let step = gain * innovation;
             if row == 0 {
                 self.attitude = self.attitude.turned(&step);
@@ -330,8 +339,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             }
             for column in row..BLOCKS {
                 let block = match row {
-                    0 => left * before.at(0, column),
-                    _ => before.at(row, column) - gain * before.at(0, column),
+                    0 => product(&left, &before.at(0, column)),
+                    _ => before.at(row, column) - product(&gain, &before.at(0, column)),
                 };
                 self.covariance.put(row, column, block);
             }
