@@ -163,6 +163,25 @@ pub struct CampaignArguments {
 pub enum Campaign {
     /// Identification of random skies beside the peers' figures, with a count of false identifications
     Identify(CampaignIdentifyArguments),
+    /// The whole sensor lost in space, from full frames in random directions of the sky
+    Acquire(CampaignAcquireArguments),
+}
+
+/// Arguments of `campaign acquire`.
+#[derive(Debug, Args)]
+pub struct CampaignAcquireArguments {
+    /// Directions
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub runs: u64,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// File to which finished runs are appended; what it holds already is not flown again
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+    /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `campaign identify`.

@@ -31,6 +31,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Campaign(arguments)) => match arguments.of {
                 Campaign::Identify(arguments) => campaign::run(&arguments),
+                Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
             },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),
