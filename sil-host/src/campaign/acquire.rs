@@ -105,11 +105,10 @@ fn fly(
     let (scenario, mut scene) = free.unwrap_or_else(|| {
         Err(HostError::usage(format!("run {run} finds no free direction"), "report this"))
     })?;
-    let [ra_deg, dec_deg] = sight_deg(&truth_of(&scene, 0)?.quaternion);
     let mut flown = Run {
         seed,
         run,
-        sight_deg: [ra_deg, dec_deg],
+        sight_deg: sight_deg(&truth_of(&scene, 0)?.quaternion).map(thousandths),
         frames: None,
         error_arcsec: None,
         sigma_arcsec: None,
@@ -121,8 +120,8 @@ fn fly(
         flight.second(|second| {
             if let Some(attitude) = second.judged.attitude_rad {
                 flown.frames = Some(cycle);
-                flown.error_arcsec = Some(attitude.error.map(arcsec));
-                flown.sigma_arcsec = Some(attitude.sigma.map(arcsec));
+                flown.error_arcsec = Some(attitude.error.map(arcsec).map(thousandths));
+                flown.sigma_arcsec = Some(attitude.sigma.map(arcsec).map(thousandths));
                 flown.stars = second.judged.stars;
             }
             Ok(())
@@ -132,6 +131,11 @@ fn fly(
         }
     }
     Ok(flown)
+}
+
+/// Rounded, so that a file holds it as it is.
+fn thousandths(value: f64) -> f64 {
+    (1e3 * value).round() / 1e3
 }
 
 /// Right ascension and declination of a star path's line of sight.
