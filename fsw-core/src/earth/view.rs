@@ -130,11 +130,21 @@ impl View {
         first * cosine + second * sine
     }
 
+    /// Direction of the limb at an azimuth about the centre, given by its cosine and sine; where azimuth begins is arbitrary.
+    pub fn limb_ray(&self, azimuth: [f32; 2]) -> Option<Direction<EarthPath>> {
+        let [axis, ..] = self.axes;
+        Direction::new(self.body.shrunk(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
+    }
+
+    /// Sine of the angle between the centre and the limb, in sphere space.
+    pub fn limb_sine(&self) -> f32 {
+        self.sine
+    }
+
     /// Place on the detector and sine of the Sun's elevation of the limb at an azimuth; `None` outside the field.
     fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
-        let ray = axis * self.cosine + radial * self.sine;
-        let ray = Direction::new(self.body.shrunk(&ray))?;
+        let ray = self.limb_ray(azimuth)?;
         let at_px = camera.project_earth(&ray)?;
         // A distortion's polynomial may fold directions far outside the field back into it.
         if !camera.contains(at_px, margin_px) || camera.earth_direction(at_px)?.dot(&ray) < NOT_FOLDED {
