@@ -32,6 +32,8 @@ use std::time::Instant;
 const EXPOSURE_US: u32 = 1000;
 /// Sides of the blocks in which a picture is read, px, in this order.
 pub const BINNINGS: [u16; 4] = [1, 2, 4, 8];
+/// Shorter side that must be left, px: fewer lines of the search could agree by chance.
+const LEAST_SIDE_PX: u16 = 256;
 /// Radius of the mean sphere, km (IUGG).
 const MEAN_RADIUS_KM: f32 = 6371.009;
 /// Points of a limb that is drawn or measured.
@@ -165,13 +167,24 @@ impl PictureEarth {
     ) -> Result<Found, HostError> {
         let mut first = None;
         for binning_px in BINNINGS {
-            let Some(mut binned) =
-                (if binning_px == 1 { Some(picture.clone()) } else { picture.binned(binning_px) })
-            else {
-                break;
+            let geometry = picture.geometry();
+            let mut binned = match binning_px {
+                1 => picture.clone(),
+                side if geometry.width_px.min(geometry.height_px) / side < LEAST_SIDE_PX => break,
+                side => match picture.binned(side) {
+                    Some(binned) => binned,
+                    None => break,
+                },
             };
-            let Ok(camera) = flight::camera(&file.binned(binning_px), name) else { break };
+            let camera = match binning_px {
+                1 => flight::camera(file, name)?,
+                side => match flight::camera(&file.binned(side), name) {
+                    Ok(camera) => camera,
+                    Err(_) => break,
+                },
+            };
             let found = self.find_binned(name, &mut binned, &camera, known, binning_px)?;
+            if std::env::var_os("DBG").is_some() { eprintln!("bin {binning_px}: {:?} points {}", found.fix.as_ref().map(|f| (f.rms_px, f.centre_km)), found.limb.len()); }
             if found.fix.is_ok() {
                 return Ok(found);
             }

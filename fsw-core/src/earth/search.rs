@@ -78,8 +78,6 @@ struct Found {
     /// Place of the limb, px from the line's end.
     place: f32,
     sigma_px: f32,
-    /// Where the plateau begins.
-    plateau: usize,
 }
 
 /// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
@@ -127,20 +125,20 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             let sigma = libm::sqrtf(
                 thresholds.floor_px * thresholds.floor_px + SIGMA_SHARE * SIGMA_SHARE * length * length,
             );
-            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma, plateau });
+            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma });
         }
         inner = outer;
     }
     Err(plateau)
 }
 
-/// Calls `found` for every passage from dark to bright along a line.
-fn walk(line: &Line, thresholds: &Thresholds, mut found: impl FnMut(Found)) {
+/// The first passage from dark to bright along a line.
+fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
     let begin = thresholds.contrast >> BEGIN_SHIFT;
-    let Some(mut dark) = line.at(0) else { return };
+    let mut dark = line.at(0)?;
     let (mut dark_run, mut resume) = (0, 0);
     for place in 0..line.pixels.len() {
-        let Some(value) = line.at(place) else { return };
+        let value = line.at(place)?;
         let above = value - dark;
         if above < 0 {
             dark += above >> FALL_SHIFT;
@@ -152,17 +150,14 @@ fn walk(line: &Line, thresholds: &Thresholds, mut found: impl FnMut(Found)) {
             continue;
         }
         if dark_run >= LEAST_DARK_PX && place >= resume && dark <= thresholds.dark {
-            resume = match follow(line, place, dark, thresholds) {
-                Ok(limb) => {
-                    let plateau = limb.plateau;
-                    found(limb);
-                    plateau
-                }
-                Err(end) => end,
-            };
+            match follow(line, place, dark, thresholds) {
+                Ok(limb) => return Some(limb),
+                Err(end) => resume = end,
+            }
         }
         dark_run = 0;
     }
+    None
 }
 
 /// Adds points, thinned out evenly when there are too many.
@@ -233,20 +228,19 @@ pub fn search(
             };
             detector.read(window, pixels)?;
             for backwards in [false, true] {
-                walk(&Line { pixels, backwards }, &thresholds, |limb| {
-                    let (place, outward) = if backwards {
-                        (f32::from(length) - 1.0 - limb.place, 1.0)
-                    } else {
-                        (limb.place, -1.0)
-                    };
-                    let across = f32::from(line);
-                    let (centre_px, outward_px) = if along_x {
-                        ([place, across], [outward, 0.0])
-                    } else {
-                        ([across, place], [0.0, outward])
-                    };
-                    thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
-                });
+                let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
+                let (place, outward) = if backwards {
+                    (f32::from(length) - 1.0 - limb.place, 1.0)
+                } else {
+                    (limb.place, -1.0)
+                };
+                let across = f32::from(line);
+                let (centre_px, outward_px) = if along_x {
+                    ([place, across], [outward, 0.0])
+                } else {
+                    ([across, place], [0.0, outward])
+                };
+                thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
             }
         }
     }
