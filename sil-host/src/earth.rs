@@ -34,6 +34,8 @@ const EXPOSURE_US: u32 = 1000;
 pub const BINNINGS: [u16; 4] = [1, 2, 4, 8];
 /// Shorter side that must be left, px: fewer lines of the search could agree by chance.
 const LEAST_SIDE_PX: u16 = 256;
+/// Least standard deviation of a limb point of a picture, px: published pictures are resampled, sharpened and masked by others.
+const PICTURE_FLOOR_PX: f32 = 0.3;
 /// Radius of the mean sphere, km (IUGG).
 const MEAN_RADIUS_KM: f32 = 6371.009;
 /// Points of a limb that is drawn or measured.
@@ -118,7 +120,8 @@ pub struct Known {
 impl Known {
     /// The body, and the parameters that belong to it.
     fn body(&self) -> (Body, EarthParameters) {
-        let mut parameters = EarthParameters::default();
+        let mut parameters =
+            EarthParameters { limb_floor_px: PICTURE_FLOOR_PX, ..EarthParameters::default() };
         if self.pole.is_none() {
             parameters.ellipsoid = Ellipsoid { equatorial_km: MEAN_RADIUS_KM, polar_km: MEAN_RADIUS_KM };
         }
@@ -184,7 +187,6 @@ impl PictureEarth {
                 },
             };
             let found = self.find_binned(name, &mut binned, &camera, known, binning_px)?;
-            if std::env::var_os("DBG").is_some() { eprintln!("bin {binning_px}: {:?} points {}", found.fix.as_ref().map(|f| (f.rms_px, f.centre_km)), found.limb.len()); }
             if found.fix.is_ok() {
                 return Ok(found);
             }
@@ -212,8 +214,7 @@ impl PictureEarth {
         picture.expose(EXPOSURE_US).map_err(fault)?;
         let (body, parameters) = known.body();
         let look = Look { camera, body: &body, parameters: &parameters };
-        let mut room =
-            Room { buffer: &mut self.buffer, points: &mut self.points, rays: &mut self.rays };
+        let mut room = Room { buffer: &mut self.buffer, points: &mut self.points, rays: &mut self.rays };
         let found = look::anywhere(&look, picture, &mut room).map_err(fault)?;
         let side = f32::from(binning_px);
         let unbinned = |at: f32| at * side + 0.5 * (side - 1.0);

@@ -2,7 +2,9 @@
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{attitude, budget, calibrate, campaign, centroids, earth, identify, record, render, run, solve};
+use sil_host::{
+    attitude, budget, calibrate, campaign, centroids, earth, identify, record, render, run, solve,
+};
 use std::io::Write;
 use std::process::ExitCode;
 

@@ -12,8 +12,11 @@ use crate::plan;
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::Vector3;
 
-/// Where the limb stands that a search found, px.
-const SEARCH_SIGMA_PX: f32 = 3.0;
+/// Sigma of the limb's place after a search, px.
+pub const SEARCH_SIGMA_PX: f32 = 3.0;
+/// The same after strips. They are read twice: where the limb is known better a strip is shorter, and more of them fit between it
+/// and the detector's edge (the second search along the rim, thesis §3.2.1).
+const STRIPS_SIGMA_PX: f32 = 0.5;
 /// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts as lit.
 const LIT_STEPS: f32 = 3.0;
 
@@ -71,9 +74,9 @@ impl Look<'_> {
         }))
     }
 
-    /// Variance of the limb's height after a search, km².
-    pub fn searched_km2(&self, view: &View) -> f32 {
-        let sigma_km = SEARCH_SIGMA_PX * view.limb_distance_km() * self.camera.rad_per_px();
+    /// Variance of the limb's height where it is known to `sigma_px`, km².
+    pub fn height_variance_km2(&self, view: &View, sigma_px: f32) -> f32 {
+        let sigma_km = sigma_px * view.limb_distance_km() * self.camera.rad_per_px();
         sigma_km * sigma_km
     }
 
@@ -143,11 +146,7 @@ pub struct Found {
 ///
 /// # Errors
 /// Of the detector.
-pub fn anywhere(
-    look: &Look,
-    detector: &mut impl Detector,
-    room: &mut Room,
-) -> Result<Found, DetectorError> {
+pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> Result<Found, DetectorError> {
     let searched = look.search(detector, room)?;
     let points = room.points.len();
     let refused = |refusal| Found { searched: points, strips: 0, fix: Err(refusal) };
@@ -168,18 +167,25 @@ pub fn anywhere(
             dx * dx + dy * dy < near_px * near_px
         })
     };
-    let variance_km2 = look.searched_km2(&view);
-    let strips = if look.body.knows_sun() {
-        let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
-        look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
-    } else {
-        let choice = Choice { most: MAX_LIMB_POINTS, wanted: is_lit };
-        look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
-    };
-    let demand = look.parameters.in_strips(strips, true);
-    let fix = look.fit(&demand, Expected::after(&rough).as_ref(), room);
-    Ok(Found { searched: points, strips, fix })
+    let mut found = refused(Refusal::TooFewPoints);
+    let (mut about, mut view) = (rough, view);
+    for sigma_px in [SEARCH_SIGMA_PX, STRIPS_SIGMA_PX] {
+        let variance_km2 = look.height_variance_km2(&view, sigma_px);
+        found.strips = if look.body.knows_sun() {
+            let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
+            look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
+        } else {
+            let choice = Choice { most: MAX_LIMB_POINTS, wanted: is_lit };
+            look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
+        };
+        let demand = look.parameters.in_strips(found.strips, true);
+        found.fix = look.fit(&demand, Expected::after(&about).as_ref(), room);
+        match found.fix.map(|fix| (fix, View::new(&fix.centre_km, look.body))) {
+            Ok((fix, Some(seen))) => (about, view) = (fix, seen),
+            _ => break,
+        }
+    }
+    Ok(found)
 }
-
 #[cfg(test)]
 mod tests;

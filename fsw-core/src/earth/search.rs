@@ -229,11 +229,8 @@ pub fn search(
             detector.read(window, pixels)?;
             for backwards in [false, true] {
                 let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
-                let (place, outward) = if backwards {
-                    (f32::from(length) - 1.0 - limb.place, 1.0)
-                } else {
-                    (limb.place, -1.0)
-                };
+                let (place, outward) =
+                    if backwards { (f32::from(length) - 1.0 - limb.place, 1.0) } else { (limb.place, -1.0) };
                 let across = f32::from(line);
                 let (centre_px, outward_px) = if along_x {
                     ([place, across], [outward, 0.0])

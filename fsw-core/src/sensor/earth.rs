@@ -2,8 +2,8 @@
 
 use super::{Instruments, Sensor, Sky};
 use crate::earth::centre::Expected;
+use crate::earth::look::{Choice, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
-use crate::earth::look::{Choice, Look, Room};
 use crate::earth::{Body, Demand, EarthFix, Refusal};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::covariance::inverse;
@@ -178,7 +178,7 @@ impl Sensor<'_> {
             Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        let variance_km2 = look.searched_km2(&view);
+        let variance_km2 = look.height_variance_km2(&view, SEARCH_SIGMA_PX);
         let read = look.read_strips(detector, &view, |_| variance_km2, &EVENLY, &mut room)?;
         Ok(Ok((read, Expected::after(&rough))))
     }
@@ -197,11 +197,8 @@ impl Sensor<'_> {
     /// Who looks at the Earth, and the room to do it in.
     fn looking<'a>(&'a mut self, body: &'a Body) -> (Look<'a>, Room<'a>) {
         let workspace = &mut *self.workspace;
-        let room = Room {
-            buffer: &mut workspace.buffer,
-            points: &mut workspace.limb,
-            rays: &mut workspace.rays,
-        };
+        let room =
+            Room { buffer: &mut workspace.buffer, points: &mut workspace.limb, rays: &mut workspace.rays };
         (Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room)
     }
 

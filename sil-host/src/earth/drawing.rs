@@ -48,8 +48,10 @@ fn draw(picture: &Picture, answer: &EarthAnswer, limb: &[Option<[f32; 2]>]) -> R
         Rgb([(u32::from(raw.min(white)) * 255 / u32::from(white)) as u8; 3])
     });
     let scale = (f32::from(width_px) / 1000.0).max(0.5);
-    for at in limb.iter().flatten() {
-        dot(&mut drawn, *at, LIMB);
+    for (here, next) in limb.iter().zip(limb.iter().cycle().skip(1)) {
+        if let (Some(here), Some(next)) = (here, next) {
+            line(&mut drawn, *here, *next);
+        }
     }
     for point in &answer.limb {
         let half = (POINT_PX * scale) as i32;
@@ -69,6 +71,18 @@ fn draw(picture: &Picture, answer: &EarthAnswer, limb: &[Option<[f32; 2]>]) -> R
         }
     }
     drawn
+}
+
+/// A piece of the limb. What leads far outside the picture is left out.
+fn line(drawn: &mut RgbImage, [x0, y0]: [f32; 2], [x1, y1]: [f32; 2]) {
+    let steps = (x1 - x0).abs().max((y1 - y0).abs()).ceil();
+    if steps > 2.0 * (drawn.width() + drawn.height()) as f32 {
+        return;
+    }
+    for step in 0..=steps as u32 {
+        let part = step as f32 / steps.max(1.0);
+        dot(drawn, [x0 + part * (x1 - x0), y0 + part * (y1 - y0)], LIMB);
+    }
 }
 
 /// Colours the pixel nearest to a place, if there is one.
