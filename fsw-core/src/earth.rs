@@ -13,7 +13,7 @@
 //!
 //! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
 //! says which points belong to one body, [`centre`] fits it, `horizon` says what heights that neighbouring points share make of it,
-//! and [`look`] puts these together.
+//! and [`look`] puts these together. [`thesis`] is the way of the thesis, for comparison.
 
 pub mod centre;
 pub mod consensus;
@@ -26,6 +26,7 @@ pub mod search;
 mod shape;
 #[cfg(test)]
 mod test_world;
+pub mod thesis;
 pub mod view;
 mod zone;
 

@@ -161,14 +161,19 @@ fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
 }
 
 /// Adds points, thinned out evenly when there are too many.
-struct Thinned<'a> {
+pub(super) struct Thinned<'a> {
     points: &'a mut Points,
     seen: u32,
     stride: u32,
 }
 
-impl Thinned<'_> {
-    fn add(&mut self, point: LimbPoint) {
+impl<'a> Thinned<'a> {
+    /// None seen yet; the list is empty.
+    pub(super) fn new(points: &'a mut Points) -> Self {
+        Self { points, seen: 0, stride: 1 }
+    }
+
+    pub(super) fn add(&mut self, point: LimbPoint) {
         let number = self.seen;
         self.seen = self.seen.wrapping_add(1);
         if number & (self.stride - 1) != 0 {
@@ -212,7 +217,7 @@ pub fn search(
         floor_px: parameters.search_floor_px,
     };
     let step = (parameters.search_step_px as u16).max(1);
-    let mut thinned = Thinned { points, seen: 0, stride: 1 };
+    let mut thinned = Thinned::new(points);
     for along_x in [true, false] {
         let (length, lines) = if along_x {
             (geometry.width_px, geometry.height_px)
