@@ -339,6 +339,27 @@ mod tests {
     }
 
     #[test]
+    fn earth_takes_directions_with_signs() {
+        let Ok(Request::Run(CommandLine { command: Some(Command::Earth(earth)) })) = parse([
+            "sil-host",
+            "earth",
+            "a.png",
+            "b.png",
+            "--camera",
+            "c",
+            "--pole",
+            "0,-1,0",
+            "--sun",
+            "-0.5, 0.1,1e-2",
+        ]) else {
+            panic!("not understood")
+        };
+        assert_eq!((earth.images.len(), earth.pole), (2, Some([0.0, -1.0, 0.0])));
+        assert_eq!(earth.sun, Some([-0.5, 0.1, 0.01]));
+        assert!(usage(&["sil-host", "earth", "a.png", "--camera", "c", "--pole", "0,0"]).contains("--pole"));
+    }
+
+    #[test]
     fn a_usage_error_is_one_line_and_help_is_none() {
         let message = usage(&["sil-host", "identify"]);
         assert!(message.starts_with("sil-host: ") && !message.contains('\n'), "{message}");
