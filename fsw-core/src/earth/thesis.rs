@@ -5,7 +5,7 @@
 //! none. Constants are the thesis's for a scale of 255, scaled to the converter's.
 //!
 //! Two things are ours, because they must be: the thesis's least distance of 10 px between the dark and the bright centre cannot
-//! occur in a region of 13 x 13 px ([`LEAST_APART_PX`]), and of all triplets [`MAX_TRIPLETS`] are tried. Of the pixels of a line above
+//! occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets [`MAX_TRIPLETS`] are tried. Of the pixels of a line above
 //! the threshold those next to one below it are looked at; any other region has no dark side.
 
 use super::search::{Points, Thinned};
