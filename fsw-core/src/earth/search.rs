@@ -10,7 +10,7 @@
 //!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
 //!
-//! Cost: a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
+//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, Window};
@@ -232,6 +232,12 @@ pub fn search(
                 Window { x: line, y: 0, width: 1, height: length }
             };
             detector.read(window, pixels)?;
+            // The dark level is never below the darkest pixel.
+            let (darkest, brightest) =
+                pixels.iter().fold((u16::MAX, 0), |(low, high), raw| (low.min(*raw), high.max(*raw)));
+            if i32::from(brightest.saturating_sub(darkest)) << FINE_SHIFT < thresholds.contrast {
+                continue;
+            }
             for backwards in [false, true] {
                 let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
                 let (place, outward) =
