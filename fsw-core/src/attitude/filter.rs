@@ -18,7 +18,7 @@
 //! which a fixed one cannot (thesis §3.1.4.2). What no noise explains is a manoeuvre: the filter begins
 //! anew from the last two attitudes. No attitude is refused; whether it is right was decided when its stars were identified.
 //!
-//! The same stars on the same pixels err alike for tens of seconds. [`COLOURED`], that share of an attitude's variance, is
+//! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's variance, is
 //! not averaged away but added to the sigmas reported.
 
 use super::covariance::Information;
