@@ -1,10 +1,10 @@
 //! `sil-host campaign acquire`: the whole sensor, lost in space, in random directions of the sky.
 //!
-//! In: a number of runs, a seed. Out: how many found their attitude from the first, second and third full frame, how many
+//! In: a number of runs, a seed. Out: how many found their attitude in the first, second and third cycle, how many
 //! a wrong one, and how good it was. A run is a satellite in GEO (`acquire.toml`) with the Earth's disc in the middle of the
 //! detector, ten false stars, hot pixels and proton hits. Its star path looks in a direction and with a roll that are evenly spread
-//! over all; its place on the orbit, and so the Earth's phase, is drawn as well. The sensor is switched on, tests itself and
-//! acquires. Directions in which the Earth or the Sun stand in the star path are drawn anew.
+//! over all; its place on the orbit, and so the Earth's phase, is drawn as well; the clouds are the same for all. The sensor is
+//! switched on, tests itself and acquires. Directions in which the Earth or the Sun stand in the star path are drawn anew.
 //!
 //! Everything depends on seed and number of the run alone. With `--out` every finished run is a line of a file, from which a
 //! campaign that was stopped goes on. Ends with status 1 when an attitude was wrong, or less than [`GOAL_PERCENT`] were found.
@@ -31,8 +31,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Mutex;
 
-/// Full frames after which an attitude is asked for.
-pub const FRAMES: u32 = 3;
+/// Cycles after the self-test within which an attitude is asked for.
+pub const CYCLES: u32 = 3;
 /// Runs of a hundred that must have one by then.
 pub const GOAL_PERCENT: f64 = 99.9;
 /// An error of a sight line beyond this, about x or y, is another part of the sky, arcsec.
@@ -51,8 +51,8 @@ pub struct Run {
     pub run: u64,
     /// Direction of the star path: right ascension, declination, deg.
     pub sight_deg: [f64; 2],
-    /// Full frames until the first attitude; none within [`FRAMES`].
-    pub frames: Option<u32>,
+    /// Cycles after the self-test until the first attitude; none within [`CYCLES`].
+    pub cycles: Option<u32>,
     /// Error of that attitude about x, y, z of the star path, arcsec.
     pub error_arcsec: Option<[f64; 3]>,
     /// Its sigmas.
@@ -87,7 +87,7 @@ fn satellite(
         velocity_km_s: apply(&along, base.velocity_km_s),
         ..base.clone()
     };
-    let scene = scenario.scene()?;
+    let scene = scenario.scene_above(seed)?;
     let truth = truth_of(&scene, 0)?;
     let free = truth.state == SensorState::Full && !truth.earth_in_star_path;
     Ok(free.then_some((scenario, scene)))
@@ -109,24 +109,24 @@ fn fly(
         seed,
         run,
         sight_deg: sight_deg(&truth_of(&scene, 0)?.quaternion).map(thousandths),
-        frames: None,
+        cycles: None,
         error_arcsec: None,
         sigma_arcsec: None,
         stars: 0,
     };
     let mut flight = Flight::new(&scenario, &mut scene, flight::open(catalogue_bytes)?, workspace)?;
     // The self-test has the first second.
-    for cycle in 0..=FRAMES {
+    for cycle in 0..=CYCLES {
         flight.second(|second| {
             if let Some(attitude) = second.judged.attitude_rad {
-                flown.frames = Some(cycle);
+                flown.cycles = Some(cycle);
                 flown.error_arcsec = Some(attitude.error.map(arcsec).map(thousandths));
                 flown.sigma_arcsec = Some(attitude.sigma.map(arcsec).map(thousandths));
                 flown.stars = second.judged.stars;
             }
             Ok(())
         })?;
-        if flown.frames.is_some() {
+        if flown.cycles.is_some() {
             break;
         }
     }
@@ -149,8 +149,8 @@ fn sight_deg(quaternion: &[f64; 4]) -> [f64; 2] {
 pub struct Figures {
     /// Runs flown.
     pub runs: u64,
-    /// Of these, with an attitude from the first, second, third full frame.
-    pub by_frame: [u64; FRAMES as usize],
+    /// Of these, with an attitude in the first, second, third cycle.
+    pub by_cycle: [u64; CYCLES as usize],
     /// With one from any of these, %.
     pub found_percent: f64,
     /// With an attitude of another part of the sky.
@@ -172,13 +172,13 @@ impl Figures {
         let (mut found, mut within, mut squares) = (0_u64, 0_u64, [0.0; 3]);
         for run in runs {
             figures.wrong += u64::from(run.wrong());
-            let (Some(frames), Some(error), Some(sigma)) = (run.frames, run.error_arcsec, run.sigma_arcsec)
+            let (Some(cycles), Some(error), Some(sigma)) = (run.cycles, run.error_arcsec, run.sigma_arcsec)
             else {
                 figures.without.push((run.run, run.sight_deg));
                 continue;
             };
             found += 1;
-            if let Some(count) = figures.by_frame.get_mut(frames.saturating_sub(1) as usize) {
+            if let Some(count) = figures.by_cycle.get_mut(cycles.saturating_sub(1) as usize) {
                 *count += 1;
             }
             within += u64::from(error.iter().zip(sigma).all(|(error, sigma)| error.abs() <= 3.0 * sigma));
@@ -195,14 +195,14 @@ impl Figures {
     }
 
     fn tell(&self) -> String {
-        let [first, second, third] = self.by_frame;
+        let [first, second, third] = self.by_cycle;
         let [x, y, z] = self.rms_arcsec;
         let mut lines = vec![
             "Lost in space from full frames: GEO, the Earth in the middle, 10 false stars, 200 hot pixels, 20 hits a frame"
                 .to_string(),
             format!("runs                     {}", self.runs),
             format!(
-                "attitude within 3 frames {:.2} %  ({first} from the first frame, {second} the second, {third} the third; goal {GOAL_PERCENT} %)",
+                "attitude within 3 cycles {:.2} %  ({first} in the first, {second} the second, {third} the third; goal {GOAL_PERCENT} %)",
                 self.found_percent
             ),
             format!("wrong                    {}  (goal 0)", self.wrong),
