@@ -14,7 +14,7 @@
 
 use crate::attitude_table;
 use crate::cli::AttitudeArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError};
+use crate::error::{Faults, HostError};
 use crate::json;
 use fsw_core::attitude::covariance::sigmas_rad;
 use fsw_core::attitude::wahba::{self, Method, Solution, WahbaError};
@@ -236,20 +236,17 @@ pub fn run(arguments: &AttitudeArguments) -> Result<ExitCode, HostError> {
         return attitude_table::run(arguments.json);
     };
     let unreadable = |error: std::io::Error| HostError::system(path, "read", &error, "check the path");
-    let mut status = ExitCode::SUCCESS;
+    let mut faults = Faults::default();
     for (index, line) in BufReader::new(File::open(path).map_err(unreadable)?).lines().enumerate() {
         let line = line.map_err(unreadable)?;
         if line.trim().is_empty() {
             continue;
         }
-        match answers(path, index + 1, &line, &arguments.method) {
-            Ok(answers) if arguments.json => answers.iter().for_each(json::print_line),
-            Ok(answers) => answers.iter().for_each(print_text),
-            Err(error) => {
-                eprintln!("{error}");
-                status = ExitCode::from(EXIT_BAD_INPUT);
-            }
+        match faults.told(answers(path, index + 1, &line, &arguments.method)) {
+            Some(answers) if arguments.json => answers.iter().for_each(json::print_line),
+            Some(answers) => answers.iter().for_each(print_text),
+            None => {}
         }
     }
-    Ok(status)
+    Ok(faults.status())
 }

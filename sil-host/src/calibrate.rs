@@ -13,7 +13,7 @@ mod plot;
 
 use crate::camera_file::{CameraFile, Projection};
 use crate::cli::CalibrateArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError};
+use crate::error::{Faults, HostError};
 use crate::flight::{self, Density};
 use crate::lost_in_space::FocalLength;
 use crate::picture::Picture;
@@ -68,23 +68,18 @@ fn view(
 /// The pictures that serve, with their names.
 struct Album {
     pictures: Vec<(PathBuf, Picture)>,
-    status: ExitCode,
+    faults: Faults,
 }
 
 impl Album {
     fn load(names: &[PathBuf], start: &CameraFile) -> Self {
-        let (mut pictures, mut status) = (Vec::new(), ExitCode::SUCCESS);
+        let (mut pictures, mut faults) = (Vec::new(), Faults::default());
         for name in names {
             let loaded = Picture::load(name).map_err(HostError::from);
-            match loaded.and_then(|picture| check_size(start, name, &picture).map(|()| picture)) {
-                Ok(picture) => pictures.push((name.clone(), picture)),
-                Err(error) => {
-                    eprintln!("{error}");
-                    status = ExitCode::from(EXIT_BAD_INPUT);
-                }
-            }
+            let fitting = loaded.and_then(|picture| check_size(start, name, &picture).map(|()| picture));
+            pictures.extend(faults.told(fitting).map(|picture| (name.clone(), picture)));
         }
-        Self { pictures, status }
+        Self { pictures, faults }
     }
 }
 
@@ -202,5 +197,5 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     write(&drawing, plot::svg(&calibration))?;
     print!("{}", table(&calibration));
     println!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
-    Ok(album.status)
+    Ok(album.faults.status())
 }

@@ -260,7 +260,8 @@ pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
     Ok(file(lens, grid, &profiles, &tables, libm::hypot(rest, UNMODELLED_PX)))
 }
 
-/// Maps on all processors, in order.
+/// Maps on all processors, in order. Not by rayon: callers hold a lock, and a worker of a pool that waits takes up other work,
+/// which may want the same lock.
 fn in_parallel<T: Sync, R: Send>(items: &[T], map: impl Fn(&T) -> Option<R> + Sync) -> Option<Vec<R>> {
     let workers = std::thread::available_parallelism().map_or(1, |count| count.get());
     let share = items.len().div_ceil(workers).max(1);

@@ -1,4 +1,5 @@
-//! `sil-host campaign`: many skies. `identify` (here) tries the flight code's identification on many random skies, beside the best peers' figures.
+//! `sil-host campaign`: many skies. `identify` (here) tries the flight code's identification on random ones, beside the best
+//! peers' figures.
 //!
 //! In: numbers of fields, a seed. Out: the robustness grid (noise by false stars), the hard cases, the random skies and fields
 //! without stars, a row each with the share identified, the peers' best and what was wrong; with `--out` every finished
@@ -34,7 +35,6 @@ use std::collections::HashMap;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Mutex;
 
 /// A row of the table.
 #[derive(Clone, Debug, Serialize)]
@@ -167,22 +167,14 @@ pub fn rows(arguments: &CampaignIdentifyArguments) -> Result<Vec<Row>, HostError
     let many = [(cases::skies(), arguments.skies), (cases::no_stars(), arguments.no_stars)];
     let cases: Vec<_> = few.chain(many).filter(|(_, fields)| *fields > 0).collect();
     let campaign = Campaign { seed: arguments.seed, sky: &sky, cases };
-    let (mut file, held) = match &arguments.out {
-        Some(path) => LinesFile::open::<Block>(path).map(|(file, held)| (Some(file), held))?,
-        None => (None, Vec::new()),
-    };
+    let (file, held) = LinesFile::open::<Block>(arguments.out.as_deref())?;
     let held: HashMap<Key, Outcome> = held.into_iter().map(|block| (block.key, block.outcome)).collect();
     let keys = campaign.cases.iter().flat_map(|(case, n)| blocks::of_case(case, arguments.seed, *n));
     let open = keys.filter(|key| !held.contains_key(key)).count();
     let bar = progress("identify", open as u64, arguments.json);
-    let file = Mutex::new(&mut file);
     let rows = campaign.fly(&held, |block| {
         bar.inc(1);
-        // A thread that failed has said why.
-        match file.lock().unwrap_or_else(std::sync::PoisonError::into_inner).as_mut() {
-            Some(file) => file.add(block),
-            None => Ok(()),
-        }
+        file.add(block)
     });
     bar.finish_and_clear();
     rows

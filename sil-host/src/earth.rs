@@ -11,8 +11,8 @@ mod drawing;
 
 use crate::camera_file::CameraFile;
 use crate::cli::EarthArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError};
-use crate::picture::Picture;
+use crate::error::{Faults, HostError};
+use crate::picture::{EXPOSURE_US, Picture};
 use crate::{flight, json, solve};
 use fsw_core::camera::{Camera, Projection};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
@@ -28,8 +28,6 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// A picture has been exposed long ago; the trait wants a time.
-const EXPOSURE_US: u32 = 1000;
 /// Sides of the blocks in which a picture is read, px, in this order.
 pub const BINNINGS: [u16; 4] = [1, 2, 4, 8];
 /// Shorter side that must be left, px: fewer lines of the search could agree by chance.
@@ -206,8 +204,7 @@ impl PictureEarth {
         known: &Known,
         binning_px: u16,
     ) -> Result<Found, HostError> {
-        let fault =
-            |error| HostError::input(name, None, format!("the detector failed ({error:?})"), "report this");
+        let fault = |error| HostError::detector(name, error);
         let geometry = picture.geometry();
         let longer = usize::from(geometry.width_px.max(geometry.height_px));
         self.buffer.resize(longer.max(BREADTH * MAX_LENGTH), 0);
@@ -341,7 +338,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             .map_err(|error| HostError::system(folder, "made", &error, "name another folder"))?;
     }
     let mut earth = PictureEarth::default();
-    let mut status = ExitCode::SUCCESS;
+    let mut faults = Faults::default();
     for name in &arguments.images {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = Picture::load(name)?;
@@ -355,14 +352,11 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             }
             Ok(answer)
         };
-        match find() {
-            Ok(answer) if arguments.json => json::print_line(&answer),
-            Ok(answer) => print_text(&answer),
-            Err(error) => {
-                eprintln!("{error}");
-                status = ExitCode::from(EXIT_BAD_INPUT);
-            }
+        match faults.told(find()) {
+            Some(answer) if arguments.json => json::print_line(&answer),
+            Some(answer) => print_text(&answer),
+            None => {}
         }
     }
-    Ok(status)
+    Ok(faults.status())
 }

@@ -3,8 +3,10 @@
 //! Every message has the form `sil-host: FILE:LINE: what; what to do`, without `:LINE` where a file has no lines and
 //! without `FILE` where none is concerned. The program then ends with [`EXIT_BAD_INPUT`].
 
+use fsw_hal::DetectorError;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Exit status after bad input or wrong usage.
 pub const EXIT_BAD_INPUT: u8 = 2;
@@ -76,9 +78,37 @@ impl HostError {
         Self::input(file, None, format!("cannot be {done}: {}", io_words(error)), to_do)
     }
 
+    /// A picture did not serve the flight code as a detector, which is a fault of ours.
+    pub fn detector(picture: &Path, error: DetectorError) -> Self {
+        Self::input(picture, None, format!("the detector failed ({error:?})"), "report this")
+    }
+
     /// A fault of the request itself.
     pub fn usage(what: impl Into<String>, to_do: impl Into<String>) -> Self {
         Self::Usage { what: one_line(&what.into()), to_do: one_line(&to_do.into()) }
+    }
+}
+
+/// Of many inputs those that cannot be used: each costs a line on stderr and status 2 at the end, and the others are answered.
+#[derive(Debug, Default)]
+pub struct Faults {
+    any: bool,
+}
+
+impl Faults {
+    /// What came of an input, where anything did; else the fault is told.
+    pub fn told<T>(&mut self, result: Result<T, HostError>) -> Option<T> {
+        result
+            .inspect_err(|error| {
+                eprintln!("{error}");
+                self.any = true;
+            })
+            .ok()
+    }
+
+    /// With what the program ends.
+    pub fn status(&self) -> ExitCode {
+        if self.any { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS }
     }
 }
 

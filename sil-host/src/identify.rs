@@ -7,7 +7,7 @@
 
 use crate::camera_file::CameraFile;
 use crate::cli::IdentifyArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError};
+use crate::error::{Faults, HostError};
 use crate::flight::{self, Density};
 use crate::json;
 use crate::lost_in_space::{Solver, measure};
@@ -179,26 +179,19 @@ pub fn run(arguments: &IdentifyArguments) -> Result<ExitCode, HostError> {
     let path = arguments.fields.as_path();
     let unreadable = |error: std::io::Error| HostError::system(path, "read", &error, "check the path");
     let mut solver = Solver::default();
-    let mut status = ExitCode::SUCCESS;
+    let mut faults = Faults::default();
     for (index, line) in BufReader::new(File::open(path).map_err(unreadable)?).lines().enumerate() {
         let line = line.map_err(unreadable)?;
         if line.trim().is_empty() {
             continue;
         }
-        match parse(path, index + 1, &line) {
-            Ok(field) => {
-                let answer = answer(&mut solver, &field, &camera, &catalogue);
-                if arguments.json {
-                    json::print_line(&answer);
-                } else {
-                    print_text(&answer);
-                }
-            }
-            Err(error) => {
-                eprintln!("{error}");
-                status = ExitCode::from(EXIT_BAD_INPUT);
-            }
+        let Some(field) = faults.told(parse(path, index + 1, &line)) else { continue };
+        let answer = answer(&mut solver, &field, &camera, &catalogue);
+        if arguments.json {
+            json::print_line(&answer);
+        } else {
+            print_text(&answer);
         }
     }
-    Ok(status)
+    Ok(faults.status())
 }

@@ -22,6 +22,9 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+/// A picture has been exposed long ago; the trait wants a time.
+pub const EXPOSURE_US: u32 = 1000;
+
 /// A picture in memory that answers as a detector does.
 #[derive(Debug, Clone)]
 pub struct Picture {

@@ -6,11 +6,11 @@
 
 use crate::camera_file::CameraFile;
 use crate::cli::SolveArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError};
+use crate::error::{Faults, HostError};
 use crate::flight::{self, Density};
 use crate::json;
 use crate::lost_in_space::{FocalLength, Solution, Solver};
-use crate::picture::Picture;
+use crate::picture::{EXPOSURE_US, Picture};
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use fsw_core::frames::ARCSEC_PER_RAD;
@@ -23,9 +23,6 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-
-/// A picture has been exposed long ago; the trait wants a time.
-const EXPOSURE_US: u32 = 1000;
 
 /// A recognised star in the answer.
 #[derive(Clone, Debug, Serialize)]
@@ -125,8 +122,7 @@ impl PictureSolver {
         (camera, focal_length): (&Camera, FocalLength),
         catalogue: &Catalogue,
     ) -> Result<Found, HostError> {
-        let fault =
-            |error| HostError::input(name, None, format!("the detector failed ({error:?})"), "report this");
+        let fault = |error| HostError::detector(name, error);
         let begin = Instant::now();
         picture.expose(EXPOSURE_US).map_err(fault)?;
         scan(picture, &mut self.buffer, &DetectionParameters::default(), &mut self.detections)
@@ -275,7 +271,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let mut solver = PictureSolver::default();
     // Pictures of one camera share the catalogue built for it.
     let mut built: Option<([f64; 2], Cow<[u8]>)> = None;
-    let mut status = ExitCode::SUCCESS;
+    let mut faults = Faults::default();
     for name in &arguments.images {
         let mut solve = || -> Result<SolveAnswer, HostError> {
             let mut picture = Picture::load(name)?;
@@ -290,14 +286,11 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
             let found = solver.find(name, &mut picture, (&camera, focal_length), &catalogue)?;
             Ok(answer(name, &found, &catalogue))
         };
-        match solve() {
-            Ok(answer) if arguments.json => json::print_line(&answer),
-            Ok(answer) => print_text(&answer),
-            Err(error) => {
-                eprintln!("{error}");
-                status = ExitCode::from(EXIT_BAD_INPUT);
-            }
+        match faults.told(solve()) {
+            Some(answer) if arguments.json => json::print_line(&answer),
+            Some(answer) => print_text(&answer),
+            None => {}
         }
     }
-    Ok(status)
+    Ok(faults.status())
 }

@@ -29,7 +29,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Mutex;
 
 /// Cycles after the self-test within which an attitude is asked for.
 pub const CYCLES: u32 = 3;
@@ -226,10 +225,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
     let base = Scenario::parse(Path::new("the satellite of the campaign"), TEXT)?;
     let camera = flight::camera(&base.camera, &base.file)?;
     let catalogue_bytes = flight::catalogue_bytes(&camera, Density::Brightest)?;
-    let (file, held) = match &arguments.out {
-        Some(path) => LinesFile::open::<Run>(path).map(|(file, held)| (Some(file), held))?,
-        None => (None, Vec::new()),
-    };
+    let (file, held) = LinesFile::open::<Run>(arguments.out.as_deref())?;
     let wanted = 0..arguments.runs;
     let mut done: BTreeMap<u64, Run> = held
         .into_iter()
@@ -238,7 +234,6 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
         .collect();
     let open: Vec<u64> = wanted.filter(|run| !done.contains_key(run)).collect();
     let bar = progress("acquire", open.len() as u64, arguments.json);
-    let file = Mutex::new(file);
     let flown: Result<Vec<Run>, HostError> = open
         .into_iter()
         // In turn, so that a campaign that is stopped has done the first runs.
@@ -247,10 +242,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
             || Box::new(Workspace::new()),
             |workspace, run| {
                 let flown = fly(&base, &catalogue_bytes, seed, run, workspace)?;
-                // A thread that failed has said why.
-                if let Some(file) = file.lock().unwrap_or_else(std::sync::PoisonError::into_inner).as_mut() {
-                    file.add(&flown)?;
-                }
+                file.add(&flown)?;
                 bar.inc(1);
                 Ok(flown)
             },

@@ -8,20 +8,21 @@ use serde::de::DeserializeOwned;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
-/// The file, open at its end.
+/// The file, open at its end, for many threads; or none, which remembers nothing.
 #[derive(Debug)]
 pub struct LinesFile {
-    path: PathBuf,
-    file: File,
+    open: Option<(PathBuf, Mutex<File>)>,
 }
 
 impl LinesFile {
-    /// Opens or makes the file, and gives what it holds.
+    /// Opens or makes the file, if there is to be one, and gives what it holds.
     ///
     /// # Errors
     /// When it cannot be read or written, or a line is of no campaign of this kind.
-    pub fn open<T: DeserializeOwned>(path: &Path) -> Result<(Self, Vec<T>), HostError> {
+    pub fn open<T: DeserializeOwned>(path: Option<&Path>) -> Result<(Self, Vec<T>), HostError> {
+        let Some(path) = path else { return Ok((Self { open: None }, Vec::new())) };
         let system =
             |error: std::io::Error| HostError::system(path, "used", &error, "give another file by --out");
         let text = if path.exists() { std::fs::read_to_string(path).map_err(system)? } else { String::new() };
@@ -36,18 +37,20 @@ impl LinesFile {
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(system)?;
         // What was cut off when the campaign was stopped.
         file.set_len(whole as u64).map_err(system)?;
-        Ok((Self { path: path.to_path_buf(), file }, held))
+        Ok((Self { open: Some((path.to_path_buf(), Mutex::new(file))) }, held))
     }
 
     /// Adds a line.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn add(&mut self, done: &impl Serialize) -> Result<(), HostError> {
+    pub fn add(&self, done: &impl Serialize) -> Result<(), HostError> {
+        let Some((path, file)) = &self.open else { return Ok(()) };
         let line = serde_json::to_string(done).expect("a line has string keys only") + "\n";
-        self.file
-            .write_all(line.as_bytes())
-            .map_err(|error| HostError::system(&self.path, "written", &error, "free some space"))
+        // A thread that failed has said why.
+        let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.write_all(line.as_bytes())
+            .map_err(|error| HostError::system(path, "written", &error, "free some space"))
     }
 }
 
