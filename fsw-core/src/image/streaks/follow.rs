@@ -1,0 +1,535 @@
+//! Measures the streak to which a piece of a line belongs.
+//!
+//! In: a detector whose image is exposed, a [`Piece`]. Out: the [`Streak`], its ends to a fraction of a pixel, or nothing
+//! where the light is none of a streak.
+//!
+//! The image is sampled along the line, pixel by pixel, and up to [`REACH`] px across it; the sides are the background.
+//! The light within [`HALF_WIDTH`] px of the line is its profile, of which the streak is the part whose light stands best
+//! above half its own mean (the likeliest box in white noise); the drift of the light across the line corrects the line.
+//! Where the box reaches the end of what was sampled, twice as much is. Last, ends, light and blur are fitted together:
+//! the profile is a box with smooth edges, and the best one maximises `(Σ l m)² / Σ m²` over its shape `m`.
+//!
+//! Errors, `q` being the noise of a pixel's length over its light: an end is known along the streak to
+//! `sqrt(EDGE_PX2 q² + WALK_PX2 q⁴ + FLOOR_PX2)`. The first term is the Cramer-Rao bound of an edge with a blur of 1.1 px,
+//! the second that of a faint one, which noise alone displaces (Yao, Ann. Statist. 15, 1987).
+
+use super::{Piece, Streak, scaled};
+use crate::image::scan::TILE_PIXELS;
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+
+/// So far across the line the image is sampled, px.
+const REACH: i32 = 9;
+/// Samples across the line.
+const ACROSS: usize = 2 * REACH as usize + 1;
+/// Light of the streak lies so far from the line at most, px ...
+const HALF_WIDTH: i32 = 2;
+/// ... and its drift is sought so far from it.
+const DRIFT_WIDTH: i32 = 4;
+/// Columns sampled from one window.
+const CHUNK: usize = 16;
+/// Columns to either side of the piece at first, and at most.
+const FIRST_HALF: usize = 32;
+const MAX_HALF: usize = 512;
+/// Rounds of sampling: until the longest streak is whole, and two to set the line right.
+const ROUNDS: usize = 7;
+/// A streak's box may end so near to the end of what was sampled, px.
+const CLEAR: usize = 10;
+/// Scaled counts of a unit in which profiles are kept.
+const UNIT: f32 = 4.0;
+/// What is off the detector.
+const NONE: u16 = i16::MIN as u16;
+/// Where profiles begin in the buffer; before it are the pixels.
+const PROFILES: usize = TILE_PIXELS / 2;
+/// Shortest streak, px.
+const SHORTEST_PX: f32 = 4.0;
+/// A streak rises so many sigmas above the noise, all its light together.
+const LEAST_SIGMAS: f32 = 7.0;
+/// Columns about an end in which it is fitted.
+const EDGE: usize = 12;
+/// Trials of the fit.
+const TRIALS: usize = 100;
+/// Half a ramp's length over its standard deviation: the root of 5.
+const RAMP: f32 = 2.236;
+/// Variance of an end, see the module: times q², times q⁴, and at least, px².
+const EDGE_PX2: f32 = 4.5;
+const WALK_PX2: f32 = 12.0;
+const FLOOR_PX2: f32 = 0.004;
+
+/// A line on the detector.
+#[derive(Clone, Copy)]
+struct Line {
+    origin: [f32; 2],
+    along: [f32; 2],
+}
+
+impl Line {
+    /// The place `a` px along and `j` px across.
+    fn at(&self, a: f32, j: f32) -> [f32; 2] {
+        let ([x, y], [ux, uy]) = (self.origin, self.along);
+        [x + a * ux - j * uy, y + a * uy + j * ux]
+    }
+
+    /// The line shifted across and turned by small amounts.
+    fn moved(&self, across_px: f32, slope: f32) -> Self {
+        let [ux, uy] = self.along;
+        let per = 1.0 / libm::sqrtf(1.0 + slope * slope);
+        Self { origin: self.at(0.0, across_px), along: [(ux - slope * uy) * per, (uy + slope * ux) * per] }
+    }
+}
+
+/// A part of a profile: first column, the one after the last, mean light.
+#[derive(Clone, Copy)]
+struct Part {
+    start: usize,
+    end: usize,
+    light: f32,
+}
+
+impl Part {
+    fn len(&self) -> usize {
+        self.end.saturating_sub(self.start)
+    }
+}
+
+/// Light and drift along a line, in the second half of the readout buffer.
+struct Profile<'a> {
+    light: &'a [u16],
+    drift: &'a [u16],
+    /// Noise of a pixel, scaled counts.
+    sigma: f32,
+}
+
+/// A kept value.
+fn value(kept: u16) -> f32 {
+    f32::from(kept as i16) * UNIT
+}
+
+/// A value to keep.
+fn kept(value: f32) -> u16 {
+    const MOST: f32 = i16::MAX as f32;
+    ((value * (1.0 / UNIT)).clamp(-MOST, MOST) as i16) as u16
+}
+
+/// The pixels of a window.
+struct Pixels<'a> {
+    raw: &'a [u16],
+    window: Window,
+    bits: u8,
+}
+
+impl Pixels<'_> {
+    /// The image between pixels, scaled counts; `None` outside the window.
+    fn between(&self, [x, y]: [f32; 2]) -> Option<f32> {
+        let (x, y) = (x - f32::from(self.window.x), y - f32::from(self.window.y));
+        if x < 0.0 || y < 0.0 {
+            return None;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let width = usize::from(self.window.width);
+        if column + 1 >= width {
+            return None;
+        }
+        let two = |row: usize| {
+            let start = row * width + column;
+            let [a, b] = self.raw.get(start..)?.first_chunk::<2>()?.map(|raw| scaled(raw, self.bits) as f32);
+            Some(a + (b - a) * (x - column as f32))
+        };
+        let (above, below) = (two(row)?, two(row + 1)?);
+        Some(above + (below - above) * (y - row as f32))
+    }
+
+    /// Standard deviation of a pixel by the spread of the middle half of some.
+    fn sigma(&self) -> f32 {
+        let mut some = [0; 48];
+        for (index, slot) in some.iter_mut().enumerate() {
+            let at = index * self.raw.len() / 48;
+            *slot = self.raw.get(at).map_or(0, |raw| scaled(*raw, self.bits));
+        }
+        crate::order::sort(&mut some, |a, b| a < b);
+        let [low, high] = [12, 36].map(|at: usize| some.get(at).copied().unwrap_or(0));
+        (high - low) as f32 * 0.741
+    }
+}
+
+/// The window that holds some columns of a line, within the detector.
+fn window_of(line: &Line, first: f32, geometry: &DetectorGeometry) -> Option<Window> {
+    let (last, reach) = (first + (CHUNK - 1) as f32, REACH as f32);
+    let corners = [(first, -reach), (first, reach), (last, -reach), (last, reach)].map(|(a, j)| line.at(a, j));
+    let span = |axis: fn(&[f32; 2]) -> f32, length: u16| {
+        let (low, high) = corners.iter().map(axis).fold((f32::MAX, f32::MIN), |(low, high), at| (low.min(at), high.max(at)));
+        let low = (libm::floorf(low) as i32).max(0);
+        let high = ((libm::floorf(high) as i32).saturating_add(2)).min(i32::from(length));
+        (high - low >= 2).then_some((low as u16, (high - low) as u16))
+    };
+    let (x, width) = span(|corner| corner[0], geometry.width_px)?;
+    let (y, height) = span(|corner| corner[1], geometry.height_px)?;
+    Some(Window { x, y, width, height })
+}
+
+/// Mean of the middle half of some values: a level that stars beside the line do not lift.
+fn middle_mean(values: &mut [f32]) -> f32 {
+    crate::order::sort(values, |a, b| a < b);
+    let quarter = values.len() / 4;
+    let middle = values.get(quarter..values.len() - quarter).unwrap_or(&[]);
+    middle.iter().sum::<f32>() / (middle.len().max(1) as f32)
+}
+
+/// Samples `2 half` columns of a line, those from -half on.
+fn sample<'b>(
+    detector: &mut impl Detector,
+    buffer: &'b mut [u16; TILE_PIXELS],
+    line: &Line,
+    half: usize,
+) -> Result<Profile<'b>, DetectorError> {
+    let geometry = detector.geometry();
+    let (pixels, profiles) = buffer.split_at_mut_checked(PROFILES).ok_or(DetectorError::BufferLength)?;
+    let (light, drift) =
+        profiles.get_mut(..4 * half).and_then(|all| all.split_at_mut_checked(2 * half)).ok_or(DetectorError::BufferLength)?;
+    let (mut sigmas, mut chunks) = (0.0, 0.0);
+    let mut first = -(half as f32);
+    for (light, drift) in light.chunks_mut(CHUNK).zip(drift.chunks_mut(CHUNK)) {
+        light.fill(NONE);
+        if let Some(window) = window_of(line, first, &geometry) {
+            let raw = pixels.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
+            detector.read(window, raw)?;
+            let pixels = Pixels { raw, window, bits: geometry.bits };
+            let mut sides: heapless::Vec<f32, { CHUNK / 2 * ACROSS }> = heapless::Vec::new();
+            let mut samples = [[0.0f32; 2 * DRIFT_WIDTH as usize + 1]; CHUNK];
+            let mut inside = [false; CHUNK];
+            for (column, (samples, inside)) in samples.iter_mut().zip(&mut inside).enumerate() {
+                let a = first + column as f32;
+                // A column counts where the line itself is on the detector with room for the light beside it.
+                *inside = true;
+                for (sample, j) in samples.iter_mut().zip(-DRIFT_WIDTH..) {
+                    match pixels.between(line.at(a, j as f32)) {
+                        Some(value) => *sample = value,
+                        None => *inside = false,
+                    }
+                }
+                if *inside && column % 2 == 0 {
+                    let beside = (HALF_WIDTH + 2..=REACH).flat_map(|j| [j, -j]);
+                    for side in beside.filter_map(|j| pixels.between(line.at(a, j as f32))) {
+                        let _ = sides.push(side);
+                    }
+                }
+            }
+            if inside.contains(&true) {
+                let level = middle_mean(&mut sides);
+                (sigmas, chunks) = (sigmas + pixels.sigma(), chunks + 1.0);
+                let columns = light.iter_mut().zip(drift).zip(samples.iter().zip(inside));
+                for ((light, drift), (samples, _)) in columns.filter(|(_, (_, inside))| *inside) {
+                    let (mut sum, mut moment) = (0.0, 0.0);
+                    for (value, j) in samples.iter().zip(-DRIFT_WIDTH..) {
+                        let rise = value - level;
+                        moment += rise * j as f32;
+                        if j.abs() <= HALF_WIDTH {
+                            sum += rise;
+                        }
+                    }
+                    (*light, *drift) = (kept(sum), kept(moment));
+                }
+            }
+        }
+        first += CHUNK as f32;
+    }
+    // Never below the noise of quantisation.
+    let least = 0.3 * scaled(1, geometry.bits).max(1) as f32;
+    Ok(Profile { light, drift, sigma: if chunks > 0.0 { (sigmas / chunks).max(least) } else { least } })
+}
+
+impl Profile<'_> {
+    /// Noise of a pixel's length.
+    fn noise(&self) -> f32 {
+        const WIDTH_ROOT: f32 = 2.236;
+        const { assert!(HALF_WIDTH == 2) };
+        self.sigma * WIDTH_ROOT
+    }
+
+    /// Whether a column is on the detector.
+    fn is_seen(&self, column: usize) -> bool {
+        self.light.get(column).is_some_and(|kept| *kept != NONE)
+    }
+
+    /// Light of a column, at most `most`; none off the detector.
+    fn at(&self, column: usize, most: f32) -> f32 {
+        self.light.get(column).filter(|kept| **kept != NONE).map_or(0.0, |kept| value(*kept).min(most))
+    }
+
+    /// The light that may still be the streak's: hits beside others must not carry it away.
+    fn most(&self, light: f32) -> f32 {
+        2.0 * light + 3.0 * self.noise()
+    }
+
+    /// The stretch of the best signal to noise, of lengths 6, 12, 24 ...
+    fn brightest(&self) -> Option<Part> {
+        let mut best: Option<(f32, Part)> = None;
+        let mut width = 6;
+        while width <= self.light.len() {
+            let per = 1.0 / width as f32;
+            let mut sum = (0..width).fold(0.0, |sum, column| sum + self.at(column, f32::MAX));
+            for start in 0..=self.light.len() - width {
+                let merit = sum * libm::sqrtf(per);
+                if best.is_none_or(|(most, _)| merit > most) {
+                    best = Some((merit, Part { start, end: start + width, light: sum * per }));
+                }
+                sum += self.at(start + width, f32::MAX) - self.at(start, f32::MAX);
+            }
+            width *= 2;
+        }
+        best.map(|(_, part)| part).filter(|part| part.light > 0.0)
+    }
+
+    /// The part in which the light exceeds half of `light` most clearly.
+    fn likeliest(&self, light: f32) -> Option<Part> {
+        let most = self.most(light);
+        let (mut sum, mut start) = (0.0, 0);
+        let mut best: Option<(f32, usize, usize)> = None;
+        for column in 0..self.light.len() {
+            if sum <= 0.0 || !self.is_seen(column) {
+                (sum, start) = (0.0, column);
+            }
+            if !self.is_seen(column) {
+                continue;
+            }
+            sum += self.at(column, most) - 0.5 * light;
+            if best.is_none_or(|(greatest, ..)| sum > greatest) {
+                best = Some((sum, start, column + 1));
+            }
+        }
+        let (_, start, end) = best?;
+        let sum = (start..end).fold(0.0, |sum, column| sum + self.at(column, most));
+        (end > start).then(|| Part { start, end, light: sum / (end - start) as f32 })
+    }
+
+    /// The streak's part of the profile.
+    fn part(&self) -> Option<Part> {
+        let mut part = self.brightest()?;
+        for _ in 0..3 {
+            part = self.likeliest(part.light).filter(|part| part.light > 0.0)?;
+        }
+        Some(part)
+    }
+
+    /// By how much the light lies across the line at its origin, column `half`, px, and how this changes along it.
+    fn drift(&self, part: &Part, half: usize) -> (f32, f32) {
+        let most = self.most(part.light);
+        let middle = 0.5 * (part.start + part.end - 1) as f32;
+        let (mut count, mut sum, mut moment, mut square) = (0.0, 0.0, 0.0, 0.0);
+        for column in part.start..part.end {
+            if self.at(column, f32::MAX) > most {
+                continue;
+            }
+            let from_middle = column as f32 - middle;
+            let drift = self.drift.get(column).map_or(0.0, |kept| value(*kept));
+            count += 1.0;
+            sum += drift;
+            moment += drift * from_middle;
+            square += from_middle * from_middle;
+        }
+        if count < 3.0 {
+            return (0.0, 0.0);
+        }
+        let across = (sum / (count * part.light)).clamp(-3.0, 3.0);
+        let slope = (moment / (square.max(1.0) * part.light)).clamp(-0.4, 0.4);
+        (across + slope * (half as f32 - middle), slope)
+    }
+}
+
+/// A box with smooth edges: ends and blur, columns.
+type Shape = [f32; 3];
+
+/// A smooth step, 0 to 1, whose slope has unit standard deviation.
+fn ramp(z: f32) -> f32 {
+    let t = (z * (1.0 / RAMP)).clamp(-1.0, 1.0);
+    0.5 + t * (0.75 - 0.25 * t * t)
+}
+
+/// `(Σ l m)² / Σ m²` of a shape over the columns about both ends of `part` and those between, and the light.
+fn merit(profile: &Profile, part: &Part, inner: (f32, f32), [start, end, blur]: Shape) -> (f32, f32) {
+    let per = 1.0 / blur;
+    let (count, light) = inner;
+    let (mut both, mut square) = (light, count);
+    let most = profile.most(part.light);
+    for column in edges(profile, part) {
+        let at = column as f32;
+        let m = ramp((at - start) * per) * ramp((end - at) * per);
+        both += m * profile.at(column, most);
+        square += m * m;
+    }
+    if both <= 0.0 || square <= 0.0 {
+        return (0.0, 0.0);
+    }
+    (both * both / square, both / square)
+}
+
+/// The columns about the ends; `Part::start + EDGE` to `end - EDGE` are between.
+fn edges(profile: &Profile, part: &Part) -> impl Iterator<Item = usize> {
+    let (first, last) = (part.start.saturating_sub(EDGE), (part.end + EDGE).min(profile.light.len()));
+    let (from, to) = between(part);
+    (first..from).chain(to..last)
+}
+
+/// The columns that surely hold the streak.
+fn between(part: &Part) -> (usize, usize) {
+    if part.len() > 2 * EDGE { (part.start + EDGE, part.end - EDGE) } else { (part.end, part.end) }
+}
+
+/// The best shape and its light.
+fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
+    let most = profile.most(part.light);
+    let (from, to) = between(part);
+    let inner = (
+        to.saturating_sub(from) as f32,
+        (from..to).fold(0.0, |sum, column| sum + profile.at(column, most)),
+    );
+    let mut shape = [part.start as f32 - 0.5, part.end as f32 - 0.5, 1.1];
+    let mut best = merit(profile, part, inner, shape);
+    let mut step = 1.0f32;
+    let mut trials = 0;
+    while step > 0.012 && trials < TRIALS {
+        let mut moved = false;
+        for axis in 0..3 {
+            for sign in [step, -step] {
+                let mut other = shape;
+                if let Some(value) = other.get_mut(axis) {
+                    *value += if axis == 2 { 0.5 * sign } else { sign };
+                }
+                let [start, end, blur] = other;
+                trials += 1;
+                if !(0.6..=3.5).contains(&blur) || end - start < 1.0 {
+                    continue;
+                }
+                let other_merit = merit(profile, part, inner, other);
+                if other_merit.0 > best.0 {
+                    (shape, best, moved) = (other, other_merit, true);
+                    break;
+                }
+            }
+        }
+        if !moved {
+            step *= 0.5;
+        }
+    }
+    (shape, best.1)
+}
+
+/// Measures the streak of a piece; `None` where there is none.
+///
+/// # Errors
+/// Of the detector, at the first window that fails.
+pub fn follow(
+    detector: &mut impl Detector,
+    buffer: &mut [u16; TILE_PIXELS],
+    piece: &Piece,
+) -> Result<Option<Streak>, DetectorError> {
+    let mut line = Line { origin: piece.at_px, along: piece.along };
+    let mut half = FIRST_HALF;
+    let mut settled = 0;
+    for _ in 0..ROUNDS {
+        let profile = sample(detector, buffer, &line, half)?;
+        let Some(part) = profile.part() else { return Ok(None) };
+        // Another's light farther along the line is not this piece's.
+        if part.start > half + FIRST_HALF || part.end + FIRST_HALF < half {
+            return Ok(None);
+        }
+        let open = |near: bool, column: Option<usize>| near && column.is_some_and(|column| profile.is_seen(column));
+        let grows = half < MAX_HALF
+            && (open(part.start < CLEAR, Some(0)) || open(part.end + CLEAR > 2 * half, Some(2 * half - 1)));
+        if settled >= 2 && !grows {
+            return Ok(measured(&profile, &part, &line, half));
+        }
+        let (across, slope) = profile.drift(&part, half);
+        line = line.moved(across, slope);
+        if grows {
+            half *= 2;
+        } else {
+            settled += 1;
+        }
+    }
+    Ok(None)
+}
+
+/// The streak of a part of a profile.
+fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<Streak> {
+    let noise = profile.noise();
+    let count = part.len() as f32;
+    if part.light * libm::sqrtf(count) < LEAST_SIGMAS * noise {
+        return None;
+    }
+    let beyond = |column: Option<usize>| column.is_none_or(|column| !profile.is_seen(column));
+    let cut = beyond(part.start.checked_sub(EDGE / 2)) || beyond(Some(part.end + EDGE / 2));
+    let (shape, light) = if cut {
+        ([part.start as f32 - 0.5, part.end as f32 - 0.5, 1.0], part.light)
+    } else {
+        fit(profile, part)
+    };
+    let [start, end, _] = shape;
+    if end - start < SHORTEST_PX || light <= 0.0 {
+        return None;
+    }
+    let q2 = noise / light * noise / light;
+    let place = |column: f32| line.at(column - half as f32, 0.0);
+    // The drift's noise is that of a pixel times the root of the sum of the squares of -4 to 4.
+    const DRIFT_NOISE: f32 = 7.75;
+    let across = 2.0 * DRIFT_NOISE * profile.sigma / (light * libm::sqrtf(count));
+    Some(Streak {
+        ends_px: [place(start), place(end)],
+        sigma_along_px: libm::sqrtf(EDGE_PX2 * q2 + WALK_PX2 * q2 * q2 + FLOOR_PX2),
+        sigma_across_px: libm::sqrtf(across * across + FLOOR_PX2),
+        cut,
+        light,
+    })
+}
+
+/// The piece about a place whose direction is not known: the light within 10 px that rises from the noise, its principal
+/// axis (thesis eq. 3.21 to 3.26).
+///
+/// # Errors
+/// Of the detector.
+pub fn piece_at(
+    detector: &mut impl Detector,
+    buffer: &mut [u16; TILE_PIXELS],
+    [x, y]: [u16; 2],
+) -> Result<Option<Piece>, DetectorError> {
+    const RADIUS: u16 = 10;
+    let geometry = detector.geometry();
+    let (left, top) = (x.saturating_sub(RADIUS), y.saturating_sub(RADIUS));
+    let window = Window { x: left, y: top, width: 2 * RADIUS + 1, height: 2 * RADIUS + 1 };
+    if !window.fits(&geometry) {
+        return Ok(None);
+    }
+    let raw = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
+    detector.read(window, raw)?;
+    let mut some = [0; 49];
+    for (index, slot) in some.iter_mut().enumerate() {
+        *slot = raw.get(index * 9).map_or(0, |raw| scaled(*raw, geometry.bits));
+    }
+    crate::order::sort(&mut some, |a, b| a < b);
+    let [low, level] = [12, 22].map(|at: usize| some.get(at).copied().unwrap_or(0));
+    let floor = level + 5 * (level - low).max(scaled(1, geometry.bits));
+    let radius = i32::from(RADIUS);
+    let (mut sum, mut mx, mut my, mut xx, mut yy, mut xy) = (0.0f32, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (row, dy) in raw.chunks_exact(usize::from(window.width)).zip(-radius..) {
+        for (raw, dx) in row.iter().zip(-radius..) {
+            let value = scaled(*raw, geometry.bits);
+            if value <= floor || dx * dx + dy * dy > radius * radius {
+                continue;
+            }
+            // The root: a bright core must not outweigh the arms.
+            let light = libm::sqrtf((value - level) as f32);
+            let (dx, dy) = (dx as f32, dy as f32);
+            sum += light;
+            (mx, my) = (mx + light * dx, my + light * dy);
+            (xx, yy, xy) = (xx + light * dx * dx, yy + light * dy * dy, xy + light * dx * dy);
+        }
+    }
+    if sum <= 0.0 {
+        return Ok(None);
+    }
+    let per = 1.0 / sum;
+    let (mx, my) = (mx * per, my * per);
+    let (xx, yy, xy) = (xx * per - mx * mx, yy * per - my * my, xy * per - mx * my);
+    let angle = 0.5 * libm::atan2f(2.0 * xy, xx - yy);
+    let at_px = [f32::from(x) + mx, f32::from(y) + my];
+    Ok(Some(Piece { at_px, along: [libm::cosf(angle), libm::sinf(angle)], strength: 0 }))
+}

@@ -1,0 +1,250 @@
+//! Finds pieces of lines in the whole image: a fast discrete Radon transform of binned blocks.
+//!
+//! In: a detector whose image is exposed, and the readout buffer. Out: the strongest [`MAX_PIECES`] pieces, the strongest
+//! first, at most one a block of [`BLOCK_PX`] px.
+//!
+//! A block becomes 16 x 16 sums of 4 x 4 px, each in units of the block's own noise above its own median, cut at
+//! [`CLIP`] sigmas: a hot pixel or a hit lifts a line by one sigma, no more. Brady's recursion (A fast discrete approximation
+//! algorithm for the Radon transform, SIAM J. Comput. 27, 1998) then sums all lines of 64 directions: lines of 2^k columns
+//! that rise by t are two of half the length that rise by t / 2. A line counts if it rises [`THRESHOLD_SIGMAS`] above the
+//! noise, and the parallel lines 20 px to either side do not: a limb is an edge, not a line. Blocks that are bright or noisy
+//! in many places are left.
+//!
+//! What is seen: 4.5 sigma of 64 px with 0.6 of the light in the line of bins, 870 electrons at V = 3 and 1 deg/s shared
+//! out with the rate: V = 5.6 at 1 deg/s (if the streak were that long; one of 21 px reaches 4.4), 4.5 at 4, 3.5 at
+//! 10 and 3.1 at 15 deg/s in every block, and half a magnitude fainter in one of the several blocks of a long streak. A
+//! matched filter of the whole streak would reach V = 4.3 at 15 deg/s, the sums of 3 x 3 px of a star scan reach 1.8.
+
+use super::{Piece, scaled};
+use crate::image::scan::TILE_PIXELS;
+use fsw_hal::{Detector, DetectorError, Window};
+use heapless::Vec;
+
+/// Side of a block, px.
+pub const BLOCK_PX: u16 = 64;
+/// Most pieces kept.
+pub const MAX_PIECES: usize = 40;
+/// The pieces of an image.
+pub type Pieces = Vec<Piece, MAX_PIECES>;
+/// Side of a bin, px.
+const BIN: usize = 4;
+/// Bins along a block's side; the transform needs a power of two.
+const SIDE: usize = 16;
+const STEPS: u32 = SIDE.ilog2();
+/// Rows in which a line may begin: those of the block and as many above it.
+const ROWS: usize = 2 * SIDE;
+/// A sigma of a bin in the transform's units.
+const SIGMA: i32 = 16;
+/// A bin counts for so many sigmas at most.
+const CLIP: i32 = 4 * SIGMA;
+/// A line must rise so many sixteenths of a sigma above the noise: 4.5 sigma. Of 100,000 independent lines of an image 0.3
+/// do so by chance.
+const THRESHOLD_SIGMAS: i32 = 72;
+/// Fewest bins of a line.
+const FEWEST_BINS: usize = 8;
+/// Rows, in bins, from a line to those that must be dark.
+const BESIDE: usize = 5;
+/// Most bins of a block above two sigmas.
+const MOST_BRIGHT: usize = 72;
+/// What is so many times as noisy as the quietest block before it shows an object.
+const NOISY: i32 = 4;
+/// 1024 over the root of the number.
+const PER_ROOT: [i32; SIDE + 1] =
+    [0, 1024, 724, 591, 512, 458, 418, 387, 362, 341, 324, 309, 296, 284, 274, 264, 256];
+
+type Bins = [[i16; SIDE]; SIDE];
+/// Lines by (strip, rise) and row of their beginning.
+type Lines = [[i16; ROWS]; SIDE];
+
+/// A line of a block: how strong, where it begins and ends, bins.
+#[derive(Clone, Copy)]
+struct Line {
+    strength: i32,
+    from: [f32; 2],
+    to: [f32; 2],
+}
+
+/// Median, and sigma by the spread of the middle half, of some values.
+fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
+    crate::order::sort(values, |a, b| a < b);
+    let at = |quarter: usize| values.get(quarter * values.len() / 4).copied().unwrap_or(0);
+    (at(2), (at(3) - at(1)) * 3 / 4)
+}
+
+/// The block's bins in units of its noise; `None` where it shows an object. `quiet` is the least noise of a bin so far.
+fn bins_of(pixels: &[u16], bits: u8, quiet: &mut i32) -> Option<Bins> {
+    let mut sums = [[0i32; SIDE]; SIDE];
+    for (row, pixels) in pixels.chunks_exact(usize::from(BLOCK_PX)).enumerate() {
+        let sums = sums.get_mut(row / BIN)?;
+        for (sum, four) in sums.iter_mut().zip(pixels.as_chunks::<BIN>().0) {
+            *sum += four.iter().fold(0, |sum, raw| sum + i32::from(*raw));
+        }
+    }
+    // A quarter of the bins, in columns that change from row to row.
+    let mut sample = [0; SIDE * SIDE / 4];
+    for (index, slot) in sample.iter_mut().enumerate() {
+        let row = index / (SIDE / 4);
+        *slot = sums.get(row).and_then(|sums| sums.get((index % 4) * 4 + (row * 3) % 4)).copied().unwrap_or(0);
+    }
+    let (median, sigma) = median_and_sigma(&mut sample);
+    let sigma = sigma.max(2);
+    *quiet = (*quiet).min(sigma);
+    let level = scaled((median / (BIN * BIN) as i32).clamp(0, i32::from(u16::MAX)) as u16, bits);
+    if sigma > NOISY * *quiet || level > crate::image::FULL_SCALE / 2 {
+        return None;
+    }
+    let mut bins = [[0i16; SIDE]; SIDE];
+    let mut bright = 0;
+    for (bin, sum) in bins.as_flattened_mut().iter_mut().zip(sums.as_flattened()) {
+        let value = ((sum - median) * SIGMA).checked_div(sigma).unwrap_or(0).clamp(-CLIP, CLIP);
+        bright += usize::from(value > 2 * SIGMA);
+        *bin = value as i16;
+    }
+    (bright <= MOST_BRIGHT).then_some(bins)
+}
+
+/// All lines that go from the first column to the last and rise by 0 to 15 rows: [rise][beginning + 16].
+fn transform(bins: impl Fn(usize, usize) -> i16) -> Lines {
+    let mut lines: Lines = [[0; ROWS]; SIDE];
+    for (column, line) in lines.iter_mut().enumerate() {
+        for (row, value) in line.iter_mut().skip(SIDE).enumerate() {
+            *value = bins(column, row);
+        }
+    }
+    for step in 0..STEPS {
+        let half = 1usize << step;
+        let mut next: Lines = [[0; ROWS]; SIDE];
+        for (index, sums) in next.iter_mut().enumerate() {
+            let (strip, rise) = (index / (2 * half), index % (2 * half));
+            let first = lines.get(2 * strip * half + rise / 2);
+            let second = lines.get((2 * strip + 1) * half + rise / 2);
+            if let (Some(first), Some(second)) = (first, second) {
+                let later = second.iter().skip(rise.div_ceil(2)).chain(core::iter::repeat(&0));
+                for ((sum, first), second) in sums.iter_mut().zip(first).zip(later) {
+                    *sum = first.saturating_add(*second);
+                }
+            }
+        }
+        lines = next;
+    }
+    lines
+}
+
+/// Bins of the block on the line that begins at `row` (16: the first of the block) and rises by `rise`.
+fn bins_on(row: usize, rise: usize) -> usize {
+    let (from, to) = (row.max(SIDE), (row + rise).min(2 * SIDE - 1));
+    (SIDE * (to + 1).saturating_sub(from)).checked_div(rise + 1).unwrap_or(0)
+}
+
+/// How far a line rises from the noise, sixteenths of a sigma; 0 of lines that are too short.
+fn strength(lines: &Lines, row: usize, rise: usize) -> i32 {
+    let count = bins_on(row, rise);
+    if count < FEWEST_BINS {
+        return 0;
+    }
+    let sum = lines.get(rise).and_then(|line| line.get(row)).copied().unwrap_or(0);
+    (i32::from(sum) * PER_ROOT.get(count).copied().unwrap_or(0)) >> 10
+}
+
+/// The strongest line of a transform that stands alone.
+fn strongest(lines: &Lines) -> Option<Line> {
+    let mut best: Option<(i32, usize, usize)> = None;
+    for rise in 0..SIDE {
+        for row in 0..ROWS {
+            let strength = strength(lines, row, rise);
+            if strength >= THRESHOLD_SIGMAS && best.is_none_or(|(most, ..)| strength > most) {
+                best = Some((strength, row, rise));
+            }
+        }
+    }
+    let (most, row, rise) = best?;
+    let dark = |row: usize| 2 * strength(lines, row, rise) < most;
+    let alone = dark(row + BESIDE) && row.checked_sub(BESIDE).is_none_or(dark);
+    // The part inside the block.
+    let place = |column: f32| [column, row as f32 - SIDE as f32 + column * rise as f32 / (SIDE - 1) as f32];
+    let column = |bins: f32| if rise > 0 { bins * (SIDE - 1) as f32 / rise as f32 } else { 0.0 };
+    let (from, to) = (column(SIDE as f32 - row as f32), column((2 * SIDE - 1) as f32 - row as f32));
+    let last = (SIDE - 1) as f32;
+    let to = if rise > 0 { to.min(last) } else { last };
+    alone.then_some(Line { strength: most, from: place(from.max(0.0)), to: place(to) })
+}
+
+/// The strongest line of a block among those of all directions.
+fn best_line(bins: &Bins) -> Option<Line> {
+    let at = |x: usize, y: usize| bins.get(y).and_then(|row| row.get(x)).copied().unwrap_or(0);
+    let flipped = |y: usize| SIDE - 1 - y;
+    let flip = |[x, y]: [f32; 2]| [x, (SIDE - 1) as f32 - y];
+    let turn = |[x, y]: [f32; 2]| [y, x];
+    let mut best: Option<Line> = None;
+    for family in 0..4 {
+        let lines = match family {
+            0 => transform(at),
+            1 => transform(|x, y| at(x, flipped(y))),
+            2 => transform(|x, y| at(y, x)),
+            _ => transform(|x, y| at(flipped(y), x)),
+        };
+        let Some(line) = strongest(&lines) else { continue };
+        if best.is_none_or(|best| line.strength > best.strength) {
+            let [from, to] = [line.from, line.to].map(|end| match family {
+                0 => end,
+                1 => flip(end),
+                2 => turn(end),
+                _ => turn(flip(end)),
+            });
+            best = Some(Line { from, to, ..line });
+        }
+    }
+    best
+}
+
+/// Adds a piece in its place; of too many the weakest is dropped.
+fn keep(pieces: &mut Pieces, piece: Piece) {
+    if pieces.is_full() && pieces.last().is_some_and(|last| last.strength < piece.strength) {
+        let _ = pieces.pop();
+    }
+    if pieces.push(piece).is_ok() {
+        crate::order::settle_last(pieces, |a, b| a.strength > b.strength);
+    }
+}
+
+/// Searches the whole image.
+///
+/// # Errors
+/// Of the detector, at the first window that fails.
+pub fn search(
+    detector: &mut impl Detector,
+    buffer: &mut [u16; TILE_PIXELS],
+    pieces: &mut Pieces,
+) -> Result<(), DetectorError> {
+    pieces.clear();
+    let geometry = detector.geometry();
+    let starts = |length: u16| {
+        let count = u32::from(length.div_ceil(BLOCK_PX));
+        let last = u32::from(length.saturating_sub(BLOCK_PX));
+        (0..count).map(move |index| (index * last).checked_div(count - 1).unwrap_or(0) as u16)
+    };
+    if geometry.width_px < BLOCK_PX || geometry.height_px < BLOCK_PX {
+        return Ok(());
+    }
+    let mut quiet = i32::MAX / NOISY;
+    for y in starts(geometry.height_px) {
+        for x in starts(geometry.width_px) {
+            let window = Window { x, y, width: BLOCK_PX, height: BLOCK_PX };
+            let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
+            detector.read(window, pixels)?;
+            let Some(bins) = bins_of(pixels, geometry.bits, &mut quiet) else { continue };
+            let Some(line) = best_line(&bins) else { continue };
+            let [from, to] = [line.from, line.to].map(|[column, row]| {
+                let px = |bin: f32| bin * BIN as f32 + 0.5 * (BIN - 1) as f32;
+                [f32::from(x) + px(column), f32::from(y) + px(row)]
+            });
+            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+            let length = libm::sqrtf(dx * dx + dy * dy);
+            if length > 1.0 {
+                let at_px = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
+                keep(pieces, Piece { at_px, along: [dx / length, dy / length], strength: line.strength });
+            }
+        }
+    }
+    Ok(())
+}
