@@ -47,7 +47,21 @@ fn explore() {
                     None => failed += 1,
                 }
             }
-            let optics = *scene.optics();
+            let optics = scene.optics().clone();
+            if verbose {
+                for piece in &pieces {
+                    let b = camera.direction(piece.at_px).unwrap();
+                    let t = [piece.at_px[0] + 8.0 * piece.along[0], piece.at_px[1] + 8.0 * piece.along[1]];
+                    let c = *camera.direction(t).unwrap().vector() - *b.vector();
+                    let wv = [w[0] as f32, w[1] as f32, w[2] as f32];
+                    let v = b.vector();
+                    let m = [-(wv[1] * v.z - wv[2] * v.y), -(wv[2] * v.x - wv[0] * v.z), -(wv[0] * v.y - wv[1] * v.x)];
+                    let dot = (c.x * m[0] + c.y * m[1] + c.z * m[2]) / c.norm() / (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]).sqrt();
+                    print!(" {:.0},{:.0}:{:.1}/{:.0}", piece.at_px[0], piece.at_px[1], piece.strength as f32 / 16.0, dot.abs().min(1.0).acos().to_degrees());
+                }
+                println!();
+            }
+            if let Ok(only) = std::env::var("CASE") && only != case.to_string() { continue; }
             let Motion::Turning(turning) = scene.settings().motion.clone() else { panic!() };
             let sky = star_scene::sky();
             let ends = |star: &sil_host::world::scene::WorldStar| {

@@ -25,6 +25,11 @@ const ACROSS: usize = 2 * REACH as usize + 1;
 const HALF_WIDTH: i32 = 2;
 /// ... and its drift is sought so far from it.
 const DRIFT_WIDTH: i32 = 4;
+/// The drift's noise over that of a pixel: the root of the sum of the squares of -4 to 4.
+const DRIFT_NOISE: f32 = 7.75;
+/// So far the line of a piece may be off, px and px a px.
+const LINE_PX: f32 = 1.5;
+const LINE_SLOPE: f32 = 0.04;
 /// Columns sampled from one window.
 const CHUNK: usize = 16;
 /// Columns to either side of the piece at first, and at most.
@@ -43,7 +48,7 @@ const PROFILES: usize = TILE_PIXELS / 2;
 /// Shortest streak, px.
 const SHORTEST_PX: f32 = 4.0;
 /// A streak rises so many sigmas above the noise, all its light together.
-const LEAST_SIGMAS: f32 = 7.0;
+const LEAST_SIGMAS: f32 = 8.5;
 /// Columns about an end in which it is fitted.
 const EDGE: usize = 12;
 /// Trials of the fit.
@@ -53,7 +58,9 @@ const RAMP: f32 = 2.236;
 /// Variance of an end, see the module: times q², times q⁴, and at least, px².
 const EDGE_PX2: f32 = 4.5;
 const WALK_PX2: f32 = 12.0;
-const FLOOR_PX2: f32 = 0.004;
+const FLOOR_PX2: f32 = 0.006;
+/// ... and across the streak at least, its bend included, px².
+const BEND_PX2: f32 = 0.04;
 
 /// A line on the detector.
 #[derive(Clone, Copy)]
@@ -329,8 +336,12 @@ impl Profile<'_> {
         if count < 3.0 {
             return (0.0, 0.0);
         }
-        let across = (sum / (count * part.light)).clamp(-3.0, 3.0);
-        let slope = (moment / (square.max(1.0) * part.light)).clamp(-0.4, 0.4);
+        // What is noise is not followed: each estimate is weighted against what the line may be off.
+        let noise = DRIFT_NOISE * self.sigma / part.light;
+        let weight = |sigma: f32, scatter: f32| sigma * sigma / (sigma * sigma + scatter);
+        let across = weight(LINE_PX, noise * noise / count) * sum / (count * part.light);
+        let slope = weight(LINE_SLOPE, noise * noise / square.max(1.0)) * moment / (square.max(1.0) * part.light);
+        let (across, slope) = (across.clamp(-3.0, 3.0), slope.clamp(-0.4, 0.4));
         (across + slope * (half as f32 - middle), slope)
     }
 }
@@ -469,13 +480,11 @@ fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<
     }
     let q2 = noise / light * noise / light;
     let place = |column: f32| line.at(column - half as f32, 0.0);
-    // The drift's noise is that of a pixel times the root of the sum of the squares of -4 to 4.
-    const DRIFT_NOISE: f32 = 7.75;
     let across = 2.0 * DRIFT_NOISE * profile.sigma / (light * libm::sqrtf(count));
     Some(Streak {
         ends_px: [place(start), place(end)],
         sigma_along_px: libm::sqrtf(EDGE_PX2 * q2 + WALK_PX2 * q2 * q2 + FLOOR_PX2),
-        sigma_across_px: libm::sqrtf(across * across + FLOOR_PX2),
+        sigma_across_px: libm::sqrtf(across * across + BEND_PX2),
         cut,
         light,
     })

@@ -4,9 +4,9 @@
 //! first, at most one a block of [`BLOCK_PX`] px.
 //!
 //! A block becomes 16 x 16 sums of 4 x 4 px, each in units of the block's own noise above its own median, cut at
-//! [`CLIP`] sigmas: a hot pixel or a hit lifts a line by one sigma, no more. Brady's recursion (A fast discrete approximation
+//! `CLIP`, 2.5 sigmas: a hot pixel or a hit lifts a line by 0.6 sigma, no more. The scatter of what remains is the unit. Brady's recursion (A fast discrete approximation
 //! algorithm for the Radon transform, SIAM J. Comput. 27, 1998) then sums all lines of 64 directions: lines of 2^k columns
-//! that rise by t are two of half the length that rise by t / 2. A line counts if it rises [`THRESHOLD_SIGMAS`] above the
+//! that rise by t are two of half the length that rise by t / 2. A line counts if it rises `THRESHOLD_SIGMAS` above the
 //! noise, and the parallel lines 20 px to either side do not: a limb is an edge, not a line. Blocks that are bright or noisy
 //! in many places are left.
 //!
@@ -36,17 +36,17 @@ const ROWS: usize = 2 * SIDE;
 /// A sigma of a bin in the transform's units.
 const SIGMA: i32 = 16;
 /// A bin counts for so many sigmas at most.
-const CLIP: i32 = 4 * SIGMA;
-/// A line must rise so many sixteenths of a sigma above the noise: 4.5 sigma. Of 100,000 independent lines of an image 0.3
+const CLIP: i32 = 5 * SIGMA / 2;
+/// A line must rise so many sixteenths of a sigma above the noise: 5 sigma. Of 100,000 independent lines of an image 0.03
 /// do so by chance.
-const THRESHOLD_SIGMAS: i32 = 72;
+const THRESHOLD_SIGMAS: i32 = 80;
 /// Fewest bins of a line.
 const FEWEST_BINS: usize = 8;
 /// Rows, in bins, from a line to those that must be dark.
 const BESIDE: usize = 5;
 /// Most bins of a block above two sigmas.
 const MOST_BRIGHT: usize = 72;
-/// What is so many times as noisy as the quietest block before it shows an object.
+/// What is so many times as noisy as blocks usually are shows an object.
 const NOISY: i32 = 4;
 /// 1024 over the root of the number.
 const PER_ROOT: [i32; SIDE + 1] =
@@ -71,8 +71,9 @@ fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
     (at(2), (at(3) - at(1)) * 3 / 4)
 }
 
-/// The block's bins in units of its noise; `None` where it shows an object. `quiet` is the least noise of a bin so far.
-fn bins_of(pixels: &[u16], bits: u8, quiet: &mut i32) -> Option<Bins> {
+/// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in the blocks so
+/// far, sixteenths: the spread of a few bins may come out too small by chance, and then everything seems to rise.
+fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     let mut sums = [[0i32; SIDE]; SIDE];
     for (row, pixels) in pixels.chunks_exact(usize::from(BLOCK_PX)).enumerate() {
         let sums = sums.get_mut(row / BIN)?;
@@ -88,19 +89,26 @@ fn bins_of(pixels: &[u16], bits: u8, quiet: &mut i32) -> Option<Bins> {
     }
     let (median, sigma) = median_and_sigma(&mut sample);
     let sigma = sigma.max(2);
-    *quiet = (*quiet).min(sigma);
+    // Up by a sixteenth of the difference at most, down by a quarter of it.
+    let difference = 16 * sigma - *usual;
+    *usual += if difference > 0 { difference.min(*usual) / 16 } else { difference / 4 };
+    let usual = *usual / 16;
     let level = scaled((median / (BIN * BIN) as i32).clamp(0, i32::from(u16::MAX)) as u16, bits);
-    if sigma > NOISY * *quiet || level > crate::image::FULL_SCALE / 2 {
+    if sigma > NOISY * usual || level > crate::image::FULL_SCALE / 2 {
         return None;
     }
+    let sigma = sigma.max(usual);
     let mut bins = [[0i16; SIDE]; SIDE];
-    let mut bright = 0;
+    let (mut bright, mut square) = (0, 0);
     for (bin, sum) in bins.as_flattened_mut().iter_mut().zip(sums.as_flattened()) {
         let value = ((sum - median) * SIGMA).checked_div(sigma).unwrap_or(0).clamp(-CLIP, CLIP);
         bright += usize::from(value > 2 * SIGMA);
+        square += value * value;
         *bin = value as i16;
     }
-    (bright <= MOST_BRIGHT).then_some(bins)
+    // What hits and faint stars add to the scatter, lines have too.
+    let scatter = libm::sqrtf(square as f32 / ((SIDE * SIDE) as i32 * SIGMA * SIGMA) as f32);
+    (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0)))
 }
 
 /// All lines that go from the first column to the last and rise by 0 to 15 rows: [rise][beginning + 16].
@@ -226,14 +234,18 @@ pub fn search(
     if geometry.width_px < BLOCK_PX || geometry.height_px < BLOCK_PX {
         return Ok(());
     }
-    let mut quiet = i32::MAX / NOISY;
+    let mut usual = i32::MAX / 32;
     for y in starts(geometry.height_px) {
         for x in starts(geometry.width_px) {
             let window = Window { x, y, width: BLOCK_PX, height: BLOCK_PX };
             let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(window, pixels)?;
-            let Some(bins) = bins_of(pixels, geometry.bits, &mut quiet) else { continue };
+            let Some((bins, scatter)) = bins_of(pixels, geometry.bits, &mut usual) else { continue };
             let Some(line) = best_line(&bins) else { continue };
+            let strength = (line.strength as f32 / scatter) as i32;
+            if strength < THRESHOLD_SIGMAS {
+                continue;
+            }
             let [from, to] = [line.from, line.to].map(|[column, row]| {
                 let px = |bin: f32| bin * BIN as f32 + 0.5 * (BIN - 1) as f32;
                 [f32::from(x) + px(column), f32::from(y) + px(row)]
@@ -242,7 +254,7 @@ pub fn search(
             let length = libm::sqrtf(dx * dx + dy * dy);
             if length > 1.0 {
                 let at_px = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
-                keep(pieces, Piece { at_px, along: [dx / length, dy / length], strength: line.strength });
+                keep(pieces, Piece { at_px, along: [dx / length, dy / length], strength });
             }
         }
     }
