@@ -3,8 +3,7 @@
 //!
 //! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`Rate`] of the star path against
 //! the stars, in its own frame, and its covariance. A fixed direction's components change as `db/dt = -ω × b`; over a turn by
-//! θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`, `g = ω/|ω| tan(θ/2)` (Cayley), which is linear in
-//! `g`. Along and across each chord that is one equation; least squares over all of them give `g`. Of a streak cut by the
+//! θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over all of them give `g`. Of a streak cut by the
 //! border only the direction is known: its equation across.
 //!
 //! Which arcs belong together is told by consensus: every two arcs propose a rate, the one that most arcs agree with is
@@ -59,21 +58,21 @@ impl Rate {
     }
 }
 
-/// What an arc says of the rate: `row · h = right`, both over its sigma, h being `2 g / τ`.
+/// What an arc says of the rate: `row · ω = right`, both over its sigma.
 struct Equation {
     row: Vector3<f32>,
     right: f32,
 }
 
 /// The equations along and across of an arc, taken from its second end to its first where `reversed`; `None` where its
-/// ends are one.
-fn equations(arc: &Arc, reversed: bool) -> Option<[Option<Equation>; 2]> {
+/// ends are one. `g` is linear in ω but for the tangent, which is that of the rate `about`.
+fn equations(arc: &Arc, about: &Vector3<f32>) -> Option<[Option<Equation>; 2]> {
     let [a, c] = arc.ends;
-    let (a, c) = if reversed { (c, a) } else { (a, c) };
+    let (a, c) = if is_reversed(arc, about) { (c, a) } else { (a, c) };
     let (chord, sum) = (c - a, a + c);
     let along = chord.try_normalize(1e-7)?;
     let across = sum.cross(&along).try_normalize(1e-7)?;
-    let half_s = 0.5 * arc.duration_s;
+    let half_s = half_tangent_s(about, arc.duration_s);
     // e · (c - a) = -e · (g × (a + c)) = -g · ((a + c) × e)
     let of = |axis: &Vector3<f32>, right: f32, sigma: f32| Equation {
         row: sum.cross(axis) * (-half_s / sigma),
@@ -92,7 +91,7 @@ fn is_reversed(arc: &Arc, h: &Vector3<f32>) -> bool {
 
 /// Squared distance of an arc from a rate, sigmas.
 fn misfit(arc: &Arc, h: &Vector3<f32>) -> f32 {
-    let Some(equations) = equations(arc, is_reversed(arc, h)) else { return f32::MAX };
+    let Some(equations) = equations(arc, h) else { return f32::MAX };
     equations.iter().flatten().fold(0.0, |sum, equation| {
         let off = equation.row.dot(h) - equation.right;
         sum + off * off
@@ -108,7 +107,7 @@ fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vecto
         if (bits >> index) & 1 == 0 {
             continue;
         }
-        for equation in equations(arc, is_reversed(arc, about))?.iter().flatten() {
+        for equation in equations(arc, about)?.iter().flatten() {
             matrix += equation.row * equation.row.transpose() * SCALE;
             right += equation.row * (equation.right * SCALE);
         }
@@ -140,6 +139,8 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
                 let second_arc = Arc { ends: if flipped { [c, a] } else { [a, c] }, directed: true, ..*other };
                 let pair = [Arc { directed: true, ..*one }, second_arc];
                 let proposed = least_squares(&pair, 3, &Vector3::zeros());
+                // Once more, with the tangent of the rate found.
+                let proposed = proposed.and_then(|(rate, _)| least_squares(&pair, 3, &rate));
                 if let Some((h, _)) = proposed.filter(|_| !(flipped && other.directed)) {
                     let (bits, misfit) = agreeing(arcs, &h);
                     let both = (1 << first) | (1 << second);
@@ -153,11 +154,11 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
             }
         }
     }
-    let (mut h, mut bits, _) = best?;
+    let (mut rate, mut bits, _) = best?;
     let mut covariance = Matrix3::zeros();
     for _ in 0..3 {
-        (h, covariance) = least_squares(arcs, bits, &h)?;
-        bits = agreeing(arcs, &h).0;
+        (rate, covariance) = least_squares(arcs, bits, &rate)?;
+        bits = agreeing(arcs, &rate).0;
     }
     if bits.count_ones() < 2 {
         return None;
@@ -165,20 +166,20 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
     // More equations than unknowns say whether the sigmas hold.
     let used = |index: usize| (bits >> index) & 1 == 1;
     let (count, misfit) = arcs.iter().enumerate().filter(|(index, _)| used(*index)).fold((0.0, 0.0), |(n, sum), (_, arc)| {
-        (n + if arc.whole { 2.0 } else { 1.0 }, sum + misfit(arc, &h))
+        (n + if arc.whole { 2.0 } else { 1.0 }, sum + misfit(arc, &rate))
     });
     let free: f32 = count - 3.0;
     if free >= 1.0 {
         covariance *= (misfit / free).max(1.0);
     }
-    let duration_s = arcs.first().map_or(0.0, |arc| arc.duration_s);
-    Some(Rate { rad_s: unbent(&h, duration_s), covariance, arcs: bits })
+    Some(Rate { rad_s: rate, covariance, arcs: bits })
 }
 
-/// ω from `h = ω/|ω| tan(|ω| τ / 2) 2 / τ`.
-fn unbent(h: &Vector3<f32>, duration_s: f32) -> Vector3<f32> {
-    let tangent = 0.5 * duration_s * libm::sqrtf(h.dot(h));
-    if tangent > 1e-3 { h * (libm::atanf(tangent) / tangent) } else { *h }
+/// `tan(|ω| τ / 2) / |ω|`: half of τ for a small angle.
+fn half_tangent_s(rate: &Vector3<f32>, duration_s: f32) -> f32 {
+    let size = libm::sqrtf(rate.dot(rate));
+    let half_angle = (0.5 * duration_s * size).min(1.0);
+    if half_angle > 1e-3 { libm::tanf(half_angle) / size } else { 0.5 * duration_s }
 }
 
 #[cfg(test)]

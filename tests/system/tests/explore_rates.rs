@@ -42,7 +42,7 @@ fn explore() {
             for piece in &pieces {
                 if streaks.iter().any(|s| s.holds(piece.at_px, 6.0)) { continue; }
                 tried += 1;
-                match follow::follow(&mut scene, &mut buffer, piece).unwrap() {
+                match follow::follow(&mut scene, &mut buffer, piece, &mut 9000000).unwrap() {
                     Some(s) => if !streaks.iter().any(|o| o.holds(s.middle_px(), 4.0)) { streaks.push(s) },
                     None => failed += 1,
                 }

@@ -31,7 +31,7 @@ const DRIFT_NOISE: f32 = 7.75;
 const LINE_PX: f32 = 1.5;
 const LINE_SLOPE: f32 = 0.04;
 /// Columns sampled from one window.
-const CHUNK: usize = 16;
+const CHUNK: usize = 8;
 /// Columns to either side of the piece at first, and at most.
 const FIRST_HALF: usize = 32;
 const MAX_HALF: usize = 512;
@@ -424,7 +424,8 @@ fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
     (shape, best.1)
 }
 
-/// Measures the streak of a piece; `None` where there is none.
+/// Measures the streak of a piece; `None` where there is none, or where `columns`, those that may still be sampled (2,300
+/// cycles of the Cortex-M4 model each), do not suffice.
 ///
 /// # Errors
 /// Of the detector, at the first window that fails.
@@ -432,27 +433,36 @@ pub fn follow(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],
     piece: &Piece,
+    columns: &mut usize,
 ) -> Result<Option<Streak>, DetectorError> {
     let mut line = Line { origin: piece.at_px, along: piece.along };
     let mut half = FIRST_HALF;
-    let mut settled = 0;
+    let (mut settled, mut grown) = (0, 0);
     for _ in 0..ROUNDS {
+        if *columns < 2 * half {
+            return Ok(None);
+        }
+        *columns -= 2 * half;
         let profile = sample(detector, buffer, &line, half)?;
         let Some(part) = profile.part() else { return Ok(None) };
         // Another's light farther along the line is not this piece's.
-        if part.start > half + FIRST_HALF || part.end + FIRST_HALF < half {
+        if part.start > half + FIRST_HALF / 2 || part.end + FIRST_HALF / 2 < half {
             return Ok(None);
         }
         let open = |near: bool, column: Option<usize>| near && column.is_some_and(|column| profile.is_seen(column));
         let grows = half < MAX_HALF
             && (open(part.start < CLEAR, Some(0)) || open(part.end + CLEAR > 2 * half, Some(2 * half - 1)));
-        if settled >= 2 && !grows {
+        if settled + grown >= 2 && settled >= 1 && !grows {
             return Ok(measured(&profile, &part, &line, half));
         }
         let (across, slope) = profile.drift(&part, half);
         line = line.moved(across, slope);
+        // What comes next is sampled about the middle of what was found.
+        let middle = 0.5 * (part.start + part.end) as f32 - half as f32;
+        line.origin = line.at(middle, 0.0);
         if grows {
             half *= 2;
+            grown += 1;
         } else {
             settled += 1;
         }

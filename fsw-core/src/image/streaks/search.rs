@@ -4,9 +4,9 @@
 //! first, at most one a block of [`BLOCK_PX`] px.
 //!
 //! A block becomes 16 x 16 sums of 4 x 4 px, each in units of the block's own noise above its own median, cut at
-//! `CLIP`, 2.5 sigmas: a hot pixel or a hit lifts a line by 0.6 sigma, no more. The scatter of what remains is the unit. Brady's recursion (A fast discrete approximation
-//! algorithm for the Radon transform, SIAM J. Comput. 27, 1998) then sums all lines of 64 directions: lines of 2^k columns
-//! that rise by t are two of half the length that rise by t / 2. A line counts if it rises `THRESHOLD_SIGMAS` above the
+//! `CLIP`, 3 sigmas: a hot pixel or a hit lifts a line by a sigma, no more. The scatter of what remains is the unit. Brady's recursion (A fast discrete approximation
+//! algorithm for the Radon transform, SIAM J. Comput. 27, 1998) then sums all lines of 64 directions, and those of
+//! half a block's width: lines of 2^k columns that rise by t are two of half the length that rise by t / 2. A line counts if it rises `THRESHOLD_SIGMAS` above the
 //! noise, and the parallel lines 20 px to either side do not: a limb is an edge, not a line. Blocks that are bright or noisy
 //! in many places are left.
 //!
@@ -36,18 +36,20 @@ const ROWS: usize = 2 * SIDE;
 /// A sigma of a bin in the transform's units.
 const SIGMA: i32 = 16;
 /// A bin counts for so many sigmas at most.
-const CLIP: i32 = 5 * SIGMA / 2;
-/// A line must rise so many sixteenths of a sigma above the noise: 5 sigma. Of 100,000 independent lines of an image 0.03
-/// do so by chance.
-const THRESHOLD_SIGMAS: i32 = 80;
+const CLIP: i32 = 3 * SIGMA;
+/// A line must rise so many sixteenths of a sigma above the noise: 4.6 sigma. Of 100,000 independent lines of an image 0.2 do so
+/// by chance.
+const THRESHOLD_SIGMAS: i32 = 74;
 /// Fewest bins of a line.
-const FEWEST_BINS: usize = 8;
+const FEWEST_BINS: usize = 6;
 /// Rows, in bins, from a line to those that must be dark.
 const BESIDE: usize = 5;
 /// Most bins of a block above two sigmas.
 const MOST_BRIGHT: usize = 72;
 /// What is so many times as noisy as blocks usually are shows an object.
 const NOISY: i32 = 4;
+/// 1024 times the root of [`FEWEST_BINS`].
+const PER_ROOT_FEWEST: i32 = 2508;
 /// 1024 over the root of the number.
 const PER_ROOT: [i32; SIDE + 1] =
     [0, 1024, 724, 591, 512, 458, 418, 387, 362, 341, 324, 309, 296, 284, 274, 264, 256];
@@ -111,8 +113,9 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0)))
 }
 
-/// All lines that go from the first column to the last and rise by 0 to 15 rows: [rise][beginning + 16].
-fn transform(bins: impl Fn(usize, usize) -> i16) -> Lines {
+/// Calls `found` with the lines of half a block's width and of all of it: width, lines by (strip, rise) and row of their
+/// beginning + 16.
+fn transform(bins: impl Fn(usize, usize) -> i16, mut found: impl FnMut(usize, &Lines)) {
     let mut lines: Lines = [[0; ROWS]; SIDE];
     for (column, line) in lines.iter_mut().enumerate() {
         for (row, value) in line.iter_mut().skip(SIDE).enumerate() {
@@ -134,47 +137,56 @@ fn transform(bins: impl Fn(usize, usize) -> i16) -> Lines {
             }
         }
         lines = next;
+        if 4 * half >= SIDE {
+            found(2 * half, &lines);
+        }
     }
-    lines
 }
 
-/// Bins of the block on the line that begins at `row` (16: the first of the block) and rises by `rise`.
-fn bins_on(row: usize, rise: usize) -> usize {
+/// Bins of the block on a line `width` wide that begins at `row` (16: the first of the block) and rises by `rise`.
+fn bins_on(width: usize, row: usize, rise: usize) -> usize {
     let (from, to) = (row.max(SIDE), (row + rise).min(2 * SIDE - 1));
-    (SIDE * (to + 1).saturating_sub(from)).checked_div(rise + 1).unwrap_or(0)
+    (width * (to + 1).saturating_sub(from)).checked_div(rise + 1).unwrap_or(0)
 }
 
 /// How far a line rises from the noise, sixteenths of a sigma; 0 of lines that are too short.
-fn strength(lines: &Lines, row: usize, rise: usize) -> i32 {
-    let count = bins_on(row, rise);
+fn strength(lines: &Lines, (width, index, row): (usize, usize, usize)) -> i32 {
+    let sum = lines.get(index).and_then(|line| line.get(row)).copied().unwrap_or(0);
+    let count = bins_on(width, row, index % width);
     if count < FEWEST_BINS {
         return 0;
     }
-    let sum = lines.get(rise).and_then(|line| line.get(row)).copied().unwrap_or(0);
     (i32::from(sum) * PER_ROOT.get(count).copied().unwrap_or(0)) >> 10
 }
 
-/// The strongest line of a transform that stands alone.
-fn strongest(lines: &Lines) -> Option<Line> {
-    let mut best: Option<(i32, usize, usize)> = None;
-    for rise in 0..SIDE {
-        for row in 0..ROWS {
-            let strength = strength(lines, row, rise);
-            if strength >= THRESHOLD_SIGMAS && best.is_none_or(|(most, ..)| strength > most) {
-                best = Some((strength, row, rise));
+/// The strongest line of a transform, if it is stronger than `most` and stands alone.
+fn strongest(lines: &Lines, width: usize, most: i32) -> Option<Line> {
+    let mut best: Option<(usize, usize)> = None;
+    let mut most = most.max(THRESHOLD_SIGMAS - 1);
+    for (index, line) in lines.iter().enumerate() {
+        for (row, sum) in line.iter().enumerate() {
+            // Of the fewest bins a line must have this sum, of more a greater one.
+            if i32::from(*sum) * 1024 > most * PER_ROOT_FEWEST {
+                let strength = strength(lines, (width, index, row));
+                if strength > most {
+                    (most, best) = (strength, Some((index, row)));
+                }
             }
         }
     }
-    let (most, row, rise) = best?;
-    let dark = |row: usize| 2 * strength(lines, row, rise) < most;
+    let (index, row) = best?;
+    let dark = |row: usize| 2 * strength(lines, (width, index, row)) < most;
     let alone = dark(row + BESIDE) && row.checked_sub(BESIDE).is_none_or(dark);
     // The part inside the block.
-    let place = |column: f32| [column, row as f32 - SIDE as f32 + column * rise as f32 / (SIDE - 1) as f32];
-    let column = |bins: f32| if rise > 0 { bins * (SIDE - 1) as f32 / rise as f32 } else { 0.0 };
-    let (from, to) = (column(SIDE as f32 - row as f32), column((2 * SIDE - 1) as f32 - row as f32));
-    let last = (SIDE - 1) as f32;
-    let to = if rise > 0 { to.min(last) } else { last };
-    alone.then_some(Line { strength: most, from: place(from.max(0.0)), to: place(to) })
+    let (strip, rise) = (index / width, index % width);
+    let last = (width - 1) as f32;
+    let place = |column: f32| {
+        [(strip * width) as f32 + column, row as f32 - SIDE as f32 + column * rise as f32 / last]
+    };
+    let column = |bins: f32| if rise > 0 { bins * last / rise as f32 } else { 0.0 };
+    let from = column(SIDE as f32 - row as f32).max(0.0);
+    let to = if rise > 0 { column((2 * SIDE - 1) as f32 - row as f32).min(last) } else { last };
+    alone.then_some(Line { strength: most, from: place(from), to: place(to) })
 }
 
 /// The strongest line of a block among those of all directions.
@@ -185,21 +197,23 @@ fn best_line(bins: &Bins) -> Option<Line> {
     let turn = |[x, y]: [f32; 2]| [y, x];
     let mut best: Option<Line> = None;
     for family in 0..4 {
-        let lines = match family {
-            0 => transform(at),
-            1 => transform(|x, y| at(x, flipped(y))),
-            2 => transform(|x, y| at(y, x)),
-            _ => transform(|x, y| at(flipped(y), x)),
+        let found = |width: usize, lines: &Lines| {
+            let most = best.map_or(0, |best| best.strength);
+            if let Some(line) = strongest(lines, width, most) {
+                let [from, to] = [line.from, line.to].map(|end| match family {
+                    0 => end,
+                    1 => flip(end),
+                    2 => turn(end),
+                    _ => turn(flip(end)),
+                });
+                best = Some(Line { from, to, ..line });
+            }
         };
-        let Some(line) = strongest(&lines) else { continue };
-        if best.is_none_or(|best| line.strength > best.strength) {
-            let [from, to] = [line.from, line.to].map(|end| match family {
-                0 => end,
-                1 => flip(end),
-                2 => turn(end),
-                _ => turn(flip(end)),
-            });
-            best = Some(Line { from, to, ..line });
+        match family {
+            0 => transform(at, found),
+            1 => transform(|x, y| at(x, flipped(y)), found),
+            2 => transform(|x, y| at(y, x), found),
+            _ => transform(|x, y| at(flipped(y), x), found),
         }
     }
     best
