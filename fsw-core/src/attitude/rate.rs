@@ -27,8 +27,9 @@ pub struct Arc {
     pub ends: [Vector3<f32>; 2],
     /// Standard deviation of the way from one to the other, along it and across it, rad.
     pub sigma_rad: [f32; 2],
-    /// From one end to the other, s.
-    pub duration_s: f32,
+    /// From the first end to the second, and from the second to the first were it the earlier one, s: rows of a rolling
+    /// shutter begin one after the other.
+    pub duration_s: [f32; 2],
     /// Whether the first end is known to be the earlier one.
     pub directed: bool,
     /// Whether its length is known.
@@ -68,11 +69,12 @@ struct Equation {
 /// ends are one. `g` is linear in ω but for the tangent, which is that of the rate `about`.
 fn equations(arc: &Arc, about: &Vector3<f32>) -> Option<[Option<Equation>; 2]> {
     let [a, c] = arc.ends;
-    let (a, c) = if is_reversed(arc, about) { (c, a) } else { (a, c) };
+    let [forth_s, back_s] = arc.duration_s;
+    let (a, c, duration_s) = if is_reversed(arc, about) { (c, a, back_s) } else { (a, c, forth_s) };
     let (chord, sum) = (c - a, a + c);
     let along = chord.try_normalize(1e-7)?;
     let across = sum.cross(&along).try_normalize(1e-7)?;
-    let half_s = half_tangent_s(about, arc.duration_s);
+    let half_s = half_tangent_s(about, duration_s);
     // e · (c - a) = -e · (g × (a + c)) = -g · ((a + c) × e)
     let of = |axis: &Vector3<f32>, right: f32, sigma: f32| Equation {
         row: sum.cross(axis) * (-half_s / sigma),
@@ -136,7 +138,10 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
             }
             for flipped in [false, true] {
                 let [a, c] = other.ends;
-                let second_arc = Arc { ends: if flipped { [c, a] } else { [a, c] }, directed: true, ..*other };
+                let [forth_s, back_s] = other.duration_s;
+                let (ends, duration_s) =
+                    if flipped { ([c, a], [back_s, forth_s]) } else { ([a, c], [forth_s, back_s]) };
+                let second_arc = Arc { ends, duration_s, directed: true, ..*other };
                 let pair = [Arc { directed: true, ..*one }, second_arc];
                 let proposed = least_squares(&pair, 3, &Vector3::zeros());
                 // Once more, with the tangent of the rate found.
@@ -154,7 +159,18 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
             }
         }
     }
-    let (mut rate, mut bits, _) = best?;
+    let (rate, bits, _) = best?;
+    refined(arcs, rate, bits)
+}
+
+/// The rate of the opposite sense that explains undirected arcs as well.
+pub fn opposite(arcs: &[Arc], rate: &Rate) -> Option<Rate> {
+    refined(arcs.get(..MAX_ARCS).unwrap_or(arcs), -rate.rad_s, rate.arcs)
+}
+
+/// Least squares from a first estimate and the arcs that agree with it.
+fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
+    let (mut rate, mut bits) = (rate, bits);
     let mut covariance = Matrix3::zeros();
     for _ in 0..3 {
         (rate, covariance) = least_squares(arcs, bits, &rate)?;

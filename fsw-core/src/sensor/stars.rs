@@ -30,7 +30,7 @@ impl Sensor<'_> {
     }
 
     /// Takes an image; whether the Sun blinds it.
-    fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
+    pub(super) fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
         detector.expose(self.parameters.exposure_us)?;
         let probes = plan::probes(&detector.geometry());
         let mut blind = 0;
@@ -76,7 +76,11 @@ impl Sensor<'_> {
         report: &mut Report,
     ) {
         let mut allowance = self.parameters.pairs_per_cycle;
-        if self.searching_since.is_none() {
+        let scanned = self.searching_since.is_none();
+        if scanned {
+            if self.turning.seeks() {
+                return self.seek_streaks(instruments, report);
+            }
             // The scan has most of this second.
             allowance /= SCANNING_SHARE;
             instruments.meter.begin(Stage::Scan);
@@ -89,7 +93,11 @@ impl Sensor<'_> {
             }
             report.detections = self.workspace.detections.spots().len() as u16;
             if self.workspace.detections.too_fast() {
-                return report.status = Status::TooFast;
+                report.status = Status::TooFast;
+                if let Err(error) = self.turn_by_scan(instruments.detector, report) {
+                    report.status = Status::DetectorFault(error.into());
+                }
+                return;
             }
             self.workspace.take_measured(&self.camera, None, 0.0);
             self.workspace.identifier.restart(0.0);
@@ -102,6 +110,9 @@ impl Sensor<'_> {
         instruments.meter.begin(Stage::Identify);
         let progress = self.workspace.identifier.advance(&field, identification, allowance);
         instruments.meter.end(Stage::Identify);
+        if scanned && !matches!(progress, Progress::Identified(..)) {
+            self.turn_by_stars(report);
+        }
         match progress {
             Progress::Searching => report.status = Status::Searching,
             Progress::NotIdentified(reason) => {
@@ -111,6 +122,7 @@ impl Sensor<'_> {
             Progress::Identified(confirmed, log10_false) => {
                 report.status = Status::Identified;
                 let image_cycle = self.searching_since.take().unwrap_or(self.cycle);
+                self.turning.forget();
                 self.learn(&confirmed, log10_false, image_cycle, report);
             }
         }
@@ -198,7 +210,7 @@ impl Sensor<'_> {
     }
 
     /// From a row to the next, s.
-    fn row_time_s(&self) -> f32 {
+    pub(super) fn row_time_s(&self) -> f32 {
         self.parameters.row_time_ns as f32 * 1e-9
     }
 

@@ -1,0 +1,454 @@
+//! How fast the sensor turns while no attitude is known (thesis §3.1.5: HARM and LARM).
+//!
+//! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate in the report, and what
+//! must be remembered for the next image.
+//!
+//! - HARM. The ends of the streaks and the exposure give the rate but for its sense. It is settled by the next image: the
+//!   streaks' middles are carried on by the one and the other sense, and the one counts that finds streaks there. A star
+//!   that is seen twice also gives the rate over the time between the images, better than the ends of its streak do, but as a
+//!   mean over that time: two such means tell the rate now, one alone is believed as far as a free body may have changed
+//!   ([`CHANGE`]).
+//! - LARM. Stars that were measured but not identified are matched with those of the image before by their separations.
+//!
+//! What is not known is not said: no rate where fewer than three whole streaks agree and the next image has not confirmed it;
+//! either sense where no streak went on.
+
+use super::{Instruments, Sensor};
+use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate};
+use crate::camera::Camera;
+use crate::image::streaks::{Piece, Streak, follow, search};
+use crate::stars::identify::NotIdentified;
+use crate::stars::{Measured, row_delay_s};
+use crate::telemetry::{RateReport, RateSource, Report, Status};
+use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
+use heapless::Vec;
+use nalgebra::{Matrix3, Vector3};
+
+/// Streaks measured in an image.
+const MAX_STREAKS: usize = MAX_ARCS;
+/// Stars and streaks of an image remembered for the next.
+const MAX_MARKS: usize = 12;
+/// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
+const COLUMNS_AFTER_SCAN: usize = 3_000;
+const COLUMNS: usize = 16_000;
+/// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
+const LONG_PX: f32 = 22.0;
+/// Fewest stars of which a scan says that the sensor does not turn fast.
+const FEWEST_STARS: usize = 4;
+/// Fewest whole streaks of one image that make a rate, and fewest stars of two images.
+const FEWEST_STREAKS: u32 = 3;
+const FEWEST_MATCHES: u32 = 4;
+/// Longest time between two images that are compared, s.
+const LONGEST_S: u32 = 4;
+/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia that differ by a
+/// fifth, one sigma.
+const CHANGE: f32 = 0.2;
+/// Rates beyond this are none of a spacecraft, rad/s.
+const FASTEST_RAD_S: f32 = 0.35;
+/// Largest standard deviation of a rate that is reported, as a share of it.
+const LARGEST_SHARE: f32 = 0.3;
+/// Farthest from its predicted place that a streak may go on, px.
+const FARTHEST_PX: f32 = 60.0;
+/// Expected number of chance encounters up to which one encounter settles the sense.
+const BY_CHANCE: f32 = 0.03;
+/// The sense is known from so many encounters on, and so many are counted at most.
+const SURE: i8 = 2;
+const MOST_SURE: i8 = 4;
+
+/// A star, or a streak's middle.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    direction: Vector3<f32>,
+    /// Along the motion and across it, rad.
+    sigma_rad: [f32; 2],
+    /// Later than the middle of the frame, s.
+    late_s: f32,
+}
+
+/// What is remembered from image to image.
+#[derive(Debug, Default)]
+pub(super) struct Turning {
+    marks: Vec<Mark, MAX_MARKS>,
+    /// Cycle of these marks.
+    taken: u32,
+    /// Rate by the streaks of that image, of the sense that is believed more.
+    streaks: Option<Rate>,
+    /// Encounters that spoke for this sense less those against.
+    sense: i8,
+    /// Mean rate up to that image from the one before, if that was a second before.
+    mean: Option<(Vector3<f32>, Matrix3<f32>)>,
+    /// Whether the next image is to be searched for lines instead of stars.
+    seeks: bool,
+}
+
+impl Turning {
+    /// Whether the next image is to be searched for lines.
+    pub(super) fn seeks(&self) -> bool {
+        self.seeks
+    }
+
+    /// Forgets all, as when an attitude is known.
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Seconds since the marks were taken, where they can be compared with an image of `cycle`.
+    fn elapsed_s(&self, cycle: u32) -> Option<f32> {
+        let elapsed = cycle.wrapping_sub(self.taken);
+        (!self.marks.is_empty() && (1..=LONGEST_S).contains(&elapsed)).then_some(elapsed as f32)
+    }
+}
+
+/// The arc of a streak. `longest_px` is how long a streak may be: a cut one shows less of its direction.
+fn arc_of(camera: &Camera, streak: &Streak, exposure_s: f32, row_time_s: f32, longest_px: f32) -> Option<Arc> {
+    let [first, second] = streak.ends_px;
+    let ends = [*camera.direction(first)?.vector(), *camera.direction(second)?.vector()];
+    let stretch = if streak.cut { (longest_px / streak.length_px().max(1.0)).max(1.0) } else { 1.0 };
+    let per = core::f32::consts::SQRT_2 * camera.rad_per_px();
+    let rows_s = (second[1] - first[1]) * row_time_s;
+    Some(Arc {
+        ends,
+        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per * stretch],
+        duration_s: [exposure_s + rows_s, exposure_s - rows_s],
+        directed: false,
+        whole: !streak.cut,
+    })
+}
+
+/// The mark of a whole streak.
+fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
+    let [first, second] = streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
+    let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
+    Some(Mark {
+        // Not the middle of the pixels: equal times are equal angles.
+        direction: (first? + second?).try_normalize(1e-3)?,
+        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
+        late_s: row_delay_s(camera, streak.middle_px(), row_time_s),
+    })
+}
+
+/// Where a mark is after a time at a rate.
+fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
+    // b' = -ω × b, by the exact rotation about a fixed axis.
+    let angle = libm::sqrtf(rate.dot(rate)) * elapsed_s;
+    let Some(axis) = rate.try_normalize(1e-9) else { return mark.direction };
+    let (sine, cosine) = (libm::sinf(angle), libm::cosf(angle));
+    let b = mark.direction;
+    b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
+}
+
+/// The way of a star from a mark of one image to that of the next.
+fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
+    let both = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
+    let ([a, b], [c, d]) = (from.sigma_rad, to.sigma_rad);
+    Arc {
+        ends: [from.direction, to.direction],
+        sigma_rad: [both(a, c), both(b, d)],
+        duration_s: [elapsed_s + to.late_s - from.late_s; 2],
+        directed: true,
+        whole: true,
+    }
+}
+
+/// The marks that go on in the next image at a rate, and the expected number that would by chance.
+fn encounters(
+    (before, now): (&[Mark], &[Mark]),
+    (rate, covariance): (&Vector3<f32>, &Matrix3<f32>),
+    elapsed_s: f32,
+    camera: &Camera,
+) -> (Vec<Arc, MAX_ARCS>, f32) {
+    let mut arcs = Vec::new();
+    let mut chance = 0.0;
+    let farthest = FARTHEST_PX * camera.rad_per_px();
+    for mark in before {
+        let there = carried(mark, rate, elapsed_s);
+        // How far the place is unsure: the rate's error across the direction, and its change since.
+        let spread = covariance.trace() - there.dot(&(covariance * there));
+        let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
+        let [along, across] = mark.sigma_rad;
+        let variance = (spread.max(0.0) + change * change) * elapsed_s * elapsed_s + 2.0 * (along * along + across * across);
+        let reach = 3.0 * libm::sqrtf(variance);
+        if reach.is_nan() || reach > farthest {
+            continue;
+        }
+        let per_px = reach / camera.rad_per_px();
+        chance += now.len() as f32 * core::f32::consts::PI * per_px * per_px / camera.area_px();
+        let distance = |mark: &&Mark| (mark.direction - there).norm_squared();
+        let nearest = now.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        if let Some(found) = nearest.filter(|found| distance(found) < reach * reach) {
+            let _ = arcs.push(way(mark, found, elapsed_s));
+        }
+    }
+    (arcs, chance)
+}
+
+/// Two independent estimates of a rate as one.
+fn joined(a: (Vector3<f32>, Matrix3<f32>), b: (Vector3<f32>, Matrix3<f32>)) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    // In units in which the elements are near one.
+    const SCALE: f32 = 1e6;
+    let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
+    let covariance = (wa + wb).try_inverse()?;
+    Some((covariance * (wa * a.0 + wb * b.0), covariance * (1.0 / SCALE)))
+}
+
+/// The rate between two images from the marks of both, matched by their separations.
+fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
+    let mut best: Option<Rate> = None;
+    let sigma = |mark: &Mark| mark.sigma_rad[0].max(mark.sigma_rad[1]);
+    for (index, a) in before.iter().enumerate() {
+        for b in before.iter().skip(index + 1) {
+            let separation = (a.direction - b.direction).norm();
+            for (other, c) in now.iter().enumerate() {
+                for d in now.iter().skip(other + 1) {
+                    let off = ((c.direction - d.direction).norm() - separation).abs();
+                    if off > 4.0 * (sigma(a) + sigma(b)).max(sigma(c) + sigma(d)) {
+                        continue;
+                    }
+                    for (c, d) in [(c, d), (d, c)] {
+                        let proposed = rate::solve(&[way(a, c, elapsed_s), way(b, d, elapsed_s)]);
+                        let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else { continue };
+                        let most = best.as_ref().map_or(FEWEST_MATCHES - 1, Rate::count);
+                        if let Some(rate) = confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most) {
+                            best = Some(rate);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    best
+}
+
+/// The rate from all marks that are where a proposed rate carries them.
+fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Option<Rate> {
+    let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
+    for mark in before {
+        let there = carried(mark, &rate.rad_s, elapsed_s);
+        let spread = rate.covariance.trace() - there.dot(&(rate.covariance * there));
+        let [along, across] = mark.sigma_rad;
+        let reach = 9.0 * (spread.max(0.0) * elapsed_s * elapsed_s + 2.0 * (along * along + across * across));
+        if let Some(found) = now.iter().find(|found| (found.direction - there).norm_squared() < reach) {
+            let _ = arcs.push(way(mark, found, elapsed_s));
+        }
+    }
+    if (arcs.len() as u32) < FEWEST_MATCHES {
+        return None;
+    }
+    rate::solve(&arcs)
+}
+
+impl Sensor<'_> {
+    /// A second in which the image is searched for lines instead of stars.
+    #[inline(never)]
+    pub(super) fn seek_streaks(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        report: &mut Report,
+    ) {
+        instruments.meter.begin(Stage::Scan);
+        let found = self.lines(instruments.detector);
+        instruments.meter.end(Stage::Scan);
+        let streaks = match found {
+            Ok(Some(streaks)) => streaks,
+            Ok(None) => return report.status = Status::Blinded,
+            Err(error) => return report.status = Status::DetectorFault(error.into()),
+        };
+        report.detections = streaks.len() as u16;
+        let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
+        report.status = if streaks.len() >= 2 {
+            Status::TooFast
+        } else {
+            Status::NotIdentified(NotIdentified::TooFewStars)
+        };
+        self.turning.seeks = 2 * long >= streaks.len() && long >= 1;
+        self.turn_by(&streaks, report);
+    }
+
+    /// Takes an image and measures the streaks in it; `None` where it is blinded.
+    fn lines(&mut self, detector: &mut impl Detector) -> Result<Option<Vec<Streak, MAX_STREAKS>>, DetectorError> {
+        if self.expose(detector)? {
+            return Ok(None);
+        }
+        let mut pieces = search::Pieces::new();
+        search::search(detector, &mut self.workspace.buffer, &mut pieces)?;
+        let mut streaks = Vec::new();
+        let mut columns = COLUMNS;
+        for piece in &pieces {
+            self.measure(detector, piece, &mut streaks, &mut columns)?;
+        }
+        Ok(Some(streaks))
+    }
+
+    /// Measures the streak of a piece, unless it is known already.
+    fn measure(
+        &mut self,
+        detector: &mut impl Detector,
+        piece: &Piece,
+        streaks: &mut Vec<Streak, MAX_STREAKS>,
+        columns: &mut usize,
+    ) -> Result<(), DetectorError> {
+        // Half a binned line may lie beside the streak.
+        if streaks.is_full() || streaks.iter().any(|streak| streak.holds(piece.at_px, 6.0)) {
+            return Ok(());
+        }
+        if let Some(streak) = follow::follow(detector, &mut self.workspace.buffer, piece, columns)?
+            && !streaks.iter().any(|known| known.holds(streak.middle_px(), 6.0) || streak.holds(known.middle_px(), 6.0))
+        {
+            let _ = streaks.push(streak);
+        }
+        Ok(())
+    }
+
+    /// After a scan that showed streaks: measures those it has touched.
+    ///
+    /// # Errors
+    /// Of the detector.
+    #[inline(never)]
+    pub(super) fn turn_by_scan(
+        &mut self,
+        detector: &mut impl Detector,
+        report: &mut Report,
+    ) -> Result<(), DetectorError> {
+        let mut streaks = Vec::new();
+        let mut columns = COLUMNS_AFTER_SCAN;
+        for index in 0.. {
+            let detections = &self.workspace.detections;
+            let mut drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended);
+            let count = drawn.clone().count();
+            let place = match drawn.nth(index) {
+                Some(spot) => spot.centre_px().map(|at| libm::floorf(at.max(0.0) + 0.5) as u16),
+                None => match detections.streak_places().get(index - count) {
+                    Some(place) => *place,
+                    None => break,
+                },
+            };
+            let piece = follow::piece_at(detector, &mut self.workspace.buffer, place)?;
+            if let Some(piece) = piece {
+                self.measure(detector, &piece, &mut streaks, &mut columns)?;
+            }
+        }
+        let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
+        self.turning.seeks = streaks.len() < 3 || 2 * long >= streaks.len();
+        self.turn_by(&streaks, report);
+        Ok(())
+    }
+
+    /// The rate from the streaks of this second's image and what is remembered of the last.
+    #[inline(never)]
+    fn turn_by(&mut self, streaks: &[Streak], report: &mut Report) {
+        let row_time_s = self.row_time_s();
+        let exposure_s = self.parameters.exposure_us as f32 * 1e-6;
+        let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
+        let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
+        let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
+        for streak in streaks {
+            if let Some(arc) = arc_of(&self.camera, streak, exposure_s, row_time_s, longest_px) {
+                let _ = arcs.push(arc);
+            }
+            if !streak.cut && let Some(mark) = mark_of(&self.camera, streak, row_time_s) {
+                let _ = marks.push(mark);
+            }
+        }
+        let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
+        let elapsed_s = self.turning.elapsed_s(self.cycle);
+        let before = core::mem::take(&mut self.turning);
+        self.turning = Turning { marks, taken: self.cycle, seeks: before.seeks, ..Turning::default() };
+        let Some(rate) = rate else { return };
+        let whole = arcs.iter().enumerate().filter(|(index, arc)| arc.whole && (rate.arcs >> index) & 1 == 1).count();
+
+        // The sense of the last image's rate, which cannot have turned over in a few seconds.
+        let against = before.streaks.as_ref().is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
+        let turned = |rate: &Rate| rate::opposite(&arcs, rate);
+        let Some(mut rate) = (if against && elapsed_s.is_some() { turned(&rate) } else { Some(rate) }) else { return };
+        let known = elapsed_s.is_some() && before.streaks.is_some();
+        let mut sense = if known { before.sense } else { 0 };
+        let mut mean = None;
+        if let Some(elapsed_s) = elapsed_s {
+            let images = (&before.marks[..], &self.turning.marks[..]);
+            let of = |rate: &Rate| encounters(images, (&rate.rad_s, &rate.covariance), elapsed_s, &self.camera);
+            let (there, chance) = of(&rate);
+            let other = turned(&rate);
+            let back = other.as_ref().map_or(0, |other| of(other).0.len());
+            let gain = there.len() as i8 - back as i8;
+            // One encounter settles it where chance would hardly bring one about.
+            let weight = if chance < BY_CHANCE { SURE } else { 1 };
+            sense = (sense + weight * gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
+            if sense < 0 {
+                let Some(other) = other else { return };
+                (rate, sense) = (other, -sense);
+            } else if gain > 0 {
+                mean = rate::solve(&there).filter(|mean| mean.rad_s.dot(&rate.rad_s) > 0.0);
+            }
+        }
+        let sure = sense >= SURE;
+        let (mut best, mut source) = ((rate.rad_s, rate.covariance), RateSource::Streaks);
+        let change = CHANGE * rate.rad_s.norm_squared();
+        if let Some(mean) = mean.as_ref().filter(|_| sure) {
+            // The mean is that of half the time before.
+            let elapsed_s = elapsed_s.unwrap_or(1.0);
+            let now = match before.mean {
+                Some((last, covariance)) if elapsed_s < 1.5 => {
+                    let wander = change * rate.rad_s.norm();
+                    let noise = Matrix3::from_diagonal_element(wander * wander);
+                    (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise)
+                }
+                _ => {
+                    let off = 0.5 * change * elapsed_s;
+                    (mean.rad_s, mean.covariance + Matrix3::from_diagonal_element(off * off))
+                }
+            };
+            if let Some(both) = joined(best, now) {
+                (best, source) = (both, RateSource::Both);
+            }
+        }
+        self.turning.sense = sense;
+        self.turning.mean = mean.map(|mean| (mean.rad_s, mean.covariance));
+        let said = sure || whole as u32 >= FEWEST_STREAKS;
+        self.turning.streaks = Some(rate);
+        if said {
+            report_rate(report, best, (source, !sure, whole as u32));
+        }
+    }
+
+    /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to look for next.
+    #[inline(never)]
+    pub(super) fn turn_by_stars(&mut self, report: &mut Report) {
+        let detections = &self.workspace.detections;
+        let stars = self.workspace.measured.len();
+        let drawn = detections.spots().iter().any(|spot| spot.drawn_px > 0 && !spot.extended);
+        self.turning.seeks = stars < FEWEST_STARS || drawn || detections.streaks() > 0;
+        let row_time_s = self.row_time_s();
+        let mark = |star: &Measured| Mark {
+            direction: *star.direction.vector(),
+            sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
+            late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
+        };
+        let marks: Vec<Mark, MAX_MARKS> = self.workspace.measured.iter().take(MAX_MARKS).map(mark).collect();
+        let elapsed_s = self.turning.elapsed_s(self.cycle);
+        let rate = elapsed_s.and_then(|elapsed_s| matched(&self.turning.marks, &marks, elapsed_s));
+        let seeks = self.turning.seeks;
+        self.turning = Turning { marks, taken: self.cycle, seeks, ..Turning::default() };
+        if let Some(rate) = rate {
+            let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s.unwrap_or(1.0);
+            let covariance = rate.covariance + Matrix3::from_diagonal_element(off * off);
+            report_rate(report, (rate.rad_s, covariance), (RateSource::Images, false, rate.count()));
+        }
+    }
+}
+
+/// Puts a rate into the report, unless it says too little.
+fn report_rate(
+    report: &mut Report,
+    (rate, covariance): (Vector3<f32>, Matrix3<f32>),
+    (source, either_sense, stars): (RateSource, bool, u32),
+) {
+    let sigma = covariance.diagonal().map(|variance| libm::sqrtf(variance.max(0.0)));
+    let size = rate.norm();
+    // A rate of which one component is open (a single streak, or streaks that all lie together) is none. A slow one may be
+    // known to a part of a pixel a second only.
+    if sigma.norm() < LARGEST_SHARE * size || source == RateSource::Images && size.is_finite() {
+        let stars = stars.min(u8::MAX.into()) as u8;
+        report.rate =
+            Some(RateReport { rad_s: rate.into(), sigma_rad_s: sigma.into(), source, either_sense, stars });
+    }
+}
