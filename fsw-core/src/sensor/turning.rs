@@ -10,8 +10,8 @@
 //!   ([`CHANGE`]).
 //! - LARM. Stars that were measured but not identified are matched with those of the image before by their separations.
 //!
-//! What is not known is not said: no rate where fewer than three whole streaks agree and the next image has not confirmed it;
-//! either sense where no streak went on.
+//! What is not known is not said: no rate where too few streaks agree and no other image has confirmed it, none that
+//! contradicts the last one; either sense where no streak went on.
 
 use super::{Instruments, Sensor};
 use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate};
@@ -32,11 +32,12 @@ const MAX_MARKS: usize = 12;
 const COLUMNS_AFTER_SCAN: usize = 3_000;
 const COLUMNS: usize = 16_000;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
-const LONG_PX: f32 = 22.0;
+const LONG_PX: f32 = 30.0;
 /// Fewest stars of which a scan says that the sensor does not turn fast.
 const FEWEST_STARS: usize = 4;
-/// Fewest whole streaks of one image that make a rate, and fewest stars of two images.
-const FEWEST_STREAKS: u32 = 3;
+/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and a cut one.
+const FEWEST_SPARE: usize = 2;
+/// Fewest stars of two images that make a rate.
 const FEWEST_MATCHES: u32 = 4;
 /// Longest time between two images that are compared, s.
 const LONGEST_S: u32 = 4;
@@ -189,6 +190,17 @@ fn joined(a: (Vector3<f32>, Matrix3<f32>), b: (Vector3<f32>, Matrix3<f32>)) -> O
     let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
     let covariance = (wa + wb).try_inverse()?;
     Some((covariance * (wa * a.0 + wb * b.0), covariance * (1.0 / SCALE)))
+}
+
+/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
+fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
+    const SCALE: f32 = 1e6;
+    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(SCALE);
+    let covariance = (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * SCALE;
+    let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
+    // A rate of which nothing is known is like any other.
+    covariance.trace() < 0.1 * SCALE * sizes.0.max(sizes.1)
+        && covariance.try_inverse().is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
 }
 
 /// The rate between two images from the marks of both, matched by their separations.
@@ -354,58 +366,76 @@ impl Sensor<'_> {
         let before = core::mem::take(&mut self.turning);
         self.turning = Turning { marks, taken: self.cycle, seeks: before.seeks, ..Turning::default() };
         let Some(rate) = rate else { return };
-        let whole = arcs.iter().enumerate().filter(|(index, arc)| arc.whole && (rate.arcs >> index) & 1 == 1).count();
+        let agree = |index: usize| (rate.arcs >> index) & 1 == 1;
+        let agreeing = arcs.iter().enumerate().filter(|(index, _)| agree(*index));
+        let (whole, cut) = agreeing.fold((0, 0), |(whole, cut), (_, arc)| {
+            if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) }
+        });
 
         // The sense of the last image's rate, which cannot have turned over in a few seconds.
-        let against = before.streaks.as_ref().is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
+        let last = before.streaks.as_ref().filter(|_| elapsed_s.is_some());
         let turned = |rate: &Rate| rate::opposite(&arcs, rate);
-        let Some(mut rate) = (if against && elapsed_s.is_some() { turned(&rate) } else { Some(rate) }) else { return };
-        let known = elapsed_s.is_some() && before.streaks.is_some();
-        let mut sense = if known { before.sense } else { 0 };
+        let against = last.is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
+        let Some(mut rate) = (if against { turned(&rate) } else { Some(rate) }) else { return };
+        let elapsed_s = elapsed_s.unwrap_or(1.0);
+        let change = CHANGE * rate.rad_s.norm_squared();
+        let repeats = last.is_some_and(|last| is_like(&rate, last, change * elapsed_s));
+        let mut sense = if last.is_some() { before.sense } else { 0 };
+        if last.is_some() && !repeats {
+            // One of the two is wrong; whatever was concluded from them is not kept.
+            sense = 0;
+        }
+        let images = (&before.marks[..], &self.turning.marks[..]);
+        let of = |rate: &Rate, sign: f32| {
+            // Between two images the mean of both rates counts, and what a body may do beside it.
+            let (mean, covariance, off) = match last.filter(|_| repeats) {
+                Some(last) => ((rate.rad_s + last.rad_s * sign) * 0.5, (rate.covariance + last.covariance) * 0.25, 0.1),
+                None => (rate.rad_s, rate.covariance, 0.5),
+            };
+            let off = off * change * elapsed_s;
+            let covariance = covariance + Matrix3::from_diagonal_element(off * off);
+            encounters(images, (&mean, &covariance), elapsed_s, &self.camera)
+        };
+        let (there, chance) = of(&rate, 1.0);
+        let other = turned(&rate);
+        let back = other.as_ref().map_or(0, |other| of(other, -1.0).0.len());
+        let gain = there.len() as i8 - back as i8;
+        // One encounter settles it where chance would hardly bring one about.
+        let weight = if chance < BY_CHANCE { SURE } else { 1 };
+        sense = (sense + weight * gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
         let mut mean = None;
-        if let Some(elapsed_s) = elapsed_s {
-            let images = (&before.marks[..], &self.turning.marks[..]);
-            let of = |rate: &Rate| encounters(images, (&rate.rad_s, &rate.covariance), elapsed_s, &self.camera);
-            let (there, chance) = of(&rate);
-            let other = turned(&rate);
-            let back = other.as_ref().map_or(0, |other| of(other).0.len());
-            let gain = there.len() as i8 - back as i8;
-            // One encounter settles it where chance would hardly bring one about.
-            let weight = if chance < BY_CHANCE { SURE } else { 1 };
-            sense = (sense + weight * gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
-            if sense < 0 {
-                let Some(other) = other else { return };
-                (rate, sense) = (other, -sense);
-            } else if gain > 0 {
-                mean = rate::solve(&there).filter(|mean| mean.rad_s.dot(&rate.rad_s) > 0.0);
-            }
+        if sense < 0 {
+            let Some(other) = other else { return };
+            (rate, sense) = (other, -sense);
+        } else if gain > 0 {
+            mean = rate::solve(&there).filter(|mean| is_like(mean, &rate, change * elapsed_s));
         }
         let sure = sense >= SURE;
         let (mut best, mut source) = ((rate.rad_s, rate.covariance), RateSource::Streaks);
-        let change = CHANGE * rate.rad_s.norm_squared();
         if let Some(mean) = mean.as_ref().filter(|_| sure) {
-            // The mean is that of half the time before.
-            let elapsed_s = elapsed_s.unwrap_or(1.0);
-            let now = match before.mean {
-                Some((last, covariance)) if elapsed_s < 1.5 => {
-                    let wander = change * rate.rad_s.norm();
-                    let noise = Matrix3::from_diagonal_element(wander * wander);
-                    (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise)
+            // The mean is that of half the time before: as it is, with what may have changed since, or carried on by the mean
+            // before it.
+            let off = 0.5 * change * elapsed_s;
+            let mut now = (mean.rad_s, mean.covariance + Matrix3::from_diagonal_element(off * off));
+            if let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < 1.5) {
+                let wander = change * rate.rad_s.norm();
+                let noise = Matrix3::from_diagonal_element(wander * wander);
+                let carried = (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise);
+                if carried.1.trace() < now.1.trace() {
+                    now = carried;
                 }
-                _ => {
-                    let off = 0.5 * change * elapsed_s;
-                    (mean.rad_s, mean.covariance + Matrix3::from_diagonal_element(off * off))
-                }
-            };
+            }
             if let Some(both) = joined(best, now) {
                 (best, source) = (both, RateSource::Both);
             }
         }
         self.turning.sense = sense;
+        let confirmed = mean.is_some() || repeats;
         self.turning.mean = mean.map(|mean| (mean.rad_s, mean.covariance));
-        let said = sure || whole as u32 >= FEWEST_STREAKS;
         self.turning.streaks = Some(rate);
-        if said {
+        // A contradiction is none of the last image's if that one had less to say.
+        let contradicts = last.is_some() && !repeats && before.sense >= SURE;
+        if confirmed || 2 * whole + cut >= FEWEST_SPARE + 3 && !contradicts {
             report_rate(report, best, (source, !sure, whole as u32));
         }
     }

@@ -104,6 +104,8 @@ fn median(values: &mut [f64]) -> f64 {
 fn explore() {
     let rates = std::env::var("RATES").unwrap_or("0.5,1,2,4,8,15".into());
     let cases: u64 = std::env::var("CASES").ok().and_then(|c| c.parse().ok()).unwrap_or(CASES);
+    let threads: Vec<_> = vec![(); 2];
+    let _ = threads;
     for rate_deg_s in rates.split(',').map(|rate| rate.parse::<f64>().unwrap()) {
         let (mut sizes, mut axes, mut within, mut firsts, mut said, mut all, mut wrong) = (vec![], vec![], 0, vec![], 0, 0, 0);
         for case in 0..cases {

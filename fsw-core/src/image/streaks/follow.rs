@@ -10,7 +10,7 @@
 //! the profile is a box with smooth edges, and the best one maximises `(Σ l m)² / Σ m²` over its shape `m`.
 //!
 //! Errors, `q` being the noise of a pixel's length over its light: an end is known along the streak to
-//! `sqrt(EDGE_PX2 q² + WALK_PX2 q⁴ + FLOOR_PX2)`. The first term is the Cramer-Rao bound of an edge with a blur of 1.1 px,
+//! `sqrt((EDGE_PX2 q² + FLOOR_PX2) (1 + SHORT_PX2 / L²) + WALK_PX2 q⁴)`, L being its length. The first term is the Cramer-Rao bound of an edge with a blur of 1.1 px,
 //! the second that of a faint one, which noise alone displaces (Yao, Ann. Statist. 15, 1987).
 
 use super::{Piece, Streak, scaled};
@@ -59,6 +59,8 @@ const RAMP: f32 = 2.236;
 const EDGE_PX2: f32 = 4.5;
 const WALK_PX2: f32 = 12.0;
 const FLOOR_PX2: f32 = 0.006;
+/// ... more of streaks shorter than 11 px ...
+const SHORT_PX2: f32 = 120.0;
 /// ... and across the streak at least, its bend included, px².
 const BEND_PX2: f32 = 0.04;
 
@@ -489,11 +491,13 @@ fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<
         return None;
     }
     let q2 = noise / light * noise / light;
+    // Of a short streak the blur is hardly told from the length.
+    let short = 1.0 + SHORT_PX2 / ((end - start) * (end - start));
     let place = |column: f32| line.at(column - half as f32, 0.0);
     let across = 2.0 * DRIFT_NOISE * profile.sigma / (light * libm::sqrtf(count));
     Some(Streak {
         ends_px: [place(start), place(end)],
-        sigma_along_px: libm::sqrtf(EDGE_PX2 * q2 + WALK_PX2 * q2 * q2 + FLOOR_PX2),
+        sigma_along_px: libm::sqrtf(short * (EDGE_PX2 * q2 + FLOOR_PX2) + WALK_PX2 * q2 * q2),
         sigma_across_px: libm::sqrtf(across * across + BEND_PX2),
         cut,
         light,
