@@ -181,9 +181,10 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
     }
     // More equations than unknowns say whether the sigmas hold.
     let used = |index: usize| (bits >> index) & 1 == 1;
-    let (count, misfit) = arcs.iter().enumerate().filter(|(index, _)| used(*index)).fold((0.0, 0.0), |(n, sum), (_, arc)| {
-        (n + if arc.whole { 2.0 } else { 1.0 }, sum + misfit(arc, &rate))
-    });
+    let (count, misfit) =
+        arcs.iter().enumerate().filter(|(index, _)| used(*index)).fold((0.0, 0.0), |(n, sum), (_, arc)| {
+            (n + if arc.whole { 2.0 } else { 1.0 }, sum + misfit(arc, &rate))
+        });
     let free: f32 = count - 3.0;
     if free >= 1.0 {
         covariance *= (misfit / free).max(1.0);

@@ -106,9 +106,8 @@ impl Detections {
     /// Counts a spot that is the part of a streak.
     pub(super) fn note_streak(&mut self, [x, y]: [u16; 2]) {
         self.streaks = self.streaks.saturating_add(1);
-        let near = |place: &[u16; 2]| {
-            place[0].abs_diff(x) < SAME_STREAK_PX && place[1].abs_diff(y) < SAME_STREAK_PX
-        };
+        let near =
+            |place: &[u16; 2]| place[0].abs_diff(x) < SAME_STREAK_PX && place[1].abs_diff(y) < SAME_STREAK_PX;
         if !self.streak_places.iter().any(near) {
             // Of more than there is room for the first are kept.
             let _ = self.streak_places.push([x, y]);

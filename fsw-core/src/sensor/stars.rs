@@ -30,8 +30,17 @@ impl Sensor<'_> {
     }
 
     /// Takes an image; whether the Sun blinds it.
-    pub(super) fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
-        detector.expose(self.parameters.exposure_us)?;
+    fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
+        self.expose_for(detector, self.parameters.exposure_us)
+    }
+
+    /// Takes an image of this exposure time; whether the Sun blinds it.
+    pub(super) fn expose_for(
+        &mut self,
+        detector: &mut impl Detector,
+        exposure_us: u32,
+    ) -> Result<bool, DetectorError> {
+        detector.expose(exposure_us)?;
         let probes = plan::probes(&detector.geometry());
         let mut blind = 0;
         for probe in &probes {

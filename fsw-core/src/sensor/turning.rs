@@ -35,12 +35,23 @@ const COLUMNS: usize = 16_000;
 const LONG_PX: f32 = 30.0;
 /// Fewest stars of which a scan says that the sensor does not turn fast.
 const FEWEST_STARS: usize = 4;
+/// Fewer streaks so long are satellites and hits.
+const FEWEST_LINES: usize = 2;
+/// Searches for lines in a row that may find none before stars are looked for again.
+const MOST_MISSES: u8 = 3;
+/// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much where no
+/// streak was seen.
+const GOOD_PX: f32 = 100.0;
+const LARGEST_DIVISOR: u8 = 4;
+const UNSEEN_DIVISOR: u8 = 3;
 /// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and a cut one.
 const FEWEST_SPARE: usize = 2;
 /// Fewest stars of two images that make a rate.
 const FEWEST_MATCHES: u32 = 4;
 /// Longest time between two images that are compared, s.
 const LONGEST_S: u32 = 4;
+/// Shortest exposure, as the parameters' own.
+const SHORTEST_US: u32 = 100;
 /// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia that differ by a
 /// fifth, one sigma.
 const CHANGE: f32 = 0.2;
@@ -78,14 +89,42 @@ pub(super) struct Turning {
     sense: i8,
     /// Mean rate up to that image from the one before, if that was a second before.
     mean: Option<(Vector3<f32>, Matrix3<f32>)>,
-    /// Whether the next image is to be searched for lines instead of stars.
+    /// What to do with the next image.
+    next: Next,
+}
+
+/// What to do with the next image.
+#[derive(Clone, Copy, Debug, Default)]
+struct Next {
+    /// It is searched for lines instead of stars.
     seeks: bool,
+    /// Searches for lines in a row that found none.
+    misses: u8,
+    /// The exposure is divided by this: long streaks leave the field, and their pixels gather dark current.
+    divisor: u8,
+}
+
+impl Next {
+    /// After a search that found these streaks, exposed for the nominal time over the divisor.
+    fn after_lines(self, streaks: &[Streak]) -> Self {
+        let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
+        let divisor = self.divisor.max(1);
+        if long < FEWEST_LINES {
+            // Perhaps a shorter exposure shows more, and a longer one the next time.
+            let misses = self.misses.saturating_add(1);
+            let divisor = if divisor > 1 { 1 } else { UNSEEN_DIVISOR };
+            return Self { seeks: misses < MOST_MISSES && long >= streaks.len() / 2, misses, divisor };
+        }
+        let mean_px = streaks.iter().fold(0.0, |sum, streak| sum + streak.length_px()) / streaks.len() as f32;
+        let wanted = mean_px * f32::from(divisor) / GOOD_PX;
+        Self { seeks: true, misses: 0, divisor: (wanted as u8).clamp(1, LARGEST_DIVISOR) }
+    }
 }
 
 impl Turning {
     /// Whether the next image is to be searched for lines.
     pub(super) fn seeks(&self) -> bool {
-        self.seeks
+        self.next.seeks
     }
 
     /// Forgets all, as when an attitude is known.
@@ -101,7 +140,13 @@ impl Turning {
 }
 
 /// The arc of a streak. `longest_px` is how long a streak may be: a cut one shows less of its direction.
-fn arc_of(camera: &Camera, streak: &Streak, exposure_s: f32, row_time_s: f32, longest_px: f32) -> Option<Arc> {
+fn arc_of(
+    camera: &Camera,
+    streak: &Streak,
+    exposure_s: f32,
+    row_time_s: f32,
+    longest_px: f32,
+) -> Option<Arc> {
     let [first, second] = streak.ends_px;
     let ends = [*camera.direction(first)?.vector(), *camera.direction(second)?.vector()];
     let stretch = if streak.cut { (longest_px / streak.length_px().max(1.0)).max(1.0) } else { 1.0 };
@@ -118,7 +163,8 @@ fn arc_of(camera: &Camera, streak: &Streak, exposure_s: f32, row_time_s: f32, lo
 
 /// The mark of a whole streak.
 fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
-    let [first, second] = streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
+    let [first, second] =
+        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
     let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
     Some(Mark {
         // Not the middle of the pixels: equal times are equal angles.
@@ -167,7 +213,8 @@ fn encounters(
         let spread = covariance.trace() - there.dot(&(covariance * there));
         let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
         let [along, across] = mark.sigma_rad;
-        let variance = (spread.max(0.0) + change * change) * elapsed_s * elapsed_s + 2.0 * (along * along + across * across);
+        let variance = (spread.max(0.0) + change * change) * elapsed_s * elapsed_s
+            + 2.0 * (along * along + across * across);
         let reach = 3.0 * libm::sqrtf(variance);
         if reach.is_nan() || reach > farthest {
             continue;
@@ -184,7 +231,10 @@ fn encounters(
 }
 
 /// Two independent estimates of a rate as one.
-fn joined(a: (Vector3<f32>, Matrix3<f32>), b: (Vector3<f32>, Matrix3<f32>)) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+fn joined(
+    a: (Vector3<f32>, Matrix3<f32>),
+    b: (Vector3<f32>, Matrix3<f32>),
+) -> Option<(Vector3<f32>, Matrix3<f32>)> {
     // In units in which the elements are near one.
     const SCALE: f32 = 1e6;
     let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
@@ -218,9 +268,13 @@ fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
                     }
                     for (c, d) in [(c, d), (d, c)] {
                         let proposed = rate::solve(&[way(a, c, elapsed_s), way(b, d, elapsed_s)]);
-                        let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else { continue };
+                        let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else {
+                            continue;
+                        };
                         let most = best.as_ref().map_or(FEWEST_MATCHES - 1, Rate::count);
-                        if let Some(rate) = confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most) {
+                        if let Some(rate) =
+                            confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most)
+                        {
                             best = Some(rate);
                         }
                     }
@@ -266,19 +320,27 @@ impl Sensor<'_> {
             Err(error) => return report.status = Status::DetectorFault(error.into()),
         };
         report.detections = streaks.len() as u16;
-        let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
-        report.status = if streaks.len() >= 2 {
+        report.status = if streaks.len() >= FEWEST_LINES {
             Status::TooFast
         } else {
             Status::NotIdentified(NotIdentified::TooFewStars)
         };
-        self.turning.seeks = 2 * long >= streaks.len() && long >= 1;
-        self.turn_by(&streaks, report);
+        let exposure_us = self.line_exposure_us();
+        self.turning.next = self.turning.next.after_lines(&streaks);
+        self.turn_by(&streaks, exposure_us, report);
+    }
+
+    /// Exposure of an image that is searched for lines.
+    fn line_exposure_us(&self) -> u32 {
+        (self.parameters.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
     }
 
     /// Takes an image and measures the streaks in it; `None` where it is blinded.
-    fn lines(&mut self, detector: &mut impl Detector) -> Result<Option<Vec<Streak, MAX_STREAKS>>, DetectorError> {
-        if self.expose(detector)? {
+    fn lines(
+        &mut self,
+        detector: &mut impl Detector,
+    ) -> Result<Option<Vec<Streak, MAX_STREAKS>>, DetectorError> {
+        if self.expose_for(detector, self.line_exposure_us())? {
             return Ok(None);
         }
         let mut pieces = search::Pieces::new();
@@ -304,7 +366,9 @@ impl Sensor<'_> {
             return Ok(());
         }
         if let Some(streak) = follow::follow(detector, &mut self.workspace.buffer, piece, columns)?
-            && !streaks.iter().any(|known| known.holds(streak.middle_px(), 6.0) || streak.holds(known.middle_px(), 6.0))
+            && !streaks
+                .iter()
+                .any(|known| known.holds(streak.middle_px(), 6.0) || streak.holds(known.middle_px(), 6.0))
         {
             let _ = streaks.push(streak);
         }
@@ -340,16 +404,16 @@ impl Sensor<'_> {
             }
         }
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
-        self.turning.seeks = streaks.len() < 3 || 2 * long >= streaks.len();
-        self.turn_by(&streaks, report);
+        self.turning.next = Next { seeks: streaks.len() < 3 || 2 * long >= streaks.len(), ..Next::default() };
+        self.turn_by(&streaks, self.parameters.exposure_us, report);
         Ok(())
     }
 
     /// The rate from the streaks of this second's image and what is remembered of the last.
     #[inline(never)]
-    fn turn_by(&mut self, streaks: &[Streak], report: &mut Report) {
+    fn turn_by(&mut self, streaks: &[Streak], exposure_us: u32, report: &mut Report) {
         let row_time_s = self.row_time_s();
-        let exposure_s = self.parameters.exposure_us as f32 * 1e-6;
+        let exposure_s = exposure_us as f32 * 1e-6;
         let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
         let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
@@ -357,20 +421,25 @@ impl Sensor<'_> {
             if let Some(arc) = arc_of(&self.camera, streak, exposure_s, row_time_s, longest_px) {
                 let _ = arcs.push(arc);
             }
-            if !streak.cut && let Some(mark) = mark_of(&self.camera, streak, row_time_s) {
+            if !streak.cut
+                && let Some(mark) = mark_of(&self.camera, streak, row_time_s)
+            {
                 let _ = marks.push(mark);
             }
         }
         let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
         let elapsed_s = self.turning.elapsed_s(self.cycle);
         let before = core::mem::take(&mut self.turning);
-        self.turning = Turning { marks, taken: self.cycle, seeks: before.seeks, ..Turning::default() };
+        self.turning = Turning { marks, taken: self.cycle, next: before.next, ..Turning::default() };
         let Some(rate) = rate else { return };
         let agree = |index: usize| (rate.arcs >> index) & 1 == 1;
         let agreeing = arcs.iter().enumerate().filter(|(index, _)| agree(*index));
-        let (whole, cut) = agreeing.fold((0, 0), |(whole, cut), (_, arc)| {
-            if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) }
-        });
+        let (whole, cut) = agreeing.fold(
+            (0, 0),
+            |(whole, cut), (_, arc)| {
+                if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) }
+            },
+        );
 
         // The sense of the last image's rate, which cannot have turned over in a few seconds.
         let last = before.streaks.as_ref().filter(|_| elapsed_s.is_some());
@@ -389,7 +458,9 @@ impl Sensor<'_> {
         let of = |rate: &Rate, sign: f32| {
             // Between two images the mean of both rates counts, and what a body may do beside it.
             let (mean, covariance, off) = match last.filter(|_| repeats) {
-                Some(last) => ((rate.rad_s + last.rad_s * sign) * 0.5, (rate.covariance + last.covariance) * 0.25, 0.1),
+                Some(last) => {
+                    ((rate.rad_s + last.rad_s * sign) * 0.5, (rate.covariance + last.covariance) * 0.25, 0.1)
+                }
                 None => (rate.rad_s, rate.covariance, 0.5),
             };
             let off = off * change * elapsed_s;
@@ -420,7 +491,8 @@ impl Sensor<'_> {
             if let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < 1.5) {
                 let wander = change * rate.rad_s.norm();
                 let noise = Matrix3::from_diagonal_element(wander * wander);
-                let carried = (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise);
+                let carried =
+                    (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise);
                 if carried.1.trace() < now.1.trace() {
                     now = carried;
                 }
@@ -446,7 +518,7 @@ impl Sensor<'_> {
         let detections = &self.workspace.detections;
         let stars = self.workspace.measured.len();
         let drawn = detections.spots().iter().any(|spot| spot.drawn_px > 0 && !spot.extended);
-        self.turning.seeks = stars < FEWEST_STARS || drawn || detections.streaks() > 0;
+        let seeks = stars < FEWEST_STARS || drawn || detections.streaks() > 0;
         let row_time_s = self.row_time_s();
         let mark = |star: &Measured| Mark {
             direction: *star.direction.vector(),
@@ -456,8 +528,8 @@ impl Sensor<'_> {
         let marks: Vec<Mark, MAX_MARKS> = self.workspace.measured.iter().take(MAX_MARKS).map(mark).collect();
         let elapsed_s = self.turning.elapsed_s(self.cycle);
         let rate = elapsed_s.and_then(|elapsed_s| matched(&self.turning.marks, &marks, elapsed_s));
-        let seeks = self.turning.seeks;
-        self.turning = Turning { marks, taken: self.cycle, seeks, ..Turning::default() };
+        let next = Next { seeks, ..Next::default() };
+        self.turning = Turning { marks, taken: self.cycle, next, ..Turning::default() };
         if let Some(rate) = rate {
             let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s.unwrap_or(1.0);
             let covariance = rate.covariance + Matrix3::from_diagonal_element(off * off);

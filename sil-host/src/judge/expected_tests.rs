@@ -28,6 +28,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         rate_deg_s: 0.06,
         attitude_rad: None,
         rate_rad_s: None,
+        turning: None,
         earth: None,
         orbit: Some(orbit()),
         stars: 0,

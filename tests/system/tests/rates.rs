@@ -3,9 +3,8 @@
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{RateReport, Report, Status};
-use fsw_hal::Instant;
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
 use sil_host::camera_file::CameraFile;
-use sil_host::run::harness::ThisSecond;
 use sil_host::world::attitude::{normalised, uniform};
 use sil_host::world::disturbances::Disturbances;
 use sil_host::world::imaging::ImagingModel;
@@ -48,6 +47,7 @@ impl World {
         Self { scene, rate_rad_s, row_time_s: shutter.row_time_s() }
     }
 
+    /// The sensor's reports.
     fn fly(&mut self, seconds: u32) -> Vec<Report> {
         let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
         let mut workspace = Box::new(Workspace::new());
@@ -58,12 +58,42 @@ impl World {
         (0..seconds)
             .map(|second| {
                 let mut clock = Instant(start_us + i64::from(second) * 1_000_000);
-                let mut detector = ThisSecond { scene: &mut self.scene, cycle: second.into() };
+                let mut detector = Frame { scene: &mut self.scene, cycle: second.into(), pixels: Vec::new() };
                 let mut instruments =
                     Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
                 sensor.cycle(&mut instruments, Command::Continue)
             })
             .collect()
+    }
+}
+
+/// The world's detector, each image drawn whole and once: windows of it are the same, and many.
+struct Frame<'a> {
+    scene: &'a mut Scene,
+    cycle: u64,
+    pixels: Vec<u16>,
+}
+
+impl Detector for Frame<'_> {
+    fn geometry(&self) -> DetectorGeometry {
+        self.scene.geometry()
+    }
+    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        self.scene.expose_cycle(self.cycle, exposure_us)?;
+        let whole = self.geometry().whole();
+        self.pixels.resize(whole.area(), 0);
+        self.scene.read(whole, &mut self.pixels)
+    }
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        if !window.fits(&self.geometry()) {
+            return Err(DetectorError::OutsideDetector);
+        }
+        let width = usize::from(self.geometry().width_px);
+        let rows = self.pixels.chunks_exact(width).skip(window.y.into());
+        for (row, to) in rows.zip(pixels.chunks_exact_mut(window.width.into())) {
+            to.copy_from_slice(&row[usize::from(window.x)..][..to.len()]);
+        }
+        Ok(())
     }
 }
 
@@ -104,24 +134,38 @@ fn median(values: &mut [f64]) -> f64 {
 fn explore() {
     let rates = std::env::var("RATES").unwrap_or("0.5,1,2,4,8,15".into());
     let cases: u64 = std::env::var("CASES").ok().and_then(|c| c.parse().ok()).unwrap_or(CASES);
-    let threads: Vec<_> = vec![(); 2];
-    let _ = threads;
     for rate_deg_s in rates.split(',').map(|rate| rate.parse::<f64>().unwrap()) {
-        let (mut sizes, mut axes, mut within, mut firsts, mut said, mut all, mut wrong) = (vec![], vec![], 0, vec![], 0, 0, 0);
+        let (mut sizes, mut axes, mut within, mut firsts, mut said, mut all, mut wrong) =
+            (vec![], vec![], 0, vec![], 0, 0, 0);
         for case in 0..cases {
             let mut world = World::new(case, rate_deg_s, Shutter::Global);
             let reports = world.fly(SECONDS);
             let mut first = None;
             let mut line = String::new();
             for report in &reports[1..] {
-                if report.attitude.is_some() { line += " attitude"; continue }
+                if report.attitude.is_some() {
+                    line += " attitude";
+                    continue;
+                }
                 all += 1;
-                line += &format!(" {:?}/{}", report.status, report.detections).replace("NotIdentified", "No").replace("TooFast", "Fast");
+                line += &format!(" {:?}/{}", report.status, report.detections)
+                    .replace("NotIdentified", "No")
+                    .replace("TooFast", "Fast");
                 let Some(rate) = &report.rate else { continue };
                 said += 1;
                 let error = error(rate, world.rate_rad_s);
-                if !rate.either_sense { first.get_or_insert(report.cycle); }
-                line += &format!("[{:?}{} {} {:+.2}% {:.2}deg {:.1}s]", rate.source, if rate.either_sense { "+-" } else { "" }, rate.stars, error.size * 100.0, error.axis_deg, error.sigmas);
+                if !rate.either_sense {
+                    first.get_or_insert(report.cycle);
+                }
+                line += &format!(
+                    "[{:?}{} {} {:+.2}% {:.2}deg {:.1}s]",
+                    rate.source,
+                    if rate.either_sense { "+-" } else { "" },
+                    rate.stars,
+                    error.size * 100.0,
+                    error.axis_deg,
+                    error.sigmas
+                );
                 sizes.push(error.size.abs() * 100.0);
                 axes.push(error.axis_deg);
                 within += u32::from(error.sigmas <= 3.0);
@@ -130,6 +174,11 @@ fn explore() {
             println!("{rate_deg_s} case {case}:{line}");
             firsts.push(first.map_or(99.0, f64::from));
         }
-        println!("== {rate_deg_s} deg/s: {said} of {all}, size {:.2} %, axis {:.3} deg, within 3 sigma {within}, wrong {wrong}, first {:.1}: {firsts:?}", median(&mut sizes), median(&mut axes), median(&mut firsts.clone()));
+        println!(
+            "== {rate_deg_s} deg/s: {said} of {all}, size {:.2} %, axis {:.3} deg, within 3 sigma {within}, wrong {wrong}, first {:.1}: {firsts:?}",
+            median(&mut sizes),
+            median(&mut axes),
+            median(&mut firsts.clone())
+        );
     }
 }

@@ -163,9 +163,13 @@ impl Pixels<'_> {
 /// The window that holds some columns of a line, within the detector.
 fn window_of(line: &Line, first: f32, geometry: &DetectorGeometry) -> Option<Window> {
     let (last, reach) = (first + (CHUNK - 1) as f32, REACH as f32);
-    let corners = [(first, -reach), (first, reach), (last, -reach), (last, reach)].map(|(a, j)| line.at(a, j));
+    let corners =
+        [(first, -reach), (first, reach), (last, -reach), (last, reach)].map(|(a, j)| line.at(a, j));
     let span = |axis: fn(&[f32; 2]) -> f32, length: u16| {
-        let (low, high) = corners.iter().map(axis).fold((f32::MAX, f32::MIN), |(low, high), at| (low.min(at), high.max(at)));
+        let (low, high) = corners
+            .iter()
+            .map(axis)
+            .fold((f32::MAX, f32::MIN), |(low, high), at| (low.min(at), high.max(at)));
         let low = (libm::floorf(low) as i32).max(0);
         let high = ((libm::floorf(high) as i32).saturating_add(2)).min(i32::from(length));
         (high - low >= 2).then_some((low as u16, (high - low) as u16))
@@ -192,8 +196,10 @@ fn sample<'b>(
 ) -> Result<Profile<'b>, DetectorError> {
     let geometry = detector.geometry();
     let (pixels, profiles) = buffer.split_at_mut_checked(PROFILES).ok_or(DetectorError::BufferLength)?;
-    let (light, drift) =
-        profiles.get_mut(..4 * half).and_then(|all| all.split_at_mut_checked(2 * half)).ok_or(DetectorError::BufferLength)?;
+    let (light, drift) = profiles
+        .get_mut(..4 * half)
+        .and_then(|all| all.split_at_mut_checked(2 * half))
+        .ok_or(DetectorError::BufferLength)?;
     let (mut sigmas, mut chunks) = (0.0, 0.0);
     let mut first = -(half as f32);
     for (light, drift) in light.chunks_mut(CHUNK).zip(drift.chunks_mut(CHUNK)) {
@@ -342,7 +348,8 @@ impl Profile<'_> {
         let noise = DRIFT_NOISE * self.sigma / part.light;
         let weight = |sigma: f32, scatter: f32| sigma * sigma / (sigma * sigma + scatter);
         let across = weight(LINE_PX, noise * noise / count) * sum / (count * part.light);
-        let slope = weight(LINE_SLOPE, noise * noise / square.max(1.0)) * moment / (square.max(1.0) * part.light);
+        let slope =
+            weight(LINE_SLOPE, noise * noise / square.max(1.0)) * moment / (square.max(1.0) * part.light);
         let (across, slope) = (across.clamp(-3.0, 3.0), slope.clamp(-0.4, 0.4));
         (across + slope * (half as f32 - middle), slope)
     }
@@ -391,10 +398,8 @@ fn between(part: &Part) -> (usize, usize) {
 fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
     let most = profile.most(part.light);
     let (from, to) = between(part);
-    let inner = (
-        to.saturating_sub(from) as f32,
-        (from..to).fold(0.0, |sum, column| sum + profile.at(column, most)),
-    );
+    let inner =
+        (to.saturating_sub(from) as f32, (from..to).fold(0.0, |sum, column| sum + profile.at(column, most)));
     let mut shape = [part.start as f32 - 0.5, part.end as f32 - 0.5, 1.1];
     let mut best = merit(profile, part, inner, shape);
     let mut step = 1.0f32;
@@ -451,7 +456,8 @@ pub fn follow(
         if part.start > half + FIRST_HALF / 2 || part.end + FIRST_HALF / 2 < half {
             return Ok(None);
         }
-        let open = |near: bool, column: Option<usize>| near && column.is_some_and(|column| profile.is_seen(column));
+        let open =
+            |near: bool, column: Option<usize>| near && column.is_some_and(|column| profile.is_seen(column));
         let grows = half < MAX_HALF
             && (open(part.start < CLEAR, Some(0)) || open(part.end + CLEAR > 2 * half, Some(2 * half - 1)));
         if settled + grown >= 2 && settled >= 1 && !grows {

@@ -23,7 +23,7 @@ use heapless::Vec;
 /// Side of a block, px.
 pub const BLOCK_PX: u16 = 64;
 /// Most pieces kept.
-pub const MAX_PIECES: usize = 40;
+pub const MAX_PIECES: usize = 48;
 /// The pieces of an image.
 pub type Pieces = Vec<Piece, MAX_PIECES>;
 /// Side of a bin, px.
@@ -37,9 +37,9 @@ const ROWS: usize = 2 * SIDE;
 const SIGMA: i32 = 16;
 /// A bin counts for so many sigmas at most.
 const CLIP: i32 = 3 * SIGMA;
-/// A line must rise so many sixteenths of a sigma above the noise: 4.6 sigma. Of 100,000 independent lines of an image 0.2 do so
+/// A line must rise so many sixteenths of a sigma above the noise: 4.25 sigma. Of 100,000 independent lines of an image one does so
 /// by chance.
-const THRESHOLD_SIGMAS: i32 = 74;
+const THRESHOLD_SIGMAS: i32 = 68;
 /// Fewest bins of a line.
 const FEWEST_BINS: usize = 6;
 /// Rows, in bins, from a line to those that must be dark.
@@ -87,7 +87,8 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     let mut sample = [0; SIDE * SIDE / 4];
     for (index, slot) in sample.iter_mut().enumerate() {
         let row = index / (SIDE / 4);
-        *slot = sums.get(row).and_then(|sums| sums.get((index % 4) * 4 + (row * 3) % 4)).copied().unwrap_or(0);
+        *slot =
+            sums.get(row).and_then(|sums| sums.get((index % 4) * 4 + (row * 3) % 4)).copied().unwrap_or(0);
     }
     let (median, sigma) = median_and_sigma(&mut sample);
     let sigma = sigma.max(2);
