@@ -74,7 +74,7 @@ fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
 }
 
 /// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in the blocks so
-/// far, sixteenths: the spread of a few bins may come out too small by chance, and then everything seems to rise.
+/// far, sixteenths, 0 before the first: the spread of a few bins may come out too small by chance, and then everything seems to rise.
 fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     let mut sums = [[0i32; SIDE]; SIDE];
     for (row, pixels) in pixels.chunks_exact(usize::from(BLOCK_PX)).enumerate() {
@@ -92,6 +92,9 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     }
     let (median, sigma) = median_and_sigma(&mut sample);
     let sigma = sigma.max(2);
+    if *usual == 0 {
+        *usual = 16 * sigma;
+    }
     // Up by a sixteenth of the difference at most, down by a quarter of it.
     let difference = 16 * sigma - *usual;
     *usual += if difference > 0 { difference.min(*usual) / 16 } else { difference / 4 };
@@ -249,7 +252,7 @@ pub fn search(
     if geometry.width_px < BLOCK_PX || geometry.height_px < BLOCK_PX {
         return Ok(());
     }
-    let mut usual = i32::MAX / 32;
+    let mut usual = 0;
     for y in starts(geometry.height_px) {
         for x in starts(geometry.width_px) {
             let window = Window { x, y, width: BLOCK_PX, height: BLOCK_PX };
