@@ -110,7 +110,8 @@ fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vecto
             continue;
         }
         for equation in equations(arc, about)?.iter().flatten() {
-            matrix += equation.row * equation.row.transpose() * SCALE;
+            let row = equation.row;
+            matrix += Matrix3::from_columns(&[row * row.x, row * row.y, row * row.z]) * SCALE;
             right += equation.row * (equation.right * SCALE);
         }
     }

@@ -16,7 +16,7 @@ use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOO
 use super::blinding::blinded;
 use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
-pub use super::detections::{Detections, MAX_DETECTIONS};
+pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
 use super::{Detection, FULL_SCALE, Method};

@@ -16,6 +16,7 @@
 use super::{Instruments, Sensor};
 use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate};
 use crate::camera::Camera;
+use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
 use crate::stars::identify::NotIdentified;
 use crate::stars::{Measured, row_delay_s};
@@ -387,7 +388,7 @@ impl Sensor<'_> {
     ) -> Result<(), DetectorError> {
         let mut streaks = Vec::new();
         let mut columns = COLUMNS_AFTER_SCAN;
-        for index in 0.. {
+        for index in 0..MAX_DETECTIONS + MAX_STREAK_PLACES {
             let detections = &self.workspace.detections;
             let mut drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended);
             let count = drawn.clone().count();

@@ -523,7 +523,8 @@ pub fn piece_at(
     const RADIUS: u16 = 10;
     let geometry = detector.geometry();
     let (left, top) = (x.saturating_sub(RADIUS), y.saturating_sub(RADIUS));
-    let window = Window { x: left, y: top, width: 2 * RADIUS + 1, height: 2 * RADIUS + 1 };
+    const SIDE: u16 = 2 * RADIUS + 1;
+    let window = Window { x: left, y: top, width: SIDE, height: SIDE };
     if !window.fits(&geometry) {
         return Ok(None);
     }
@@ -538,7 +539,7 @@ pub fn piece_at(
     let floor = level + 5 * (level - low).max(scaled(1, geometry.bits));
     let radius = i32::from(RADIUS);
     let (mut sum, mut mx, mut my, mut xx, mut yy, mut xy) = (0.0f32, 0.0, 0.0, 0.0, 0.0, 0.0);
-    for (row, dy) in raw.chunks_exact(usize::from(window.width)).zip(-radius..) {
+    for (row, dy) in raw.chunks_exact(usize::from(SIDE)).zip(-radius..) {
         for (raw, dx) in row.iter().zip(-radius..) {
             let value = scaled(*raw, geometry.bits);
             if value <= floor || dx * dx + dy * dy > radius * radius {

@@ -117,9 +117,9 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0)))
 }
 
-/// Calls `found` with the lines of half a block's width and of all of it: width, lines by (strip, rise) and row of their
+/// Calls `found` with the lines of half a block's width and of all of it: steps, 2^steps being the width, lines by (strip, rise) and row of their
 /// beginning + 16.
-fn transform(bins: impl Fn(usize, usize) -> i16, mut found: impl FnMut(usize, &Lines)) {
+fn transform(bins: impl Fn(usize, usize) -> i16, mut found: impl FnMut(u32, &Lines)) {
     let mut lines: Lines = [[0; ROWS]; SIDE];
     for (column, line) in lines.iter_mut().enumerate() {
         for (row, value) in line.iter_mut().skip(SIDE).enumerate() {
@@ -130,7 +130,7 @@ fn transform(bins: impl Fn(usize, usize) -> i16, mut found: impl FnMut(usize, &L
         let half = 1usize << step;
         let mut next: Lines = [[0; ROWS]; SIDE];
         for (index, sums) in next.iter_mut().enumerate() {
-            let (strip, rise) = (index / (2 * half), index % (2 * half));
+            let (strip, rise) = (index >> (step + 1), index & (2 * half - 1));
             let first = lines.get(2 * strip * half + rise / 2);
             let second = lines.get((2 * strip + 1) * half + rise / 2);
             if let (Some(first), Some(second)) = (first, second) {
@@ -142,7 +142,7 @@ fn transform(bins: impl Fn(usize, usize) -> i16, mut found: impl FnMut(usize, &L
         }
         lines = next;
         if 4 * half >= SIDE {
-            found(2 * half, &lines);
+            found(step + 1, &lines);
         }
     }
 }
@@ -154,9 +154,10 @@ fn bins_on(width: usize, row: usize, rise: usize) -> usize {
 }
 
 /// How far a line rises from the noise, sixteenths of a sigma; 0 of lines that are too short.
-fn strength(lines: &Lines, (width, index, row): (usize, usize, usize)) -> i32 {
+fn strength(lines: &Lines, (steps, index, row): (u32, usize, usize)) -> i32 {
+    let width = 1usize << steps;
     let sum = lines.get(index).and_then(|line| line.get(row)).copied().unwrap_or(0);
-    let count = bins_on(width, row, index % width);
+    let count = bins_on(width, row, index & (width - 1));
     if count < FEWEST_BINS {
         return 0;
     }
@@ -164,14 +165,15 @@ fn strength(lines: &Lines, (width, index, row): (usize, usize, usize)) -> i32 {
 }
 
 /// The strongest line of a transform, if it is stronger than `most` and stands alone.
-fn strongest(lines: &Lines, width: usize, most: i32) -> Option<Line> {
+fn strongest(lines: &Lines, steps: u32, most: i32) -> Option<Line> {
+    let width = 1usize << steps;
     let mut best: Option<(usize, usize)> = None;
     let mut most = most.max(THRESHOLD_SIGMAS - 1);
     for (index, line) in lines.iter().enumerate() {
         for (row, sum) in line.iter().enumerate() {
             // Of the fewest bins a line must have this sum, of more a greater one.
             if i32::from(*sum) * 1024 > most * PER_ROOT_FEWEST {
-                let strength = strength(lines, (width, index, row));
+                let strength = strength(lines, (steps, index, row));
                 if strength > most {
                     (most, best) = (strength, Some((index, row)));
                 }
@@ -179,10 +181,10 @@ fn strongest(lines: &Lines, width: usize, most: i32) -> Option<Line> {
         }
     }
     let (index, row) = best?;
-    let dark = |row: usize| 2 * strength(lines, (width, index, row)) < most;
+    let dark = |row: usize| 2 * strength(lines, (steps, index, row)) < most;
     let alone = dark(row + BESIDE) && row.checked_sub(BESIDE).is_none_or(dark);
     // The part inside the block.
-    let (strip, rise) = (index / width, index % width);
+    let (strip, rise) = (index >> steps, index & (width - 1));
     let last = (width - 1) as f32;
     let place = |column: f32| {
         [(strip * width) as f32 + column, row as f32 - SIDE as f32 + column * rise as f32 / last]
@@ -201,9 +203,9 @@ fn best_line(bins: &Bins) -> Option<Line> {
     let turn = |[x, y]: [f32; 2]| [y, x];
     let mut best: Option<Line> = None;
     for family in 0..4 {
-        let found = |width: usize, lines: &Lines| {
+        let found = |steps: u32, lines: &Lines| {
             let most = best.map_or(0, |best| best.strength);
-            if let Some(line) = strongest(lines, width, most) {
+            if let Some(line) = strongest(lines, steps, most) {
                 let [from, to] = [line.from, line.to].map(|end| match family {
                     0 => end,
                     1 => flip(end),
