@@ -30,8 +30,8 @@ const MAX_STREAKS: usize = MAX_ARCS;
 /// Stars and streaks of an image remembered for the next.
 const MAX_MARKS: usize = 12;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
-const COLUMNS_AFTER_SCAN: usize = 3_000;
-const COLUMNS: usize = 16_000;
+const COLUMNS_AFTER_SCAN: usize = 2_500;
+const COLUMNS: usize = 10_000;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
 /// Fewest stars of which a scan says that the sensor does not turn fast.
@@ -141,6 +141,7 @@ impl Turning {
 }
 
 /// The arc of a streak. `longest_px` is how long a streak may be: a cut one shows less of its direction.
+#[inline(never)]
 fn arc_of(
     camera: &Camera,
     streak: &Streak,
@@ -163,6 +164,7 @@ fn arc_of(
 }
 
 /// The mark of a whole streak.
+#[inline(never)]
 fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
     let [first, second] =
         streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
@@ -176,6 +178,7 @@ fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
 }
 
 /// Where a mark is after a time at a rate.
+#[inline(never)]
 fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
     // b' = -ω × b, by the exact rotation about a fixed axis.
     let angle = libm::sqrtf(rate.dot(rate)) * elapsed_s;
@@ -186,6 +189,7 @@ fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
 }
 
 /// The way of a star from a mark of one image to that of the next.
+#[inline(never)]
 fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     let both = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
     let ([a, b], [c, d]) = (from.sigma_rad, to.sigma_rad);
@@ -199,6 +203,7 @@ fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
 }
 
 /// The marks that go on in the next image at a rate, and the expected number that would by chance.
+#[inline(never)]
 fn encounters(
     (before, now): (&[Mark], &[Mark]),
     (rate, covariance): (&Vector3<f32>, &Matrix3<f32>),
@@ -232,6 +237,7 @@ fn encounters(
 }
 
 /// Two independent estimates of a rate as one.
+#[inline(never)]
 fn joined(
     a: (Vector3<f32>, Matrix3<f32>),
     b: (Vector3<f32>, Matrix3<f32>),
@@ -244,6 +250,7 @@ fn joined(
 }
 
 /// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
+#[inline(never)]
 fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
     const SCALE: f32 = 1e6;
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(SCALE);
@@ -255,6 +262,7 @@ fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
 }
 
 /// The rate between two images from the marks of both, matched by their separations.
+#[inline(never)]
 fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
     let mut best: Option<Rate> = None;
     let sigma = |mark: &Mark| mark.sigma_rad[0].max(mark.sigma_rad[1]);
@@ -287,6 +295,7 @@ fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
 }
 
 /// The rate from all marks that are where a proposed rate carries them.
+#[inline(never)]
 fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Option<Rate> {
     let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
     for mark in before {
@@ -355,6 +364,7 @@ impl Sensor<'_> {
     }
 
     /// Measures the streak of a piece, unless it is known already.
+    #[inline(never)]
     fn measure(
         &mut self,
         detector: &mut impl Detector,
@@ -540,6 +550,7 @@ impl Sensor<'_> {
 }
 
 /// Puts a rate into the report, unless it says too little.
+#[inline(never)]
 fn report_rate(
     report: &mut Report,
     (rate, covariance): (Vector3<f32>, Matrix3<f32>),

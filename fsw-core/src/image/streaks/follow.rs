@@ -180,6 +180,7 @@ fn window_of(line: &Line, first: f32, geometry: &DetectorGeometry) -> Option<Win
 }
 
 /// Mean of the middle half of some values: a level that stars beside the line do not lift.
+#[inline(never)]
 fn middle_mean(values: &mut [f32]) -> f32 {
     crate::order::sort(values, |a, b| a < b);
     let quarter = values.len() / 4;
@@ -188,6 +189,7 @@ fn middle_mean(values: &mut [f32]) -> f32 {
 }
 
 /// Samples `2 half` columns of a line, those from -half on.
+#[inline(never)]
 fn sample<'b>(
     detector: &mut impl Detector,
     buffer: &'b mut [u16; TILE_PIXELS],
@@ -317,6 +319,7 @@ impl Profile<'_> {
     }
 
     /// The streak's part of the profile.
+    #[inline(never)]
     fn part(&self) -> Option<Part> {
         let mut part = self.brightest()?;
         for _ in 0..3 {
@@ -365,6 +368,7 @@ fn ramp(z: f32) -> f32 {
 }
 
 /// `(Σ l m)² / Σ m²` of a shape over the columns about both ends of `part` and those between, and the light.
+#[inline(never)]
 fn merit(profile: &Profile, part: &Part, inner: (f32, f32), [start, end, blur]: Shape) -> (f32, f32) {
     let per = 1.0 / blur;
     let (count, light) = inner;
@@ -395,6 +399,7 @@ fn between(part: &Part) -> (usize, usize) {
 }
 
 /// The best shape and its light.
+#[inline(never)]
 fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
     let most = profile.most(part.light);
     let (from, to) = between(part);
@@ -436,6 +441,7 @@ fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
 ///
 /// # Errors
 /// Of the detector, at the first window that fails.
+#[inline(never)]
 pub fn follow(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],
@@ -479,6 +485,7 @@ pub fn follow(
 }
 
 /// The streak of a part of a profile.
+#[inline(never)]
 fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<Streak> {
     let noise = profile.noise();
     let count = part.len() as f32;
@@ -515,6 +522,7 @@ fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<
 ///
 /// # Errors
 /// Of the detector.
+#[inline(never)]
 pub fn piece_at(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],

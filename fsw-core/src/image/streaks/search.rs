@@ -75,6 +75,7 @@ fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
 
 /// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in the blocks so
 /// far, sixteenths, 0 before the first: the spread of a few bins may come out too small by chance, and then everything seems to rise.
+#[inline(never)]
 fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     let mut sums = [[0i32; SIDE]; SIDE];
     for (row, pixels) in pixels.chunks_exact(usize::from(BLOCK_PX)).enumerate() {
@@ -117,34 +118,47 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0)))
 }
 
-/// Calls `found` with the lines of half a block's width and of all of it: steps, 2^steps being the width, lines by (strip, rise) and row of their
-/// beginning + 16.
-fn transform(bins: impl Fn(usize, usize) -> i16, mut found: impl FnMut(u32, &Lines)) {
+/// The strongest line of a block, of half its width or all of it, that rises by 0 to 15 rows.
+#[inline(never)]
+fn strongest_rising(bins: &Bins) -> Option<Line> {
+    // By (strip, rise) and row of their beginning + 16; at first a strip is a column.
     let mut lines: Lines = [[0; ROWS]; SIDE];
-    for (column, line) in lines.iter_mut().enumerate() {
-        for (row, value) in line.iter_mut().skip(SIDE).enumerate() {
-            *value = bins(column, row);
-        }
-    }
-    for step in 0..STEPS {
-        let half = 1usize << step;
-        let mut next: Lines = [[0; ROWS]; SIDE];
-        for (index, sums) in next.iter_mut().enumerate() {
-            let (strip, rise) = (index >> (step + 1), index & (2 * half - 1));
-            let first = lines.get(2 * strip * half + rise / 2);
-            let second = lines.get((2 * strip + 1) * half + rise / 2);
-            if let (Some(first), Some(second)) = (first, second) {
-                let later = second.iter().skip(rise.div_ceil(2)).chain(core::iter::repeat(&0));
-                for ((sum, first), second) in sums.iter_mut().zip(first).zip(later) {
-                    *sum = first.saturating_add(*second);
-                }
+    for (row, values) in bins.iter().enumerate() {
+        for (line, value) in lines.iter_mut().zip(values) {
+            if let Some(slot) = line.get_mut(SIDE + row) {
+                *slot = *value;
             }
         }
-        lines = next;
-        if 4 * half >= SIDE {
-            found(step + 1, &lines);
+    }
+    let mut best: Option<Line> = None;
+    for step in 0..STEPS {
+        lines = doubled(&lines, step);
+        if step + 2 >= STEPS {
+            let most = best.map_or(0, |best| best.strength);
+            best = strongest(&lines, step + 1, most).or(best);
         }
     }
+    best
+}
+
+/// Lines of twice the width, 2^step before.
+#[inline(never)]
+fn doubled(lines: &Lines, step: u32) -> Lines {
+    let half = 1usize << step;
+    let mut next: Lines = [[0; ROWS]; SIDE];
+    for (index, sums) in next.iter_mut().enumerate() {
+        let (strip, rise) = (index >> (step + 1), index & (2 * half - 1));
+        let first = lines.get(2 * strip * half + rise / 2);
+        let second = lines.get((2 * strip + 1) * half + rise / 2);
+        if let (Some(first), Some(second)) = (first, second) {
+            *sums = *first;
+            let later = second.get(rise.div_ceil(2)..).unwrap_or(&[]);
+            for (sum, later) in sums.iter_mut().zip(later) {
+                *sum = sum.wrapping_add(*later);
+            }
+        }
+    }
+    next
 }
 
 /// Bins of the block on a line `width` wide that begins at `row` (16: the first of the block) and rises by `rise`.
@@ -165,6 +179,7 @@ fn strength(lines: &Lines, (steps, index, row): (u32, usize, usize)) -> i32 {
 }
 
 /// The strongest line of a transform, if it is stronger than `most` and stands alone.
+#[inline(never)]
 fn strongest(lines: &Lines, steps: u32, most: i32) -> Option<Line> {
     let width = 1usize << steps;
     let mut best: Option<(usize, usize)> = None;
@@ -196,30 +211,30 @@ fn strongest(lines: &Lines, steps: u32, most: i32) -> Option<Line> {
 }
 
 /// The strongest line of a block among those of all directions.
+#[inline(never)]
 fn best_line(bins: &Bins) -> Option<Line> {
-    let at = |x: usize, y: usize| bins.get(y).and_then(|row| row.get(x)).copied().unwrap_or(0);
-    let flipped = |y: usize| SIDE - 1 - y;
     let flip = |[x, y]: [f32; 2]| [x, (SIDE - 1) as f32 - y];
     let turn = |[x, y]: [f32; 2]| [y, x];
     let mut best: Option<Line> = None;
     for family in 0..4 {
-        let found = |steps: u32, lines: &Lines| {
-            let most = best.map_or(0, |best| best.strength);
-            if let Some(line) = strongest(lines, steps, most) {
-                let [from, to] = [line.from, line.to].map(|end| match family {
-                    0 => end,
-                    1 => flip(end),
-                    2 => turn(end),
-                    _ => turn(flip(end)),
-                });
-                best = Some(Line { from, to, ..line });
+        // Families 2 and 3 with columns for rows, 1 and 3 upside down.
+        let mut seen = [[0; SIDE]; SIDE];
+        for (y, row) in seen.iter_mut().enumerate() {
+            let y = if family & 1 == 1 { SIDE - 1 - y } else { y };
+            for (x, bin) in row.iter_mut().enumerate() {
+                let [x, y] = if family & 2 == 2 { [y, x] } else { [x, y] };
+                *bin = bins.get(y).and_then(|row| row.get(x)).copied().unwrap_or(0);
             }
-        };
-        match family {
-            0 => transform(at, found),
-            1 => transform(|x, y| at(x, flipped(y)), found),
-            2 => transform(|x, y| at(y, x), found),
-            _ => transform(|x, y| at(flipped(y), x), found),
+        }
+        let Some(line) = strongest_rising(&seen) else { continue };
+        if best.is_none_or(|best| line.strength > best.strength) {
+            let [from, to] = [line.from, line.to].map(|end| match family {
+                0 => end,
+                1 => flip(end),
+                2 => turn(end),
+                _ => turn(flip(end)),
+            });
+            best = Some(Line { from, to, ..line });
         }
     }
     best
@@ -239,6 +254,7 @@ fn keep(pieces: &mut Pieces, piece: Piece) {
 ///
 /// # Errors
 /// Of the detector, at the first window that fails.
+#[inline(never)]
 pub fn search(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],
