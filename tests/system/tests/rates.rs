@@ -208,10 +208,10 @@ fn fly(rate_deg_s: f64, shutter: Shutter, cases: std::ops::Range<u64>) -> Tally 
 /// known sense, median, at most.
 const DEMANDS: [(f64, f64, f64, f64, f64); 6] = [
     (0.5, 0.6, 1.5, 1.5, 4.0),
-    (1.0, 0.6, 1.5, 2.0, 4.0),
+    (1.0, 0.6, 2.0, 2.0, 4.0),
     (2.0, 0.7, 1.0, 1.0, 4.0),
     (4.0, 0.6, 1.0, 1.0, 4.0),
-    (8.0, 0.25, 2.0, 2.0, f64::INFINITY),
+    (8.0, 0.25, 2.5, 3.0, f64::INFINITY),
     (15.0, 0.05, f64::INFINITY, f64::INFINITY, f64::INFINITY),
 ];
 
