@@ -12,19 +12,21 @@
 //! centre, km, with its covariance, the limb height taken as known. All f32.
 //!
 //! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
-//! says which points belong to one body, [`centre`] fits it, and `horizon` says what heights that neighbouring points share make
-//! of it.
+//! says which points belong to one body, [`centre`] fits it, `horizon` says what heights that neighbouring points share make of it,
+//! and [`look`] puts these together. [`thesis`] is the way of the thesis, for comparison.
 
 pub mod centre;
 pub mod consensus;
 mod horizon;
 pub mod limb;
+pub mod look;
 mod plane;
 mod rays;
 pub mod search;
 mod shape;
 #[cfg(test)]
 mod test_world;
+pub mod thesis;
 pub mod view;
 mod zone;
 

@@ -20,7 +20,7 @@ mod stars;
 mod turning;
 mod workspace;
 
-use crate::attitude::motion::Motion;
+use crate::attitude::filter::Filter;
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
@@ -99,7 +99,7 @@ pub struct Sensor<'c> {
     cycle: u32,
     /// Instant of the last second.
     instant_us: Option<i64>,
-    motion: Option<Motion>,
+    motion: Option<Filter<2>>,
     orbit: OrbitFilter,
     /// Instant of the last fix that the orbit accepted.
     fixed_us: i64,

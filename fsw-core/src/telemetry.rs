@@ -120,6 +120,15 @@ pub struct RateReport {
     pub stars: u8,
 }
 
+/// The attitude that the filter makes of all images so far, at the instant of the attitude beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FilteredAttitude {
+    /// ICRS to star path, `[x, y, z, w]`.
+    pub quaternion: [f32; 4],
+    /// Standard deviations about x, y, z of the star path, rad.
+    pub sigma_rad: [f32; 3],
+}
+
 /// What came of looking for the Earth in this second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EarthStatus {
@@ -209,9 +218,11 @@ pub struct Report {
     pub mode: Mode,
     /// What came of it.
     pub status: Status,
-    /// The attitude, where there is one.
+    /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,
-    /// Rate of the star path against the stars in its own frame, rad/s, from two attitudes in a row.
+    /// The same filtered, once two images in a row have told the rate.
+    pub filtered: Option<FilteredAttitude>,
+    /// Rate of the star path against the stars in its own frame, rad/s, from all images so far.
     pub rate_rad_s: Option<[f32; 3]>,
     /// Star-like spots in the image or its windows.
     pub detections: u16,
@@ -242,6 +253,7 @@ impl Report {
             mode,
             status: Status::Waiting,
             attitude: None,
+            filtered: None,
             rate_rad_s: None,
             detections: 0,
             focal_ratio: 1.0,

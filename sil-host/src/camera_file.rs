@@ -251,6 +251,19 @@ impl CameraFile {
         fsw_hal::DetectorGeometry { width_px: self.width_px, height_px: self.height_px, bits: self.bits }
     }
 
+    /// The camera of a detector read in blocks of `side_px` by `side_px`. The centre of its first pixel is the first block's.
+    pub fn binned(&self, side_px: u16) -> Self {
+        let side = f64::from(side_px);
+        Self {
+            width_px: self.width_px / side_px.max(1),
+            height_px: self.height_px / side_px.max(1),
+            bits: 16,
+            focal_length_px: self.focal_length_px / side,
+            optical_centre_px: self.optical_centre_px.map(|at| (at - 0.5 * (side - 1.0)) / side),
+            ..self.clone()
+        }
+    }
+
     /// The text of a camera file that says what this one does.
     pub fn to_toml(&self) -> String {
         let Distortion { k1, k2, k3, p1, p2 } = self.distortion;

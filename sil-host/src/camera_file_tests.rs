@@ -97,3 +97,13 @@ fn what_is_written_is_read_again() {
         assert_eq!(CameraFile::parse(Path::new("camera.toml"), &camera.to_toml()).unwrap(), camera);
     }
 }
+
+#[test]
+fn a_camera_read_in_blocks_sees_the_same_directions() {
+    let whole = CameraFile::reference();
+    let binned = whole.binned(4);
+    assert_eq!((binned.width_px, binned.height_px), (320, 256));
+    // The middle of block 10 is pixel 41.5.
+    let slope = |camera: &CameraFile, x: f64| (x - camera.optical_centre_px[0]) / camera.focal_length_px;
+    assert!((slope(&binned, 10.0) - slope(&whole, 41.5)).abs() < 1e-12);
+}

@@ -1,4 +1,4 @@
-//! `sil-host campaign identify`: the flight code's identification on many random skies, beside the best peers' figures.
+//! `sil-host campaign`: many skies. `identify` (here) tries the flight code's identification on many random skies, beside the best peers' figures.
 //!
 //! In: numbers of fields, a seed. Out: the robustness grid (noise by false stars), the hard cases, the random skies and fields
 //! without stars, a row each with the share identified, the peers' best and what was wrong; with `--out` every finished
@@ -8,10 +8,14 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`cases`] | the kinds of fields |
-//! | [`blocks`] | fields tried at a time, and their file |
+//! | [`blocks`] | fields tried at a time |
+//! | [`acquire`] | the other campaign: the whole sensor, from pixels |
+//! | [`lines`] | the file of what is done |
 
+pub mod acquire;
 pub mod blocks;
 pub mod cases;
+pub mod lines;
 
 use crate::cli::CampaignIdentifyArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
@@ -20,9 +24,10 @@ use crate::json;
 use crate::lost_in_space::Solver;
 use crate::star_scene;
 use crate::world::scene::WorldStar;
-use blocks::{BlocksFile, Key, Outcome};
+use blocks::{Block, Key, Outcome};
 use cases::{Case, LIMIT_V, Maker, Peers};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use lines::LinesFile;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -141,12 +146,13 @@ impl Campaign<'_> {
 }
 
 /// The bar on a terminal; nothing elsewhere.
-fn progress(blocks: u64, json: bool) -> ProgressBar {
+fn progress(what: &str, pieces: u64, json: bool) -> ProgressBar {
     let shown = std::io::stderr().is_terminal() && !json;
     let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(blocks), target);
-    if let Ok(style) = ProgressStyle::with_template("identify [{bar:40}] {percent:>3} %  {eta} left") {
+    let bar = ProgressBar::with_draw_target(Some(pieces), target);
+    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} %  {eta} left") {
         bar.set_style(style.progress_chars("=> "));
+        bar.set_message(what.to_string());
     }
     bar
 }
@@ -162,12 +168,13 @@ pub fn rows(arguments: &CampaignIdentifyArguments) -> Result<Vec<Row>, HostError
     let cases: Vec<_> = few.chain(many).filter(|(_, fields)| *fields > 0).collect();
     let campaign = Campaign { seed: arguments.seed, sky: &sky, cases };
     let (mut file, held) = match &arguments.out {
-        Some(path) => BlocksFile::open(path).map(|(file, held)| (Some(file), held))?,
-        None => (None, HashMap::new()),
+        Some(path) => LinesFile::open::<Block>(path).map(|(file, held)| (Some(file), held))?,
+        None => (None, Vec::new()),
     };
+    let held: HashMap<Key, Outcome> = held.into_iter().map(|block| (block.key, block.outcome)).collect();
     let keys = campaign.cases.iter().flat_map(|(case, n)| blocks::of_case(case, arguments.seed, *n));
     let open = keys.filter(|key| !held.contains_key(key)).count();
-    let bar = progress(open as u64, arguments.json);
+    let bar = progress("identify", open as u64, arguments.json);
     let file = Mutex::new(&mut file);
     let rows = campaign.fly(&held, |block| {
         bar.inc(1);

@@ -28,6 +28,8 @@ pub enum Command {
     Render(RenderArguments),
     /// Attitude from real pictures, without prior knowledge
     Solve(SolveArguments),
+    /// Earth vector and distance from real pictures of the Earth, without prior knowledge
+    Earth(EarthArguments),
     /// Identification of centroid lists, one field a line
     Identify(IdentifyArguments),
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
@@ -102,6 +104,40 @@ pub struct SolveArguments {
     pub json: bool,
 }
 
+/// Arguments of `earth`.
+#[derive(Debug, Args)]
+pub struct EarthArguments {
+    /// Pictures: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Camera file
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: PathBuf,
+    /// The Earth's pole in the sensor frame; without it a mean sphere
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
+    pub pole: Option<[f32; 3]>,
+    /// The Sun's direction in the sensor frame
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
+    pub sun: Option<[f32; 3]>,
+    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre
+    #[arg(long, value_name = "DIR")]
+    pub overlay: Option<PathBuf>,
+    /// One JSON object a picture on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Three numbers that make a direction.
+fn vector(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let vector = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    let length = |[x, y, z]: [f32; 3]| x.hypot(y).hypot(z);
+    // Also refuses what is no number.
+    vector.filter(|vector| (1e-3..1e6).contains(&length(*vector))).ok_or_else(|| {
+        "no direction: give x,y,z along the columns, the rows and the line of sight, not all zero".into()
+    })
+}
+
 /// Arguments of `identify`.
 #[derive(Debug, Args)]
 pub struct IdentifyArguments {
@@ -163,6 +199,25 @@ pub struct CampaignArguments {
 pub enum Campaign {
     /// Identification of random skies beside the peers' figures, with a count of false identifications
     Identify(CampaignIdentifyArguments),
+    /// The whole sensor lost in space, from full frames in random directions of the sky
+    Acquire(CampaignAcquireArguments),
+}
+
+/// Arguments of `campaign acquire`.
+#[derive(Debug, Args)]
+pub struct CampaignAcquireArguments {
+    /// Directions
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub runs: u64,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// File to which finished runs are appended; what it holds already is not flown again
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+    /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `campaign identify`.
@@ -300,6 +355,27 @@ mod tests {
             usage(&["sil-host", "solve", "a.png", "--camera", "c", "--fov-deg", "3"]).contains("--fov-deg")
         );
         assert!(usage(&["sil-host", "solve", "--fov-deg", "3"]).contains("IMAGE"));
+    }
+
+    #[test]
+    fn earth_takes_directions_with_signs() {
+        let Ok(Request::Run(CommandLine { command: Some(Command::Earth(earth)) })) = parse([
+            "sil-host",
+            "earth",
+            "a.png",
+            "b.png",
+            "--camera",
+            "c",
+            "--pole",
+            "0,-1,0",
+            "--sun",
+            "-0.5, 0.1,1e-2",
+        ]) else {
+            panic!("not understood")
+        };
+        assert_eq!((earth.images.len(), earth.pole), (2, Some([0.0, -1.0, 0.0])));
+        assert_eq!(earth.sun, Some([-0.5, 0.1, 0.01]));
+        assert!(usage(&["sil-host", "earth", "a.png", "--camera", "c", "--pole", "0,0"]).contains("--pole"));
     }
 
     #[test]

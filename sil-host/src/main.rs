@@ -2,7 +2,9 @@
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{attitude, budget, calibrate, campaign, centroids, identify, record, render, run, solve};
+use sil_host::{
+    attitude, budget, calibrate, campaign, centroids, earth, identify, record, render, run, solve,
+};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -26,11 +28,13 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Run(arguments)) => run::run(&arguments),
             Some(Command::Render(arguments)) => render::run(&arguments),
             Some(Command::Solve(arguments)) => solve::run(&arguments),
+            Some(Command::Earth(arguments)) => earth::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Campaign(arguments)) => match arguments.of {
                 Campaign::Identify(arguments) => campaign::run(&arguments),
+                Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
             },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),

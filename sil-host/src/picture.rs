@@ -117,6 +117,28 @@ impl Picture {
         &self.pixels
     }
 
+    /// The picture read in blocks of `side_px` by `side_px`, each their mean, in 16 bits; an incomplete block at the right or lower
+    /// edge is left out. `None` where nothing of use is left ([`SIDE_MIN_PX`]).
+    pub fn binned(&self, side_px: u16) -> Option<Self> {
+        let DetectorGeometry { width_px, height_px, .. } = self.geometry;
+        let (width, height) = (width_px.checked_div(side_px)?, height_px.checked_div(side_px)?);
+        if !side_ok(width.into()) || !side_ok(height.into()) {
+            return None;
+        }
+        let block = usize::from(side_px);
+        let most = u64::from(self.geometry.full_scale()) * (block * block) as u64;
+        let mut pixels = Vec::with_capacity(usize::from(width) * usize::from(height));
+        for rows in self.pixels.chunks_exact(block * usize::from(width_px)) {
+            for column in 0..usize::from(width) {
+                let lines = rows.chunks_exact(usize::from(width_px));
+                let values = lines.flat_map(|line| &line[column * block..][..block]);
+                let sum: u64 = values.map(|value| u64::from(*value)).sum();
+                pixels.push(((sum * 65_535 + most / 2) / most) as u16);
+            }
+        }
+        Some(Self::new(width, height, 16, pixels))
+    }
+
     fn new(width_px: u16, height_px: u16, bits: u8, pixels: Vec<u16>) -> Self {
         Self { geometry: DetectorGeometry { width_px, height_px, bits }, pixels, exposed: false }
     }

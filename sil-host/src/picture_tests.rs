@@ -211,3 +211,19 @@ fn the_detector_refuses_wrong_requests_and_leaves_the_buffer_alone() {
     picture.read(Window::default(), &mut []).unwrap();
     assert!(Picture::from_pixels(geometry, vec![0; 3]).is_none());
 }
+
+#[test]
+fn a_picture_in_blocks_holds_their_means_and_drops_what_is_left_over() {
+    let geometry = DetectorGeometry { width_px: 131, height_px: 66, bits: 8 };
+    let pixels: Vec<u16> = (0..131 * 66).map(|n| ((n * 7) % 256) as u16).collect();
+    let picture = Picture::from_pixels(geometry, pixels.clone()).unwrap();
+    let binned = picture.binned(2).unwrap();
+    assert_eq!(binned.geometry(), DetectorGeometry { width_px: 65, height_px: 33, bits: 16 });
+    for (x, y) in [(0, 0), (64, 32), (17, 5)] {
+        let sum: u16 = [0, 1, 131, 132].map(|next| pixels[2 * y * 131 + 2 * x + next]).iter().sum();
+        let mean = f64::from(sum) / 4.0 * 257.0;
+        assert!((f64::from(binned.pixels()[y * 65 + x]) - mean).abs() <= 0.5);
+    }
+    assert!(picture.binned(4).is_none(), "too small is left");
+    assert!(picture.binned(0).is_none());
+}

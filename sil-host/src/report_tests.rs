@@ -30,6 +30,7 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             log10_false: -20.0,
             age_s: 0,
         }),
+        filtered: None,
         rate_rad_s: None,
         rate: None,
         detections: 30,

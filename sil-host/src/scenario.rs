@@ -314,11 +314,20 @@ impl Scenario {
     /// # Errors
     /// When the orbit reaches the ground before the end, or the camera is one the world cannot draw.
     pub fn scene(&self) -> Result<Scene, HostError> {
+        self.scene_above(self.seed)
+    }
+
+    /// The same above the Earth of another seed: runs that share one share its maps.
+    ///
+    /// # Errors
+    /// As [`Scenario::scene`].
+    pub fn scene_above(&self, earth_seed: u64) -> Result<Scene, HostError> {
         let jitter = self.jitter.as_ref().map_or_else(Jitter::default, |model| Jitter::new(model, self.seed));
         let pointing = Pointing { jitter, ..self.pointing.clone() };
         let orbit = self.orbit()?;
         let journey = Journey { orbit, pointing, mount: self.mount, earth: self.earth };
         let mut settings = SceneSettings::new(self.camera.clone(), Motion::orbiting(journey), self.seed);
+        settings.earth_seed = earth_seed;
         (settings.imaging, settings.detector) = (self.imaging, self.detector);
         (settings.bodies, settings.disturbances) = (self.bodies, self.disturbances);
         Scene::new(settings, &stars::in_year(self.start_year())).map_err(|error| {

@@ -23,6 +23,7 @@ use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
 use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
+use crate::orbit::covariance::inverse;
 use crate::order;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -35,6 +36,8 @@ const LINEAR_ROUNDS: usize = 2;
 const TUKEY: f32 = 4.685;
 /// Sigma of Gaussian noise over the median of its absolute value.
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
+/// Root mean square of what is spread evenly from -1 to 1: `1 / sqrt(3)`.
+const CHANCE_SHARE: f32 = 0.577_35;
 /// Longest step of an angle, rad.
 const LONGEST_STEP_RAD: f32 = 0.1;
 /// Least determinant of the normal equations when their diagonal is brought to one.
@@ -66,6 +69,14 @@ pub struct Expected {
     pub centre_km: Vector3<f32>,
     /// Inverse of its covariance, 1 / km².
     pub information: Matrix3<f32>,
+}
+
+impl Expected {
+    /// What a rough fix says; `None` where its covariance has no inverse.
+    pub fn after(rough: &EarthFix) -> Option<Self> {
+        let information = inverse(&rough.covariance_km2.map(f64::from))?.map(|element| element as f32);
+        Some(Self { centre_km: rough.centre_km, information })
+    }
 }
 
 /// Symmetric normal equations of three unknowns.
@@ -324,8 +335,10 @@ pub fn centre(
         cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
-    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
-    if fix.rms_px.is_nan() || fix.rms_px > demand.tolerance_px {
+    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use. Points that agree by
+    // chance are spread evenly over the tolerance.
+    let greatest_px = if demand.alone { CHANCE_SHARE * demand.tolerance_px } else { demand.tolerance_px };
+    if fix.rms_px.is_nan() || fix.rms_px > greatest_px {
         return Err(Refusal::NoConsensus);
     }
     if fix.arc_rad < parameters.least_arc_deg.to_radians() {

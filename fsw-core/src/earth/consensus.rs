@@ -18,7 +18,7 @@ const ROUNDS: usize = 2;
 /// Least sine of the Sun's elevation at a limb point: it stands a scale height and more above the ground.
 const LEAST_SUN_SINE: f32 = -0.05;
 /// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018), 2^-32.
-const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
+pub(super) const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
 
 /// Whether a ray agrees with a cone.
 fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {

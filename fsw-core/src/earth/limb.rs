@@ -31,6 +31,11 @@ const END: usize = MIDDLE as usize + 1;
 const GREATEST_FALL: f32 = 0.15;
 /// Clouds between the limb and the bright side change brightness this much more than within it.
 const REACH: f32 = 2.0;
+/// Depth behind the limb at which a body must still shine where the Sun is not known, km, and the length looked at there, px.
+const DEPTH_KM: f32 = 25.0;
+const BEHIND: usize = 3;
+/// Least brightness there, share of that at the limb.
+const LEAST_BEHIND: f32 = 0.6;
 /// Greatest sigma of a point, px, and share of the rise's length.
 const GREATEST_SIGMA_PX: f32 = 1.0;
 const GREATEST_SIGMA_SHARE: f32 = 0.5;
@@ -193,6 +198,7 @@ pub fn crossing(
     let lines = Lines::new(pixels, strip, length, slope);
     let profile = lines.profile();
     let profile = profile.get(..length.checked_sub(END)?)?;
+    let km_per_place = strip.expected.km_per_px * libm::fabsf(steep);
     let zone = Zone::new(&strip.expected, libm::fabsf(steep), parameters)?;
     let full_scale = f32::from(geometry.full_scale());
     let least = parameters.least_contrast_share * full_scale;
@@ -227,6 +233,9 @@ pub fn crossing(
     }
 
     let half = ((0.5 * zone.scale) as usize).clamp(1, END);
+    if !strip.expected.sun_known && !goes_on(profile, place, &zone, km_per_place, [dark, bright]) {
+        return None;
+    }
     let scatter = lines.scatter_px(profile, place, half)?;
     let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
     // Clouds, and the shading by Lambert's law, which holds so far.
@@ -250,6 +259,15 @@ pub fn crossing(
     let middle = MIDDLE as f32;
     let centre_px = if strip.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
     Some(LimbPoint { centre_px, sigma_px: sigma, outward_px: strip.expected.outward_px })
+}
+
+/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two and a half times as
+/// bright as 25 km below.
+fn goes_on(profile: &[f32], place: usize, zone: &Zone, km_per_place: f32, [dark, bright]: [f32; 2]) -> bool {
+    let depth = (DEPTH_KM / km_per_place.max(1e-3)) as usize;
+    let end = (place + depth.max(zone.end)).min(profile.len());
+    let behind = profile.get(end.saturating_sub(BEHIND)..end).unwrap_or(&[]);
+    behind.iter().sum::<f32>() > (dark + LEAST_BEHIND * bright) * behind.len() as f32
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.

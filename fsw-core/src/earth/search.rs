@@ -10,7 +10,7 @@
 //!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
 //!
-//! Cost: a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
+//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, Window};
@@ -78,8 +78,6 @@ struct Found {
     /// Place of the limb, px from the line's end.
     place: f32,
     sigma_px: f32,
-    /// Where the plateau begins.
-    plateau: usize,
 }
 
 /// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
@@ -127,20 +125,20 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             let sigma = libm::sqrtf(
                 thresholds.floor_px * thresholds.floor_px + SIGMA_SHARE * SIGMA_SHARE * length * length,
             );
-            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma, plateau });
+            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma });
         }
         inner = outer;
     }
     Err(plateau)
 }
 
-/// Calls `found` for every passage from dark to bright along a line.
-fn walk(line: &Line, thresholds: &Thresholds, mut found: impl FnMut(Found)) {
+/// The first passage from dark to bright along a line.
+fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
     let begin = thresholds.contrast >> BEGIN_SHIFT;
-    let Some(mut dark) = line.at(0) else { return };
+    let mut dark = line.at(0)?;
     let (mut dark_run, mut resume) = (0, 0);
     for place in 0..line.pixels.len() {
-        let Some(value) = line.at(place) else { return };
+        let value = line.at(place)?;
         let above = value - dark;
         if above < 0 {
             dark += above >> FALL_SHIFT;
@@ -152,28 +150,30 @@ fn walk(line: &Line, thresholds: &Thresholds, mut found: impl FnMut(Found)) {
             continue;
         }
         if dark_run >= LEAST_DARK_PX && place >= resume && dark <= thresholds.dark {
-            resume = match follow(line, place, dark, thresholds) {
-                Ok(limb) => {
-                    let plateau = limb.plateau;
-                    found(limb);
-                    plateau
-                }
-                Err(end) => end,
-            };
+            match follow(line, place, dark, thresholds) {
+                Ok(limb) => return Some(limb),
+                Err(end) => resume = end,
+            }
         }
         dark_run = 0;
     }
+    None
 }
 
 /// Adds points, thinned out evenly when there are too many.
-struct Thinned<'a> {
+pub(super) struct Thinned<'a> {
     points: &'a mut Points,
     seen: u32,
     stride: u32,
 }
 
-impl Thinned<'_> {
-    fn add(&mut self, point: LimbPoint) {
+impl<'a> Thinned<'a> {
+    /// None seen yet; the list is empty.
+    pub(super) fn new(points: &'a mut Points) -> Self {
+        Self { points, seen: 0, stride: 1 }
+    }
+
+    pub(super) fn add(&mut self, point: LimbPoint) {
         let number = self.seen;
         self.seen = self.seen.wrapping_add(1);
         if number & (self.stride - 1) != 0 {
@@ -217,7 +217,7 @@ pub fn search(
         floor_px: parameters.search_floor_px,
     };
     let step = (parameters.search_step_px as u16).max(1);
-    let mut thinned = Thinned { points, seen: 0, stride: 1 };
+    let mut thinned = Thinned::new(points);
     for along_x in [true, false] {
         let (length, lines) = if along_x {
             (geometry.width_px, geometry.height_px)
@@ -232,21 +232,23 @@ pub fn search(
                 Window { x: line, y: 0, width: 1, height: length }
             };
             detector.read(window, pixels)?;
+            // The dark level is never below the darkest pixel.
+            let (darkest, brightest) =
+                pixels.iter().fold((u16::MAX, 0), |(low, high), raw| (low.min(*raw), high.max(*raw)));
+            if i32::from(brightest.saturating_sub(darkest)) << FINE_SHIFT < thresholds.contrast {
+                continue;
+            }
             for backwards in [false, true] {
-                walk(&Line { pixels, backwards }, &thresholds, |limb| {
-                    let (place, outward) = if backwards {
-                        (f32::from(length) - 1.0 - limb.place, 1.0)
-                    } else {
-                        (limb.place, -1.0)
-                    };
-                    let across = f32::from(line);
-                    let (centre_px, outward_px) = if along_x {
-                        ([place, across], [outward, 0.0])
-                    } else {
-                        ([across, place], [0.0, outward])
-                    };
-                    thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
-                });
+                let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
+                let (place, outward) =
+                    if backwards { (f32::from(length) - 1.0 - limb.place, 1.0) } else { (limb.place, -1.0) };
+                let across = f32::from(line);
+                let (centre_px, outward_px) = if along_x {
+                    ([place, across], [outward, 0.0])
+                } else {
+                    ([across, place], [0.0, outward])
+                };
+                thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
             }
         }
     }

@@ -57,6 +57,17 @@ impl Body {
         }
     }
 
+    /// The same with the Sun not known.
+    #[cfg(test)]
+    pub(super) fn without_sun(&self) -> Self {
+        Self { sun: None, ..*self }
+    }
+
+    /// Whether the Sun's direction is known.
+    pub(super) fn knows_sun(&self) -> bool {
+        self.sun.is_some()
+    }
+
     /// Half axis on the equator, limb height included, km: the unit of length of sphere space.
     pub(super) fn radius_km(&self) -> f32 {
         self.radius_km

@@ -46,6 +46,8 @@ pub struct ExpectedLimb {
     pub normal: Vector3<f32>,
     /// Height above the limb that a pixel across it spans, km.
     pub km_per_px: f32,
+    /// Whether the Sun is known to light it.
+    pub sun_known: bool,
     /// Sine of the Sun's elevation there; one where the Sun is not known.
     pub sun_sine: f32,
     /// Cosine of the angle at the limb between the directions to the Sun and to the camera; zero where the Sun is not known.
@@ -130,11 +132,21 @@ impl View {
         first * cosine + second * sine
     }
 
+    /// Direction of the limb at an azimuth about the centre, given by its cosine and sine; where azimuth begins is arbitrary.
+    pub fn limb_ray(&self, azimuth: [f32; 2]) -> Option<Direction<EarthPath>> {
+        let [axis, ..] = self.axes;
+        Direction::new(self.body.shrunk(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
+    }
+
+    /// Sine of the angle between the centre and the limb, in sphere space.
+    pub fn limb_sine(&self) -> f32 {
+        self.sine
+    }
+
     /// Place on the detector and sine of the Sun's elevation of the limb at an azimuth; `None` outside the field.
     fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
-        let ray = axis * self.cosine + radial * self.sine;
-        let ray = Direction::new(self.body.shrunk(&ray))?;
+        let ray = self.limb_ray(azimuth)?;
         let at_px = camera.project_earth(&ray)?;
         // A distortion's polynomial may fold directions far outside the field back into it.
         if !camera.contains(at_px, margin_px) || camera.earth_direction(at_px)?.dot(&ray) < NOT_FOLDED {
@@ -171,7 +183,8 @@ impl View {
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);
         let sun_facing =
             Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
-        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
+        let sun_known = self.body.knows_sun();
+        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_known, sun_sine, sun_facing })
     }
 
     /// How much of the limb lies inside the detector by `margin_px`.

@@ -1,9 +1,10 @@
 //! The Earth's half of a second: limb, centre, position, orbit.
 
 use super::{Instruments, Sensor, Sky};
-use crate::earth::centre::{self, Expected};
+use crate::earth::centre::Expected;
+use crate::earth::look::{Choice, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
-use crate::earth::{Body, Demand, EarthFix, Refusal, limb, search};
+use crate::earth::{Body, Demand, EarthFix, Refusal};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::covariance::inverse;
 use crate::orbit::filter::Update;
@@ -22,8 +23,8 @@ const VIEW_SIGMA_RAD: f32 = 0.06;
 /// place.
 const DARK_SIGMA_RAD: f32 = 0.3;
 
-/// Where the limb stands that a search found, px.
-const SEARCH_SIGMA_PX: f32 = 3.0;
+/// Strips evenly along the lit limb, as many as a second has time for.
+const EVENLY: Choice<fn([f32; 2]) -> bool> = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
 
 /// The Earth as the orbit predicts it.
 struct Prediction {
@@ -126,7 +127,8 @@ impl Sensor<'_> {
             && self.strip_misses < STRIP_PATIENCE
         {
             let variance = |normal: &Vector3<f32>| normal.dot(&(covariance_km2 * normal));
-            read = self.read_strips(instruments.detector, view, variance)?;
+            let (look, mut room) = self.looking(body);
+            read = look.read_strips(instruments.detector, view, variance, &EVENLY, &mut room)?;
         }
         meter.end(Stage::Limb);
         let mut rough = None;
@@ -171,21 +173,14 @@ impl Sensor<'_> {
         detector: &mut impl Detector,
         body: &Body,
     ) -> Result<Result<(usize, Option<Expected>), Refusal>, DetectorError> {
-        let (buffer, points) = (&mut self.workspace.buffer, &mut self.workspace.limb);
-        search::search(detector, buffer, &self.parameters.earth, points)?;
-        let demand = self.parameters.earth.in_search(points.len());
-        let rough = match self.fit(body, &demand, None) {
-            Ok(rough) => rough,
+        let (look, mut room) = self.looking(body);
+        let (rough, view) = match look.search(detector, &mut room)? {
+            Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        let Some(view) = View::new(&rough.centre_km, body) else { return Ok(Err(Refusal::Degenerate)) };
-        let sigma_km = SEARCH_SIGMA_PX * view.limb_distance_km() * self.camera.rad_per_px();
-        let read = self.read_strips(detector, &view, |_| sigma_km * sigma_km)?;
-        let expected = inverse(&rough.covariance_km2.map(f64::from)).map(|information| Expected {
-            centre_km: rough.centre_km,
-            information: information.map(|element| element as f32),
-        });
-        Ok(Ok((read, expected)))
+        let variance_km2 = look.height_variance_km2(&view, SEARCH_SIGMA_PX);
+        let read = look.read_strips(detector, &view, |_| variance_km2, &EVENLY, &mut room)?;
+        Ok(Ok((read, Expected::after(&rough))))
     }
 
     /// The centre of the points in the workspace.
@@ -195,42 +190,16 @@ impl Sensor<'_> {
         demand: &Demand,
         expected: Option<&Expected>,
     ) -> Result<EarthFix, Refusal> {
-        let workspace = &mut *self.workspace;
-        let (points, rays) = (&workspace.limb, &mut workspace.rays);
-        centre::centre(points, &self.camera, body, demand, expected, &self.parameters.earth, rays)
+        let (look, mut room) = self.looking(body);
+        look.fit(demand, expected, &mut room)
     }
 
-    /// Fills the workspace with limb points from strips across the limb where it is expected; `variance` gives that of its
-    /// height for a normal, km². Gives the number of strips read.
-    #[inline(never)]
-    fn read_strips(
-        &mut self,
-        detector: &mut impl Detector,
-        view: &View,
-        variance: impl Fn(&Vector3<f32>) -> f32,
-    ) -> Result<usize, DetectorError> {
-        let (geometry, parameters) = (detector.geometry(), &self.parameters.earth);
+    /// Who looks at the Earth, and the room to do it in.
+    fn looking<'a>(&'a mut self, body: &'a Body) -> (Look<'a>, Room<'a>) {
         let workspace = &mut *self.workspace;
-        workspace.limb.clear();
-        let mut read = 0;
-        for expected in
-            &view.limb(&self.camera, plan::STRIP_MARGIN_PX, plan::MAX_LIMB_STRIPS, parameters).points
-        {
-            let sigma_km = libm::sqrtf(variance(&expected.normal).max(0.0));
-            let reach = plan::limb_reach(expected.km_per_px, sigma_km, parameters);
-            let Some(strip) = reach.and_then(|reach| limb::strip(expected, reach, &geometry)) else {
-                continue;
-            };
-            let pixels =
-                workspace.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
-            detector.read(strip.window, pixels)?;
-            read += 1;
-            if let Some(point) = limb::crossing(pixels, &strip, &geometry, parameters) {
-                // There are no more strips than the list holds points.
-                let _ = workspace.limb.push(point);
-            }
-        }
-        Ok(read)
+        let room =
+            Room { buffer: &mut workspace.buffer, points: &mut workspace.limb, rays: &mut workspace.rays };
+        (Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room)
     }
 
     /// Reports that there is nothing to measure, of which no strip is to blame.

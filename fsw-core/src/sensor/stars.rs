@@ -1,7 +1,7 @@
 //! The star half of a second: self-test, acquisition, tracking, waiting for the Sun to leave.
 
 use super::{Instruments, Sensor, Sky};
-use crate::attitude::motion::Motion;
+use crate::attitude::filter::Filter;
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use crate::image::Method;
 use crate::image::blinding::blinded;
@@ -13,7 +13,7 @@ use crate::stars::confirm::{Confirmed, confirm};
 use crate::stars::identify::Progress;
 use crate::stars::predict::{Predicted, field_stars};
 use crate::stars::{Field, row_delay_s};
-use crate::telemetry::{AttitudeReport, Fault, Report, StarReport, Status};
+use crate::telemetry::{AttitudeReport, Fault, FilteredAttitude, Report, StarReport, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
@@ -199,7 +199,7 @@ impl Sensor<'_> {
         if self.workspace.detections.too_fast() {
             return report.status = Status::TooFast;
         }
-        let rate_rad_s = self.motion.as_ref().and_then(Motion::rate).map(|rate| rate.rad_s);
+        let rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s);
         self.workspace.take_measured(&self.camera, rate_rad_s.as_ref(), self.row_time_s());
         let measured = &self.workspace.measured;
         report.detections = measured.len() as u16;
@@ -226,7 +226,7 @@ impl Sensor<'_> {
     /// Moves predicted stars to where they are at the time of their rows.
     fn delay_rows(&self, predicted: &mut [Predicted], attitude: &Rotation<Icrs, StarPath>) {
         let row_time_s = self.row_time_s();
-        let rate = self.motion.as_ref().and_then(Motion::rate).filter(|_| row_time_s > 0.0);
+        let rate = self.motion.as_ref().and_then(Filter::rate).filter(|_| row_time_s > 0.0);
         let Some(rate) = rate else { return };
         for place in predicted {
             let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
@@ -251,7 +251,7 @@ impl Sensor<'_> {
             Err(error) => report.status = Status::DetectorFault(error.into()),
         }
         if let Some(motion) = &mut self.motion {
-            motion.carry(self.cycle);
+            motion.carry(self.cycle, None);
         }
     }
 
@@ -263,6 +263,7 @@ impl Sensor<'_> {
         else {
             return;
         };
+        let sigma_rad = self.with_aberration(sigma_rad);
         let limit = self.parameters.tracking.carried_sigma_rad;
         if sigma_rad.iter().all(|sigma| *sigma <= limit) {
             report.attitude = Some(AttitudeReport {
@@ -300,18 +301,26 @@ impl Sensor<'_> {
     /// Takes over the attitude that an image taught, and reports it.
     #[inline(never)]
     fn learn(&mut self, confirmed: &Confirmed, log10_false: f32, image_cycle: u32, report: &mut Report) {
-        let sigma_rad = self.with_aberration(confirmed.sigma_rad);
+        let (attitude, sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
         match &mut self.motion {
-            Some(motion) => motion.observe(confirmed.attitude, sigma_rad, image_cycle),
-            None => self.motion = Some(Motion::begin(confirmed.attitude, sigma_rad, image_cycle)),
+            Some(motion) => motion.observe(attitude, sigma_rad, image_cycle),
+            None => self.motion = Some(Filter::begin(attitude, sigma_rad, image_cycle)),
         }
+        let sigma_rad = self.with_aberration(sigma_rad);
+        report.filtered =
+            self.motion.as_ref().and_then(|motion| motion.at(image_cycle)).map(|(attitude, sigma_rad)| {
+                FilteredAttitude {
+                    quaternion: attitude.quaternion(),
+                    sigma_rad: self.with_aberration(sigma_rad),
+                }
+            });
         report.attitude = Some(AttitudeReport {
-            quaternion: confirmed.attitude.quaternion(),
+            quaternion: attitude.quaternion(),
             sigma_rad,
             log10_false,
             age_s: self.cycle.wrapping_sub(image_cycle).min(u16::MAX.into()) as u16,
         });
-        report.rate_rad_s = self.motion.as_ref().and_then(Motion::rate).map(|rate| rate.rad_s.into());
+        report.rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into());
         report.focal_ratio = confirmed.focal_ratio;
         for found in &confirmed.matches {
             let seen = self.workspace.measured.get(usize::from(found.measured));

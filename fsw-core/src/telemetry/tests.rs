@@ -145,16 +145,19 @@ prop_compose! {
         whereabouts in whereabouts(),
         status in status(),
         attitude in prop::option::of(attitude()),
+        filtered in prop::option::of(attitude()),
         rates in (prop::option::of(prop::array::uniform3(real())), prop::option::of(rate())),
         detections in any::<u16>(),
         focal_ratio in real(),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
+        let filtered = filtered
+            .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
         let (rate_rad_s, rate) = rates;
         let (instant_us, earth_status, earth, limb_px, orbit, events) = whereabouts;
         Report {
-            cycle, instant_us, mode, status, attitude, rate_rad_s, detections, focal_ratio, stars,
+            cycle, instant_us, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, events, rate,
         }
     }
@@ -195,6 +198,7 @@ fn largest() -> Report {
         mode: Mode::Tracking,
         status: Status::DetectorFault(Fault::Hardware),
         attitude: Some(attitude),
+        filtered: Some(FilteredAttitude { quaternion: attitude.quaternion, sigma_rad: attitude.sigma_rad }),
         rate_rad_s: Some([f32::MAX; 3]),
         detections: u16::MAX,
         focal_ratio: f32::MAX,

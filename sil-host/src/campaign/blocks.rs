@@ -1,12 +1,10 @@
-//! Blocks of fields: what is tried at a time, what came of it, and the file that remembers it.
+//! Blocks of fields: what is tried at a time, and what came of it.
 //!
 //! In: a case and the numbers of its fields. Out: a [`Block`] of whole numbers that depend on the seed, the case and the
-//! numbers of the fields alone, so that any order and any number of threads give the same table. The file holds one block a
-//! line; a campaign that was stopped goes on behind what the file holds. A last line that was cut off is left out.
+//! numbers of the fields alone, so that any order and any number of threads give the same table.
 
 use crate::attitude_table::APART_PX;
 use crate::campaign::cases::{Case, Maker};
-use crate::error::HostError;
 use crate::identify::{FieldInput, answer_with};
 use crate::judge::{arcsec, attitude_error};
 use crate::lost_in_space::Solver;
@@ -14,10 +12,6 @@ use crate::world::fields::Field;
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
-use std::io::Write;
-use std::path::{Path, PathBuf};
 
 /// Fields of a block.
 pub const FIELDS: u64 = 250;
@@ -139,53 +133,6 @@ pub fn fly(
     let outcomes = numbers.map(|index| judge(solver, maker, &maker.field(index), camera, catalogue));
     let outcome = outcomes.fold(Outcome::default(), |sum, one| sum.and(&one));
     Block { key, outcome }
-}
-
-/// The file of finished blocks.
-#[derive(Debug)]
-pub struct BlocksFile {
-    path: PathBuf,
-    file: File,
-}
-
-impl BlocksFile {
-    /// Opens or makes the file, and gives what it holds.
-    ///
-    /// # Errors
-    /// When it cannot be read or written, or a line is no block.
-    pub fn open(path: &Path) -> Result<(Self, HashMap<Key, Outcome>), HostError> {
-        let system =
-            |error: std::io::Error| HostError::system(path, "used", &error, "give another file by --out");
-        let text = if path.exists() { std::fs::read_to_string(path).map_err(system)? } else { String::new() };
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut held = HashMap::new();
-        for (number, line) in text[..whole].lines().enumerate() {
-            let block: Block = serde_json::from_str(line).map_err(|_| {
-                HostError::input(
-                    path,
-                    Some(number + 1),
-                    "no block of a campaign",
-                    "give another file by --out",
-                )
-            })?;
-            held.insert(block.key, block.outcome);
-        }
-        let file = OpenOptions::new().create(true).append(true).open(path).map_err(system)?;
-        // What was cut off when the campaign was stopped.
-        file.set_len(whole as u64).map_err(system)?;
-        Ok((Self { path: path.to_path_buf(), file }, held))
-    }
-
-    /// Adds a finished block.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn add(&mut self, block: &Block) -> Result<(), HostError> {
-        let line = serde_json::to_string(block).expect("a block has string keys only") + "\n";
-        self.file
-            .write_all(line.as_bytes())
-            .map_err(|error| HostError::system(&self.path, "written", &error, "free some space"))
-    }
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         earth_in_star_path: false,
         rate_deg_s: 0.06,
         attitude_rad: None,
+        filtered_rad: None,
         rate_rad_s: None,
         turning: None,
         earth: None,

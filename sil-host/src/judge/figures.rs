@@ -52,6 +52,19 @@ pub struct RateFigures {
     pub within_3_sigma_share: Option<f64>,
 }
 
+/// The filtered attitude over the run, about x, y, z of the star path.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FilteredFigures {
+    /// Root mean square error.
+    pub rms_arcsec: Option<[f64; 3]>,
+    /// Root mean square of the reported sigmas.
+    pub sigma_arcsec: Option<[f64; 3]>,
+    /// Share of the seconds with every axis within three sigma.
+    pub within_3_sigma_share: Option<f64>,
+    /// Mean of (error / sigma)² over the axes; 1 where the sigmas are right.
+    pub normalised_square: Option<f64>,
+}
+
 /// The Earth's direction and distance over the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EarthFigures {
@@ -131,6 +144,8 @@ pub struct Figures {
     pub attitude: AttitudeFigures,
     /// Rates that needed no attitude.
     pub rate: RateFigures,
+    /// The same filtered.
+    pub filtered: FilteredFigures,
     /// The Earth as seen.
     pub earth: EarthFigures,
     /// Position and velocity.
@@ -151,6 +166,7 @@ impl Figures {
             "rate_error_percent" => self.rate.error_percent,
             "rate_axis_deg" => self.rate.axis_deg,
             "rate_within_3_sigma_share" => self.rate.within_3_sigma_share,
+            "filtered_rms_arcsec" => self.filtered.rms_arcsec.map(|[x, y, _]| x.max(y)),
             "earth_direction_rms_deg" => self.earth.direction_rms_deg,
             "earth_distance_rms_km" => self.earth.distance_rms_km,
             "final_position_km" => self.orbit.final_position_km,
@@ -197,6 +213,7 @@ pub struct Judge {
     modes: ModeJudge,
     valid: Share,
     attitude: AxesSums,
+    filtered: AxesSums,
     bound: [Squares; 3],
     rate: RateSums,
     direction: [Squares; 2],
@@ -225,6 +242,7 @@ impl Judge {
             modes: ModeJudge::default(),
             valid: Share::default(),
             attitude: AxesSums::default(),
+            filtered: AxesSums::default(),
             bound: Default::default(),
             rate: RateSums::default(),
             direction: Default::default(),
@@ -251,6 +269,9 @@ impl Judge {
             self.valid.add(second.attitude_rad.is_some());
             if let Some(attitude) = &second.attitude_rad {
                 self.attitude.add(attitude);
+            }
+            if let Some(filtered) = &second.filtered_rad {
+                self.filtered.add(filtered);
             }
         }
         if second.attitude_rad.is_none()
@@ -339,6 +360,12 @@ impl Judge {
             axis_deg: self.rate.axis.value(),
             within_3_sigma_share: self.rate.within.value(),
             ..figures.rate
+        };
+        figures.filtered = FilteredFigures {
+            rms_arcsec: self.filtered.rms(rad_to_arcsec),
+            sigma_arcsec: self.filtered.sigma(rad_to_arcsec),
+            within_3_sigma_share: self.filtered.within(),
+            normalised_square: self.filtered.normalised_square(),
         };
         let [x, y] = self.direction.map(|axis| axis.mean_square());
         figures.earth = EarthFigures {

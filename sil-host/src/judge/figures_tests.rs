@@ -26,6 +26,7 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
         earth_in_star_path: false,
         rate_deg_s: 0.06,
         attitude_rad: (cycle > 3).then_some(Axes { error: [1e-6, 0.0, 4e-6], sigma: [1e-6; 3] }),
+        filtered_rad: (cycle > 4).then_some(Axes { error: [1e-6, 2e-6, -1e-6], sigma: [1e-6; 3] }),
         rate_rad_s: None,
         turning: (cycle <= 3).then_some(TurningError {
             rad_s: Axes { error: [1e-6, 0.0, 4e-6], sigma: [2e-6; 3] },
@@ -54,6 +55,9 @@ fn figures_are_those_counted_by_hand() {
     assert_eq!(figures.attitude_valid_share, Some(0.8));
     // 4 sigma about z in every second.
     assert_eq!(figures.within_3_sigma_share, Some(0.0));
+    let filtered = &figures.filtered;
+    assert_eq!((filtered.within_3_sigma_share, filtered.normalised_square), (Some(1.0), Some(2.0)));
+    assert!((filtered.rms_arcsec.unwrap()[1] / 0.412_53 - 1.0).abs() < 1e-5);
     let orbit = &figures.orbit;
     assert_eq!((orbit.settled_s, orbit.longest_without_fix_s), (Some(6), 7));
     assert_eq!((orbit.position_jump_sigma, orbit.position_jump_at_s), (Some(3.0), Some(15)));

@@ -98,6 +98,8 @@ pub struct Judged {
     pub rate_deg_s: f64,
     /// Attitude error, star path axes, rad.
     pub attitude_rad: Option<Axes>,
+    /// Error of the filtered attitude, star path axes, rad.
+    pub filtered_rad: Option<Axes>,
     /// Error of the rate, star path axes, rad/s.
     pub rate_rad_s: Option<Vector>,
     /// Error of a rate that needed no attitude.
@@ -118,10 +120,10 @@ impl Judged {
     /// Holds `report` against the truth of its second; `image_truth` is that of the second whose image the attitude
     /// rests on ([`image_cycle`]).
     pub fn new(report: &Report, truth: &Truth, image_truth: &Truth) -> Self {
-        let attitude = report.attitude.map(|attitude| Axes {
-            error: attitude_error(attitude.quaternion, image_truth.quaternion),
-            sigma: attitude.sigma_rad.map(f64::from),
-        });
+        let axes = |quaternion, sigma_rad: [f32; 3]| Axes {
+            error: attitude_error(quaternion, image_truth.quaternion),
+            sigma: sigma_rad.map(f64::from),
+        };
         Self {
             cycle: report.cycle,
             mode: report.mode,
@@ -130,7 +132,8 @@ impl Judged {
             lit_limb_deg: truth.lit_limb_deg,
             earth_in_star_path: truth.earth_in_star_path,
             rate_deg_s: libm::sqrt(dot(truth.rate_rad_s, truth.rate_rad_s)).to_degrees(),
-            attitude_rad: attitude,
+            attitude_rad: report.attitude.map(|attitude| axes(attitude.quaternion, attitude.sigma_rad)),
+            filtered_rad: report.filtered.map(|filtered| axes(filtered.quaternion, filtered.sigma_rad)),
             rate_rad_s: report.rate_rad_s.map(|rate| minus(rate.map(f64::from), truth.rate_rad_s)),
             turning: report.rate.map(|rate| turning_error(&rate, truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),

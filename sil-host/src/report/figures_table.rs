@@ -36,7 +36,7 @@ fn plain(value: Option<f64>, unit: &str) -> String {
 /// The table of figures.
 pub fn lines(figures: &Figures) -> Vec<Line> {
     let line = |what: &str, reached: String, beside: String| Line { what: what.into(), reached, beside };
-    let Figures { attitude, earth, orbit, .. } = figures;
+    let Figures { attitude, filtered, earth, orbit, .. } = figures;
     let seconds = |value: Option<u32>| plain(value.map(f64::from), "s");
     vec![
         line("First attitude", seconds(figures.first_attitude_s), String::new()),
@@ -55,6 +55,15 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             "Attitude within 3 sigma, all axes",
             percent(figures.within_3_sigma_share),
             format!("largest {}", plain(attitude.largest_sigma, "sigma")),
+        ),
+        line(
+            "Filtered attitude, rms",
+            format!("{} arcsec", three(filtered.rms_arcsec)),
+            format!(
+                "sigma {}; within 3 sigma {}; goal 1.5 about x, y",
+                three(filtered.sigma_arcsec),
+                percent(filtered.within_3_sigma_share)
+            ),
         ),
         line("Mode as the geometry says", percent(figures.mode_share), String::new()),
         line(

@@ -8,7 +8,7 @@
 use crate::error::HostError;
 use crate::judge::arcsec;
 use crate::judge::expected::{mode_of, word};
-use crate::judge::second::{Axes, Judged};
+use crate::judge::second::Axes;
 use crate::run::faults;
 use crate::run::harness::Second;
 use crate::world::scene::SensorState;
@@ -42,7 +42,9 @@ rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s,\
 gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,magnetometer_x_ut,magnetometer_y_ut,magnetometer_z_ut,\
 true_rate_x_deg_s,true_rate_y_deg_s,true_rate_z_deg_s,rate_x_deg_s,rate_y_deg_s,rate_z_deg_s,\
 rate_sigma_x_deg_s,rate_sigma_y_deg_s,rate_sigma_z_deg_s,rate_source,rate_either_sense,\
-rate_error_percent,rate_axis_error_deg";
+rate_error_percent,rate_axis_error_deg,\
+filtered_error_x_arcsec,filtered_error_y_arcsec,filtered_error_z_arcsec,\
+filtered_sigma_x_arcsec,filtered_sigma_y_arcsec,filtered_sigma_z_arcsec";
 
 /// A row under way: fields appended, each led by a comma but the first.
 struct Row<'a> {
@@ -140,7 +142,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     }
     row.several(Some(truth.quaternion), 9);
     row.several(report.attitude.map(|attitude| attitude.quaternion.map(f64::from)), 9);
-    attitude(&mut row, judged);
+    attitude(&mut row, judged.attitude_rad);
     row.several(Some(truth.position_km), 6);
     row.several(Some(truth.velocity_km_s), 9);
     row.several(report.orbit.map(|orbit| orbit.position_km), 6);
@@ -166,6 +168,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.several(second.rate.map(|rate| rate.rad_s.map(|rad_s| f64::from(rad_s).to_degrees())), 4);
     row.several(second.field.map(|field| field.ut.map(f64::from)), 4);
     turning(&mut row, second);
+    attitude(&mut row, judged.filtered_rad);
     text.push('\n');
 }
 
@@ -184,8 +187,7 @@ fn turning(row: &mut Row<'_>, second: &Second<'_>) {
     row.several(error.map(|error| [100.0 * error.size, error.axis_deg]), 4);
 }
 
-fn attitude(row: &mut Row<'_>, judged: &Judged) {
-    let attitude = judged.attitude_rad;
+fn attitude(row: &mut Row<'_>, attitude: Option<Axes>) {
     row.several(attitude.map(|attitude| attitude.error.map(arcsec)), 3);
     row.several(attitude.map(|attitude| attitude.sigma.map(arcsec)), 3);
 }

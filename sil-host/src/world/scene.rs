@@ -230,9 +230,9 @@ impl Scene {
 
     /// The Earth in either path.
     fn earths(&self, journey: &Journey, truth: &Truth, exposure_s: f64) -> Vec<EarthImage> {
-        let SceneSettings { imaging, detector, seed, .. } = &self.settings;
+        let SceneSettings { imaging, detector, earth_seed, .. } = &self.settings;
         let look = Look {
-            seed: *seed,
+            seed: *earth_seed,
             psf_sigma_px: self.psf.rms_px(),
             exposure_s,
             row_time_s: imaging.shutter.row_time_s(),

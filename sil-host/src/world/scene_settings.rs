@@ -32,6 +32,8 @@ pub struct SceneSettings {
     pub motion: Motion,
     /// Seed of all noise.
     pub seed: u64,
+    /// Seed of the Earth's clouds and horizon; as a rule the same.
+    pub earth_seed: u64,
     /// What the optics do to light.
     pub imaging: ImagingModel,
     /// What is in the sky beside stars and Earth.
@@ -48,6 +50,7 @@ impl SceneSettings {
             detector: DetectorModel::default(),
             motion,
             seed,
+            earth_seed: seed,
             imaging: ImagingModel::PLAIN,
             bodies: BodiesModel::NONE,
             disturbances: Disturbances::default(),

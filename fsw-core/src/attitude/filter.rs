@@ -1,0 +1,415 @@
+//! The attitude filter: attitude and rate from one image after the other, and where the sensor points next.
+//!
+//! In: attitudes with their sigmas, each of a cycle (second); where there is a rate sensor, its readings. Out: attitude,
+//! rate and their sigmas in that cycle or a later one. Star path's frame, rad, rad/s.
+//!
+//! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is a rotation `exp(-[δ×]) A`, whose
+//! error `δ` every image gives back to it. The rate is `ω = reading + x₁`: without a rate sensor the reading is 0 and `x₁` the
+//! rate, with one `-x₁` is its bias. The states are those of the thesis (§3.1.4.2):
+//!
+//! | `BLOCKS` | state | thesis |
+//! |---|---|---|
+//! | 2 | attitude, rate or bias | eq. 3.19 |
+//! | 3 | attitude, rate, angular acceleration | eq. 3.20 |
+//!
+//! Over `t` the sensor turns by `φ = ω t`, and `δ' = R δ + t J x₁ + t² / 2 J x₂` with `R = exp(-[φ×])` and `J` its mean over
+//! the turn: exact for any rate. White noise drives the last state. How much of it, the innovations teach: it grows
+//! while their mean square is too large and shrinks while it is not. So one tuning serves rest, 10 deg/s, slews and a wheel's jitter,
+//! which a fixed one cannot (thesis §3.1.4.2). What no noise explains is a manoeuvre: the filter begins
+//! anew from the last two attitudes. No attitude is refused; whether it is right was decided when its stars were identified.
+//!
+//! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's variance, is
+//! not averaged away but added to the sigmas reported.
+
+use super::covariance::Information;
+use crate::frames::{Icrs, Rotation, StarPath};
+use nalgebra::{Matrix3, Vector3};
+
+/// Attitudes farther apart than this give no rate, s: the rotation between them must be the short way round.
+pub const MAX_RATE_BASE_S: u32 = 10;
+/// Largest angle over which an attitude is carried in one step, rad.
+const MAX_ANGLE_RAD: f32 = 1.5;
+/// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of all
+/// scenarios (autocorrelation of `cycles.csv`).
+const COLOURED: f32 = 0.35;
+/// Images over which the mean square of the innovations is taken.
+const MEMORY: f32 = 16.0;
+/// Mean squares of the normalised innovation, a degree of freedom, at which the noise grows and shrinks, and its factors
+/// a second: a manoeuvre is followed soon, and forgotten in a minute or two.
+const GROWS: (f32, f32) = (1.5, 2.0);
+const SHRINKS: (f32, f32) = (1.2, 0.9);
+/// Normalised innovation squared, 3 degrees of freedom, that noise does not reach: chance 1e-8.
+const SURPRISE: f32 = 40.0;
+/// What the rate changes by in the first second of a sensor of which nothing is known: 1 arcsec/s.
+const FIRST_AGILITY_RAD: f32 = 4.8e-6;
+/// Variances are kept in mrad², so that f32 has digits and range to spare.
+const MRAD: f32 = 1e3;
+
+/// The mean rate.
+#[derive(Clone, Copy, Debug)]
+pub struct Rate {
+    /// Of the star path against the stars, in its own frame, rad/s.
+    pub rad_s: Vector3<f32>,
+    /// Standard deviations, rad/s.
+    pub sigma_rad_s: Vector3<f32>,
+}
+
+/// The errors of a rate sensor, an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct RateSensorNoise {
+    /// Standard deviation of the angle it loses in a second, rad.
+    pub white_rad: f32,
+    /// Standard deviation of the change of its bias in a second, rad/s.
+    pub walk_rad_s: f32,
+    /// Standard deviation of its bias at first, rad/s.
+    pub bias_rad_s: f32,
+}
+
+/// Attitude, rate and what is known of their errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Filter<const BLOCKS: usize> {
+    attitude: Rotation<Icrs, StarPath>,
+    /// Cycle to which the state has been carried.
+    cycle: u32,
+    /// Cycle of the last attitude observed.
+    observed: u32,
+    /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
+    states: [Vector3<f32>; BLOCKS],
+    /// mrad, s.
+    covariance: Covariance<BLOCKS>,
+    /// Variance of the last attitude observed, mrad².
+    variance: Vector3<f32>,
+    /// Whether the states after the attitude are known.
+    rated: bool,
+    /// Reading of the rate sensor, rad/s; 0 without one.
+    reading: Vector3<f32>,
+    sensor: Option<RateSensorNoise>,
+    /// Spectral density of the noise that drives the last state, mrad² / s^(2 BLOCKS - 1).
+    agility: f32,
+    /// Mean square of the normalised innovations, a degree of freedom.
+    consistency: f32,
+}
+
+/// Number of the rate, or negative bias, among the states.
+const RATE: usize = 1;
+
+/// Symmetric, of 3 x 3 blocks.
+#[derive(Clone, Copy, Debug)]
+struct Covariance<const BLOCKS: usize>([[Matrix3<f32>; BLOCKS]; BLOCKS]);
+
+impl<const BLOCKS: usize> Covariance<BLOCKS> {
+    fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
+        Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
+    }
+
+    /// A block; there is none outside.
+    fn at(&self, row: usize, column: usize) -> Matrix3<f32> {
+        self.0.get(row).and_then(|blocks| blocks.get(column)).copied().unwrap_or_default()
+    }
+
+    /// Puts a block in its two places; where these are one, rounding must not make it lopsided.
+    fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
+        let across = block.transpose();
+        let (block, across) = if row == column { ((block + across) * 0.5, across) } else { (block, across) };
+        for (row, column, block) in [(column, row, across), (row, column, block)] {
+            if let Some(place) = self.0.get_mut(row).and_then(|blocks| blocks.get_mut(column)) {
+                *place = block;
+            }
+        }
+    }
+}
+
+/// Of two matrices; not written out in every place, for the flash it would take.
+#[inline(never)]
+fn product(a: &Matrix3<f32>, b: &Matrix3<f32>) -> Matrix3<f32> {
+    a * b
+}
+
+/// What a change `k` integrals away makes of a time: `t^k / k!`, k to 2.
+fn power(elapsed: f32, k: usize) -> f32 {
+    match k {
+        0 => 1.0,
+        1 => elapsed,
+        _ => elapsed * elapsed * 0.5,
+    }
+}
+
+/// A turn, its matrix and that matrix's mean over the turn.
+struct Turn {
+    angle: Vector3<f32>,
+    whole: Matrix3<f32>,
+    mean: Matrix3<f32>,
+}
+
+impl Turn {
+    /// By `angle`, rad, of at most [`MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ` and its like.
+    fn by(angle: Vector3<f32>) -> Self {
+        let square = angle.dot(&angle);
+        let sine = 1.0
+            - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362_880.0)));
+        let cosine = 0.5
+            - square
+                * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40_320.0 - square / 3_628_800.0)));
+        let third = 1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362_880.0));
+        let cross = angle.cross_matrix();
+        let twice = cross * cross;
+        Self {
+            angle,
+            whole: Matrix3::identity() - cross * sine + twice * cosine,
+            mean: Matrix3::identity() - cross * cosine + twice * third,
+        }
+    }
+}
+
+impl<const BLOCKS: usize> Filter<BLOCKS> {
+    /// A first attitude; the rate is not known.
+    pub fn begin(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], cycle: u32) -> Self {
+        let mut filter = Self {
+            attitude,
+            cycle,
+            observed: cycle,
+            states: [Vector3::zeros(); BLOCKS],
+            covariance: Covariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
+            variance: squares(&Vector3::from(sigma_rad)),
+            rated: false,
+            reading: Vector3::zeros(),
+            sensor: None,
+            agility: square(FIRST_AGILITY_RAD),
+            consistency: 1.0,
+        };
+        filter.covariance.put(0, 0, Matrix3::from_diagonal(&filter.variance));
+        filter
+    }
+
+    /// The same with a rate sensor, whose readings come with every [`Filter::carry`]; for two blocks.
+    pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
+        (self.sensor, self.rated) = (Some(noise), true);
+        self.covariance.put(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
+        self.agility = square(noise.walk_rad_s);
+        self
+    }
+
+    /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a second, which covers
+    /// the changing rate of a nadir law in a low orbit of e = 0.001 through ten minutes of blindness, and 40 arcsec/s. Of the
+    /// acceleration: a tenth in a second.
+    fn agilities() -> (f32, f32) {
+        const LEAST_RAD: f32 = 3.4e-8;
+        const GREATEST_RAD: f32 = 2e-4;
+        if BLOCKS > 2 {
+            (square(LEAST_RAD * 0.1), square(GREATEST_RAD * 0.1))
+        } else {
+            (square(LEAST_RAD), square(GREATEST_RAD))
+        }
+    }
+
+    /// Cycles since an attitude was observed.
+    pub fn age(&self, cycle: u32) -> u32 {
+        cycle.wrapping_sub(self.observed)
+    }
+
+    /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate sensor.
+    pub fn rate(&self) -> Option<Rate> {
+        let noise = self.sensor.map_or(0.0, |sensor| square(sensor.white_rad));
+        let variance = self.covariance.at(RATE, RATE).diagonal().map(|variance| variance + noise);
+        self.rated
+            .then(|| Rate { rad_s: self.reading + self.state(RATE), sigma_rad_s: self.sigma(&variance) })
+    }
+
+    /// Attitude and standard deviations, rad, in a later cycle; `None` without a rate, or when it would have to be carried too
+    /// far in one step.
+    #[inline(never)]
+    pub fn at(&self, cycle: u32) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
+        let mut then = *self;
+        then.carry(cycle, None).then(|| {
+            let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
+            (then.attitude, then.sigma(&variance).into())
+        })
+    }
+
+    /// Carries the state to `cycle`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
+    /// `false`, and nothing changes, where [`Filter::at`] gives nothing.
+    #[inline(never)]
+    pub fn carry(&mut self, cycle: u32, reading_rad_s: Option<Vector3<f32>>) -> bool {
+        let elapsed = cycle.wrapping_sub(self.cycle) as f32;
+        let reading = reading_rad_s.unwrap_or(self.reading);
+        let Some(turn) = self.turn(&reading, elapsed).filter(|_| self.rated) else { return false };
+        self.attitude = self.attitude.turned(&turn.angle);
+        self.spread(&turn, elapsed);
+        (self.cycle, self.reading) = (cycle, reading);
+        true
+    }
+
+    /// How the sensor turns in `elapsed` seconds.
+    fn turn(&self, reading: &Vector3<f32>, elapsed: f32) -> Option<Turn> {
+        let driven = (1..BLOCKS).fold(Vector3::zeros(), |sum, k| sum + self.state(k) * power(elapsed, k));
+        let angle = reading * elapsed + driven;
+        // Also false where it is not a number.
+        let near = angle.dot(&angle) < MAX_ANGLE_RAD * MAX_ANGLE_RAD;
+        near.then(|| Turn::by(angle))
+    }
+
+    /// Carries states and covariance: `Φ P Φᵀ + Q`, block by block.
+    fn spread(&mut self, turn: &Turn, elapsed: f32) {
+        for k in 1..BLOCKS {
+            let added =
+                (k + 1..BLOCKS).fold(Vector3::zeros(), |sum, m| sum + self.state(m) * power(elapsed, m - k));
+            self.add(k, &added);
+        }
+        // A block of Φ, which has none below the diagonal, times a matrix.
+        let passed = |row: usize, column: usize, block: Matrix3<f32>| match (row, column) {
+            (0, 0) => product(&turn.whole, &block),
+            (0, _) => product(&turn.mean, &block) * power(elapsed, column),
+            _ => block * power(elapsed, column - row),
+        };
+        let halfway = Covariance::<BLOCKS>::from_fn(|row, column| {
+            (row..BLOCKS).fold(Matrix3::zeros(), |sum, k| sum + passed(row, k, self.covariance.at(k, column)))
+        });
+        for row in 0..BLOCKS {
+            for column in row..BLOCKS {
+                let carried = (column..BLOCKS).fold(Matrix3::zeros(), |sum, k| {
+                    sum + passed(column, k, halfway.at(row, k).transpose()).transpose()
+                });
+                let (a, b) = (BLOCKS - 1 - row, BLOCKS - 1 - column);
+                let noise =
+                    self.agility * power(elapsed, a) * power(elapsed, b) * elapsed / (a + b + 1) as f32;
+                self.covariance.put(row, column, carried + Matrix3::from_diagonal_element(noise));
+            }
+        }
+        if let Some(sensor) = self.sensor {
+            let lost = Matrix3::from_diagonal_element(square(sensor.white_rad) * elapsed);
+            self.covariance.put(0, 0, self.covariance.at(0, 0) + lost);
+        }
+    }
+
+    /// A state after the attitude.
+    fn state(&self, k: usize) -> Vector3<f32> {
+        self.states.get(k).copied().unwrap_or_default()
+    }
+
+    fn add(&mut self, k: usize, step: &Vector3<f32>) {
+        if let Some(state) = self.states.get_mut(k) {
+            *state += step;
+        }
+    }
+
+    /// Takes in the attitude of a later cycle.
+    pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], cycle: u32) {
+        let elapsed = cycle.wrapping_sub(self.observed);
+        let mut then = *self;
+        let carried = then.carry(cycle, None);
+        let innovation = attitude.angle_from(&then.attitude);
+        let variance = squares(&Vector3::from(sigma_rad));
+        if carried && then.correct(&innovation, &variance) {
+            then.observed = cycle;
+            *self = then;
+        } else {
+            let anew = Self {
+                sensor: self.sensor,
+                reading: self.reading,
+                ..Self::begin(attitude, sigma_rad, cycle)
+            };
+            *self = anew.after(&then, &innovation, elapsed);
+        }
+    }
+
+    /// Kalman's correction; `false`, and nothing changes, where the innovation is a surprise.
+    #[inline(never)]
+    fn correct(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
+        let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
+        let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
+            return false;
+        };
+        // That takes 1 / mrad² for given.
+        let inverse = inverse * (MRAD * MRAD);
+        let nis = innovation.dot(&(inverse * innovation)) * (MRAD * MRAD);
+        if nis.is_nan() || nis >= SURPRISE {
+            return false;
+        }
+        self.learn(nis / 3.0);
+        let before = self.covariance;
+        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
+        let left = product(&white, &inverse);
+        for row in 0..BLOCKS {
+            let gain = product(&before.at(row, 0), &inverse);
+            let step = gain * innovation;
+            if row == 0 {
+                self.attitude = self.attitude.turned(&step);
+            } else {
+                self.add(row, &step);
+            }
+            for column in row..BLOCKS {
+                let block = match row {
+                    0 => product(&left, &before.at(0, column)),
+                    _ => before.at(row, column) - product(&gain, &before.at(0, column)),
+                };
+                self.covariance.put(row, column, block);
+            }
+        }
+        // Turns leave the matrix a little less orthogonal each.
+        if let Some(attitude) = Rotation::from_quaternion(self.attitude.quaternion()) {
+            self.attitude = attitude;
+        }
+        self.variance = *variance;
+        true
+    }
+
+    /// Adapts the noise to the innovations.
+    fn learn(&mut self, square: f32) {
+        self.consistency += (square - self.consistency) * (1.0 / MEMORY);
+        if self.sensor.is_some() {
+            return;
+        }
+        let factor = match self.consistency {
+            above if above > GROWS.0 => GROWS.1,
+            below if below < SHRINKS.0 => SHRINKS.1,
+            _ => 1.0,
+        };
+        let (least, greatest) = Self::agilities();
+        self.agility = (self.agility * factor).clamp(least, greatest);
+    }
+
+    /// A new beginning after a state of which no noise explains the innovation.
+    fn after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: u32) -> Self {
+        let per_second = 1.0 / elapsed_s.max(1) as f32;
+        let rate = innovation * per_second;
+        if (1..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
+            self.add(RATE, &(before.state(RATE) + rate));
+            self.covariance.put(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
+            let both = (self.variance + before.variance) * (per_second * per_second);
+            self.covariance.put(RATE, RATE, Matrix3::from_diagonal(&both));
+            self.rated = true;
+        } else if before.rated {
+            // After a longer gap the old rate is as good as any over that gap.
+            let changed = Matrix3::from_diagonal_element(square(FIRST_AGILITY_RAD) * elapsed_s as f32);
+            self.add(RATE, &before.state(RATE));
+            self.covariance.put(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
+            self.rated = true;
+        }
+        for k in RATE + 1..BLOCKS {
+            self.covariance.put(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
+        }
+        if before.rated && self.sensor.is_none() {
+            let (least, greatest) = Self::agilities();
+            self.agility = (square(rate.norm()) * per_second).clamp(least, greatest);
+        }
+        self
+    }
+
+    /// Standard deviations, rad, of variances, enlarged where the innovations were larger than expected.
+    fn sigma(&self, variance: &Vector3<f32>) -> Vector3<f32> {
+        let scale = self.consistency.max(1.0);
+        variance.map(|variance| libm::sqrtf(variance * scale) * (1.0 / MRAD))
+    }
+}
+
+/// A standard deviation in rad as a variance in mrad².
+fn square(sigma_rad: f32) -> f32 {
+    (sigma_rad * MRAD) * (sigma_rad * MRAD)
+}
+
+fn squares(sigma_rad: &Vector3<f32>) -> Vector3<f32> {
+    sigma_rad.map(square)
+}
+
+#[cfg(test)]
+mod tests;

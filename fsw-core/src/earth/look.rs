@@ -1,0 +1,191 @@
+//! Looking for the Earth in the present image: a search of the whole detector, and strips across a limb that is expected.
+//!
+//! In: an exposed detector, the camera, the [`Body`], room to work. Out: limb points and their centre. A search alone gives a centre
+//! only good enough to say where strips must lie; strips give the centre that counts. The flight cycle takes the steps one by one,
+//! because an orbit may replace the search; [`anywhere`] takes all of them, for a picture of which nothing is known.
+
+use super::centre::{self, Expected};
+use super::view::View;
+use super::{Body, Demand, EarthFix, EarthParameters, MAX_LIMB_POINTS, Refusal, limb, search};
+use crate::camera::Camera;
+use crate::plan;
+use fsw_hal::{Detector, DetectorError};
+use nalgebra::Vector3;
+
+/// Sigma of the limb's place after a search, px.
+pub const SEARCH_SIGMA_PX: f32 = 3.0;
+/// The same after strips. They are read twice: where the limb is known better a strip is shorter, and more of them fit between it
+/// and the detector's edge (the second search along the rim, thesis §3.2.1).
+const STRIPS_SIGMA_PX: f32 = 0.5;
+/// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts as lit.
+const LIT_STEPS: f32 = 3.0;
+
+/// Where the work is done; all of it is written over.
+#[derive(Debug)]
+pub struct Room<'a> {
+    /// Raw pixels: the longer side of the detector, and a strip ([`limb::BREADTH`] by [`limb::MAX_LENGTH`]).
+    pub buffer: &'a mut [u16],
+    /// The limb points.
+    pub points: &'a mut search::Points,
+    /// Their rays.
+    pub rays: &'a mut centre::Workspace,
+}
+
+/// Who looks, and at what.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The body as it stands in the Earth path's frame.
+    pub body: &'a Body,
+    /// What the room wants to know of it.
+    pub parameters: &'a EarthParameters,
+}
+
+impl Look<'_> {
+    /// The centre of the points in the room.
+    ///
+    /// # Errors
+    /// As [`centre::centre`].
+    pub fn fit(
+        &self,
+        demand: &Demand,
+        expected: Option<&Expected>,
+        room: &mut Room,
+    ) -> Result<EarthFix, Refusal> {
+        centre::centre(room.points, self.camera, self.body, demand, expected, self.parameters, room.rays)
+    }
+
+    /// The Earth roughly, by a search of the whole detector.
+    ///
+    /// # Errors
+    /// Of the detector. The inner error says why there is no centre.
+    #[inline(never)]
+    pub fn search(
+        &self,
+        detector: &mut impl Detector,
+        room: &mut Room,
+    ) -> Result<Result<(EarthFix, View), Refusal>, DetectorError> {
+        search::search(detector, room.buffer, self.parameters, room.points)?;
+        let demand = self.parameters.in_search(room.points.len());
+        Ok(self.fit(&demand, None, room).and_then(|rough| {
+            let view = View::new(&rough.centre_km, self.body).ok_or(Refusal::Degenerate)?;
+            Ok((rough, view))
+        }))
+    }
+
+    /// Variance of the limb's height where it is known to `sigma_px`, km².
+    pub fn height_variance_km2(&self, view: &View, sigma_px: f32) -> f32 {
+        let sigma_km = sigma_px * view.limb_distance_km() * self.camera.rad_per_px();
+        sigma_km * sigma_km
+    }
+
+    /// Fills the room with limb points from strips across the limb where it is expected; `variance` gives that of its height for a
+    /// normal, km², and `choice` which strips. Gives the number of strips read.
+    ///
+    /// # Errors
+    /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.
+    #[inline(never)]
+    pub fn read_strips(
+        &self,
+        detector: &mut impl Detector,
+        view: &View,
+        variance: impl Fn(&Vector3<f32>) -> f32,
+        choice: &Choice<impl Fn([f32; 2]) -> bool>,
+        room: &mut Room,
+    ) -> Result<usize, DetectorError> {
+        let Self { camera, parameters, .. } = *self;
+        let geometry = detector.geometry();
+        room.points.clear();
+        let mut read = 0;
+        for expected in &view.limb(camera, plan::STRIP_MARGIN_PX, choice.most, parameters).points {
+            if !(choice.wanted)(expected.at_px) {
+                continue;
+            }
+            let sigma_km = libm::sqrtf(variance(&expected.normal).max(0.0));
+            let reach = plan::limb_reach(expected.km_per_px, sigma_km, parameters);
+            let Some(strip) = reach.and_then(|reach| limb::strip(expected, reach, &geometry)) else {
+                continue;
+            };
+            let pixels = room.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
+            detector.read(strip.window, pixels)?;
+            read += 1;
+            if let Some(point) = limb::crossing(pixels, &strip, &geometry, parameters) {
+                // There are no more strips than the list holds points.
+                let _ = room.points.push(point);
+            }
+        }
+        Ok(read)
+    }
+}
+
+/// Which of the expected limb points get a strip.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<F> {
+    /// So many, spread evenly over the limb that is lit as far as is known.
+    pub most: usize,
+    /// Of these the ones whose place on the detector, px, is wanted.
+    pub wanted: F,
+}
+
+/// What became of a picture of which nothing is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Limb points of the search.
+    pub searched: usize,
+    /// Strips read after it.
+    pub strips: usize,
+    /// The centre, or why there is none. The room holds the points of the last step taken: the strips' where any was read.
+    pub fix: Result<EarthFix, Refusal>,
+}
+
+/// Looks for the Earth without any prediction: a search, strips across the limb that it found, their centre.
+///
+/// Where the Sun is not known nothing says how far round the limb is lit. Then strips are read only where the search found the limb
+/// too, because strips across the night side would count as missed.
+///
+/// # Errors
+/// Of the detector.
+pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> Result<Found, DetectorError> {
+    let searched = look.search(detector, room)?;
+    let points = room.points.len();
+    let refused = |refusal| Found { searched: points, strips: 0, fix: Err(refusal) };
+    let (rough, view) = match searched {
+        Ok(found) => found,
+        Err(refusal) => return Ok(refused(refusal)),
+    };
+    let mut lit = search::Points::new();
+    for (index, point) in room.points.iter().enumerate() {
+        if rough.inliers & 1u128.wrapping_shl(index as u32) != 0 {
+            let _ = lit.push(*point);
+        }
+    }
+    let near_px = LIT_STEPS * look.parameters.search_step_px;
+    let is_lit = |[x, y]: [f32; 2]| {
+        lit.iter().any(|point| {
+            let (dx, dy) = (point.centre_px[0] - x, point.centre_px[1] - y);
+            dx * dx + dy * dy < near_px * near_px
+        })
+    };
+    let mut found = refused(Refusal::TooFewPoints);
+    let (mut about, mut view) = (rough, view);
+    for sigma_px in [SEARCH_SIGMA_PX, STRIPS_SIGMA_PX] {
+        let variance_km2 = look.height_variance_km2(&view, sigma_px);
+        found.strips = if look.body.knows_sun() {
+            let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
+            look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
+        } else {
+            let choice = Choice { most: MAX_LIMB_POINTS, wanted: is_lit };
+            look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
+        };
+        let demand = look.parameters.in_strips(found.strips, true);
+        found.fix = look.fit(&demand, Expected::after(&about).as_ref(), room);
+        match found.fix.map(|fix| (fix, View::new(&fix.centre_km, look.body))) {
+            Ok((fix, Some(seen))) => (about, view) = (fix, seen),
+            _ => break,
+        }
+    }
+    Ok(found)
+}
+#[cfg(test)]
+mod tests;
