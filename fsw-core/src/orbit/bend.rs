@@ -6,7 +6,7 @@
 //! predicted place, and a correction moves the state along the arc and turns velocity and covariance with it. For small
 //! differences this is the plain filter.
 
-use super::point::cross_matrix;
+use super::matrix::cross_matrix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Arcs shorter than this are straight lines, rad: 4 cm in a low orbit.

@@ -9,8 +9,8 @@
 //! Cholesky factor of all states.
 
 use super::dynamics::Transition;
+use super::matrix::{product, symmetric, turned};
 use super::noise::ProcessNoise;
-use super::point::symmetric;
 use nalgebra::{Matrix3, Vector3};
 
 /// Covariance of position, velocity, limb height, misalignment and bias.
@@ -78,23 +78,26 @@ impl Covariance {
         let Transition { rr: a, rv: b, vr: c, vv: d } = transition;
         let vr = self.rv.transpose();
         // Rows of Φ P, then columns by Φᵀ (all blocks are symmetric).
-        let (x_r, x_v) = (a * self.rr + b * vr, a * self.rv + b * self.vv);
-        let (y_r, y_v) = (c * self.rr + d * vr, c * self.rv + d * self.vv);
+        let sum = |p: &Matrix3<f64>, q: &Matrix3<f64>, r: &Matrix3<f64>, s: &Matrix3<f64>| {
+            product(p, q) + product(r, s)
+        };
+        let (x_r, x_v) = (sum(a, &self.rr, b, &vr), sum(a, &self.rv, b, &self.vv));
+        let (y_r, y_v) = (sum(c, &self.rr, d, &vr), sum(c, &self.rv, d, &self.vv));
         let white = |value: f64| Matrix3::identity() * value;
         let (q, kept, height) = (noise.acceleration, noise.bias_kept, noise.height_kept);
         Self {
-            rr: symmetric(&(x_r * a + x_v * b)) + white(q * dt * dt * dt / 3.0),
-            rv: x_r * c + x_v * d + white(q * dt * dt / 2.0),
-            vv: symmetric(&(y_r * c + y_v * d)) + white(q * dt),
+            rr: symmetric(&sum(&x_r, a, &x_v, b)) + white(q * dt * dt * dt / 3.0),
+            rv: sum(&x_r, c, &x_v, d) + white(q * dt * dt / 2.0),
+            vv: symmetric(&sum(&y_r, c, &y_v, d)) + white(q * dt),
             rh: (a * self.rh + b * self.vh) * height,
             vh: (c * self.rh + d * self.vh) * height,
             hh: self.hh * (height * height) + noise.height_renewed,
-            rm: a * self.rm + b * self.vm,
-            vm: c * self.rm + d * self.vm,
+            rm: sum(a, &self.rm, b, &self.vm),
+            vm: sum(c, &self.rm, d, &self.vm),
             hm: self.hm * height,
             mm: self.mm,
-            rb: (a * self.rb + b * self.vb) * kept,
-            vb: (c * self.rb + d * self.vb) * kept,
+            rb: sum(a, &self.rb, b, &self.vb) * kept,
+            vb: sum(c, &self.rb, d, &self.vb) * kept,
             hb: self.hb * (height * kept),
             bb: self.bb * (kept * kept),
         }
@@ -113,28 +116,30 @@ impl Covariance {
         let Sensitivity { position: t, limb_height, misalignment, bias: g } = sensitivity;
         let (d, e) = (limb_height.transpose(), misalignment.transpose());
         // P Hᵀ, by rows of P.
-        let r = self.rr * t + self.rh * d + self.rm * e + self.rb * g;
-        let v = self.rv.transpose() * t + self.vh * d + self.vm * e + self.vb * g;
+        let r = product(&self.rr, t) + self.rh * d + product(&self.rm, &e) + product(&self.rb, g);
+        let v = product(&self.rv.transpose(), t) + self.vh * d + product(&self.vm, &e) + product(&self.vb, g);
         let h = t * self.rh + limb_height * self.hh + misalignment * self.hm + g * self.hb;
-        let m = self.rm.transpose() * t + self.hm * d + e * self.mm;
-        let b = self.rb.transpose() * t + self.hb * d + self.bb * g;
-        let s = symmetric(&(t * r + limb_height * h.transpose() + misalignment * m + g * b + noise_km2));
+        let m = product(&self.rm.transpose(), t) + self.hm * d + e * self.mm;
+        let b = product(&self.rb.transpose(), t) + self.hb * d + product(&self.bb, g);
+        let s = product(t, &r) + limb_height * h.transpose() + product(misalignment, &m) + product(g, &b);
+        let s = symmetric(&(s + noise_km2));
         let factor = Cholesky::of(&s)?;
         // W = P Hᵀ L⁻ᵀ.
         let (wr, wv, wm) = (factor.whiten_rows(&r), factor.whiten_rows(&v), factor.whiten_rows(&m));
         let (wb, wh) = (factor.whiten_rows(&b), factor.whiten(&h));
         let y = factor.whiten(innovation_km);
-        self.rr -= wr * wr.transpose();
-        self.rv -= wr * wv.transpose();
-        self.vv -= wv * wv.transpose();
+        let (wvt, wmt, wbt) = (wv.transpose(), wm.transpose(), wb.transpose());
+        self.rr -= product(&wr, &wr.transpose());
+        self.rv -= product(&wr, &wvt);
+        self.vv -= product(&wv, &wvt);
         self.rh -= wr * wh;
         self.vh -= wv * wh;
         self.hh -= wh.dot(&wh);
-        self.rm -= wr * wm.transpose();
-        self.vm -= wv * wm.transpose();
+        self.rm -= product(&wr, &wmt);
+        self.vm -= product(&wv, &wmt);
         self.hm -= wm * wh;
-        self.rb -= wr * wb.transpose();
-        self.vb -= wv * wb.transpose();
+        self.rb -= product(&wr, &wbt);
+        self.vb -= product(&wv, &wbt);
         self.hb -= wb * wh;
         Some(Correction {
             position_km: wr * y,
@@ -159,12 +164,12 @@ impl Covariance {
     #[inline(never)]
     pub fn turn(&mut self, turn: &Matrix3<f64>) {
         for block in [&mut self.rr, &mut self.rv, &mut self.vv] {
-            *block = turn * *block * turn.transpose();
+            *block = turned(turn, block);
         }
         self.rr = symmetric(&self.rr);
         self.vv = symmetric(&self.vv);
         for block in [&mut self.rm, &mut self.vm, &mut self.rb, &mut self.vb] {
-            *block = turn * *block;
+            *block = product(turn, block);
         }
         self.rh = turn * self.rh;
         self.vh = turn * self.vh;
@@ -223,7 +228,7 @@ impl Cholesky {
 pub fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     // The columns of L⁻ᵀ are those of the identity whitened row by row.
     let factor = Cholesky::of(m)?.whiten_rows(&Matrix3::identity());
-    Some(factor * factor.transpose())
+    Some(product(&factor, &factor.transpose()))
 }
 
 /// Greatest trace that any covariance here can have: what is made of it stays finite.

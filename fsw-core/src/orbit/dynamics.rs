@@ -17,6 +17,7 @@
 
 use super::constants::{EARTH_RADIUS_KM, J2, MICROSECONDS, MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
 use super::ephemeris::Bodies;
+use super::matrix::product;
 use super::{OrbitState, finite};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -83,6 +84,7 @@ impl Forces {
         }
     }
 
+    #[inline(never)]
     fn acceleration(&self, r: &Vector3<f64>) -> Vector3<f64> {
         let inverse = 1.0 / libm::sqrt(r.dot(r));
         let square = inverse * inverse;
@@ -181,7 +183,7 @@ impl Transition {
             gravity_gradient(&after.position_km) * (1.0 / 6.0),
         );
         let third = gm * (1.0 / 3.0);
-        let square = gm * gm * (dt * dt / 6.0);
+        let square = product(&gm, &gm) * (dt * dt / 6.0);
         let one = Matrix3::identity();
         Self {
             rr: one + (g0 + third + square * 0.25) * (dt * dt),
@@ -193,6 +195,7 @@ impl Transition {
 }
 
 /// `G = mu / r³ (3 u uᵀ - I)` (eq. 5.18), 1/s². The bulge's part, 0.3 % in LEO, is left out.
+#[inline(never)]
 fn gravity_gradient(r: &Vector3<f64>) -> Matrix3<f64> {
     let square = r.dot(r).max(1.0);
     let mass = MU_EARTH_KM3_S2 / (square * libm::sqrt(square));

@@ -18,10 +18,11 @@ use super::bend::correct_state;
 use super::constants::{EARTH_RADIUS_KM, MICROSECONDS, MU_EARTH_KM3_S2};
 use super::covariance::{Covariance, Sensitivity};
 use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
+use super::matrix::symmetric;
 use super::noise::{ProcessNoise, bias_share, height_variance_km2, square};
 use super::observation::{Innovation, Refusal, check, sensitivity};
 use super::parameters::{Observation, OrbitParameters};
-use super::point::{PositionFix, symmetric};
+use super::point::PositionFix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Most spans in one call of [`OrbitFilter::advance`].

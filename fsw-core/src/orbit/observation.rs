@@ -17,7 +17,8 @@ use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
 use super::covariance::{Sensitivity, is_covariance};
 use super::dynamics::plausible;
-use super::point::{PositionFix, cross_matrix, symmetric};
+use super::matrix::{cross_matrix, product, symmetric, turned};
+use super::point::PositionFix;
 use nalgebra::{Matrix3, Vector3};
 
 /// No element of a rotation is greater than one.
@@ -62,8 +63,8 @@ impl Innovation {
             let along = predicted * predicted.transpose() / predicted.dot(&predicted);
             let across = Matrix3::identity() - along;
             innovation_km = across * innovation_km;
-            noise_km2 = symmetric(&(across * noise_km2 * across)) + along;
-            sensitivity.position = across * sensitivity.position;
+            noise_km2 = symmetric(&turned(&across, &noise_km2)) + along;
+            sensitivity.position = product(&across, &sensitivity.position);
             sensitivity.limb_height = Vector3::zeros();
             sensitivity.bias = across;
         }
@@ -94,7 +95,7 @@ pub(super) fn sensitivity(
     Sensitivity {
         position: Matrix3::identity() * shrink,
         limb_height: position_km * (-1.0 / EARTH_RADIUS_KM),
-        misalignment: cross_matrix(&(position_km * shrink)) * earth_to_icrs,
+        misalignment: product(&cross_matrix(&(position_km * shrink)), earth_to_icrs),
         bias: Matrix3::identity(),
     }
 }
@@ -116,10 +117,10 @@ impl Carried {
             return None;
         }
         let up = predicted / libm::sqrt(predicted.dot(predicted));
-        let carry = (Matrix3::identity() * scale + up * up.transpose() * (scale * scale - scale))
-            * bent.turn.transpose();
+        let stretch = Matrix3::identity() * scale + up * up.transpose() * (scale * scale - scale);
+        let carry = product(&stretch, &bent.turn.transpose());
         Some(Self {
-            noise_km2: symmetric(&(carry * fix.covariance_km2 * carry.transpose())),
+            noise_km2: symmetric(&turned(&carry, &fix.covariance_km2)),
             innovation_km: bent.difference_km + carry * (fix.position_km - fix.place_km),
         })
     }

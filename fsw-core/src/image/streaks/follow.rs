@@ -149,13 +149,13 @@ impl Pixels<'_> {
 
     /// Standard deviation of a pixel by the spread of the middle half of some.
     fn sigma(&self) -> f32 {
-        let mut some = [0; 48];
+        let mut some = [0; 24];
         for (index, slot) in some.iter_mut().enumerate() {
-            let at = index * self.raw.len() / 48;
+            let at = index * self.raw.len() / 24;
             *slot = self.raw.get(at).map_or(0, |raw| scaled(*raw, self.bits));
         }
         crate::order::sort(&mut some, |a, b| a < b);
-        let [low, high] = [12, 36].map(|at: usize| some.get(at).copied().unwrap_or(0));
+        let [low, high] = [6, 18].map(|at: usize| some.get(at).copied().unwrap_or(0));
         (high - low) as f32 * 0.741
     }
 }
@@ -179,13 +179,21 @@ fn window_of(line: &Line, first: f32, geometry: &DetectorGeometry) -> Option<Win
     Some(Window { x, y, width, height })
 }
 
-/// Mean of the middle half of some values: a level that stars beside the line do not lift.
+/// The level of some values: the mean of those within three sigmas of the median of some, so that stars beside the line do
+/// not lift it.
 #[inline(never)]
-fn middle_mean(values: &mut [f32]) -> f32 {
-    crate::order::sort(values, |a, b| a < b);
-    let quarter = values.len() / 4;
-    let middle = values.get(quarter..values.len() - quarter).unwrap_or(&[]);
-    middle.iter().sum::<f32>() / (middle.len().max(1) as f32)
+fn level_of(values: &[f32], sigma: f32) -> f32 {
+    let mut some = [0.0; 9];
+    for (index, slot) in some.iter_mut().enumerate() {
+        *slot = values.get(index * values.len() / 9).copied().unwrap_or(0.0);
+    }
+    crate::order::sort(&mut some, |a, b| a < b);
+    let (median, reach) = (some[4], 3.0 * sigma);
+    let (sum, count) = values
+        .iter()
+        .filter(|value| (**value - median).abs() <= reach)
+        .fold((0.0, 0.0f32), |(sum, count), value| (sum + (value - median), count + 1.0));
+    median + sum / count.max(1.0)
 }
 
 /// Samples `2 half` columns of a line, those from -half on.
@@ -202,6 +210,8 @@ fn sample<'b>(
         .get_mut(..4 * half)
         .and_then(|all| all.split_at_mut_checked(2 * half))
         .ok_or(DetectorError::BufferLength)?;
+    // Never below the noise of quantisation.
+    let least = 0.3 * scaled(1, geometry.bits).max(1) as f32;
     let (mut sigmas, mut chunks) = (0.0, 0.0);
     let mut first = -(half as f32);
     for (light, drift) in light.chunks_mut(CHUNK).zip(drift.chunks_mut(CHUNK)) {
@@ -231,8 +241,9 @@ fn sample<'b>(
                 }
             }
             if inside.contains(&true) {
-                let level = middle_mean(&mut sides);
-                (sigmas, chunks) = (sigmas + pixels.sigma(), chunks + 1.0);
+                let sigma = pixels.sigma();
+                let level = level_of(&sides, sigma.max(least));
+                (sigmas, chunks) = (sigmas + sigma, chunks + 1.0);
                 let columns = light.iter_mut().zip(drift).zip(samples.iter().zip(inside));
                 for ((light, drift), (samples, _)) in columns.filter(|(_, (_, inside))| *inside) {
                     let (mut sum, mut moment) = (0.0, 0.0);
@@ -249,8 +260,6 @@ fn sample<'b>(
         }
         first += CHUNK as f32;
     }
-    // Never below the noise of quantisation.
-    let least = 0.3 * scaled(1, geometry.bits).max(1) as f32;
     Ok(Profile { light, drift, sigma: if chunks > 0.0 { (sigmas / chunks).max(least) } else { least } })
 }
 
