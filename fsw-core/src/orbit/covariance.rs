@@ -9,7 +9,7 @@
 //! Cholesky factor of all states.
 
 use super::dynamics::Transition;
-use super::matrix::{product, symmetric, turned};
+use super::matrix::{applied, outer, product, products, scaled, symmetric, take_product, turned};
 use super::noise::ProcessNoise;
 use nalgebra::{Matrix3, Vector3};
 
@@ -78,28 +78,27 @@ impl Covariance {
         let Transition { rr: a, rv: b, vr: c, vv: d } = transition;
         let vr = self.rv.transpose();
         // Rows of Φ P, then columns by Φᵀ (all blocks are symmetric).
-        let sum = |p: &Matrix3<f64>, q: &Matrix3<f64>, r: &Matrix3<f64>, s: &Matrix3<f64>| {
-            product(p, q) + product(r, s)
-        };
-        let (x_r, x_v) = (sum(a, &self.rr, b, &vr), sum(a, &self.rv, b, &self.vv));
-        let (y_r, y_v) = (sum(c, &self.rr, d, &vr), sum(c, &self.rv, d, &self.vv));
-        let white = |value: f64| Matrix3::identity() * value;
+        let (x_r, x_v) = (products((a, &self.rr), (b, &vr)), products((a, &self.rv), (b, &self.vv)));
+        let (y_r, y_v) = (products((c, &self.rr), (d, &vr)), products((c, &self.rv), (d, &self.vv)));
+        let white = |value: f64| Matrix3::from_diagonal_element(value);
+        let position = |r: &Vector3<f64>, v: &Vector3<f64>| applied(a, r) + applied(b, v);
+        let velocity = |r: &Vector3<f64>, v: &Vector3<f64>| applied(c, r) + applied(d, v);
         let (q, kept, height) = (noise.acceleration, noise.bias_kept, noise.height_kept);
         Self {
-            rr: symmetric(&sum(&x_r, a, &x_v, b)) + white(q * dt * dt * dt / 3.0),
-            rv: sum(&x_r, c, &x_v, d) + white(q * dt * dt / 2.0),
-            vv: symmetric(&sum(&y_r, c, &y_v, d)) + white(q * dt),
-            rh: (a * self.rh + b * self.vh) * height,
-            vh: (c * self.rh + d * self.vh) * height,
+            rr: symmetric(&products((&x_r, a), (&x_v, b))) + white(q * dt * dt * dt / 3.0),
+            rv: products((&x_r, c), (&x_v, d)) + white(q * dt * dt / 2.0),
+            vv: symmetric(&products((&y_r, c), (&y_v, d))) + white(q * dt),
+            rh: position(&self.rh, &self.vh) * height,
+            vh: velocity(&self.rh, &self.vh) * height,
             hh: self.hh * (height * height) + noise.height_renewed,
-            rm: sum(a, &self.rm, b, &self.vm),
-            vm: sum(c, &self.rm, d, &self.vm),
+            rm: products((a, &self.rm), (b, &self.vm)),
+            vm: products((c, &self.rm), (d, &self.vm)),
             hm: self.hm * height,
             mm: self.mm,
-            rb: sum(a, &self.rb, b, &self.vb) * kept,
-            vb: sum(c, &self.rb, d, &self.vb) * kept,
+            rb: scaled(&products((a, &self.rb), (b, &self.vb)), kept),
+            vb: scaled(&products((c, &self.rb), (d, &self.vb)), kept),
             hb: self.hb * (height * kept),
-            bb: self.bb * (kept * kept),
+            bb: scaled(&self.bb, kept * kept),
         }
     }
 
@@ -114,14 +113,23 @@ impl Covariance {
         innovation_km: &Vector3<f64>,
     ) -> Option<Correction> {
         let Sensitivity { position: t, limb_height, misalignment, bias: g } = sensitivity;
-        let (d, e) = (limb_height.transpose(), misalignment.transpose());
+        let e = misalignment.transpose();
         // P Hᵀ, by rows of P.
-        let r = product(&self.rr, t) + self.rh * d + product(&self.rm, &e) + product(&self.rb, g);
-        let v = product(&self.rv.transpose(), t) + self.vh * d + product(&self.vm, &e) + product(&self.vb, g);
-        let h = t * self.rh + limb_height * self.hh + misalignment * self.hm + g * self.hb;
-        let m = product(&self.rm.transpose(), t) + self.hm * d + e * self.mm;
-        let b = product(&self.rb.transpose(), t) + self.hb * d + product(&self.bb, g);
-        let s = product(t, &r) + limb_height * h.transpose() + product(misalignment, &m) + product(g, &b);
+        let r = product(&self.rr, t)
+            + outer(&self.rh, limb_height)
+            + product(&self.rm, &e)
+            + product(&self.rb, g);
+        let v = product(&self.rv.transpose(), t)
+            + outer(&self.vh, limb_height)
+            + product(&self.vm, &e)
+            + product(&self.vb, g);
+        let h = applied(t, &self.rh)
+            + limb_height * self.hh
+            + applied(misalignment, &self.hm)
+            + applied(g, &self.hb);
+        let m = product(&self.rm.transpose(), t) + outer(&self.hm, limb_height) + e * self.mm;
+        let b = product(&self.rb.transpose(), t) + outer(&self.hb, limb_height) + product(&self.bb, g);
+        let s = product(t, &r) + outer(limb_height, &h) + product(misalignment, &m) + product(g, &b);
         let s = symmetric(&(s + noise_km2));
         let factor = Cholesky::of(&s)?;
         // W = P Hᵀ L⁻ᵀ.
@@ -129,21 +137,21 @@ impl Covariance {
         let (wb, wh) = (factor.whiten_rows(&b), factor.whiten(&h));
         let y = factor.whiten(innovation_km);
         let (wvt, wmt, wbt) = (wv.transpose(), wm.transpose(), wb.transpose());
-        self.rr -= product(&wr, &wr.transpose());
-        self.rv -= product(&wr, &wvt);
-        self.vv -= product(&wv, &wvt);
-        self.rh -= wr * wh;
-        self.vh -= wv * wh;
+        take_product(&mut self.rr, &wr, &wr.transpose());
+        take_product(&mut self.rv, &wr, &wvt);
+        take_product(&mut self.vv, &wv, &wvt);
+        self.rh -= applied(&wr, &wh);
+        self.vh -= applied(&wv, &wh);
         self.hh -= wh.dot(&wh);
-        self.rm -= product(&wr, &wmt);
-        self.vm -= product(&wv, &wmt);
-        self.hm -= wm * wh;
-        self.rb -= product(&wr, &wbt);
-        self.vb -= product(&wv, &wbt);
-        self.hb -= wb * wh;
+        take_product(&mut self.rm, &wr, &wmt);
+        take_product(&mut self.vm, &wv, &wmt);
+        self.hm -= applied(&wm, &wh);
+        take_product(&mut self.rb, &wr, &wbt);
+        take_product(&mut self.vb, &wv, &wbt);
+        self.hb -= applied(&wb, &wh);
         Some(Correction {
-            position_km: wr * y,
-            velocity_km_s: wv * y,
+            position_km: applied(&wr, &y),
+            velocity_km_s: applied(&wv, &y),
             limb_height_km: wh.dot(&y),
             nis: y.dot(&y),
         })
@@ -171,8 +179,8 @@ impl Covariance {
         for block in [&mut self.rm, &mut self.vm, &mut self.rb, &mut self.vb] {
             *block = product(turn, block);
         }
-        self.rh = turn * self.rh;
-        self.vh = turn * self.vh;
+        self.rh = applied(turn, &self.rh);
+        self.vh = applied(turn, &self.vh);
     }
 
     /// Whether all variances are positive and finite.
@@ -195,6 +203,7 @@ struct Cholesky {
 }
 
 impl Cholesky {
+    #[inline(never)]
     fn of(m: &Matrix3<f64>) -> Option<Self> {
         /// A pivot smaller than this share of its diagonal element is rounding.
         const LEAST: f64 = 1e-12;
@@ -209,6 +218,7 @@ impl Cholesky {
     }
 
     /// `L⁻¹ v`.
+    #[inline(never)]
     fn whiten(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let x = v.x * self.d1;
         let y = (v.y - self.l21 * x) * self.d2;
@@ -216,6 +226,7 @@ impl Cholesky {
     }
 
     /// `M L⁻ᵀ`.
+    #[inline(never)]
     fn whiten_rows(&self, m: &Matrix3<f64>) -> Matrix3<f64> {
         let row = |x: f64, y: f64, z: f64| self.whiten(&Vector3::new(x, y, z));
         let (first, second, third) =

@@ -287,6 +287,7 @@ impl Profile<'_> {
     }
 
     /// The stretch of the best signal to noise, of lengths 6, 12, 24 ...
+    #[inline(never)]
     fn brightest(&self) -> Option<Part> {
         let mut best: Option<(f32, Part)> = None;
         let mut width = 6;
@@ -306,6 +307,7 @@ impl Profile<'_> {
     }
 
     /// The part in which the light exceeds half of `light` most clearly.
+    #[inline(never)]
     fn likeliest(&self, light: f32) -> Option<Part> {
         let most = self.most(light);
         let (mut sum, mut start) = (0.0, 0);

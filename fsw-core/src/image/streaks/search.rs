@@ -123,15 +123,20 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0)))
 }
 
-/// The strongest line of a block, of half its width or all of it, that rises by 0 to 15 rows, and the strongest that falls.
+/// The strongest line of a block, of half its width or all of it, that rises by 0 to 15 rows, and the strongest that falls;
+/// `steep`: with columns for rows.
 #[inline(never)]
-fn strongest_of_both(bin: impl Fn(usize, usize) -> i16) -> [Option<Line>; 2] {
+fn strongest_of_both(bins: &Bins, steep: bool) -> [Option<Line>; 2] {
     const NOTHING: u32 = CLIP as u32 * BOTH;
     // At first a strip is a column.
     let mut lines: Lines = [[NOTHING; ROWS]; SIDE];
     for (column, line) in lines.iter_mut().enumerate() {
         for (row, slot) in line.iter_mut().skip(SIDE).enumerate() {
-            let half = |row: usize| (i32::from(bin(column, row)) + CLIP) as u32;
+            let half = |row: usize| {
+                let (x, y) = if steep { (row, column) } else { (column, row) };
+                let bin = bins.get(y).and_then(|row| row.get(x)).copied().unwrap_or(0);
+                (i32::from(bin) + CLIP) as u32
+            };
             *slot = half(row) | half(SIDE - 1 - row) << 16;
         }
     }
@@ -237,15 +242,20 @@ fn line_of((steps, index, row): (u32, usize, usize), strength: i32) -> Line {
 fn best_line(bins: &Bins) -> Option<Line> {
     let flip = |[x, y]: [f32; 2]| [x, (SIDE - 1) as f32 - y];
     let turn = |[x, y]: [f32; 2]| [y, x];
-    let at = |x: usize, y: usize| bins.get(y).and_then(|row| row.get(x)).copied().unwrap_or(0);
-    let [rising, falling] = strongest_of_both(at);
-    // And with columns for rows.
-    let [steep, back] = strongest_of_both(|x, y| at(y, x));
-    let mapped = |line: Option<Line>, map: &dyn Fn([f32; 2]) -> [f32; 2]| {
-        line.map(|line| Line { from: map(line.from), to: map(line.to), ..line })
-    };
-    let lines = [rising, mapped(falling, &flip), mapped(steep, &turn), mapped(back, &|end| turn(flip(end)))];
-    lines.into_iter().flatten().reduce(|best, line| if line.strength > best.strength { line } else { best })
+    let mut best: Option<Line> = None;
+    for steep in [false, true] {
+        for (falls, line) in strongest_of_both(bins, steep).into_iter().enumerate() {
+            let Some(line) = line.filter(|line| best.is_none_or(|best| line.strength > best.strength)) else {
+                continue;
+            };
+            let [from, to] = [line.from, line.to].map(|end| {
+                let end = if falls == 1 { flip(end) } else { end };
+                if steep { turn(end) } else { end }
+            });
+            best = Some(Line { from, to, ..line });
+        }
+    }
+    best
 }
 
 /// Adds a piece in its place; of too many the weakest is dropped.
