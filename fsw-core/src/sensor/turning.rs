@@ -30,8 +30,8 @@ const MAX_STREAKS: usize = MAX_ARCS;
 /// Stars and streaks of an image remembered for the next.
 const MAX_MARKS: usize = 12;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
-const COLUMNS_AFTER_SCAN: usize = 2_500;
-const COLUMNS: usize = 10_000;
+const COLUMNS_AFTER_SCAN: usize = 1_500;
+const COLUMNS: usize = 8_000;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
 /// Fewest stars of which a scan says that the sensor does not turn fast.
