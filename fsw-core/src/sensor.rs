@@ -168,6 +168,7 @@ impl<'c> Sensor<'c> {
     }
 
     /// One second.
+    #[inline(never)]
     pub fn cycle<D: Detector, C: Clock, M: StageMeter>(
         &mut self,
         instruments: &mut Instruments<D, C, M>,
@@ -242,7 +243,7 @@ impl<'c> Sensor<'c> {
         let sky = self.tell_time(instruments.meter, report);
         match report.mode {
             Mode::SelfTest => self.prove(instruments.detector, report),
-            Mode::Acquisition => self.acquire(instruments, report),
+            Mode::Acquisition => self.acquire_or_turn(instruments, report),
             Mode::Tracking | Mode::Eclipse => self.track(instruments, &sky, report),
             Mode::SunOutage => self.await_sunset(instruments.detector, report),
             Mode::Safe => report.status = Status::Waiting,

@@ -85,11 +85,7 @@ impl Sensor<'_> {
         report: &mut Report,
     ) {
         let mut allowance = self.parameters.pairs_per_cycle;
-        let scanned = self.searching_since.is_none();
-        if scanned {
-            if self.turning.seeks() {
-                return self.seek_streaks(instruments, report);
-            }
+        if self.searching_since.is_none() {
             // The scan has most of this second.
             allowance /= SCANNING_SHARE;
             instruments.meter.begin(Stage::Scan);
@@ -102,11 +98,7 @@ impl Sensor<'_> {
             }
             report.detections = self.workspace.detections.spots().len() as u16;
             if self.workspace.detections.too_fast() {
-                report.status = Status::TooFast;
-                if let Err(error) = self.turn_by_scan(instruments.detector, report) {
-                    report.status = Status::DetectorFault(error.into());
-                }
-                return;
+                return report.status = Status::TooFast;
             }
             self.workspace.take_measured(&self.camera, None, 0.0);
             self.workspace.identifier.restart(0.0);
@@ -119,9 +111,6 @@ impl Sensor<'_> {
         instruments.meter.begin(Stage::Identify);
         let progress = self.workspace.identifier.advance(&field, identification, allowance);
         instruments.meter.end(Stage::Identify);
-        if scanned && !matches!(progress, Progress::Identified(..)) {
-            self.turn_by_stars(report);
-        }
         match progress {
             Progress::Searching => report.status = Status::Searching,
             Progress::NotIdentified(reason) => {
@@ -131,7 +120,6 @@ impl Sensor<'_> {
             Progress::Identified(confirmed, log10_false) => {
                 report.status = Status::Identified;
                 let image_cycle = self.searching_since.take().unwrap_or(self.cycle);
-                self.turning.forget();
                 self.learn(&confirmed, log10_false, image_cycle, report);
             }
         }

@@ -123,11 +123,6 @@ impl Next {
 }
 
 impl Turning {
-    /// Whether the next image is to be searched for lines.
-    pub(super) fn seeks(&self) -> bool {
-        self.next.seeks
-    }
-
     /// Forgets all, as when an attitude is known.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
@@ -202,15 +197,16 @@ fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     }
 }
 
-/// The marks that go on in the next image at a rate, and the expected number that would by chance.
+/// Finds the marks that go on in the next image at a rate, and gives the expected number that would by chance.
 #[inline(never)]
 fn encounters(
+    arcs: &mut Vec<Arc, MAX_ARCS>,
     (before, now): (&[Mark], &[Mark]),
     (rate, covariance): (&Vector3<f32>, &Matrix3<f32>),
     elapsed_s: f32,
     camera: &Camera,
-) -> (Vec<Arc, MAX_ARCS>, f32) {
-    let mut arcs = Vec::new();
+) -> f32 {
+    arcs.clear();
     let mut chance = 0.0;
     let farthest = FARTHEST_PX * camera.rad_per_px();
     for mark in before {
@@ -233,7 +229,7 @@ fn encounters(
             let _ = arcs.push(way(mark, found, elapsed_s));
         }
     }
-    (arcs, chance)
+    chance
 }
 
 /// Two independent estimates of a rate as one.
@@ -314,9 +310,33 @@ fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Opti
 }
 
 impl Sensor<'_> {
+    /// Lost in space: an attitude, or how it turns where there is none. (The steps are called from here, not from each other,
+    /// so that their lists do not lie on the stack together.)
+    pub(super) fn acquire_or_turn(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        report: &mut Report,
+    ) {
+        let new_image = self.searching_since.is_none();
+        if new_image && self.turning.next.seeks {
+            return self.seek_streaks(instruments, report);
+        }
+        self.acquire(instruments, report);
+        match report.status {
+            Status::Identified => self.turning.forget(),
+            Status::TooFast => {
+                if let Err(error) = self.turn_by_scan(instruments.detector, report) {
+                    report.status = Status::DetectorFault(error.into());
+                }
+            }
+            Status::Searching | Status::NotIdentified(_) if new_image => self.turn_by_stars(report),
+            _ => {}
+        }
+    }
+
     /// A second in which the image is searched for lines instead of stars.
     #[inline(never)]
-    pub(super) fn seek_streaks(
+    fn seek_streaks(
         &mut self,
         instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
         report: &mut Report,
@@ -391,7 +411,7 @@ impl Sensor<'_> {
     /// # Errors
     /// Of the detector.
     #[inline(never)]
-    pub(super) fn turn_by_scan(
+    fn turn_by_scan(
         &mut self,
         detector: &mut impl Detector,
         report: &mut Report,
@@ -466,7 +486,8 @@ impl Sensor<'_> {
             sense = 0;
         }
         let images = (&before.marks[..], &self.turning.marks[..]);
-        let of = |rate: &Rate, sign: f32| {
+        let mut there = Vec::new();
+        let mut meet = |rate: &Rate, sign: f32| {
             // Between two images the mean of both rates counts, and what a body may do beside it.
             let (mean, covariance, off) = match last.filter(|_| repeats) {
                 Some(last) => {
@@ -476,11 +497,12 @@ impl Sensor<'_> {
             };
             let off = off * change * elapsed_s;
             let covariance = covariance + Matrix3::from_diagonal_element(off * off);
-            encounters(images, (&mean, &covariance), elapsed_s, &self.camera)
+            let chance = encounters(&mut there, images, (&mean, &covariance), elapsed_s, &self.camera);
+            (there.len(), chance)
         };
-        let (there, chance) = of(&rate, 1.0);
         let other = turned(&rate);
-        let back = other.as_ref().map_or(0, |other| of(other, -1.0).0.len());
+        let (back, _) = other.as_ref().map_or((0, 0.0), |other| meet(other, -1.0));
+        let (_, chance) = meet(&rate, 1.0);
         let gain = there.len() as i8 - back as i8;
         // One encounter settles it where chance would hardly bring one about.
         let weight = if chance < BY_CHANCE { SURE } else { 1 };
@@ -525,7 +547,7 @@ impl Sensor<'_> {
 
     /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to look for next.
     #[inline(never)]
-    pub(super) fn turn_by_stars(&mut self, report: &mut Report) {
+    fn turn_by_stars(&mut self, report: &mut Report) {
         let detections = &self.workspace.detections;
         let stars = self.workspace.measured.len();
         let drawn = detections.spots().iter().any(|spot| spot.drawn_px > 0 && !spot.extended);

@@ -60,6 +60,22 @@ impl StageMeter for Marks {
     }
 }
 
+/// The sensor, in its place. (Not inlined: what it is put together from is not to lie under the seconds on the stack.)
+#[inline(never)]
+fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, Refusal> {
+    let workspace = WORKSPACE.try_take().ok_or(Refusal::FlownBefore)?;
+    let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
+    defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
+    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
+    let sensor = if parameters.calibration_crc == 0 {
+        sensor
+    } else {
+        let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;
+        sensor.calibrated(calibration).map_err(|_| Refusal::Calibration)?
+    };
+    SENSOR.try_init(sensor).ok_or(Refusal::FlownBefore)
+}
+
 /// Flies `seconds` seconds.
 ///
 /// # Errors
@@ -70,19 +86,8 @@ pub fn fly(
     seconds: u32,
     output: &mut File,
 ) -> Result<Flight, Refusal> {
-    let (Some(workspace), Some(frame)) = (WORKSPACE.try_take(), FRAME.try_take()) else {
-        return Err(Refusal::FlownBefore);
-    };
-    let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
-    defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
-    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
-    let sensor = if parameters.calibration_crc == 0 {
-        sensor
-    } else {
-        let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;
-        sensor.calibrated(calibration).map_err(|_| Refusal::Calibration)?
-    };
-    let sensor = SENSOR.try_init(sensor).ok_or(Refusal::FlownBefore)?;
+    let sensor = sensor(parameters)?;
+    let frame = FRAME.try_take().ok_or(Refusal::FlownBefore)?;
     let mut flight = Flight::default();
     for second in 0..seconds {
         // A file that breaks off gives an impossible instant, which the sensor refuses.

@@ -18,6 +18,7 @@
 
 use super::{Piece, scaled};
 use crate::image::scan::TILE_PIXELS;
+use core::cell::Cell;
 use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 
@@ -56,7 +57,7 @@ const PER_ROOT: [i32; SIDE + 1] =
     [0, 1024, 724, 591, 512, 458, 418, 387, 362, 341, 324, 309, 296, 284, 274, 264, 256];
 
 type Bins = [[i16; SIDE]; SIDE];
-/// Lines by (strip, rise) and row of their beginning + 16: in the lower half of a word the sum along the line that rises, in
+/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: in the lower half of a word the sum along the line that rises, in
 /// the upper half that of its mirror image in a block upside down. A bin adds its value + [`CLIP`], one outside the block
 /// `CLIP`, so that no half is ever negative and none carries into the other.
 type Lines = [[u32; ROWS]; SIDE];
@@ -140,35 +141,46 @@ fn strongest_of_both(bins: &Bins, steep: bool) -> [Option<Line>; 2] {
             *slot = half(row) | half(SIDE - 1 - row) << 16;
         }
     }
-    let mut other: Lines = [[0; ROWS]; SIDE];
     let mut best = [None; 2];
-    double(&lines, &mut other, 0);
-    double(&other, &mut lines, 1);
-    double(&lines, &mut other, 2);
-    strongest(&other, 3, &mut best);
-    double(&other, &mut lines, 3);
-    strongest(&lines, STEPS, &mut best);
+    for step in 0..STEPS {
+        double(&mut lines, step);
+        if step + 2 >= STEPS {
+            strongest(&lines, step + 1, &mut best);
+        }
+    }
     best
 }
 
-/// Lines of twice the width, 2^step before.
+/// Lines of twice the width, 2^step before, in place: those of two strips that rise by t become those of both together that
+/// rise by 2 t and 2 t + 1.
 #[inline(never)]
-fn double(lines: &Lines, doubled: &mut Lines, step: u32) {
+fn double(lines: &mut Lines, step: u32) {
     let half = 1usize << step;
     let beyond = half as u32 * CLIP as u32 * BOTH;
-    for (index, sums) in doubled.iter_mut().enumerate() {
-        let (strip, rise) = (index >> (step + 1), index & (2 * half - 1));
-        let first = lines.get(2 * strip * half + rise / 2);
-        let second = lines.get((2 * strip + 1) * half + rise / 2);
-        let (Some(first), Some(second)) = (first, second) else { continue };
-        let later = second.get(rise.div_ceil(2)..).unwrap_or(&[]);
-        for (sum, (first, later)) in sums.iter_mut().zip(first.iter().zip(later)) {
-            *sum = *first + *later;
-        }
-        for (sum, first) in sums.iter_mut().zip(first).skip(later.len()) {
-            *sum = *first + beyond;
+    for strips in lines.chunks_exact_mut(2 * half) {
+        let Some((left, right)) = strips.split_at_mut_checked(half) else { continue };
+        for (index, (left, right)) in left.iter_mut().zip(right).enumerate() {
+            let rise = rise_of(index, step);
+            let right = Cell::from_mut(&mut right[..]).as_slice_of_cells();
+            let later = right.get(rise + 1..).unwrap_or(&[]);
+            let mut near = right.get(rise).map_or(beyond, Cell::get);
+            for ((left, right), later) in left.iter_mut().zip(right).zip(later) {
+                let (sum, far) = (*left, later.get());
+                (*left, near) = (sum + near, far);
+                right.set(sum + far);
+            }
+            for (left, right) in left.iter_mut().zip(right).skip(later.len()) {
+                let sum = *left;
+                (*left, near) = (sum + near, beyond);
+                right.set(sum + beyond);
+            }
         }
     }
+}
+
+/// By how many rows the line at a place within its strip of 2^steps rises: the bits of the place the other way round.
+fn rise_of(index: usize, steps: u32) -> usize {
+    (index << (usize::BITS - 1 - steps)).reverse_bits() >> 1 & ((1 << steps) - 1)
 }
 
 /// Bins of the block on a line `width` wide that begins at `row` (16: the first of the block) and rises by `rise`.
@@ -181,7 +193,7 @@ fn bins_on(width: usize, row: usize, rise: usize) -> usize {
 fn strength(lines: &Lines, half: usize, (steps, index, row): (u32, usize, usize)) -> i32 {
     let width = 1usize << steps;
     let word = lines.get(index).and_then(|line| line.get(row)).copied().unwrap_or(0);
-    let count = bins_on(width, row, index & (width - 1));
+    let count = bins_on(width, row, rise_of(index & (width - 1), steps));
     if count < FEWEST_BINS {
         return 0;
     }
@@ -226,7 +238,7 @@ fn strongest(lines: &Lines, steps: u32, best: &mut [Option<Line>; 2]) {
 /// The part of a line inside the block.
 fn line_of((steps, index, row): (u32, usize, usize), strength: i32) -> Line {
     let width = 1usize << steps;
-    let (strip, rise) = (index >> steps, index & (width - 1));
+    let (strip, rise) = (index >> steps, rise_of(index & (width - 1), steps));
     let last = (width - 1) as f32;
     let place = |column: f32| {
         [(strip * width) as f32 + column, row as f32 - SIDE as f32 + column * rise as f32 / last]
