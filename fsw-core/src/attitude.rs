@@ -1,12 +1,13 @@
 //! Attitude from pairs of directions.
 //!
 //! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] carries it to the next second.
-//! [`rate`] tells how fast the sensor turns without any attitude.
+//! [`rate`] and [`marks`] tell how fast the sensor turns without any attitude.
 //! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`Observation`] is what the
 //! methods ask of either.
 
 pub mod covariance;
 pub mod filter;
+pub mod marks;
 pub mod rate;
 pub mod wahba;
 

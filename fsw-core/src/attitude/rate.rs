@@ -3,8 +3,9 @@
 //!
 //! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`Rate`] of the star path against
 //! the stars, in its own frame, and its covariance. A fixed direction's components change as `db/dt = -ω × b`; over a turn by
-//! θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over all of them give `g`. Of a streak cut by the
-//! border only the direction is known: its equation across.
+//! θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across
+//! each chord that is one equation; least squares over all of them give `g`. Of a streak cut by the border only the direction
+//! is known: its equation across.
 //!
 //! Which arcs belong together is told by consensus: every two arcs propose a rate, the one that most arcs agree with is
 //! refined. One arc alone leaves the component about itself open and gives none.
@@ -197,6 +198,31 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
         covariance *= (misfit / free).max(1.0);
     }
     Some(Rate { rad_s: rate, covariance, arcs: bits })
+}
+
+/// Two independent estimates of a rate as one.
+#[inline(never)]
+pub fn joined(
+    a: (Vector3<f32>, Matrix3<f32>),
+    b: (Vector3<f32>, Matrix3<f32>),
+) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    // In units in which the elements are near one.
+    const SCALE: f32 = 1e6;
+    let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
+    let covariance = (wa + wb).try_inverse()?;
+    Some((covariance * (wa * a.0 + wb * b.0), covariance * (1.0 / SCALE)))
+}
+
+/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
+#[inline(never)]
+pub fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
+    const SCALE: f32 = 1e6;
+    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(SCALE);
+    let covariance = (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * SCALE;
+    let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
+    // A rate of which nothing is known is like any other.
+    covariance.trace() < 0.1 * SCALE * sizes.0.max(sizes.1)
+        && covariance.try_inverse().is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
 }
 
 /// `tan(|ω| τ / 2) / |ω|`: half of τ for a small angle.

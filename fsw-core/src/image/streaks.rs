@@ -9,6 +9,7 @@
 //! it.
 
 pub mod follow;
+mod profile;
 pub mod search;
 
 use super::FULL_SCALE;

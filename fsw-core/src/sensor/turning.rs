@@ -14,7 +14,8 @@
 //! contradicts the last one; either sense where no streak went on.
 
 use super::{Instruments, Sensor};
-use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate};
+use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
+use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, is_like, joined};
 use crate::camera::Camera;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
@@ -27,8 +28,6 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Streaks measured in an image.
 const MAX_STREAKS: usize = MAX_ARCS;
-/// Stars and streaks of an image remembered for the next.
-const MAX_MARKS: usize = 12;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
 const COLUMNS_AFTER_SCAN: usize = 1_500;
 const COLUMNS: usize = 8_000;
@@ -47,36 +46,17 @@ const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
 /// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and a cut one.
 const FEWEST_SPARE: usize = 2;
-/// Fewest stars of two images that make a rate.
-const FEWEST_MATCHES: u32 = 4;
 /// Longest time between two images that are compared, s.
 const LONGEST_S: u32 = 4;
 /// Shortest exposure, as the parameters' own.
 const SHORTEST_US: u32 = 100;
-/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia that differ by a
-/// fifth, one sigma.
-const CHANGE: f32 = 0.2;
-/// Rates beyond this are none of a spacecraft, rad/s.
-const FASTEST_RAD_S: f32 = 0.35;
 /// Largest standard deviation of a rate that is reported, as a share of it.
 const LARGEST_SHARE: f32 = 0.3;
-/// Farthest from its predicted place that a streak may go on, px.
-const FARTHEST_PX: f32 = 60.0;
 /// Expected number of chance encounters up to which one encounter settles the sense.
 const BY_CHANCE: f32 = 0.03;
 /// The sense is known from so many encounters on, and so many are counted at most.
 const SURE: i8 = 2;
 const MOST_SURE: i8 = 4;
-
-/// A star, or a streak's middle.
-#[derive(Clone, Copy, Debug)]
-struct Mark {
-    direction: Vector3<f32>,
-    /// Along the motion and across it, rad.
-    sigma_rad: [f32; 2],
-    /// Later than the middle of the frame, s.
-    late_s: f32,
-}
 
 /// What is remembered from image to image.
 #[derive(Debug, Default)]
@@ -170,143 +150,6 @@ fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
         sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
         late_s: row_delay_s(camera, streak.middle_px(), row_time_s),
     })
-}
-
-/// Where a mark is after a time at a rate.
-#[inline(never)]
-fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
-    // b' = -ω × b, by the exact rotation about a fixed axis.
-    let angle = libm::sqrtf(rate.dot(rate)) * elapsed_s;
-    let Some(axis) = rate.try_normalize(1e-9) else { return mark.direction };
-    let (sine, cosine) = (libm::sinf(angle), libm::cosf(angle));
-    let b = mark.direction;
-    b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
-}
-
-/// The way of a star from a mark of one image to that of the next.
-#[inline(never)]
-fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
-    let both = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
-    let ([a, b], [c, d]) = (from.sigma_rad, to.sigma_rad);
-    Arc {
-        ends: [from.direction, to.direction],
-        sigma_rad: [both(a, c), both(b, d)],
-        duration_s: [elapsed_s + to.late_s - from.late_s; 2],
-        directed: true,
-        whole: true,
-    }
-}
-
-/// Finds the marks that go on in the next image at a rate, and gives the expected number that would by chance.
-#[inline(never)]
-fn encounters(
-    arcs: &mut Vec<Arc, MAX_ARCS>,
-    (before, now): (&[Mark], &[Mark]),
-    (rate, covariance): (&Vector3<f32>, &Matrix3<f32>),
-    elapsed_s: f32,
-    camera: &Camera,
-) -> f32 {
-    arcs.clear();
-    let mut chance = 0.0;
-    let farthest = FARTHEST_PX * camera.rad_per_px();
-    for mark in before {
-        let there = carried(mark, rate, elapsed_s);
-        // How far the place is unsure: the rate's error across the direction, and its change since.
-        let spread = covariance.trace() - there.dot(&(covariance * there));
-        let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
-        let [along, across] = mark.sigma_rad;
-        let variance = (spread.max(0.0) + change * change) * elapsed_s * elapsed_s
-            + 2.0 * (along * along + across * across);
-        let reach = 3.0 * libm::sqrtf(variance);
-        if reach.is_nan() || reach > farthest {
-            continue;
-        }
-        let per_px = reach / camera.rad_per_px();
-        chance += now.len() as f32 * core::f32::consts::PI * per_px * per_px / camera.area_px();
-        let distance = |mark: &&Mark| (mark.direction - there).norm_squared();
-        let nearest = now.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        if let Some(found) = nearest.filter(|found| distance(found) < reach * reach) {
-            let _ = arcs.push(way(mark, found, elapsed_s));
-        }
-    }
-    chance
-}
-
-/// Two independent estimates of a rate as one.
-#[inline(never)]
-fn joined(
-    a: (Vector3<f32>, Matrix3<f32>),
-    b: (Vector3<f32>, Matrix3<f32>),
-) -> Option<(Vector3<f32>, Matrix3<f32>)> {
-    // In units in which the elements are near one.
-    const SCALE: f32 = 1e6;
-    let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
-    let covariance = (wa + wb).try_inverse()?;
-    Some((covariance * (wa * a.0 + wb * b.0), covariance * (1.0 / SCALE)))
-}
-
-/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
-#[inline(never)]
-fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
-    const SCALE: f32 = 1e6;
-    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(SCALE);
-    let covariance = (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * SCALE;
-    let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
-    // A rate of which nothing is known is like any other.
-    covariance.trace() < 0.1 * SCALE * sizes.0.max(sizes.1)
-        && covariance.try_inverse().is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
-}
-
-/// The rate between two images from the marks of both, matched by their separations.
-#[inline(never)]
-fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
-    let mut best: Option<Rate> = None;
-    let sigma = |mark: &Mark| mark.sigma_rad[0].max(mark.sigma_rad[1]);
-    for (index, a) in before.iter().enumerate() {
-        for b in before.iter().skip(index + 1) {
-            let separation = (a.direction - b.direction).norm();
-            for (other, c) in now.iter().enumerate() {
-                for d in now.iter().skip(other + 1) {
-                    let off = ((c.direction - d.direction).norm() - separation).abs();
-                    if off > 4.0 * (sigma(a) + sigma(b)).max(sigma(c) + sigma(d)) {
-                        continue;
-                    }
-                    for (c, d) in [(c, d), (d, c)] {
-                        let proposed = rate::solve(&[way(a, c, elapsed_s), way(b, d, elapsed_s)]);
-                        let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else {
-                            continue;
-                        };
-                        let most = best.as_ref().map_or(FEWEST_MATCHES - 1, Rate::count);
-                        if let Some(rate) =
-                            confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most)
-                        {
-                            best = Some(rate);
-                        }
-                    }
-                }
-            }
-        }
-    }
-    best
-}
-
-/// The rate from all marks that are where a proposed rate carries them.
-#[inline(never)]
-fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Option<Rate> {
-    let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
-    for mark in before {
-        let there = carried(mark, &rate.rad_s, elapsed_s);
-        let spread = rate.covariance.trace() - there.dot(&(rate.covariance * there));
-        let [along, across] = mark.sigma_rad;
-        let reach = 9.0 * (spread.max(0.0) * elapsed_s * elapsed_s + 2.0 * (along * along + across * across));
-        if let Some(found) = now.iter().find(|found| (found.direction - there).norm_squared() < reach) {
-            let _ = arcs.push(way(mark, found, elapsed_s));
-        }
-    }
-    if (arcs.len() as u32) < FEWEST_MATCHES {
-        return None;
-    }
-    rate::solve(&arcs)
 }
 
 impl Sensor<'_> {

@@ -39,8 +39,8 @@ const ROWS: usize = 2 * SIDE;
 const SIGMA: i32 = 16;
 /// A bin counts for so many sigmas at most.
 const CLIP: i32 = 3 * SIGMA;
-/// A line must rise so many sixteenths of a sigma above the noise: 4.25 sigma. Of 100,000 independent lines of an image one does so
-/// by chance.
+/// A line must rise so many sixteenths of a sigma above the noise: 4.25 sigma. Of 100,000 independent lines of an image one
+/// does so by chance.
 const THRESHOLD_SIGMAS: i32 = 68;
 /// Fewest bins of a line.
 const FEWEST_BINS: usize = 6;
@@ -57,9 +57,9 @@ const PER_ROOT: [i32; SIDE + 1] =
     [0, 1024, 724, 591, 512, 458, 418, 387, 362, 341, 324, 309, 296, 284, 274, 264, 256];
 
 type Bins = [[i16; SIDE]; SIDE];
-/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: in the lower half of a word the sum along the line that rises, in
-/// the upper half that of its mirror image in a block upside down. A bin adds its value + [`CLIP`], one outside the block
-/// `CLIP`, so that no half is ever negative and none carries into the other.
+/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: in the lower half of a word the sum along the line that
+/// rises, in the upper half that of its mirror image in a block upside down. A bin adds its value + [`CLIP`], one outside the
+/// block `CLIP`, so that no half is ever negative and none carries into the other.
 type Lines = [[u32; ROWS]; SIDE];
 /// One in both halves.
 const BOTH: u32 = 0x1_0001;
@@ -80,7 +80,8 @@ fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
 }
 
 /// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in the blocks so
-/// far, sixteenths, 0 before the first: the spread of a few bins may come out too small by chance, and then everything seems to rise.
+/// far, sixteenths, 0 before the first: the spread of a few bins may come out too small by chance, and then everything seems
+/// to rise.
 #[inline(never)]
 fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     let mut sums = [[0i32; SIDE]; SIDE];
