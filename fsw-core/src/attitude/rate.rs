@@ -21,6 +21,9 @@ pub const MAX_ARCS: usize = 24;
 /// An arc agrees with a rate within so many sigmas along and across together (squared).
 const AGREES: f32 = 12.0;
 
+/// A wrong arc may hide among few: the variance grows by this over the equations beyond three.
+const FEW: f32 = 6.0;
+
 /// A direction before and after.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {
@@ -195,7 +198,7 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
         });
     let free: f32 = count - 3.0;
     if free >= 1.0 {
-        covariance *= (misfit / free).max(1.0);
+        covariance *= (misfit / free).max(1.0) * (1.0 + FEW / free);
     }
     Some(Rate { rad_s: rate, covariance, arcs: bits })
 }

@@ -29,7 +29,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Streaks measured in an image.
 const MAX_STREAKS: usize = MAX_ARCS;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
-const COLUMNS_AFTER_SCAN: usize = 1_500;
+const COLUMNS_AFTER_SCAN: usize = 2_000;
 const COLUMNS: usize = 8_000;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
@@ -44,14 +44,14 @@ const MOST_MISSES: u8 = 3;
 const GOOD_PX: f32 = 100.0;
 const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
-/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and a cut one.
-const FEWEST_SPARE: usize = 2;
+/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
+const FEWEST_SPARE: usize = 3;
 /// Longest time between two images that are compared, s.
 const LONGEST_S: u32 = 4;
 /// Shortest exposure, as the parameters' own.
 const SHORTEST_US: u32 = 100;
 /// Largest standard deviation of a rate that is reported, as a share of it.
-const LARGEST_SHARE: f32 = 0.3;
+const LARGEST_SHARE: f32 = 0.4;
 /// Expected number of chance encounters up to which one encounter settles the sense.
 const BY_CHANCE: f32 = 0.03;
 /// The sense is known from so many encounters on, and so many are counted at most.
