@@ -21,6 +21,7 @@ mod median;
 mod peaks;
 pub mod scan;
 mod shape;
+pub mod streaks;
 #[cfg(test)]
 mod test_sky;
 mod texture;

@@ -15,6 +15,7 @@
 //! | [`covariance`] | the filter's covariance, in blocks |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
+//! | `matrix` | small steps with matrices |
 
 mod bend;
 pub mod constants;
@@ -23,6 +24,7 @@ pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;
 pub mod lvlh;
+mod matrix;
 pub mod noise;
 pub mod observation;
 pub mod parameters;

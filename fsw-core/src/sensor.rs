@@ -5,8 +5,8 @@
 //! 1. the clock is read; Sun, pole and the observer's velocity (aberration) are those of the instant, the orbit is
 //!    propagated to it;
 //! 2. the mode says what is asked of the detector (`stars`): a self-test, the whole field searched for stars (over
-//!    several seconds if need be, on the stars of that one image), predicted stars followed in windows, or only whether the
-//!    Sun still blinds;
+//!    several seconds if need be, on the stars of that one image), or for streaks and the rate (`turning`), predicted stars
+//!    followed in windows, or only whether the Sun still blinds;
 //! 3. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb where the
 //!    orbit predicts it, else on a grid over the whole detector; its centre is a position, which the orbit filter takes in;
 //! 4. the guards decide the next mode; the report is what was seen.
@@ -17,6 +17,7 @@
 
 mod earth;
 mod stars;
+mod turning;
 mod workspace;
 
 use crate::attitude::filter::Filter;
@@ -109,6 +110,8 @@ pub struct Sensor<'c> {
     nis: Option<f32>,
     /// Cycle in which the image under search was taken.
     searching_since: Option<u32>,
+    /// How it turns while no attitude is known.
+    turning: turning::Turning,
     workspace: &'c mut Workspace,
 }
 
@@ -142,6 +145,7 @@ impl<'c> Sensor<'c> {
             strip_misses: 0,
             nis: None,
             searching_since: None,
+            turning: turning::Turning::default(),
             workspace,
         })
     }
@@ -164,6 +168,7 @@ impl<'c> Sensor<'c> {
     }
 
     /// One second.
+    #[inline(never)]
     pub fn cycle<D: Detector, C: Clock, M: StageMeter>(
         &mut self,
         instruments: &mut Instruments<D, C, M>,
@@ -204,6 +209,7 @@ impl<'c> Sensor<'c> {
     fn forget_attitude(&mut self) {
         self.motion = None;
         self.searching_since = None;
+        self.turning.forget();
     }
 
     fn forget_orbit(&mut self) {
@@ -237,7 +243,7 @@ impl<'c> Sensor<'c> {
         let sky = self.tell_time(instruments.meter, report);
         match report.mode {
             Mode::SelfTest => self.prove(instruments.detector, report),
-            Mode::Acquisition => self.acquire(instruments, report),
+            Mode::Acquisition => self.acquire_or_turn(instruments, report),
             Mode::Tracking | Mode::Eclipse => self.track(instruments, &sky, report),
             Mode::SunOutage => self.await_sunset(instruments.detector, report),
             Mode::Safe => report.status = Status::Waiting,

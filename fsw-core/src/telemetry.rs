@@ -94,6 +94,32 @@ pub struct AttitudeReport {
     pub age_s: u16,
 }
 
+/// From what a rate was told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RateSource {
+    /// The streaks of this second's image, their ends and the exposure.
+    Streaks,
+    /// The stars of this image and the last that was scanned, none of them identified.
+    Images,
+    /// Streaks, and their way from the last image to this one.
+    Both,
+}
+
+/// A rate that needed no attitude.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RateReport {
+    /// Of the star path against the stars, in its own frame, at the instant of the image, rad/s.
+    pub rad_s: [f32; 3],
+    /// Standard deviations about x, y, z, rad/s.
+    pub sigma_rad_s: [f32; 3],
+    /// From what it was told.
+    pub source: RateSource,
+    /// It may as well be the opposite one: a single image does not tell which end of a streak was first.
+    pub either_sense: bool,
+    /// Whole streaks, or stars, on which it rests.
+    pub stars: u8,
+}
+
 /// The attitude that the filter makes of all images so far, at the instant of the attitude beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FilteredAttitude {
@@ -214,6 +240,8 @@ pub struct Report {
     pub orbit: Option<OrbitReport>,
     /// What happened.
     pub events: Vec<Event, MAX_EVENTS>,
+    /// The rate while no attitude is known: from streaks, or from stars without names.
+    pub rate: Option<RateReport>,
 }
 
 impl Report {
@@ -235,6 +263,7 @@ impl Report {
             limb_px: Vec::new(),
             orbit: None,
             events: Vec::new(),
+            rate: None,
         }
     }
 

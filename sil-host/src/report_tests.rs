@@ -32,6 +32,7 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
         }),
         filtered: None,
         rate_rad_s: None,
+        rate: None,
         detections: 30,
         focal_ratio: 1.0,
         stars: Default::default(),

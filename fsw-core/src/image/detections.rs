@@ -11,6 +11,11 @@ pub const MAX_DETECTIONS: usize = 96;
 /// Fewer streaks than this are tracks of particles and other satellites.
 const FEWEST_STREAKS: u32 = 6;
 
+/// Places of streaks kept.
+pub const MAX_STREAK_PLACES: usize = 24;
+/// What is so near to a place kept, px, is of the same streak.
+const SAME_STREAK_PX: u16 = 12;
+
 /// Star-like spots, kept by brightness.
 #[derive(Clone, Debug, Default)]
 pub struct Detections {
@@ -18,6 +23,7 @@ pub struct Detections {
     found: u32,
     crowded_tiles: u32,
     streaks: u32,
+    streak_places: Vec<[u16; 2], MAX_STREAK_PLACES>,
 }
 
 impl Detections {
@@ -47,11 +53,12 @@ impl Detections {
         self.found = 0;
         self.crowded_tiles = 0;
         self.streaks = 0;
+        self.streak_places.clear();
     }
 
     /// No spots.
     pub const fn new() -> Self {
-        Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0 }
+        Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0, streak_places: Vec::new() }
     }
 
     /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept once.
@@ -91,9 +98,20 @@ impl Detections {
         all >= FEWEST_STREAKS && all >= round
     }
 
+    /// Places that are parts of streaks, px, the first that were found.
+    pub fn streak_places(&self) -> &[[u16; 2]] {
+        &self.streak_places
+    }
+
     /// Counts a spot that is the part of a streak.
-    pub(super) fn note_streak(&mut self) {
+    pub(super) fn note_streak(&mut self, [x, y]: [u16; 2]) {
         self.streaks = self.streaks.saturating_add(1);
+        let near =
+            |place: &[u16; 2]| place[0].abs_diff(x) < SAME_STREAK_PX && place[1].abs_diff(y) < SAME_STREAK_PX;
+        if !self.streak_places.iter().any(near) {
+            // Of more than there is room for the first are kept.
+            let _ = self.streak_places.push([x, y]);
+        }
     }
 
     /// Counts a window whose search ended with its allowance.

@@ -16,7 +16,7 @@ use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOO
 use super::blinding::blinded;
 use super::centroid::{MARGIN, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
-pub use super::detections::{Detections, MAX_DETECTIONS};
+pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
 use super::{Detection, FULL_SCALE, Method};
@@ -53,7 +53,7 @@ fn for_each_star(
     (origin, method): ([u16; 2], &Method),
     quiet: i32,
     allowance: &mut Allowance,
-    mut found: impl FnMut(Shape),
+    mut found: impl FnMut(Shape, [usize; 2]),
 ) -> bool {
     let tenths = i32::from(method.parameters.threshold_sigma_tenths);
     let texture = (NOISY * quiet).max(CORRELATED_HALVES * window.sigma / 2);
@@ -74,7 +74,7 @@ fn for_each_star(
         let seen = at_once.or_else(|| look(window.brightest_near(x, y)));
         let Some(([x, y], measured)) = seen else {
             if around == 0 && is_streak(&window, x, y) {
-                found(Shape::Streak);
+                found(Shape::Streak, [x, y]);
             }
             return true;
         };
@@ -91,9 +91,9 @@ fn for_each_star(
                 let fitted = fitted.and_then(|calibration| measured.fitted(&window, origin, calibration));
                 let (centre_q16, sigma_q16) = fitted.unwrap_or(([star.x_q16, star.y_q16], star.sigma_q16));
                 let [x_q16, y_q16] = centre_q16;
-                found(Shape::Star(Detection { x_q16, y_q16, sigma_q16, ..star }));
+                found(Shape::Star(Detection { x_q16, y_q16, sigma_q16, ..star }), [x, y]);
             }
-            shape => found(shape),
+            shape => found(shape, [x, y]),
         }
         true
     })
@@ -150,13 +150,13 @@ fn read_stars_within(
         height: window.height.saturating_sub(2 * margin),
     };
     let method = ([window.x, window.y], method);
-    let complete = for_each_star(&residuals, core, method, quiet, allowance, |shape| match shape {
+    let complete = for_each_star(&residuals, core, method, quiet, allowance, |shape, [x, y]| match shape {
         Shape::Star(mut spot) => {
             spot.x_q16 += i32::from(window.x) << 16;
             spot.y_q16 += i32::from(window.y) << 16;
             detections.insert(spot);
         }
-        Shape::Streak => detections.note_streak(),
+        Shape::Streak => detections.note_streak([window.x + x as u16, window.y + y as u16]),
         Shape::Hit => {}
     });
     if !complete {

@@ -6,7 +6,7 @@
 //! predicted place, and a correction moves the state along the arc and turns velocity and covariance with it. For small
 //! differences this is the plain filter.
 
-use super::point::cross_matrix;
+use super::matrix::{applied, cross_matrix, product, scaled, sum};
 use nalgebra::{Matrix3, Vector3};
 
 /// Arcs shorter than this are straight lines, rad: 4 cm in a low orbit.
@@ -64,18 +64,19 @@ pub(super) fn correct_state(
         *velocity_km_s += by_km_s;
         return None;
     }
-    let (sine, cosine) = libm::sincos(angle);
+    let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
     let rate = u.cross(&across);
     let turn = turn(&(rate * (sine / angle)), cosine);
-    *velocity_km_s = turn * (*velocity_km_s + by_km_s - rate.cross(velocity_km_s));
-    *position_km = turn * u * (distance + height);
+    *velocity_km_s = applied(&turn, &(*velocity_km_s + by_km_s - rate.cross(velocity_km_s)));
+    *position_km = applied(&turn, &u) * (distance + height);
     Some(turn)
 }
 
 /// The turn about an axis whose length is the sine.
+#[inline(never)]
 fn turn(axis: &Vector3<f64>, cosine: f64) -> Matrix3<f64> {
     let cross = cross_matrix(axis);
-    Matrix3::identity() + cross + cross * cross / (1.0 + cosine)
+    sum(&sum(&Matrix3::identity(), &cross), &scaled(&product(&cross, &cross), 1.0 / (1.0 + cosine)))
 }
 
 #[cfg(test)]

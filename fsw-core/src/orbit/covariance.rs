@@ -9,8 +9,8 @@
 //! Cholesky factor of all states.
 
 use super::dynamics::Transition;
+use super::matrix::{applied, outer, product, products, scaled, symmetric, take_product, turned};
 use super::noise::ProcessNoise;
-use super::point::symmetric;
 use nalgebra::{Matrix3, Vector3};
 
 /// Covariance of position, velocity, limb height, misalignment and bias.
@@ -78,25 +78,27 @@ impl Covariance {
         let Transition { rr: a, rv: b, vr: c, vv: d } = transition;
         let vr = self.rv.transpose();
         // Rows of Φ P, then columns by Φᵀ (all blocks are symmetric).
-        let (x_r, x_v) = (a * self.rr + b * vr, a * self.rv + b * self.vv);
-        let (y_r, y_v) = (c * self.rr + d * vr, c * self.rv + d * self.vv);
-        let white = |value: f64| Matrix3::identity() * value;
+        let (x_r, x_v) = (products((a, &self.rr), (b, &vr)), products((a, &self.rv), (b, &self.vv)));
+        let (y_r, y_v) = (products((c, &self.rr), (d, &vr)), products((c, &self.rv), (d, &self.vv)));
+        let white = |value: f64| Matrix3::from_diagonal_element(value);
+        let position = |r: &Vector3<f64>, v: &Vector3<f64>| applied(a, r) + applied(b, v);
+        let velocity = |r: &Vector3<f64>, v: &Vector3<f64>| applied(c, r) + applied(d, v);
         let (q, kept, height) = (noise.acceleration, noise.bias_kept, noise.height_kept);
         Self {
-            rr: symmetric(&(x_r * a + x_v * b)) + white(q * dt * dt * dt / 3.0),
-            rv: x_r * c + x_v * d + white(q * dt * dt / 2.0),
-            vv: symmetric(&(y_r * c + y_v * d)) + white(q * dt),
-            rh: (a * self.rh + b * self.vh) * height,
-            vh: (c * self.rh + d * self.vh) * height,
+            rr: symmetric(&products((&x_r, a), (&x_v, b))) + white(q * dt * dt * dt / 3.0),
+            rv: products((&x_r, c), (&x_v, d)) + white(q * dt * dt / 2.0),
+            vv: symmetric(&products((&y_r, c), (&y_v, d))) + white(q * dt),
+            rh: position(&self.rh, &self.vh) * height,
+            vh: velocity(&self.rh, &self.vh) * height,
             hh: self.hh * (height * height) + noise.height_renewed,
-            rm: a * self.rm + b * self.vm,
-            vm: c * self.rm + d * self.vm,
+            rm: products((a, &self.rm), (b, &self.vm)),
+            vm: products((c, &self.rm), (d, &self.vm)),
             hm: self.hm * height,
             mm: self.mm,
-            rb: (a * self.rb + b * self.vb) * kept,
-            vb: (c * self.rb + d * self.vb) * kept,
+            rb: scaled(&products((a, &self.rb), (b, &self.vb)), kept),
+            vb: scaled(&products((c, &self.rb), (d, &self.vb)), kept),
             hb: self.hb * (height * kept),
-            bb: self.bb * (kept * kept),
+            bb: scaled(&self.bb, kept * kept),
         }
     }
 
@@ -111,34 +113,45 @@ impl Covariance {
         innovation_km: &Vector3<f64>,
     ) -> Option<Correction> {
         let Sensitivity { position: t, limb_height, misalignment, bias: g } = sensitivity;
-        let (d, e) = (limb_height.transpose(), misalignment.transpose());
+        let e = misalignment.transpose();
         // P Hᵀ, by rows of P.
-        let r = self.rr * t + self.rh * d + self.rm * e + self.rb * g;
-        let v = self.rv.transpose() * t + self.vh * d + self.vm * e + self.vb * g;
-        let h = t * self.rh + limb_height * self.hh + misalignment * self.hm + g * self.hb;
-        let m = self.rm.transpose() * t + self.hm * d + e * self.mm;
-        let b = self.rb.transpose() * t + self.hb * d + self.bb * g;
-        let s = symmetric(&(t * r + limb_height * h.transpose() + misalignment * m + g * b + noise_km2));
+        let r = product(&self.rr, t)
+            + outer(&self.rh, limb_height)
+            + product(&self.rm, &e)
+            + product(&self.rb, g);
+        let v = product(&self.rv.transpose(), t)
+            + outer(&self.vh, limb_height)
+            + product(&self.vm, &e)
+            + product(&self.vb, g);
+        let h = applied(t, &self.rh)
+            + limb_height * self.hh
+            + applied(misalignment, &self.hm)
+            + applied(g, &self.hb);
+        let m = product(&self.rm.transpose(), t) + outer(&self.hm, limb_height) + e * self.mm;
+        let b = product(&self.rb.transpose(), t) + outer(&self.hb, limb_height) + product(&self.bb, g);
+        let s = product(t, &r) + outer(limb_height, &h) + product(misalignment, &m) + product(g, &b);
+        let s = symmetric(&(s + noise_km2));
         let factor = Cholesky::of(&s)?;
         // W = P Hᵀ L⁻ᵀ.
         let (wr, wv, wm) = (factor.whiten_rows(&r), factor.whiten_rows(&v), factor.whiten_rows(&m));
         let (wb, wh) = (factor.whiten_rows(&b), factor.whiten(&h));
         let y = factor.whiten(innovation_km);
-        self.rr -= wr * wr.transpose();
-        self.rv -= wr * wv.transpose();
-        self.vv -= wv * wv.transpose();
-        self.rh -= wr * wh;
-        self.vh -= wv * wh;
+        let (wvt, wmt, wbt) = (wv.transpose(), wm.transpose(), wb.transpose());
+        take_product(&mut self.rr, &wr, &wr.transpose());
+        take_product(&mut self.rv, &wr, &wvt);
+        take_product(&mut self.vv, &wv, &wvt);
+        self.rh -= applied(&wr, &wh);
+        self.vh -= applied(&wv, &wh);
         self.hh -= wh.dot(&wh);
-        self.rm -= wr * wm.transpose();
-        self.vm -= wv * wm.transpose();
-        self.hm -= wm * wh;
-        self.rb -= wr * wb.transpose();
-        self.vb -= wv * wb.transpose();
-        self.hb -= wb * wh;
+        take_product(&mut self.rm, &wr, &wmt);
+        take_product(&mut self.vm, &wv, &wmt);
+        self.hm -= applied(&wm, &wh);
+        take_product(&mut self.rb, &wr, &wbt);
+        take_product(&mut self.vb, &wv, &wbt);
+        self.hb -= applied(&wb, &wh);
         Some(Correction {
-            position_km: wr * y,
-            velocity_km_s: wv * y,
+            position_km: applied(&wr, &y),
+            velocity_km_s: applied(&wv, &y),
             limb_height_km: wh.dot(&y),
             nis: y.dot(&y),
         })
@@ -159,15 +172,15 @@ impl Covariance {
     #[inline(never)]
     pub fn turn(&mut self, turn: &Matrix3<f64>) {
         for block in [&mut self.rr, &mut self.rv, &mut self.vv] {
-            *block = turn * *block * turn.transpose();
+            *block = turned(turn, block);
         }
         self.rr = symmetric(&self.rr);
         self.vv = symmetric(&self.vv);
         for block in [&mut self.rm, &mut self.vm, &mut self.rb, &mut self.vb] {
-            *block = turn * *block;
+            *block = product(turn, block);
         }
-        self.rh = turn * self.rh;
-        self.vh = turn * self.vh;
+        self.rh = applied(turn, &self.rh);
+        self.vh = applied(turn, &self.vh);
     }
 
     /// Whether all variances are positive and finite.
@@ -190,6 +203,7 @@ struct Cholesky {
 }
 
 impl Cholesky {
+    #[inline(never)]
     fn of(m: &Matrix3<f64>) -> Option<Self> {
         /// A pivot smaller than this share of its diagonal element is rounding.
         const LEAST: f64 = 1e-12;
@@ -204,6 +218,7 @@ impl Cholesky {
     }
 
     /// `L⁻¹ v`.
+    #[inline(never)]
     fn whiten(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let x = v.x * self.d1;
         let y = (v.y - self.l21 * x) * self.d2;
@@ -211,6 +226,7 @@ impl Cholesky {
     }
 
     /// `M L⁻ᵀ`.
+    #[inline(never)]
     fn whiten_rows(&self, m: &Matrix3<f64>) -> Matrix3<f64> {
         let row = |x: f64, y: f64, z: f64| self.whiten(&Vector3::new(x, y, z));
         let (first, second, third) =
@@ -223,7 +239,7 @@ impl Cholesky {
 pub fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     // The columns of L⁻ᵀ are those of the identity whitened row by row.
     let factor = Cholesky::of(m)?.whiten_rows(&Matrix3::identity());
-    Some(factor * factor.transpose())
+    Some(product(&factor, &factor.transpose()))
 }
 
 /// Greatest trace that any covariance here can have: what is made of it stays finite.

@@ -17,6 +17,7 @@
 
 use super::constants::{EARTH_RADIUS_KM, J2, MICROSECONDS, MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
 use super::ephemeris::Bodies;
+use super::matrix::{product, scaled, sum};
 use super::{OrbitState, finite};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -83,6 +84,7 @@ impl Forces {
         }
     }
 
+    #[inline(never)]
     fn acceleration(&self, r: &Vector3<f64>) -> Vector3<f64> {
         let inverse = 1.0 / libm::sqrt(r.dot(r));
         let square = inverse * inverse;
@@ -176,23 +178,31 @@ impl Transition {
         let middle = (before.position_km + after.position_km) * 0.5
             + (before.velocity_km_s - after.velocity_km_s) * (0.125 * dt);
         let (g0, gm, g1) = (
-            gravity_gradient(&before.position_km) * (1.0 / 6.0),
+            scaled(&gravity_gradient(&before.position_km), 1.0 / 6.0),
             gravity_gradient(&middle),
-            gravity_gradient(&after.position_km) * (1.0 / 6.0),
+            scaled(&gravity_gradient(&after.position_km), 1.0 / 6.0),
         );
-        let third = gm * (1.0 / 3.0);
-        let square = gm * gm * (dt * dt / 6.0);
+        let third = scaled(&gm, 1.0 / 3.0);
+        let square = scaled(&product(&gm, &gm), dt * dt / 6.0);
+        let quarter = scaled(&square, 0.25);
         let one = Matrix3::identity();
+        // rr = 1 + (g0 + third + quarter) dt², rv = dt + (third / 2 + square / 20) dt³,
+        // vr = (g0 + 2 third + g1 + square) dt, vv = 1 + (third + g1 + quarter) dt².
+        let rr = sum(&sum(&g0, &third), &quarter);
+        let rv = sum(&scaled(&third, 0.5), &scaled(&square, 0.05));
+        let vr = sum(&sum(&sum(&g0, &scaled(&third, 2.0)), &g1), &square);
+        let vv = sum(&sum(&third, &g1), &quarter);
         Self {
-            rr: one + (g0 + third + square * 0.25) * (dt * dt),
-            rv: one * dt + (third * 0.5 + square * 0.05) * (dt * dt * dt),
-            vr: (g0 + third * 2.0 + g1 + square) * dt,
-            vv: one + (third + g1 + square * 0.25) * (dt * dt),
+            rr: sum(&one, &scaled(&rr, dt * dt)),
+            rv: sum(&scaled(&one, dt), &scaled(&rv, dt * dt * dt)),
+            vr: scaled(&vr, dt),
+            vv: sum(&one, &scaled(&vv, dt * dt)),
         }
     }
 }
 
 /// `G = mu / r³ (3 u uᵀ - I)` (eq. 5.18), 1/s². The bulge's part, 0.3 % in LEO, is left out.
+#[inline(never)]
 fn gravity_gradient(r: &Vector3<f64>) -> Matrix3<f64> {
     let square = r.dot(r).max(1.0);
     let mass = MU_EARTH_KM3_S2 / (square * libm::sqrt(square));

@@ -18,10 +18,11 @@ use super::bend::correct_state;
 use super::constants::{EARTH_RADIUS_KM, MICROSECONDS, MU_EARTH_KM3_S2};
 use super::covariance::{Covariance, Sensitivity};
 use super::dynamics::{MAX_SPAN_US, PropagationError, Transition, plausible};
+use super::matrix::{outer, product, scaled, symmetric};
 use super::noise::{ProcessNoise, bias_share, height_variance_km2, square};
 use super::observation::{Innovation, Refusal, check, sensitivity};
 use super::parameters::{Observation, OrbitParameters};
-use super::point::{PositionFix, symmetric};
+use super::point::PositionFix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
@@ -313,19 +314,19 @@ impl Estimate {
         parameters: &OrbitParameters,
     ) -> Self {
         let blank = unknown(&fix.position_km, parameters);
-        let bias = fix.covariance_km2 * bias_share(parameters);
+        let bias = scaled(&fix.covariance_km2, bias_share(parameters));
         let distance_km = libm::sqrt(fix.position_km.dot(&fix.position_km)).max(1.0);
         let Sensitivity { limb_height, misalignment, .. } = sensitivity(&fix.position_km, 0.0, earth_to_icrs);
         let covariance = Covariance {
             rr: symmetric(
                 &(fix.covariance_km2
                     + bias
-                    + limb_height * limb_height.transpose() * blank.hh
-                    + misalignment * misalignment.transpose() * blank.mm),
+                    + scaled(&outer(&limb_height, &limb_height), blank.hh)
+                    + scaled(&product(&misalignment, &misalignment.transpose()), blank.mm)),
             ),
             vv: Matrix3::identity() * (square(parameters.start_speed_share) * MU_EARTH_KM3_S2 / distance_km),
             rh: -limb_height * blank.hh,
-            rm: -misalignment * blank.mm,
+            rm: scaled(&misalignment, -blank.mm),
             rb: -bias,
             bb: bias,
             ..blank
@@ -355,7 +356,7 @@ impl Estimate {
             Innovation::of(fix, &self.state.position_km, self.limb_height_km, earth_to_icrs, unit);
         // What the bias has lost since the last fix is new now, in the shape that the fix has now.
         let renewed = bias_share(parameters) * (1.0 - self.bias_kept * self.bias_kept);
-        self.covariance.bb += noise_km2 * renewed;
+        self.covariance.bb += scaled(&noise_km2, renewed);
         let correction = self.covariance.correct(&sensitivity, &noise_km2, &innovation_km)?;
         let OrbitState { position_km, velocity_km_s, .. } = &mut self.state;
         let turn =

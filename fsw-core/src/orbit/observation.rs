@@ -17,7 +17,8 @@ use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
 use super::covariance::{Sensitivity, is_covariance};
 use super::dynamics::plausible;
-use super::point::{PositionFix, cross_matrix, symmetric};
+use super::matrix::{applied, cross_matrix, outer, product, scaled, symmetric, turned};
+use super::point::PositionFix;
 use nalgebra::{Matrix3, Vector3};
 
 /// No element of a rotation is greater than one.
@@ -53,17 +54,17 @@ impl Innovation {
         unit: bool,
     ) -> Self {
         let mut sensitivity = sensitivity(position_km, limb_height_km, earth_to_icrs);
-        let predicted = sensitivity.position * position_km;
+        let predicted = applied(&sensitivity.position, position_km);
         let Carried { mut noise_km2, mut innovation_km } =
             Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
         if unit {
             // Only what lies across the line. The component along the line is made a measurement of nothing, with unit variance
             // and no innovation.
-            let along = predicted * predicted.transpose() / predicted.dot(&predicted);
+            let along = outer(&predicted, &predicted) / predicted.dot(&predicted);
             let across = Matrix3::identity() - along;
-            innovation_km = across * innovation_km;
-            noise_km2 = symmetric(&(across * noise_km2 * across)) + along;
-            sensitivity.position = across * sensitivity.position;
+            innovation_km = applied(&across, &innovation_km);
+            noise_km2 = symmetric(&turned(&across, &noise_km2)) + along;
+            sensitivity.position = product(&across, &sensitivity.position);
             sensitivity.limb_height = Vector3::zeros();
             sensitivity.bias = across;
         }
@@ -94,7 +95,7 @@ pub(super) fn sensitivity(
     Sensitivity {
         position: Matrix3::identity() * shrink,
         limb_height: position_km * (-1.0 / EARTH_RADIUS_KM),
-        misalignment: cross_matrix(&(position_km * shrink)) * earth_to_icrs,
+        misalignment: product(&cross_matrix(&(position_km * shrink)), earth_to_icrs),
         bias: Matrix3::identity(),
     }
 }
@@ -116,11 +117,11 @@ impl Carried {
             return None;
         }
         let up = predicted / libm::sqrt(predicted.dot(predicted));
-        let carry = (Matrix3::identity() * scale + up * up.transpose() * (scale * scale - scale))
-            * bent.turn.transpose();
+        let stretch = Matrix3::identity() * scale + scaled(&outer(&up, &up), scale * scale - scale);
+        let carry = product(&stretch, &bent.turn.transpose());
         Some(Self {
-            noise_km2: symmetric(&(carry * fix.covariance_km2 * carry.transpose())),
-            innovation_km: bent.difference_km + carry * (fix.position_km - fix.place_km),
+            noise_km2: symmetric(&turned(&carry, &fix.covariance_km2)),
+            innovation_km: bent.difference_km + applied(&carry, &(fix.position_km - fix.place_km)),
         })
     }
 

@@ -10,6 +10,7 @@
 
 use super::constants::LIGHT_KM_S;
 use super::finite;
+use super::matrix::{cross_matrix, product, symmetric, turned};
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3};
 
@@ -40,12 +41,12 @@ impl PositionFix {
         let place_km = place_km.map(f64::from);
         // In the Earth path throughout: the attitude's covariance is turned there, then all at once into ICRS.
         let mounting = mounting.matrix().map(f64::from);
-        let attitude_part = mounting.transpose() * attitude_covariance_rad2.map(f64::from) * mounting;
+        let attitude_part = turned(&mounting.transpose(), &attitude_covariance_rad2.map(f64::from));
         let lever = cross_matrix(&place_km);
-        let covariance = earth_covariance_km2.map(f64::from) + lever * attitude_part * lever.transpose();
+        let covariance = earth_covariance_km2.map(f64::from) + turned(&lever, &attitude_part);
         let fix = Self {
             position_km: -(to_icrs * earth_km.map(f64::from)),
-            covariance_km2: symmetric(&(to_icrs * covariance * to_icrs.transpose())),
+            covariance_km2: symmetric(&turned(&to_icrs, &covariance)),
             place_km: -(to_icrs * place_km),
         };
         (finite(&fix.position_km)
@@ -74,8 +75,8 @@ pub fn earth_to_icrs(
     attitude: &Rotation<Icrs, StarPath>,
     mounting: &Rotation<EarthPath, StarPath>,
 ) -> Matrix3<f64> {
-    let a = attitude.matrix().map(f64::from).transpose() * mounting.matrix().map(f64::from);
-    a * (Matrix3::identity() * 3.0 - a.transpose() * a) * 0.5
+    let a = product(&attitude.matrix().map(f64::from).transpose(), &mounting.matrix().map(f64::from));
+    product(&a, &(Matrix3::identity() * 3.0 - product(&a.transpose(), &a))) * 0.5
 }
 
 /// Distance from the Earth's centre at which a sphere of `radius_km` fills a cone of this half angle, km:
@@ -83,16 +84,6 @@ pub fn earth_to_icrs(
 pub fn distance_km(apparent_radius_rad: f32, radius_km: f32) -> Option<f32> {
     (apparent_radius_rad > 1e-4 && apparent_radius_rad < core::f32::consts::FRAC_PI_2 && radius_km > 0.0)
         .then(|| radius_km / libm::sinf(apparent_radius_rad))
-}
-
-/// `[v×]`.
-pub(super) fn cross_matrix(v: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
-}
-
-/// The mean of a matrix and its transpose.
-pub(super) fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
-    (matrix + matrix.transpose()) * 0.5
 }
 
 #[cfg(test)]

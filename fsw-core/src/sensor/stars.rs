@@ -31,7 +31,16 @@ impl Sensor<'_> {
 
     /// Takes an image; whether the Sun blinds it.
     fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
-        detector.expose(self.parameters.exposure_us)?;
+        self.expose_for(detector, self.parameters.exposure_us)
+    }
+
+    /// Takes an image of this exposure time; whether the Sun blinds it.
+    pub(super) fn expose_for(
+        &mut self,
+        detector: &mut impl Detector,
+        exposure_us: u32,
+    ) -> Result<bool, DetectorError> {
+        detector.expose(exposure_us)?;
         let probes = plan::probes(&detector.geometry());
         let mut blind = 0;
         for probe in &probes {
@@ -198,7 +207,7 @@ impl Sensor<'_> {
     }
 
     /// From a row to the next, s.
-    fn row_time_s(&self) -> f32 {
+    pub(super) fn row_time_s(&self) -> f32 {
         self.parameters.row_time_ns as f32 * 1e-9
     }
 

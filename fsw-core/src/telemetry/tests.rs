@@ -127,6 +127,18 @@ prop_compose! {
 }
 
 prop_compose! {
+    fn rate()(
+        rad_s in prop::array::uniform3(real()),
+        sigma_rad_s in prop::array::uniform3(real()),
+        source in prop::sample::select(&[RateSource::Streaks, RateSource::Images, RateSource::Both][..]),
+        either_sense in any::<bool>(),
+        stars in any::<u8>(),
+    ) -> RateReport {
+        RateReport { rad_s, sigma_rad_s, source, either_sense, stars }
+    }
+}
+
+prop_compose! {
     fn report()(
         cycle in any::<u32>(),
         mode in mode(),
@@ -134,7 +146,7 @@ prop_compose! {
         status in status(),
         attitude in prop::option::of(attitude()),
         filtered in prop::option::of(attitude()),
-        rate_rad_s in prop::option::of(prop::array::uniform3(real())),
+        rates in (prop::option::of(prop::array::uniform3(real())), prop::option::of(rate())),
         detections in any::<u16>(),
         focal_ratio in real(),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
@@ -142,10 +154,11 @@ prop_compose! {
         let stars = Vec::from_slice(&stars).unwrap();
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
+        let (rate_rad_s, rate) = rates;
         let (instant_us, earth_status, earth, limb_px, orbit, events) = whereabouts;
         Report {
             cycle, instant_us, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
-            earth_status, earth, limb_px, orbit, events,
+            earth_status, earth, limb_px, orbit, events, rate,
         }
     }
 }
@@ -195,6 +208,13 @@ fn largest() -> Report {
         limb_px: Vec::from_slice(&[[f32::MAX; 2]; MAX_LIMB_POINTS]).unwrap(),
         orbit: Some(orbit),
         events: Vec::from_slice(&[Event::Mode(Mode::Safe, Guard::Commanded); MAX_EVENTS]).unwrap(),
+        rate: Some(RateReport {
+            rad_s: [f32::MAX; 3],
+            sigma_rad_s: [f32::MAX; 3],
+            source: RateSource::Both,
+            either_sense: true,
+            stars: u8::MAX,
+        }),
     }
 }
 

@@ -29,6 +29,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         attitude_rad: None,
         filtered_rad: None,
         rate_rad_s: None,
+        turning: None,
         earth: None,
         orbit: Some(orbit()),
         stars: 0,

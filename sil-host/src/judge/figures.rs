@@ -7,10 +7,11 @@
 use super::arcsec;
 use super::expected::{Disagreement, ModeJudge, word};
 use super::second::{Axes, Judged};
-use super::sums::{AxesSums, Share, Squares};
+use super::sums::{AxesSums, Median, Share, Squares};
 use crate::scenario::{Limit, Side};
 use crate::world::attitude::Vector;
 use crate::world::scene::SensorState;
+use fsw_core::modes::Mode;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -32,6 +33,23 @@ pub struct AttitudeFigures {
     pub largest_sigma: Option<f64>,
     /// The thesis's figures.
     pub thesis_arcsec: [f64; 3],
+}
+
+/// Rates that needed no attitude, over the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RateFigures {
+    /// Seconds until the first of known sense, that second included.
+    pub first_s: Option<u32>,
+    /// Share of the seconds without an attitude, outside Sun states and self-tests, with a rate.
+    pub share: Option<f64>,
+    /// Share of these rates of which either sense is said to be possible.
+    pub either_sense_share: Option<f64>,
+    /// Median of the error of the size, percent.
+    pub error_percent: Option<f64>,
+    /// Median of the error of the axis.
+    pub axis_deg: Option<f64>,
+    /// Share of the rates with every axis within three sigma.
+    pub within_3_sigma_share: Option<f64>,
 }
 
 /// The filtered attitude over the run, about x, y, z of the star path.
@@ -124,6 +142,8 @@ pub struct Figures {
     pub disagreements: Vec<Disagreement>,
     /// Attitude.
     pub attitude: AttitudeFigures,
+    /// Rates that needed no attitude.
+    pub rate: RateFigures,
     /// The same filtered.
     pub filtered: FilteredFigures,
     /// The Earth as seen.
@@ -142,6 +162,10 @@ impl Figures {
             "mode_share" => self.mode_share,
             "first_attitude_s" => self.first_attitude_s.map(f64::from),
             "attitude_rms_arcsec" => self.attitude.rms_arcsec.map(|[x, y, _]| x.max(y)),
+            "rate_share" => self.rate.share,
+            "rate_error_percent" => self.rate.error_percent,
+            "rate_axis_deg" => self.rate.axis_deg,
+            "rate_within_3_sigma_share" => self.rate.within_3_sigma_share,
             "filtered_rms_arcsec" => self.filtered.rms_arcsec.map(|[x, y, _]| x.max(y)),
             "earth_direction_rms_deg" => self.earth.direction_rms_deg,
             "earth_distance_rms_km" => self.earth.distance_rms_km,
@@ -191,6 +215,7 @@ pub struct Judge {
     attitude: AxesSums,
     filtered: AxesSums,
     bound: [Squares; 3],
+    rate: RateSums,
     direction: [Squares; 2],
     direction_sigma: Squares,
     direction_within: Share,
@@ -219,6 +244,7 @@ impl Judge {
             attitude: AxesSums::default(),
             filtered: AxesSums::default(),
             bound: Default::default(),
+            rate: RateSums::default(),
             direction: Default::default(),
             direction_sigma: Squares::default(),
             direction_within: Share::default(),
@@ -247,6 +273,12 @@ impl Judge {
             if let Some(filtered) = &second.filtered_rad {
                 self.filtered.add(filtered);
             }
+        }
+        if second.attitude_rad.is_none()
+            && !second.sun()
+            && !matches!(second.mode, Mode::SelfTest | Mode::Safe)
+        {
+            self.rate.add(second, &mut self.figures.rate);
         }
         if let Some(earth) = &second.earth {
             let [x, y] = earth.across_rad;
@@ -321,6 +353,14 @@ impl Judge {
             largest_sigma: self.attitude.largest_sigma(),
             thesis_arcsec: THESIS_ATTITUDE_ARCSEC,
         };
+        figures.rate = RateFigures {
+            share: self.rate.valid.value(),
+            either_sense_share: self.rate.either.value(),
+            error_percent: self.rate.size.value().map(|size| 100.0 * size),
+            axis_deg: self.rate.axis.value(),
+            within_3_sigma_share: self.rate.within.value(),
+            ..figures.rate
+        };
         figures.filtered = FilteredFigures {
             rms_arcsec: self.filtered.rms(rad_to_arcsec),
             sigma_arcsec: self.filtered.sigma(rad_to_arcsec),
@@ -349,6 +389,31 @@ impl Judge {
             ..figures.orbit
         };
         figures
+    }
+}
+
+/// Sums over the rates of a run.
+#[derive(Clone, Debug, Default)]
+struct RateSums {
+    valid: Share,
+    either: Share,
+    size: Median,
+    axis: Median,
+    within: Share,
+}
+
+impl RateSums {
+    /// Adds a second without an attitude.
+    fn add(&mut self, second: &Judged, figures: &mut RateFigures) {
+        self.valid.add(second.turning.is_some());
+        let Some(turning) = &second.turning else { return };
+        if !turning.either_sense {
+            figures.first_s.get_or_insert(second.cycle + 1);
+        }
+        self.either.add(turning.either_sense);
+        self.size.add(turning.size);
+        self.axis.add(turning.axis_deg);
+        self.within.add(turning.rad_s.worst_sigma() <= 3.0);
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::judge::second::OrbitError;
+use crate::judge::second::{OrbitError, TurningError};
 use crate::scenario::LIMITABLE;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::Status;
@@ -28,6 +28,12 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
         attitude_rad: (cycle > 3).then_some(Axes { error: [1e-6, 0.0, 4e-6], sigma: [1e-6; 3] }),
         filtered_rad: (cycle > 4).then_some(Axes { error: [1e-6, 2e-6, -1e-6], sigma: [1e-6; 3] }),
         rate_rad_s: None,
+        turning: (cycle <= 3).then_some(TurningError {
+            rad_s: Axes { error: [1e-6, 0.0, 4e-6], sigma: [2e-6; 3] },
+            size: -0.01 * f64::from(cycle),
+            axis_deg: 0.25,
+            either_sense: false,
+        }),
         earth: None,
         orbit: Some(orbit),
         stars: 5,

@@ -8,7 +8,7 @@ use crate::world::attitude::{Vector, apply, dot};
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::{cross, minus};
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::{OrbitReport, Report, Status};
+use fsw_core::telemetry::{OrbitReport, RateReport, Report, Status};
 
 /// An error and the standard deviation reported for it, per axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +66,19 @@ pub struct OrbitError {
     pub since_fix_s: u32,
 }
 
+/// A rate that needed no attitude, against the truth. Where it is said to be either of two, the nearer one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurningError {
+    /// Star path axes, rad/s.
+    pub rad_s: Axes,
+    /// Its size over the true one, less 1.
+    pub size: f64,
+    /// Between its axis and the true one, deg.
+    pub axis_deg: f64,
+    /// It may as well be the opposite one.
+    pub either_sense: bool,
+}
+
 /// One second, judged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
@@ -89,6 +102,8 @@ pub struct Judged {
     pub filtered_rad: Option<Axes>,
     /// Error of the rate, star path axes, rad/s.
     pub rate_rad_s: Option<Vector>,
+    /// Error of a rate that needed no attitude.
+    pub turning: Option<TurningError>,
     /// The Earth.
     pub earth: Option<EarthError>,
     /// The orbit.
@@ -120,6 +135,7 @@ impl Judged {
             attitude_rad: report.attitude.map(|attitude| axes(attitude.quaternion, attitude.sigma_rad)),
             filtered_rad: report.filtered.map(|filtered| axes(filtered.quaternion, filtered.sigma_rad)),
             rate_rad_s: report.rate_rad_s.map(|rate| minus(rate.map(f64::from), truth.rate_rad_s)),
+            turning: report.rate.map(|rate| turning_error(&rate, truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),
             orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
             stars: report.stars.len() as u16,
@@ -158,6 +174,18 @@ pub fn orbit_axes(position: Vector, velocity: Vector) -> Option<[Vector; 3]> {
     let radial = unit(position)?;
     let normal = unit(cross(position, velocity))?;
     Some([radial, cross(normal, radial), normal])
+}
+
+fn turning_error(rate: &RateReport, truth: Vector) -> TurningError {
+    let length = |vector: Vector| libm::sqrt(dot(vector, vector));
+    let found = rate.rad_s.map(f64::from);
+    let found = if rate.either_sense && dot(found, truth) < 0.0 { found.map(|part| -part) } else { found };
+    TurningError {
+        rad_s: Axes { error: minus(found, truth), sigma: rate.sigma_rad_s.map(f64::from) },
+        size: length(found) / length(truth) - 1.0,
+        axis_deg: libm::atan2(length(cross(found, truth)), dot(found, truth)).to_degrees(),
+        either_sense: rate.either_sense,
+    }
 }
 
 fn earth_error(earth: &fsw_core::telemetry::EarthReport, truth: &Truth) -> Option<EarthError> {

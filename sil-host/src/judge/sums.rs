@@ -27,6 +27,42 @@ impl Share {
     }
 }
 
+/// Median of a quantity's size, to 2.4 %: from 1e-4 to 1e4, counted in a hundred classes a decade.
+#[derive(Clone, Debug)]
+pub struct Median {
+    counts: [u32; Self::CLASSES],
+    all: u32,
+}
+
+impl Default for Median {
+    fn default() -> Self {
+        Self { counts: [0; Self::CLASSES], all: 0 }
+    }
+}
+
+impl Median {
+    const CLASSES: usize = 800;
+    const PER_DECADE: f64 = 100.0;
+    const LEAST_DECADE: f64 = -4.0;
+
+    /// Adds a value.
+    pub fn add(&mut self, value: f64) {
+        let class = (libm::log10(value.abs().max(1e-9)) - Self::LEAST_DECADE) * Self::PER_DECADE;
+        self.counts[(class.max(0.0) as usize).min(Self::CLASSES - 1)] += 1;
+        self.all += 1;
+    }
+
+    /// The middle of the class in which the median lies.
+    pub fn value(&self) -> Option<f64> {
+        let mut below = 0;
+        let class = self.counts.iter().position(|count| {
+            below += count;
+            2 * below > self.all
+        })?;
+        Some(libm::pow(10.0, (class as f64 + 0.5) / Self::PER_DECADE + Self::LEAST_DECADE))
+    }
+}
+
 /// Sum of squares of one quantity.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Squares {

@@ -12,8 +12,9 @@
 //! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
 //! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
+//! | tumbling at 4 deg/s | streaks found by the scan, then sought as lines |
 //!
-//! Time-outs are short and the fixes' slow errors small, so that 120 seconds suffice to know an orbit and to lose it; all else is
+//! Time-outs are short and the fixes' slow errors small, so that 132 seconds suffice to know an orbit and to lose it; all else is
 //! the scenarios' own.
 
 use crate::error::HostError;
@@ -41,7 +42,7 @@ const LEO: &str = "sso-noon-midnight";
 const GEO: &str = "geo-eclipse";
 
 /// The clips, in order.
-pub const CLIPS: [Clip; 8] = [
+pub const CLIPS: [Clip; 9] = [
     Clip { scenario: LEO, from_s: 440, seconds: 12 },
     Clip { scenario: LEO, from_s: 456, seconds: 10 },
     Clip { scenario: LEO, from_s: 480, seconds: 18 },
@@ -50,6 +51,7 @@ pub const CLIPS: [Clip; 8] = [
     Clip { scenario: LEO, from_s: 3903, seconds: 10 },
     Clip { scenario: GEO, from_s: 0, seconds: 10 },
     Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
+    Clip { scenario: "tumbling", from_s: 60, seconds: 12 },
 ];
 
 /// The mission's time-outs.
@@ -133,7 +135,7 @@ mod tests {
         for clip in &CLIPS {
             assert!(clip.from_s + clip.seconds <= scenario(clip).unwrap().duration_s, "{clip:?}");
         }
-        assert_eq!(CLIPS.iter().map(|clip| clip.seconds).sum::<u32>(), 120);
+        assert_eq!(CLIPS.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
         assert!(instrument().unwrap().1.check().is_ok());
     }
 }

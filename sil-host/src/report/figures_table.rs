@@ -66,6 +66,17 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             ),
         ),
         line("Mode as the geometry says", percent(figures.mode_share), String::new()),
+        line(
+            "Rate while no attitude is known",
+            percent(figures.rate.share),
+            format!(
+                "median error {}, axis {}; within 3 sigma {}; of either sense {}; goal 1 %, 0.5 deg",
+                plain(figures.rate.error_percent, "%"),
+                plain(figures.rate.axis_deg, "deg"),
+                percent(figures.rate.within_3_sigma_share),
+                percent(figures.rate.either_sense_share)
+            ),
+        ),
         line("Earth found", format!("{} s", earth.found_s), format!("of {} s", figures.seconds)),
         line(
             "Earth's direction, rms per axis",

@@ -3,7 +3,7 @@
 //! Whole lines only are handed to the system, every few hundred or after a second of waiting, so that a run that is killed
 //! leaves a file that can be read up to its last full line. An empty field is a value that was not there. Quaternions
 //! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross. Gyro and magnetometer tell theirs in the axes of
-//! the Earth path.
+//! the Earth path; `rate_*_deg_s` is the rate told without an attitude, star path axes.
 
 use crate::error::HostError;
 use crate::judge::arcsec;
@@ -12,7 +12,7 @@ use crate::judge::second::Axes;
 use crate::run::faults;
 use crate::run::harness::Second;
 use crate::world::scene::SensorState;
-use fsw_core::telemetry::{EarthStatus, Status};
+use fsw_core::telemetry::{EarthStatus, RateSource, Status};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Write as _;
@@ -40,6 +40,9 @@ limb_inliers,limb_arc_deg,limb_rms_px,\
 limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults,\
 rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s,\
 gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,magnetometer_x_ut,magnetometer_y_ut,magnetometer_z_ut,\
+true_rate_x_deg_s,true_rate_y_deg_s,true_rate_z_deg_s,rate_x_deg_s,rate_y_deg_s,rate_z_deg_s,\
+rate_sigma_x_deg_s,rate_sigma_y_deg_s,rate_sigma_z_deg_s,rate_source,rate_either_sense,\
+rate_error_percent,rate_axis_error_deg,\
 filtered_error_x_arcsec,filtered_error_y_arcsec,filtered_error_z_arcsec,\
 filtered_sigma_x_arcsec,filtered_sigma_y_arcsec,filtered_sigma_z_arcsec";
 
@@ -164,8 +167,24 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.several(judged.rate_rad_s.map(|rate| rate.map(arcsec)), 3);
     row.several(second.rate.map(|rate| rate.rad_s.map(|rad_s| f64::from(rad_s).to_degrees())), 4);
     row.several(second.field.map(|field| field.ut.map(f64::from)), 4);
+    turning(&mut row, second);
     attitude(&mut row, judged.filtered_rad);
     text.push('\n');
+}
+
+/// The true rate, and the one told without an attitude.
+fn turning(row: &mut Row<'_>, second: &Second<'_>) {
+    let (rate, error) = (second.report.rate, second.judged.turning);
+    row.several(Some(second.truth.rate_rad_s.map(f64::to_degrees)), 6);
+    row.several(rate.map(|rate| rate.rad_s.map(|rad_s| f64::from(rad_s).to_degrees())), 6);
+    row.several(rate.map(|rate| rate.sigma_rad_s.map(|sigma| f64::from(sigma).to_degrees())), 6);
+    row.word(rate.map_or("", |rate| match rate.source {
+        RateSource::Streaks => "streaks",
+        RateSource::Images => "images",
+        RateSource::Both => "streaks+images",
+    }));
+    row.optional(rate.map(|rate| f64::from(u8::from(rate.either_sense))), 0);
+    row.several(error.map(|error| [100.0 * error.size, error.axis_deg]), 4);
 }
 
 fn attitude(row: &mut Row<'_>, attitude: Option<Axes>) {

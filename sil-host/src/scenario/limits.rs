@@ -43,11 +43,15 @@ const fn at_most(key: &'static str, words: &'static str, unit: &'static str, mos
 }
 
 /// Every figure that can be limited.
-pub const LIMITABLE: [Limitable; 13] = [
+pub const LIMITABLE: [Limitable; 17] = [
     share("attitude_valid_share", "attitude valid outside Sun states"),
     share("within_3_sigma_share", "attitude error within 3 reported sigma"),
     share("position_within_3_sigma_share", "position error within 3 reported sigma"),
     share("mode_share", "mode as the geometry says"),
+    share("rate_share", "rate known while no attitude is, outside Sun states"),
+    share("rate_within_3_sigma_share", "rate without an attitude within 3 reported sigma"),
+    at_most("rate_error_percent", "size of a rate without an attitude, median error", "%", 100.0),
+    at_most("rate_axis_deg", "axis of a rate without an attitude, median error", "deg", 180.0),
     at_most("first_attitude_s", "first attitude", "s", 1e6),
     at_most("filtered_rms_arcsec", "filtered attitude error, worst axis across, rms", "arcsec", 1e6),
     at_most("attitude_rms_arcsec", "attitude error, worst axis across, rms", "arcsec", 1e6),

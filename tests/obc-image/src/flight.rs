@@ -12,12 +12,19 @@ use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry;
 use fsw_hal::{Instant, Stage, StageMeter};
+use static_cell::{ConstStaticCell, StaticCell};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
 static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.cat");
 
 /// The reference camera's profiles and corrections, made and checked by `sil-host corrections`.
 static CALIBRATION: &[u8] = include_bytes!("../../../sil-host/cameras/reference.corr");
+
+// What lasts as long as the flight is static, and what is large is so from the start: the stack is left to the second.
+static WORKSPACE: ConstStaticCell<Workspace> = ConstStaticCell::new(Workspace::new());
+static FRAME: ConstStaticCell<[u8; telemetry::MAX_FRAME_BYTES]> =
+    ConstStaticCell::new([0; telemetry::MAX_FRAME_BYTES]);
+static SENSOR: StaticCell<Sensor<'static>> = StaticCell::new();
 
 /// What a flight came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,6 +44,8 @@ pub enum Refusal {
     Parameters,
     /// The calibration is damaged, or not the one that the parameter table names.
     Calibration,
+    /// An image flies once.
+    FlownBefore,
 }
 
 /// Stage marks as the outside meter sees them.
@@ -51,6 +60,22 @@ impl StageMeter for Marks {
     }
 }
 
+/// The sensor, in its place. (Not inlined: what it is put together from is not to lie under the seconds on the stack.)
+#[inline(never)]
+fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, Refusal> {
+    let workspace = WORKSPACE.try_take().ok_or(Refusal::FlownBefore)?;
+    let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
+    defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
+    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
+    let sensor = if parameters.calibration_crc == 0 {
+        sensor
+    } else {
+        let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;
+        sensor.calibrated(calibration).map_err(|_| Refusal::Calibration)?
+    };
+    SENSOR.try_init(sensor).ok_or(Refusal::FlownBefore)
+}
+
 /// Flies `seconds` seconds.
 ///
 /// # Errors
@@ -61,20 +86,8 @@ pub fn fly(
     seconds: u32,
     output: &mut File,
 ) -> Result<Flight, Refusal> {
-    let workspace = cortex_m::singleton!(: Workspace = Workspace::new()).ok_or(Refusal::Catalogue)?;
-    let frame = cortex_m::singleton!(: [u8; telemetry::MAX_FRAME_BYTES] = [0; telemetry::MAX_FRAME_BYTES])
-        .ok_or(Refusal::Catalogue)?;
-    let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
-    defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
-    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
-    let sensor = if parameters.calibration_crc == 0 {
-        sensor
-    } else {
-        let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;
-        sensor.calibrated(calibration).map_err(|_| Refusal::Calibration)?
-    };
-    // What lasts as long as the flight is static: the stack is left to the second.
-    let sensor = cortex_m::singleton!(: Sensor<'static> = sensor).ok_or(Refusal::Parameters)?;
+    let sensor = sensor(parameters)?;
+    let frame = FRAME.try_take().ok_or(Refusal::FlownBefore)?;
     let mut flight = Flight::default();
     for second in 0..seconds {
         // A file that breaks off gives an impossible instant, which the sensor refuses.

@@ -18,6 +18,8 @@ mod marks;
 mod memory;
 mod recorded;
 
+// Brings the critical section of a single core.
+use cortex_m as _;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use figures::Figures;
 use flight::{Flight, Refusal};
@@ -65,6 +67,7 @@ impl InputError {
                 "PARAMETERS: another calibration than the image's, which may be damaged\n"
             }
             Self::Refused(Refusal::Catalogue) => "the onboard catalogue is damaged\n",
+            Self::Refused(Refusal::FlownBefore) => "the image has flown before; start it anew\n",
             Self::Output => "TELEMETRY, LOG or standard output: cannot be written\n",
         }
     }

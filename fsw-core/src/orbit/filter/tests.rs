@@ -252,7 +252,7 @@ proptest! {
         for (span_us, position_km, aside, covariance_km2, tilt) in fixes {
             time_us = time_us.saturating_add(span_us);
             let fix = PositionFix { position_km, covariance_km2, place_km: position_km + aside };
-            let to_icrs = Matrix3::identity() + crate::orbit::point::cross_matrix(&tilt);
+            let to_icrs = Matrix3::identity() + crate::orbit::matrix::cross_matrix(&tilt);
             match filter.update(time_us, &fix, &to_icrs, &parameters) {
                 Update::Accepted { nis } => assert!(nis <= gate_nis && nis >= 0.0),
                 // A fix that is so far off that its square overflows is rejected too.

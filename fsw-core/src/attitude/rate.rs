@@ -1,0 +1,240 @@
+//! The sensor's rate from directions that move: of a streak from end to end, of a star from one image to the next
+//! (thesis §3.1.5, LARM and HARM).
+//!
+//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`Rate`] of the star path against
+//! the stars, in its own frame, and its covariance. A fixed direction's components change as `db/dt = -ω × b`; over a turn by
+//! θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across
+//! each chord that is one equation; least squares over all of them give `g`. Of a streak cut by the border only the direction
+//! is known: its equation across.
+//!
+//! Which arcs belong together is told by consensus: every two arcs propose a rate, the one that most arcs agree with is
+//! refined. One arc alone leaves the component about itself open and gives none.
+//!
+//! Sense. An image alone does not say which end of a streak was first; arcs that are [`undirected`](Arc::directed) are
+//! turned as the proposal wants them, and the rate is one of two, opposite ones.
+
+use super::covariance::Information;
+use nalgebra::{Matrix3, Vector3};
+
+/// Most arcs.
+pub const MAX_ARCS: usize = 24;
+/// An arc agrees with a rate within so many sigmas along and across together (squared).
+const AGREES: f32 = 12.0;
+
+/// A wrong arc may hide among few: the variance grows by this over the equations beyond three.
+const FEW: f32 = 6.0;
+
+/// A direction before and after.
+#[derive(Clone, Copy, Debug)]
+pub struct Arc {
+    /// Unit vectors, star path.
+    pub ends: [Vector3<f32>; 2],
+    /// Standard deviation of the way from one to the other, along it and across it, rad.
+    pub sigma_rad: [f32; 2],
+    /// From the first end to the second, and from the second to the first were it the earlier one, s: rows of a rolling
+    /// shutter begin one after the other.
+    pub duration_s: [f32; 2],
+    /// Whether the first end is known to be the earlier one.
+    pub directed: bool,
+    /// Whether its length is known.
+    pub whole: bool,
+}
+
+/// A rate from arcs.
+#[derive(Clone, Copy, Debug)]
+pub struct Rate {
+    /// Of the star path against the stars, in its own frame, rad/s.
+    pub rad_s: Vector3<f32>,
+    /// Its covariance, (rad/s)².
+    pub covariance: Matrix3<f32>,
+    /// Which arcs agree, a bit an arc.
+    pub arcs: u32,
+}
+
+impl Rate {
+    /// How many arcs agree.
+    pub fn count(&self) -> u32 {
+        self.arcs.count_ones()
+    }
+
+    /// Standard deviations about x, y, z, rad/s.
+    pub fn sigma_rad_s(&self) -> Vector3<f32> {
+        self.covariance.diagonal().map(|variance| libm::sqrtf(variance.max(0.0)))
+    }
+}
+
+/// What an arc says of the rate: `row · ω = right`, both over its sigma.
+struct Equation {
+    row: Vector3<f32>,
+    right: f32,
+}
+
+/// The equations along and across of an arc, taken from its second end to its first where `reversed`; `None` where its
+/// ends are one. `g` is linear in ω but for the tangent, which is that of the rate `about`.
+#[inline(never)]
+fn equations(arc: &Arc, about: &Vector3<f32>) -> Option<[Option<Equation>; 2]> {
+    let [a, c] = arc.ends;
+    let [forth_s, back_s] = arc.duration_s;
+    let (a, c, duration_s) = if is_reversed(arc, about) { (c, a, back_s) } else { (a, c, forth_s) };
+    let (chord, sum) = (c - a, a + c);
+    let along = chord.try_normalize(1e-7)?;
+    let across = sum.cross(&along).try_normalize(1e-7)?;
+    let half_s = half_tangent_s(about, duration_s);
+    // e · (c - a) = -e · (g × (a + c)) = -g · ((a + c) × e)
+    let of = |axis: &Vector3<f32>, right: f32, sigma: f32| Equation {
+        row: sum.cross(axis) * (-half_s / sigma),
+        right: right / sigma,
+    };
+    let [sigma_along, sigma_across] = arc.sigma_rad;
+    let lengthwise = arc.whole.then(|| of(&along, chord.dot(&along), sigma_along));
+    Some([lengthwise, Some(of(&across, 0.0, sigma_across))])
+}
+
+/// Whether an arc must be reversed to go with a rate.
+fn is_reversed(arc: &Arc, h: &Vector3<f32>) -> bool {
+    let [a, c] = arc.ends;
+    !arc.directed && (c - a).dot(&h.cross(&(a + c))) > 0.0
+}
+
+/// Squared distance of an arc from a rate, sigmas.
+fn misfit(arc: &Arc, h: &Vector3<f32>) -> f32 {
+    let Some(equations) = equations(arc, h) else { return f32::MAX };
+    equations.iter().flatten().fold(0.0, |sum, equation| {
+        let off = equation.row.dot(h) - equation.right;
+        sum + off * off
+    })
+}
+
+/// Least squares over the arcs whose bits are set, turned as `about` wants them.
+#[inline(never)]
+fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    // Information is counted in 1/mrad².
+    const SCALE: f32 = 1e-6;
+    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (index, arc) in arcs.iter().enumerate() {
+        if (bits >> index) & 1 == 0 {
+            continue;
+        }
+        for equation in equations(arc, about)?.iter().flatten() {
+            let row = equation.row;
+            matrix += Matrix3::from_columns(&[row * row.x, row * row.y, row * row.z]) * SCALE;
+            right += equation.row * (equation.right * SCALE);
+        }
+    }
+    let information = Information::from_sum(matrix);
+    Some((information.solve(&right)?, information.covariance_rad2()?))
+}
+
+/// The arcs that agree with a rate, and their misfit in all.
+#[inline(never)]
+fn agreeing(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
+    arcs.iter().enumerate().fold((0, 0.0), |(bits, sum), (index, arc)| {
+        let misfit = misfit(arc, h);
+        if misfit < AGREES { (bits | 1 << index, sum + misfit) } else { (bits, sum) }
+    })
+}
+
+/// The rate on which most arcs agree; `None` where no two fix all three components. Of undirected arcs the opposite rate
+/// is as good.
+#[inline(never)]
+pub fn solve(arcs: &[Arc]) -> Option<Rate> {
+    let arcs = arcs.get(..MAX_ARCS).unwrap_or(arcs);
+    let mut best: Option<(Vector3<f32>, u32, f32)> = None;
+    for (first, one) in arcs.iter().enumerate() {
+        for (second, other) in arcs.iter().enumerate().skip(first + 1) {
+            if !(one.whole || other.whole) {
+                continue;
+            }
+            for flipped in [false, true] {
+                let [a, c] = other.ends;
+                let [forth_s, back_s] = other.duration_s;
+                let (ends, duration_s) =
+                    if flipped { ([c, a], [back_s, forth_s]) } else { ([a, c], [forth_s, back_s]) };
+                let second_arc = Arc { ends, duration_s, directed: true, ..*other };
+                let pair = [Arc { directed: true, ..*one }, second_arc];
+                let proposed = least_squares(&pair, 3, &Vector3::zeros());
+                // Once more, with the tangent of the rate found.
+                let proposed = proposed.and_then(|(rate, _)| least_squares(&pair, 3, &rate));
+                if let Some((h, _)) = proposed.filter(|_| !(flipped && other.directed)) {
+                    let (bits, misfit) = agreeing(arcs, &h);
+                    let both = (1 << first) | (1 << second);
+                    let better = |(_, most, least): (_, u32, f32)| {
+                        (bits.count_ones(), -misfit) > (most.count_ones(), -least)
+                    };
+                    if bits & both == both && best.is_none_or(better) {
+                        best = Some((h, bits, misfit));
+                    }
+                }
+            }
+        }
+    }
+    let (rate, bits, _) = best?;
+    refined(arcs, rate, bits)
+}
+
+/// The rate of the opposite sense that explains undirected arcs as well.
+#[inline(never)]
+pub fn opposite(arcs: &[Arc], rate: &Rate) -> Option<Rate> {
+    refined(arcs.get(..MAX_ARCS).unwrap_or(arcs), -rate.rad_s, rate.arcs)
+}
+
+/// Least squares from a first estimate and the arcs that agree with it.
+#[inline(never)]
+fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
+    let (mut rate, mut bits) = (rate, bits);
+    let mut covariance = Matrix3::zeros();
+    for _ in 0..3 {
+        (rate, covariance) = least_squares(arcs, bits, &rate)?;
+        bits = agreeing(arcs, &rate).0;
+    }
+    if bits.count_ones() < 2 {
+        return None;
+    }
+    // More equations than unknowns say whether the sigmas hold.
+    let used = |index: usize| (bits >> index) & 1 == 1;
+    let (count, misfit) =
+        arcs.iter().enumerate().filter(|(index, _)| used(*index)).fold((0.0, 0.0), |(n, sum), (_, arc)| {
+            (n + if arc.whole { 2.0 } else { 1.0 }, sum + misfit(arc, &rate))
+        });
+    let free: f32 = count - 3.0;
+    if free >= 1.0 {
+        covariance *= (misfit / free).max(1.0) * (1.0 + FEW / free);
+    }
+    Some(Rate { rad_s: rate, covariance, arcs: bits })
+}
+
+/// Two independent estimates of a rate as one.
+#[inline(never)]
+pub fn joined(
+    a: (Vector3<f32>, Matrix3<f32>),
+    b: (Vector3<f32>, Matrix3<f32>),
+) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    // In units in which the elements are near one.
+    const SCALE: f32 = 1e6;
+    let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
+    let covariance = (wa + wb).try_inverse()?;
+    Some((covariance * (wa * a.0 + wb * b.0), covariance * (1.0 / SCALE)))
+}
+
+/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
+#[inline(never)]
+pub fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
+    const SCALE: f32 = 1e6;
+    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(SCALE);
+    let covariance = (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * SCALE;
+    let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
+    // A rate of which nothing is known is like any other.
+    covariance.trace() < 0.1 * SCALE * sizes.0.max(sizes.1)
+        && covariance.try_inverse().is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
+}
+
+/// `tan(|ω| τ / 2) / |ω|`: half of τ for a small angle.
+fn half_tangent_s(rate: &Vector3<f32>, duration_s: f32) -> f32 {
+    let half_s = 0.5 * duration_s;
+    let square = (half_s * half_s * rate.dot(rate)).min(1.0);
+    // tan(x) / x by its continued fraction, 3e-7 up to x = 1.
+    half_s * (945.0 - square * (105.0 - square)) / (945.0 - square * (420.0 - 15.0 * square))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,433 @@
+//! How fast the sensor turns while no attitude is known (thesis §3.1.5: HARM and LARM).
+//!
+//! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate in the report, and what
+//! must be remembered for the next image.
+//!
+//! - HARM. The ends of the streaks and the exposure give the rate but for its sense. It is settled by the next image: the
+//!   streaks' middles are carried on by the one and the other sense, and the one counts that finds streaks there. A star
+//!   that is seen twice also gives the rate over the time between the images, better than the ends of its streak do, but as a
+//!   mean over that time: two such means tell the rate now, one alone is believed as far as a free body may have changed
+//!   ([`CHANGE`]).
+//! - LARM. Stars that were measured but not identified are matched with those of the image before by their separations.
+//!
+//! What is not known is not said: no rate where too few streaks agree and no other image has confirmed it, none that
+//! contradicts the last one; either sense where no streak went on.
+
+use super::{Instruments, Sensor};
+use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
+use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, is_like, joined};
+use crate::camera::Camera;
+use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
+use crate::image::streaks::{Piece, Streak, follow, search};
+use crate::stars::identify::NotIdentified;
+use crate::stars::{Measured, row_delay_s};
+use crate::telemetry::{RateReport, RateSource, Report, Status};
+use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
+use heapless::Vec;
+use nalgebra::{Matrix3, Vector3};
+
+/// Streaks measured in an image.
+const MAX_STREAKS: usize = MAX_ARCS;
+/// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
+const COLUMNS_AFTER_SCAN: usize = 2_000;
+const COLUMNS: usize = 8_000;
+/// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
+const LONG_PX: f32 = 30.0;
+/// Fewest stars of which a scan says that the sensor does not turn fast.
+const FEWEST_STARS: usize = 4;
+/// Fewer streaks so long are satellites and hits.
+const FEWEST_LINES: usize = 2;
+/// Searches for lines in a row that may find none before stars are looked for again.
+const MOST_MISSES: u8 = 3;
+/// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much where no
+/// streak was seen.
+const GOOD_PX: f32 = 100.0;
+const LARGEST_DIVISOR: u8 = 4;
+const UNSEEN_DIVISOR: u8 = 3;
+/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
+const FEWEST_SPARE: usize = 3;
+/// Longest time between two images that are compared, s.
+const LONGEST_S: u32 = 4;
+/// Shortest exposure, as the parameters' own.
+const SHORTEST_US: u32 = 100;
+/// Largest standard deviation of a rate that is reported, as a share of it.
+const LARGEST_SHARE: f32 = 0.4;
+/// Expected number of chance encounters up to which one encounter settles the sense.
+const BY_CHANCE: f32 = 0.03;
+/// The sense is known from so many encounters on, and so many are counted at most.
+const SURE: i8 = 2;
+const MOST_SURE: i8 = 4;
+
+/// What is remembered from image to image.
+#[derive(Debug, Default)]
+pub(super) struct Turning {
+    marks: Vec<Mark, MAX_MARKS>,
+    /// Cycle of these marks.
+    taken: u32,
+    /// Rate by the streaks of that image, of the sense that is believed more.
+    streaks: Option<Rate>,
+    /// Encounters that spoke for this sense less those against.
+    sense: i8,
+    /// Mean rate up to that image from the one before, if that was a second before.
+    mean: Option<(Vector3<f32>, Matrix3<f32>)>,
+    /// What to do with the next image.
+    next: Next,
+}
+
+/// What to do with the next image.
+#[derive(Clone, Copy, Debug, Default)]
+struct Next {
+    /// It is searched for lines instead of stars.
+    seeks: bool,
+    /// Searches for lines in a row that found none.
+    misses: u8,
+    /// The exposure is divided by this: long streaks leave the field, and their pixels gather dark current.
+    divisor: u8,
+}
+
+impl Next {
+    /// After a search that found these streaks, exposed for the nominal time over the divisor.
+    fn after_lines(self, streaks: &[Streak]) -> Self {
+        let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
+        let divisor = self.divisor.max(1);
+        if long < FEWEST_LINES {
+            // Perhaps a shorter exposure shows more, and a longer one the next time.
+            let misses = self.misses.saturating_add(1);
+            let divisor = if divisor > 1 { 1 } else { UNSEEN_DIVISOR };
+            return Self { seeks: misses < MOST_MISSES && long >= streaks.len() / 2, misses, divisor };
+        }
+        let mean_px = streaks.iter().fold(0.0, |sum, streak| sum + streak.length_px()) / streaks.len() as f32;
+        let wanted = mean_px * f32::from(divisor) / GOOD_PX;
+        Self { seeks: true, misses: 0, divisor: (wanted as u8).clamp(1, LARGEST_DIVISOR) }
+    }
+}
+
+impl Turning {
+    /// Forgets all, as when an attitude is known.
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Seconds since the marks were taken, where they can be compared with an image of `cycle`.
+    fn elapsed_s(&self, cycle: u32) -> Option<f32> {
+        let elapsed = cycle.wrapping_sub(self.taken);
+        (!self.marks.is_empty() && (1..=LONGEST_S).contains(&elapsed)).then_some(elapsed as f32)
+    }
+}
+
+/// The arc of a streak. `longest_px` is how long a streak may be: a cut one shows less of its direction.
+#[inline(never)]
+fn arc_of(
+    camera: &Camera,
+    streak: &Streak,
+    exposure_s: f32,
+    row_time_s: f32,
+    longest_px: f32,
+) -> Option<Arc> {
+    let [first, second] = streak.ends_px;
+    let ends = [*camera.direction(first)?.vector(), *camera.direction(second)?.vector()];
+    let stretch = if streak.cut { (longest_px / streak.length_px().max(1.0)).max(1.0) } else { 1.0 };
+    let per = core::f32::consts::SQRT_2 * camera.rad_per_px();
+    let rows_s = (second[1] - first[1]) * row_time_s;
+    Some(Arc {
+        ends,
+        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per * stretch],
+        duration_s: [exposure_s + rows_s, exposure_s - rows_s],
+        directed: false,
+        whole: !streak.cut,
+    })
+}
+
+/// The mark of a whole streak.
+#[inline(never)]
+fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
+    let [first, second] =
+        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
+    let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
+    Some(Mark {
+        // Not the middle of the pixels: equal times are equal angles.
+        direction: (first? + second?).try_normalize(1e-3)?,
+        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
+        late_s: row_delay_s(camera, streak.middle_px(), row_time_s),
+    })
+}
+
+impl Sensor<'_> {
+    /// Lost in space: an attitude, or how it turns where there is none. (The steps are called from here, not from each other,
+    /// so that their lists do not lie on the stack together.)
+    pub(super) fn acquire_or_turn(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        report: &mut Report,
+    ) {
+        let new_image = self.searching_since.is_none();
+        if new_image && self.turning.next.seeks {
+            return self.seek_streaks(instruments, report);
+        }
+        self.acquire(instruments, report);
+        match report.status {
+            Status::Identified => self.turning.forget(),
+            Status::TooFast => {
+                if let Err(error) = self.turn_by_scan(instruments.detector, report) {
+                    report.status = Status::DetectorFault(error.into());
+                }
+            }
+            Status::Searching | Status::NotIdentified(_) if new_image => self.turn_by_stars(report),
+            _ => {}
+        }
+    }
+
+    /// A second in which the image is searched for lines instead of stars.
+    #[inline(never)]
+    fn seek_streaks(
+        &mut self,
+        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        report: &mut Report,
+    ) {
+        instruments.meter.begin(Stage::Scan);
+        let found = self.lines(instruments.detector);
+        instruments.meter.end(Stage::Scan);
+        let streaks = match found {
+            Ok(Some(streaks)) => streaks,
+            Ok(None) => return report.status = Status::Blinded,
+            Err(error) => return report.status = Status::DetectorFault(error.into()),
+        };
+        report.detections = streaks.len() as u16;
+        report.status = if streaks.len() >= FEWEST_LINES {
+            Status::TooFast
+        } else {
+            Status::NotIdentified(NotIdentified::TooFewStars)
+        };
+        let exposure_us = self.line_exposure_us();
+        self.turning.next = self.turning.next.after_lines(&streaks);
+        self.turn_by(&streaks, exposure_us, report);
+    }
+
+    /// Exposure of an image that is searched for lines.
+    fn line_exposure_us(&self) -> u32 {
+        (self.parameters.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
+    }
+
+    /// Takes an image and measures the streaks in it; `None` where it is blinded.
+    fn lines(
+        &mut self,
+        detector: &mut impl Detector,
+    ) -> Result<Option<Vec<Streak, MAX_STREAKS>>, DetectorError> {
+        if self.expose_for(detector, self.line_exposure_us())? {
+            return Ok(None);
+        }
+        let mut pieces = search::Pieces::new();
+        search::search(detector, &mut self.workspace.buffer, &mut pieces)?;
+        let mut streaks = Vec::new();
+        let mut columns = COLUMNS;
+        for piece in &pieces {
+            self.measure(detector, piece, &mut streaks, &mut columns)?;
+        }
+        Ok(Some(streaks))
+    }
+
+    /// Measures the streak of a piece, unless it is known already.
+    #[inline(never)]
+    fn measure(
+        &mut self,
+        detector: &mut impl Detector,
+        piece: &Piece,
+        streaks: &mut Vec<Streak, MAX_STREAKS>,
+        columns: &mut usize,
+    ) -> Result<(), DetectorError> {
+        // Half a binned line may lie beside the streak.
+        if streaks.is_full() || streaks.iter().any(|streak| streak.holds(piece.at_px, 6.0)) {
+            return Ok(());
+        }
+        if let Some(streak) = follow::follow(detector, &mut self.workspace.buffer, piece, columns)?
+            && !streaks
+                .iter()
+                .any(|known| known.holds(streak.middle_px(), 6.0) || streak.holds(known.middle_px(), 6.0))
+        {
+            let _ = streaks.push(streak);
+        }
+        Ok(())
+    }
+
+    /// After a scan that showed streaks: measures those it has touched.
+    ///
+    /// # Errors
+    /// Of the detector.
+    #[inline(never)]
+    fn turn_by_scan(
+        &mut self,
+        detector: &mut impl Detector,
+        report: &mut Report,
+    ) -> Result<(), DetectorError> {
+        let mut streaks = Vec::new();
+        let mut columns = COLUMNS_AFTER_SCAN;
+        for index in 0..MAX_DETECTIONS + MAX_STREAK_PLACES {
+            let detections = &self.workspace.detections;
+            let mut drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended);
+            let count = drawn.clone().count();
+            let place = match drawn.nth(index) {
+                Some(spot) => spot.centre_px().map(|at| libm::floorf(at.max(0.0) + 0.5) as u16),
+                None => match detections.streak_places().get(index - count) {
+                    Some(place) => *place,
+                    None => break,
+                },
+            };
+            let piece = follow::piece_at(detector, &mut self.workspace.buffer, place)?;
+            if let Some(piece) = piece {
+                self.measure(detector, &piece, &mut streaks, &mut columns)?;
+            }
+        }
+        let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
+        self.turning.next = Next { seeks: streaks.len() < 3 || 2 * long >= streaks.len(), ..Next::default() };
+        self.turn_by(&streaks, self.parameters.exposure_us, report);
+        Ok(())
+    }
+
+    /// The rate from the streaks of this second's image and what is remembered of the last.
+    #[inline(never)]
+    fn turn_by(&mut self, streaks: &[Streak], exposure_us: u32, report: &mut Report) {
+        let row_time_s = self.row_time_s();
+        let exposure_s = exposure_us as f32 * 1e-6;
+        let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
+        let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
+        let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
+        for streak in streaks {
+            if let Some(arc) = arc_of(&self.camera, streak, exposure_s, row_time_s, longest_px) {
+                let _ = arcs.push(arc);
+            }
+            if !streak.cut
+                && let Some(mark) = mark_of(&self.camera, streak, row_time_s)
+            {
+                let _ = marks.push(mark);
+            }
+        }
+        let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
+        let elapsed_s = self.turning.elapsed_s(self.cycle);
+        let before = core::mem::take(&mut self.turning);
+        self.turning = Turning { marks, taken: self.cycle, next: before.next, ..Turning::default() };
+        let Some(rate) = rate else { return };
+        let agree = |index: usize| (rate.arcs >> index) & 1 == 1;
+        let agreeing = arcs.iter().enumerate().filter(|(index, _)| agree(*index));
+        let (whole, cut) = agreeing.fold(
+            (0, 0),
+            |(whole, cut), (_, arc)| {
+                if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) }
+            },
+        );
+
+        // The sense of the last image's rate, which cannot have turned over in a few seconds.
+        let last = before.streaks.as_ref().filter(|_| elapsed_s.is_some());
+        let turned = |rate: &Rate| rate::opposite(&arcs, rate);
+        let against = last.is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
+        let Some(mut rate) = (if against { turned(&rate) } else { Some(rate) }) else { return };
+        let elapsed_s = elapsed_s.unwrap_or(1.0);
+        let change = CHANGE * rate.rad_s.norm_squared();
+        let repeats = last.is_some_and(|last| is_like(&rate, last, change * elapsed_s));
+        let mut sense = if last.is_some() { before.sense } else { 0 };
+        if last.is_some() && !repeats {
+            // One of the two is wrong; whatever was concluded from them is not kept.
+            sense = 0;
+        }
+        let images = (&before.marks[..], &self.turning.marks[..]);
+        let mut there = Vec::new();
+        let mut meet = |rate: &Rate, sign: f32| {
+            // Between two images the mean of both rates counts, and what a body may do beside it.
+            let (mean, covariance, off) = match last.filter(|_| repeats) {
+                Some(last) => {
+                    ((rate.rad_s + last.rad_s * sign) * 0.5, (rate.covariance + last.covariance) * 0.25, 0.1)
+                }
+                None => (rate.rad_s, rate.covariance, 0.5),
+            };
+            let off = off * change * elapsed_s;
+            let covariance = covariance + Matrix3::from_diagonal_element(off * off);
+            let chance = encounters(&mut there, images, (&mean, &covariance), elapsed_s, &self.camera);
+            (there.len(), chance)
+        };
+        let other = turned(&rate);
+        let (back, _) = other.as_ref().map_or((0, 0.0), |other| meet(other, -1.0));
+        let (_, chance) = meet(&rate, 1.0);
+        let gain = there.len() as i8 - back as i8;
+        // One encounter settles it where chance would hardly bring one about.
+        let weight = if chance < BY_CHANCE { SURE } else { 1 };
+        sense = (sense + weight * gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
+        let mut mean = None;
+        if sense < 0 {
+            let Some(other) = other else { return };
+            (rate, sense) = (other, -sense);
+        } else if gain > 0 {
+            mean = rate::solve(&there).filter(|mean| is_like(mean, &rate, change * elapsed_s));
+        }
+        let sure = sense >= SURE;
+        let (mut best, mut source) = ((rate.rad_s, rate.covariance), RateSource::Streaks);
+        if let Some(mean) = mean.as_ref().filter(|_| sure) {
+            // The mean is that of half the time before: as it is, with what may have changed since, or carried on by the mean
+            // before it.
+            let off = 0.5 * change * elapsed_s;
+            let mut now = (mean.rad_s, mean.covariance + Matrix3::from_diagonal_element(off * off));
+            if let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < 1.5) {
+                let wander = change * rate.rad_s.norm();
+                let noise = Matrix3::from_diagonal_element(wander * wander);
+                let carried =
+                    (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise);
+                if carried.1.trace() < now.1.trace() {
+                    now = carried;
+                }
+            }
+            if let Some(both) = joined(best, now) {
+                (best, source) = (both, RateSource::Both);
+            }
+        }
+        self.turning.sense = sense;
+        let confirmed = mean.is_some() || repeats;
+        self.turning.mean = mean.map(|mean| (mean.rad_s, mean.covariance));
+        self.turning.streaks = Some(rate);
+        // A contradiction is none of the last image's if that one had less to say.
+        let contradicts = last.is_some() && !repeats && before.sense >= SURE;
+        if confirmed || 2 * whole + cut >= FEWEST_SPARE + 3 && !contradicts {
+            report_rate(report, best, (source, !sure, whole as u32));
+        }
+    }
+
+    /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to look for next.
+    #[inline(never)]
+    fn turn_by_stars(&mut self, report: &mut Report) {
+        let detections = &self.workspace.detections;
+        let stars = self.workspace.measured.len();
+        let drawn = detections.spots().iter().any(|spot| spot.drawn_px > 0 && !spot.extended);
+        let seeks = stars < FEWEST_STARS || drawn || detections.streaks() > 0;
+        let row_time_s = self.row_time_s();
+        let mark = |star: &Measured| Mark {
+            direction: *star.direction.vector(),
+            sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
+            late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
+        };
+        let marks: Vec<Mark, MAX_MARKS> = self.workspace.measured.iter().take(MAX_MARKS).map(mark).collect();
+        let elapsed_s = self.turning.elapsed_s(self.cycle);
+        let rate = elapsed_s.and_then(|elapsed_s| matched(&self.turning.marks, &marks, elapsed_s));
+        let next = Next { seeks, ..Next::default() };
+        self.turning = Turning { marks, taken: self.cycle, next, ..Turning::default() };
+        if let Some(rate) = rate {
+            let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s.unwrap_or(1.0);
+            let covariance = rate.covariance + Matrix3::from_diagonal_element(off * off);
+            report_rate(report, (rate.rad_s, covariance), (RateSource::Images, false, rate.count()));
+        }
+    }
+}
+
+/// Puts a rate into the report, unless it says too little.
+#[inline(never)]
+fn report_rate(
+    report: &mut Report,
+    (rate, covariance): (Vector3<f32>, Matrix3<f32>),
+    (source, either_sense, stars): (RateSource, bool, u32),
+) {
+    let sigma = covariance.diagonal().map(|variance| libm::sqrtf(variance.max(0.0)));
+    let size = rate.norm();
+    // A rate of which one component is open (a single streak, or streaks that all lie together) is none. A slow one may be
+    // known to a part of a pixel a second only.
+    if sigma.norm() < LARGEST_SHARE * size || source == RateSource::Images && size.is_finite() {
+        let stars = stars.min(u8::MAX.into()) as u8;
+        report.rate =
+            Some(RateReport { rad_s: rate.into(), sigma_rad_s: sigma.into(), source, either_sense, stars });
+    }
+}

@@ -1,0 +1,251 @@
+//! Rates without an attitude: rendered skies turn, the sensor's own second tells how fast.
+
+use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::telemetry::{RateReport, Report, Status};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
+use sil_host::camera_file::CameraFile;
+use sil_host::world::attitude::{normalised, uniform};
+use sil_host::world::disturbances::Disturbances;
+use sil_host::world::imaging::ImagingModel;
+use sil_host::world::motion::Motion;
+use sil_host::world::noise::{Noise, Stream};
+use sil_host::world::protons::Protons;
+use sil_host::world::scene::{Scene, SceneSettings};
+use sil_host::world::shutter::Shutter;
+use sil_host::world::stars::DetectorModel;
+use sil_host::{flight, star_scene};
+
+/// Seconds flown of each turning; the first is the self-test.
+const SECONDS: u32 = 8;
+/// Turnings of each rate.
+const CASES: u64 = 3;
+
+/// A turning sky behind the reference lens, with hot pixels and 20 protons an image.
+struct World {
+    scene: Scene,
+    rate_rad_s: [f64; 3],
+    row_time_s: f64,
+}
+
+impl World {
+    /// Attitude and axis are drawn by `case`.
+    fn new(case: u64, rate_deg_s: f64, shutter: Shutter) -> Self {
+        let noise = Noise::new(0x52_41_54_45, case, Stream::Attitude);
+        let attitude = uniform(&noise, 0);
+        let (z, around) = (2.0 * noise.uniform(1, 0) - 1.0, std::f64::consts::TAU * noise.uniform(1, 1));
+        let across = (1.0 - z * z).sqrt();
+        let axis = [across * around.cos(), across * around.sin(), z];
+        let rate_rad_s = axis.map(|part| part * rate_deg_s.to_radians());
+        let motion = Motion::turning(normalised(attitude).unwrap(), rate_rad_s);
+        let mut settings = SceneSettings::new(CameraFile::reference(), motion, 100 + case);
+        settings.imaging = ImagingModel { shutter, ..ImagingModel::REFERENCE };
+        settings.detector = DetectorModel::reference();
+        settings.disturbances =
+            Disturbances { hot_pixels: 200, protons: Protons::Fixed(20), ..Disturbances::default() };
+        let scene = Scene::new(settings, &star_scene::sky()).unwrap();
+        Self { scene, rate_rad_s, row_time_s: shutter.row_time_s() }
+    }
+
+    /// The sensor's reports.
+    fn fly(&mut self, seconds: u32) -> Vec<Report> {
+        let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
+        let mut workspace = Box::new(Workspace::new());
+        let mut parameters = star_scene::parameters();
+        parameters.row_time_ns = (self.row_time_s * 1e9).round() as u32;
+        let mut sensor = flight::sensor(catalogue, None, parameters, &mut workspace).unwrap();
+        let start_us = ((DEFAULT_EPOCH_YEAR - 2000.0) * 365.25 * 86_400e6) as i64;
+        (0..seconds)
+            .map(|second| {
+                let mut clock = Instant(start_us + i64::from(second) * 1_000_000);
+                let mut detector = Frame { scene: &mut self.scene, cycle: second.into(), pixels: Vec::new() };
+                let mut instruments =
+                    Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
+                sensor.cycle(&mut instruments, Command::Continue)
+            })
+            .collect()
+    }
+}
+
+/// The world's detector, each image drawn whole and once: windows of it are the same, and many.
+struct Frame<'a> {
+    scene: &'a mut Scene,
+    cycle: u64,
+    pixels: Vec<u16>,
+}
+
+impl Detector for Frame<'_> {
+    fn geometry(&self) -> DetectorGeometry {
+        self.scene.geometry()
+    }
+    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        self.scene.expose_cycle(self.cycle, exposure_us)?;
+        let whole = self.geometry().whole();
+        self.pixels.resize(whole.area(), 0);
+        self.scene.read(whole, &mut self.pixels)
+    }
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        if !window.fits(&self.geometry()) {
+            return Err(DetectorError::OutsideDetector);
+        }
+        let width = usize::from(self.geometry().width_px);
+        let rows = self.pixels.chunks_exact(width).skip(window.y.into());
+        for (row, to) in rows.zip(pixels.chunks_exact_mut(window.width.into())) {
+            to.copy_from_slice(&row[usize::from(window.x)..][..to.len()]);
+        }
+        Ok(())
+    }
+}
+
+/// A rate against the truth: its size off by a share, its axis by deg, the largest error over its sigma, whether its sense is
+/// the right one.
+struct Error {
+    size: f64,
+    axis_deg: f64,
+    sigmas: f64,
+    right_sense: bool,
+}
+
+fn length(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+fn error(rate: &RateReport, truth: [f64; 3]) -> Error {
+    let found = rate.rad_s.map(f64::from);
+    let cosine = (0..3).map(|k| found[k] * truth[k]).sum::<f64>() / length(found) / length(truth);
+    let sense = if rate.either_sense { cosine.signum() } else { 1.0 };
+    let sigmas = (0..3)
+        .map(|k| ((sense * found[k] - truth[k]) / f64::from(rate.sigma_rad_s[k])).abs())
+        .fold(0.0, f64::max);
+    Error {
+        size: length(found) / length(truth) - 1.0,
+        axis_deg: (sense * cosine).clamp(-1.0, 1.0).acos().to_degrees(),
+        sigmas,
+        right_sense: sense * cosine > 0.0,
+    }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// What a rate comes to over several turnings.
+#[derive(Default)]
+struct Tally {
+    /// Seconds without an attitude after the self-test, those with a rate, and those with one of known sense.
+    seconds: u32,
+    told: u32,
+    sure: u32,
+    within: u32,
+    wrong: u32,
+    /// Errors of the rates of known sense: size in percent, axis in deg.
+    sizes: Vec<f64>,
+    axes: Vec<f64>,
+    /// Images until a rate, and until one of known sense.
+    first: Vec<f64>,
+    first_sure: Vec<f64>,
+}
+
+fn fly(rate_deg_s: f64, shutter: Shutter, cases: std::ops::Range<u64>) -> Tally {
+    let mut tally = Tally::default();
+    for case in cases {
+        let mut world = World::new(case, rate_deg_s, shutter);
+        let mut firsts = [None; 2];
+        let mut line = String::new();
+        for report in &world.fly(SECONDS)[1..] {
+            if report.attitude.is_some() {
+                line += " attitude";
+                continue;
+            }
+            tally.seconds += 1;
+            let Some(rate) = &report.rate else {
+                line += " -";
+                continue;
+            };
+            let error = error(rate, world.rate_rad_s);
+            tally.told += 1;
+            tally.within += u32::from(error.sigmas <= 3.0);
+            tally.wrong += u32::from(!error.right_sense);
+            firsts[0].get_or_insert(report.cycle);
+            let sign = if rate.either_sense { "+-" } else { "" };
+            line += &format!(
+                " {:?}{sign} {} {:+.2} % {:.2} deg {:.1} sigma,",
+                rate.source,
+                rate.stars,
+                100.0 * error.size,
+                error.axis_deg,
+                error.sigmas
+            );
+            if !rate.either_sense {
+                tally.sure += 1;
+                firsts[1].get_or_insert(report.cycle);
+                tally.sizes.push(100.0 * error.size.abs());
+                tally.axes.push(error.axis_deg);
+            }
+        }
+        println!("{rate_deg_s} deg/s, case {case}:{line}");
+        tally.first.push(firsts[0].map_or(f64::INFINITY, f64::from));
+        tally.first_sure.push(firsts[1].map_or(f64::INFINITY, f64::from));
+    }
+    println!(
+        "== {rate_deg_s} deg/s: rate in {} of {} s, sense known in {}; of these size off by {:.2} %, axis by {:.2} deg (medians); \
+         within 3 sigma {}, wrong sense {}; first after {} images, of known sense {} (medians)",
+        tally.told,
+        tally.seconds,
+        tally.sure,
+        median(&mut tally.sizes),
+        median(&mut tally.axes),
+        tally.within,
+        tally.wrong,
+        median(&mut tally.first),
+        median(&mut tally.first_sure)
+    );
+    tally
+}
+
+/// Rate, deg/s; least share of seconds with a rate; medians of size and axis, percent and deg, at most; images until a rate of
+/// known sense, median, at most.
+const DEMANDS: [(f64, f64, f64, f64, f64); 6] = [
+    (0.5, 0.6, 1.5, 1.5, 4.0),
+    (1.0, 0.6, 2.0, 2.0, 4.0),
+    (2.0, 0.7, 1.0, 1.0, 4.0),
+    (4.0, 0.6, 1.0, 1.0, 4.0),
+    (8.0, 0.25, 2.5, 3.0, f64::INFINITY),
+    (15.0, 0.05, f64::INFINITY, f64::INFINITY, f64::INFINITY),
+];
+
+#[test]
+fn a_turning_camera_tells_its_rate_with_honest_sigmas_and_never_a_wrong_sense() {
+    for (rate_deg_s, share, size_percent, axis_deg, images) in DEMANDS {
+        let mut tally = fly(rate_deg_s, Shutter::Global, 0..CASES);
+        let told = f64::from(tally.told);
+        assert!(told >= share * f64::from(tally.seconds), "{rate_deg_s}");
+        assert!(f64::from(tally.within) >= 0.85 * told && tally.wrong == 0, "{rate_deg_s}");
+        if size_percent.is_finite() {
+            assert!(median(&mut tally.sizes) <= size_percent, "{rate_deg_s}");
+            assert!(median(&mut tally.axes) <= axis_deg, "{rate_deg_s}");
+        }
+        assert!(median(&mut tally.first_sure) <= images, "{rate_deg_s}");
+    }
+}
+
+#[test]
+fn rows_that_begin_one_after_the_other_are_allowed_for() {
+    // 0.4 s of rows beside 0.4 s of exposure: a streak along the rows' order would be off by its share of the detector's height.
+    let mut tally = fly(4.0, Shutter::Rolling { row_time_s: 4e-4 }, 0..3);
+    assert!(tally.told >= 8 && tally.wrong == 0 && 10 * tally.within >= 8 * tally.told);
+    assert!(median(&mut tally.sizes) < 1.5);
+}
+
+#[test]
+fn a_camera_at_rest_and_one_that_sees_no_stars_tell_no_rate() {
+    for seed in 0..3 {
+        let mut world = World::new(seed, 0.0, Shutter::Global);
+        assert!(world.fly(4).iter().all(|report| report.rate.is_none() && report.status != Status::TooFast));
+        let dark = Scene::new(world.scene.settings().clone(), &[]).unwrap();
+        let mut world = World { scene: dark, ..world };
+        let reports = world.fly(8);
+        assert!(reports.iter().all(|report| report.rate.is_none() && report.attitude.is_none()), "{seed}");
+    }
+}
