@@ -88,7 +88,8 @@ pub struct AttitudeReport {
     pub quaternion: [f32; 4],
     /// Standard deviations about x, y, z of the star path, rad.
     pub sigma_rad: [f32; 3],
-    /// Common logarithm of the probability that the names are wrong, from this image alone.
+    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where it could not tell: carried on,
+    /// or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken.
     pub age_s: u16,

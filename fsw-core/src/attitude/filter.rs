@@ -1,7 +1,8 @@
 //! The attitude filter: attitude and rate from one image after the other, and where the sensor points next.
 //!
-//! In: attitudes with their sigmas, each of a cycle (second); where there is a rate sensor, its readings. Out: attitude,
-//! rate and their sigmas in that cycle or a later one. Star path's frame, rad, rad/s.
+//! In: attitudes with their sigmas, each of a cycle (second), or single stars where there are too few for one; where there is
+//! a rate sensor, its readings. Out: attitude, rate and their sigmas in that cycle or a later one. Star path's frame, rad,
+//! rad/s.
 //!
 //! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is a rotation `exp(-[δ×]) A`, whose
 //! error `δ` every image gives back to it. The rate is `ω = reading + x₁`: without a rate sensor the reading is 0 and `x₁` the
@@ -21,6 +22,7 @@
 //! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's variance, is
 //! not averaged away but added to the sigmas reported.
 
+use super::VectorPair;
 use super::covariance::Information;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3};
@@ -299,7 +301,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let carried = then.carry(cycle, None);
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
-        if carried && then.correct(&innovation, &variance) {
+        if carried && then.correct_all(&innovation, &variance) {
             then.observed = cycle;
             *self = then;
         } else {
@@ -312,25 +314,75 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Kalman's correction; `false`, and nothing changes, where the innovation is a surprise.
+    /// Takes in a single star of a later cycle: what it says across its direction. `false`, and nothing changes, where the
+    /// filter cannot be carried there or the star stands where it does not expect it.
     #[inline(never)]
-    fn correct(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
+    pub fn observe_star(&mut self, star: &VectorPair, cycle: u32) -> bool {
+        let mut then = *self;
+        if !then.carry(cycle, None) {
+            return false;
+        }
+        let expected = then.attitude.apply(&star.reference);
+        let expected = expected.vector();
+        let innovation = star.measured.vector().cross(expected);
+        // Two axes across the direction, the first with the axis that is farthest from it.
+        let away = if expected.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+        let Some(right) = away.cross(expected).try_normalize(1e-3) else { return false };
+        let up = expected.cross(&right);
+        let (p, variance) = (then.covariance.at(0, 0), square(star.sigma_rad));
+        let (across, both, along) = (right.dot(&(p * right)), right.dot(&(p * up)), up.dot(&(p * up)));
+        let (across, along) = (across + variance, along + variance);
+        // S⁻¹ = E (Eᵀ P E + R)⁻¹ Eᵀ with E the two axes.
+        let per = 1.0 / (across * along - both * both);
+        let inverse = (right * right.transpose() * along + up * up.transpose() * across
+            - (right * up.transpose() + up * right.transpose()) * both)
+            * per;
+        let left = Matrix3::identity() - product(&p, &inverse);
+        if !then.correct(&innovation, &inverse, &left, 2.0) {
+            return false;
+        }
+        let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
+        then.variance = then.variance.sup(&coloured);
+        then.observed = cycle;
+        *self = then;
+        true
+    }
+
+    /// The correction by an attitude of its own.
+    fn correct_all(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
         let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
         let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
             return false;
         };
         // That takes 1 / mrad² for given.
         let inverse = inverse * (MRAD * MRAD);
+        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
+        let left = product(&white, &inverse);
+        let correct = self.correct(innovation, &inverse, &left, 3.0);
+        if correct {
+            self.variance = *variance;
+        }
+        correct
+    }
+
+    /// Kalman's correction with the inverse of the innovation's covariance, 1 / mrad², the share of the attitude's row that
+    /// is left, and the innovation's degrees of freedom; `false`, and nothing changes, where the innovation is a surprise.
+    #[inline(never)]
+    fn correct(
+        &mut self,
+        innovation: &Vector3<f32>,
+        inverse: &Matrix3<f32>,
+        left: &Matrix3<f32>,
+        freedom: f32,
+    ) -> bool {
         let nis = innovation.dot(&(inverse * innovation)) * (MRAD * MRAD);
         if nis.is_nan() || nis >= SURPRISE {
             return false;
         }
-        self.learn(nis / 3.0);
+        self.learn(nis / freedom);
         let before = self.covariance;
-        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
-        let left = product(&white, &inverse);
         for row in 0..BLOCKS {
-            let gain = product(&before.at(row, 0), &inverse);
+            let gain = product(&before.at(row, 0), inverse);
             let step = gain * innovation;
             if row == 0 {
                 self.attitude = self.attitude.turned(&step);
@@ -339,7 +391,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             }
             for column in row..BLOCKS {
                 let block = match row {
-                    0 => product(&left, &before.at(0, column)),
+                    0 => product(left, &before.at(0, column)),
                     _ => before.at(row, column) - product(&gain, &before.at(0, column)),
                 };
                 self.covariance.put(row, column, block);
@@ -349,7 +401,6 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if let Some(attitude) = Rotation::from_quaternion(self.attitude.quaternion()) {
             self.attitude = attitude;
         }
-        self.variance = *variance;
         true
     }
 

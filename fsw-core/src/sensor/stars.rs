@@ -9,7 +9,7 @@ use crate::image::scan;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::parameters::TrackingParameters;
 use crate::plan;
-use crate::stars::confirm::{Confirmed, confirm};
+use crate::stars::confirm::{Confirmed, Match, confirm, expected_stars};
 use crate::stars::identify::Progress;
 use crate::stars::predict::{Predicted, field_stars};
 use crate::stars::{Field, row_delay_s};
@@ -202,7 +202,27 @@ impl Sensor<'_> {
                 report.status = Status::Tracked;
                 self.learn(&confirmed, confirmed.log10_chance, self.cycle, report);
             }
-            _ => report.status = Status::Lost,
+            _ => self.follow_few(report),
+        }
+    }
+
+    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the filter.
+    #[inline(never)]
+    fn follow_few(&mut self, report: &mut Report) {
+        report.status = Status::Lost;
+        let Some(mut motion) = self.motion else { return };
+        let Some((attitude, _)) = motion.at(self.cycle) else { return };
+        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+            .calibrated(self.calibration.as_ref());
+        let mut few = expected_stars(&attitude, &field, f32::from(self.parameters.tracking.gate_px));
+        few.retain(|(_, star)| motion.observe_star(star, self.cycle));
+        if few.is_empty() {
+            return;
+        }
+        self.motion = Some(motion);
+        if self.tell_carried(report) {
+            report.status = Status::Tracked;
+            few.iter().for_each(|(found, _)| self.tell_star(found, report));
         }
     }
 
@@ -243,17 +263,23 @@ impl Sensor<'_> {
         }
     }
 
-    /// Reports the attitude that the last rate gives for a blinded second, as long as its sigma is worth something.
+    /// Reports a blinded second, with the attitude that the last rate gives.
     fn carry(&self, report: &mut Report) {
         report.status = Status::Blinded;
+        self.tell_carried(report);
+    }
+
+    /// Reports the filter's attitude as the second's, as long as its sigma is worth something; whether it is.
+    fn tell_carried(&self, report: &mut Report) -> bool {
         let Some((motion, (attitude, sigma_rad))) =
             self.motion.as_ref().and_then(|motion| Some((motion, motion.at(self.cycle)?)))
         else {
-            return;
+            return false;
         };
         let sigma_rad = self.with_aberration(sigma_rad);
         let limit = self.parameters.tracking.carried_sigma_rad;
-        if sigma_rad.iter().all(|sigma| *sigma <= limit) {
+        let known = sigma_rad.iter().all(|sigma| *sigma <= limit);
+        if known {
             report.attitude = Some(AttitudeReport {
                 quaternion: attitude.quaternion(),
                 sigma_rad,
@@ -262,6 +288,7 @@ impl Sensor<'_> {
             });
             report.rate_rad_s = motion.rate().map(|rate| rate.rad_s.into());
         }
+        known
     }
 
     /// Whether the attitude carried to the next second is within the gate about predicted stars, at three sigma.
@@ -310,14 +337,17 @@ impl Sensor<'_> {
         });
         report.rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into());
         report.focal_ratio = confirmed.focal_ratio;
-        for found in &confirmed.matches {
-            let seen = self.workspace.measured.get(usize::from(found.measured));
-            if let (Some(seen), Some(star)) = (seen, self.catalogue.star(found.star)) {
-                let recognised =
-                    StarReport { hip: star.hip, centre_px: seen.centre_px, residual_px: found.residual_px };
-                // The report holds as many stars as confirmation matches.
-                let _ = report.stars.push(recognised);
-            }
+        confirmed.matches.iter().for_each(|found| self.tell_star(found, report));
+    }
+
+    /// Reports a star with its name.
+    fn tell_star(&self, found: &Match, report: &mut Report) {
+        let seen = self.workspace.measured.get(usize::from(found.measured));
+        if let (Some(seen), Some(star)) = (seen, self.catalogue.star(found.star)) {
+            let recognised =
+                StarReport { hip: star.hip, centre_px: seen.centre_px, residual_px: found.residual_px };
+            // The report holds as many stars as confirmation matches.
+            let _ = report.stars.push(recognised);
         }
     }
 }

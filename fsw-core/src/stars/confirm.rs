@@ -29,6 +29,9 @@ pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
 /// that is evidence too.
 pub const RADII: [f32; 2] = [1.0, 0.5];
 
+/// Most stars of [`expected_stars`].
+pub const MAX_FEW: usize = 8;
+
 /// A measured star with its name.
 #[derive(Clone, Copy, Debug)]
 pub struct Match {
@@ -151,6 +154,26 @@ fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, 
         }
     }
     pairs
+}
+
+/// The brightest stars, at most [`MAX_FEW`], that are measured where an attitude expects them, within `radius_px`, and what
+/// each says: where too few are seen for an attitude of their own.
+pub fn expected_stars(
+    attitude: &Rotation<Icrs, StarPath>,
+    field: &Field,
+    radius_px: f32,
+) -> Vec<(Match, VectorPair), MAX_FEW> {
+    let Some(expected) = field_stars(field.catalogue, field.camera, attitude) else { return Vec::new() };
+    let matches = match_stars(&expected, field, attitude, radius_px);
+    matches
+        .iter()
+        .filter_map(|found| {
+            let star = field.catalogue.star(found.star)?;
+            let seen = field.without_colour(field.measured().get(usize::from(found.measured))?, &star);
+            Some((*found, seen.paired_with(field.catalogue.seen(&star), field.camera)))
+        })
+        .take(MAX_FEW)
+        .collect()
 }
 
 /// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others suffice.

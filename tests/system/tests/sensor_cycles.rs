@@ -34,6 +34,8 @@ struct World {
     /// Whether nothing is seen, or nothing in strips across the limb.
     covered: bool,
     strips_covered: bool,
+    /// Where alone stars are seen, px.
+    only: Vec<[f64; 2]>,
     /// Whether only strips fail.
     strips_fail: bool,
     /// Strips show what stands so many pixels to the right.
@@ -52,6 +54,7 @@ impl World {
             fault: None,
             covered: false,
             strips_covered: false,
+            only: Vec::new(),
             strips_fail: false,
             strips_shifted_px: 0,
             geometry: None,
@@ -124,6 +127,14 @@ impl Detector for World {
         if self.covered || is_strip && self.strips_covered {
             pixels.fill(30);
         }
+        let width = usize::from(window.width);
+        for (index, pixel) in pixels.iter_mut().enumerate().filter(|_| !self.only.is_empty()) {
+            let at = [usize::from(window.x) + index % width, usize::from(window.y) + index / width];
+            let near = |[x, y]: &[f64; 2]| (x - at[0] as f64).hypot(y - at[1] as f64) < 12.0;
+            if !self.only.iter().any(near) {
+                *pixel = 30;
+            }
+        }
         if is_strip && self.strips_fail {
             return Err(DetectorError::Timeout);
         }
@@ -185,6 +196,48 @@ fn two_identified_images_lead_to_tracking_and_the_rate_is_known() {
             assert!(error.abs() < limit_arcsec_s, "axis {axis}: {error} arcsec/s");
         }
     }
+}
+
+#[test]
+fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
+    let mut world = World::star_scene();
+    // From second 20 to 80 all but two stars are hidden, far apart and not in the border; then for three seconds those too.
+    let before = |second: u32, world: &mut World| {
+        world.only.clear();
+        if (20..80).contains(&second) {
+            world.scene.expose_cycle(world.second, 400_000).unwrap();
+            let mut stars: Vec<_> = world.scene.visible_stars().to_vec();
+            stars.sort_by(|a, b| a.v.total_cmp(&b.v));
+            let inside = |x: f64| (150.0..874.0).contains(&x);
+            stars.retain(|star| inside(star.x_px) && inside(star.y_px));
+            let first = stars[0].clone();
+            let second =
+                stars.iter().find(|star| (star.x_px - first.x_px).hypot(star.y_px - first.y_px) > 300.0);
+            world.only = [&first, second.unwrap()].map(|star| [star.x_px, star.y_px]).to_vec();
+        }
+        world.covered = second >= 80;
+        Command::Continue
+    };
+    let mut errors = Vec::new();
+    let after = |report: &Report, world: &World| {
+        if let (20..80, Some(attitude)) = (report.cycle, report.attitude) {
+            assert!(
+                (1..=2).contains(&report.stars.len()) && attitude.age_s == 0 && attitude.log10_false == 0.0
+            );
+            let error = attitude_error(attitude.quaternion, world.scene.quaternion());
+            errors.push(
+                (0..3).map(|axis| error[axis] / f64::from(attitude.sigma_rad[axis])).collect::<Vec<_>>(),
+            );
+        }
+    };
+    let reports = fly(&mut world, 84, before, after);
+    assert_eq!(errors.len(), 60);
+    let worst = errors.iter().flatten().fold(0.0f64, |worst, error| worst.max(error.abs()));
+    assert!(worst < 4.0, "{worst}");
+    assert!(
+        reports[4..80].iter().all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked)
+    );
+    assert!(reports[80..].iter().all(|report| report.attitude.is_none()));
 }
 
 #[test]

@@ -1,4 +1,5 @@
 use super::*;
+use crate::frames::Direction;
 use crate::oracle::Generator;
 use std::vec::Vec;
 
@@ -277,4 +278,69 @@ fn the_mean_turn_is_the_integral_of_turns() {
         assert!((turn.mean.map(f64::from) - mean).amax() < 3e-6, "{}", turn.mean.map(f64::from) - mean);
         assert!((turn.whole.map(f64::from) - whole).amax() < 3e-6);
     }
+}
+
+/// What a star in this direction of the star path says, with its error.
+fn star(turning: &mut Turning, direction: Vector3<f32>, sigma_rad: f32) -> VectorPair {
+    let truth = turning.truth();
+    let seen = Direction::<StarPath>::new(direction).unwrap();
+    let error = vector(&mut turning.generator) * sigma_rad;
+    let measured = Direction::new(seen.vector() + error - seen.vector() * seen.vector().dot(&error)).unwrap();
+    VectorPair { measured, reference: truth.inverse().apply(&seen), sigma_rad }
+}
+
+#[test]
+fn one_star_holds_its_direction_and_a_second_the_roll() {
+    // 100 flights: a minute of whole attitudes, then five of one or two stars 10 degrees apart, at 0.06 deg/s.
+    const STAR_SIGMA: f32 = 3.0 * ARCSEC;
+    let places = [Vector3::new(0.05, 0.08, 1.0), Vector3::new(-0.1, -0.03, 1.0)];
+    for (count, roll_arcsec) in [(1, 600.0), (2, 30.0)] {
+        let (mut errors, mut rolls, mut across) = (Vec::new(), Vec::new(), Vec::new());
+        for seed in 0..100 {
+            let mut turning = Turning::new(3000 + seed);
+            let rate = vector(&mut turning.generator).normalize() * (0.06 * DEG);
+            let mut filter: Filter<2> = turning.begin();
+            for _ in 0..60 {
+                turning.turn(&rate);
+                turning.observe(&mut filter);
+            }
+            for _ in 0..300 {
+                turning.turn(&rate);
+                for place in places.iter().take(count) {
+                    let seen = star(&mut turning, *place, STAR_SIGMA);
+                    assert!(filter.observe_star(&seen, turning.cycle));
+                }
+            }
+            errors.push(turning.errors(&filter).0);
+            let error = filter.at(turning.cycle).unwrap().0.angle_from(&turning.truth()) / ARCSEC;
+            rolls.push(error.z.abs());
+            across.push(error.cross(&places[0].normalize()).norm());
+        }
+        let largest = |of: &[f32]| of.iter().copied().fold(0.0, f32::max);
+        std::println!(
+            "{count} stars: the first off by {:.2}, roll by {:.1} arcsec at most, normalised square {:.2}",
+            largest(&across),
+            largest(&rolls),
+            mean_square(&errors)
+        );
+        assert!(largest(&across) < 6.0 && largest(&rolls) < roll_arcsec && mean_square(&errors) < 1.3);
+    }
+}
+
+#[test]
+fn a_star_where_none_is_expected_changes_nothing() {
+    let mut turning = Turning::new(7);
+    let rate = Vector3::new(0.0, 0.06 * DEG, 0.0);
+    let mut filter: Filter<2> = turning.begin();
+    for _ in 0..20 {
+        turning.turn(&rate);
+        turning.observe(&mut filter);
+    }
+    turning.turn(&rate);
+    let mut seen = star(&mut turning, Vector3::new(0.0, 0.1, 1.0), 1.0 * ARCSEC);
+    let before = filter.at(turning.cycle).unwrap();
+    seen.measured = Direction::new(seen.measured.vector() + Vector3::new(60.0 * ARCSEC, 0.0, 0.0)).unwrap();
+    assert!(!filter.observe_star(&seen, turning.cycle));
+    assert_eq!(filter.at(turning.cycle).unwrap().1, before.1);
+    assert_eq!(filter.age(turning.cycle), 1);
 }
