@@ -210,7 +210,7 @@ fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
             stars.sort_by(|a, b| a.v.total_cmp(&b.v));
             let inside = |x: f64| (150.0..874.0).contains(&x);
             stars.retain(|star| inside(star.x_px) && inside(star.y_px));
-            let first = stars[0].clone();
+            let first = stars[0];
             let second =
                 stars.iter().find(|star| (star.x_px - first.x_px).hypot(star.y_px - first.y_px) > 300.0);
             world.only = [&first, second.unwrap()].map(|star| [star.x_px, star.y_px]).to_vec();
