@@ -172,17 +172,17 @@ impl Sensor<'_> {
             Ok(false) => {
                 let parameters = &self.parameters.detection;
                 let method = Method { parameters, calibration: self.calibration.as_ref() };
-                self.workspace.read_windows(detector, &windows, &method).map(|()| true)
+                self.workspace.read_windows(detector, &windows, &method).map(Some)
             }
-            Ok(true) => Ok(false),
+            Ok(true) => Ok(None),
             Err(error) => Err(error),
         };
         instruments.meter.end(Stage::Windows);
-        match read {
-            Ok(true) => {}
-            Ok(false) => return self.carry(report),
+        let washed = match read {
+            Ok(Some(washed)) => washed,
+            Ok(None) => return self.carry(report),
             Err(error) => return report.status = Status::DetectorFault(error.into()),
-        }
+        };
 
         if self.workspace.detections.too_fast() {
             return report.status = Status::TooFast;
@@ -202,13 +202,14 @@ impl Sensor<'_> {
                 report.status = Status::Tracked;
                 self.learn(&confirmed, confirmed.log10_chance, self.cycle, report);
             }
-            _ => self.follow_few(report),
+            _ => self.follow_few(windows.len().saturating_sub(washed), report),
         }
     }
 
-    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the filter.
+    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the filter. Where most of
+    /// the windows that could show a star show none in its place, the attitude is lost: a single spot may be anything.
     #[inline(never)]
-    fn follow_few(&mut self, report: &mut Report) {
+    fn follow_few(&mut self, clear_windows: usize, report: &mut Report) {
         report.status = Status::Lost;
         let Some(mut motion) = self.motion else { return };
         let Some((attitude, _)) = motion.at(self.cycle) else { return };
@@ -216,7 +217,7 @@ impl Sensor<'_> {
             .calibrated(self.calibration.as_ref());
         let mut few = expected_stars(&attitude, &field, f32::from(self.parameters.tracking.gate_px));
         few.retain(|(_, star)| motion.observe_star(star, self.cycle));
-        if few.is_empty() {
+        if few.is_empty() || 2 * few.len() < clear_windows {
             return;
         }
         self.motion = Some(motion);

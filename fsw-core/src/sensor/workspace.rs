@@ -18,6 +18,9 @@ pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.
 pub const MAX_TRIANGLES: usize = 512;
 
+/// A window whose mean is above full scale over this shows the Earth, the Moon or stray light, and hardly a star.
+const WASHED: u32 = 4;
+
 /// What the sensor needs room for; all zero at first, so that a static of it costs no flash.
 #[derive(Debug)]
 pub struct Workspace {
@@ -71,18 +74,23 @@ impl Workspace {
         }
     }
 
-    /// Reads the windows of the present image and finds their stars.
+    /// Reads the windows of the present image and finds their stars; how many of them are too bright to show one.
     pub(super) fn read_windows(
         &mut self,
         detector: &mut impl Detector,
         windows: &[Window],
         method: &Method,
-    ) -> Result<(), DetectorError> {
+    ) -> Result<usize, DetectorError> {
         self.detections.clear();
+        let washed = u32::from(detector.geometry().full_scale()) / WASHED;
+        let mut bright = 0;
         for window in windows {
             scan::read_stars(detector, *window, &mut self.buffer, *method, &mut self.detections)?;
+            let pixels = self.buffer.get(..window.area()).unwrap_or(&[]);
+            let sum = pixels.iter().fold(0u32, |sum, pixel| sum + u32::from(*pixel));
+            bright += usize::from(sum > washed * pixels.len() as u32);
         }
         self.detections.settle();
-        Ok(())
+        Ok(bright)
     }
 }
