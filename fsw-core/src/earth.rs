@@ -13,10 +13,12 @@
 //!
 //! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
 //! says which points belong to one body, [`centre`] fits it, `horizon` says what heights that neighbouring points share make of it,
-//! and [`look`] puts these together. [`thesis`] is the way of the thesis, for comparison.
+//! and [`look`] puts these together. For comparison, and not in flight: [`thesis`] is the way of the thesis, [`filters`] are its other
+//! filters across the limb.
 
 pub mod centre;
 pub mod consensus;
+pub mod filters;
 mod horizon;
 pub mod limb;
 pub mod look;

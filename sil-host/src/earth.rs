@@ -342,7 +342,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
     }
     let mut earth = PictureEarth::default();
     let mut status = ExitCode::SUCCESS;
-    for name in &arguments.images {
+    for (name, drawn) in arguments.images.iter().zip(drawing::names(&arguments.images)) {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = Picture::load(name)?;
             solve::check_size(&file, name, &picture)?;
@@ -351,7 +351,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             let find_ms = begin.elapsed().as_secs_f64() * 1e3;
             let (answer, limb) = answer(name, &found, &camera, &known, find_ms);
             if let Some(folder) = &arguments.overlay {
-                drawing::write(folder, name, &picture, &answer, &limb)?;
+                drawing::write(&folder.join(&drawn), &picture, &answer, &limb)?;
             }
             Ok(answer)
         };

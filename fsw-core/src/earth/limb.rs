@@ -26,7 +26,7 @@ pub const MAX_LENGTH: usize = 161;
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
 /// Places at either end that not every line reaches: the slope is at most one.
-const END: usize = MIDDLE as usize + 1;
+pub(super) const END: usize = MIDDLE as usize + 1;
 /// Steps against the rise may take back this share of it.
 const GREATEST_FALL: f32 = 0.15;
 /// Clouds between the limb and the bright side change brightness this much more than within it.
@@ -37,8 +37,8 @@ const BEHIND: usize = 3;
 /// Least brightness there, share of that at the limb.
 const LEAST_BEHIND: f32 = 0.6;
 /// Greatest sigma of a point, px, and share of the rise's length.
-const GREATEST_SIGMA_PX: f32 = 1.0;
-const GREATEST_SIGMA_SHARE: f32 = 0.5;
+pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
+pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
 
 /// How far a strip reaches from where the limb is expected, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,24 +85,59 @@ pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry)
     window.fits(geometry).then_some(Strip { window, expected: *expected, along_x, space_beyond })
 }
 
+impl Strip {
+    /// Components of the limb's normal along the lines and from one to the next.
+    fn steep_and_flat(&self) -> (f32, f32) {
+        let [nx, ny] = self.expected.outward_px;
+        if self.along_x { (nx, ny) } else { (ny, nx) }
+    }
+
+    /// Cosine between the lines and the limb's normal.
+    pub(super) fn steepness(&self) -> f32 {
+        libm::fabsf(self.steep_and_flat().0)
+    }
+
+    /// Where the limb is expected.
+    pub(super) fn expected(&self) -> &ExpectedLimb {
+        &self.expected
+    }
+
+    /// The limb point so many places inward from the outer end of lines of this length.
+    pub(super) fn point(&self, length: usize, inward: f32, sigma_px: f32) -> LimbPoint {
+        let from_start = if self.space_beyond { length as f32 - 1.0 - inward } else { inward };
+        let [x, y] = [f32::from(self.window.x), f32::from(self.window.y)];
+        let middle = MIDDLE as f32;
+        let centre_px = if self.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
+        LimbPoint { centre_px, sigma_px, outward_px: self.expected.outward_px }
+    }
+}
+
 /// A strip's pixels as lines from space inwards.
-struct Lines<'a> {
+pub(super) struct Lines<'a> {
     pixels: &'a [u16],
     strip: &'a Strip,
-    length: usize,
+    /// Places of a line.
+    pub(super) length: usize,
     /// Inward shift of the limb from the middle line to each, whole pixels and what remains of one.
     shifts: [(i32, f32); BREADTH],
 }
 
 impl Lines<'_> {
-    /// `slope` is the inward shift from one line to the next, px.
-    fn new<'a>(pixels: &'a [u16], strip: &'a Strip, length: usize, slope: f32) -> Lines<'a> {
+    /// `None` where the pixels are not the strip's, or its limb is too slant for it.
+    pub(super) fn of<'a>(pixels: &'a [u16], strip: &'a Strip) -> Option<Lines<'a>> {
+        let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
+        let (steep, flat) = strip.steep_and_flat();
+        if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
+            return None;
+        }
+        // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
+        let slope = flat / libm::fabsf(steep);
         let shifts = core::array::from_fn(|line| {
             let shift = slope * (line as i32 - MIDDLE) as f32;
             let whole = libm::floorf(shift);
             (whole as i32, shift - whole)
         });
-        Lines { pixels, strip, length, shifts }
+        Some(Lines { pixels, strip, length, shifts })
     }
 
     /// The pixel `place` from the outer end of a line.
@@ -124,7 +159,7 @@ impl Lines<'_> {
     }
 
     /// The joined line.
-    fn profile(&self) -> [f32; MAX_LENGTH] {
+    pub(super) fn profile(&self) -> [f32; MAX_LENGTH] {
         let mut profile = [0.0; MAX_LENGTH];
         for (place, joined) in profile.iter_mut().enumerate().take(self.length) {
             let (mut sum, mut least, mut greatest) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
@@ -167,7 +202,7 @@ impl Lines<'_> {
 }
 
 /// Median of the outer end.
-fn dark_of(profile: &[f32], length: usize) -> f32 {
+pub(super) fn dark_of(profile: &[f32], length: usize) -> f32 {
     let mut outer = [0.0; MAX_LENGTH / 8];
     let count = (length / 8).clamp(5, MAX_LENGTH / 8);
     for (dark, value) in outer.iter_mut().zip(profile.iter().skip(END)).take(count) {
@@ -179,6 +214,17 @@ fn dark_of(profile: &[f32], length: usize) -> f32 {
     outer.get(count / 2).copied().unwrap_or(0.0)
 }
 
+/// A way to find the limb in a strip: that of [`crossing`], or of one of the [`filters`](super::filters).
+pub trait Crossing:
+    Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
+{
+}
+
+impl<F> Crossing for F where
+    F: Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
+{
+}
+
 /// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise is too weak,
 /// not a rise, saturated, at the strip's end, or where the outer side is bright.
 pub fn crossing(
@@ -187,19 +233,12 @@ pub fn crossing(
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
-    let [nx, ny] = strip.expected.outward_px;
-    let (steep, flat) = if strip.along_x { (nx, ny) } else { (ny, nx) };
-    let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
-    if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
-        return None;
-    }
-    // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
-    let slope = flat / libm::fabsf(steep);
-    let lines = Lines::new(pixels, strip, length, slope);
+    let lines = Lines::of(pixels, strip)?;
+    let (length, steepness) = (lines.length, strip.steepness());
     let profile = lines.profile();
     let profile = profile.get(..length.checked_sub(END)?)?;
-    let km_per_place = strip.expected.km_per_px * libm::fabsf(steep);
-    let zone = Zone::new(&strip.expected, libm::fabsf(steep), parameters)?;
+    let km_per_place = strip.expected.km_per_px * steepness;
+    let zone = Zone::new(&strip.expected, steepness, parameters)?;
     let full_scale = f32::from(geometry.full_scale());
     let least = parameters.least_contrast_share * full_scale;
     let dark = dark_of(profile, length);
@@ -244,7 +283,6 @@ pub fn crossing(
     let level = zone.level * bright * unsure / gradient;
     let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
     let floor = parameters.limb_floor_px;
-    let steepness = libm::fabsf(steep);
     // Along the lines, then across the limb.
     let sigma = libm::sqrtf(
         (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
@@ -253,12 +291,7 @@ pub fn crossing(
     if sigma.is_nan() || sigma >= greatest {
         return None;
     }
-    let inward = place as f32 - 1.0 + part;
-    let from_start = if strip.space_beyond { length as f32 - 1.0 - inward } else { inward };
-    let [x, y] = [f32::from(strip.window.x), f32::from(strip.window.y)];
-    let middle = MIDDLE as f32;
-    let centre_px = if strip.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
-    Some(LimbPoint { centre_px, sigma_px: sigma, outward_px: strip.expected.outward_px })
+    Some(strip.point(length, place as f32 - 1.0 + part, sigma))
 }
 
 /// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two and a half times as
