@@ -277,7 +277,10 @@ fn fix(
         step = inverse * normal.right;
     }
     let shift_km = columns * step;
-    let shared = shared(rays, cone, &axes, &step, &inverse, &Horizon::new(cone, body, parameters));
+    // That of any point will do; there are some.
+    let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
+    let horizon = Horizon::new(cone, body, rad_per_px, parameters);
+    let shared = shared(rays, cone, &axes, &step, &inverse, &horizon);
     let covariance = |of: Matrix3<f32>| {
         let km2 = columns * of * columns.transpose();
         (km2 + km2.transpose()) * 0.5

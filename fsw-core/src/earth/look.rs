@@ -161,7 +161,11 @@ pub struct Found {
 /// # Errors
 /// Of the detector.
 pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> Result<Found, DetectorError> {
-    anywhere_by(look, detector, room, limb::crossing)
+    if look.body.knows_sun() {
+        anywhere_by(look, detector, room, limb::crossing)
+    } else {
+        anywhere_by(look, detector, room, limb::crossing_in_any_light)
+    }
 }
 
 /// The same with another [`limb::Crossing`] than the flight's.

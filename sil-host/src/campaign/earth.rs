@@ -56,7 +56,7 @@ fn fly(base: &crate::scenario::Scenario, seed: u64, run: u64, number: usize) -> 
     let drawn = cases::draw(base, number, case, seed, run)?;
     let (phase_deg, lit_limb_deg) = (drawn.phase_deg, drawn.truth.lit_limb_deg);
     let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
-    let seen = Frame::new(drawn, case)?.look(&noise)?;
+    let seen = Frame::new(drawn, case, &noise)?.look(&noise)?;
     let rounded = Run { seed, run, case: case.name.into(), phase_deg, lit_limb_deg, seen };
     // As a file holds it: rounded to what a line says.
     Ok(rounded.rounded())

@@ -113,8 +113,14 @@ mod tests {
     #[test]
     fn no_drawing_overwrites_another_of_the_same_command() {
         let pictures = ["a/x.png", "b/x.png", "b/x.jpg", "c/x-2.png", "c/y.png", ".."].map(PathBuf::from);
-        let expected =
-            ["x-earth.png", "x-2-earth.png", "x-3-earth.png", "x-2-2-earth.png", "y-earth.png", "picture-earth.png"];
+        let expected = [
+            "x-earth.png",
+            "x-2-earth.png",
+            "x-3-earth.png",
+            "x-2-2-earth.png",
+            "y-earth.png",
+            "picture-earth.png",
+        ];
         assert_eq!(names(&pictures), expected);
     }
 }

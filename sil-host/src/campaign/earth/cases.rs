@@ -10,11 +10,12 @@ use crate::run::harness::truth_of;
 use crate::scenario::Scenario;
 use crate::world::attitude::{Vector, apply};
 use crate::world::ephemeris;
+use crate::world::imaging::ImagingModel;
 use crate::world::journey::{Journey, Truth};
 use crate::world::noise::{Noise, Stream};
 use crate::world::optics::Optics;
 use crate::world::orbit::{MU_EARTH, TruthOrbit};
-use crate::world::pointing::{Pointing, rotation};
+use crate::world::pointing::{Mount, Pointing, rotation};
 use crate::world::scene::Scene;
 use crate::world::vector::angle;
 use std::f64::consts::TAU;
@@ -67,13 +68,8 @@ const GEO: Case = Case {
     goal_deg: Some(0.02),
 };
 
-const HORIZON: Case = Case {
-    at_horizon: true,
-    exposure_us: 200_000,
-    least_lit_deg: 20.0,
-    goal_deg: None,
-    ..GEO
-};
+const HORIZON: Case =
+    Case { at_horizon: true, exposure_us: 200_000, least_lit_deg: 20.0, goal_deg: None, ..GEO };
 
 /// All kinds.
 pub const CASES: [Case; 13] = [
@@ -114,6 +110,8 @@ pub struct Drawn {
     pub truth: Truth,
     /// Its camera, for the flight code.
     pub camera: CameraFile,
+    /// How the star path stands to the Earth path.
+    pub mount: Mount,
     /// Angle between Sun and satellite seen from the Earth, deg.
     pub phase_deg: f64,
 }
@@ -145,7 +143,12 @@ fn scenario(base: &Scenario, case: &Case, seed: u64, run: u64, noise: &Noise, dr
         OFF_DEG * uniform(3)
     };
     let mut camera = base.camera.clone();
-    camera.focal_length_px = case.focal_length_px.unwrap_or(camera.focal_length_px);
+    let mut imaging = base.imaging;
+    if let Some(focal_length_px) = case.focal_length_px {
+        camera.focal_length_px = focal_length_px;
+        // The reference's lens does not scale; one without its errors is enough for a limb.
+        imaging.psf = ImagingModel::PLAIN.psf;
+    }
     Scenario {
         seed: seed.wrapping_mul(1_000_003).wrapping_add(run),
         start_us: base.start_us + (YEAR_US * uniform(4)) as i64,
@@ -154,6 +157,7 @@ fn scenario(base: &Scenario, case: &Case, seed: u64, run: u64, noise: &Noise, dr
         velocity_km_s: to_place([0.0, speed_km_s, 0.0]),
         pointing: Pointing::nadir(off_deg, 360.0 * uniform(5)),
         camera,
+        imaging,
         ..base.clone()
     }
 }
@@ -180,7 +184,7 @@ pub fn draw(base: &Scenario, number: usize, case: &Case, seed: u64, run: u64) ->
         scene.expose_cycle(0, scenario.exposure_us).map_err(|error| {
             HostError::usage(format!("run {run} is not exposed ({error:?})"), "report this")
         })?;
-        return Ok(Drawn { scene, truth, camera: scenario.camera, phase_deg });
+        return Ok(Drawn { scene, truth, camera: scenario.camera, mount: scenario.mount, phase_deg });
     }
     Err(HostError::usage(format!("run {run} finds no view of {}", case.name), "report this"))
 }

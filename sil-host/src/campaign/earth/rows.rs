@@ -53,6 +53,12 @@ pub struct Row {
     pub nees_band: Option<[f64; 2]>,
     /// Frames with direction and distance within three sigma, %.
     pub within_3_sigma_percent: Option<f64>,
+    /// Root mean square error of the position made with the stars' attitude, of an axis across the line to the centre and along it, km.
+    pub position_rms_km: Option<[f64; 2]>,
+    /// Root mean square of its sigma, km.
+    pub position_sigma_km: Option<[f64; 2]>,
+    /// Root mean square of the share by which the focal length seems wrong, the orbit's distance known, and of its sigma.
+    pub focal_length: Option<[f64; 2]>,
     /// What is asked of the direction, deg.
     pub goal_deg: Option<f64>,
     /// Whether that is kept and the covariance not too small; none where nothing is asked.
@@ -142,9 +148,14 @@ impl Row {
             nees_band: nees.map(|_| [1.0 - half_band, 1.0 + half_band]),
             within_3_sigma_percent: within
                 .map(|within| 100.0 * within.iter().filter(|within| **within).count() as f64 / count),
+            position_rms_km: all(&fixes, |fix| fix.position_km).map(both),
+            position_sigma_km: all(&fixes, |fix| fix.position_sigma_km).map(both),
+            focal_length: all(&fixes, |fix| fix.focal_length).map(both),
             goal_deg,
             kept: goal_deg.map(|goal| {
-                count > 0.0 && rms_deg.iter().all(|rms| *rms <= goal) && nees.is_some_and(|nees| nees <= 1.0 + half_band)
+                count > 0.0
+                    && rms_deg.iter().all(|rms| *rms <= goal)
+                    && nees.is_some_and(|nees| nees <= 1.0 + half_band)
             }),
         }
     }
@@ -231,15 +242,29 @@ impl Table {
             ),
             format!(
                 "  {:<12}{:>6}{:>16}{:>16}{:>16}{:>16}{:>16}{:>9}{:>10}{:>6}{:>7}{:>13}{:>7}{:>8}  {}",
-                "way", "%", "rms", "size", "error", "sigma", "dist. known", "rms deg", "rms km", "deg", "NEES", "its band",
-                "sigma", "", "refused"
+                "way",
+                "%",
+                "rms",
+                "size",
+                "error",
+                "sigma",
+                "dist. known",
+                "rms deg",
+                "rms km",
+                "deg",
+                "NEES",
+                "its band",
+                "sigma",
+                "",
+                "refused"
             ),
         ];
         let mut case = "";
         for row in &self.rows {
             if row.case != case {
                 case = row.case;
-                let goal = row.goal_of_case().map_or(String::new(), |goal| format!(", goal {goal} deg an axis"));
+                let goal =
+                    row.goal_of_case().map_or(String::new(), |goal| format!(", goal {goal} deg an axis"));
                 lines.push(format!("{case} ({} frames{goal})", row.frames));
             }
             lines.push(row.line());
@@ -248,6 +273,20 @@ impl Table {
         lines.extend(self.noons.iter().map(|noon| {
             let way = format!("{:?}", noon.way).to_lowercase();
             format!("  {way:<12}{:.4} +- {:.4}", noon.step_deg, noon.step_sigma_deg)
+        }));
+        lines.push("Position by one frame and a star attitude, km an axis across and along (thesis: 70 in GEO, 36 in LEO)".into());
+        lines.extend(self.rows.iter().filter(|row| row.way == Way::Sun).filter_map(|row| {
+            let ([across, along], [across_sigma, along_sigma]) =
+                row.position_rms_km.zip(row.position_sigma_km)?;
+            Some(format!(
+                "  {:<24}error {across:.1} {along:.1}, stated {across_sigma:.1} {along_sigma:.1}",
+                row.case
+            ))
+        }));
+        lines.push("Focal length by the Earth, the distance known from the orbit, share of it".into());
+        lines.extend(self.rows.iter().filter_map(|row| {
+            let [rms, sigma] = row.focal_length?;
+            Some(format!("  {:<24}error {rms:.5}, stated {sigma:.5}", row.case))
         }));
         lines.push(if self.kept() { "kept" } else { "MISSED" }.to_string());
         lines.join("\n")

@@ -7,6 +7,7 @@
 //! aberration with which the world draws the Earth (the orbit takes it off, not the Earth room).
 
 use super::cases::{Case, Drawn};
+use crate::earth::of_a_mean_sphere;
 use crate::error::HostError;
 use crate::flight;
 use crate::picture::Picture;
@@ -19,21 +20,27 @@ use fsw_core::camera::Camera;
 use fsw_core::earth::centre::{self, Expected};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
 use fsw_core::earth::look::{self, Choice, Look, Room};
+use fsw_core::earth::scale::{Measured, Scale};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{Body, EarthFix, EarthParameters, Ellipsoid, Refusal, filters, thesis};
-use fsw_core::frames::{Direction, EarthPath};
+use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, filters, thesis};
+use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::orbit::covariance::inverse;
+use fsw_core::orbit::point::PositionFix;
 use fsw_core::plan;
-use fsw_hal::Detector;
+use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Radius of the mean sphere, km (IUGG).
-const MEAN_RADIUS_KM: f32 = 6371.009;
+/// Rows of the noise for the orbit's errors and for the attitude's.
+const ORBIT: u32 = 0;
+const ATTITUDE: u32 = 1;
+const ARCSEC_RAD: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 /// Sigma of the orbit's prediction an axis, km.
 const ORBIT_SIGMA_KM: f64 = 3.0;
+/// Sigma of the star attitude about x, y, z of the star path, arcsec: that of `sil-host campaign acquire`.
+const ATTITUDE_ARCSEC: [f64; 3] = [1.5, 1.5, 5.2];
 
 /// A way of looking.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -98,15 +105,29 @@ pub struct Fix {
     pub arc_deg: Option<f64>,
     /// Root mean square of the points about the limb, px.
     pub rms_px: Option<f64>,
+    /// By what share of itself the focal length seems longer, the distance known from the orbit, and its sigma; when tracking.
+    pub focal_length: Option<[f64; 2]>,
+    /// Error of the position made with a star attitude, an axis across the line to the centre and along it, and its sigmas, km.
+    pub position_km: Option<[f64; 2]>,
+    /// Its sigmas, km.
+    pub position_sigma_km: Option<[f64; 2]>,
 }
 
 impl Fix {
     /// Every number through `of`.
     pub(super) fn map(&mut self, of: fn(f64) -> f64) {
         let single = [&mut self.radius_error_deg, &mut self.distance_error_km];
-        let optional =
-            [&mut self.distance_sigma_km, &mut self.nees, &mut self.arc_deg, &mut self.rms_px].into_iter().flatten();
-        let pairs = [&mut self.sigma_deg, &mut self.known_distance_error_deg].into_iter().flatten().flatten();
+        let optional = [&mut self.distance_sigma_km, &mut self.nees, &mut self.arc_deg, &mut self.rms_px]
+            .into_iter()
+            .flatten();
+        let pairs = [
+            &mut self.sigma_deg,
+            &mut self.known_distance_error_deg,
+            &mut self.focal_length,
+            &mut self.position_km,
+            &mut self.position_sigma_km,
+        ];
+        let pairs = pairs.into_iter().flatten().flatten();
         for value in single.into_iter().chain(optional).chain(pairs).chain(&mut self.error_deg) {
             *value = of(*value);
         }
@@ -125,6 +146,11 @@ pub struct Frame {
     axes: [Vector; 2],
     pole: Vector,
     sun: Vector,
+    position_km: Vector,
+    velocity_km_s: Vector,
+    /// As the stars show it.
+    attitude: Rotation<Icrs, StarPath>,
+    mounting: Rotation<EarthPath, StarPath>,
 }
 
 impl Frame {
@@ -132,7 +158,7 @@ impl Frame {
     ///
     /// # Errors
     /// None but a fault of this program.
-    pub fn new(mut drawn: Drawn, case: &Case) -> Result<Self, HostError> {
+    pub fn new(mut drawn: Drawn, case: &Case, noise: &Noise) -> Result<Self, HostError> {
         let fault = |what: String| HostError::usage(what, "report this");
         let geometry = drawn.scene.geometry();
         let mut pixels = vec![0; geometry.whole().area()];
@@ -148,6 +174,15 @@ impl Frame {
         let centre_km = path(plus(down_km, 1.0, across));
         let (centre, sun) = (unit(centre_km), path(truth.sun));
         let x = unit(minus(sun, times(dot(sun, centre), centre)));
+        let errs = |axis: u32| ARCSEC_RAD * ATTITUDE_ARCSEC[axis as usize] * noise.gaussian(axis, ATTITUDE);
+        let rotation = |q: [f64; 4]| q.map(|part| part as f32);
+        let attitude = Rotation::from_quaternion(rotation(truth.quaternion))
+            .map(|attitude| attitude.turned(&Vector3::new(0, 1, 2).map(|axis| errs(axis) as f32)));
+        let mounting =
+            Rotation::<StarPath, EarthPath>::from_quaternion(rotation(drawn.mount.star_to_earth()));
+        let (Some(attitude), Some(mounting)) = (attitude, mounting) else {
+            return Err(fault("the attitude is none".into()));
+        };
         Ok(Self {
             picture,
             camera: flight::camera(&drawn.camera, Path::new("the camera of the campaign"))?,
@@ -157,6 +192,10 @@ impl Frame {
             axes: [x, cross(centre, x)],
             pole: path(truth.ellipsoid.equator()[2]),
             sun,
+            position_km: truth.position_km,
+            velocity_km_s: truth.velocity_km_s,
+            attitude,
+            mounting: mounting.inverse(),
         })
     }
 
@@ -179,14 +218,10 @@ impl Frame {
         })
     }
 
-    fn by_the_flight_code(
-        &mut self,
-        way: Way,
-        noise: &Noise,
-    ) -> Result<Result<Fix, Refusal>, fsw_hal::DetectorError> {
+    fn by_the_flight_code(&mut self, way: Way, noise: &Noise) -> Result<Result<Fix, Refusal>, DetectorError> {
         let mut parameters = EarthParameters::default();
         if way == Way::Lost {
-            parameters.ellipsoid = Ellipsoid { equatorial_km: MEAN_RADIUS_KM, polar_km: MEAN_RADIUS_KM };
+            parameters = of_a_mean_sphere(parameters);
         }
         let sun = Some(direction(self.sun)).filter(|_| !matches!(way, Way::Lost | Way::Pole));
         let body = Body::new(&direction(self.pole), sun.as_ref(), &parameters);
@@ -196,13 +231,24 @@ impl Frame {
         let mut rays = Box::new(centre::Workspace::new());
         let mut room = Room { buffer: &mut buffer, points: &mut points, rays: &mut rays };
         let picture = &mut self.picture;
-        let fix = match way {
-            Way::Tracked => track(&look, picture, self.centre_km, noise, &mut room)?,
-            Way::Exponential => look::anywhere_by(&look, picture, &mut room, filters::exponential)?.fix,
-            Way::Polynomial => look::anywhere_by(&look, picture, &mut room, filters::polynomial)?.fix,
+        let tracked = match way {
+            Way::Tracked => match Tracked::new(&look, self.centre_km, noise) {
+                Some(tracked) => Some(tracked),
+                None => return Ok(Err(Refusal::Degenerate)),
+            },
+            _ => None,
+        };
+        let fix = match (way, &tracked) {
+            (_, Some(tracked)) => tracked.fix(&look, picture, &mut room)?,
+            (Way::Exponential, _) => look::anywhere_by(&look, picture, &mut room, filters::exponential)?.fix,
+            (Way::Polynomial, _) => look::anywhere_by(&look, picture, &mut room, filters::polynomial)?.fix,
             _ => look::anywhere(&look, picture, &mut room)?.fix,
         };
-        Ok(fix.map(|fix| self.judged(&fix)))
+        let scale = tracked.filter(|_| fix.is_ok()).and_then(|tracked| tracked.scale(&look, &mut room));
+        Ok(fix.map(|fix| {
+            let focal_length = scale.map(|scale| [f64::from(scale.share), scale.sigma.into()]);
+            Fix { focal_length, ..self.judged(&fix) }
+        }))
     }
 
     /// A centre of the flight code beside the truth.
@@ -224,7 +270,30 @@ impl Frame {
         judged.known_distance_error_deg = Some([deg(x.dot(&left)), deg(y.dot(&left))]);
         judged.arc_deg = Some(f64::from(fix.arc_rad).to_degrees());
         judged.rms_px = Some(fix.rms_px.into());
+        if let Some((error_km, sigma_km)) = self.position(fix) {
+            (judged.position_km, judged.position_sigma_km) = (Some(error_km), Some(sigma_km));
+        }
         judged
+    }
+
+    /// Error and sigma of the position that this centre and the stars' attitude make: an axis across the line to the centre, and along
+    /// it, km.
+    fn position(&self, fix: &EarthFix) -> Option<([f64; 2], [f64; 2])> {
+        let variances = ATTITUDE_ARCSEC.map(|sigma| (ARCSEC_RAD * sigma).powi(2) as f32);
+        let attitude_covariance = Matrix3::from_diagonal(&Vector3::from(variances));
+        let EarthFix { centre_km, covariance_km2, place_km, .. } = fix;
+        let (attitude, mounting) = (&self.attitude, &self.mounting);
+        let fix =
+            PositionFix::new(centre_km, covariance_km2, place_km, attitude, &attitude_covariance, mounting)?
+                .without_aberration(&self.velocity_km_s.into());
+        let up = Vector3::from(unit(self.position_km));
+        let error = fix.position_km - Vector3::from(self.position_km);
+        let along_km = up.dot(&error);
+        let along_km2 = up.dot(&(fix.covariance_km2 * up));
+        let of_an_axis = |both_km2: f64, along_km2: f64| (0.5 * (both_km2 - along_km2)).max(0.0).sqrt();
+        let across_km = of_an_axis(error.dot(&error), along_km * along_km);
+        let across_sigma_km = of_an_axis(fix.covariance_km2.trace(), along_km2);
+        Some(([across_km, along_km], [across_sigma_km, along_km2.max(0.0).sqrt()]))
     }
 
     /// A vector to the centre beside the truth.
@@ -241,7 +310,7 @@ impl Frame {
     }
 
     /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8).
-    fn by_the_thesis(&mut self) -> Result<Result<Fix, Refusal>, fsw_hal::DetectorError> {
+    fn by_the_thesis(&mut self) -> Result<Result<Fix, Refusal>, DetectorError> {
         let mut points = Points::new();
         thesis::limb_points(&mut self.picture, &mut [0; 4096], &mut points)?;
         let at = |vector: Vector| self.camera.project_earth(&direction(vector));
@@ -264,23 +333,44 @@ impl Frame {
     }
 }
 
-/// The centre from strips about where an orbit expects the limb, as in every second of tracking.
-fn track(
-    look: &Look,
-    picture: &mut Picture,
-    centre_km: Vector,
-    noise: &Noise,
-    room: &mut Room,
-) -> Result<Result<EarthFix, Refusal>, fsw_hal::DetectorError> {
-    let errs = |axis: u32| ORBIT_SIGMA_KM * noise.gaussian(u32::MAX, axis);
-    let expected_km = Vector3::new(0, 1, 2).map(|k: u32| (centre_km[k as usize] + errs(k)) as f32);
-    let variance_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
-    let Some(view) = View::new(&expected_km, look.body) else { return Ok(Err(Refusal::Degenerate)) };
-    let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
-    let read = look.read_strips(picture, &view, |_| variance_km2, &choice, room)?;
-    let information = Matrix3::identity() * (1.0 / variance_km2);
-    let expected = Expected { centre_km: expected_km, information };
-    Ok(look.fit(&look.parameters.in_strips(read, false), Some(&expected), room))
+/// What an orbit says of the centre, as in every second of tracking.
+struct Tracked {
+    view: View,
+    expected: Expected,
+    demand: Demand,
+}
+
+impl Tracked {
+    fn new(look: &Look, centre_km: Vector, noise: &Noise) -> Option<Self> {
+        let errs = |axis: u32| ORBIT_SIGMA_KM * noise.gaussian(axis, ORBIT);
+        let centre_km = Vector3::new(0, 1, 2).map(|axis: u32| (centre_km[axis as usize] + errs(axis)) as f32);
+        let information = Matrix3::identity() * (1.0 / (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32);
+        let view = View::new(&centre_km, look.body)?;
+        let demand = look.parameters.in_strips(0, false);
+        Some(Self { view, expected: Expected { centre_km, information }, demand })
+    }
+
+    /// The centre from strips about where it is expected.
+    fn fix(
+        &self,
+        look: &Look,
+        picture: &mut Picture,
+        room: &mut Room,
+    ) -> Result<Result<EarthFix, Refusal>, DetectorError> {
+        let variance_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
+        let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
+        let read = look.read_strips(picture, &self.view, |_| variance_km2, &choice, room)?;
+        Ok(look.fit(&look.parameters.in_strips(read, false), Some(&self.expected), room))
+    }
+
+    /// The focal length, by the points in the room and the distance that the orbit says.
+    fn scale(&self, look: &Look, room: &mut Room) -> Option<Scale> {
+        let Look { camera, body, parameters } = *look;
+        let (points, demand, expected) = (room.points.as_slice(), &self.demand, Some(&self.expected));
+        let measured = Measured { points, camera, body, demand, expected, parameters };
+        let known = [self.expected.centre_km.norm(), ORBIT_SIGMA_KM as f32];
+        Scale::by_the_earth(&measured, known, room.rays).ok()
+    }
 }
 
 fn direction(vector: Vector) -> Direction<EarthPath> {
