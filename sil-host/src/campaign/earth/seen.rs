@@ -36,6 +36,10 @@ use std::path::Path;
 /// Rows of the noise for the orbit's errors and for the attitude's.
 const ORBIT: u32 = 0;
 const ATTITUDE: u32 = 1;
+/// Shares of the pixels that are darker than what counts as dark and as bright, and where the latter goes.
+const DARK_SHARE: f64 = 0.02;
+const BRIGHT_SHARE: f64 = 0.99;
+const WHITE_SHARE: f64 = 0.9;
 const ARCSEC_RAD: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 /// Sigma of the orbit's prediction an axis, km.
 const ORBIT_SIGMA_KM: f64 = 3.0;
@@ -309,10 +313,13 @@ impl Frame {
         }
     }
 
-    /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8).
+    /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8). Its thresholds are those
+    /// of pictures that fill their scale, so it gets the frame stretched ([`stretched`]).
     fn by_the_thesis(&mut self) -> Result<Result<Fix, Refusal>, DetectorError> {
         let mut points = Points::new();
-        thesis::limb_points(&mut self.picture, &mut [0; 4096], &mut points)?;
+        let mut picture = stretched(&self.picture).ok_or(DetectorError::BufferLength)?;
+        picture.expose(self.exposure_us)?;
+        thesis::limb_points(&mut picture, &mut [0; 4096], &mut points)?;
         let at = |vector: Vector| self.camera.project_earth(&direction(vector));
         // The pole's direction on the detector, where the centre and a place north of it are before the camera.
         let north_km = plus(self.centre_km, 0.1 * EQUATOR_KM, self.pole);
@@ -331,6 +338,18 @@ impl Frame {
             Ok(self.beside(times(distance_km, seen)))
         }))
     }
+}
+
+/// A picture whose dark is 0 and whose brightest hundredth begins at [`WHITE_SHARE`] of full scale.
+fn stretched(picture: &Picture) -> Option<Picture> {
+    let mut sorted = picture.pixels().to_vec();
+    sorted.sort_unstable();
+    let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).map(|raw| f64::from(*raw));
+    let (dark, white) = (at(DARK_SHARE)?, at(BRIGHT_SHARE)?);
+    let full_scale = f64::from(picture.geometry().full_scale());
+    let gain = WHITE_SHARE * full_scale / (white - dark).max(1.0);
+    let pixel = |raw: &u16| (gain * (f64::from(*raw) - dark)).round().clamp(0.0, full_scale) as u16;
+    Picture::from_pixels(picture.geometry(), picture.pixels().iter().map(pixel).collect())
 }
 
 /// What an orbit says of the centre, as in every second of tracking.
