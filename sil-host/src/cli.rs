@@ -119,7 +119,8 @@ pub struct EarthArguments {
     /// The Sun's direction in the sensor frame
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
     pub sun: Option<[f32; 3]>,
-    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre
+    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre; NAME-earth.png, of
+    /// pictures with one name the second is NAME-2-earth.png
     #[arg(long, value_name = "DIR")]
     pub overlay: Option<PathBuf>,
     /// One JSON object a picture on stdout, and nothing else

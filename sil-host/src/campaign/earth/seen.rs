@@ -327,7 +327,7 @@ impl Frame {
             Some((centre, north)) => [north[0] - centre[0], north[1] - centre[1]],
             None => [self.pole[0] as f32, self.pole[1] as f32],
         };
-        Ok(thesis::circle(&points, pole_px, thesis::ECCENTRICITY).and_then(|circle| {
+        Ok(thesis::circle(&points, pole_px, thesis::ECCENTRICITY).map(|circle| {
             let [cx, cy] = self.camera.parameters().optical_centre_px;
             let [x, y] = circle.centre_px;
             let f = self.focal_length_px;
@@ -335,7 +335,7 @@ impl Frame {
             let seen = unit([f64::from(x - cx) / f, f64::from(y - cy) / f, 1.0]);
             let half_rad = libm::atan(f64::from(circle.radius_px) / f);
             let distance_km = EQUATOR_KM / libm::sin(half_rad);
-            Ok(self.beside(times(distance_km, seen)))
+            self.beside(times(distance_km, seen))
         }))
     }
 }
