@@ -1,9 +1,9 @@
-//! The thesis's two other filters across the limb (§4.2, §7.2.2.1), for comparison with [`limb::crossing`](super::limb::crossing):
+//! The thesis's two other filters across the limb (§4.2, §7.2.2.1), for comparison with [`limb::crossing`]:
 //! they find the limb by the shape of its rise, not by a share of the brightness behind it. They do not fly.
 //!
 //! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both look at the joined
-//! line of [`limb`](super::limb) from [`OUTSIDE_SCALES`] scale heights outside a first guess, the outermost place above half of the
-//! strip's range, to [`INSIDE_SCALES`] inside it. The thesis names the filters and no more; what is fitted is this project's choice:
+//! line of [`limb`] from three scale heights outside a first guess, the outermost place above half of the
+//! strip's range, to one and a half inside it. The thesis names the filters and no more; what is fitted is this project's choice:
 //!
 //! | filter | fitted | the limb |
 //! |---|---|---|
@@ -109,7 +109,7 @@ fn misfit(rise: &Rise, edge: f32) -> (f32, f32) {
     (squares - bright * products, bright)
 }
 
-/// The limb in a strip by an exponential rise; as [`limb::crossing`](super::limb::crossing).
+/// The limb in a strip by an exponential rise; as [`limb::crossing`].
 pub fn exponential(
     pixels: &[u16],
     strip: &Strip,
@@ -189,7 +189,7 @@ impl Polynomial {
     }
 }
 
-/// The limb in a strip by a polynomial of the fifth order; as [`limb::crossing`](super::limb::crossing).
+/// The limb in a strip by a polynomial of the fifth order; as [`limb::crossing`].
 pub fn polynomial(
     pixels: &[u16],
     strip: &Strip,

@@ -314,7 +314,7 @@ impl Frame {
     }
 
     /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8). Its thresholds are those
-    /// of pictures that fill their scale, so it gets the frame stretched ([`stretched`]).
+    /// of pictures that fill their scale, so it gets the frame stretched (`stretched`).
     fn by_the_thesis(&mut self) -> Result<Result<Fix, Refusal>, DetectorError> {
         let mut points = Points::new();
         let mut picture = stretched(&self.picture).ok_or(DetectorError::BufferLength)?;
@@ -340,7 +340,7 @@ impl Frame {
     }
 }
 
-/// A picture whose dark is 0 and whose brightest hundredth begins at [`WHITE_SHARE`] of full scale.
+/// A picture whose dark is 0 and whose brightest hundredth begins at `WHITE_SHARE` of full scale.
 fn stretched(picture: &Picture) -> Option<Picture> {
     let mut sorted = picture.pixels().to_vec();
     sorted.sort_unstable();
