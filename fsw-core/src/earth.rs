@@ -9,19 +9,22 @@
 //! which points span.
 //!
 //! In: windows of raw pixels, the camera, the pole and the Sun in the Earth path's frame. Out: the vector to the Earth's
-//! centre, km, with its covariance, the limb height taken as known. All f32.
+//! centre, km, with its covariance. All f32.
 //!
 //! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
 //! says which points belong to one body, [`centre`] fits it, `horizon` says what heights that neighbouring points share make of it,
-//! and [`look`] puts these together. [`thesis`] is the way of the thesis, for comparison.
+//! and [`look`] puts these together. For comparison, and not in flight: [`thesis`] is the way of the thesis, [`filters`] are its other
+//! filters across the limb, [`scale`] checks the focal length.
 
 pub mod centre;
 pub mod consensus;
+pub mod filters;
 mod horizon;
 pub mod limb;
 pub mod look;
 mod plane;
 mod rays;
+pub mod scale;
 pub mod search;
 mod shape;
 #[cfg(test)]
@@ -73,7 +76,7 @@ pub struct EarthFix {
     pub centre_km: Vector3<f32>,
     /// The centre about which the fit was linear, km: `centre_km` itself, or near where it was expected.
     pub place_km: Vector3<f32>,
-    /// Covariance of `centre_km`, km², the limb's mean height taken as known.
+    /// Covariance of `centre_km`, km², what is not known of the limb's height included.
     pub covariance_km2: Matrix3<f32>,
     /// The part of it that is new with every picture, km²: the points' own errors. The other is shared by neighbouring points, and
     /// for some time by pictures that follow each other.
@@ -129,10 +132,15 @@ pub struct EarthParameters {
     pub limb_floor_px: f32,
     /// Scatter of the limb's height along it, km (default 0.6, 0 to 10).
     pub limb_scatter_km: f32,
-    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.4, 0 to 20: what clouds and the
-    /// horizon do to strips of rendered low orbits beyond the points' own scatter).
+    /// Standard deviation of `limb_height_km`, km (default 1.8, 0 to 20): season, wavelength, and that a limb narrower than a pixel
+    /// seems 2 km higher than a wide one.
+    pub limb_height_sigma_km: f32,
+    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.8, 0 to 20: what clouds and the
+    /// horizon do to strips of rendered orbits, `sil-host campaign earth`).
     pub horizon_sigma_km: f32,
-    /// Distance over which they share it, km (default 200, 50 to 10,000).
+    /// The same of what they share on the detector, px (default 0.36, 0 to 5): clouds in a limb no wider than a pixel.
+    pub horizon_sigma_px: f32,
+    /// Distance over which they share it, km (default 300, 50 to 10,000).
     pub horizon_cell_km: f32,
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
     /// 0.1, 0 to 1): clouds.
@@ -189,8 +197,10 @@ impl Default for EarthParameters {
             saturated_share: 0.95,
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
-            horizon_sigma_km: 1.4,
-            horizon_cell_km: 200.0,
+            limb_height_sigma_km: 1.8,
+            horizon_sigma_km: 1.8,
+            horizon_sigma_px: 0.36,
+            horizon_cell_km: 300.0,
             limb_cloud_share: 0.1,
             limb_lommel_share: 0.5,
             search_step_px: 16.0,
@@ -242,7 +252,7 @@ impl EarthParameters {
     }
 
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 32] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 34] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -258,7 +268,9 @@ impl EarthParameters {
             ("saturated_share", self.saturated_share, 0.5, 1.0),
             ("limb_floor_px", self.limb_floor_px, 0.005, 2.0),
             ("limb_scatter_km", self.limb_scatter_km, 0.0, 10.0),
+            ("limb_height_sigma_km", self.limb_height_sigma_km, 0.0, 20.0),
             ("horizon_sigma_km", self.horizon_sigma_km, 0.0, 20.0),
+            ("horizon_sigma_px", self.horizon_sigma_px, 0.0, 5.0),
             ("horizon_cell_km", self.horizon_cell_km, 50.0, 10_000.0),
             ("limb_cloud_share", self.limb_cloud_share, 0.0, 1.0),
             ("limb_lommel_share", self.limb_lommel_share, 0.0, 1.0),

@@ -6,7 +6,7 @@
 //!
 //! | file | idea |
 //! |---|---|
-//! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9) |
+//! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | [`observation`] | what a fix says of the state |

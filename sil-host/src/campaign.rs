@@ -11,11 +11,13 @@
 //! | [`cases`] | the kinds of fields |
 //! | [`blocks`] | fields tried at a time |
 //! | [`acquire`] | the other campaign: the whole sensor, from pixels |
+//! | [`earth`] | the Earth in single frames |
 //! | [`lines`] | the file of what is done |
 
 pub mod acquire;
 pub mod blocks;
 pub mod cases;
+pub mod earth;
 pub mod lines;
 
 use crate::cli::CampaignIdentifyArguments;

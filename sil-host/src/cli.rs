@@ -119,7 +119,8 @@ pub struct EarthArguments {
     /// The Sun's direction in the sensor frame
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
     pub sun: Option<[f32; 3]>,
-    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre
+    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre; NAME-earth.png, of
+    /// pictures with one name the second is NAME-2-earth.png
     #[arg(long, value_name = "DIR")]
     pub overlay: Option<PathBuf>,
     /// One JSON object a picture on stdout, and nothing else
@@ -201,6 +202,8 @@ pub enum Campaign {
     Identify(CampaignIdentifyArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
+    /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its centre
+    Earth(CampaignEarthArguments),
 }
 
 /// Arguments of `campaign acquire`.
@@ -216,6 +219,23 @@ pub struct CampaignAcquireArguments {
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
     /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `campaign earth`.
+#[derive(Debug, Args)]
+pub struct CampaignEarthArguments {
+    /// Frames of each case
+    #[arg(long, value_name = "N", default_value_t = 200)]
+    pub runs: u64,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// File to which finished frames are appended; what it holds already is not drawn again
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+    /// One JSON object a row on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
 }

@@ -36,6 +36,9 @@ const LEAST_SIDE_PX: u16 = 256;
 const PICTURE_FLOOR_PX: f32 = 0.3;
 /// Radius of the mean sphere, km (IUGG).
 const MEAN_RADIUS_KM: f32 = 6371.009;
+/// Height of the ellipsoid over that sphere, root mean square, and the distance over which it changes, km.
+const FLATTENING_KM: f32 = 6.4;
+const FLATTENING_CELL_KM: f32 = 3000.0;
 /// Points of a limb that is drawn or measured.
 const OUTLINE: usize = 720;
 
@@ -106,6 +109,18 @@ pub fn reason_words(reason: Refusal) -> &'static str {
     }
 }
 
+/// What the flight code is told where the pole is not known: a mean sphere, from which the ellipsoid departs by 6.4 km in the root mean
+/// square over all places, over distances as long as the Earth's radius.
+pub fn of_a_mean_sphere(parameters: EarthParameters) -> EarthParameters {
+    EarthParameters {
+        ellipsoid: Ellipsoid { equatorial_km: MEAN_RADIUS_KM, polar_km: MEAN_RADIUS_KM },
+        limb_height_sigma_km: FLATTENING_KM,
+        horizon_sigma_km: FLATTENING_KM,
+        horizon_cell_km: FLATTENING_CELL_KM,
+        ..parameters
+    }
+}
+
 /// Where the Earth's pole and the Sun stand, as far as is known.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Known {
@@ -121,7 +136,7 @@ impl Known {
         let mut parameters =
             EarthParameters { limb_floor_px: PICTURE_FLOOR_PX, ..EarthParameters::default() };
         if self.pole.is_none() {
-            parameters.ellipsoid = Ellipsoid { equatorial_km: MEAN_RADIUS_KM, polar_km: MEAN_RADIUS_KM };
+            parameters = of_a_mean_sphere(parameters);
         }
         // Of a sphere any axis serves.
         let pole = self.pole.or_else(|| Direction::new(Vector3::new(0.0, 1.0, 0.0)));
@@ -339,7 +354,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
     }
     let mut earth = PictureEarth::default();
     let mut faults = Faults::default();
-    for name in &arguments.images {
+    for (name, drawn) in arguments.images.iter().zip(drawing::names(&arguments.images)) {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = Picture::load(name)?;
             solve::check_size(&file, name, &picture)?;
@@ -348,7 +363,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             let find_ms = begin.elapsed().as_secs_f64() * 1e3;
             let (answer, limb) = answer(name, &found, &camera, &known, find_ms);
             if let Some(folder) = &arguments.overlay {
-                drawing::write(folder, name, &picture, &answer, &limb)?;
+                drawing::write(&folder.join(&drawn), &picture, &answer, &limb)?;
             }
             Ok(answer)
         };

@@ -35,6 +35,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Campaign(arguments)) => match arguments.of {
                 Campaign::Identify(arguments) => campaign::run(&arguments),
                 Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
+                Campaign::Earth(arguments) => campaign::earth::run(&arguments),
             },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),

@@ -23,7 +23,7 @@ use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
 use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
-use crate::orbit::covariance::inverse;
+use crate::orbit::covariance::inverse_f32;
 use crate::order;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -74,8 +74,7 @@ pub struct Expected {
 impl Expected {
     /// What a rough fix says; `None` where its covariance has no inverse.
     pub fn after(rough: &EarthFix) -> Option<Self> {
-        let information = inverse(&rough.covariance_km2.map(f64::from))?.map(|element| element as f32);
-        Some(Self { centre_km: rough.centre_km, information })
+        Some(Self { centre_km: rough.centre_km, information: inverse_f32(&rough.covariance_km2)? })
     }
 }
 
@@ -278,7 +277,10 @@ fn fix(
         step = inverse * normal.right;
     }
     let shift_km = columns * step;
-    let shared = shared(rays, cone, &axes, &step, &inverse, &Horizon::new(cone, body, parameters));
+    // That of any point will do; there are some.
+    let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
+    let horizon = Horizon::new(cone, body, rad_per_px, parameters);
+    let shared = shared(rays, cone, &axes, &step, &inverse, &horizon);
     let covariance = |of: Matrix3<f32>| {
         let km2 = columns * of * columns.transpose();
         (km2 + km2.transpose()) * 0.5

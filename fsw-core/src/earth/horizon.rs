@@ -12,7 +12,10 @@
 //!
 //! for cosine and sine alike: a field of the standard deviation `σ` whose correlation over the distance `d` is `x K₁(x)`, `x = d / L`
 //! (Matérn's of order one: 0.6 at `L`), along a circle of the radius `ρ`, the limb's. Waves shorter than the last are left to the
-//! points' own sigmas. Test: `horizon/tests.rs`.
+//! points' own sigmas. `σ` is that of the heights themselves and of what clouds do to the place of half brightness in a limb no wider
+//! than a pixel, which is a part of a pixel. To the mean is added what is not known of the limb's mean height; to mean and first wave
+//! what the slant of the light does where the Sun is not known: at noon it draws the whole disc towards the Sun and makes it smaller.
+//! Test: `horizon/tests.rs`; fitted to the frames of `sil-host campaign earth`.
 //!
 //! Cost: 18 operations a point and wave, 20,000 for 24 points.
 
@@ -24,21 +27,35 @@ use nalgebra::{Matrix3, Vector3};
 /// Waves about the whole limb: 570 km in a low orbit, 1250 km in the geostationary one are the shortest.
 pub(super) const MODES: usize = 32;
 
-/// Heights along a limb, by wave.
+/// Standard deviation of mean and first wave where the Sun is not known, px.
+const SUNLESS_PX: f32 = 0.5;
+
+/// Heights along a limb, by wave. Variances are of the angle at the limb, rad².
 pub(super) struct Horizon {
-    /// Standard deviation, rad at the limb.
-    sigma_rad: f32,
+    variance: f32,
+    /// Variance of the mean height besides.
+    mean: f32,
+    /// Variance of mean and first wave besides.
+    sunless: f32,
     /// `(L / ρ)²`.
     stiffness: f32,
 }
 
 impl Horizon {
-    /// Along the limb of this cone.
-    pub(super) fn new(cone: &Cone, body: &Body, parameters: &EarthParameters) -> Self {
+    /// Along the limb of this cone, seen in pixels of `rad_per_px`.
+    pub(super) fn new(cone: &Cone, body: &Body, rad_per_px: f32, parameters: &EarthParameters) -> Self {
         // Distance and radius of the limb; both sine and cosine are positive.
         let distance_km = body.radius_km() * cone.cosine / cone.sine;
         let length = parameters.horizon_cell_km / (body.radius_km() * cone.cosine);
-        Self { sigma_rad: parameters.horizon_sigma_km / distance_km, stiffness: length * length }
+        let square = |angle: f32| angle * angle;
+        let sunless_px = if body.knows_sun() { 0.0 } else { SUNLESS_PX };
+        Self {
+            variance: square(parameters.horizon_sigma_km / distance_km)
+                + square(parameters.horizon_sigma_px * rad_per_px),
+            mean: square(parameters.limb_height_sigma_km / distance_km),
+            sunless: square(sunless_px * rad_per_px),
+            stiffness: length * length,
+        }
     }
 
     /// Share of a wave, not yet of the sum.
@@ -75,13 +92,20 @@ impl Response {
     /// The covariance of the unknowns.
     pub(super) fn covariance(&self, horizon: &Horizon) -> Matrix3<f32> {
         let (mut sum, mut shares) = (Matrix3::zeros(), 0.0);
+        let mut besides = Matrix3::zeros();
         for (wave, [cosine, sine]) in self.waves.iter().enumerate() {
             let share = horizon.share(wave);
-            sum += (cosine * cosine.transpose() + sine * sine.transpose()) * share;
+            let both = cosine * cosine.transpose() + sine * sine.transpose();
+            match wave {
+                0 => besides += both * (horizon.mean + horizon.sunless),
+                1 => besides += both * horizon.sunless,
+                _ => {}
+            }
+            sum += both * share;
             shares += share;
         }
         // The first share is one.
-        sum * (horizon.sigma_rad * horizon.sigma_rad / shares)
+        sum * (horizon.variance / shares) + besides
     }
 }
 

@@ -13,7 +13,7 @@
 //! interpolations a pixel of length and some exponentials of the model; 2.9 M model cycles for 24 strips of 80 px.
 
 use super::view::ExpectedLimb;
-use super::zone::Zone;
+use super::zone::{self, Zone};
 use super::{EarthParameters, LimbPoint};
 use crate::order;
 use fsw_hal::{DetectorGeometry, Window};
@@ -26,7 +26,7 @@ pub const MAX_LENGTH: usize = 161;
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
 /// Places at either end that not every line reaches: the slope is at most one.
-const END: usize = MIDDLE as usize + 1;
+pub(super) const END: usize = MIDDLE as usize + 1;
 /// Steps against the rise may take back this share of it.
 const GREATEST_FALL: f32 = 0.15;
 /// Clouds between the limb and the bright side change brightness this much more than within it.
@@ -36,9 +36,20 @@ const DEPTH_KM: f32 = 25.0;
 const BEHIND: usize = 3;
 /// Least brightness there, share of that at the limb.
 const LEAST_BEHIND: f32 = 0.6;
+/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the bright side.
+const FAR_PX: usize = 12;
+const LEAST_BEHIND_PX: usize = 4;
+/// A slant is believed when the line brightens by so many times what clouds may do.
+const SURE: f32 = 2.0;
+/// Halvings in which it is found.
+const SLANT_STEPS: usize = 10;
+/// Greatest slant, cotangent of the Sun's elevation: 5 deg, about the least elevation where the Sun is known.
+const GREATEST_SLANT: f32 = 11.0;
+/// So many times as much of the shading may be wrong as where the Sun is known.
+const UNKNOWN_LIGHT: f32 = 5.0;
 /// Greatest sigma of a point, px, and share of the rise's length.
-const GREATEST_SIGMA_PX: f32 = 1.0;
-const GREATEST_SIGMA_SHARE: f32 = 0.5;
+pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
+pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
 
 /// How far a strip reaches from where the limb is expected, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,24 +96,60 @@ pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry)
     window.fits(geometry).then_some(Strip { window, expected: *expected, along_x, space_beyond })
 }
 
+impl Strip {
+    /// Components of the limb's normal along the lines and from one to the next.
+    fn steep_and_flat(&self) -> (f32, f32) {
+        let [nx, ny] = self.expected.outward_px;
+        if self.along_x { (nx, ny) } else { (ny, nx) }
+    }
+
+    /// Cosine between the lines and the limb's normal.
+    pub(super) fn steepness(&self) -> f32 {
+        libm::fabsf(self.steep_and_flat().0)
+    }
+
+    /// Where the limb is expected.
+    pub(super) fn expected(&self) -> &ExpectedLimb {
+        &self.expected
+    }
+
+    /// The limb point so many places inward from the outer end of lines of this length.
+    pub(super) fn point(&self, length: usize, inward: f32, sigma_px: f32) -> LimbPoint {
+        let from_start = if self.space_beyond { length as f32 - 1.0 - inward } else { inward };
+        let [x, y] = [f32::from(self.window.x), f32::from(self.window.y)];
+        let middle = MIDDLE as f32;
+        let centre_px =
+            if self.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
+        LimbPoint { centre_px, sigma_px, outward_px: self.expected.outward_px }
+    }
+}
+
 /// A strip's pixels as lines from space inwards.
-struct Lines<'a> {
+pub(super) struct Lines<'a> {
     pixels: &'a [u16],
     strip: &'a Strip,
-    length: usize,
+    /// Places of a line.
+    pub(super) length: usize,
     /// Inward shift of the limb from the middle line to each, whole pixels and what remains of one.
     shifts: [(i32, f32); BREADTH],
 }
 
 impl Lines<'_> {
-    /// `slope` is the inward shift from one line to the next, px.
-    fn new<'a>(pixels: &'a [u16], strip: &'a Strip, length: usize, slope: f32) -> Lines<'a> {
+    /// `None` where the pixels are not the strip's, or its limb is too slant for it.
+    pub(super) fn of<'a>(pixels: &'a [u16], strip: &'a Strip) -> Option<Lines<'a>> {
+        let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
+        let (steep, flat) = strip.steep_and_flat();
+        if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
+            return None;
+        }
+        // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
+        let slope = flat / libm::fabsf(steep);
         let shifts = core::array::from_fn(|line| {
             let shift = slope * (line as i32 - MIDDLE) as f32;
             let whole = libm::floorf(shift);
             (whole as i32, shift - whole)
         });
-        Lines { pixels, strip, length, shifts }
+        Some(Lines { pixels, strip, length, shifts })
     }
 
     /// The pixel `place` from the outer end of a line.
@@ -124,7 +171,7 @@ impl Lines<'_> {
     }
 
     /// The joined line.
-    fn profile(&self) -> [f32; MAX_LENGTH] {
+    pub(super) fn profile(&self) -> [f32; MAX_LENGTH] {
         let mut profile = [0.0; MAX_LENGTH];
         for (place, joined) in profile.iter_mut().enumerate().take(self.length) {
             let (mut sum, mut least, mut greatest) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
@@ -167,7 +214,7 @@ impl Lines<'_> {
 }
 
 /// Median of the outer end.
-fn dark_of(profile: &[f32], length: usize) -> f32 {
+pub(super) fn dark_of(profile: &[f32], length: usize) -> f32 {
     let mut outer = [0.0; MAX_LENGTH / 8];
     let count = (length / 8).clamp(5, MAX_LENGTH / 8);
     for (dark, value) in outer.iter_mut().zip(profile.iter().skip(END)).take(count) {
@@ -179,6 +226,107 @@ fn dark_of(profile: &[f32], length: usize) -> f32 {
     outer.get(count / 2).copied().unwrap_or(0.0)
 }
 
+/// A way to find the limb in a strip: that of [`crossing`], or of one of the [`filters`](super::filters).
+pub trait Crossing:
+    Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
+{
+}
+
+impl<F> Crossing for F where
+    F: Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
+{
+}
+
+/// Where a joined line passes the limb.
+#[derive(Clone, Copy)]
+struct Passage {
+    place: usize,
+    /// Part of the last place before it.
+    part: f32,
+    /// Brightness of the bright side over the dark one.
+    bright: f32,
+}
+
+/// A strip's joined line, and what it is held against.
+struct Rise<'a> {
+    lines: &'a Lines<'a>,
+    /// Without the inner end.
+    profile: &'a [f32],
+    dark: f32,
+    full_scale: f32,
+    parameters: &'a EarthParameters,
+}
+
+impl<'a> Rise<'a> {
+    /// `None` where the outer side is bright.
+    fn new(
+        lines: &'a Lines,
+        profile: &'a [f32],
+        geometry: &DetectorGeometry,
+        parameters: &'a EarthParameters,
+    ) -> Option<Self> {
+        let full_scale = f32::from(geometry.full_scale());
+        let dark = dark_of(profile, lines.length);
+        let profile = profile.get(..lines.length.checked_sub(END)?)?;
+        let is_dark = dark <= parameters.greatest_dark_share * full_scale;
+        is_dark.then_some(Self { lines, profile, dark, full_scale, parameters })
+    }
+
+    /// The outermost place that has its share of the brightness behind it.
+    fn passage(&self, zone: &Zone) -> Option<Passage> {
+        let Self { profile, dark, full_scale, parameters, .. } = *self;
+        let least = parameters.least_contrast_share * full_scale;
+        // What a place's brightness has beyond its share of the brightness behind it.
+        let excess = |place: usize| {
+            let value = profile.get(place)? - dark;
+            zone.bright(profile, place, dark).map(|bright| (value - zone.level * bright, bright))
+        };
+        let outer = END + (self.lines.length / 8).max(5);
+        let first = outer.checked_sub(1)?;
+        let mut before = excess(first)?.0;
+        let mut found = None;
+        for place in outer..profile.len() {
+            // At the inner end of the strip there is no bright side left.
+            let (now, bright) = excess(place)?;
+            // The outer end itself must be dark; here a rise ends at least half way up.
+            if now >= 0.0 && bright > least {
+                found = (before < 0.0).then_some(Passage { place, part: before / (before - now), bright });
+                break;
+            }
+            before = now;
+        }
+        let Passage { place, bright, .. } = found?;
+        let saturated = bright + dark > parameters.saturated_share * full_scale;
+        found.filter(|_| !saturated && rises(profile, place, zone, bright))
+    }
+
+    /// The limb point of a passage, with its sigma.
+    fn point(&self, passage: &Passage, zone: &Zone, strip: &Strip) -> Option<LimbPoint> {
+        let Self { profile, parameters, .. } = *self;
+        let Passage { place, part, bright } = *passage;
+        let smooth = zone.scatter(profile, place, self.dark)?;
+        let half = ((0.5 * zone.scale) as usize).clamp(1, END);
+        let scatter = self.lines.scatter_px(profile, place, half)?;
+        let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
+        // Clouds, and the shading by Lambert's law, which holds so far.
+        let (seen, unseen) = (REACH * smooth, parameters.limb_cloud_share);
+        let unsure = libm::sqrtf(seen * seen + unseen * unseen + zone.shading * zone.shading);
+        let level = zone.level * bright * unsure / gradient;
+        let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
+        let floor = parameters.limb_floor_px;
+        let steepness = strip.steepness();
+        // Along the lines, then across the limb.
+        let sigma = libm::sqrtf(
+            (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
+        );
+        let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale);
+        if sigma.is_nan() || sigma >= greatest {
+            return None;
+        }
+        Some(strip.point(self.lines.length, place as f32 - 1.0 + part, sigma))
+    }
+}
+
 /// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise is too weak,
 /// not a rise, saturated, at the strip's end, or where the outer side is bright.
 pub fn crossing(
@@ -187,78 +335,71 @@ pub fn crossing(
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
-    let [nx, ny] = strip.expected.outward_px;
-    let (steep, flat) = if strip.along_x { (nx, ny) } else { (ny, nx) };
-    let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
-    if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
-        return None;
-    }
-    // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
-    let slope = flat / libm::fabsf(steep);
-    let lines = Lines::new(pixels, strip, length, slope);
+    let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile();
-    let profile = profile.get(..length.checked_sub(END)?)?;
-    let km_per_place = strip.expected.km_per_px * libm::fabsf(steep);
-    let zone = Zone::new(&strip.expected, libm::fabsf(steep), parameters)?;
-    let full_scale = f32::from(geometry.full_scale());
-    let least = parameters.least_contrast_share * full_scale;
-    let dark = dark_of(profile, length);
-    if dark > parameters.greatest_dark_share * full_scale {
+    let rise = Rise::new(&lines, &profile, geometry, parameters)?;
+    let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
+    rise.point(&rise.passage(&zone)?, &zone, strip)
+}
+
+/// The same where the Sun is not known: the slant of its light is taken from the line itself, and a body must go on behind its limb.
+///
+/// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with `w` the cotangent of the
+/// Sun's elevation, be it white or grey; two stretches of the line give `w`, as far as clouds let them: where it brightens by less than
+/// twice what clouds may do, the Sun is taken to stand high. Not in flight, which knows the Sun with its attitude.
+pub fn crossing_in_any_light(
+    pixels: &[u16],
+    strip: &Strip,
+    geometry: &DetectorGeometry,
+    parameters: &EarthParameters,
+) -> Option<LimbPoint> {
+    let lines = Lines::of(pixels, strip)?;
+    let profile = lines.profile();
+    let rise = Rise::new(&lines, &profile, geometry, parameters)?;
+    let overhead = ExpectedLimb { sun_sine: 1.0, sun_facing: 0.0, ..strip.expected };
+    let zone = Zone::new(&overhead, strip.steepness(), parameters)?;
+    let passage = rise.passage(&zone)?;
+    let km_per_place = strip.expected.km_per_px * strip.steepness();
+    if !goes_on(rise.profile, passage.place, &zone, km_per_place, [rise.dark, passage.bright]) {
         return None;
     }
+    let slant = slant(&rise, &passage, &zone, km_per_place);
+    let (sun_sine, sun_facing) = zone::elevation(slant);
+    let slanted = ExpectedLimb { sun_sine, sun_facing, ..strip.expected };
+    let zone = Zone::new(&slanted, strip.steepness(), parameters)?;
+    let zone = Zone { shading: UNKNOWN_LIGHT * zone.shading, ..zone };
+    rise.point(&rise.passage(&zone)?, &zone, strip)
+}
 
-    // What a place's brightness has beyond its share of the brightness behind it.
-    let excess = |place: usize| {
-        let value = profile.get(place)? - dark;
-        zone.bright(profile, place, dark).map(|bright| (value - zone.level * bright, bright))
+/// Cotangent of the Sun's elevation at the limb, zero where the line does not tell it from clouds.
+fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 {
+    let Some(behind) = rise.profile.get(passage.place + zone.end..) else { return 0.0 };
+    let behind = behind.get(..behind.len().min(FAR_PX)).unwrap_or(behind);
+    if behind.len() < LEAST_BEHIND_PX {
+        return 0.0;
+    }
+    let far = behind.iter().sum::<f32>() / behind.len() as f32 - rise.dark;
+    let ratio = far / passage.bright.max(1.0);
+    // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its light is passed.
+    let square = |places: f32| {
+        let depth_km = (places - zone.scale * core::f32::consts::LN_2).max(0.0) * km_per_place;
+        2.0 * depth_km / rise.parameters.ellipsoid.equatorial_km.max(1.0)
     };
-    let outer = END + (length / 8).max(5);
-    let first = outer.checked_sub(1)?;
-    let mut before = excess(first)?.0;
-    let mut found = None;
-    for place in outer..profile.len() {
-        // At the inner end of the strip there is no bright side left.
-        let (now, bright) = excess(place)?;
-        // The outer end itself must be dark; here a rise ends at least half way up.
-        if now >= 0.0 && bright > least {
-            found = (before < 0.0).then_some((place, bright, before / (before - now)));
-            break;
-        }
-        before = now;
+    let near = square(0.5 * (zone.begin + zone.end) as f32);
+    let squares = [near, square(zone.end as f32 + 0.5 * behind.len() as f32)];
+    let growth = |slant: f32| zone::growth(slant, squares, rise.parameters);
+    let feigned = (1.0 + SURE * rise.parameters.limb_cloud_share) * growth(0.0);
+    // In a low orbit so little of the ground is behind the limb that the light's slant hardly shows.
+    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + rise.parameters.limb_cloud_share) {
+        return 0.0;
     }
-    let (place, bright, part) = found?;
-    let smooth = zone.scatter(profile, place, dark)?;
-    if bright + dark > parameters.saturated_share * full_scale || !rises(profile, place, &zone, bright) {
-        return None;
+    // It grows with the slant.
+    let (mut low, mut high) = (0.0, GREATEST_SLANT);
+    for _ in 0..SLANT_STEPS {
+        let middle = 0.5 * (low + high);
+        (low, high) = if growth(middle) < ratio { (middle, high) } else { (low, middle) };
     }
-
-    let half = ((0.5 * zone.scale) as usize).clamp(1, END);
-    if !strip.expected.sun_known && !goes_on(profile, place, &zone, km_per_place, [dark, bright]) {
-        return None;
-    }
-    let scatter = lines.scatter_px(profile, place, half)?;
-    let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
-    // Clouds, and the shading by Lambert's law, which holds so far.
-    let (seen, unseen) = (REACH * smooth, parameters.limb_cloud_share);
-    let unsure = libm::sqrtf(seen * seen + unseen * unseen + zone.shading * zone.shading);
-    let level = zone.level * bright * unsure / gradient;
-    let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
-    let floor = parameters.limb_floor_px;
-    let steepness = libm::fabsf(steep);
-    // Along the lines, then across the limb.
-    let sigma = libm::sqrtf(
-        (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
-    );
-    let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale);
-    if sigma.is_nan() || sigma >= greatest {
-        return None;
-    }
-    let inward = place as f32 - 1.0 + part;
-    let from_start = if strip.space_beyond { length as f32 - 1.0 - inward } else { inward };
-    let [x, y] = [f32::from(strip.window.x), f32::from(strip.window.y)];
-    let middle = MIDDLE as f32;
-    let centre_px = if strip.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
-    Some(LimbPoint { centre_px, sigma_px: sigma, outward_px: strip.expected.outward_px })
+    high
 }
 
 /// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two and a half times as

@@ -94,6 +94,20 @@ impl Look<'_> {
         choice: &Choice<impl Fn([f32; 2]) -> bool>,
         room: &mut Room,
     ) -> Result<usize, DetectorError> {
+        self.read_strips_by(detector, view, variance, choice, room, limb::crossing)
+    }
+
+    /// The same with another [`limb::Crossing`] than the flight's.
+    #[inline]
+    fn read_strips_by(
+        &self,
+        detector: &mut impl Detector,
+        view: &View,
+        variance: impl Fn(&Vector3<f32>) -> f32,
+        choice: &Choice<impl Fn([f32; 2]) -> bool>,
+        room: &mut Room,
+        crossing: impl limb::Crossing,
+    ) -> Result<usize, DetectorError> {
         let Self { camera, parameters, .. } = *self;
         let geometry = detector.geometry();
         room.points.clear();
@@ -110,7 +124,7 @@ impl Look<'_> {
             let pixels = room.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(strip.window, pixels)?;
             read += 1;
-            if let Some(point) = limb::crossing(pixels, &strip, &geometry, parameters) {
+            if let Some(point) = crossing(pixels, &strip, &geometry, parameters) {
                 // There are no more strips than the list holds points.
                 let _ = room.points.push(point);
             }
@@ -147,6 +161,23 @@ pub struct Found {
 /// # Errors
 /// Of the detector.
 pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> Result<Found, DetectorError> {
+    if look.body.knows_sun() {
+        anywhere_by(look, detector, room, limb::crossing)
+    } else {
+        anywhere_by(look, detector, room, limb::crossing_in_any_light)
+    }
+}
+
+/// The same with another [`limb::Crossing`] than the flight's.
+///
+/// # Errors
+/// Of the detector.
+pub fn anywhere_by(
+    look: &Look,
+    detector: &mut impl Detector,
+    room: &mut Room,
+    crossing: impl limb::Crossing,
+) -> Result<Found, DetectorError> {
     let searched = look.search(detector, room)?;
     let points = room.points.len();
     let refused = |refusal| Found { searched: points, strips: 0, fix: Err(refusal) };
@@ -167,17 +198,16 @@ pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> R
             dx * dx + dy * dy < near_px * near_px
         })
     };
+    let sun_known = look.body.knows_sun();
+    let choice = Choice {
+        most: if sun_known { plan::MAX_LIMB_STRIPS } else { MAX_LIMB_POINTS },
+        wanted: |at_px| sun_known || is_lit(at_px),
+    };
     let mut found = refused(Refusal::TooFewPoints);
     let (mut about, mut view) = (rough, view);
     for sigma_px in [SEARCH_SIGMA_PX, STRIPS_SIGMA_PX] {
         let variance_km2 = look.height_variance_km2(&view, sigma_px);
-        found.strips = if look.body.knows_sun() {
-            let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
-            look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
-        } else {
-            let choice = Choice { most: MAX_LIMB_POINTS, wanted: is_lit };
-            look.read_strips(detector, &view, |_| variance_km2, &choice, room)?
-        };
+        found.strips = look.read_strips_by(detector, &view, |_| variance_km2, &choice, room, crossing)?;
         let demand = look.parameters.in_strips(found.strips, true);
         found.fix = look.fit(&demand, Expected::after(&about).as_ref(), room);
         match found.fix.map(|fix| (fix, View::new(&fix.centre_km, look.body))) {
@@ -187,5 +217,6 @@ pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> R
     }
     Ok(found)
 }
+
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@
 //! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
-use fsw_hal::{Detector, DetectorError, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use heapless::Vec;
 
 /// Dark pixels before a rise.
@@ -195,6 +195,21 @@ impl<'a> Thinned<'a> {
     }
 }
 
+/// Length and number of the rows, or of the columns, px.
+pub(super) fn grid(geometry: &DetectorGeometry, along_x: bool) -> (u16, u16) {
+    let DetectorGeometry { width_px, height_px, .. } = *geometry;
+    if along_x { (width_px, height_px) } else { (height_px, width_px) }
+}
+
+/// The window of a row, or of a column.
+pub(super) fn grid_line(along_x: bool, line: u16, length: u16) -> Window {
+    if along_x {
+        Window { x: 0, y: line, width: length, height: 1 }
+    } else {
+        Window { x: line, y: 0, width: 1, height: length }
+    }
+}
+
 /// Searches the whole detector. `buffer` must hold its longer side.
 ///
 /// # Errors
@@ -219,18 +234,10 @@ pub fn search(
     let step = (parameters.search_step_px as u16).max(1);
     let mut thinned = Thinned::new(points);
     for along_x in [true, false] {
-        let (length, lines) = if along_x {
-            (geometry.width_px, geometry.height_px)
-        } else {
-            (geometry.height_px, geometry.width_px)
-        };
+        let (length, lines) = grid(&geometry, along_x);
         let pixels = buffer.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
         for line in (step / 2..lines).step_by(usize::from(step)) {
-            let window = if along_x {
-                Window { x: 0, y: line, width: length, height: 1 }
-            } else {
-                Window { x: line, y: 0, width: 1, height: length }
-            };
+            let window = grid_line(along_x, line, length);
             detector.read(window, pixels)?;
             // The dark level is never below the darkest pixel.
             let (darkest, brightest) =

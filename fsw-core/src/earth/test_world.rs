@@ -30,7 +30,9 @@ pub fn parameters() -> EarthParameters {
     EarthParameters {
         limb_height_km: (SCALE_HEIGHT_KM * std::f64::consts::LN_2) as f32,
         limb_lommel_share: 0.0,
+        limb_height_sigma_km: 0.0,
         horizon_sigma_km: 0.0,
+        horizon_sigma_px: 0.0,
         ..EarthParameters::default()
     }
 }

@@ -8,7 +8,7 @@
 //! occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets [`MAX_TRIPLETS`] are tried. Of the pixels of a line above
 //! the threshold those next to one below it are looked at; any other region has no dark side.
 
-use super::search::{Points, Thinned};
+use super::search::{Points, Thinned, grid, grid_line};
 use super::{LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use nalgebra::{Matrix4, Vector4};
@@ -67,17 +67,9 @@ pub fn limb_points(
     let (region, line) = buffer.split_at_mut_checked(AREA).ok_or(DetectorError::BufferLength)?;
     let mut thinned = Thinned::new(points);
     for along_x in [true, false] {
-        let (length, lines) = if along_x {
-            (geometry.width_px, geometry.height_px)
-        } else {
-            (geometry.height_px, geometry.width_px)
-        };
+        let (length, lines) = grid(&geometry, along_x);
         for across in (0..lines).step_by(GRID_PX) {
-            let window = if along_x {
-                Window { x: 0, y: across, width: length, height: 1 }
-            } else {
-                Window { x: across, y: 0, width: 1, height: length }
-            };
+            let window = grid_line(along_x, across, length);
             let pixels = line.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
             detector.read(window, pixels)?;
             for (place, pair) in pixels.windows(2).enumerate() {

@@ -46,8 +46,6 @@ pub struct ExpectedLimb {
     pub normal: Vector3<f32>,
     /// Height above the limb that a pixel across it spans, km.
     pub km_per_px: f32,
-    /// Whether the Sun is known to light it.
-    pub sun_known: bool,
     /// Sine of the Sun's elevation there; one where the Sun is not known.
     pub sun_sine: f32,
     /// Cosine of the angle at the limb between the directions to the Sun and to the camera; zero where the Sun is not known.
@@ -183,8 +181,7 @@ impl View {
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);
         let sun_facing =
             Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
-        let sun_known = self.body.knows_sun();
-        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_known, sun_sine, sun_facing })
+        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
     /// How much of the limb lies inside the detector by `margin_px`.

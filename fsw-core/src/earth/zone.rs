@@ -87,13 +87,7 @@ impl Model {
         }
         let square = self.turning * (place - self.surface);
         let sunlight = self.sine * (1.0 - 0.5 * square) + libm::sqrtf(square) * self.facing;
-        (self.scaling * self.law(sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
-    }
-
-    /// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine.
-    fn law(&self, sunlight: f32, square: f32) -> f32 {
-        let view = libm::sqrtf(square + HAZE * HAZE);
-        sunlight * (self.share * 2.0 / (sunlight + view) + 1.0 - self.share)
+        (self.scaling * law(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
     /// The same through the lens.
@@ -113,6 +107,27 @@ impl Model {
         }
         sum
     }
+}
+
+/// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share` of it is Lommel's and
+/// Seeliger's.
+fn law(share: f32, sunlight: f32, square: f32) -> f32 {
+    let view = libm::sqrtf(square + HAZE * HAZE);
+    sunlight * (share * 2.0 / (sunlight + view) + 1.0 - share)
+}
+
+/// Sine and cosine of the Sun's elevation at the limb, whose cotangent `slant` is.
+pub(super) fn elevation(slant: f32) -> (f32, f32) {
+    let sine = 1.0 / libm::sqrtf(1.0 + slant * slant);
+    (sine, slant * sine)
+}
+
+/// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of the cosine of the view there,
+/// under a light of this slant.
+pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
+    let (sine, facing) = elevation(slant);
+    let at = |square: f32| law(parameters.limb_lommel_share, sine + libm::sqrtf(square) * facing, square);
+    at(far) / at(near)
 }
 
 impl Zone {
@@ -138,7 +153,7 @@ impl Zone {
             share: parameters.limb_lommel_share,
             scaling: 1.0,
         };
-        let model = Model { scaling: 1.0 / model.law(model.sine, 0.0), ..model };
+        let model = Model { scaling: 1.0 / law(model.share, model.sine, 0.0), ..model };
         let mut bright = 0.0;
         for sample in 0..SAMPLES {
             let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;

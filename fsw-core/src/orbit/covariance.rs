@@ -242,6 +242,11 @@ pub fn inverse(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     Some(product(&factor, &factor.transpose()))
 }
 
+/// The same of single precision; in between it is double.
+pub fn inverse_f32(m: &Matrix3<f32>) -> Option<Matrix3<f32>> {
+    inverse(&m.map(f64::from)).map(|inverse| inverse.map(|element| element as f32))
+}
+
 /// Greatest trace that any covariance here can have: what is made of it stays finite.
 const GREATEST_TRACE: f64 = 1e30;
 

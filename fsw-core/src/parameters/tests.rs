@@ -53,6 +53,8 @@ const REALS: &[Real] = &[
     ("limb_floor_px", |p| &mut p.earth.limb_floor_px, 0.005, 2.0),
     ("limb_scatter_km", |p| &mut p.earth.limb_scatter_km, 0.0, 10.0),
     ("limb_lommel_share", |p| &mut p.earth.limb_lommel_share, 0.0, 1.0),
+    ("limb_height_sigma_km", |p| &mut p.earth.limb_height_sigma_km, 0.0, 20.0),
+    ("horizon_sigma_px", |p| &mut p.earth.horizon_sigma_px, 0.0, 5.0),
     ("horizon_sigma_km", |p| &mut p.earth.horizon_sigma_km, 0.0, 20.0),
     ("horizon_cell_km", |p| &mut p.earth.horizon_cell_km, 50.0, 10_000.0),
     ("limb_cloud_share", |p| &mut p.earth.limb_cloud_share, 0.0, 1.0),

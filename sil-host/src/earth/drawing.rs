@@ -8,7 +8,8 @@ use crate::error::HostError;
 use crate::picture::Picture;
 use fsw_hal::{Detector, DetectorGeometry};
 use image::{Rgb, RgbImage};
-use std::path::Path;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
 const INLIER: Rgb<u8> = Rgb([60, 255, 60]);
 const OUTLIER: Rgb<u8> = Rgb([255, 60, 60]);
@@ -19,22 +20,31 @@ const WHITE_SHARE: f64 = 0.99;
 const POINT_PX: f32 = 4.0;
 const CROSS_PX: f32 = 12.0;
 
-/// Draws `NAME-earth.png` into a folder.
+/// What the drawings of these pictures are called: `STEM-earth.png`; where a stem comes again, from another folder or with another
+/// extension, `STEM-2-earth.png`, or the next number that is free.
+pub(super) fn names(pictures: &[PathBuf]) -> Vec<String> {
+    let mut taken = HashSet::new();
+    let mut free = |picture: &PathBuf| {
+        let stem = picture.file_stem().map_or_else(|| "picture".into(), |stem| stem.to_string_lossy());
+        let numbered = (2u32..).map(|number| format!("{stem}-{number}-earth.png"));
+        std::iter::once(format!("{stem}-earth.png")).chain(numbered).find(|name| taken.insert(name.clone()))
+    };
+    pictures.iter().filter_map(&mut free).collect()
+}
+
+/// Draws a picture's Earth into a file.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub(super) fn write(
-    folder: &Path,
-    name: &Path,
+    path: &Path,
     picture: &Picture,
     answer: &EarthAnswer,
     limb: &[Option<[f32; 2]>],
 ) -> Result<(), HostError> {
-    let stem = name.file_stem().map_or_else(|| "picture".into(), |stem| stem.to_string_lossy());
-    let path = folder.join(format!("{stem}-earth.png"));
     let drawn = draw(picture, answer, limb);
-    drawn.save_with_format(&path, image::ImageFormat::Png).map_err(|error| {
-        HostError::input(&path, None, format!("cannot be written: {error}"), "check the folder")
+    drawn.save_with_format(path, image::ImageFormat::Png).map_err(|error| {
+        HostError::input(path, None, format!("cannot be written: {error}"), "check the folder")
     })
 }
 
@@ -93,5 +103,24 @@ fn dot(drawn: &mut RgbImage, [x, y]: [f32; 2], colour: Rgb<u8>) {
         && let Some(pixel) = drawn.get_pixel_mut_checked(x as u32, y as u32)
     {
         *pixel = colour;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_drawing_overwrites_another_of_the_same_command() {
+        let pictures = ["a/x.png", "b/x.png", "b/x.jpg", "c/x-2.png", "c/y.png", ".."].map(PathBuf::from);
+        let expected = [
+            "x-earth.png",
+            "x-2-earth.png",
+            "x-3-earth.png",
+            "x-2-2-earth.png",
+            "y-earth.png",
+            "picture-earth.png",
+        ];
+        assert_eq!(names(&pictures), expected);
     }
 }

@@ -280,6 +280,20 @@ fn a_drawing_on_request_shows_limb_and_points() {
     assert!(of([255, 220, 0]) > 1000 && of([60, 255, 60]) > 100);
 }
 
+#[test]
+fn drawings_of_pictures_with_one_name_from_two_folders_are_two() {
+    let (folder, camera) = (scratch("drawings"), GOES16.file(&scratch("drawings-camera")));
+    let Some(picture) = data("earth/pytroll/GOES16_ABI_C02_520.png") else { return };
+    let other = folder.join("elsewhere").join(picture.file_name().unwrap());
+    std::fs::create_dir_all(other.parent().unwrap()).unwrap();
+    std::fs::copy(&picture, &other).unwrap();
+    let [picture, other, out] = [&picture, &other, &folder].map(|path| path.to_str().unwrap());
+    assert!(run(&["earth", picture, other, "--camera", &camera, "--overlay", out]).status.success());
+    let drawn = ["GOES16_ABI_C02_520-earth.png", "GOES16_ABI_C02_520-2-earth.png"];
+    let [one, two] = drawn.map(|name| std::fs::read(folder.join(name)).unwrap());
+    assert_eq!(one, two, "one picture, twice");
+}
+
 /// Runs the program, expects status 2 and one line on stderr with these words; gives its JSON objects.
 fn refused(arguments: &[&str], words: &[&str]) -> Vec<Value> {
     let output = run(arguments);

@@ -174,7 +174,6 @@ fn a_strip_reaches_outward_towards_space_on_every_side_and_is_never_too_long() {
             normal: Vector3::x(),
             km_per_px: 14.0,
             sun_sine: 0.5,
-            sun_known: true,
             sun_facing: 0.5,
         };
         let window = strip(&expected, Reach { outward_px: 20, inward_px: 10 }, &GEOMETRY).unwrap().window;
@@ -194,7 +193,6 @@ fn a_strip_leaves_no_detector() {
         normal: Vector3::x(),
         km_per_px: 14.0,
         sun_sine: 0.5,
-        sun_known: true,
         sun_facing: 0.5,
     };
     let reach = Reach { outward_px: 20, inward_px: 12 };
@@ -220,7 +218,6 @@ proptest::proptest! {
             normal: Vector3::x(),
             km_per_px,
             sun_sine: 0.3,
-            sun_known: true,
             sun_facing: 0.4,
         };
         let strip = strip(&expected, Reach { outward_px: outward, inward_px: inward }, &GEOMETRY).unwrap();

@@ -9,7 +9,6 @@ fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> Zone {
         normal: Vector3::x(),
         km_per_px,
         sun_sine,
-        sun_known: true,
         sun_facing,
     };
     let parameters = EarthParameters { limb_lommel_share: 0.5, ..parameters() };
@@ -75,7 +74,6 @@ fn a_rise_longer_than_a_strip_has_no_zone() {
         normal: Vector3::x(),
         km_per_px: 0.04,
         sun_sine: 0.5,
-        sun_known: true,
         sun_facing: 0.0,
     };
     assert!(Zone::new(&expected, 1.0, &parameters()).is_none());

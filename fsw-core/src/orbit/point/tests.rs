@@ -64,6 +64,69 @@ fn covariance_is_the_scatter_of_the_position() {
     assert!(excess < 0.06, "{excess}");
 }
 
+/// Greatest departure of the scatter of positions by eq. 5.7 from a covariance, both whitened by it.
+fn departure(
+    covariance: &Matrix3<f64>,
+    [a, t]: [&Matrix3<f64>; 2],
+    earth: &Vector3<f64>,
+    [attitude_factor, earth_factor]: [&Matrix3<f64>; 2],
+    generator: &mut Generator,
+) -> f64 {
+    const RUNS: u32 = 200_000;
+    let cross = |v: &Vector3<f64>| Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0);
+    let mut scatter = Matrix3::zeros();
+    for _ in 0..RUNS {
+        let error = earth_factor * generator.gaussian_vector();
+        let tilt = cross(&(attitude_factor * generator.gaussian_vector()));
+        let seen = -(a.transpose() * (Matrix3::identity() - tilt) * t * (earth + error));
+        let off = seen + a.transpose() * t * earth;
+        scatter += off * off.transpose() / f64::from(RUNS);
+    }
+    let factor = covariance.cholesky().expect("positive definite").l();
+    let whitener = factor.try_inverse().expect("of full rank");
+    (whitener * scatter * whitener.transpose() - Matrix3::identity()).abs().max()
+}
+
+#[test]
+fn the_covariance_is_within_five_percent_of_monte_carlo_and_its_second_order_counts_where_the_first_is_none()
+{
+    let mut generator = Generator::new(512);
+    let arcsec = 1.0 / crate::oracle::ARCSEC;
+    // Distance, sigmas of the Earth vector across and along, km; those of the attitude, rad.
+    for (name, distance_km, [across_km, along_km], sigmas, first_is_enough) in [
+        ("LEO", 6_828.0, [40.0, 100.0], [1.5 * arcsec, 1.5 * arcsec, 5.0 * arcsec], true),
+        ("GEO", 42_164.0, [5.0, 25.0], [1.5 * arcsec, 1.5 * arcsec, 5.0 * arcsec], true),
+        // A degree and two, and the distance all but known: what there is along the line is the product of both errors.
+        ("large, by direction alone", 42_164.0, [800.0, 2.0], [0.02, 0.03, 0.04], false),
+    ] {
+        let (attitude, mounting) = (generator.quaternion(), generator.quaternion());
+        let (a, t) = (rotation_of(attitude), rotation_of(mounting));
+        let down = generator.unit();
+        let aside = generator.unit().cross(&down).normalize();
+        let axes = Matrix3::from_columns(&[aside, down.cross(&aside), down]);
+        let earth_factor = axes * Matrix3::from_diagonal(&Vector3::new(across_km, 0.7 * across_km, along_km));
+        // Not along the axes of the star path either.
+        let attitude_factor =
+            rotation_of(generator.quaternion()) * Matrix3::from_diagonal(&Vector3::from(sigmas));
+        let earth = down * distance_km;
+        let single = |factor: &Matrix3<f64>| (factor * factor.transpose()).map(|element| element as f32);
+        let (earth_covariance, attitude_covariance) = (single(&earth_factor), single(&attitude_factor));
+        let attitude = Rotation::from_quaternion(narrow(attitude)).unwrap();
+        let mounting = Rotation::from_quaternion(narrow(mounting)).unwrap();
+        let seen = earth.map(|x| x as f32);
+        let fix =
+            PositionFix::new(&seen, &earth_covariance, &seen, &attitude, &attitude_covariance, &mounting)
+                .unwrap();
+        let second = second_order_km2(&earth_covariance, &attitude, &attitude_covariance, &mounting);
+        let mut off = |covariance: &Matrix3<f64>| {
+            departure(covariance, [&a, &t], &earth, [&attitude_factor, &earth_factor], &mut generator)
+        };
+        let (first, both) = (off(&fix.covariance_km2), off(&(fix.covariance_km2 + second)));
+        std::println!("{name}: eq. 5.12 within {first:.4} of Monte Carlo, with eq. 5.13 within {both:.4}");
+        assert!(both < 0.05 && (first < 0.05) == first_is_enough, "{name}");
+    }
+}
+
 #[test]
 fn what_is_not_finite_makes_no_position() {
     let attitude = Rotation::from_quaternion([0.0, 0.0, 0.0, 1.0]).unwrap();

@@ -1,0 +1,139 @@
+//! `sil-host campaign earth`: the Earth in single frames, from a low orbit to the geostationary one.
+//!
+//! In: a number of frames a case, a seed. Out: for every case and way of looking a row: how often the centre was found, how wrong it
+//! was, and how far its covariance can be believed; then what the centre does at noon. Every frame is drawn by the world with
+//! clouds, an uneven horizon, hot pixels and protons, on a day and from a place of its own; eight share an Earth.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`cases`] | the kinds of views |
+//! | [`seen`] | the ways of looking, and their errors |
+//! | [`rows`] | the table |
+//!
+//! Everything depends on seed, case and number of the run alone. With `--out` every finished frame is a line of a file, from which a
+//! campaign that was stopped goes on. Ends with status 1 when a row with a goal misses it.
+
+pub mod cases;
+pub mod rows;
+pub mod seen;
+
+use super::lines::LinesFile;
+use super::progress;
+use crate::cli::CampaignEarthArguments;
+use crate::error::{EXIT_JUDGED_FAILED, HostError};
+use crate::json;
+use crate::world::noise::{Noise, Stream};
+use cases::CASES;
+use rayon::prelude::*;
+use rows::Table;
+use seen::{Frame, Seen};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::process::ExitCode;
+use std::sync::Mutex;
+
+/// A frame, looked at in every way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Seed of the campaign.
+    pub seed: u64,
+    /// Number of the run.
+    pub run: u64,
+    /// Name of the case.
+    pub case: String,
+    /// Angle between Sun and satellite seen from the Earth, deg.
+    pub phase_deg: f64,
+    /// Lit limb on the detector, deg of azimuth about the centre.
+    pub lit_limb_deg: f64,
+    /// What was seen.
+    pub seen: Vec<Seen>,
+}
+
+/// Draws a frame and looks at it.
+fn fly(base: &crate::scenario::Scenario, seed: u64, run: u64, number: usize) -> Result<Run, HostError> {
+    let case = &CASES[number];
+    let drawn = cases::draw(base, number, case, seed, run)?;
+    let (phase_deg, lit_limb_deg) = (drawn.phase_deg, drawn.truth.lit_limb_deg);
+    let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
+    let seen = Frame::new(drawn, case, &noise)?.look(&noise)?;
+    let rounded = Run { seed, run, case: case.name.into(), phase_deg, lit_limb_deg, seen };
+    // As a file holds it: rounded to what a line says.
+    Ok(rounded.rounded())
+}
+
+impl Run {
+    fn rounded(mut self) -> Self {
+        (self.phase_deg, self.lit_limb_deg) = (millionths(self.phase_deg), millionths(self.lit_limb_deg));
+        for fix in self.seen.iter_mut().filter_map(|seen| seen.fix.as_mut()) {
+            fix.map(millionths);
+        }
+        self
+    }
+}
+
+/// Rounded, so that a file holds it as it is.
+fn millionths(value: f64) -> f64 {
+    (1e6 * value).round() / 1e6
+}
+
+/// Draws the frames that the file does not hold yet, and gives all in order of case and number.
+///
+/// # Errors
+/// When the file cannot be used.
+pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
+    let seed = arguments.seed;
+    let base = cases::base()?;
+    let (file, held) = match &arguments.out {
+        Some(path) => LinesFile::open::<Run>(path).map(|(file, held)| (Some(file), held))?,
+        None => (None, Vec::new()),
+    };
+    let number = |name: &str| CASES.iter().position(|case| case.name == name);
+    let mut done: BTreeMap<(usize, u64), Run> = held
+        .into_iter()
+        .filter(|run| run.seed == seed && run.run < arguments.runs)
+        .filter_map(|run| Some(((number(&run.case)?, run.run), run)))
+        .collect();
+    // Run by run, so that neighbours share an Earth.
+    let keys = (0..arguments.runs).flat_map(|run| (0..CASES.len()).map(move |number| (number, run)));
+    let open: Vec<_> = keys.filter(|key| !done.contains_key(key)).collect();
+    let bar = progress("earth", open.len() as u64, arguments.json);
+    let file = Mutex::new(file);
+    let flown: Result<Vec<_>, HostError> = open
+        .into_iter()
+        // In turn, so that a campaign that is stopped has done the first runs.
+        .par_bridge()
+        .map(|(number, run)| {
+            let flown = fly(&base, seed, run, number)?;
+            // A thread that failed has said why.
+            if let Some(file) = file.lock().unwrap_or_else(std::sync::PoisonError::into_inner).as_mut() {
+                file.add(&flown)?;
+            }
+            bar.inc(1);
+            Ok(((number, run), flown))
+        })
+        .collect();
+    bar.finish_and_clear();
+    done.extend(flown?);
+    Ok(done.into_values().collect())
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the file of runs cannot be used.
+pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
+    let table = Table::of(&runs(arguments)?);
+    if arguments.json {
+        table.rows.iter().for_each(json::print_line);
+        table.noons.iter().for_each(json::print_line);
+    } else {
+        // A reader that closed the pipe has what it wanted: not a fault.
+        let _ = writeln!(std::io::stdout(), "{}", table.tell());
+    }
+    Ok(if table.kept() { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
+}
+
+#[cfg(test)]
+#[path = "earth_tests.rs"]
+mod tests;
