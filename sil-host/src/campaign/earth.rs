@@ -31,7 +31,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::process::ExitCode;
-use std::sync::Mutex;
 
 /// A frame, looked at in every way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,10 +83,7 @@ fn millionths(value: f64) -> f64 {
 pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
     let seed = arguments.seed;
     let base = cases::base()?;
-    let (file, held) = match &arguments.out {
-        Some(path) => LinesFile::open::<Run>(path).map(|(file, held)| (Some(file), held))?,
-        None => (None, Vec::new()),
-    };
+    let (file, held) = LinesFile::open::<Run>(arguments.out.as_deref())?;
     let number = |name: &str| CASES.iter().position(|case| case.name == name);
     let mut done: BTreeMap<(usize, u64), Run> = held
         .into_iter()
@@ -98,17 +94,13 @@ pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
     let keys = (0..arguments.runs).flat_map(|run| (0..CASES.len()).map(move |number| (number, run)));
     let open: Vec<_> = keys.filter(|key| !done.contains_key(key)).collect();
     let bar = progress("earth", open.len() as u64, arguments.json);
-    let file = Mutex::new(file);
     let flown: Result<Vec<_>, HostError> = open
         .into_iter()
         // In turn, so that a campaign that is stopped has done the first runs.
         .par_bridge()
         .map(|(number, run)| {
             let flown = fly(&base, seed, run, number)?;
-            // A thread that failed has said why.
-            if let Some(file) = file.lock().unwrap_or_else(std::sync::PoisonError::into_inner).as_mut() {
-                file.add(&flown)?;
-            }
+            file.add(&flown)?;
             bar.inc(1);
             Ok(((number, run), flown))
         })
