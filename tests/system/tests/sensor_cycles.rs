@@ -132,7 +132,7 @@ impl Detector for World {
         let width = usize::from(window.width);
         for (index, pixel) in pixels.iter_mut().enumerate().filter(|_| !self.only.is_empty()) {
             let at = [usize::from(window.x) + index % width, usize::from(window.y) + index / width];
-            let near = |[x, y]: &[f64; 2]| (x - at[0] as f64).hypot(y - at[1] as f64) < 12.0;
+            let near = |[x, y]: &[f64; 2]| (x - at[0] as f64).hypot(y - at[1] as f64) < 30.0;
             if !self.only.iter().any(near) {
                 *pixel = self.elsewhere;
             }
@@ -207,7 +207,7 @@ fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
     // for one of them, which is not believed.
     let before = |second: u32, world: &mut World| {
         world.only.clear();
-        world.elsewhere = if second < 80 { 600 } else { 30 };
+        world.elsewhere = if second < 80 { world.geometry().full_scale() / 2 } else { 30 };
         if second >= 20 {
             world.scene.expose_cycle(world.second, 400_000).unwrap();
             let mut stars: Vec<_> = world.scene.visible_stars().to_vec();
@@ -235,9 +235,7 @@ fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
         }
     };
     let reports = fly(&mut world, 84, before, after);
-    let told: Vec<_> =
-        reports[18..].iter().map(|report| (report.cycle, report.status, report.stars.len())).collect();
-    assert_eq!(errors.len(), 60, "{told:?}");
+    assert_eq!(errors.len(), 60);
     let worst = errors.iter().flatten().fold(0.0f64, |worst, error| worst.max(error.abs()));
     assert!(worst < 4.0, "{worst}");
     assert!(
