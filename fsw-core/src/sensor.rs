@@ -5,7 +5,7 @@
 //! 1. the clock is read; Sun, pole and the observer's velocity (aberration) are those of the instant, the orbit is
 //!    propagated to it;
 //! 2. the mode says what is asked of the detector (`stars`): a self-test, the whole field searched for stars (over
-//!    several seconds if need be, on the stars of that one image), predicted stars followed in windows, or only whether the
+//!    several seconds if need be, on the stars of that one image, then on those of another), predicted stars followed in windows, or only whether the
 //!    Sun still blinds;
 //! 3. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb where the
 //!    orbit predicts it, else on a grid over the whole detector; its centre is a position, which the orbit filter takes in;
@@ -109,6 +109,8 @@ pub struct Sensor<'c> {
     nis: Option<f32>,
     /// Cycle in which the image under search was taken.
     searching_since: Option<u32>,
+    /// Images given up since the last attitude.
+    images_given_up: u8,
     workspace: &'c mut Workspace,
 }
 
@@ -142,6 +144,7 @@ impl<'c> Sensor<'c> {
             strip_misses: 0,
             nis: None,
             searching_since: None,
+            images_given_up: 0,
             workspace,
         })
     }
@@ -204,6 +207,7 @@ impl<'c> Sensor<'c> {
     fn forget_attitude(&mut self) {
         self.motion = None;
         self.searching_since = None;
+        self.images_given_up = 0;
     }
 
     fn forget_orbit(&mut self) {
