@@ -110,7 +110,8 @@ impl Sensor<'_> {
         match progress {
             Progress::Searching => {
                 report.status = Status::Searching;
-                let searched_s = self.searching_since.map_or(0, |since| self.cycle.wrapping_sub(since)).saturating_add(1);
+                let searched_s =
+                    self.searching_since.map_or(0, |since| self.cycle.wrapping_sub(since)).saturating_add(1);
                 if searched_s >= FIRST_PATIENCE_S << self.images_given_up {
                     self.searching_since = None;
                     self.images_given_up = (self.images_given_up + 1).min(MOST_DOUBLINGS);

@@ -117,8 +117,7 @@ fn a_side_without_success_lowers_the_chances_of_its_stars_by_bayes_and_no_others
         let [i, j] = [task.i, task.j].map(usize::from);
         let [a, b] = [i, j].map(|star| f64::from(before[star]));
         // All four cases: both true but missed, one, the other, none.
-        let (both, first, second, none) =
-            (0.1 * a * b, a * (1.0 - b), b * (1.0 - a), (1.0 - a) * (1.0 - b));
+        let (both, first, second, none) = (0.1 * a * b, a * (1.0 - b), b * (1.0 - a), (1.0 - a) * (1.0 - b));
         let all = both + first + second + none;
         for (star, expected) in [(i, (both + first) / all), (j, (both + second) / all)] {
             assert!((f64::from(agenda.chances[star]) - expected).abs() < 1e-6);
