@@ -114,7 +114,7 @@ pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize>
     candidates: Candidates,
     agenda: Agenda,
     /// The base side that the allowance left unfinished.
-    open: Option<OpenSide>,
+    open: OpenSide,
     hypotheses: f32,
 }
 
@@ -135,11 +135,21 @@ impl Work {
     }
 }
 
-/// A base side, and the stars that cannot be corners of it or were tried, a bit each.
+/// A base side, and the stars that cannot be corners of it or were tried, a bit each: its own two at the least.
 #[derive(Clone, Copy, Debug)]
 struct OpenSide {
     task: Task,
     tried: u32,
+}
+
+impl OpenSide {
+    /// No side. All zero, as what is to be made in a static must be.
+    const NONE: Self =
+        Self { task: Task { i: 0, j: 0, side: Side { chord: 0.0, tolerance: 0.0 } }, tried: 0 };
+
+    fn is_none(&self) -> bool {
+        self.tried == 0
+    }
 }
 
 impl<const STARS: usize, const SIDES: usize, const HITS: usize> Default for Identifier<STARS, SIDES, HITS> {
@@ -155,7 +165,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             triangles: Triangles::new(),
             candidates: Candidates::new(),
             agenda: Agenda::new(),
-            open: None,
+            open: OpenSide::NONE,
             hypotheses: 0.0,
         }
     }
@@ -165,7 +175,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     pub fn restart(&mut self, hypotheses: f32) {
         self.candidates = Candidates::new();
         self.agenda = Agenda::new();
-        self.open = None;
+        self.open = OpenSide::NONE;
         self.hypotheses = hypotheses;
     }
 
@@ -195,53 +205,47 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             if work.is_done() {
                 return Progress::Searching;
             }
-            let open = self.open.take().or_else(|| self.begin_side(field, parameters, &mut work));
-            let Some(open) = open else { break };
-            if let Some((confirmed, log10_false)) = self.try_side(field, parameters, open, &mut work) {
+            if self.open.is_none() && !self.begin_side(field, parameters, &mut work) {
+                break;
+            }
+            if let Some((confirmed, log10_false)) = self.try_side(field, parameters, &mut work) {
                 // Here, where the lists of the search are off the stack.
                 let tolerance_px = parameters.tolerance_px(self.agenda.step());
                 return Progress::Identified(widen(confirmed, field, tolerance_px), log10_false);
-            }
-            if self.open.is_some() {
-                return Progress::Searching;
             }
         }
         let reason = if self.agenda.any { NotIdentified::NoMatch } else { NotIdentified::NoSides };
         Progress::NotIdentified(reason)
     }
 
-    /// Takes the next base side and its catalogue pairs.
-    fn begin_side(
-        &mut self,
-        field: &Field,
-        parameters: &IdentificationParameters,
-        work: &mut Work,
-    ) -> Option<OpenSide> {
-        let task = self.agenda.next(field, parameters, SIDES)?;
+    /// Opens the next base side with its catalogue pairs; `false` when all have been tried.
+    #[inline(never)]
+    fn begin_side(&mut self, field: &Field, parameters: &IdentificationParameters, work: &mut Work) -> bool {
+        let Some(task) = self.agenda.next(field, parameters, SIDES) else { return false };
         self.triangles.begin(field.catalogue, &task.side);
         let directed = self.triangles.sides.len();
         self.hypotheses += directed as f32;
         work.add(directed);
-        Some(OpenSide { task, tried: bit(task.i) | bit(task.j) })
+        self.open = OpenSide { task, tried: bit(task.i) | bit(task.j) };
+        true
     }
 
-    /// Builds the polygons over one base side and confirms the best, or leaves it open where the allowance ends.
+    /// Builds the polygons over the open base side and confirms the best; leaves it open where the allowance ends.
     #[inline(never)]
     fn try_side(
         &mut self,
         field: &Field,
         parameters: &IdentificationParameters,
-        open: OpenSide,
         work: &mut Work,
     ) -> Option<(Confirmed, f32)> {
         let Field { catalogue, camera, .. } = *field;
-        let OpenSide { task, mut tried } = open;
+        let OpenSide { task, mut tried } = core::mem::replace(&mut self.open, OpenSide::NONE);
         let Task { i, j, side: base } = task;
         let (star_i, star_j) = (field.measured().get(usize::from(i))?, field.measured().get(usize::from(j))?);
         for _ in 0..SEARCHED {
             let Some(k) = self.agenda.likeliest(field.measured().len(), tried) else { break };
             if work.is_done() {
-                self.open = Some(OpenSide { task, tried });
+                self.open = OpenSide { task, tried };
                 return None;
             }
             tried |= bit(k);
