@@ -176,7 +176,8 @@ impl<'a> Defects<'a> {
     }
 
     fn row_words(&self, y: u16) -> &'a [Word] {
-        let start = |y: usize| self.row_starts.get(y).map_or(0, |start| usize::from(u16::from_le_bytes(*start)));
+        let start =
+            |y: usize| self.row_starts.get(y).map_or(0, |start| usize::from(u16::from_le_bytes(*start)));
         let (from, to) = (start(y.into()), start(usize::from(y) + 1));
         self.pixels.get(from..to).unwrap_or(&[])
     }

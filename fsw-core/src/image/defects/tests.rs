@@ -86,13 +86,13 @@ fn every_changed_bit_after_the_length_is_refused_by_the_checksum() {
 #[test]
 fn counts_that_contradict_each_other_are_refused() {
     let structure = [
-        with(6, 32),                  // the header's length
-        with(18, 9),                  // fewer rows than the index has
-        with(20, 3),                  // more offsets
-        with(22, 3),                  // fewer pixels
-        with(INDEX, 1),               // the first row does not begin with the first pixel
-        with(INDEX + 2 * 3, 2),       // the index falls back
-        with(INDEX + 2 * 10, 3),      // the last pixel belongs to no row
+        with(6, 32),                   // the header's length
+        with(18, 9),                   // fewer rows than the index has
+        with(20, 3),                   // more offsets
+        with(22, 3),                   // fewer pixels
+        with(INDEX, 1),                // the first row does not begin with the first pixel
+        with(INDEX + 2 * 3, 2),        // the index falls back
+        with(INDEX + 2 * 10, 3),       // the last pixel belongs to no row
         with(INDEX + 2 * 2, u16::MAX), // the index leaves the list
     ];
     for (case, bytes) in structure.iter().enumerate() {

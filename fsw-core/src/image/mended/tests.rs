@@ -57,7 +57,12 @@ fn read(frame: &Frame, table: &[u8], window: Window) -> Vec<u16> {
 }
 
 /// A frame of 9 x 7 px, mended whole: the value at a pixel.
-fn mended_at(value: impl Fn(u16, u16) -> u16, bad: &[[u16; 2]], offsets: &[(u16, i16)], [x, y]: [u16; 2]) -> u16 {
+fn mended_at(
+    value: impl Fn(u16, u16) -> u16,
+    bad: &[[u16; 2]],
+    offsets: &[(u16, i16)],
+    [x, y]: [u16; 2],
+) -> u16 {
     let frame = Frame::new([9, 7], value);
     read(&frame, &bytes([9, 7], bad, offsets), frame.geometry.whole())[usize::from(y) * 9 + usize::from(x)]
 }
