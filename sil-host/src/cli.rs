@@ -197,7 +197,7 @@ pub struct CalibrateArguments {
 /// Arguments of `defects`.
 #[derive(Debug, Args)]
 pub struct DefectsArguments {
-    /// Three or more dark pictures of one detector: PNG, TIFF, JPEG or FITS
+    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG or FITS
     #[arg(required = true, value_name = "DARK")]
     pub images: Vec<PathBuf>,
     /// The file to write

@@ -14,7 +14,7 @@ use crate::world::imaging::ImagingModel;
 use crate::world::motion::Motion;
 use crate::world::noise::{Noise, Stream};
 use crate::world::protons::Protons;
-use crate::world::scene::{Scene, SceneSettings, WorldStar};
+use crate::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use crate::world::stars::DetectorModel;
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::Calibration;
@@ -100,7 +100,10 @@ impl Outcome {
         let near = |error: [f64; 2]| error[0].hypot(error[1]);
         for star in scene.visible_stars().iter().filter(|star| star.v <= 5.0) {
             let inside = |at: f64, side: f64| at > 8.0 && at < side - 9.0;
-            if !inside(star.x_px, 1280.0) || !inside(star.y_px, 1024.0) {
+            let beside = |other: &&VisibleStar| near([other.x_px - star.x_px, other.y_px - star.y_px]) < 8.0;
+            let crowded =
+                scene.visible_stars().iter().filter(|other| other.v < 8.0).filter(beside).count() > 1;
+            if crowded || !inside(star.x_px, 1280.0) || !inside(star.y_px, 1024.0) {
                 continue;
             }
             self.stars += 1.0;
@@ -182,9 +185,12 @@ fn a_sky_with_two_thousand_hot_pixels_is_measured_as_on_a_detector_without() {
     raw.print("raw");
     mended.print("mended");
     assert_eq!(mended.identified, SKIES);
+    assert!(mended.squares_arcsec2 < 1.2 * clean.squares_arcsec2);
+    assert!(raw.squares_arcsec2 > 2.0 * mended.squares_arcsec2 || raw.identified < SKIES);
     assert!(mended.found >= clean.found - 2.0 && mended.rms_px() < 1.1 * clean.rms_px());
     assert!(mended.false_spots <= clean.false_spots + 1);
-    assert!(raw.rms_px() > 1.5 * mended.rms_px());
+    // Without the table most stars have a hot pixel so near that they are taken for something else.
+    assert!(raw.found < 0.5 * mended.found);
 }
 
 /// A frame of the reference detector, dark but for a window.
@@ -271,6 +277,9 @@ fn a_star_on_a_bad_pixel_keeps_its_place() {
             println!(
                 "V = {v}, {name:7}: rms px an axis and share found: sound, hot, dead, mended {told:.3?}"
             );
+            let [(sound, all), (_, hot), (_, dead), (mended, found)] = told;
+            assert!(mended < sound.hypot(0.2) && found > all - 0.03, "V = {v}, {name}");
+            assert!(hot < found && dead <= found, "V = {v}, {name}");
         }
     }
 }
@@ -376,11 +385,10 @@ fn pictures_that_do_not_go_together_are_too_few_or_not_dark_are_refused() {
         run(&DefectsArguments { images, out: out.clone(), json: false }).map(|_| ()).unwrap_err().to_string()
     };
     assert!(message(&[&dark, &large, &dark]).contains("large.png: the picture has 65 x 65 px of 8 bits"));
-    assert!(message(&[&dark, &dark]).contains("2 dark pictures"));
-    assert!(message(&[&bright, &bright, &bright]).contains("one pixel in 20"));
+    assert!(message(&[&dark; 4]).contains("4 dark pictures"));
+    assert!(message(&[&bright; 5]).contains("more than darkness"));
     assert_eq!(std::fs::read(&out).unwrap(), b"", "nothing was written");
-    let arguments =
-        DefectsArguments { images: vec![dark.clone(), dark.clone(), dark], out: out.clone(), json: true };
+    let arguments = DefectsArguments { images: vec![dark; 5], out: out.clone(), json: true };
     assert!(run(&arguments).is_ok());
     assert_eq!(DefectsFile::load(&out).unwrap().bytes, table([64, 64], &[], &[]));
 }
