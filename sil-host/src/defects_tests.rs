@@ -363,6 +363,7 @@ fn damaged_tables_cost_a_line_that_says_where() {
             "{message}"
         );
     }
+    let _ = std::fs::remove_file(scratch("damaged", b""));
     let message = DefectsFile::load(Path::new("no/such.defects")).map(|_| ()).unwrap_err().to_string();
     assert!(message.contains("no/such.defects: cannot be read"), "{message}");
 }
@@ -391,4 +392,7 @@ fn pictures_that_do_not_go_together_are_too_few_or_not_dark_are_refused() {
     let arguments = DefectsArguments { images: vec![dark; 5], out: out.clone(), json: true };
     assert!(run(&arguments).is_ok());
     assert_eq!(DefectsFile::load(&out).unwrap().bytes, table([64, 64], &[], &[]));
+    for name in ["dark.png", "large.png", "bright.png", "out"] {
+        let _ = std::fs::remove_file(scratch(name, b""));
+    }
 }
