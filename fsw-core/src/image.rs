@@ -4,7 +4,7 @@
 //! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`] a better one
 //! ([`matched`]), [`scan`] walks the whole detector in
 //! tiles and `detections` keeps the brightest spots. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
-//! detector at full scale.
+//! detector at full scale. Before all of them [`mended`] may stand, a detector without its known [`defects`].
 //!
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
 //! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
@@ -14,10 +14,12 @@ pub mod blinding;
 pub mod calibration;
 pub mod centroid;
 pub mod condition;
+pub mod defects;
 mod detections;
 mod levels;
 pub mod matched;
 mod median;
+pub mod mended;
 mod peaks;
 pub mod scan;
 mod shape;

@@ -37,6 +37,8 @@ pub enum Command {
     Attitude(AttitudeArguments),
     /// Focal length, optical centre and distortion of a lens from its sky pictures
     Calibrate(CalibrateArguments),
+    /// Bad pixels and columns' offsets of a detector, from dark pictures, for the flight code
+    Defects(DefectsArguments),
     /// Many seeded runs of one thing, judged together
     Campaign(CampaignArguments),
     /// Frames, parameters and telemetry for the emulated computer
@@ -99,6 +101,9 @@ pub struct SolveArguments {
     /// Catalogue made by catalog-gen, instead of the embedded one
     #[arg(long, value_name = "FILE")]
     pub catalog: Option<PathBuf>,
+    /// Defects of the detector, made by `defects`
+    #[arg(long, value_name = "FILE.defects")]
+    pub defects: Option<PathBuf>,
     /// One JSON object a picture on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
@@ -119,6 +124,9 @@ pub struct EarthArguments {
     /// The Sun's direction in the sensor frame
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
     pub sun: Option<[f32; 3]>,
+    /// Defects of the detector, made by `defects`
+    #[arg(long, value_name = "FILE.defects")]
+    pub defects: Option<PathBuf>,
     /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre; NAME-earth.png, of
     /// pictures with one name the second is NAME-2-earth.png
     #[arg(long, value_name = "DIR")]
@@ -185,6 +193,20 @@ pub struct CalibrateArguments {
     /// Camera file to write; a drawing of the residuals comes beside it (.svg)
     #[arg(long, value_name = "CAM.toml")]
     pub out: PathBuf,
+}
+
+/// Arguments of `defects`.
+#[derive(Debug, Args)]
+pub struct DefectsArguments {
+    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "DARK")]
+    pub images: Vec<PathBuf>,
+    /// The file to write
+    #[arg(long, value_name = "FILE.defects")]
+    pub out: PathBuf,
+    /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `campaign`.

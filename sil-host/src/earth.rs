@@ -11,6 +11,7 @@ mod drawing;
 
 use crate::camera_file::CameraFile;
 use crate::cli::EarthArguments;
+use crate::defects::{self, DefectsFile};
 use crate::error::{Faults, HostError};
 use crate::picture::{EXPOSURE_US, Picture};
 use crate::{flight, json, solve};
@@ -352,11 +353,12 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
         std::fs::create_dir_all(folder)
             .map_err(|error| HostError::system(folder, "made", &error, "name another folder"))?;
     }
+    let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
     let mut earth = PictureEarth::default();
     let mut faults = Faults::default();
     for (name, drawn) in arguments.images.iter().zip(drawing::names(&arguments.images)) {
         let mut find = || -> Result<EarthAnswer, HostError> {
-            let picture = Picture::load(name)?;
+            let picture = defects::picture(name, defects.as_ref())?;
             solve::check_size(&file, name, &picture)?;
             let begin = Instant::now();
             let found = earth.find(name, &picture, &file, &known)?;

@@ -3,7 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`cli`] | the words of the command line |
-//! | [`run`], [`render`], [`solve`], [`earth`], [`identify`], [`mod@attitude`], [`record`], [`budget`] | what the commands do |
+//! | [`run`], [`render`], [`solve`], [`earth`], [`identify`], [`mod@attitude`], [`record`], [`budget`], [`defects`] | what the commands do |
 //! | [`scenario`] | scenario files (TOML), and those that come with the program |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
@@ -33,6 +33,7 @@ pub mod camera_file;
 pub mod campaign;
 pub mod centroids;
 pub mod cli;
+pub mod defects;
 pub mod earth;
 pub mod error;
 pub mod fits;

@@ -3,7 +3,7 @@
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
 use sil_host::{
-    attitude, budget, calibrate, campaign, centroids, earth, identify, record, render, run, solve,
+    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, record, render, run, solve,
 };
 use std::io::Write;
 use std::process::ExitCode;
@@ -30,6 +30,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Solve(arguments)) => solve::run(&arguments),
             Some(Command::Earth(arguments)) => earth::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
+            Some(Command::Defects(arguments)) => defects::run(&arguments),
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Campaign(arguments)) => match arguments.of {

@@ -6,6 +6,7 @@
 
 use crate::camera_file::CameraFile;
 use crate::cli::SolveArguments;
+use crate::defects::{self, DefectsFile};
 use crate::error::{Faults, HostError};
 use crate::flight::{self, Density};
 use crate::json;
@@ -268,13 +269,14 @@ fn print_text(answer: &SolveAnswer) {
 pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let camera_file = arguments.camera.as_deref().map(CameraFile::load).transpose()?;
     let named = arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?;
+    let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
     let mut solver = PictureSolver::default();
     // Pictures of one camera share the catalogue built for it.
     let mut built: Option<([f64; 2], Cow<[u8]>)> = None;
     let mut faults = Faults::default();
     for name in &arguments.images {
         let mut solve = || -> Result<SolveAnswer, HostError> {
-            let mut picture = Picture::load(name)?;
+            let mut picture = defects::picture(name, defects.as_ref())?;
             let file = arguments.camera.as_deref().zip(camera_file.as_ref());
             let (camera, focal_length) = camera_for(file, arguments.fov_deg, name, &picture)?;
             let field_deg = flight::field_deg(&camera);
