@@ -23,7 +23,7 @@
 //! Bounds: [`MAX_SIDES`] sides, each at most `SEARCHED` passes over the pairs of one separation and
 //! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left out. Work is
 //! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the star k; a confirmation counts as
-//! [`CONFIRMATION_PAIRS`].
+//! `CONFIRMATION_PAIRS`.
 
 use super::agenda::{Agenda, MAX_SIDES, SEARCHED, Task};
 use super::confirm::{Confirmed, confirm, widen};

@@ -50,7 +50,13 @@ impl Scene {
 
     fn corner(&self, k: u8, sense: f32) -> Corner {
         // Either way of looking up must find the same.
-        Corner { k, to_i: self.side(0, 2), to_j: self.side(1, 2), by_j: self.names[0] % 2 == 0, sense }
+        Corner {
+            k,
+            to_i: self.side(0, 2),
+            to_j: self.side(1, 2),
+            by_j: self.names[0].is_multiple_of(2),
+            sense,
+        }
     }
 
     fn sense(&self) -> f32 {
