@@ -17,7 +17,7 @@ use crate::telemetry::{AttitudeReport, Fault, FilteredAttitude, Report, StarRepo
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
-const SCANNING_SHARE: u32 = 8;
+const SCANNING_SHARE: u32 = 10;
 /// Seconds for which the first image is searched, and how often they may double: more than the longest search needs.
 const FIRST_PATIENCE_S: u32 = 2;
 const MOST_DOUBLINGS: u8 = 8;
