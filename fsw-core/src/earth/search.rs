@@ -10,7 +10,8 @@
 //!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
 //!
-//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times more along a rise: bounded by the lines alone.
+//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times
+//! more along a rise: bounded by the lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};

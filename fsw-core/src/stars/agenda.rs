@@ -6,7 +6,8 @@
 //!
 //! Brightness tells little of which spots are stars of the catalogue: false stars, hits and edges of clouds are among the
 //! brightest. What tells is the search itself. Every star has a chance `p` to be in the catalogue, at first `chance_of` its
-//! rank. A side of two such stars is identified with probability `f`, `FOUND`, all others being tried as its corners; so after a side (i, j) without success Bayes' rule has
+//! rank. A side of two such stars is identified with probability `f`, `FOUND`, all others being tried as its corners; so
+//! after a side (i, j) without success Bayes' rule has
 //!
 //! `p_i <- p_i (1 - f p_j) / (1 - f p_i p_j)`, and the same of j.
 //!
