@@ -38,7 +38,7 @@ const FEWEST_STARS: usize = 4;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
 /// Searches for lines in a row that may find none before stars are looked for again.
-const MOST_MISSES: u8 = 1;
+const MOST_MISSES: u8 = 3;
 /// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much where no
 /// streak was seen.
 const GOOD_PX: f32 = 100.0;
