@@ -37,7 +37,7 @@ const LONG_PX: f32 = 30.0;
 const FEWEST_STARS: usize = 4;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
-/// Searches for lines in a row that may find none before stars are looked for again.
+/// Searches for lines in a row that may tell no rate before stars are looked for again: an Earth at rest has lines too.
 const MOST_MISSES: u8 = 3;
 /// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much where no
 /// streak was seen.
@@ -79,26 +79,26 @@ pub(super) struct Turning {
 struct Next {
     /// It is searched for lines instead of stars.
     seeks: bool,
-    /// Searches for lines in a row that found none.
+    /// Searches for lines in a row that told no rate.
     misses: u8,
     /// The exposure is divided by this: long streaks leave the field, and their pixels gather dark current.
     divisor: u8,
 }
 
 impl Next {
-    /// After a search that found these streaks, exposed for the nominal time over the divisor.
-    fn after_lines(self, streaks: &[Streak]) -> Self {
+    /// After a search that found these streaks, exposed for the nominal time over the divisor, and told a rate or none.
+    fn after_lines(self, streaks: &[Streak], told: bool) -> Self {
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
+        let misses = if told { 0 } else { self.misses.saturating_add(1) };
         let divisor = self.divisor.max(1);
         if long < FEWEST_LINES {
             // Perhaps a shorter exposure shows more, and a longer one the next time.
-            let misses = self.misses.saturating_add(1);
             let divisor = if divisor > 1 { 1 } else { UNSEEN_DIVISOR };
             return Self { seeks: misses < MOST_MISSES && long >= streaks.len() / 2, misses, divisor };
         }
         let mean_px = streaks.iter().fold(0.0, |sum, streak| sum + streak.length_px()) / streaks.len() as f32;
         let wanted = mean_px * f32::from(divisor) / GOOD_PX;
-        Self { seeks: true, misses: 0, divisor: (wanted as u8).clamp(1, LARGEST_DIVISOR) }
+        Self { seeks: misses < MOST_MISSES, misses, divisor: (wanted as u8).clamp(1, LARGEST_DIVISOR) }
     }
 }
 
@@ -199,8 +199,8 @@ impl Sensor<'_> {
             Status::NotIdentified(NotIdentified::TooFewStars)
         };
         let exposure_us = self.line_exposure_us();
-        self.turning.next = self.turning.next.after_lines(&streaks);
         self.turn_by(&streaks, exposure_us, report);
+        self.turning.next = self.turning.next.after_lines(&streaks, report.rate.is_some());
     }
 
     /// Exposure of an image that is searched for lines.
@@ -383,7 +383,9 @@ impl Sensor<'_> {
         self.turning.streaks = Some(rate);
         // A contradiction is none of the last image's if that one had less to say.
         let contradicts = last.is_some() && !repeats && before.sense >= SURE;
-        if confirmed || 2 * whole + cut >= FEWEST_SPARE + 3 && !contradicts {
+        // Among many lines of which most disagree, some agree by chance.
+        let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && 2 * (whole + cut) >= arcs.len();
+        if confirmed || alone && !contradicts {
             report_rate(report, best, (source, !sure, whole as u32));
         }
     }
