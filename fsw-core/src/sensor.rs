@@ -5,8 +5,8 @@
 //! 1. the clock is read; Sun, pole and the observer's velocity (aberration) are those of the instant, the orbit is
 //!    propagated to it;
 //! 2. the mode says what is asked of the detector (`stars`): a self-test, the whole field searched for stars (over
-//!    several seconds if need be, on the stars of that one image), or for streaks and the rate (`turning`), predicted stars
-//!    followed in windows, or only whether the Sun still blinds;
+//!    several seconds if need be, on the stars of that one image, then on those of another), or for streaks and the rate
+//!    (`turning`), predicted stars followed in windows, or only whether the Sun still blinds;
 //! 3. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb where the
 //!    orbit predicts it, else on a grid over the whole detector; its centre is a position, which the orbit filter takes in;
 //! 4. the guards decide the next mode; the report is what was seen.
@@ -112,6 +112,8 @@ pub struct Sensor<'c> {
     searching_since: Option<u32>,
     /// How it turns while no attitude is known.
     turning: turning::Turning,
+    /// Images given up since the last attitude.
+    images_given_up: u8,
     workspace: &'c mut Workspace,
 }
 
@@ -146,6 +148,7 @@ impl<'c> Sensor<'c> {
             nis: None,
             searching_since: None,
             turning: turning::Turning::default(),
+            images_given_up: 0,
             workspace,
         })
     }
@@ -210,6 +213,7 @@ impl<'c> Sensor<'c> {
         self.motion = None;
         self.searching_since = None;
         self.turning.forget();
+        self.images_given_up = 0;
     }
 
     fn forget_orbit(&mut self) {

@@ -17,7 +17,10 @@ use crate::telemetry::{AttitudeReport, Fault, FilteredAttitude, Report, StarRepo
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
-const SCANNING_SHARE: u32 = 8;
+const SCANNING_SHARE: u32 = 10;
+/// Seconds for which the first image is searched, and how often they may double: more than the longest search needs.
+const FIRST_PATIENCE_S: u32 = 2;
+const MOST_DOUBLINGS: u8 = 8;
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
 const ORBITAL_KM_S: f64 = 7.9;
 
@@ -77,7 +80,9 @@ impl Sensor<'_> {
         Ok(true)
     }
 
-    /// Lost in space: scan, then identify; a search that needs longer goes on with the same image.
+    /// Lost in space: scan, then identify; a search that needs longer goes on with the same image, for [`FIRST_PATIENCE_S`]
+    /// seconds at first: hits and false stars of the next image are others. Each image given up doubles the time of the next,
+    /// so that a search that truly needs long comes to its end.
     #[inline(never)]
     pub(super) fn acquire(
         &mut self,
@@ -112,13 +117,22 @@ impl Sensor<'_> {
         let progress = self.workspace.identifier.advance(&field, identification, allowance);
         instruments.meter.end(Stage::Identify);
         match progress {
-            Progress::Searching => report.status = Status::Searching,
+            Progress::Searching => {
+                report.status = Status::Searching;
+                let searched_s =
+                    self.searching_since.map_or(0, |since| self.cycle.wrapping_sub(since)).saturating_add(1);
+                if searched_s >= FIRST_PATIENCE_S << self.images_given_up {
+                    self.searching_since = None;
+                    self.images_given_up = (self.images_given_up + 1).min(MOST_DOUBLINGS);
+                }
+            }
             Progress::NotIdentified(reason) => {
                 self.searching_since = None;
                 report.status = Status::NotIdentified(reason);
             }
             Progress::Identified(confirmed, log10_false) => {
                 report.status = Status::Identified;
+                self.images_given_up = 0;
                 let image_cycle = self.searching_since.take().unwrap_or(self.cycle);
                 self.learn(&confirmed, log10_false, image_cycle, report);
             }

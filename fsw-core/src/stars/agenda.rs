@@ -1,23 +1,42 @@
 //! Which base sides are tried, and in what order.
 //!
-//! In: measured stars, brightest first where brightness is known. Out: one base side after another, for one tolerance
-//! after another. Sides come in blocks: those among the 8 brightest first, then those that the next four stars bring,
-//! and so on to [`BLOCKS`]' end; within a block the side with the fewest catalogue pairs leads, because it is the
-//! cheapest and tells most. Left out are sides beyond the catalogue's range, sides too short to have a direction, and
-//! those with more pairs than the workspace holds.
+//! In: measured stars, brightest first where brightness is known; which sides led to nothing. Out: one base side after another,
+//! for one tolerance after another: every side among the [`SEARCHED`] brightest once, but for those beyond the catalogue's
+//! range, those too short to have a direction, and those with more pairs than the workspace holds.
+//!
+//! Brightness tells little of which spots are stars of the catalogue: false stars, hits and edges of clouds are among the
+//! brightest. What tells is the search itself. Every star has a chance `p` to be in the catalogue, at first `chance_of` its
+//! rank. A side of two such stars is identified with probability `f`, `FOUND`, all others being tried as its corners; so
+//! after a side (i, j) without success Bayes' rule has
+//!
+//! `p_i <- p_i (1 - f p_j) / (1 - f p_i p_j)`, and the same of j.
+//!
+//! Next is the side whose `p_i p_j` is greatest for its cost. A bright star that is none so loses its sides to others after two
+//! or three, and of N stars, K of them true, about `N² / K²` sides are tried.
 
 use super::Field;
 use super::identify::{IdentificationParameters, TOLERANCES};
 use super::triangles::Side;
-use crate::order::settle_last;
-use heapless::Vec;
 
-/// Numbers of brightest stars after which blocks end.
-pub const BLOCKS: [usize; 7] = [8, 12, 16, 20, 24, 28, 32];
-/// Most base sides of one block: each of its last four stars with all before it.
-pub const MAX_TASKS: usize = 28 + 29 + 30 + 31;
-/// Most base sides of a whole search: all pairs of the last block's stars, for every tolerance.
-pub const MAX_SIDES: usize = TOLERANCES * (32 * 31 / 2);
+/// Brightest stars whose sides are tried.
+pub const SEARCHED: usize = 32;
+/// Sides among them.
+const SIDES: usize = SEARCHED * (SEARCHED - 1) / 2;
+/// Most base sides of a whole search: all pairs of stars, for every tolerance.
+pub const MAX_SIDES: usize = TOLERANCES * SIDES;
+
+/// Probability that a side of two catalogue stars is identified: what is left is lost with a bad centroid, or with too few
+/// stars around.
+const FOUND: f32 = 0.9;
+/// Catalogue pairs for which a side counts as one, and what its corners cost, in these.
+const PAIRS_PER_COST: usize = 8;
+const CORNERS_COST: f32 = 80.0;
+
+/// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first eight are, six
+/// tenths of the next twelve, three tenths of the last four.
+fn chance_of(rank: u8) -> f32 {
+    0.6 - 0.01 * f32::from(rank)
+}
 
 /// A base side to try.
 #[derive(Clone, Copy, Debug)]
@@ -26,30 +45,30 @@ pub(super) struct Task {
     pub i: u8,
     pub j: u8,
     pub side: Side,
-    /// Catalogue pairs of its separation.
-    pairs: u16,
 }
 
-/// The order of work, one block ahead.
+/// What is left to try.
 #[derive(Clone, Debug)]
 pub(super) struct Agenda {
-    tasks: Vec<Task, MAX_TASKS>,
-    next: usize,
-    /// The next block to list, and the tolerance of the tasks listed.
-    block: usize,
+    /// What each side costs, those of star 1 first, then those of star 2 with 0 and 1, and so on; 0: not to be tried.
+    costs: [u8; SIDES],
+    /// Chance of each star to be in the catalogue.
+    chances: [f32; SEARCHED],
+    /// The tolerance in force, and whether its sides are listed.
     step: usize,
+    listed: bool,
     /// Whether there ever was a side worth trying.
     pub any: bool,
 }
 
 impl Agenda {
     pub const fn new() -> Self {
-        Self { tasks: Vec::new(), next: 0, block: 0, step: 0, any: false }
+        Self { costs: [0; SIDES], chances: [0.0; SEARCHED], step: 0, listed: false, any: false }
     }
 
-    /// Number of the tolerance in force.
+    /// Number of the tolerance in force; of the last one when all is done.
     pub fn step(&self) -> usize {
-        self.step
+        self.step.min(TOLERANCES - 1)
     }
 
     /// The next base side, or `None` when all have been given. `capacity` bounds the directed catalogue pairs of a side.
@@ -59,52 +78,94 @@ impl Agenda {
         parameters: &IdentificationParameters,
         capacity: usize,
     ) -> Option<Task> {
-        // Every block of every tolerance may turn out empty.
-        for _ in 0..=TOLERANCES * BLOCKS.len() {
-            if let Some(task) = self.tasks.get(self.next) {
-                self.next += 1;
+        for _ in self.step..TOLERANCES {
+            if !self.listed {
+                self.list(field, parameters, capacity);
+                self.listed = true;
+            }
+            if let Some((i, j)) = self.take_best() {
+                let star = |index: u8| field.measured().get(usize::from(index));
                 self.any = true;
-                return Some(*task);
+                return Some(Task {
+                    i,
+                    j,
+                    side: parameters.side(self.step(), star(i)?, star(j)?, field.camera),
+                });
             }
-            if self.block >= BLOCKS.len() {
-                (self.block, self.step) = (0, self.step + 1);
-            }
-            if self.step >= TOLERANCES {
-                // The step stays that of the last tolerance for those who ask.
-                (self.block, self.step) = (BLOCKS.len(), TOLERANCES - 1);
-                return None;
-            }
-            self.list(field, parameters, capacity);
-            self.block += 1;
+            self.step += 1;
+            self.listed = false;
         }
         None
     }
 
-    /// Lists the base sides of the present block.
+    /// The side that promises most for its cost, the first of equals; it is not given again.
+    fn take_best(&mut self) -> Option<(u8, u8)> {
+        let (mut best, mut most) = (None, 0.0);
+        let mut costs = self.costs.iter_mut();
+        for (j, b) in (0u8..).zip(&self.chances) {
+            let before = (0u8..).zip(&self.chances).take(usize::from(j));
+            for ((i, a), cost) in before.zip(&mut costs) {
+                let worth = a * b / (CORNERS_COST + f32::from(*cost));
+                if *cost > 0 && worth > most {
+                    most = worth;
+                    best = Some((i, j, cost));
+                }
+            }
+        }
+        best.map(|(i, j, cost)| {
+            *cost = 0;
+            (i, j)
+        })
+    }
+
+    /// Takes in that a side led to nothing.
+    pub fn failed(&mut self, task: &Task) {
+        let [i, j] = [task.i, task.j].map(usize::from);
+        let (Some(a), Some(b)) = (self.chances.get(i).copied(), self.chances.get(j).copied()) else { return };
+        // Never zero: no chance exceeds the first one.
+        let rest = 1.0 - FOUND * a * b;
+        for (at, own, other) in [(i, a, b), (j, b, a)] {
+            if let Some(chance) = self.chances.get_mut(at) {
+                *chance = own * (1.0 - FOUND * other) / rest;
+            }
+        }
+    }
+
+    /// The likeliest of the first `count` stars that `tried` has no bit of, the first of equals.
+    pub fn likeliest(&self, count: usize, tried: u32) -> Option<u8> {
+        let open = (0u8..).zip(&self.chances).take(count).filter(|(k, _)| (tried >> k) & 1 == 0);
+        let best = open.fold(None, |best: Option<(u8, f32)>, (k, chance)| match best {
+            Some((_, most)) if most >= *chance => best,
+            _ => Some((k, *chance)),
+        });
+        best.map(|(k, _)| k)
+    }
+
+    /// Lists the base sides for the tolerance in force.
     fn list(&mut self, field: &Field, parameters: &IdentificationParameters, capacity: usize) {
-        let end_of = |block: usize| BLOCKS.get(block).copied().unwrap_or(0);
-        let first = if self.block == 0 { 1 } else { end_of(self.block - 1) };
-        self.tasks.clear();
-        self.next = 0;
-        for (j, b) in (0u8..).zip(field.measured()).take(end_of(self.block)).skip(first) {
-            for (i, a) in (0u8..).zip(field.measured()).take(usize::from(j)) {
-                let side = parameters.side(self.step, a, b, field.camera);
+        for (rank, chance) in (0u8..).zip(&mut self.chances) {
+            *chance = chance_of(rank);
+        }
+        self.costs = [0; SIDES];
+        let mut costs = self.costs.iter_mut();
+        for (j, b) in field.measured().iter().enumerate().take(SEARCHED) {
+            for (a, cost) in field.measured().iter().take(j).zip(&mut costs) {
+                let side = parameters.side(self.step.min(TOLERANCES - 1), a, b, field.camera);
                 let pairs = field.catalogue.count_between(side.low(), side.high());
                 let has_direction = side.chord >= 10.0 * side.tolerance;
-                if side.high() > field.catalogue.max_chord()
-                    || !has_direction
-                    || pairs == 0
-                    || 2 * pairs > capacity
-                {
-                    continue;
+                let usable = side.high() <= field.catalogue.max_chord()
+                    && has_direction
+                    && pairs > 0
+                    && 2 * pairs <= capacity;
+                if usable {
+                    *cost = (pairs / PAIRS_PER_COST + 1).min(usize::from(u8::MAX)) as u8;
                 }
-                // A block brings no more pairs of stars than there are places.
-                let _ = self.tasks.push(Task { i, j, side, pairs: pairs as u16 });
-                settle_last(&mut self.tasks, |a, b| a.pairs < b.pairs);
             }
         }
     }
 }
+
+const _: () = assert!(SEARCHED <= u32::BITS as usize);
 
 #[cfg(test)]
 mod tests;

@@ -8,9 +8,9 @@
 //! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars, measured or
 //! projected) would find one of the longer (of M) inside the capture radius `ρ` with probability `p = M π ρ² / A` on a
 //! detector of area A. Of them n matched; the two that fixed the hypothesis are no evidence for it, so the chance of this
-//! hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were tried and of the tests made (see
-//! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area covers the
-//! whole region in which polygon and matching would have accepted a star.
+//! hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were
+//! tried and of the tests made (see [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted,
+//! so that its area covers the whole region in which polygon and matching would have accepted a star.
 
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::{Field, MAX_MEASURED, Measured};
@@ -27,7 +27,7 @@ pub const ROUNDS: usize = 3;
 pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
 /// ... and with the matches inside these shares of the tolerance: where centroids are better than the tolerance allows,
 /// that is evidence too.
-pub const RADII: [f32; 2] = [1.0, 0.5];
+pub const RADII: [f32; 3] = [1.0, 0.5, 0.25];
 
 /// Most stars of [`expected_stars`].
 pub const MAX_FEW: usize = 8;

@@ -6,24 +6,28 @@
 //!
 //! For every base side (i, j), in the order of the [agenda](super::agenda):
 //! 1. catalogue pairs of its separation, in both directions, within the tolerance;
-//! 2. triangles with up to [`CORNERS`] further stars k, half of them the brightest, half those that follow j;
+//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the catalogue first. A true
+//!    side so finds its polygon whatever stands beside it;
 //! 3. only those with the measured sense of rotation;
 //! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners must fit
 //!    too;
 //! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the side go to
 //!    [`confirm`](super::confirm); the first whose false-identification probability is below the limit wins. A polygon
-//!    that has [`EARLY_CORNERS`] over the base side is proposed at once.
+//!    that has [`EARLY_CORNERS`] over the base side is proposed at once. Of a calibrated lens triangles are proposed too: of stars on
+//!    either side of the Earth's disc, farther apart than the catalogue's range, there may be no more, and confirmation sees both
+//!    groups.
 //!
 //! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked best so
 //! far stay readable ([`Identifier::polygons`]).
 //!
-//! Bounds: [`MAX_SIDES`] sides, each at most `CORNERS` passes over the pairs of one separation and
-//! `PROPOSALS + CORNERS` confirmations; sides with more catalogue pairs than the workspace holds are left out. Work is
-//! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the side.
+//! Bounds: [`MAX_SIDES`] sides, each at most `SEARCHED` passes over the pairs of one separation and
+//! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left out. Work is
+//! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the star k; a confirmation counts as
+//! `CONFIRMATION_PAIRS`.
 
-use super::agenda::{Agenda, MAX_SIDES, Task};
+use super::agenda::{Agenda, MAX_SIDES, SEARCHED, Task};
 use super::confirm::{Confirmed, confirm, widen};
-use super::polygon::{CORNERS, Candidates, MAX_POLYGON, Polygon};
+use super::polygon::{Candidates, MAX_POLYGON, Polygon};
 use super::triangles::{Corner, Side, Triangles, triple_product};
 use super::{Field, Measured};
 use crate::attitude::{VectorPair, wahba};
@@ -36,6 +40,9 @@ pub const TOLERANCES: usize = 3;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
+/// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target, where a pair costs 130 with
+/// all that goes with it.
+const CONFIRMATION_PAIRS: usize = 3000;
 
 /// Parameters of star identification.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -107,7 +114,43 @@ pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize>
     triangles: Triangles<STARS, SIDES, HITS>,
     candidates: Candidates,
     agenda: Agenda,
+    /// The base side that the allowance left unfinished.
+    open: OpenSide,
     hypotheses: f32,
+}
+
+/// What a call may do, in catalogue pairs, and what it did.
+#[derive(Clone, Copy, Debug)]
+struct Work {
+    done: u32,
+    allowance: u32,
+}
+
+impl Work {
+    fn add(&mut self, pairs: usize) {
+        self.done = self.done.saturating_add(pairs as u32);
+    }
+
+    fn is_done(&self) -> bool {
+        self.done >= self.allowance
+    }
+}
+
+/// A base side, and the stars that cannot be corners of it or were tried, a bit each: its own two at the least.
+#[derive(Clone, Copy, Debug)]
+struct OpenSide {
+    task: Task,
+    tried: u32,
+}
+
+impl OpenSide {
+    /// No side. All zero, as what is to be made in a static must be.
+    const NONE: Self =
+        Self { task: Task { i: 0, j: 0, side: Side { chord: 0.0, tolerance: 0.0 } }, tried: 0 };
+
+    fn is_none(&self) -> bool {
+        self.tried == 0
+    }
 }
 
 impl<const STARS: usize, const SIDES: usize, const HITS: usize> Default for Identifier<STARS, SIDES, HITS> {
@@ -123,6 +166,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
             triangles: Triangles::new(),
             candidates: Candidates::new(),
             agenda: Agenda::new(),
+            open: OpenSide::NONE,
             hypotheses: 0.0,
         }
     }
@@ -132,6 +176,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     pub fn restart(&mut self, hypotheses: f32) {
         self.candidates = Candidates::new();
         self.agenda = Agenda::new();
+        self.open = OpenSide::NONE;
         self.hypotheses = hypotheses;
     }
 
@@ -156,13 +201,15 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         if field.measured().len() < 3 {
             return Progress::NotIdentified(NotIdentified::TooFewStars);
         }
-        let mut work = 0;
+        let mut work = Work { done: 0, allowance };
         for _ in 0..=MAX_SIDES {
-            if work >= allowance {
+            if work.is_done() {
                 return Progress::Searching;
             }
-            let Some(task) = self.agenda.next(field, parameters, SIDES) else { break };
-            if let Some((confirmed, log10_false)) = self.try_side(field, parameters, &task, &mut work) {
+            if self.open.is_none() && !self.begin_side(field, parameters, &mut work) {
+                break;
+            }
+            if let Some((confirmed, log10_false)) = self.try_side(field, parameters, &mut work) {
                 // Here, where the lists of the search are off the stack.
                 let tolerance_px = parameters.tolerance_px(self.agenda.step());
                 return Progress::Identified(widen(confirmed, field, tolerance_px), log10_false);
@@ -172,45 +219,71 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         Progress::NotIdentified(reason)
     }
 
-    /// Builds the polygons over one base side and confirms the best; counts the catalogue pairs it looks at.
+    /// Opens the next base side with its catalogue pairs; `false` when all have been tried.
+    #[inline(never)]
+    fn begin_side(&mut self, field: &Field, parameters: &IdentificationParameters, work: &mut Work) -> bool {
+        let Some(task) = self.agenda.next(field, parameters, SIDES) else { return false };
+        self.triangles.begin(field.catalogue, &task.side);
+        let directed = self.triangles.sides.len();
+        self.hypotheses += directed as f32;
+        work.add(directed);
+        self.open = OpenSide { task, tried: bit(task.i) | bit(task.j) };
+        true
+    }
+
+    /// Builds the polygons over the open base side and confirms the best; leaves it open where the allowance ends.
     #[inline(never)]
     fn try_side(
         &mut self,
         field: &Field,
         parameters: &IdentificationParameters,
-        task: &Task,
-        work: &mut u32,
+        work: &mut Work,
     ) -> Option<(Confirmed, f32)> {
         let Field { catalogue, camera, .. } = *field;
-        let Task { i, j, side: base, .. } = *task;
+        let OpenSide { task, mut tried } = core::mem::replace(&mut self.open, OpenSide::NONE);
+        let Task { i, j, side: base } = task;
         let (star_i, star_j) = (field.measured().get(usize::from(i))?, field.measured().get(usize::from(j))?);
-        self.triangles.begin(catalogue, &base);
-        let directed = self.triangles.sides.len();
-        self.hypotheses += directed as f32;
-        *work = work.saturating_add(directed as u32);
-        // A polygon of four is the least that chance seldom builds; with three stars in all, three must do.
-        let least = if field.measured().len() > 3 { 2 } else { 1 };
-        for (k, star_k) in corner_stars(field.measured(), usize::from(j)) {
+        for _ in 0..SEARCHED {
+            let Some(k) = self.agenda.likeliest(field.measured().len(), tried) else { break };
+            if work.is_done() {
+                self.open = OpenSide { task, tried };
+                return None;
+            }
+            tried |= bit(k);
+            let star_k = field.measured().get(usize::from(k))?;
             let to_i = parameters.side(self.agenda.step(), star_i, star_k, camera);
             let to_j = parameters.side(self.agenda.step(), star_j, star_k, camera);
-            if k == i || k == j || to_i.high() > catalogue.max_chord() {
-                continue;
-            }
-            *work = work.saturating_add(catalogue.count_between(to_i.low(), to_i.high()) as u32);
+            let pairs = |side: &Side| {
+                let in_range = side.high() <= catalogue.max_chord();
+                in_range.then(|| catalogue.count_between(side.low(), side.high()))
+            };
+            let (by_j, pairs) = match (pairs(&to_i), pairs(&to_j)) {
+                (Some(of_i), Some(of_j)) => (of_j < of_i, of_i.min(of_j)),
+                (Some(of_i), None) => (false, of_i),
+                (None, Some(of_j)) => (true, of_j),
+                (None, None) => continue,
+            };
+            work.add(pairs);
             let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
             let volume = triple_product(a, b, c);
             // The height of the triangle over its base must exceed what noise can turn round.
             let flat = libm::fabsf(volume) < 2.0 * base.tolerance * base.chord;
             let sense = if flat { 0.0 } else { volume };
-            if self.triangles.add(catalogue, &Corner { k, to_i, to_j, sense }) >= EARLY_CORNERS
-                && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS)
+            if self.triangles.add(catalogue, &Corner { k, to_i, to_j, by_j, sense }) >= EARLY_CORNERS
+                && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS, work)
             {
                 self.keep_rest(field, parameters, (i, j));
                 return Some(found);
             }
         }
-        let found = (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least));
+        // With three stars in all, three must do. Else a polygon of four is the least that chance seldom builds, or that bad
+        // centroids let pass by luck, unless it is known how good they are.
+        let least = if field.measured().len() > 3 && !field.is_calibrated() { 2 } else { 1 };
+        let found = (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least, work));
         self.keep_rest(field, parameters, (i, j));
+        if found.is_none() {
+            self.agenda.failed(&task);
+        }
         found
     }
 
@@ -234,13 +307,19 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         parameters: &IdentificationParameters,
         (i, j): (u8, u8),
         least: u8,
+        work: &mut Work,
     ) -> Option<(Confirmed, f32)> {
         let side = self.triangles.best(least)?;
         let polygon = self.merge(field, parameters, (i, j, side));
         self.triangles.discard(side);
         let polygon = polygon?;
         let large_enough = polygon.corners.len() >= usize::from(least) + 2;
-        let found = if large_enough { self.propose(&polygon, field, parameters) } else { None };
+        let found = if large_enough {
+            work.add(CONFIRMATION_PAIRS);
+            self.propose(&polygon, field, parameters)
+        } else {
+            None
+        };
         self.candidates.keep(polygon);
         found
     }
@@ -313,18 +392,9 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     }
 }
 
-/// The stars to try as corners over a base side whose fainter star is number `j`: the brightest few, which are most likely
-/// in the catalogue, and those that follow j, so that a run of false stars at the head does not spoil every side.
-fn corner_stars(measured: &[Measured], j: usize) -> impl Iterator<Item = (u8, &Measured)> {
-    const HALF: usize = CORNERS / 2;
-    let follows = (j + 1).max(HALF);
-    let missing = HALF.saturating_sub(measured.len().saturating_sub(follows));
-    let numbered = || (0u8..).zip(measured);
-    let head = numbered().take(HALF);
-    let behind = numbered().skip(follows).take(HALF);
-    // At the end of the list: from behind the head again, not beyond where `behind` began.
-    let again = numbered().skip(HALF).take(missing.min(follows - HALF));
-    head.chain(behind).chain(again)
+/// The bit of a star among the [`SEARCHED`].
+fn bit(star: u8) -> u32 {
+    1u32.wrapping_shl(star.into())
 }
 
 #[cfg(test)]

@@ -3,10 +3,8 @@
 use crate::order::settle_last;
 use heapless::Vec;
 
-/// Stars k examined for a base side.
-pub const CORNERS: usize = 10;
 /// Most stars of a polygon.
-pub const MAX_POLYGON: usize = CORNERS + 2;
+pub const MAX_POLYGON: usize = 12;
 /// Polygons kept for inspection.
 pub const KEPT_POLYGONS: usize = 8;
 

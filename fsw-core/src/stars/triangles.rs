@@ -6,7 +6,9 @@
 //! The catalogue pairs of the base side are kept as chained lists by their first star p, in both directions (a pair
 //! may lie either way round). For a star k, every catalogue pair (p, r) that fits the side (i, k) is looked up in the
 //! chain of p; each q found there proposes the triangle (p, q, r), which stays when |qr| fits the side (j, k) and its
-//! sense of rotation is that of the measured triangle. Work per star k: one pass over the pairs of (i, k).
+//! sense of rotation is that of the measured triangle. Where fewer pairs fit the side (j, k), or (i, k) is beyond the
+//! catalogue's range, the pairs (q, r) are looked up instead: the chain of q holds the base sides turned round. Work per star k:
+//! one pass over the pairs of one side.
 
 use crate::catalog::Catalogue;
 use heapless::Vec;
@@ -83,6 +85,8 @@ pub(super) struct Corner {
     pub k: u8,
     pub to_i: Side,
     pub to_j: Side,
+    /// Whether its catalogue stars are looked up by the side to j instead of that to i.
+    pub by_j: bool,
     /// Sense of rotation of (i, j, k): +1, -1, or 0 when the triangle is too flat to tell.
     pub sense: f32,
 }
@@ -95,6 +99,7 @@ pub(super) fn triple_product(a: &Vector3<f32>, b: &Vector3<f32>, c: &Vector3<f32
 impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS, SIDES, HITS> {
     pub const fn new() -> Self {
         // Overwritten before it is read; all zero costs no flash in a static.
+        const { assert!(SIDES.is_multiple_of(2), "the two directions of a pair stand side by side") };
         Self { heads: [0; STARS], sides: Vec::new(), hits: Vec::new() }
     }
 
@@ -111,6 +116,10 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
                 continue;
             };
             let Some(square_error) = side.fit((first - second).norm()) else { continue };
+            // Both directions or none, so that they stand side by side.
+            if usize::from(pair.first.max(pair.second)) >= STARS {
+                continue;
+            }
             for (p, q) in [(pair.first, pair.second), (pair.second, pair.first)] {
                 let Some(head) = self.heads.get_mut(usize::from(p)) else { continue };
                 let entry = BaseSide { p, q, square_error, next: *head, corners: 0, last_k: NO_CORNER };
@@ -124,7 +133,8 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
     /// Adds the triangles that the measured star `corner.k` closes, and gives the most corners that any base side has now.
     pub fn add(&mut self, catalogue: &Catalogue, corner: &Corner) -> u8 {
         let mut most = 0;
-        for pair in catalogue.pairs_between(corner.to_i.low(), corner.to_i.high()) {
+        let reach = if corner.by_j { &corner.to_j } else { &corner.to_i };
+        for pair in catalogue.pairs_between(reach.low(), reach.high()) {
             for (p, r) in [(pair.first, pair.second), (pair.second, pair.first)] {
                 let mut side = self.heads.get(usize::from(p)).copied().unwrap_or(NONE);
                 if side == NONE {
@@ -134,7 +144,9 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
                 // A chain is no longer than the list of sides.
                 for _ in 0..SIDES {
                     let Some(next) = self.sides.get(usize::from(side)).map(|base| base.next) else { break };
-                    most = most.max(self.close(catalogue, corner, side, (r, &unit_r)));
+                    // The same pair turned round stands beside it.
+                    let meant = if corner.by_j { side ^ 1 } else { side };
+                    most = most.max(self.close(catalogue, corner, meant, (r, &unit_r)));
                     side = next;
                 }
             }

@@ -236,6 +236,42 @@ fn false_attitudes_are_no_more_frequent_than_the_chance_they_state() {
 }
 
 #[test]
+fn few_stars_beyond_the_two_of_a_false_hypothesis_fit_no_more_often_than_stated() {
+    let mut generator = Generator::new(76);
+    const TRIALS: usize = 20_000;
+    // Two stars of the picture fit by construction, as a base side does, within the errors that a side may have; the
+    // others stand anywhere. Wide radii, so that there is something to count.
+    for (stars, measured, tolerance_px) in [(8, 4, 40.0), (8, 5, 40.0), (12, 6, 25.0), (12, 9, 25.0)] {
+        let mut frequency = [0usize; 4];
+        let mut scene = Scene::of(&mut generator, stars);
+        for trial in 0..TRIALS {
+            if trial % 20 == 0 {
+                scene = Scene::of(&mut generator, stars);
+            }
+            let near = |spot: &Spot, generator: &mut Generator| {
+                let [x, y] = spot.centre_px;
+                let [dx, dy] = [(); 2].map(|()| 0.2 * f64::from(tolerance_px) * generator.gaussian());
+                Spot { centre_px: [x + dx, y + dy], star: None }
+            };
+            let mut spots: List<Spot> =
+                scene.picture.spots.iter().take(2).map(|spot| near(spot, &mut generator)).collect();
+            spots.resize_with(measured, || false_star(&mut generator));
+            let picture = Picture { spots, look: scene.picture.look };
+            let measured = picture.measured(&camera(), 0.3);
+            let Some(found) = scene.confirm(&measured, Vector3::zeros(), tolerance_px) else { continue };
+            for (power, count) in (1..).zip(&mut frequency) {
+                *count += usize::from(found.log10_chance <= -(power as f32));
+            }
+        }
+        std::println!("{measured} of {stars}: {frequency:?} of {TRIALS} at 1e-1, 1e-2, 1e-3, 1e-4");
+        for (power, count) in (1..).zip(frequency) {
+            let stated = TRIALS as f64 * 10f64.powi(-power);
+            assert!(count as f64 <= stated + 3.0 * stated.sqrt(), "{count} below 1e-{power}");
+        }
+    }
+}
+
+#[test]
 fn of_two_measured_stars_within_the_radius_neither_is_named() {
     let mut generator = Generator::new(73);
     for _ in 0..100 {

