@@ -6,7 +6,8 @@
 //!
 //! Brightness tells little of which spots are stars of the catalogue: false stars, hits and edges of clouds are among the
 //! brightest. What tells is the search itself. Every star has a chance `p` to be in the catalogue, at first `chance_of` its
-//! rank. A side of two such stars is identified with probability `f`, `FOUND`, all others being tried as its corners; so after a side (i, j) without success Bayes' rule has
+//! rank. A side of two such stars is identified with probability `f`, `FOUND`, all others being tried as its corners; so
+//! after a side (i, j) without success Bayes' rule has
 //!
 //! `p_i <- p_i (1 - f p_j) / (1 - f p_i p_j)`, and the same of j.
 //!
@@ -29,7 +30,7 @@ pub const MAX_SIDES: usize = TOLERANCES * SIDES;
 const FOUND: f32 = 0.9;
 /// Catalogue pairs for which a side counts as one, and what its corners cost, in these.
 const PAIRS_PER_COST: usize = 8;
-const CORNERS_COST: f32 = 80.0;
+const CORNERS_COST: f32 = 30.0;
 
 /// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first eight are, six
 /// tenths of the next twelve, three tenths of the last four.
