@@ -30,7 +30,7 @@ pub const MAX_SIDES: usize = TOLERANCES * SIDES;
 const FOUND: f32 = 0.9;
 /// Catalogue pairs for which a side counts as one, and what its corners cost, in these.
 const PAIRS_PER_COST: usize = 8;
-const CORNERS_COST: f32 = 80.0;
+const CORNERS_COST: f32 = 30.0;
 
 /// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first eight are, six
 /// tenths of the next twelve, three tenths of the last four.

@@ -233,7 +233,7 @@ fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
 }
 
 /// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with the
-/// [`BRIGHTEST`] and [`RADII`], times their number.
+/// [`BRIGHTEST`] and [`RADII`], times the number of different ones.
 fn log10_chance(
     matches: &[Match],
     measured: usize,
@@ -260,7 +260,9 @@ fn log10_chance(
             best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance));
         }
     }
-    (best + libm::log10f((RADII.len() * BRIGHTEST.len()) as f32)).min(0.0)
+    // With more of the brightest than there are the test is the same again.
+    let distinct = BRIGHTEST.iter().filter(|brightest| **brightest < measured.max(expected)).count() + 1;
+    (best + libm::log10f((RADII.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
 }
 
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer than
