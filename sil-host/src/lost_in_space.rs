@@ -17,11 +17,10 @@ const FOCAL_STEP: f64 = 0.002;
 const FOCAL_STEPS: i32 = 12;
 /// Half a step and what the lens distorts.
 const FOCAL_UNCERTAINTY: f32 = 0.001;
-/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at, begun sides being finished. The
-/// first tries the most telling base side of every focal length and wins on most pictures; the fewer hypotheses were tried
-/// before, the less evidence is needed.
+/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at. The first tries a base side or two of
+/// every focal length and wins on most pictures; the fewer hypotheses were tried before, the less evidence is needed.
 const ROUNDS: [(f32, u32); 5] =
-    [(0.35, 1), (0.35, 100_000), (0.35, 2_000_000), (0.7, 2_000_000), (1.4, 2_000_000)];
+    [(0.35, 20_000), (0.35, 300_000), (0.35, 6_000_000), (0.7, 6_000_000), (1.4, 6_000_000)];
 /// Times the focal length is refined from the matched stars.
 const REFINEMENTS: usize = 4;
 

@@ -18,9 +18,10 @@ use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
 const SCANNING_SHARE: u32 = 10;
-/// Seconds for which the first image is searched, and how often they may double: more than the longest search needs.
+/// Seconds for which the first image is searched, and how often they may double: after a burst of noise the last noisy image
+/// is searched for 16 s at most.
 const FIRST_PATIENCE_S: u32 = 2;
-const MOST_DOUBLINGS: u8 = 8;
+const MOST_DOUBLINGS: u8 = 3;
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
 const ORBITAL_KM_S: f64 = 7.9;
 
@@ -82,7 +83,7 @@ impl Sensor<'_> {
 
     /// Lost in space: scan, then identify; a search that needs longer goes on with the same image, for [`FIRST_PATIENCE_S`]
     /// seconds at first: hits and false stars of the next image are others. Each image given up doubles the time of the next,
-    /// so that a search that truly needs long comes to its end.
+    /// up to [`MOST_DOUBLINGS`] times, so that a search that truly needs long comes to its end.
     #[inline(never)]
     pub(super) fn acquire(
         &mut self,

@@ -10,6 +10,9 @@
 //!   ([`CHANGE`]).
 //! - LARM. Stars that were measured but not identified are matched with those of the image before by their separations.
 //!
+//! Lines that stand where lines stood in the last image are the Earth's limb, its clouds and spacecraft parts: a star moves by
+//! twice its streak and more.
+//!
 //! What is not known is not said: no rate where too few streaks agree and no other image has confirmed it, none that
 //! contradicts the last one; either sense where no streak went on.
 
@@ -33,8 +36,12 @@ const COLUMNS_AFTER_SCAN: usize = 2_000;
 const COLUMNS: usize = 8_000;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
-/// Fewest stars of which a scan says that the sensor does not turn fast.
+/// Fewest stars of which a scan says that the sensor does not turn fast, if fewer than one in `DRAWN_SHARE` is drawn out: of
+/// stars at rest, pairs and hits are.
 const FEWEST_STARS: usize = 4;
+const DRAWN_SHARE: usize = 4;
+/// A line so near to one of the image before stands, px.
+const STANDING_PX: f32 = 6.0;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
 /// Searches for lines in a row that may tell no rate before stars are looked for again: an Earth at rest has lines too.
@@ -62,7 +69,9 @@ const MOST_SURE: i8 = 4;
 #[derive(Debug, Default)]
 pub(super) struct Turning {
     marks: Vec<Mark, MAX_MARKS>,
-    /// Cycle of these marks.
+    /// Middles of its streaks, px.
+    middles_px: Vec<[f32; 2], MAX_STREAKS>,
+    /// Cycle of both.
     taken: u32,
     /// Rate by the streaks of that image, of the sense that is believed more.
     streaks: Option<Rate>,
@@ -106,6 +115,13 @@ impl Turning {
     /// Forgets all, as when an attitude is known.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
+    }
+
+    /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all for the next.
+    fn leave_moving(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) {
+        let before =
+            core::mem::replace(&mut self.middles_px, streaks.iter().map(Streak::middle_px).collect());
+        streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, STANDING_PX)));
     }
 
     /// Seconds since the marks were taken, where they can be compared with an image of `cycle`.
@@ -187,11 +203,12 @@ impl Sensor<'_> {
         instruments.meter.begin(Stage::Scan);
         let found = self.lines(instruments.detector);
         instruments.meter.end(Stage::Scan);
-        let streaks = match found {
+        let mut streaks = match found {
             Ok(Some(streaks)) => streaks,
             Ok(None) => return report.status = Status::Blinded,
             Err(error) => return report.status = Status::DetectorFault(error.into()),
         };
+        self.turning.leave_moving(&mut streaks);
         report.detections = streaks.len() as u16;
         report.status = if streaks.len() >= FEWEST_LINES {
             Status::TooFast
@@ -277,6 +294,7 @@ impl Sensor<'_> {
                 self.measure(detector, &piece, &mut streaks, &mut columns)?;
             }
         }
+        self.turning.leave_moving(&mut streaks);
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
         self.turning.next = Next { seeks: streaks.len() < 3 || 2 * long >= streaks.len(), ..Next::default() };
         self.turn_by(&streaks, self.parameters.exposure_us, report);
@@ -304,7 +322,8 @@ impl Sensor<'_> {
         let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
         let elapsed_s = self.turning.elapsed_s(self.cycle);
         let before = core::mem::take(&mut self.turning);
-        self.turning = Turning { marks, taken: self.cycle, next: before.next, ..Turning::default() };
+        let (next, middles_px) = (before.next, before.middles_px.clone());
+        self.turning = Turning { marks, middles_px, taken: self.cycle, next, ..Turning::default() };
         let Some(rate) = rate else { return };
         let agree = |index: usize| (rate.arcs >> index) & 1 == 1;
         let agreeing = arcs.iter().enumerate().filter(|(index, _)| agree(*index));
@@ -395,8 +414,8 @@ impl Sensor<'_> {
     fn turn_by_stars(&mut self, report: &mut Report) {
         let detections = &self.workspace.detections;
         let stars = self.workspace.measured.len();
-        let drawn = detections.spots().iter().any(|spot| spot.drawn_px > 0 && !spot.extended);
-        let seeks = stars < FEWEST_STARS || drawn || detections.streaks() > 0;
+        let drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended).count();
+        let seeks = stars < FEWEST_STARS || DRAWN_SHARE * (drawn + detections.streaks() as usize) >= stars;
         let row_time_s = self.row_time_s();
         let mark = |star: &Measured| Mark {
             direction: *star.direction.vector(),

@@ -5,6 +5,7 @@ use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{RateReport, Report, Status};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
 use sil_host::camera_file::CameraFile;
+use sil_host::scenario::Scenario;
 use sil_host::world::attitude::{normalised, uniform};
 use sil_host::world::disturbances::Disturbances;
 use sil_host::world::imaging::ImagingModel;
@@ -15,6 +16,7 @@ use sil_host::world::scene::{Scene, SceneSettings};
 use sil_host::world::shutter::Shutter;
 use sil_host::world::stars::DetectorModel;
 use sil_host::{flight, star_scene};
+use std::path::Path;
 
 /// Seconds flown of each turning; the first is the self-test.
 const SECONDS: u32 = 8;
@@ -247,5 +249,29 @@ fn a_camera_at_rest_and_one_that_sees_no_stars_tell_no_rate() {
         let mut world = World { scene: dark, ..world };
         let reports = world.fly(8);
         assert!(reports.iter().all(|report| report.rate.is_none() && report.attitude.is_none()), "{seed}");
+    }
+}
+
+/// A twentieth of a degree a second is none of a turning that leaves streaks.
+const AT_REST_RAD_S: f32 = 8.7e-4;
+
+/// Limb and clouds are lines too, and the same in every image.
+#[test]
+fn an_earth_at_rest_tells_no_rate() {
+    for scenario in ["geo-day", "geo-inertial", "molniya"] {
+        let scene = Scenario::load(Path::new(scenario)).unwrap().scene().unwrap();
+        // Without stars nothing but lines is left to look for.
+        let scene = Scene::new(scene.settings().clone(), &[]).unwrap();
+        let mut world = World { scene, rate_rad_s: [0.0; 3], row_time_s: 0.0 };
+        let reports = world.fly(24);
+        let lines = reports.iter().filter(|report| report.status == Status::TooFast).count();
+        println!("{scenario}: taken for streaks in {lines} of {} seconds", reports.len());
+        for report in &reports {
+            assert!(report.attitude.is_none(), "{scenario}");
+            // What stands in image after image may be told as rest.
+            let turns =
+                report.rate.is_some_and(|rate| rate.rad_s.iter().any(|part| part.abs() > AT_REST_RAD_S));
+            assert!(!turns, "{scenario}: {:?}", report.rate);
+        }
     }
 }

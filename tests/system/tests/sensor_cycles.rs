@@ -368,7 +368,7 @@ fn a_detector_of_another_size_is_refused_every_second() {
 }
 
 #[test]
-fn a_search_longer_than_a_second_goes_on_with_the_same_image() {
+fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_each_next() {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
     // Noise alone: no side is ever confirmed, and the work of a second is a small part of the search.
@@ -394,8 +394,13 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image() {
         }
         assert_eq!(report.status, Status::Searching);
     }
-    assert!(cycles.len() > 2, "the search took {} seconds", cycles.len());
-    assert!(cycles.iter().all(|cycle| *cycle == cycles[0]), "one image was taken for the whole search");
+    // Two seconds for the first image, four for the second, eight for the third, sixteen for all others.
+    let lengths: Vec<usize> = cycles.chunk_by(|one, next| one == next).map(<[_]>::len).collect();
+    let expected = [2, 4, 8, 16, 16, 16];
+    assert!(lengths.len() > 2, "{lengths:?}");
+    let (last, whole) = lengths.split_last().unwrap();
+    assert_eq!(whole, &expected[..whole.len()]);
+    assert!(*last <= expected[whole.len()], "{lengths:?}");
 }
 
 /// Angle between unit vectors, rad.
