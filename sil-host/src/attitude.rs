@@ -22,7 +22,7 @@ use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::frames::{ARCSEC_PER_RAD, Direction};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -224,7 +224,7 @@ fn print_text(answer: &SetAnswer) {
         _ => answer.reason.unwrap_or(answer.status).to_string(),
     };
     // A reader that closed the pipe has what it wanted: not a fault.
-    let _ = writeln!(std::io::stdout(), "{id}: {method}: {text}");
+    say!("{id}: {method}: {text}");
 }
 
 /// Runs the command.

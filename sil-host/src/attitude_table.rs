@@ -31,7 +31,6 @@ use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::camera::Camera;
 use fsw_core::frames::Direction;
 use serde::Serialize;
-use std::io::Write;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::process::ExitCode;
@@ -355,7 +354,7 @@ pub fn run(json: bool) -> Result<ExitCode, HostError> {
     );
     let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
     // A reader that closed the pipe has what it wanted: not a fault.
-    let _ = writeln!(std::io::stdout(), "{}", lines.join("\n"));
+    say!("{}", lines.join("\n"));
     Ok(ExitCode::SUCCESS)
 }
 

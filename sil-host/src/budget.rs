@@ -128,7 +128,7 @@ impl Budget {
     }
 
     fn print(&self) {
-        println!(
+        say!(
             "{} at {} MHz; worst cycles of a second and of its stages",
             self.target,
             self.clock_hz / 1_000_000
@@ -144,7 +144,7 @@ impl Budget {
             row(name, "", used, Some(limit));
         }
         let same = if self.telemetry_identical { "identical, byte for byte" } else { "NOT IDENTICAL" };
-        println!("  telemetry of target and host over {} seconds: {same}", self.seconds);
+        say!("  telemetry of target and host over {} seconds: {same}", self.seconds);
     }
 }
 
@@ -154,7 +154,7 @@ fn row(name: &str, part: &str, used: u64, limit: Option<u64>) {
         let share = 100.0 * used as f64 / limit as f64;
         format!(" of {limit:>11}  {share:5.1} %{}", if used > limit { "  OVERRUN" } else { "" })
     });
-    println!("  {name:18} {part:10} {used:>11}{judged}");
+    say!("  {name:18} {part:10} {used:>11}{judged}");
 }
 
 fn stage_name(number: u8) -> &'static str {

@@ -195,7 +195,7 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     write(&arguments.out, head + &fit.camera.to_toml())?;
     let drawing = arguments.out.with_extension("svg");
     write(&drawing, plot::svg(&calibration))?;
-    print!("{}", table(&calibration));
-    println!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
+    say!("{}", table(&calibration).trim_end());
+    say!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.faults.status())
 }

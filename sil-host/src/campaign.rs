@@ -34,7 +34,7 @@ use lines::LinesFile;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::HashMap;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -168,12 +168,12 @@ pub fn rows(arguments: &CampaignIdentifyArguments) -> Result<Vec<Row>, HostError
     let few = cases::grid().into_iter().chain(cases::hard()).map(|case| (case, arguments.fields));
     let many = [(cases::skies(), arguments.skies), (cases::no_stars(), arguments.no_stars)];
     let cases: Vec<_> = few.chain(many).filter(|(_, fields)| *fields > 0).collect();
-    let campaign = Campaign { seed: arguments.seed, sky: &sky, cases };
-    let (file, held) = LinesFile::open::<Block>(arguments.out.as_deref())?;
+    let campaign = Campaign { seed: arguments.common.seed, sky: &sky, cases };
+    let (file, held) = LinesFile::open::<Block>(arguments.common.out.as_deref())?;
     let held: HashMap<Key, Outcome> = held.into_iter().map(|block| (block.key, block.outcome)).collect();
-    let keys = campaign.cases.iter().flat_map(|(case, n)| blocks::of_case(case, arguments.seed, *n));
+    let keys = campaign.cases.iter().flat_map(|(case, n)| blocks::of_case(case, arguments.common.seed, *n));
     let open = keys.filter(|key| !held.contains_key(key)).count();
-    let bar = progress("identify", open as u64, arguments.json);
+    let bar = progress("identify", open as u64, arguments.common.json);
     let rows = campaign.fly(&held, |block| {
         bar.inc(1);
         file.add(block)
@@ -189,7 +189,7 @@ pub fn rows(arguments: &CampaignIdentifyArguments) -> Result<Vec<Row>, HostError
 pub fn run(arguments: &CampaignIdentifyArguments) -> Result<ExitCode, HostError> {
     let rows = rows(arguments)?;
     let kept = rows.iter().all(|row| row.kept);
-    if arguments.json {
+    if arguments.common.json {
         rows.iter().for_each(json::print_line);
     } else {
         tell(&rows);
@@ -229,7 +229,7 @@ fn tell(rows: &[Row]) {
     );
     let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(Row::line)).chain([foot]).collect();
     // A reader that closed the pipe has what it wanted: not a fault.
-    let _ = writeln!(std::io::stdout(), "{}", lines.join("\n"));
+    say!("{}", lines.join("\n"));
 }
 
 #[cfg(test)]

@@ -1,7 +1,13 @@
 use super::*;
+use crate::cli::CommonArguments;
 
-fn arguments(fields: u64, skies: u64) -> CampaignIdentifyArguments {
-    CampaignIdentifyArguments { fields, skies, no_stars: 0, seed: 11, out: None, json: true }
+fn arguments(fields: u64, skies: u64, out: Option<&Path>) -> CampaignIdentifyArguments {
+    CampaignIdentifyArguments {
+        fields,
+        skies,
+        no_stars: 0,
+        common: CommonArguments { seed: 11, out: out.map(Path::to_path_buf), json: true },
+    }
 }
 
 fn outcomes(rows: &[Row]) -> Vec<(String, Outcome)> {
@@ -15,24 +21,23 @@ fn with_threads(threads: usize, arguments: &CampaignIdentifyArguments) -> Vec<(S
 
 #[test]
 fn the_table_does_not_depend_on_the_number_of_threads_nor_on_a_stop_between() {
-    let whole = with_threads(1, &arguments(0, 700));
-    assert_eq!(with_threads(3, &arguments(0, 700)), whole);
+    let whole = with_threads(1, &arguments(0, 700, None));
+    assert_eq!(with_threads(3, &arguments(0, 700, None)), whole);
     let path = std::env::temp_dir().join(format!("sextant-campaign-{}.jsonl", std::process::id()));
     let _ = std::fs::remove_file(&path);
-    let filed = |skies| CampaignIdentifyArguments { out: Some(path.clone()), ..arguments(0, skies) };
     let lines = || std::fs::read_to_string(&path).unwrap().lines().count();
-    with_threads(2, &filed(500));
+    with_threads(2, &arguments(0, 500, Some(&path)));
     assert_eq!(lines(), 2);
-    assert_eq!(with_threads(2, &filed(700)), whole);
+    assert_eq!(with_threads(2, &arguments(0, 700, Some(&path))), whole);
     assert_eq!(lines(), 3);
-    assert_eq!(with_threads(2, &filed(700)), whole);
+    assert_eq!(with_threads(2, &arguments(0, 700, Some(&path))), whole);
     assert_eq!(lines(), 3, "nothing was tried again");
     std::fs::remove_file(&path).unwrap();
 }
 
 #[test]
 fn hard_fields_are_identified_and_never_wrongly() {
-    let rows = rows(&arguments(20, 0)).unwrap();
+    let rows = rows(&arguments(20, 0, None)).unwrap();
     let of = |name: &str| rows.iter().find(|row| row.case == name).unwrap();
     for row in rows.iter().filter(|row| row.peers_percent.is_some() || row.outcome.stated_ppb < 1000) {
         assert_eq!(row.outcome.wrong, 0, "{}", row.case);

@@ -184,13 +184,13 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
         stars: arguments.stars,
         seed: arguments.seed,
     };
-    println!(
+    say!(
         "Centroids, px an axis, {} stars a line, exposure {:.0} ms; thesis {THESIS_PX}",
         sky.stars,
         1e3 * exposure_s
     );
-    println!("                   centre of intensity                     with the lens's calibration");
-    println!("  V    bound   scatter  /bound  systematic  honesty   scatter  /bound  systematic  honesty");
+    say!("                   centre of intensity                     with the lens's calibration");
+    say!("  V    bound   scatter  /bound  systematic  honesty   scatter  /bound  systematic  honesty");
     for magnitude in MAGNITUDES {
         let line = sky.line(magnitude, &calibration);
         let errors = |errors: &Errors| {
@@ -202,12 +202,7 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
                 errors.normalised_square
             )
         };
-        println!(
-            "{magnitude:3.0}   {:.4}    {}    {}",
-            line.bound_px,
-            errors(&line.before),
-            errors(&line.after)
-        );
+        say!("{magnitude:3.0}   {:.4}    {}    {}", line.bound_px, errors(&line.before), errors(&line.after));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -222,6 +217,6 @@ pub fn corrections(arguments: &CorrectionsArguments) -> Result<ExitCode, HostErr
     let bytes = crate::calibration::build(&lens, crate::calibration::Grid::REFERENCE)?;
     std::fs::write(&arguments.out, &bytes)
         .map_err(|error| HostError::system(&arguments.out, "written", &error, "check the folder"))?;
-    println!("{}: {} bytes", arguments.out.display(), bytes.len());
+    say!("{}: {} bytes", arguments.out.display(), bytes.len());
     Ok(ExitCode::SUCCESS)
 }

@@ -228,21 +228,29 @@ pub enum Campaign {
     Earth(CampaignEarthArguments),
 }
 
+/// What every campaign asks for.
+#[derive(Debug, Args)]
+pub struct CommonArguments {
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// File to which finished runs are appended; what it holds already is not done again
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub out: Option<PathBuf>,
+    /// One JSON object a row on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Arguments of `campaign acquire`.
 #[derive(Debug, Args)]
 pub struct CampaignAcquireArguments {
     /// Directions
     #[arg(long, value_name = "N", default_value_t = 1000)]
     pub runs: u64,
-    /// Seed of everything random
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
-    /// File to which finished runs are appended; what it holds already is not flown again
-    #[arg(long, value_name = "FILE.jsonl")]
-    pub out: Option<PathBuf>,
-    /// One JSON object on stdout, and nothing else
-    #[arg(long)]
-    pub json: bool,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
 }
 
 /// Arguments of `campaign earth`.
@@ -251,15 +259,9 @@ pub struct CampaignEarthArguments {
     /// Frames of each case
     #[arg(long, value_name = "N", default_value_t = 200)]
     pub runs: u64,
-    /// Seed of everything random
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
-    /// File to which finished frames are appended; what it holds already is not drawn again
-    #[arg(long, value_name = "FILE.jsonl")]
-    pub out: Option<PathBuf>,
-    /// One JSON object a row on stdout, and nothing else
-    #[arg(long)]
-    pub json: bool,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
 }
 
 /// Arguments of `campaign identify`.
@@ -274,15 +276,9 @@ pub struct CampaignIdentifyArguments {
     /// Fields of false stars only
     #[arg(long, value_name = "N", default_value_t = 100)]
     pub no_stars: u64,
-    /// Seed of everything random
-    #[arg(long, value_name = "N", default_value_t = 20_261_121)]
-    pub seed: u64,
-    /// File to which finished blocks are appended; what it holds already is not tried again
-    #[arg(long, value_name = "FILE.jsonl")]
-    pub out: Option<PathBuf>,
-    /// One JSON object a row on stdout, and nothing else
-    #[arg(long)]
-    pub json: bool,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
 }
 
 /// Arguments of `record`.

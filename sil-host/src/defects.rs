@@ -166,11 +166,14 @@ fn file(geometry: DetectorGeometry, survey: &Survey) -> Option<(Vec<u8>, usize)>
 /// Prints the answer for people.
 fn print_text(answer: &DefectsAnswer) {
     let DefectsAnswer { hot, dead, flickering, beyond_mending, columns, .. } = answer;
-    println!(
+    say!(
         "{}: {} bytes from {} pictures, noise {:.2} DN",
-        answer.file, answer.bytes, answer.pictures, answer.noise_dn
+        answer.file,
+        answer.bytes,
+        answer.pictures,
+        answer.noise_dn
     );
-    println!(
+    say!(
         "{} bad pixels: {hot} hot, {dead} dead, {flickering} flickering ({beyond_mending} beyond mending); \
          {columns} columns with an offset",
         hot + dead + flickering

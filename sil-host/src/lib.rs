@@ -22,6 +22,15 @@
 //! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x along +x px,
 //! y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last, and maps ICRS to sensor.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::print_stdout))]
+
+/// A line on stdout. A reader that closed the pipe has what it wanted: not a fault.
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($words)*);
+    }};
+}
 
 pub mod attitude;
 pub mod attitude_table;

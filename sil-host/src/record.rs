@@ -175,7 +175,7 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
         _ => record_mission(&arguments.out)?,
     };
     for report in &reports {
-        println!(
+        say!(
             "second {}: {}, {:?}, {} stars named, Earth {:?}",
             report.cycle,
             word(report.mode),
@@ -184,11 +184,7 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
             report.earth_status
         );
     }
-    println!(
-        "fly it: cargo obc -- {} {} obc-telemetry.bin",
-        files.frames.display(),
-        files.parameters.display()
-    );
-    println!("then compare obc-telemetry.bin with {}", files.telemetry.display());
+    say!("fly it: cargo obc -- {} {} obc-telemetry.bin", files.frames.display(), files.parameters.display());
+    say!("then compare obc-telemetry.bin with {}", files.telemetry.display());
     Ok(ExitCode::SUCCESS)
 }

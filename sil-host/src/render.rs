@@ -104,7 +104,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode, HostError> {
         .map_err(|error| HostError::usage(format!("the frame cannot be made: {error}"), "report this"))?;
     std::fs::write(&arguments.out, file)
         .map_err(|error| HostError::system(&arguments.out, "written", &error, "check the folder"))?;
-    println!(
+    say!(
         "{}: second {} of {}, {} x {} px, raw values up to {}",
         arguments.out.display(),
         arguments.cycle,

@@ -223,7 +223,5 @@ fn tell(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: f64) {
         (false, true) => "All limits kept.",
         (false, false) => "Limits NOT kept.",
     };
-    text += &format!("\n{word} Report: {}\n", folder.join("report.html").display());
-    // A reader that closed the pipe has what it wanted: not a fault.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    say!("{text}\n{word} Report: {}", folder.join("report.html").display());
 }

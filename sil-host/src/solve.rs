@@ -245,7 +245,7 @@ pub fn check_size(file: &CameraFile, name: &Path, picture: &Picture) -> Result<(
 fn print_text(answer: &SolveAnswer) {
     let Milliseconds { detect, identify, .. } = answer.ms;
     match (answer.ra_deg, answer.dec_deg, answer.fov_deg, answer.sigma_arcsec) {
-        (Some(ra), Some(dec), Some(fov), Some([x, y, z])) => println!(
+        (Some(ra), Some(dec), Some(fov), Some([x, y, z])) => say!(
             "{}: identified, RA {ra:.4} Dec {dec:+.4} deg, field {fov:.3} deg, sigma {x:.1} {y:.1} {z:.1} arcsec, \
              {} of {} spots named, false with {:.0e} ({detect:.1} + {identify:.1} ms)",
             answer.image,
@@ -253,7 +253,7 @@ fn print_text(answer: &SolveAnswer) {
             answer.detections,
             answer.false_id_probability.unwrap_or(1.0)
         ),
-        _ => println!(
+        _ => say!(
             "{}: not identified ({}), {} spots ({detect:.1} + {identify:.1} ms)",
             answer.image,
             answer.reason.unwrap_or("no reason"),

@@ -46,6 +46,17 @@ fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
     b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
 }
 
+/// How far a mark may lie from where a rate carries it, three sigma, rad: the rate's error across its direction, with what else is
+/// not known of the rate (`off`, one sigma, rad/s), and the errors of two marks.
+#[inline(never)]
+fn reach(mark: &Mark, there: &Vector3<f32>, covariance: &Matrix3<f32>, off: f32, elapsed_s: f32) -> f32 {
+    let spread = covariance.trace() - there.dot(&(covariance * there));
+    let [along, across] = mark.sigma_rad;
+    let variance =
+        (spread.max(0.0) + off * off) * elapsed_s * elapsed_s + 2.0 * (along * along + across * across);
+    3.0 * libm::sqrtf(variance)
+}
+
 /// The way of a star from a mark of one image to that of the next.
 #[inline(never)]
 fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
@@ -72,15 +83,11 @@ pub fn encounters(
     arcs.clear();
     let mut chance = 0.0;
     let farthest = FARTHEST_PX * camera.rad_per_px();
+    // The rate's change since.
+    let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
     for mark in before {
         let there = carried(mark, rate, elapsed_s);
-        // How far the place is unsure: the rate's error across the direction, and its change since.
-        let spread = covariance.trace() - there.dot(&(covariance * there));
-        let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
-        let [along, across] = mark.sigma_rad;
-        let variance = (spread.max(0.0) + change * change) * elapsed_s * elapsed_s
-            + 2.0 * (along * along + across * across);
-        let reach = 3.0 * libm::sqrtf(variance);
+        let reach = reach(mark, &there, covariance, change, elapsed_s);
         if reach.is_nan() || reach > farthest {
             continue;
         }
@@ -134,10 +141,9 @@ fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Opti
     let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
     for mark in before {
         let there = carried(mark, &rate.rad_s, elapsed_s);
-        let spread = rate.covariance.trace() - there.dot(&(rate.covariance * there));
-        let [along, across] = mark.sigma_rad;
-        let reach = 9.0 * (spread.max(0.0) * elapsed_s * elapsed_s + 2.0 * (along * along + across * across));
-        if let Some(found) = now.iter().find(|found| (found.direction - there).norm_squared() < reach) {
+        let reach = reach(mark, &there, &rate.covariance, 0.0, elapsed_s);
+        if let Some(found) = now.iter().find(|found| (found.direction - there).norm_squared() < reach * reach)
+        {
             let _ = arcs.push(way(mark, found, elapsed_s));
         }
     }

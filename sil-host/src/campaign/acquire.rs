@@ -26,7 +26,6 @@ use fsw_core::sensor::Workspace;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -221,11 +220,11 @@ impl Figures {
 /// # Errors
 /// When the file cannot be used.
 pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError> {
-    let seed = arguments.seed;
+    let seed = arguments.common.seed;
     let base = Scenario::parse(Path::new("the satellite of the campaign"), TEXT)?;
     let camera = flight::camera(&base.camera, &base.file)?;
     let catalogue_bytes = flight::catalogue_bytes(&camera, Density::Brightest)?;
-    let (file, held) = LinesFile::open::<Run>(arguments.out.as_deref())?;
+    let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
     let wanted = 0..arguments.runs;
     let mut done: BTreeMap<u64, Run> = held
         .into_iter()
@@ -233,7 +232,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
         .map(|run| (run.run, run))
         .collect();
     let open: Vec<u64> = wanted.filter(|run| !done.contains_key(run)).collect();
-    let bar = progress("acquire", open.len() as u64, arguments.json);
+    let bar = progress("acquire", open.len() as u64, arguments.common.json);
     let flown: Result<Vec<Run>, HostError> = open
         .into_iter()
         // In turn, so that a campaign that is stopped has done the first runs.
@@ -259,11 +258,11 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
 /// When the file of runs cannot be used.
 pub fn run(arguments: &CampaignAcquireArguments) -> Result<ExitCode, HostError> {
     let figures = Figures::of(&runs(arguments)?);
-    if arguments.json {
+    if arguments.common.json {
         json::print_line(&figures);
     } else {
         // A reader that closed the pipe has what it wanted: not a fault.
-        let _ = writeln!(std::io::stdout(), "{}", figures.tell());
+        say!("{}", figures.tell());
     }
     Ok(if figures.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

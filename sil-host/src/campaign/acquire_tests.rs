@@ -1,7 +1,11 @@
 use super::*;
+use crate::cli::CommonArguments;
 
-fn arguments(runs: u64) -> CampaignAcquireArguments {
-    CampaignAcquireArguments { runs, seed: 5, out: None, json: true }
+fn arguments(runs: u64, out: Option<&Path>) -> CampaignAcquireArguments {
+    CampaignAcquireArguments {
+        runs,
+        common: CommonArguments { seed: 5, out: out.map(Path::to_path_buf), json: true },
+    }
 }
 
 fn with_threads(threads: usize, arguments: &CampaignAcquireArguments) -> Vec<Run> {
@@ -13,10 +17,9 @@ fn with_threads(threads: usize, arguments: &CampaignAcquireArguments) -> Vec<Run
 fn random_directions_are_found_whatever_the_threads_and_stops() {
     let path = std::env::temp_dir().join(format!("sextant-acquire-{}.jsonl", std::process::id()));
     let _ = std::fs::remove_file(&path);
-    let filed = |runs| CampaignAcquireArguments { out: Some(path.clone()), ..arguments(runs) };
-    let whole = with_threads(2, &arguments(12));
-    assert_eq!(with_threads(1, &filed(5)), whole[..5]);
-    assert_eq!(with_threads(2, &filed(12)), whole);
+    let whole = with_threads(2, &arguments(12, None));
+    assert_eq!(with_threads(1, &arguments(5, Some(&path))), whole[..5]);
+    assert_eq!(with_threads(2, &arguments(12, Some(&path))), whole);
     assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 12);
     std::fs::remove_file(&path).unwrap();
     let figures = Figures::of(&whole);
@@ -49,8 +52,7 @@ fn figures_are_those_counted_by_hand() {
 fn a_file_of_something_else_is_refused_with_its_line() {
     let path = std::env::temp_dir().join(format!("sextant-acquire-other-{}.jsonl", std::process::id()));
     std::fs::write(&path, "{\"id\":3}\n").unwrap();
-    let message =
-        runs(&CampaignAcquireArguments { out: Some(path.clone()), ..arguments(1) }).unwrap_err().to_string();
+    let message = runs(&arguments(1, Some(&path))).unwrap_err().to_string();
     assert!(message.contains(".jsonl:1: no line of such a campaign") && !message.contains('\n'), "{message}");
     std::fs::remove_file(&path).unwrap();
 }

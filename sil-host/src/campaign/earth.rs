@@ -29,7 +29,6 @@ use rows::Table;
 use seen::{Frame, Seen};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::process::ExitCode;
 
 /// A frame, looked at in every way.
@@ -81,9 +80,9 @@ fn millionths(value: f64) -> f64 {
 /// # Errors
 /// When the file cannot be used.
 pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
-    let seed = arguments.seed;
+    let seed = arguments.common.seed;
     let base = cases::base()?;
-    let (file, held) = LinesFile::open::<Run>(arguments.out.as_deref())?;
+    let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
     let number = |name: &str| CASES.iter().position(|case| case.name == name);
     let mut done: BTreeMap<(usize, u64), Run> = held
         .into_iter()
@@ -93,7 +92,7 @@ pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
     // Run by run, so that neighbours share an Earth.
     let keys = (0..arguments.runs).flat_map(|run| (0..CASES.len()).map(move |number| (number, run)));
     let open: Vec<_> = keys.filter(|key| !done.contains_key(key)).collect();
-    let bar = progress("earth", open.len() as u64, arguments.json);
+    let bar = progress("earth", open.len() as u64, arguments.common.json);
     let flown: Result<Vec<_>, HostError> = open
         .into_iter()
         // In turn, so that a campaign that is stopped has done the first runs.
@@ -116,12 +115,12 @@ pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
 /// When the file of runs cannot be used.
 pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
     let table = Table::of(&runs(arguments)?);
-    if arguments.json {
+    if arguments.common.json {
         table.rows.iter().for_each(json::print_line);
         table.noons.iter().for_each(json::print_line);
     } else {
         // A reader that closed the pipe has what it wanted: not a fault.
-        let _ = writeln!(std::io::stdout(), "{}", table.tell());
+        say!("{}", table.tell());
     }
     Ok(if table.kept() { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

@@ -1,9 +1,14 @@
 use super::*;
+use crate::cli::CommonArguments;
 use rows::Row;
 use seen::{Fix, Way};
+use std::path::Path;
 
-fn arguments(runs: u64) -> CampaignEarthArguments {
-    CampaignEarthArguments { runs, seed: 5, out: None, json: true }
+fn arguments(runs: u64, out: Option<&Path>) -> CampaignEarthArguments {
+    CampaignEarthArguments {
+        runs,
+        common: CommonArguments { seed: 5, out: out.map(Path::to_path_buf), json: true },
+    }
 }
 
 fn with_threads(threads: usize, arguments: &CampaignEarthArguments) -> Vec<Run> {
@@ -15,11 +20,10 @@ fn with_threads(threads: usize, arguments: &CampaignEarthArguments) -> Vec<Run> 
 fn frames_are_the_same_whatever_the_threads_and_stops() {
     let path = std::env::temp_dir().join(format!("sextant-earth-{}.jsonl", std::process::id()));
     let _ = std::fs::remove_file(&path);
-    let filed = |runs| CampaignEarthArguments { out: Some(path.clone()), ..arguments(runs) };
-    let whole = with_threads(2, &arguments(2));
+    let whole = with_threads(2, &arguments(2, None));
     let first: Vec<Run> = whole.iter().filter(|run| run.run == 0).cloned().collect();
-    assert_eq!(with_threads(1, &filed(1)), first);
-    assert_eq!(with_threads(2, &filed(2)), whole);
+    assert_eq!(with_threads(1, &arguments(1, Some(&path))), first);
+    assert_eq!(with_threads(2, &arguments(2, Some(&path))), whole);
     assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 2 * CASES.len());
     std::fs::remove_file(&path).unwrap();
     for run in &whole {
@@ -83,8 +87,7 @@ fn figures_are_those_counted_by_hand() {
 fn a_file_of_something_else_is_refused_with_its_line() {
     let path = std::env::temp_dir().join(format!("sextant-earth-other-{}.jsonl", std::process::id()));
     std::fs::write(&path, "{\"id\":3}\n").unwrap();
-    let message =
-        runs(&CampaignEarthArguments { out: Some(path.clone()), ..arguments(1) }).unwrap_err().to_string();
+    let message = runs(&arguments(1, Some(&path))).unwrap_err().to_string();
     assert!(message.contains(".jsonl:1: no line of such a campaign") && !message.contains('\n'), "{message}");
     std::fs::remove_file(&path).unwrap();
 }
