@@ -9,9 +9,9 @@
 //!
 //! `c += G⁻¹ Σ q g (s - N f - b) / N`, `g = -∇f`, `G = Σ q g gᵀ`.
 //!
-//! With the true variance for `f + β` no unbiased estimate has less scatter (Cramer-Rao). One [`BETA`] for all stars makes the
-//! error without noise the same for all, so that one table corrects it; that costs the faintest and the brightest some per
-//! cent. The profile is that of the nearest radius, turned to the star's place in the field.
+//! With the true variance for `f + β` no unbiased estimate has less scatter (Cramer-Rao). `β` is that of the star, as the first step
+//! has it, but never below [`BETA`]: so the error without noise is the same for all stars in which it shows, and one table corrects
+//! it. The profile is that of the nearest radius, turned to the star's place in the field.
 //!
 //! Variance an axis: `Σ q² g² (noise² + N f / e) / (N G)²`, `e` electrons a count, times what the fit leaves over what noise
 //! would leave, where that is more (a proton, a hot pixel or another star is in it), and the square of what the table leaves.
@@ -21,9 +21,11 @@ use super::calibration::Calibration;
 /// Gauss-Newton steps from the centre of intensity: half the side of the square that each asks, px. The first only has to come
 /// near.
 pub const STEPS: [usize; 2] = [3, HALF];
-/// Variance of a pixel over the flux of the star that is fitted best: between the faint, where it is the background's,
-/// and the bright.
+/// Least variance of a pixel over the flux, both in electrons: that of a star of V = 4 in the reference camera. Of the brightest
+/// stars photon noise would have less, at the price of a table for every brightness.
 pub const BETA: f32 = 0.08;
+/// Most of it: fainter stars are lost in the noise.
+const BETA_MOST: f32 = 0.4;
 /// What a floor that slopes draws a fitted centre along by, over the slope and the flux, as `Σ dx²` over the region does a centre of
 /// intensity: `8 π sigma⁴` of a Gaussian of 1.1 px.
 pub const SPREAD: f32 = 40.0;
@@ -64,6 +66,8 @@ struct Step {
     variance: f32,
     /// Mean square of what the fit leaves, over what noise would leave.
     misfit: f32,
+    /// Light of the star, scaled counts.
+    flux: f32,
 }
 
 /// What is summed over the pixels.
@@ -94,7 +98,7 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
     let profile = calibration.profile(radius_px)?;
 
     let (mut x, mut y) = (start_x, start_y);
-    let (mut variance, mut misfit) = (0.0, 1.0);
+    let (mut variance, mut misfit, mut beta) = (0.0, 1.0, BETA);
     for half in STEPS {
         let mut sums = Sums::default();
         let near = || (-(half as i32)..).take(2 * half + 1);
@@ -105,7 +109,7 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
                 let [f, fu, fv] = profile.light(from_x * cos + from_y * sin, from_y * cos - from_x * sin);
                 // Beyond the reach of the profile nothing is known.
                 if f != 0.0 {
-                    sums.add(f, -fu, -fv, *value);
+                    sums.add(f, -fu, -fv, *value, beta);
                 }
             }
         }
@@ -115,6 +119,8 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
         let (along, across) = (limited(along), limited(across));
         (x, y) = (x + along * cos - across * sin, y + along * sin + across * cos);
         (variance, misfit) = (step.variance, step.misfit);
+        beta =
+            (spot.noise * spot.noise * calibration.electrons_per_count() / step.flux).clamp(BETA, BETA_MOST);
     }
     let (moved_x, moved_y) = (x - start_x, y - start_y);
     // Written so that NaN is refused as well.
@@ -132,10 +138,10 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
 }
 
 impl Sums {
-    /// Adds a pixel with this share of the light, slopes along and across the radius, and value.
+    /// Adds a pixel with this share of the light, slopes along and across the radius, value, and the star's `β`.
     #[inline(always)]
-    fn add(&mut self, f: f32, along: f32, across: f32, value: f32) {
-        let q = 1.0 / (f + BETA);
+    fn add(&mut self, f: f32, along: f32, across: f32, value: f32, beta: f32) {
+        let q = 1.0 / (f + beta);
         let (u, v) = (q * along, q * across);
         let qf = q * f;
         let qs = q * value;
@@ -172,7 +178,7 @@ impl Sums {
         let left = ss - flux * fs - floor * s - flux * flux * (u * along + v * across);
         let doubt = PROFILE_ERROR * flux;
         let expected = noise * noise * one + flux / electrons_per_count * f + doubt * doubt * ff;
-        Some(Step { along_across, variance: 0.5 * variance, misfit: left / expected })
+        Some(Step { along_across, variance: 0.5 * variance, misfit: left / expected, flux })
     }
 }
 
