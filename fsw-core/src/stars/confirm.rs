@@ -27,7 +27,7 @@ pub const ROUNDS: usize = 3;
 pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
 /// ... and with the matches inside these shares of the tolerance: where centroids are better than the tolerance allows,
 /// that is evidence too.
-pub const RADII: [f32; 3] = [1.0, 0.5, 0.25];
+pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// Most stars of [`expected_stars`].
 pub const MAX_FEW: usize = 8;
