@@ -105,11 +105,12 @@ fn misfit(arc: &Arc, h: &Vector3<f32>) -> f32 {
     })
 }
 
-/// Least squares over the arcs whose bits are set, turned as `about` wants them.
+/// Information is counted in 1/mrad².
+const SCALE: f32 = 1e-6;
+
+/// What the arcs whose bits are set say, turned as `about` wants them: information, 1/mrad², and its product with the rate.
 #[inline(never)]
-fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vector3<f32>, Matrix3<f32>)> {
-    // Information is counted in 1/mrad².
-    const SCALE: f32 = 1e-6;
+fn normal_equations(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Matrix3<f32>, Vector3<f32>)> {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (index, arc) in arcs.iter().enumerate() {
         if (bits >> index) & 1 == 0 {
@@ -121,8 +122,37 @@ fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vecto
             right += equation.row * (equation.right * SCALE);
         }
     }
+    Some((matrix, right))
+}
+
+/// Least squares over the arcs whose bits are set, turned as `about` wants them.
+#[inline(never)]
+fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    let (matrix, right) = normal_equations(arcs, bits, about)?;
     let information = Information::from_sum(matrix);
     Some((information.solve(&right)?, information.covariance_rad2()?))
+}
+
+/// A rate corrected by directed arcs, be they too few for one of their own; the arcs' mean rate may differ from it by `off` about
+/// every axis, rad/s. `None` where an arc does not agree with what comes of it.
+#[inline(never)]
+pub fn corrected(
+    (rate, covariance): (Vector3<f32>, Matrix3<f32>),
+    arcs: &[Arc],
+    off: f32,
+) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    let (matrix, right) = normal_equations(arcs, u32::MAX, &rate)?;
+    // The error that all share: (M⁻¹ + off²)⁻¹, which needs no inverse of M.
+    let shared = (Matrix3::identity() + matrix * (off * off / SCALE)).try_inverse()?;
+    let before = (covariance * (1.0 / SCALE)).try_inverse()?;
+    let corrected = (before + shared * matrix).try_inverse()?;
+    let corrected_rate = corrected * (before * rate + shared * right);
+    let agrees = |arc: &Arc| {
+        let share = off * arc.duration_s[0];
+        let looser = arc.sigma_rad.map(|sigma| libm::sqrtf(sigma * sigma + share * share));
+        misfit(&Arc { sigma_rad: looser, ..*arc }, &corrected_rate) < AGREES
+    };
+    arcs.iter().all(agrees).then_some((corrected_rate, corrected * SCALE))
 }
 
 /// The arcs that agree with a rate, and their misfit in all.

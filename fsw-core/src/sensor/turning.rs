@@ -18,7 +18,7 @@
 
 use super::{Instruments, Sensor};
 use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
-use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, is_like, joined};
+use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined};
 use crate::camera::Camera;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
@@ -377,11 +377,11 @@ impl Sensor<'_> {
             mean = rate::solve(&there).filter(|mean| is_like(mean, &rate, change * elapsed_s));
         }
         let sure = sense >= SURE;
+        let off = 0.5 * change * elapsed_s;
         let (mut best, mut source) = ((rate.rad_s, rate.covariance), RateSource::Streaks);
         if let Some(mean) = mean.as_ref().filter(|_| sure) {
             // The mean is that of half the time before: as it is, with what may have changed since, or carried on by the mean
             // before it.
-            let off = 0.5 * change * elapsed_s;
             let mut now = (mean.rad_s, mean.covariance + Matrix3::from_diagonal_element(off * off));
             if let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < 1.5) {
                 let wander = change * rate.rad_s.norm();
@@ -395,6 +395,13 @@ impl Sensor<'_> {
             if let Some(both) = joined(best, now) {
                 (best, source) = (both, RateSource::Both);
             }
+        } else if sure
+            && gain > 0
+            && chance < BY_CHANCE
+            && let Some(both) = corrected(best, &there, off)
+        {
+            // Too few for a mean of their own.
+            (best, source) = (both, RateSource::Both);
         }
         self.turning.sense = sense;
         let confirmed = mean.is_some() || repeats;
