@@ -37,7 +37,7 @@ pub struct Mark {
 
 /// Where a mark is after a time at a rate.
 #[inline(never)]
-fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
+pub fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
     // b' = -ω × b, by the exact rotation about a fixed axis.
     let angle = libm::sqrtf(rate.dot(rate)) * elapsed_s;
     let Some(axis) = rate.try_normalize(1e-9) else { return mark.direction };

@@ -17,9 +17,10 @@
 //! contradicts the last one; either sense where no streak went on.
 
 use super::{Instruments, Sensor};
-use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
+use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, carried, encounters, matched};
 use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined};
 use crate::camera::Camera;
+use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
 use crate::stars::identify::NotIdentified;
@@ -79,6 +80,8 @@ pub(super) struct Turning {
     sense: i8,
     /// Mean rate up to that image from the one before, if that was a second before.
     mean: Option<(Vector3<f32>, Matrix3<f32>)>,
+    /// The rate that was told, where its sense was known, rad/s.
+    told: Option<Vector3<f32>>,
     /// What to do with the next image.
     next: Next,
 }
@@ -237,10 +240,34 @@ impl Sensor<'_> {
         search::search(detector, &mut self.workspace.buffer, &mut pieces)?;
         let mut streaks = Vec::new();
         let mut columns = COLUMNS;
-        for piece in &pieces {
+        for piece in self.expected_pieces(self.line_exposure_us()).iter().chain(&pieces) {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }
         Ok(Some(streaks))
+    }
+
+    /// Where the streaks of the last image go on at the rate that was told: they are measured first, be they ever so faint beside
+    /// others.
+    #[inline(never)]
+    fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
+        let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.cycle), self.turning.told) else {
+            return Vec::new();
+        };
+        let half_s = 0.5e-6 * exposure_us as f32;
+        let row_time_s = self.row_time_s();
+        let piece = |mark: &Mark| {
+            let place = |after_s: f32| {
+                self.camera.project(&Direction::new(carried(mark, &rate, after_s - mark.late_s))?)
+            };
+            // Its row's delay hardly depends on itself.
+            let middle_s = elapsed_s + row_delay_s(&self.camera, place(elapsed_s)?, row_time_s);
+            let ([from_x, from_y], [to_x, to_y]) = (place(middle_s - half_s)?, place(middle_s + half_s)?);
+            let (x, y) = (to_x - from_x, to_y - from_y);
+            let per = 1.0 / libm::sqrtf(x * x + y * y).max(1.0);
+            let piece = Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0 };
+            self.camera.contains(piece.at_px, 0.0).then_some(piece)
+        };
+        self.turning.marks.iter().filter_map(piece).collect()
     }
 
     /// Measures the streak of a piece, unless it is known already.
@@ -278,6 +305,9 @@ impl Sensor<'_> {
     ) -> Result<(), DetectorError> {
         let mut streaks = Vec::new();
         let mut columns = COLUMNS_AFTER_SCAN;
+        for piece in &self.expected_pieces(self.parameters.exposure_us) {
+            self.measure(detector, piece, &mut streaks, &mut columns)?;
+        }
         for index in 0..MAX_DETECTIONS + MAX_STREAK_PLACES {
             let detections = &self.workspace.detections;
             let mut drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended);
@@ -404,6 +434,7 @@ impl Sensor<'_> {
             (best, source) = (both, RateSource::Both);
         }
         self.turning.sense = sense;
+        self.turning.told = sure.then_some(best.0);
         let confirmed = mean.is_some() || repeats;
         self.turning.mean = mean.map(|mean| (mean.rad_s, mean.covariance));
         self.turning.streaks = Some(rate);
