@@ -125,6 +125,24 @@ fn normal_equations(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Ma
     Some((matrix, right))
 }
 
+/// Not written out in every place, for the flash it would take.
+#[inline(never)]
+fn inverse(matrix: &Matrix3<f32>) -> Option<Matrix3<f32>> {
+    matrix.try_inverse()
+}
+
+/// A rate with independent information on it, 1/mrad², and that information's product with the rate.
+#[inline(never)]
+fn updated(
+    (rate, covariance): (Vector3<f32>, Matrix3<f32>),
+    information: &Matrix3<f32>,
+    right: &Vector3<f32>,
+) -> Option<(Vector3<f32>, Matrix3<f32>)> {
+    let before = inverse(&(covariance * (1.0 / SCALE)))?;
+    let covariance = inverse(&(before + information))?;
+    Some((covariance * (before * rate + right), covariance * SCALE))
+}
+
 /// Least squares over the arcs whose bits are set, turned as `about` wants them.
 #[inline(never)]
 fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vector3<f32>, Matrix3<f32>)> {
@@ -143,16 +161,14 @@ pub fn corrected(
 ) -> Option<(Vector3<f32>, Matrix3<f32>)> {
     let (matrix, right) = normal_equations(arcs, u32::MAX, &rate)?;
     // The error that all share: (M⁻¹ + off²)⁻¹, which needs no inverse of M.
-    let shared = (Matrix3::identity() + matrix * (off * off / SCALE)).try_inverse()?;
-    let before = (covariance * (1.0 / SCALE)).try_inverse()?;
-    let corrected = (before + shared * matrix).try_inverse()?;
-    let corrected_rate = corrected * (before * rate + shared * right);
+    let shared = inverse(&(Matrix3::identity() + matrix * (off * off / SCALE)))?;
+    let (rate, covariance) = updated((rate, covariance), &(shared * matrix), &(shared * right))?;
     let agrees = |arc: &Arc| {
         let share = off * arc.duration_s[0];
         let looser = arc.sigma_rad.map(|sigma| libm::sqrtf(sigma * sigma + share * share));
-        misfit(&Arc { sigma_rad: looser, ..*arc }, &corrected_rate) < AGREES
+        misfit(&Arc { sigma_rad: looser, ..*arc }, &rate) < AGREES
     };
-    arcs.iter().all(agrees).then_some((corrected_rate, corrected * SCALE))
+    arcs.iter().all(agrees).then_some((rate, covariance))
 }
 
 /// The arcs that agree with a rate, and their misfit in all.
@@ -239,23 +255,20 @@ pub fn joined(
     a: (Vector3<f32>, Matrix3<f32>),
     b: (Vector3<f32>, Matrix3<f32>),
 ) -> Option<(Vector3<f32>, Matrix3<f32>)> {
-    // In units in which the elements are near one.
-    const SCALE: f32 = 1e6;
-    let (wa, wb) = ((a.1 * SCALE).try_inverse()?, (b.1 * SCALE).try_inverse()?);
-    let covariance = (wa + wb).try_inverse()?;
-    Some((covariance * (wa * a.0 + wb * b.0), covariance * (1.0 / SCALE)))
+    let information = inverse(&(b.1 * (1.0 / SCALE)))?;
+    updated(a, &information, &(information * b.0))
 }
 
 /// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
 #[inline(never)]
 pub fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
-    const SCALE: f32 = 1e6;
-    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(SCALE);
-    let covariance = (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * SCALE;
+    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
+    let covariance =
+        (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
     // A rate of which nothing is known is like any other.
-    covariance.trace() < 0.1 * SCALE * sizes.0.max(sizes.1)
-        && covariance.try_inverse().is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
+    covariance.trace() < 0.1 / SCALE * sizes.0.max(sizes.1)
+        && inverse(&covariance).is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
 }
 
 /// `tan(|ω| τ / 2) / |ω|`: half of τ for a small angle.

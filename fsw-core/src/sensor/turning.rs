@@ -16,25 +16,20 @@
 //! What is not known is not said: no rate where too few streaks agree and no other image has confirmed it, none that
 //! contradicts the last one; either sense where no streak went on.
 
+mod seen;
+
 use super::{Instruments, Sensor};
-use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, carried, encounters, matched};
+use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
 use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined};
-use crate::camera::Camera;
-use crate::frames::Direction;
-use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
-use crate::image::streaks::{Piece, Streak, follow, search};
+use crate::image::streaks::Streak;
 use crate::stars::identify::NotIdentified;
 use crate::stars::{Measured, row_delay_s};
 use crate::telemetry::{RateReport, RateSource, Report, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
+use seen::{MAX_STREAKS, arc_of, mark_of};
 
-/// Streaks measured in an image.
-const MAX_STREAKS: usize = MAX_ARCS;
-/// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
-const COLUMNS_AFTER_SCAN: usize = 2_000;
-const COLUMNS: usize = 8_000;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
 /// Fewest stars of which a scan says that the sensor does not turn fast, if fewer than one in `DRAWN_SHARE` is drawn out: of
@@ -56,8 +51,6 @@ const UNSEEN_DIVISOR: u8 = 3;
 const FEWEST_SPARE: usize = 3;
 /// Longest time between two images that are compared, s.
 const LONGEST_S: u32 = 4;
-/// Shortest exposure, as the parameters' own.
-const SHORTEST_US: u32 = 100;
 /// Largest standard deviation of a rate that is reported, as a share of it.
 const LARGEST_SHARE: f32 = 0.4;
 /// Expected number of chance encounters up to which one encounter settles the sense.
@@ -122,8 +115,8 @@ impl Turning {
 
     /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all for the next.
     fn leave_moving(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) {
-        let before =
-            core::mem::replace(&mut self.middles_px, streaks.iter().map(Streak::middle_px).collect());
+        let middles_px = streaks.iter().map(Streak::middle_px).take(MAX_STREAKS).collect();
+        let before = core::mem::replace(&mut self.middles_px, middles_px);
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, STANDING_PX)));
     }
 
@@ -132,43 +125,6 @@ impl Turning {
         let elapsed = cycle.wrapping_sub(self.taken);
         (!self.marks.is_empty() && (1..=LONGEST_S).contains(&elapsed)).then_some(elapsed as f32)
     }
-}
-
-/// The arc of a streak. `longest_px` is how long a streak may be: a cut one shows less of its direction.
-#[inline(never)]
-fn arc_of(
-    camera: &Camera,
-    streak: &Streak,
-    exposure_s: f32,
-    row_time_s: f32,
-    longest_px: f32,
-) -> Option<Arc> {
-    let [first, second] = streak.ends_px;
-    let ends = [*camera.direction(first)?.vector(), *camera.direction(second)?.vector()];
-    let stretch = if streak.cut { (longest_px / streak.length_px().max(1.0)).max(1.0) } else { 1.0 };
-    let per = core::f32::consts::SQRT_2 * camera.rad_per_px();
-    let rows_s = (second[1] - first[1]) * row_time_s;
-    Some(Arc {
-        ends,
-        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per * stretch],
-        duration_s: [exposure_s + rows_s, exposure_s - rows_s],
-        directed: false,
-        whole: !streak.cut,
-    })
-}
-
-/// The mark of a whole streak.
-#[inline(never)]
-fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
-    let [first, second] =
-        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
-    let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
-    Some(Mark {
-        // Not the middle of the pixels: equal times are equal angles.
-        direction: (first? + second?).try_normalize(1e-3)?,
-        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
-        late_s: row_delay_s(camera, streak.middle_px(), row_time_s),
-    })
 }
 
 impl Sensor<'_> {
@@ -223,76 +179,6 @@ impl Sensor<'_> {
         self.turning.next = self.turning.next.after_lines(&streaks, report.rate.is_some());
     }
 
-    /// Exposure of an image that is searched for lines.
-    fn line_exposure_us(&self) -> u32 {
-        (self.parameters.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
-    }
-
-    /// Takes an image and measures the streaks in it; `None` where it is blinded.
-    fn lines(
-        &mut self,
-        detector: &mut impl Detector,
-    ) -> Result<Option<Vec<Streak, MAX_STREAKS>>, DetectorError> {
-        if self.expose_for(detector, self.line_exposure_us())? {
-            return Ok(None);
-        }
-        let mut pieces = search::Pieces::new();
-        search::search(detector, &mut self.workspace.buffer, &mut pieces)?;
-        let mut streaks = Vec::new();
-        let mut columns = COLUMNS;
-        for piece in self.expected_pieces(self.line_exposure_us()).iter().chain(&pieces) {
-            self.measure(detector, piece, &mut streaks, &mut columns)?;
-        }
-        Ok(Some(streaks))
-    }
-
-    /// Where the streaks of the last image go on at the rate that was told: they are measured first, be they ever so faint beside
-    /// others.
-    #[inline(never)]
-    fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
-        let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.cycle), self.turning.told) else {
-            return Vec::new();
-        };
-        let half_s = 0.5e-6 * exposure_us as f32;
-        let row_time_s = self.row_time_s();
-        let piece = |mark: &Mark| {
-            let place = |after_s: f32| {
-                self.camera.project(&Direction::new(carried(mark, &rate, after_s - mark.late_s))?)
-            };
-            // Its row's delay hardly depends on itself.
-            let middle_s = elapsed_s + row_delay_s(&self.camera, place(elapsed_s)?, row_time_s);
-            let ([from_x, from_y], [to_x, to_y]) = (place(middle_s - half_s)?, place(middle_s + half_s)?);
-            let (x, y) = (to_x - from_x, to_y - from_y);
-            let per = 1.0 / libm::sqrtf(x * x + y * y).max(1.0);
-            let piece = Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0 };
-            self.camera.contains(piece.at_px, 0.0).then_some(piece)
-        };
-        self.turning.marks.iter().filter_map(piece).collect()
-    }
-
-    /// Measures the streak of a piece, unless it is known already.
-    #[inline(never)]
-    fn measure(
-        &mut self,
-        detector: &mut impl Detector,
-        piece: &Piece,
-        streaks: &mut Vec<Streak, MAX_STREAKS>,
-        columns: &mut usize,
-    ) -> Result<(), DetectorError> {
-        // Half a binned line may lie beside the streak.
-        if streaks.is_full() || streaks.iter().any(|streak| streak.holds(piece.at_px, 6.0)) {
-            return Ok(());
-        }
-        if let Some(streak) = follow::follow(detector, &mut self.workspace.buffer, piece, columns)?
-            && !streaks
-                .iter()
-                .any(|known| known.holds(streak.middle_px(), 6.0) || streak.holds(known.middle_px(), 6.0))
-        {
-            let _ = streaks.push(streak);
-        }
-        Ok(())
-    }
-
     /// After a scan that showed streaks: measures those it has touched.
     ///
     /// # Errors
@@ -303,27 +189,7 @@ impl Sensor<'_> {
         detector: &mut impl Detector,
         report: &mut Report,
     ) -> Result<(), DetectorError> {
-        let mut streaks = Vec::new();
-        let mut columns = COLUMNS_AFTER_SCAN;
-        for piece in &self.expected_pieces(self.parameters.exposure_us) {
-            self.measure(detector, piece, &mut streaks, &mut columns)?;
-        }
-        for index in 0..MAX_DETECTIONS + MAX_STREAK_PLACES {
-            let detections = &self.workspace.detections;
-            let mut drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended);
-            let count = drawn.clone().count();
-            let place = match drawn.nth(index) {
-                Some(spot) => spot.centre_px().map(|at| libm::floorf(at.max(0.0) + 0.5) as u16),
-                None => match detections.streak_places().get(index - count) {
-                    Some(place) => *place,
-                    None => break,
-                },
-            };
-            let piece = follow::piece_at(detector, &mut self.workspace.buffer, place)?;
-            if let Some(piece) = piece {
-                self.measure(detector, &piece, &mut streaks, &mut columns)?;
-            }
-        }
+        let mut streaks = self.streaks_of_scan(detector)?;
         self.turning.leave_moving(&mut streaks);
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
         self.turning.next = Next { seeks: streaks.len() < 3 || 2 * long >= streaks.len(), ..Next::default() };
