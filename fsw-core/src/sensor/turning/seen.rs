@@ -1,7 +1,7 @@
 //! The streaks of an image: where they are sought, and what they are measured for.
 //!
-//! In: an exposed image, what is remembered of the last one. Out: its streaks, those first that go on from the last image; each
-//! streak's arc, which tells the rate, and its mark, which the next image may show again.
+//! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that only the last image tells where to
+//! seek; each streak's arc, which tells the rate, and its mark, which the next image may show again.
 
 use crate::attitude::marks::{MAX_MARKS, Mark, carried};
 use crate::attitude::rate::{Arc, MAX_ARCS};
@@ -77,14 +77,13 @@ impl Sensor<'_> {
         search::search(detector, &mut self.workspace.buffer, &mut pieces)?;
         let mut streaks = Vec::new();
         let mut columns = COLUMNS;
-        for piece in self.expected_pieces(self.line_exposure_us()).iter().chain(&pieces) {
+        for piece in pieces.iter().chain(&self.expected_pieces(self.line_exposure_us())) {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }
         Ok(Some(streaks))
     }
 
-    /// Where the streaks of the last image go on at the rate that was told: they are measured first, be they ever so faint beside
-    /// others.
+    /// Where the streaks of the last image go on at the rate that was told, be they ever so faint beside others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
         let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.cycle), self.turning.told) else {
