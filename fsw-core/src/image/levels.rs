@@ -88,15 +88,16 @@ impl Tally {
 /// Tallies the pixels of one block's row within `clip` of `level`, all raw counts: no pixel needs scaling.
 #[inline(always)]
 fn tally<'p>(pixels: impl IntoIterator<Item = &'p u16>, level: i32, clip: u32) -> Tally {
+    // Sum and count in one word: of at most 16 pixels of 16 bits the sum needs 21 bits.
+    const ONE: u32 = 1 << 24;
+    const { assert!(BLOCK <= 16) };
     let lowest = level.wrapping_sub(clip as i32) as u32;
-    let mut tally = Tally::default();
+    let mut both = 0_u32;
     for raw in pixels {
         let above = u32::from(*raw).wrapping_sub(lowest);
-        let inside = above <= 2 * clip;
-        tally.sum += if inside { above } else { 0 };
-        tally.count += u32::from(inside);
+        both = both.wrapping_add(if above <= 2 * clip { above.wrapping_add(ONE) } else { 0 });
     }
-    tally
+    Tally { sum: both % ONE, count: both / ONE }
 }
 
 /// Tallies row `y`, each block into its own and into the row's tally. `level` and `levels` are the rough ones of the
