@@ -4,6 +4,7 @@
 //! table with a value outside its range and names it, and the table in force stays. A table travels as a
 //! [`packet`] of version [`VERSION`].
 
+use crate::attitude::filter::RateSensorNoise;
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::earth::EarthParameters;
 use crate::frames::{EarthPath, Rotation, StarPath};
@@ -15,7 +16,7 @@ use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
 
 /// Version of the table's layout.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
@@ -73,6 +74,10 @@ pub struct Parameters {
     pub pairs_per_cycle: u32,
     /// Star tracking.
     pub tracking: TrackingParameters,
+    /// The rate sensor that carries the attitude from image to image; none (the default): the filter's own rate does. What it loses in a
+    /// second must be less than a third of the gate, else no star would be found where it is predicted: a gyro of a car (0.2
+    /// deg/s) is no such sensor.
+    pub rate_sensor: Option<RateSensorNoise>,
     /// The Earth's figure, limb and centre.
     pub earth: EarthParameters,
     /// Propagation and filter of the orbit.
@@ -103,6 +108,7 @@ impl Parameters {
             identification: IdentificationParameters::default(),
             pairs_per_cycle: 560_000,
             tracking: TrackingParameters::default(),
+            rate_sensor: None,
             earth: EarthParameters::default(),
             orbit: OrbitParameters::default(),
             modes: ModeParameters::default(),
@@ -160,12 +166,23 @@ impl Parameters {
             ("carried_sigma_rad", tracking.carried_sigma_rad, 1e-4, 0.1),
             ("log10_false_limit", identification.log10_false_limit, -30.0, -2.0),
         ];
+        let gate_rad = f32::from(tracking.gate_px) * camera.rad_per_px();
+        // What is not there is in its range.
+        let RateSensorNoise { white_rad, walk_rad_s, bias_rad_s } = self
+            .rate_sensor
+            .unwrap_or(RateSensorNoise { white_rad: 1e-7, walk_rad_s: 0.0, bias_rad_s: 1e-7 });
+        let rate_sensor = [
+            ("rate_sensor.white_rad", white_rad, 1e-8, gate_rad * (1.0 / 3.0)),
+            ("rate_sensor.walk_rad_s", walk_rad_s, 0.0, 1e-3),
+            ("rate_sensor.bias_rad_s", bias_rad_s, 1e-8, 0.1),
+        ];
         let modes = self.modes.ranges();
         let wrong_integer =
             integers.iter().chain(&modes).find(|(_, value, low, high)| !(low..=high).contains(&value));
         let (earth, orbit) = (self.earth.ranges(), self.orbit.ranges());
         let wrong_real = reals
             .iter()
+            .chain(&rate_sensor)
             .chain(&earth)
             .chain(&orbit)
             .find(|(_, value, low, high)| !(low..=high).contains(&value));

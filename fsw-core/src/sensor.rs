@@ -31,7 +31,7 @@ use crate::orbit::ephemeris;
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
 use crate::telemetry::{EarthStatus, Event, Fault, Report, Status};
-use fsw_hal::{Clock, Detector, Stage, StageMeter};
+use fsw_hal::{Clock, Detector, RateSensor, Stage, StageMeter};
 use nalgebra::Vector3;
 pub use workspace::{MAX_BASE_SIDES, MAX_CATALOGUE_STARS, MAX_TRIANGLES, Workspace};
 
@@ -45,8 +45,10 @@ const SECOND_TOLERANCE_US: i64 = 100_000;
 /// when moving the optical center by one pixel" (thesis §3.1.2.2).
 const CALIBRATED_CENTRE_PX: f32 = 1.5;
 
+/// A reading of the rate sensor is of the second before, its middle at most so long ago, us.
+const READING_AGE_US: i64 = 1_500_000;
+
 /// The instruments, as the spacecraft lends them for a second.
-#[derive(Debug)]
 pub struct Instruments<'a, D, C, M> {
     /// The active-pixel detector behind both paths.
     pub detector: &'a mut D,
@@ -54,6 +56,8 @@ pub struct Instruments<'a, D, C, M> {
     pub clock: &'a mut C,
     /// Receives the marks of the stages; `&mut ()` where nothing is measured.
     pub meter: &'a mut M,
+    /// Tells how the body turns, where there is one; heard only where [`Parameters::rate_sensor`] says how good it is.
+    pub rate_sensor: Option<&'a mut dyn RateSensor>,
 }
 
 /// What the spacecraft wants of this second.
@@ -245,6 +249,7 @@ impl<'c> Sensor<'c> {
         report: &mut Report,
     ) {
         let sky = self.tell_time(instruments.meter, report);
+        self.hear_rate(&mut instruments.rate_sensor, report.instant_us);
         match report.mode {
             Mode::SelfTest => self.prove(instruments.detector, report),
             Mode::Acquisition => self.acquire_or_turn(instruments, report),
@@ -256,6 +261,19 @@ impl<'c> Sensor<'c> {
             self.look_at_earth(instruments, &sky, &attitude, report);
         }
         self.report_orbit(report);
+    }
+
+    /// Carries the attitude to this second by what the rate sensor tells of the one before; a reading that is old or not finite is none.
+    #[inline(never)]
+    fn hear_rate(&mut self, sensor: &mut Option<&mut dyn RateSensor>, instant_us: i64) {
+        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else { return };
+        let told = sensor.as_mut().and_then(|sensor| sensor.angular_rate().ok().flatten());
+        let new = told.filter(|told| {
+            (0..=READING_AGE_US).contains(&instant_us.saturating_sub(told.instant_us))
+                && told.rad_s.iter().all(|axis| axis.is_finite())
+        });
+        let to_star_path = self.star_to_earth.inverse();
+        motion.hear(self.cycle, noise, new.map(|told| to_star_path.matrix() * Vector3::from(told.rad_s)));
     }
 
     /// Brings Sun, pole, aberration and orbit to the instant of the second.

@@ -78,7 +78,10 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     let seconds = recording.len();
     let fly = |second: usize| {
         let clock = &mut Instant(recording.turn_to(second));
-        sensor.cycle(&mut Instruments { detector: &mut recording, clock, meter: &mut () }, Command::Continue)
+        sensor.cycle(
+            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor: None },
+            Command::Continue,
+        )
     };
     Ok((0..seconds).map(fly).collect())
 }

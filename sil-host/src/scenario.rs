@@ -288,13 +288,19 @@ impl Scenario {
             Some(_) => IdentificationParameters::of_calibrated_lens(),
             None => IdentificationParameters::default(),
         };
+        let defaults = Parameters::for_camera(camera);
+        let rate_sensor = self.gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
+            // One that is too noisy is left to the report: the flight code would refuse it.
+            Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()
+        });
         Parameters {
             identification,
+            rate_sensor,
             exposure_us: self.exposure_us,
             mount,
             row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
             calibration_crc,
-            ..Parameters::for_camera(camera)
+            ..defaults
         }
     }
 

@@ -5,8 +5,9 @@
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
 use crate::flight;
-use crate::world::attitude::normalised;
+use crate::world::attitude::{Vector, dot, normalised};
 use crate::world::disturbances::Disturbances;
+use crate::world::ephemeris;
 use crate::world::motion::Motion;
 use crate::world::protons::Protons;
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
@@ -25,6 +26,25 @@ const SEED: u64 = 1;
 /// Every star of the embedded source as the world sees it, at the catalogue's epoch.
 pub fn sky() -> Vec<WorldStar> {
     in_year(DEFAULT_EPOCH_YEAR)
+}
+
+/// An instant in the year of that sky: Terrestrial Time, microseconds since J2000.0.
+pub fn epoch_us() -> i64 {
+    ((DEFAULT_EPOCH_YEAR - 2000.0) * 365.25 * 86_400e6) as i64
+}
+
+/// The same sky as it is seen then in flight with this velocity about the Earth, km/s, ICRS axes.
+pub fn sky_in_flight(about_earth_km_s: Vector) -> Vec<WorldStar> {
+    let about_sun = ephemeris::earth_velocity_km_s(epoch_us());
+    let mut sky = sky();
+    for star in &mut sky {
+        for axis in 0..3 {
+            star.direction[axis] += (about_sun[axis] + about_earth_km_s[axis]) / ephemeris::LIGHT_KM_S;
+        }
+        let norm = dot(star.direction, star.direction).sqrt();
+        star.direction = star.direction.map(|part| part / norm);
+    }
+    sky
 }
 
 /// The reference camera over the sky, with some hot pixels, protons and false stars.

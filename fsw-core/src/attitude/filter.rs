@@ -57,7 +57,7 @@ pub struct Rate {
 }
 
 /// The errors of a rate sensor, an axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RateSensorNoise {
     /// Standard deviation of the angle it loses in a second, rad.
     pub white_rad: f32,
@@ -186,9 +186,32 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// The same with a rate sensor, whose readings come with every [`Filter::carry`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
         (self.sensor, self.rated) = (Some(noise), true);
+        if let Some(state) = self.states.get_mut(RATE) {
+            *state = Vector3::zeros();
+        }
+        self.covariance.put(0, RATE, Matrix3::zeros());
         self.covariance.put(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
         self.agility = square(noise.walk_rad_s);
         self
+    }
+
+    /// Carries the state to `cycle` with what the rate sensor told of the second before it, rad/s. Where it is silent its last reading
+    /// becomes the rate, and the filter goes on as without one.
+    pub fn hear(&mut self, cycle: u32, noise: RateSensorNoise, reading_rad_s: Option<Vector3<f32>>) {
+        match (reading_rad_s, self.sensor) {
+            (Some(_), None) => *self = self.with_rate_sensor(noise),
+            (None, Some(noise)) => {
+                let rate = core::mem::take(&mut self.reading);
+                self.add(RATE, &rate);
+                let white = Matrix3::from_diagonal_element(square(noise.white_rad));
+                self.covariance.put(RATE, RATE, self.covariance.at(RATE, RATE) + white);
+                (self.sensor, self.agility) = (None, square(FIRST_AGILITY_RAD));
+            }
+            _ => {}
+        }
+        if reading_rad_s.is_some() {
+            self.carry(cycle, reading_rad_s);
+        }
     }
 
     /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a second, which covers

@@ -107,12 +107,18 @@ impl<'a> Flight<'a> {
         listen: impl FnOnce(Second<'_>) -> Result<(), HostError>,
     ) -> Result<(), HostError> {
         let (scenario, cycle) = (self.scenario, self.cycle);
+        let truth = truth_of(self.scene, cycle)?;
         let mut clock = Instant(scenario.instant_us(cycle));
         let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into() };
         let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, cycle);
-        let mut instruments = Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
+        let mut gyro = gyro_of(scenario, cycle, &truth);
+        let mut instruments = Instruments {
+            detector: &mut detector,
+            clock: &mut clock,
+            meter: &mut (),
+            rate_sensor: gyro.as_mut().map(|gyro| gyro as &mut dyn RateSensor),
+        };
         let report = self.sensor.cycle(&mut instruments, Command::Continue);
-        let truth = truth_of(self.scene, cycle)?;
         let image = image_cycle(&report);
         let judged = if image == cycle {
             Judged::new(&report, &truth, &truth)
@@ -124,7 +130,7 @@ impl<'a> Flight<'a> {
             report: &report,
             truth: &truth,
             judged: &judged,
-            rate: rate_of(scenario, cycle, &truth),
+            rate: gyro_of(scenario, cycle, &truth).and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
             field: field_of(scenario, cycle, &truth),
             scene: self.scene,
             faults: &scenario.faults,
@@ -134,10 +140,10 @@ impl<'a> Flight<'a> {
     }
 }
 
-/// What the gyro tells in a second.
-fn rate_of(scenario: &Scenario, cycle: u32, truth: &Truth) -> Option<AngularRate> {
+/// The gyro in a second, where there is one.
+fn gyro_of<'t>(scenario: &'t Scenario, cycle: u32, truth: &'t Truth) -> Option<Gyro<'t>> {
     let model = scenario.gyro.as_ref()?;
-    Gyro { model, seed: scenario.seed, cycle: cycle.into(), truth }.angular_rate().ok().flatten()
+    Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), truth })
 }
 
 /// What the magnetometer tells in a second.

@@ -11,8 +11,11 @@ use super::attitude::{Vector, dot};
 use super::journey::Truth;
 use super::noise::{Noise, Stream};
 use super::random_walk;
+use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_hal::{AngularRate, RateSensor, RateSensorError};
 
+/// A slow turn, deg/s.
+const SLOW_DEG_S: f64 = 0.1;
 /// Steps of the bias's walk in the time its drift is given for.
 const STEPS_AN_HOUR: f64 = 3600.0;
 
@@ -50,6 +53,19 @@ impl Default for GyroModel {
 }
 
 impl GyroModel {
+    /// What the flight code is told of it: rounding counts as noise; scale error and lean are those of a slow turn, in which they are as
+    /// constant as the bias.
+    pub fn flight_noise(&self) -> RateSensorNoise {
+        let rad = |deg: f64| deg.to_radians() as f32;
+        RateSensorNoise {
+            white_rad: rad(self.noise_deg_s.hypot(self.resolution_deg_s / 12.0_f64.sqrt())),
+            walk_rad_s: rad(self.drift_deg_s_h / STEPS_AN_HOUR.sqrt()),
+            bias_rad_s: rad(self
+                .bias_deg_s
+                .max(SLOW_DEG_S * self.scale_error.hypot(self.misalignment_deg.to_radians()))),
+        }
+    }
+
     /// What the gyro tells in a cycle in which the body turns at `rate_deg_s`, deg/s; `None` beyond its range.
     pub fn reading_deg_s(&self, rate_deg_s: Vector, seed: u64, cycle: u64) -> Option<Vector> {
         // Rows of the run's noise: 0 scale, 1 bias, 2 and 3 alignment, 4 to 6 the walks.

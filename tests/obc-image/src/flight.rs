@@ -92,7 +92,8 @@ pub fn fly(
     for second in 0..seconds {
         // A file that breaks off gives an impossible instant, which the sensor refuses.
         let clock = &mut Instant(detector.turn_to(second).unwrap_or(i64::MIN));
-        let mut instruments = Instruments { detector: &mut *detector, clock, meter: &mut Marks };
+        let mut instruments =
+            Instruments { detector: &mut *detector, clock, meter: &mut Marks, rate_sensor: None };
         let report = marks::cycle(|| sensor.cycle(&mut instruments, Command::Continue));
         flight.seconds += 1;
         defmt::info!(

@@ -1,6 +1,5 @@
 //! Rates without an attitude: rendered skies turn, the sensor's own second tells how fast.
 
-use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{RateReport, Report, Status};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
@@ -56,13 +55,17 @@ impl World {
         let mut parameters = star_scene::parameters();
         parameters.row_time_ns = (self.row_time_s * 1e9).round() as u32;
         let mut sensor = flight::sensor(catalogue, None, parameters, &mut workspace).unwrap();
-        let start_us = ((DEFAULT_EPOCH_YEAR - 2000.0) * 365.25 * 86_400e6) as i64;
+        let start_us = star_scene::epoch_us();
         (0..seconds)
             .map(|second| {
                 let mut clock = Instant(start_us + i64::from(second) * 1_000_000);
                 let mut detector = Frame { scene: &mut self.scene, cycle: second.into(), pixels: Vec::new() };
-                let mut instruments =
-                    Instruments { detector: &mut detector, clock: &mut clock, meter: &mut () };
+                let mut instruments = Instruments {
+                    detector: &mut detector,
+                    clock: &mut clock,
+                    meter: &mut (),
+                    rate_sensor: None,
+                };
                 sensor.cycle(&mut instruments, Command::Continue)
             })
             .collect()

@@ -1,6 +1,5 @@
 //! The sensor's second, whole: rendered sky in, reports out, with faults in between.
 
-use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::parameters::Parameters;
@@ -11,11 +10,11 @@ use sil_host::camera_file::CameraFile;
 use sil_host::judge::attitude_error;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::uniform;
+use sil_host::world::journey;
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use sil_host::world::shutter::Shutter;
-use sil_host::world::{ephemeris, journey};
 use sil_host::{flight, star_scene};
 use std::path::Path;
 
@@ -65,12 +64,12 @@ impl World {
 
     /// Stars alone, as the Earth's flight about the Sun displaces them.
     fn of_stars(settings: SceneSettings, stars: &[WorldStar]) -> Self {
-        Self::new(Scene::new(settings, stars).unwrap(), star_scene::parameters(), star_epoch_us())
+        Self::new(Scene::new(settings, stars).unwrap(), star_scene::parameters(), star_scene::epoch_us())
     }
 
     fn star_scene() -> Self {
         let settings = star_scene::scene().unwrap().settings().clone();
-        Self::of_stars(settings, &displaced_sky([0.0; 3]))
+        Self::of_stars(settings, &star_scene::sky_in_flight([0.0; 3]))
     }
 
     /// The beginning of a scenario that comes with the program.
@@ -94,25 +93,6 @@ impl World {
     fn truth(&self, second: usize) -> journey::Truth {
         self.scene.truth_at(second as u64).expect("a clip is a journey")
     }
-}
-
-/// An instant in the year of the star scene's sky.
-fn star_epoch_us() -> i64 {
-    ((DEFAULT_EPOCH_YEAR - 2000.0) * 365.25 * 86_400e6) as i64
-}
-
-/// The star scene's sky as it is seen in flight with this velocity about the Earth, km/s.
-fn displaced_sky(about_earth_km_s: [f64; 3]) -> Vec<WorldStar> {
-    let about_sun = ephemeris::earth_velocity_km_s(star_epoch_us());
-    let mut sky = star_scene::sky();
-    for star in &mut sky {
-        for axis in 0..3 {
-            star.direction[axis] += (about_sun[axis] + about_earth_km_s[axis]) / ephemeris::LIGHT_KM_S;
-        }
-        let norm = star.direction.iter().map(|part| part * part).sum::<f64>().sqrt();
-        star.direction = star.direction.map(|part| part / norm);
-    }
-    sky
 }
 
 impl Detector for World {
@@ -158,7 +138,8 @@ fn fly(
         .map(|second| {
             let command = before(second, world);
             let mut clock = Instant(world.instant_us);
-            let mut instruments = Instruments { detector: world, clock: &mut clock, meter: &mut () };
+            let mut instruments =
+                Instruments { detector: world, clock: &mut clock, meter: &mut (), rate_sensor: None };
             let report = sensor.cycle(&mut instruments, command);
             after(&report, world);
             world.second += 1;
@@ -277,7 +258,7 @@ fn sigmas_are_honest_on_random_skies() {
         let settings = SceneSettings::new(CameraFile::reference(), motion, u64::from(index));
         let [x, y, z, w] = uniform(&way, index);
         let anyhow = [x * z + y * w, y * z - x * w, 0.5 * (z * z + w * w - x * x - y * y)];
-        let mut world = World::of_stars(settings, &displaced_sky(anyhow.map(|part| 15.0 * part)));
+        let mut world = World::of_stars(settings, &star_scene::sky_in_flight(anyhow.map(|part| 15.0 * part)));
         let reports = quietly(&mut world, 2);
         let Some(attitude) = reports[1].attitude.as_ref() else {
             unsolved += 1;
@@ -381,8 +362,9 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_eac
     let mut sensor = Sensor::new(catalogue, parameters, &mut workspace).unwrap();
     let mut cycles = Vec::new();
     for second in 0..61 {
-        let mut clock = Instant(star_epoch_us() + second * 1_000_000);
-        let mut instruments = Instruments { detector: &mut scene, clock: &mut clock, meter: &mut () };
+        let mut clock = Instant(star_scene::epoch_us() + second * 1_000_000);
+        let mut instruments =
+            Instruments { detector: &mut scene, clock: &mut clock, meter: &mut (), rate_sensor: None };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         if report.mode == Mode::SelfTest {
             continue;
