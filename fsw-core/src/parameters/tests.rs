@@ -28,12 +28,20 @@ const INTEGERS: &[Integer] = &[
     ("patience", |p, v| p.orbit.patience = v as u16, 1, 600),
 ];
 
+/// A fibre-optic gyro, where there was none.
+fn gyro(parameters: &mut Parameters) -> &mut RateSensorNoise {
+    let noise = RateSensorNoise { white_rad: 1e-5, walk_rad_s: 1e-7, bias_rad_s: 1e-4 };
+    parameters.rate_sensor.get_or_insert(noise)
+}
+
 /// Of the default ellipsoid.
 const EQUATORIAL_KM: f32 = Ellipsoid::WGS84.equatorial_km;
 
 /// Name, place and range of every real.
 const REALS: &[Real] = &[
     ("carried_sigma_rad", |p| &mut p.tracking.carried_sigma_rad, 1e-4, 0.1),
+    ("rate_sensor.walk_rad_s", |p| &mut gyro(p).walk_rad_s, 0.0, 1e-3),
+    ("rate_sensor.bias_rad_s", |p| &mut gyro(p).bias_rad_s, 1e-8, 0.1),
     ("centroid_sigma_px[0]", |p| &mut p.identification.centroid_sigma_px[0], 0.05, 3.0),
     ("centroid_sigma_px[1]", |p| &mut p.identification.centroid_sigma_px[1], 0.05, 3.0),
     ("centroid_sigma_px[2]", |p| &mut p.identification.centroid_sigma_px[2], 0.05, 3.0),
@@ -148,8 +156,16 @@ fn no_field_of_the_table_escapes_the_check() {
     let camera = postcard::to_slice(&reference_camera(), &mut [0; 256]).unwrap().len();
     // Any name of a calibration may be right; none, 0, is one byte.
     let calibration_crc = 1;
-    let checked = QUATERNION + CHOICES + calibration_crc + INTEGERS.len() + 4 * REALS.len();
-    assert_eq!(with(&|_| (), &mut bytes), camera + checked);
+    // That there is a rate sensor, and its noise, which has a test of its own.
+    let rate_sensor = 1 + 4;
+    let checked = QUATERNION + CHOICES + calibration_crc + rate_sensor + INTEGERS.len() + 4 * REALS.len();
+    let length = with(
+        &|parameters| {
+            gyro(parameters);
+        },
+        &mut bytes,
+    );
+    assert_eq!(length, camera + checked);
 }
 
 #[test]
@@ -197,4 +213,16 @@ fn a_mount_that_is_no_rotation_is_refused() {
         assert_eq!(checked(|p| p.mount.star_to_earth = quaternion), refused, "{quaternion:?}");
     }
     assert_eq!(checked(|p| p.mount.star_to_earth = [0.5, -0.5, 0.5, -0.5]), Ok(()));
+}
+
+#[test]
+fn a_rate_sensor_that_loses_the_stars_windows_is_refused() {
+    let mut parameters = Parameters::for_camera(reference_camera());
+    gyro(&mut parameters);
+    assert!(parameters.check().is_ok());
+    // Thesis tab. A.13: a car's.
+    for white_rad in [0.22_f32.to_radians(), 0.0, f32::NAN] {
+        gyro(&mut parameters).white_rad = white_rad;
+        assert_eq!(parameters.check().unwrap_err(), ParameterError::Range("rate_sensor.white_rad"));
+    }
 }
