@@ -13,7 +13,7 @@ use std::path::Path;
 
 const FIELDS: u64 = 1000;
 /// Fields of pure noise; each is searched to the end.
-const NOISE_FIELDS: u64 = 100;
+const NOISE_FIELDS: u64 = 20;
 const SEED: u64 = 20_261_121;
 /// An attitude further off than this is a wrong sky.
 const WRONG_ARCSEC: f64 = 600.0;
