@@ -26,7 +26,7 @@ pub const ROUNDS: usize = 3;
 /// known, faint noise does not drown the few stars there are.
 pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
 /// ... and with the matches inside these shares of the tolerance: where centroids are better than the tolerance allows,
-/// that is evidence too.
+/// that is evidence too. The last is for calibrated lenses: each test that cannot help costs the others.
 pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// Most stars of [`expected_stars`].
@@ -234,18 +234,14 @@ fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
 
 /// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with the
 /// [`BRIGHTEST`] and [`RADII`], times the number of different ones.
-fn log10_chance(
-    matches: &[Match],
-    measured: usize,
-    expected: usize,
-    tolerance_px: f32,
-    searched_px: f32,
-) -> f32 {
+fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &Field) -> f32 {
+    let radii = RADII.get(..RADII.len() - usize::from(!field.is_calibrated())).unwrap_or(&RADII);
+    let measured = field.measured().len();
     let beyond_two = |count: usize| count.saturating_sub(2);
     let mut best = 0.0f32;
-    for radius in RADII {
+    for radius in radii {
         let within_px = tolerance_px * radius;
-        let capture_share = core::f32::consts::PI * (2.0 * within_px) * (2.0 * within_px) / searched_px;
+        let capture_share = core::f32::consts::PI * (2.0 * within_px) * (2.0 * within_px) / field.searched_px;
         for brightest in BRIGHTEST {
             let hits = matches.iter().filter(|found| {
                 let [dx, dy] = found.residual_px;
@@ -262,7 +258,7 @@ fn log10_chance(
     }
     // With more of the brightest than there are the test is the same again.
     let distinct = BRIGHTEST.iter().filter(|brightest| **brightest < measured.max(expected)).count() + 1;
-    (best + libm::log10f((RADII.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
+    (best + libm::log10f((radii.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
 }
 
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer than
@@ -304,7 +300,7 @@ fn confirm_among(
         expected: expected.len() as u16,
         rms_px: libm::sqrtf(square / (2.0 * matches.len() as f32)),
         focal_ratio: focal_ratio(&matches, measured),
-        log10_chance: log10_chance(&matches, measured.len(), expected.len(), tolerance_px, field.searched_px),
+        log10_chance: log10_chance(&matches, expected.len(), tolerance_px, field),
         matches,
     })
 }
