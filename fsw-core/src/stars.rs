@@ -49,12 +49,11 @@ impl Measured {
         Self::new(camera, spot.centre_px(), spot.sigma_px())
     }
 
-    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): a star's direction changes by
-    /// `-ω × b` a second, its row was exposed `row_time_s` a row from the detector's middle later.
+    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): its row was exposed
+    /// `row_time_s` a row from the detector's middle later.
     pub fn at_mid_frame(self, camera: &Camera, rate_rad_s: &Vector3<f32>, row_time_s: f32) -> Option<Self> {
         let later_s = row_delay_s(camera, self.centre_px, row_time_s);
-        let unit = self.direction.vector();
-        let direction = Direction::new(unit + rate_rad_s.cross(unit) * later_s)?;
+        let direction = seen_later(&self.direction, rate_rad_s, -later_s)?;
         Some(Self { centre_px: camera.project(&direction)?, direction, ..self })
     }
 
@@ -66,6 +65,16 @@ impl Measured {
             sigma_rad: self.sigma_px * camera.rad_per_px(),
         }
     }
+}
+
+/// Where a star is seen a part of a second later: its direction changes by `-ω × b` a second.
+pub fn seen_later(
+    direction: &Direction<StarPath>,
+    rate_rad_s: &Vector3<f32>,
+    later_s: f32,
+) -> Option<Direction<StarPath>> {
+    let unit = direction.vector();
+    Direction::new(unit - rate_rad_s.cross(unit) * later_s)
 }
 
 /// How much later than the middle of the frame the row of a place is exposed, s.

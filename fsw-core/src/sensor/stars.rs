@@ -2,7 +2,7 @@
 
 use super::{Instruments, Sensor, Sky};
 use crate::attitude::filter::Filter;
-use crate::frames::{Direction, Icrs, Rotation, StarPath};
+use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::Method;
 use crate::image::blinding::blinded;
 use crate::image::scan;
@@ -12,7 +12,7 @@ use crate::plan;
 use crate::stars::confirm::{Confirmed, Match, confirm, expected_stars};
 use crate::stars::identify::Progress;
 use crate::stars::predict::{Predicted, field_stars};
-use crate::stars::{Field, row_delay_s};
+use crate::stars::{Field, row_delay_s, seen_later};
 use crate::telemetry::{AttitudeReport, Fault, FilteredAttitude, Report, StarReport, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 
@@ -256,10 +256,7 @@ impl Sensor<'_> {
             let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
             let seen =
                 self.catalogue.star(place.star).map(|star| attitude.apply(&self.catalogue.seen(&star)));
-            let then = seen.and_then(|seen| {
-                let unit = seen.vector();
-                Direction::new(unit - rate.rad_s.cross(unit) * later_s)
-            });
+            let then = seen.and_then(|seen| seen_later(&seen, &rate.rad_s, later_s));
             if let Some(at_px) = then.and_then(|direction| self.camera.project(&direction)) {
                 place.centre_px = at_px;
             }

@@ -28,7 +28,7 @@ use crate::telemetry::{RateReport, RateSource, Report, Status};
 use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
-use seen::{MAX_STREAKS, arc_of, mark_of};
+use seen::{MAX_STREAKS, SAME_PX, arc_of, mark_of};
 
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
@@ -36,8 +36,6 @@ const LONG_PX: f32 = 30.0;
 /// stars at rest, pairs and hits are.
 const FEWEST_STARS: usize = 4;
 const DRAWN_SHARE: usize = 4;
-/// A line so near to one of the image before stands, px.
-const STANDING_PX: f32 = 6.0;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
 /// Searches for lines in a row that may tell no rate before stars are looked for again: an Earth at rest has lines too.
@@ -117,7 +115,7 @@ impl Turning {
     fn leave_moving(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) {
         let middles_px = streaks.iter().map(Streak::middle_px).take(MAX_STREAKS).collect();
         let before = core::mem::replace(&mut self.middles_px, middles_px);
-        streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, STANDING_PX)));
+        streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
     /// Seconds since the marks were taken, where they can be compared with an image of `cycle`.
@@ -217,8 +215,8 @@ impl Sensor<'_> {
         }
         let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
         let elapsed_s = self.turning.elapsed_s(self.cycle);
-        let before = core::mem::take(&mut self.turning);
-        let (next, middles_px) = (before.next, before.middles_px.clone());
+        let mut before = core::mem::take(&mut self.turning);
+        let (next, middles_px) = (before.next, core::mem::take(&mut before.middles_px));
         self.turning = Turning { marks, middles_px, taken: self.cycle, next, ..Turning::default() };
         let Some(rate) = rate else { return };
         let agree = |index: usize| (rate.arcs >> index) & 1 == 1;

@@ -130,7 +130,7 @@ impl<'a> Flight<'a> {
             report: &report,
             truth: &truth,
             judged: &judged,
-            rate: gyro_of(scenario, cycle, &truth).and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
+            rate: gyro.and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
             field: field_of(scenario, cycle, &truth),
             scene: self.scene,
             faults: &scenario.faults,

@@ -17,6 +17,8 @@ use nalgebra::Vector3;
 
 /// Streaks measured in an image.
 pub(super) const MAX_STREAKS: usize = MAX_ARCS;
+/// What lies so near to a streak is the same line, px.
+pub(super) const SAME_PX: f32 = 6.0;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
 const COLUMNS_AFTER_SCAN: usize = 2_000;
 const COLUMNS: usize = 8_000;
@@ -120,13 +122,13 @@ impl Sensor<'_> {
         columns: &mut usize,
     ) -> Result<(), DetectorError> {
         // Half a binned line may lie beside the streak.
-        if streaks.is_full() || streaks.iter().any(|streak| streak.holds(piece.at_px, 6.0)) {
+        if streaks.is_full() || streaks.iter().any(|streak| streak.holds(piece.at_px, SAME_PX)) {
             return Ok(());
         }
         if let Some(streak) = follow::follow(detector, &mut self.workspace.buffer, piece, columns)?
-            && !streaks
-                .iter()
-                .any(|known| known.holds(streak.middle_px(), 6.0) || streak.holds(known.middle_px(), 6.0))
+            && !streaks.iter().any(|known| {
+                known.holds(streak.middle_px(), SAME_PX) || streak.holds(known.middle_px(), SAME_PX)
+            })
         {
             let _ = streaks.push(streak);
         }
