@@ -53,16 +53,16 @@ struct BuildArguments {
     /// The catalogue to write
     #[arg(long)]
     out: PathBuf,
-    /// Faintest V [default: 6.0, or with --fov-deg what puts 30 stars into the mean field]
+    /// Faintest V [default: 6.5, or with --fov-deg what puts 30 stars into the mean field]
     #[arg(long, allow_negative_numbers = true)]
     magnitude: Option<f64>,
     /// Longer side of the field in degrees, the shorter being 0.8 of it [default: 24.1]
     #[arg(long, allow_negative_numbers = true)]
     fov_deg: Option<f64>,
-    /// Longest separation in the pair table in degrees [default: 12, less for fields below 12.5 deg]
+    /// Longest separation in the pair table in degrees [default: 10, or with --fov-deg 12, less for fields below 12.5 deg]
     #[arg(long, allow_negative_numbers = true)]
     max_separation_deg: Option<f64>,
-    /// Stars to which a rich field is thinned [default: 32, or with --fov-deg 41]
+    /// Stars to which a rich field is thinned [default: 37, or with --fov-deg 41]
     #[arg(long, allow_negative_numbers = true)]
     stars_per_field: Option<f64>,
     /// Epoch of the directions, Julian year [default: 2026.5]

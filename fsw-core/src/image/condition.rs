@@ -21,6 +21,8 @@ use super::blinding::saturation;
 pub use super::levels::{BAND, BANDS, BLOCK, BLOCKS};
 use super::levels::{Cells, Levels, Shape, bands, rows_of};
 use super::texture::{Scatter, noise_of};
+use crate::order::sort;
+use heapless::Vec;
 
 /// Narrowest window, px.
 pub const MIN_WIDTH: usize = 16;
@@ -207,11 +209,15 @@ impl<'a> Residuals<'a> {
             };
             [along, down]
         });
-        // The rows' levels have taken what all cells have in common.
-        let used = slopes.get_mut(..=last).unwrap_or(&mut []);
-        let sum = used.iter().fold(0, |sum, [_, down]| sum + down);
-        let mean = sum / (last as i32 + 1);
-        used.iter_mut().for_each(|[_, down]| *down -= mean);
+        // The rows' levels have taken what the quiet cells have in common: the middle, for of a cell at the edge a cloud beside it
+        // speaks.
+        let quiet = self.levels.quiet.get(band).copied().unwrap_or(0);
+        let of_quiet =
+            slopes.iter().take(last + 1).enumerate().filter(|(block, _)| (quiet >> block) & 1 == 1);
+        let mut downs: Vec<i32, BLOCKS> = of_quiet.map(|(_, [_, down])| *down).take(BLOCKS).collect();
+        sort(&mut downs, |a, b| a < b);
+        let common = downs.get(downs.len() / 2).copied().unwrap_or(0);
+        slopes.iter_mut().for_each(|[_, down]| *down -= common);
         slopes
     }
 

@@ -52,9 +52,14 @@ const ALIKE_QUARTERS: i32 = 7;
 /// Times that the cells that stand out are left out of the mean of the others.
 const ROUNDS: usize = 4;
 
-/// Mean of the cells of a window that look alike, the quieter ones where they differ.
+/// Mean of the cells of a window that look alike, the quieter ones where they differ: those like the third least.
 fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
-    let mut most = i32::MAX / ALIKE_QUARTERS;
+    let mut least = [LARGEST as i32; 3];
+    for sigma in sigmas.as_flattened().iter().flatten() {
+        let [first, second, third] = least;
+        least = [first.min(*sigma), second.min(first.max(*sigma)), third.min(second.max(*sigma))];
+    }
+    let [.., mut most] = least;
     for _ in 0..ROUNDS {
         let limit = most * ALIKE_QUARTERS / 4;
         let alike = sigmas.as_flattened().iter().flatten().filter(|sigma| **sigma <= limit);

@@ -12,7 +12,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 /// Most stars of an onboard catalogue.
-pub const MAX_CATALOGUE_STARS: usize = 3072;
+pub const MAX_CATALOGUE_STARS: usize = 3328;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.

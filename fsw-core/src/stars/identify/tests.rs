@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::vec::Vec as List;
 
 /// As large as flight's.
-type Search = Identifier<3072, 1536, 2048>;
+type Search = Identifier<3328, 1536, 2048>;
 
 /// All in one call.
 fn search(measured: &[Measured], camera: &Camera) -> Progress {
@@ -294,7 +294,7 @@ fn fewer_than_three_stars_are_too_few() {
 fn without_a_separation_in_the_catalogues_range_there_are_no_sides() {
     let camera = camera();
     let star = |x: f32, y: f32| Measured::new(&camera, [x, y], 0.3).unwrap();
-    // All within 8 px: too short to have a direction. Corners: farther apart than the catalogue's 12 deg.
+    // All within 8 px: too short to have a direction. Corners: farther apart than the catalogue's 10 deg.
     let close = [star(500.0, 500.0), star(505.0, 500.0), star(500.0, 506.0), star(504.0, 504.0)];
     let far = [star(0.0, 0.0), star(1023.0, 0.0), star(0.0, 1023.0), star(1023.0, 1023.0)];
     for measured in [close, far] {
