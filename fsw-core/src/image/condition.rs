@@ -106,7 +106,7 @@ impl<'a> Residuals<'a> {
         &self.noise
     }
 
-    /// The greatest noise within two cells of that of a place where more than a quarter of these cells are noisier than
+    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are noisier than
     /// `noise`, else 0: clouds are told by what is around them.
     pub fn noise_around(&self, x: usize, y: usize, noise: i32) -> i32 {
         let from = |middle: usize| middle.saturating_sub(2);
@@ -117,7 +117,7 @@ impl<'a> Residuals<'a> {
         let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
             (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
         });
-        if 4 * noisy > all { greatest } else { 0 }
+        if 8 * noisy > all { greatest } else { 0 }
     }
 
     /// Background of the pixel, scaled counts.

@@ -31,11 +31,12 @@ pub const BAND: usize = 16;
 pub const BANDS: usize = MAX_HEIGHT / BAND;
 /// Of windows at least this wide half of the pixels serve the levels.
 const WIDE: usize = 64;
-/// Of 15 cells spread over a window, this one in the order of their spreads, from 0, is taken for quiet ...
-const QUIET: usize = 2;
-/// ... and so is what spreads up to so many halves of it, and two raw counts. Of Gaussian noise the third of 15 spreads is 0.57
-/// of their mean, and 98 of 100 are below twice the mean.
-const QUIET_HALVES: i32 = 7;
+/// A cell is quiet whose spread is at most so many times the mean of the [`FEW`] least of 15 cells spread over the window, and
+/// four raw counts: of Gaussian noise that mean is half of the mean of all, and the greatest of 32 is 2.4 times that.
+const QUIET_FACTOR: i32 = 7;
+const FEW: usize = 4;
+/// The window has texture where it is not quiet in one cell of so many.
+const TEXTURED_DIVISOR: usize = 6;
 
 /// A value for every cell of a window.
 pub type Cells<T> = [[T; BLOCKS]; BANDS];
@@ -142,8 +143,8 @@ fn tally_row(
     of_row
 }
 
-/// The spread up to which a cell is quiet, and the mean of the spreads of 15 cells that lie all over the window, none counted for
-/// more than that, times 15.
+/// The spread up to which a cell is quiet, and the sum of the spreads of 15 cells that lie all over the window, none counted for
+/// more than twice their middle: an object does not move it.
 fn quiet_spread(spreads: &[i32]) -> (i32, i32) {
     let mut some = [0; SAMPLES];
     for (index, sample) in some.iter_mut().enumerate() {
@@ -151,30 +152,19 @@ fn quiet_spread(spreads: &[i32]) -> (i32, i32) {
         *sample = spreads.get(cell).copied().unwrap_or(0);
     }
     sort(&mut some, |a, b| a < b);
-    let limit = some.get(QUIET).copied().unwrap_or(0) * QUIET_HALVES / 2 + 2;
-    (limit, some.iter().fold(0, |sum, spread| sum + spread.min(&limit)))
+    let limit = QUIET_FACTOR * some.iter().take(FEW).sum::<i32>() / FEW as i32 + 4;
+    let [.., middle, _, _, _, _, _, _, _] = some;
+    let most = 2 * middle + 2;
+    (limit, some.iter().fold(0, |sum, spread| sum + spread.min(&most)))
 }
 
-/// Columns of [`SAMPLES`] pixels spread evenly over the quiet blocks of a window `width` px wide.
+/// Columns of [`SAMPLES`] pixels spread over the quiet blocks of a window `width` px wide.
 fn quiet_columns(quiet: u32, width: usize) -> [usize; SAMPLES] {
-    let blocks = || (0..BLOCKS).filter(|block| (quiet >> block) & 1 == 1);
-    let columns = |block: usize| BLOCK.min(width.saturating_sub(block * BLOCK));
-    let all: usize = blocks().map(columns).sum();
-    let mut samples = [0; SAMPLES];
-    let mut slots = samples
-        .iter_mut()
-        .enumerate()
-        .map(|(index, slot)| ((2 * index + 1) * all / (2 * SAMPLES), slot))
-        .peekable();
-    let mut before = 0;
-    for block in blocks() {
-        let here = before..before + columns(block);
-        while let Some((place, slot)) = slots.next_if(|(place, _)| here.contains(place)) {
-            *slot = block * BLOCK + place - before;
-        }
-        before = here.end;
-    }
-    samples
+    let columns = (0..width).filter(|x| (quiet >> (x / BLOCK)) & 1 == 1);
+    let stride = (columns.clone().count() / SAMPLES).max(1);
+    // A narrow last block alone has fewer columns than samples.
+    let mut chosen = columns.cycle().skip(stride / 2).step_by(stride);
+    core::array::from_fn(|_| chosen.next().unwrap_or(0))
 }
 
 impl Levels {
@@ -208,10 +198,15 @@ impl Levels {
         }
         let spreads = spreads.get(..bands(height) * used).unwrap_or(&[]);
         let (limit, in_some) = quiet_spread(spreads);
-        for (quiet, spreads) in levels.quiet.iter_mut().zip(spreads.chunks(used.max(1))) {
-            let bits = spreads.iter().rev().fold(0, |bits, spread| 2 * bits + u32::from(*spread <= limit));
-            if bits != 0 {
-                *quiet = bits;
+        // A star alone makes no texture.
+        let textured = spreads.iter().filter(|spread| **spread > limit).count();
+        if textured * TEXTURED_DIVISOR >= spreads.len() {
+            for (quiet, spreads) in levels.quiet.iter_mut().zip(spreads.chunks(used.max(1))) {
+                let bits =
+                    spreads.iter().rev().fold(0, |bits, spread| 2 * bits + u32::from(*spread <= limit));
+                if bits != 0 {
+                    *quiet = bits;
+                }
             }
         }
         let mut row_spreads = 0;

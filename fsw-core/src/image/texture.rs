@@ -50,16 +50,11 @@ impl Scatter {
 /// A cell is as noisy as the others unless it departs from them by more than this factor, quarters.
 const ALIKE_QUARTERS: i32 = 7;
 /// Times that the cells that stand out are left out of the mean of the others.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 10;
 
-/// Mean of the cells of a window that look alike, the quieter ones where they differ: those like the third least.
+/// Mean of the cells of a window that look alike, the quieter ones where they differ.
 fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
-    let mut least = [LARGEST as i32; 3];
-    for sigma in sigmas.as_flattened().iter().flatten() {
-        let [first, second, third] = least;
-        least = [first.min(*sigma), second.min(first.max(*sigma)), third.min(second.max(*sigma))];
-    }
-    let [.., mut most] = least;
+    let mut most = i32::MAX / ALIKE_QUARTERS;
     for _ in 0..ROUNDS {
         let limit = most * ALIKE_QUARTERS / 4;
         let alike = sigmas.as_flattened().iter().flatten().filter(|sigma| **sigma <= limit);
