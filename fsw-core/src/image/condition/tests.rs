@@ -58,6 +58,36 @@ fn neighbours_that_go_together_widen_the_noise_of_sums() {
 }
 
 #[test]
+fn clouds_do_not_make_the_sky_beside_them_noisy() {
+    let sigma = 2.0;
+    for (clouded, seed) in [(40usize, 1), (72, 2), (88, 3)] {
+        // Waves of many lengths, as high as a hundred sigmas, up to a rim.
+        let cloud = |x: f64, y: f64| {
+            let wave = |length: f64, angle: f64| {
+                ((x * angle.cos() + y * angle.sin()) * std::f64::consts::TAU / length).sin()
+            };
+            let height = 300.0 + 60.0 * wave(70.0, 1.2) + 50.0 * wave(31.0, 2.6) + 40.0 * wave(13.0, 0.4);
+            if x < clouded as f64 { height } else { 0.0 }
+        };
+        let sky = Sky::new(120, 62, 200.0);
+        let noise_of = |sky: &Sky| {
+            let mut pixels = sky.clone().noise(sigma, seed).expose(12).pixels;
+            *condition(&mut pixels, 120, 12).unwrap().noise()
+        };
+        let (clear, beside) = (noise_of(&sky), noise_of(&sky.clone().add(cloud)));
+        // The rim's neighbours may feel it; a cell's own noise is known to a quarter, and a chance hill doubles it.
+        let first = clouded.div_ceil(BLOCK) + 1;
+        for (clear, beside) in clear.iter().zip(&beside) {
+            for block in first..BLOCKS {
+                let ratio = f64::from(beside[block]) / f64::from(clear[block]);
+                assert!((0.6..2.0).contains(&ratio), "{clouded} columns of clouds, block {block}: {ratio}");
+            }
+        }
+        assert!(beside.iter().all(|band| band[0] > 5 * clear[0][0]), "and clouds are told");
+    }
+}
+
+#[test]
 fn windows_that_cannot_be_served_are_refused() {
     let mut pixels = [100; 129 * 65];
     for (length, width) in [(0, 0), (15 * 20, 15), (129 * 20, 129), (128 * 65, 128), (20 * 20 + 1, 20)] {
