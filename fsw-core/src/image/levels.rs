@@ -19,7 +19,7 @@
 
 use super::condition::{CLIP_SIGMAS, MAX_HEIGHT, MAX_WIDTH};
 use super::median::{SAMPLES, middle_and_spread};
-use crate::order::sort;
+use crate::order::least;
 
 /// Columns that share a level.
 pub const BLOCK: usize = 16;
@@ -85,6 +85,11 @@ struct Tally {
 }
 
 impl Tally {
+    /// From one word of [`tally`].
+    fn unpacked(both: u32) -> Self {
+        Self { sum: both % ONE, count: both / ONE }
+    }
+
     fn add(&mut self, other: Self) {
         self.sum += other.sum;
         self.count += other.count;
@@ -97,50 +102,50 @@ impl Tally {
     }
 }
 
-/// Tallies the pixels of one block's row within `clip` of `level`, all raw counts: no pixel needs scaling.
+/// Sum and count in one word: of 64 pixels, each less than 2^15 above the clip's end, the sum needs 21 bits.
+const ONE: u32 = 1 << 24;
+const _: () = assert!(MAX_WIDTH / 2 <= 64 && WIDE <= 64);
+
+/// Tallies the pixels of one block's row within `clip` of `level`, all raw counts: no pixel needs scaling. The sum is that by which
+/// they exceed the clip's lower end, plus [`ONE`] for each.
 #[inline(always)]
-fn tally<'p>(pixels: impl IntoIterator<Item = &'p u16>, level: i32, clip: u32) -> Tally {
-    // Sum and count in one word: of at most 16 pixels of 16 bits the sum needs 21 bits.
-    const ONE: u32 = 1 << 24;
-    const { assert!(BLOCK <= 16) };
+fn tally<'p>(pixels: impl IntoIterator<Item = &'p u16>, level: i32, clip: u32) -> u32 {
     let lowest = level.wrapping_sub(clip as i32) as u32;
     let mut both = 0_u32;
     for raw in pixels {
         let above = u32::from(*raw).wrapping_sub(lowest);
         both = both.wrapping_add(if above <= 2 * clip { above.wrapping_add(ONE) } else { 0 });
     }
-    Tally { sum: both % ONE, count: both / ONE }
+    both
 }
 
-/// Tallies row `y`, each block into its own and the quiet ones into the row's tally. `level` and `levels` are the rough ones of
-/// the row and the cells, raw counts; `quiet` has a bit for each quiet cell.
+/// Tallies row `y`, each block into its own and the quiet ones, whose mask is all ones, into the row's tally. `level` and `levels`
+/// are the rough ones of the row and the cells, raw counts.
 fn tally_row(
     (y, row): (usize, &[u16]),
     level: i32,
-    (levels, quiet): (&[i32; BLOCKS], u32),
+    (levels, masks): (&[i32; BLOCKS], &[u32; BLOCKS]),
     clip: u32,
     blocks: &mut [Tally; BLOCKS],
 ) -> Tally {
-    let (mut of_row, mut quiet) = (Tally::default(), quiet);
-    let mut add = |block: &mut Tally, tally: Tally| {
-        block.add(tally);
-        if quiet & 1 == 1 {
-            of_row.add(tally);
-        }
-        quiet >>= 1;
+    let mut of_row = 0_u32;
+    let mut add = |block: &mut Tally, both: u32, mask: u32| {
+        block.add(Tally::unpacked(both));
+        of_row = of_row.wrapping_add(both & mask);
     };
+    let of_blocks = levels.iter().zip(masks).zip(blocks);
     if row.len() < WIDE {
-        for ((pixels, rough), block) in row.chunks(BLOCK).zip(levels).zip(blocks) {
-            add(block, tally(pixels, level + rough, clip));
+        for (pixels, ((rough, mask), block)) in row.chunks(BLOCK).zip(of_blocks) {
+            add(block, tally(pixels, level + rough, clip), *mask);
         }
     } else {
         // The left half of each block, then in the next row the right one: 60 pixels settle a level.
         let halves = row.as_chunks::<{ BLOCK / 2 }>().0.iter().skip(y % 2).step_by(2);
-        for ((pixels, rough), block) in halves.zip(levels).zip(blocks) {
-            add(block, tally(pixels, level + rough, clip));
+        for (pixels, ((rough, mask), block)) in halves.zip(of_blocks) {
+            add(block, tally(pixels, level + rough, clip), *mask);
         }
     }
-    of_row
+    Tally::unpacked(of_row)
 }
 
 /// The spread up to which a cell is quiet, and the sum of the spreads of 15 cells that lie all over the window, none counted for
@@ -151,20 +156,47 @@ fn quiet_spread(spreads: &[i32]) -> (i32, i32) {
         let cell = (index * 7 + 3).checked_rem(spreads.len()).unwrap_or(0);
         *sample = spreads.get(cell).copied().unwrap_or(0);
     }
-    sort(&mut some, |a, b| a < b);
-    let limit = QUIET_FACTOR * some.iter().take(FEW).sum::<i32>() / FEW as i32 + 4;
-    let [.., middle, _, _, _, _, _, _, _] = some;
+    let lesser_half: [i32; SAMPLES / 2 + 1] = least(some.into_iter());
+    let limit = QUIET_FACTOR * lesser_half.iter().take(FEW).sum::<i32>() / FEW as i32 + 4;
+    let [.., middle] = lesser_half;
     let most = 2 * middle + 2;
     (limit, some.iter().fold(0, |sum, spread| sum + spread.min(&most)))
 }
 
+/// [`Levels::quiet`] of a window with `used` blocks, from the spreads of all cells.
+fn quiet_cells(spreads: &[i32], used: usize, limit: i32) -> [u32; BANDS] {
+    let mut quiet = [u32::MAX; BANDS];
+    // A star alone makes no texture.
+    let textured = spreads.iter().filter(|spread| **spread > limit).count();
+    if textured * TEXTURED_DIVISOR < spreads.len() {
+        return quiet;
+    }
+    for (quiet, spreads) in quiet.iter_mut().zip(spreads.chunks(used.max(1))) {
+        let bits = spreads.iter().rev().fold(0, |bits, spread| 2 * bits + u32::from(*spread <= limit));
+        if bits != 0 {
+            *quiet = bits;
+        }
+    }
+    quiet
+}
+
 /// Columns of [`SAMPLES`] pixels spread over the quiet blocks of a window `width` px wide.
 fn quiet_columns(quiet: u32, width: usize) -> [usize; SAMPLES] {
-    let columns = (0..width).filter(|x| (quiet >> (x / BLOCK)) & 1 == 1);
-    let stride = (columns.clone().count() / SAMPLES).max(1);
-    // A narrow last block alone has fewer columns than samples.
-    let mut chosen = columns.cycle().skip(stride / 2).step_by(stride);
-    core::array::from_fn(|_| chosen.next().unwrap_or(0))
+    let mut starts = [0; BLOCKS];
+    let mut slots = starts.iter_mut();
+    let mut columns = 0;
+    for start in (0..width).step_by(BLOCK).filter(|start| (quiet >> (start / BLOCK)) & 1 == 1) {
+        columns += BLOCK.min(width - start);
+        if let Some(slot) = slots.next() {
+            *slot = start;
+        }
+    }
+    let stride = (columns / SAMPLES).max(1);
+    core::array::from_fn(|index| {
+        // A narrow last block alone has fewer columns than samples.
+        let place = (stride / 2 + index * stride).checked_rem(columns).unwrap_or(0);
+        starts.get(place / BLOCK).copied().unwrap_or(0) + place % BLOCK
+    })
 }
 
 impl Levels {
@@ -198,17 +230,7 @@ impl Levels {
         }
         let spreads = spreads.get(..bands(height) * used).unwrap_or(&[]);
         let (limit, in_some) = quiet_spread(spreads);
-        // A star alone makes no texture.
-        let textured = spreads.iter().filter(|spread| **spread > limit).count();
-        if textured * TEXTURED_DIVISOR >= spreads.len() {
-            for (quiet, spreads) in levels.quiet.iter_mut().zip(spreads.chunks(used.max(1))) {
-                let bits =
-                    spreads.iter().rev().fold(0, |bits, spread| 2 * bits + u32::from(*spread <= limit));
-                if bits != 0 {
-                    *quiet = bits;
-                }
-            }
-        }
+        levels.quiet = quiet_cells(spreads, used, limit);
         let mut row_spreads = 0;
         for (band, (cells, quiet)) in levels.cells.iter().zip(&levels.quiet).enumerate().take(bands(height)) {
             let beneath =
@@ -240,10 +262,12 @@ impl Levels {
         {
             let mut tallies = [Tally::default(); BLOCKS];
             let mut all = Tally::default();
+            let is_quiet = |block: usize| (quiet >> block) & 1 == 1;
+            let masks = core::array::from_fn(|block| if is_quiet(block) { u32::MAX } else { 0 });
             let rows = rows_of(band, height);
             let of_band = pixels.chunks_exact(width.max(1)).enumerate().skip(rows.start);
             for (row, level) in of_band.zip(levels.rows.iter_mut().skip(rows.start)).take(rows.len()) {
-                let tally = tally_row(row, *level, (cells, quiet), clip, &mut tallies);
+                let tally = tally_row(row, *level, (cells, &masks), clip, &mut tallies);
                 all.add(tally);
                 *level = (*level << shift) + tally.mean(clip, shift);
             }
@@ -252,8 +276,7 @@ impl Levels {
             }
             // What the quiet cells of a band have in common belongs to its rows, so that rows of two bands compare.
             let pixels = |tally: &Tally| tally.count as i32;
-            let of_quiet =
-                cells.iter().zip(&tallies).enumerate().filter(|(block, _)| (quiet >> block) & 1 == 1);
+            let of_quiet = cells.iter().zip(&tallies).enumerate().filter(|(block, _)| is_quiet(*block));
             let sum = of_quiet.fold(0, |sum, (_, (cell, tally))| sum + cell * pixels(tally));
             let common = sum.checked_div(pixels(&all)).unwrap_or(0);
             cells.iter_mut().take(width.div_ceil(BLOCK)).for_each(|cell| *cell -= common);

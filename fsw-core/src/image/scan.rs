@@ -8,8 +8,8 @@
 //! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a limb) its
 //! threshold is `TEXTURE_FACTOR` times higher.
 //!
-//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the reading): 51.0
-//! million cycles, 39 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 74.6 million
+//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the reading): 52.8
+//! million cycles, 40 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 76.6 million
 //! (`allowance`).
 
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};

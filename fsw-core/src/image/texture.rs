@@ -49,7 +49,7 @@ impl Scatter {
 
 /// A cell is as noisy as the others unless it departs from them by more than this factor, quarters.
 const ALIKE_QUARTERS: i32 = 7;
-/// Times that the cells that stand out are left out of the mean of the others.
+/// Times, at most, that the cells that stand out are left out of the mean of the others.
 const ROUNDS: usize = 10;
 
 /// Mean of the cells of a window that look alike, the quieter ones where they differ.
@@ -59,7 +59,11 @@ fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
         let limit = most * ALIKE_QUARTERS / 4;
         let alike = sigmas.as_flattened().iter().flatten().filter(|sigma| **sigma <= limit);
         let (sum, count) = alike.fold((0, 0), |(sum, count), sigma| (sum + sigma, count + 1));
-        most = (sum / count.max(1)).max(1);
+        let of_alike = (sum / count.max(1)).max(1);
+        if of_alike == most {
+            break;
+        }
+        most = of_alike;
     }
     most
 }
