@@ -35,28 +35,43 @@ const OCTAVES: usize = 8;
 /// at 17 thresholds.
 const LEAST_EXCESS_DIVISOR: i32 = 8;
 
-/// Which rows of blocks are to be looked at, by octave of what they may hold: for each row a bit a block.
+/// Which rows of blocks are to be looked at, by octave of what they may hold: a bit for each row that has any, and for each row
+/// a bit a block.
 struct Looks {
-    octaves: [[u8; MAX_HEIGHT]; OCTAVES],
+    rows: [u64; OCTAVES],
+    blocks: [[u8; MAX_HEIGHT]; OCTAVES],
 }
 
-const _: () = assert!(BLOCKS <= u8::BITS as usize);
+const _: () = assert!(BLOCKS <= u8::BITS as usize && MAX_HEIGHT <= u64::BITS as usize);
+
+/// The numbers of the bits that are set, least first.
+fn bits(mut set: u64) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let least = (set != 0).then(|| set.trailing_zeros() as usize);
+        set &= set.wrapping_sub(1);
+        least
+    })
+}
 
 impl Looks {
     /// Marks the block's row `row`, whose sums may exceed the threshold by `excess`. The octaves count from `least`.
     fn mark(&mut self, row: usize, block: usize, excess: u32, least: u32) {
         let octave = least.leading_zeros().saturating_sub(excess.leading_zeros()) as usize;
-        let rows = self.octaves.get_mut(octave.min(OCTAVES - 1));
-        if let Some(blocks) = rows.and_then(|rows| rows.get_mut(row)) {
+        let octave = octave.min(OCTAVES - 1);
+        let blocks = self.blocks.get_mut(octave).and_then(|blocks| blocks.get_mut(row));
+        if let (Some(rows), Some(blocks)) = (self.rows.get_mut(octave), blocks) {
+            *rows |= 1 << row;
             *blocks |= 1 << block;
         }
     }
 
     /// Rows and blocks, the octave of the brightest first, in reading order within an octave.
     fn brightest_first(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.octaves.iter().rev().flat_map(|rows| {
-            rows.iter().enumerate().filter(|(_, blocks)| **blocks != 0).flat_map(|(row, blocks)| {
-                (0..BLOCKS).filter(move |block| (blocks >> block) & 1 == 1).map(move |block| (row, block))
+        let octaves = self.rows.iter().zip(&self.blocks).rev();
+        octaves.flat_map(|(rows, blocks)| {
+            bits(*rows).flat_map(|row| {
+                let of_row = blocks.get(row).copied().unwrap_or(0);
+                bits(of_row.into()).map(move |block| (row, block))
             })
         })
     }
@@ -158,7 +173,7 @@ impl Searched {
 
 /// Reads the window once and marks what is to be looked at. `core` has room around it.
 fn looks(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Looks {
-    let mut looks = Looks { octaves: [[0; MAX_HEIGHT]; OCTAVES] };
+    let mut looks = Looks { rows: [0; OCTAVES], blocks: [[0; MAX_HEIGHT]; OCTAVES] };
     let mut blocks = [Block::default(); BLOCKS];
     let blocks = blocks.get_mut(..core.columns.end.div_ceil(BLOCK)).unwrap_or(&mut []);
     let top = core.rows.start;
