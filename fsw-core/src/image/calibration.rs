@@ -288,13 +288,19 @@ fn interpolated(table: &[u8; TABLE_BYTES], (x, right): (usize, f32), (y, below):
     [mix(a[0], b[0], c[0], d[0]), mix(a[1], b[1], c[1], d[1])]
 }
 
-/// Weights of the three points about `at` in a quadratic B-spline, and their derivatives; the index of the middle one.
+/// The point of a quadratic B-spline nearest to `at`, and how far `at` is from half a point before it and from half a point after.
 #[inline(always)]
-fn spline(at: f32) -> (usize, [f32; 3], [f32; 3]) {
+fn nearest(at: f32) -> (usize, [f32; 2]) {
     let index = (at + 0.5) as usize;
-    let t = at - index as f32;
-    let (before, after) = (0.5 - t, 0.5 + t);
-    (index, [0.5 * before * before, 0.75 - t * t, 0.5 * after * after], [-before, -2.0 * t, after])
+    let past = at - index as f32;
+    (index, [0.5 - past, 0.5 + past])
+}
+
+/// A quadratic B-spline with these coefficients about its nearest point, and its slope a point.
+#[inline(always)]
+fn spline(middle: f32, to_middle: f32, from_middle: f32, [before, after]: [f32; 2]) -> [f32; 2] {
+    let (rise, fall) = (before * to_middle, after * from_middle);
+    [middle + 0.5 * (after * fall - before * rise), rise + fall]
 }
 
 impl<'a> Profile<'a> {
@@ -305,28 +311,40 @@ impl<'a> Profile<'a> {
         Some(Self { scale, colour_px, rows: points.as_chunks::<RADIAL_POINTS>().0 })
     }
 
-    /// Share of a star's light in a pixel so far from it along and across the field's radius, px, and its change along and
-    /// across, a pixel; zero beyond the reach.
+    /// Share of a star's light in each pixel of a line, and its change along and across the field's radius, a pixel; zero
+    /// beyond the reach. `first_px` is how far from the star the first pixel is along and across the radius, `step_px` how much farther
+    /// each is than the one before.
     #[inline(always)]
-    pub fn light(&self, along_px: f32, across_px: f32) -> [f32; 3] {
+    pub fn light_of_line(&self, first_px: [f32; 2], step_px: [f32; 2], lights: &mut [[f32; 3]]) {
         const POINTS: f32 = POINTS_PER_PX as f32;
-        let side = if across_px < 0.0 { -1.0 } else { 1.0 };
-        let (column, u, slope_u) = spline((along_px + PROFILE_REACH_PX as f32) * POINTS);
-        let (row, v, slope_v) = spline(across_px * side * POINTS);
-        // The row before the first is its mirror image.
-        let rows = [if row == 0 { 1 } else { row - 1 }, row, row + 1];
-        let (mut light, mut along, mut across) = (0.0, 0.0, 0.0);
-        for ((row, v), slope_v) in rows.into_iter().zip(v).zip(slope_v) {
-            let points =
-                self.rows.get(row).and_then(|row| row.get(column.wrapping_sub(1)..)?.first_chunk::<3>());
-            let Some(points) = points else { return [0.0; 3] };
-            let [a, b, c] = points.map(|point| f32::from(i16::from_le_bytes(point)));
-            let here = a * u[0] + b * u[1] + c * u[2];
-            light += v * here;
-            along += v * (a * slope_u[0] + b * slope_u[1] + c * slope_u[2]);
-            across += slope_v * here;
+        let [mut along, mut across] = first_px.map(|px| px * POINTS);
+        let [step_along, step_across] = step_px.map(|px| px * POINTS);
+        along += PROFILE_REACH_PX as f32 * POINTS;
+        for light in lights {
+            *light = self.light(along, across);
+            (along, across) = (along + step_along, across + step_across);
         }
-        let per_px = self.scale * POINTS;
+    }
+
+    /// [`Self::light_of_line`] of one pixel, so many points from the first column and from the first row.
+    #[inline(always)]
+    fn light(&self, along: f32, across: f32) -> [f32; 3] {
+        let side = if across < 0.0 { -1.0 } else { 1.0 };
+        let (column, in_row) = nearest(along);
+        let (row, in_column) = nearest(across * side);
+        let of_row = |row: usize| {
+            let points = self.rows.get(row)?.get(column.wrapping_sub(1)..)?.first_chunk::<3>()?;
+            let [a, b, c] = points.map(|point| i32::from(i16::from_le_bytes(point)));
+            Some(spline(b as f32, (b - a) as f32, (c - b) as f32, in_row))
+        };
+        // The row before the first is its mirror image.
+        let rows = [of_row(if row == 0 { 1 } else { row - 1 }), of_row(row), of_row(row + 1)];
+        let [Some([above, slope_above]), Some([here, slope_here]), Some([below, slope_below])] = rows else {
+            return [0.0; 3];
+        };
+        let [light, across] = spline(here, here - above, below - here, in_column);
+        let [along, _] = spline(slope_here, slope_here - slope_above, slope_below - slope_here, in_column);
+        let per_px = self.scale * POINTS_PER_PX as f32;
         [light * self.scale, along * per_px, across * side * per_px]
     }
 }

@@ -24,7 +24,7 @@
 //! (Cortex-M4 model, zero wait states).
 
 use super::calibration::Calibration;
-use super::condition::Residuals;
+use super::condition::Place;
 use super::matched;
 use super::{Detection, DetectionParameters, FULL_SCALE};
 
@@ -55,16 +55,19 @@ impl Patch {
     const EMPTY: Self = Self { pixels: [[0; SIDE]; SIDE], squares: [0; MARGIN + 1] };
 
     /// Whether a patch about (x, y) stays in the window.
-    fn fits(window: &Residuals, x: usize, y: usize) -> bool {
+    fn fits(window: &Place, x: usize, y: usize) -> bool {
         x.min(y) >= MARGIN && x + MARGIN < window.width() && y + MARGIN < window.height()
     }
 
     /// Takes the pixels about (x, y), where they fit.
-    fn take(&mut self, window: &Residuals, x: usize, y: usize) {
+    fn take(&mut self, window: &Place, x: usize, y: usize) {
         let (left, top) = (x.saturating_sub(MARGIN), y.saturating_sub(MARGIN));
         self.squares = [0; MARGIN + 1];
         for ((row, y), dy) in self.pixels.iter_mut().zip(top..).zip(-(MARGIN as i32)..) {
-            *row = window.run(left, y).unwrap_or([0; SIDE]);
+            // They fit.
+            if let Some(run) = window.run(left, y) {
+                *row = run;
+            }
             let [a7, a6, a5, a4, a3, a2, a1, a0, b1, b2, b3, b4, b5, b6, b7] = *row;
             let mut sum = a0;
             let pairs = [0, a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6, a7 + b7];
@@ -158,14 +161,14 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Centre and standard deviation an axis, Q16.16 px, of the image of a single star that is fitted with the lens's
-    /// profile; `origin` is the window's first pixel on the detector. `None` where the profile does not fit.
+    /// The spot with the centre and the sigma of the lens's profile fitted to it, and whether nothing but a single star is
+    /// seen; `origin` is the window's first pixel on the detector. `None` where the profile does not fit.
     pub fn fitted(
         &self,
-        window: &Residuals,
+        window: &Place,
         origin: [u16; 2],
         calibration: &Calibration,
-    ) -> Option<([i32; 2], i32)> {
+    ) -> Option<(Detection, bool)> {
         const ONE_PX: f32 = 65_536.0;
         let centre_q16 = [self.spot.x_q16, self.spot.y_q16];
         let [x, y] = centre_q16.map(|at| (at + (1 << 15)) >> 16);
@@ -182,17 +185,19 @@ impl Measured {
             start_px: [dx, dy].map(|offset| offset as f32 / ONE_PX),
             noise: window.sum_sigma as f32 / 3.0,
         };
-        let (at_px, sigma_px) = matched::centre(&spot, calibration)?;
+        let centre = matched::centre(&spot, calibration)?;
         let drawn = self.slope_per_flux * matched::SPREAD;
-        let [dx, dy] = at_px.map(|px| libm::rintf(px * ONE_PX) as i32);
-        let sigma_px = libm::sqrtf(sigma_px * sigma_px + drawn * drawn);
-        Some(([(x << 16) + dx, (y << 16) + dy], (sigma_px * ONE_PX) as i32))
+        let [dx, dy] = centre.at_px.map(|px| libm::rintf(px * ONE_PX) as i32);
+        let sigma_px = libm::sqrtf(centre.sigma_px * centre.sigma_px + drawn * drawn);
+        let (x_q16, y_q16) = ((x << 16) + dx, (y << 16) + dy);
+        let spot = Detection { x_q16, y_q16, sigma_q16: (sigma_px * ONE_PX) as i32, ..self.spot };
+        Some((spot, centre.all_is_star))
     }
 }
 
 /// Judges the local maximum at (x, y) of the window and centres it. The position returned counts from the window's
 /// first pixel.
-pub fn measure(window: &Residuals, x: usize, y: usize, parameters: &DetectionParameters) -> Option<Measured> {
+pub fn measure(window: &Place, x: usize, y: usize, parameters: &DetectionParameters) -> Option<Measured> {
     if !Patch::fits(window, x, y) {
         return None;
     }

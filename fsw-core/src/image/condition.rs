@@ -51,8 +51,6 @@ pub struct Residuals<'a> {
     levels: Levels,
     /// Noise of sums in each cell.
     noise: Cells<i32>,
-    /// Level of the cell that is looked at, scaled counts.
-    cell_level: i32,
     /// Raw value from which on a pixel may have been full scale.
     saturation: u16,
     /// Noise of a pixel, scaled counts, at least 1.
@@ -125,20 +123,10 @@ impl<'a> Residuals<'a> {
     }
 
     /// The window as it is to be looked at about a place: against the level of its cell, with the noise of its cell.
-    pub fn about(&self, x: usize, y: usize) -> Self {
+    pub fn about(&self, x: usize, y: usize) -> Place<'_> {
         let noise = self.noise.get(self.band(y)).and_then(|band| band.get(x / BLOCK));
         let sum_sigma = noise.copied().unwrap_or(self.sum_sigma);
-        Self { cell_level: self.level(x, y) - self.row_level(y), sum_sigma, ..*self }
-    }
-
-    /// The brightest of the 3 x 3 pixels about (x, y), the first of equal ones.
-    pub fn brightest_near(&self, x: usize, y: usize) -> [usize; 2] {
-        let left = x.saturating_sub(1);
-        let rows = (y.saturating_sub(1)..).take(3).filter_map(|y| Some((y, self.run::<3>(left, y)?)));
-        let pixels = rows.flat_map(|(y, run)| (left..).zip(run).map(move |(x, value)| (value, [x, y])));
-        let (_, place) =
-            pixels.fold((i32::MIN, [x, y]), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
-        place
+        Place { window: self, cell_level: self.level(x, y) - self.row_level(y), sum_sigma }
     }
 
     /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to compression and
@@ -147,30 +135,21 @@ impl<'a> Residuals<'a> {
         self.raw_row(y).get(x).is_some_and(|raw| *raw >= self.saturation)
     }
 
-    /// Residuals of the `N` pixels of row `y` from column `x` on, above the rows' levels and the one cell's that is looked
-    /// at; `None` where they leave the window.
-    pub fn run<const N: usize>(&self, x: usize, y: usize) -> Option<[i32; N]> {
-        let raw = self.raw_row(y).get(x..)?.first_chunk::<N>()?;
-        let level = self.row_level(y) + self.cell_level;
-        let mut run = [0; N];
-        for (residual, raw) in run.iter_mut().zip(raw) {
-            *residual = (i32::from(*raw).min(FULL_SCALE >> self.shift) << self.shift) - level;
-        }
-        Some(run)
-    }
-
     /// The sums of the pixels at (x + i, y - 1), (x + i, y) and (x + i, y + 1) above the rows' levels, 0 outside the window.
     pub fn column_sums<const N: usize>(&self, x: usize, y: usize) -> [i32; N] {
-        let mut sums = [0; N];
         let above = y.wrapping_sub(1);
         let level = self.row_level(above) + self.row_level(y) + self.row_level(y + 1);
         let rows = [above, y, y + 1].map(|y| self.raw_row(y).get(x..).unwrap_or(&[]));
         // The same twice: where the length is known to the compiler it is twice as fast on the target.
         if let [Some(a), Some(b), Some(c)] = rows.map(|row| row.first_chunk::<N>()) {
-            add_columns(&mut sums, [a, b, c], (level, self.shift));
-        } else {
-            add_columns(&mut sums, rows, (level, self.shift));
+            let mut sums = a.map(i32::from);
+            add_columns(&mut sums, [b, c], (level, self.shift));
+            return sums;
         }
+        let [a, b, c] = rows;
+        let mut sums = [0; N];
+        sums.iter_mut().zip(a).for_each(|(sum, raw)| *sum = i32::from(*raw));
+        add_columns(&mut sums, [b, c], (level, self.shift));
         sums
     }
 
@@ -289,11 +268,50 @@ impl<'a> Residuals<'a> {
     }
 }
 
-/// Sums three rows column by column, scaled, less the rows' level together.
+/// A window as it is looked at about a place: against the level of one cell, with that cell's noise.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<'w> {
+    window: &'w Residuals<'w>,
+    /// Level of the cell, to be added to the rows', scaled counts.
+    cell_level: i32,
+    /// Noise of a sum over 3 x 3 pixels in the cell, scaled counts.
+    pub sum_sigma: i32,
+}
+
+impl<'w> core::ops::Deref for Place<'w> {
+    type Target = Residuals<'w>;
+
+    fn deref(&self) -> &Self::Target {
+        self.window
+    }
+}
+
+impl Place<'_> {
+    /// The brightest of the 3 x 3 pixels about (x, y), the first of equal ones.
+    pub fn brightest_near(&self, x: usize, y: usize) -> [usize; 2] {
+        let left = x.saturating_sub(1);
+        let rows = (y.saturating_sub(1)..).take(3).filter_map(|y| Some((y, self.run::<3>(left, y)?)));
+        let pixels = rows.flat_map(|(y, run)| (left..).zip(run).map(move |(x, value)| (value, [x, y])));
+        let (_, place) =
+            pixels.fold((i32::MIN, [x, y]), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
+        place
+    }
+
+    /// Residuals of the `N` pixels of row `y` from column `x` on, above the rows' levels and the one cell's that is looked
+    /// at; `None` where they leave the window.
+    pub fn run<const N: usize>(&self, x: usize, y: usize) -> Option<[i32; N]> {
+        let raw = self.raw_row(y).get(x..)?.first_chunk::<N>()?;
+        let level = self.row_level(y) + self.cell_level;
+        let most = FULL_SCALE >> self.shift;
+        Some(raw.map(|raw| (i32::from(raw).min(most) << self.shift) - level))
+    }
+}
+
+/// Adds two rows column by column to a third, scales the sums and takes the rows' level together off.
 #[inline(always)]
-fn add_columns(sums: &mut [i32], [a, b, c]: [&[u16]; 3], (level, shift): (i32, u32)) {
-    for (sum, ((a, b), c)) in sums.iter_mut().zip(a.iter().zip(b).zip(c)) {
-        *sum = ((i32::from(*a) + i32::from(*b) + i32::from(*c)) << shift).wrapping_sub(level);
+fn add_columns(sums: &mut [i32], [b, c]: [&[u16]; 2], (level, shift): (i32, u32)) {
+    for (sum, (b, c)) in sums.iter_mut().zip(b.iter().zip(c)) {
+        *sum = ((*sum + i32::from(*b) + i32::from(*c)) << shift).wrapping_sub(level);
     }
 }
 
@@ -361,13 +379,13 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
         shift,
         levels,
         noise: [[3 * floor; BLOCKS]; BANDS],
-        cell_level: 0,
         saturation: saturation(kept_bits),
         sigma: floor,
         sum_sigma: 3 * floor,
     };
     // The levels are finer than the counts: half a count more.
     residuals.measure_noise(((2 * clip + 1) << shift) as i32 / 2, floor);
+    residuals.levels.calm_rows(height, residuals.sigma);
     Some(residuals)
 }
 

@@ -72,6 +72,8 @@ pub struct Levels {
     pub rows: [i32; MAX_HEIGHT],
     /// Of each cell, to be added to the row's.
     pub cells: Cells<i32>,
+    /// Pixels that a row's level rests on, the mean of all rows.
+    row_pixels: i32,
     /// For each band a bit for each quiet cell, whose pixels the rows' levels rest on; for each of its cells where none is quiet.
     pub quiet: [u32; BANDS],
 }
@@ -199,12 +201,53 @@ fn quiet_columns(quiet: u32, width: usize) -> [usize; SAMPLES] {
     })
 }
 
+/// A straight line through the levels of a band's rows.
+#[derive(Clone, Copy, Default)]
+struct Line {
+    /// Level of the first row.
+    first: f32,
+    /// From a row to the next.
+    step: f32,
+    /// Sum of the squared distances of the levels from it.
+    scatter: f32,
+    /// How many of these are free.
+    freedom: f32,
+}
+
+impl Line {
+    fn through(levels: &[i32]) -> Self {
+        let Some(origin) = levels.first() else { return Self::default() };
+        let count = levels.len() as f32;
+        let middle = 0.5 * (count - 1.0);
+        let (mut sum, mut lever, mut squares) = (0.0, 0.0, 0.0);
+        let mut from_middle = -middle;
+        for level in levels {
+            // From the first: their squares are not small.
+            let above = (level - origin) as f32;
+            (sum, lever, squares) = (sum + above, lever + from_middle * above, squares + above * above);
+            from_middle += 1.0;
+        }
+        let mean = sum / count;
+        let step = lever / (count * (count * count - 1.0) / 12.0).max(1.0);
+        Self {
+            first: *origin as f32 + mean - step * middle,
+            step,
+            scatter: (squares - mean * sum - step * lever).max(0.0),
+            freedom: (count - 2.0).max(0.0),
+        }
+    }
+}
+
 impl Levels {
     /// The rough levels, raw counts, and a rough sigma in sixteenths of them.
     fn rough(pixels: &[u16], shape: &Shape) -> (Self, i32) {
         let Shape { width, height, full_scale, .. } = *shape;
-        let mut levels =
-            Self { rows: [0; MAX_HEIGHT], cells: [[0; BLOCKS]; BANDS], quiet: [u32::MAX; BANDS] };
+        let mut levels = Self {
+            rows: [0; MAX_HEIGHT],
+            cells: [[0; BLOCKS]; BANDS],
+            row_pixels: 0,
+            quiet: [u32::MAX; BANDS],
+        };
         let used = width.div_ceil(BLOCK);
         let mut spreads = [0; BLOCKS * BANDS];
         let mut spread_slots = spreads.iter_mut();
@@ -257,6 +300,7 @@ impl Levels {
         let (mut levels, rough_sigma) = Self::rough(pixels, shape);
         // Three sigmas and half a count.
         let clip = (((CLIP_SIGMAS * rough_sigma).max(16) + 8) / 16).min(full_scale).max(1) as u32;
+        let mut row_pixels = 0;
         for (band, (cells, quiet)) in
             levels.cells.iter_mut().zip(levels.quiet).enumerate().take(bands(height))
         {
@@ -282,7 +326,34 @@ impl Levels {
             cells.iter_mut().take(width.div_ceil(BLOCK)).for_each(|cell| *cell -= common);
             let of_band = levels.rows.iter_mut().skip(rows.start).take(rows.len());
             of_band.for_each(|level| *level += common);
+            row_pixels += pixels(&all);
         }
+        levels.row_pixels = row_pixels / (height as i32).max(1);
         (levels, clip)
+    }
+
+    /// Draws the rows' levels towards a straight line through each band, by as much as their scatter about the lines is what the
+    /// noise of their pixels, `sigma` scaled counts, would leave (James and Stein 1961). Of a readout that bands its rows little is
+    /// taken away; where it does not, the levels' own errors would be most of what they say, and would move centroids across the rows.
+    pub fn calm_rows(&mut self, height: usize, sigma: i32) {
+        let mut lines = [Line::default(); BANDS];
+        let (mut scatter, mut freedom) = (0.0, 0.0);
+        for (band, line) in lines.iter_mut().enumerate().take(bands(height)) {
+            let rows = rows_of(band, height);
+            *line = Line::through(self.rows.get(rows).unwrap_or(&[]));
+            scatter += line.scatter;
+            freedom += line.freedom;
+        }
+        let noise = sigma as f32;
+        let by_chance = freedom * noise * noise / self.row_pixels.max(1) as f32;
+        let kept = 1.0 - (by_chance / scatter.max(1.0)).min(1.0);
+        for (band, line) in lines.iter().enumerate().take(bands(height)) {
+            let rows = self.rows.get_mut(rows_of(band, height)).unwrap_or(&mut []);
+            let mut on_line = line.first;
+            for level in rows {
+                *level = libm::rintf(on_line + kept * (*level as f32 - on_line)) as i32;
+                on_line += line.step;
+            }
+        }
     }
 }

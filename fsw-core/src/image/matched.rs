@@ -58,37 +58,50 @@ pub struct Spot<'p> {
     pub noise: f32,
 }
 
+/// A star's centre.
+#[derive(Clone, Copy, Debug)]
+pub struct Centre {
+    /// From the middle pixel, px.
+    pub at_px: [f32; 2],
+    /// Standard deviation an axis, px.
+    pub sigma_px: f32,
+    /// Whether what the fit leaves is no more than noise alone would leave: that it is a single star at rest, and nothing beside it.
+    pub all_is_star: bool,
+}
+
 /// A step of the fit.
 struct Step {
     /// Along and across the field's radius, px.
     along_across: [f32; 2],
     /// Of the centre an axis, px².
     variance: f32,
-    /// Mean square of what the fit leaves, over what noise would leave.
+    /// Mean square of what the fit leaves, over what noise and an inexact profile would leave.
     misfit: f32,
+    /// The same over what noise alone would leave.
+    beyond_noise: f32,
     /// Light of the star, scaled counts.
     flux: f32,
 }
 
-/// What is summed over the pixels.
+/// What is summed over the pixels. As `q (f + β) = 1`, the sums with `q f` follow from these.
 #[derive(Default)]
 struct Sums {
-    /// `q s`, `q f s` and `q s²`.
+    /// Pixels, and `f`.
+    even: [f32; 2],
+    /// `s`, `q s` and `q s²`.
     seen: [f32; 3],
-    /// `q`, `q f` and `q f²`.
-    weight: [f32; 3],
+    /// `q`.
+    weight: f32,
     /// `q g s`, `q g f` and `q g`, along and across the field's radius.
     pull: [[f32; 3]; 2],
     /// `q g gᵀ`: along, both, across.
     slope: [f32; 3],
     /// `q² g²`, along and across.
     noise: [f32; 2],
-    /// `q² g² f`, along and across.
-    photons: [f32; 2],
 }
 
-/// Centre from the middle pixel and its standard deviation per axis, px; `None` where there is no centre near the first one.
-pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)> {
+/// The centre; `None` where there is none near the first one.
+pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
     let [middle_x, middle_y] = spot.middle_px;
     let [start_x, start_y] = spot.start_px;
     let [centre_x, centre_y] = calibration.centre_px();
@@ -98,27 +111,31 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
     let profile = calibration.profile(radius_px)?;
 
     let (mut x, mut y) = (start_x, start_y);
-    let (mut variance, mut misfit, mut beta) = (0.0, 1.0, BETA);
+    let (mut variance, mut misfit, mut beyond_noise, mut beta) = (0.0, 1.0, 1.0, BETA);
+    let mut lights = [[0.0; 3]; SIDE];
     for half in STEPS {
         let mut sums = Sums::default();
-        let near = || (-(half as i32)..).take(2 * half + 1);
-        for (dy, row) in near().zip(spot.pixels.iter().skip(HALF - half)) {
+        let lights = lights.get_mut(..2 * half + 1).unwrap_or(&mut []);
+        let rows = spot.pixels.iter().skip(HALF - half).take(2 * half + 1);
+        for (dy, row) in (-(half as i32)..).zip(rows) {
             let from_y = dy as f32 - y;
-            for (dx, value) in near().zip(row.iter().skip(HALF - half)) {
-                let from_x = dx as f32 - x;
-                let [f, fu, fv] = profile.light(from_x * cos + from_y * sin, from_y * cos - from_x * sin);
+            // First the light of the row, then its sums: together they need more numbers at hand than there are registers.
+            let from_x = -(half as f32) - x;
+            let first_px = [from_x * cos + from_y * sin, from_y * cos - from_x * sin];
+            profile.light_of_line(first_px, [cos, -sin], lights);
+            for (light, value) in lights.iter().zip(row.iter().skip(HALF - half)) {
                 // Beyond the reach of the profile nothing is known.
-                if f != 0.0 {
-                    sums.add(f, -fu, -fv, *value, beta);
+                if light[0] != 0.0 {
+                    sums.add(light, *value, beta);
                 }
             }
         }
-        let step = sums.step(spot.noise, calibration.electrons_per_count())?;
+        let step = sums.step(beta, spot.noise, calibration.electrons_per_count())?;
         let [along, across] = step.along_across;
         let limited = |step: f32| step.clamp(-STEP_MAX_PX, STEP_MAX_PX);
         let (along, across) = (limited(along), limited(across));
         (x, y) = (x + along * cos - across * sin, y + along * sin + across * cos);
-        (variance, misfit) = (step.variance, step.misfit);
+        (variance, misfit, beyond_noise) = (step.variance, step.misfit, step.beyond_noise);
         beta =
             (spot.noise * spot.noise * calibration.electrons_per_count() / step.flux).clamp(BETA, BETA_MOST);
     }
@@ -134,29 +151,35 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<([f32; 2], f32)>
     }
     let [dx, dy] = calibration.correction_px([middle_x + x, middle_y + y]);
     let residual_px = calibration.residual_px();
-    Some(([x + dx, y + dy], libm::sqrtf(variance + residual_px * residual_px)))
+    Some(Centre {
+        at_px: [x + dx, y + dy],
+        sigma_px: libm::sqrtf(variance + residual_px * residual_px),
+        all_is_star: beyond_noise <= BAD_FIT,
+    })
 }
 
 impl Sums {
-    /// Adds a pixel with this share of the light, slopes along and across the radius, value, and the star's `β`.
+    /// Adds a pixel with this share of the light and its change along and across the radius, value, and the star's `β`.
     #[inline(always)]
-    fn add(&mut self, f: f32, along: f32, across: f32, value: f32, beta: f32) {
+    fn add(&mut self, [f, along, across]: &[f32; 3], value: f32, beta: f32) {
         let q = 1.0 / (f + beta);
-        let (u, v) = (q * along, q * across);
-        let qf = q * f;
+        let (u, v) = (-q * along, -q * across);
         let qs = q * value;
-        self.seen = [self.seen[0] + qs, self.seen[1] + f * qs, self.seen[2] + qs * value];
-        self.weight = [self.weight[0] + q, self.weight[1] + qf, self.weight[2] + qf * f];
+        self.even = [self.even[0] + 1.0, self.even[1] + f];
+        self.seen = [self.seen[0] + value, self.seen[1] + qs, self.seen[2] + qs * value];
+        self.weight += q;
         self.pull[0] = [self.pull[0][0] + u * value, self.pull[0][1] + u * f, self.pull[0][2] + u];
         self.pull[1] = [self.pull[1][0] + v * value, self.pull[1][1] + v * f, self.pull[1][2] + v];
-        self.slope = [self.slope[0] + u * along, self.slope[1] + u * across, self.slope[2] + v * across];
+        self.slope = [self.slope[0] - u * along, self.slope[1] - u * across, self.slope[2] - v * across];
         self.noise = [self.noise[0] + u * u, self.noise[1] + v * v];
-        self.photons = [self.photons[0] + u * u * f, self.photons[1] + v * v * f];
     }
 
     /// The step, and how good the fit is after it; `None` where there is no star.
-    fn step(&self, noise: f32, electrons_per_count: f32) -> Option<Step> {
-        let ([s, fs, ss], [one, f, ff]) = (self.seen, self.weight);
+    fn step(&self, beta: f32, noise: f32, electrons_per_count: f32) -> Option<Step> {
+        let ([pixels, light], [bare, s, ss], one) = (self.even, self.seen, self.weight);
+        // q f = 1 - β q.
+        let (fs, f) = (bare - beta * s, pixels - beta * one);
+        let ff = light - beta * f;
         let spread = one * ff - f * f;
         let (flux, floor) = ((one * fs - f * s) / spread, (ff * s - f * fs) / spread);
         let [uu, uv, vv] = self.slope;
@@ -170,15 +193,21 @@ impl Sums {
             (noise_sum * noise * noise + photon_sum * flux / electrons_per_count)
                 / (flux * slope * flux * slope)
         };
-        let variance =
-            of_axis(self.noise[0], self.photons[0], uu) + of_axis(self.noise[1], self.photons[1], vv);
+        let [along, across] = self.noise;
+        let variance = of_axis(along, uu - beta * along, uu) + of_axis(across, vv - beta * across, vv);
         let along_across = [(vv * u - uv * v) / determinant, (uu * v - uv * u) / determinant];
         // What flux, floor and step leave of the squares, over what noise and an inexact profile would.
         let [along, across] = along_across;
         let left = ss - flux * fs - floor * s - flux * flux * (u * along + v * across);
         let doubt = PROFILE_ERROR * flux;
-        let expected = noise * noise * one + flux / electrons_per_count * f + doubt * doubt * ff;
-        Some(Step { along_across, variance: 0.5 * variance, misfit: left / expected, flux })
+        let by_noise = noise * noise * one + flux / electrons_per_count * f;
+        Some(Step {
+            along_across,
+            variance: 0.5 * variance,
+            misfit: left / (by_noise + doubt * doubt * ff),
+            beyond_noise: left / by_noise,
+            flux,
+        })
     }
 }
 

@@ -248,7 +248,7 @@ pub fn for_each_peak(
             if !allowance.spend(GLANCE_CYCLES) {
                 return false;
             }
-            if is_single_pixel(window, x, y) {
+            if is_single_pixel(&window.about(x, y), x, y) {
                 continue;
             }
             if !found(x, y, allowance) {

@@ -34,6 +34,9 @@ const CORRELATED_HALVES: i32 = 11;
 const TEXTURE_FACTOR: i32 = 3;
 /// What rises so many times the noise around it above its own is no hill of a texture.
 const HILL_FACTOR: i32 = 8;
+/// Of a star with less light than so many noises of a pixel noise feigns a shape, one in a hundred: where the lens's profile
+/// leaves nothing of it, it is a single star.
+const FAINT_SIGMAS: i32 = 200;
 /// Largest threshold: whatever is around it, a saturated star exceeds it.
 const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 /// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a pixel.
@@ -86,12 +89,15 @@ fn for_each_star(
         match shape {
             // What is drawn out among clouds is a cloud's, and none of a star.
             Shape::Streak if extended => {}
-            Shape::Star(star) if star.is_single() => {
-                let fitted = method.calibration.filter(|_| allowance.spend(FIT_CYCLES));
-                let fitted = fitted.and_then(|calibration| measured.fitted(&window, origin, calibration));
-                let (centre_q16, sigma_q16) = fitted.unwrap_or(([star.x_q16, star.y_q16], star.sigma_q16));
-                let [x_q16, y_q16] = centre_q16;
-                found(Shape::Star(Detection { x_q16, y_q16, sigma_q16, ..star }), [x, y]);
+            Shape::Star(star) => {
+                let single = star.is_single();
+                let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
+                let fitted = method
+                    .calibration
+                    .filter(|_| (single || feigned) && allowance.spend(FIT_CYCLES))
+                    .and_then(|calibration| measured.fitted(&window, origin, calibration))
+                    .filter(|(_, all_is_star)| single || *all_is_star);
+                found(Shape::Star(fitted.map_or(star, |(star, _)| star)), [x, y]);
             }
             shape => found(shape, [x, y]),
         }

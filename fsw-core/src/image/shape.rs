@@ -20,7 +20,7 @@
 //! (`allowance`).
 
 use super::Detection;
-use super::condition::Residuals;
+use super::condition::Place;
 
 /// Distance of the ring that is the floor, px; within it a spot must have ended.
 const RING: usize = 7;
@@ -76,7 +76,7 @@ struct Square {
 
 impl Square {
     /// That about (x, y), where it fits into the window.
-    fn new(window: &Residuals, x: usize, y: usize) -> Option<Self> {
+    fn new(window: &Place, x: usize, y: usize) -> Option<Self> {
         let (left, top) = (x.checked_sub(RING)?, y.checked_sub(RING)?);
         let mut pixels = [[0; SIDE]; SIDE];
         for (row, y) in pixels.iter_mut().zip(top..) {
@@ -168,12 +168,12 @@ fn weighted(square: &Square, floor: i32) -> Option<Moments> {
 }
 
 /// Light at an end that is more than a star's skirt and the noise.
-fn shines(end: i32, middle: i32, window: &Residuals) -> bool {
+fn shines(end: i32, middle: i32, window: &Place) -> bool {
     end > (middle / 100 * LIGHT_PERCENT).max(LIGHT_SIGMAS * window.sum_sigma)
 }
 
 /// The centre of all light inside the ring; `None` where it ends nowhere.
-fn whole(window: &Residuals, spot: &Detection, square: Square, axis: [f32; 2]) -> Option<Detection> {
+fn whole(window: &Place, spot: &Detection, square: Square, axis: [f32; 2]) -> Option<Detection> {
     let mut square = square;
     for step in 0..=MOVES {
         let floor = square.floor();
@@ -254,7 +254,7 @@ fn second_maximum(square: &Square, floor: i32, peak: i32, sigma: i32) -> Option<
 }
 
 /// Says what a spot is whose maximum stands at (x, y).
-pub fn shape(window: &Residuals, x: usize, y: usize, spot: &Detection) -> Shape {
+pub fn shape(window: &Place, x: usize, y: usize, spot: &Detection) -> Shape {
     let Some(square) = Square::new(window, x, y) else { return Shape::Star(*spot) };
     if spot.saturated {
         // Its plateau and skirt are no image of the lens.
@@ -286,13 +286,13 @@ pub fn shape(window: &Residuals, x: usize, y: usize, spot: &Detection) -> Shape 
 }
 
 /// Whether light shines at both ends of the square.
-fn runs_on(window: &Residuals, square: &Square, floor: i32, axis: [f32; 2]) -> bool {
+fn runs_on(window: &Place, square: &Square, floor: i32, axis: [f32; 2]) -> bool {
     let middle = square.nine([0, 0], floor);
     square.ends(axis, floor).into_iter().all(|end| shines(end, middle, window))
 }
 
 /// Whether a maximum that is no star is part of a streak.
-pub fn is_streak(window: &Residuals, x: usize, y: usize) -> bool {
+pub fn is_streak(window: &Place, x: usize, y: usize) -> bool {
     let Some(square) = Square::new(window, x, y) else { return false };
     let floor = square.floor();
     weighted(&square, floor).is_some_and(|light| {
@@ -302,7 +302,7 @@ pub fn is_streak(window: &Residuals, x: usize, y: usize) -> bool {
 
 /// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance, before anything is
 /// measured: of a star's nine brightest pixels one holds half of the light at most.
-pub fn is_single_pixel(window: &Residuals, x: usize, y: usize) -> bool {
+pub fn is_single_pixel(window: &Place, x: usize, y: usize) -> bool {
     let (Some(left), Some(top)) = (x.checked_sub(2), y.checked_sub(2)) else { return false };
     let (mut all, mut nine, mut peak) = (0, 0, i32::MIN);
     for (dy, y) in (0..5).zip(top..) {

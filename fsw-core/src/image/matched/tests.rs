@@ -110,13 +110,41 @@ fn scatter_is_near_the_cramer_rao_bound_and_the_sigma_honest() {
 }
 
 #[test]
+fn only_a_single_star_leaves_nothing_but_noise() {
+    let bytes = sample::gaussian(SIGMA_PX);
+    let calibration = Calibration::open(&bytes).unwrap();
+    let (flux, noise, tries) = (1_500.0, 12.0, 300);
+    let mut chance = Chance(11);
+    let mut taken_for_one = |second: f64| {
+        let tried = (0..tries).filter(|_| {
+            let (mut pixels, at) = ([[0.0f32; SIDE]; SIDE], chance.even() - 0.5);
+            for (y, row) in (-(HALF as i32)..).zip(&mut pixels) {
+                for (x, value) in (-(HALF as i32)..).zip(row) {
+                    let light = |from: f64| sample::light(SIGMA_PX, f64::from(x) - from, f64::from(y));
+                    let mean = flux * (light(at) + second * light(at + 3.0));
+                    let photons = mean / f64::from(sample::ELECTRONS_PER_COUNT);
+                    *value = (mean + (photons + noise * noise).sqrt() * chance.gaussian()) as f32;
+                }
+            }
+            let start_px = [at as f32 + 0.1, -0.1];
+            let spot = Spot { pixels: &pixels, middle_px: [640.0, 512.0], start_px, noise: noise as f32 };
+            centre(&spot, &calibration).is_some_and(|centre| centre.all_is_star)
+        });
+        tried.count()
+    };
+    let (single, double) = (taken_for_one(0.0), taken_for_one(0.6));
+    std::println!("of {tries}: {single} single stars and {double} double ones are taken for one");
+    assert!(single > tries * 98 / 100 && double < tries / 20, "{single} {double}");
+}
+
+#[test]
 fn what_is_no_star_is_not_moved() {
     let bytes = sample::gaussian(SIGMA_PX);
     let calibration = Calibration::open(&bytes).unwrap();
     for value in [0.0, -5.0, f32::NAN, f32::INFINITY, 1e30] {
         let pixels = [[value; SIDE]; SIDE];
         let spot = Spot { pixels: &pixels, middle_px: [100.0, 200.0], start_px: [0.2, -0.3], noise: 1.0 };
-        if let Some(([x, y], sigma)) = centre(&spot, &calibration) {
+        if let Some(Centre { at_px: [x, y], sigma_px: sigma, .. }) = centre(&spot, &calibration) {
             let near = libm::hypotf(x - 0.2, y + 0.3) < 1.1;
             assert!(near && sigma.is_finite() && sigma > 0.0, "{value}: {x} {y} {sigma}");
         }

@@ -30,7 +30,9 @@ fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: 
         other > own || (other == own && (ny, nx) < (y, x))
     };
     let around = (y - 2..=y + 2).flat_map(|ny| (x - 2..=x + 2).map(move |nx| (nx, ny)));
-    own > threshold && !is_single_pixel(window, x, y) && !around.filter(|place| *place != (x, y)).any(greater)
+    own > threshold
+        && !is_single_pixel(&window.about(x, y), x, y)
+        && !around.filter(|place| *place != (x, y)).any(greater)
 }
 
 proptest! {
