@@ -212,7 +212,9 @@ impl<'a> Residuals<'a> {
         {
             let rows = rows_of(band, self.height);
             let cells = self.cell_levels(band);
-            *slopes = self.slopes(band);
+            if tall {
+                *slopes = self.slopes(band);
+            }
             let middle = (rows.start + rows.end) as i32 / 2;
             let step = if tall { NOISE_ROW_STEP } else { 1 };
             for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(step) {

@@ -9,7 +9,7 @@ use crate::image::scan;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::parameters::TrackingParameters;
 use crate::plan;
-use crate::stars::confirm::{Confirmed, Match, confirm, expected_stars};
+use crate::stars::confirm::{Confirmed, Match, confirm_among, expected_stars};
 use crate::stars::identify::Progress;
 use crate::stars::predict::{Predicted, field_stars};
 use crate::stars::{Field, row_delay_s, seen_later};
@@ -176,10 +176,11 @@ impl Sensor<'_> {
                             && earth.lit_at(&seen, &self.parameters.earth)
                     })
                 };
-                Some((attitude, plan::star_windows(&predicted, &geometry, gate_px, hidden)))
+                let windows = plan::star_windows(&predicted, &geometry, gate_px, hidden);
+                Some((attitude, predicted, windows))
             });
         instruments.meter.end(Stage::Predict);
-        let Some((attitude, windows)) = prediction else { return report.status = Status::Lost };
+        let Some((attitude, predicted, windows)) = prediction else { return report.status = Status::Lost };
 
         instruments.meter.begin(Stage::Windows);
         let detector = &mut *instruments.detector;
@@ -210,7 +211,7 @@ impl Sensor<'_> {
             .calibrated(self.calibration.as_ref());
         instruments.meter.begin(Stage::Confirm);
         // Matching begins with twice the tolerance: with the whole gate.
-        let confirmed = confirm(&attitude, &field, f32::from(gate_px) * 0.5);
+        let confirmed = confirm_among(&predicted, &attitude, &field, f32::from(gate_px) * 0.5);
         instruments.meter.end(Stage::Confirm);
         match confirmed {
             Some(confirmed) if confirmed.matches.len() >= usize::from(fewest_stars) => {

@@ -268,8 +268,8 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
     confirm_among(&expected, hypothesis, field, tolerance_px)
 }
 
-/// The same with the catalogue stars that are to be expected.
-fn confirm_among(
+/// The same where the catalogue stars that are to be expected are known already, brightest first; only their names count.
+pub fn confirm_among(
     expected: &[Predicted],
     hypothesis: &Rotation<Icrs, StarPath>,
     field: &Field,
