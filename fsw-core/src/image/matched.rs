@@ -13,6 +13,9 @@
 //! has it, but never below [`BETA`]: so the error without noise is the same for all stars in which it shows, and one table corrects
 //! it. The profile is that of the nearest radius, turned to the star's place in the field.
 //!
+//! What the fit leaves, over what noise alone would, also says whether anything else than a single star is there: of faint stars
+//! better than moments do, in which noise feigns a shape.
+//!
 //! Variance an axis: `Σ q² g² (noise² + N f / e) / (N G)²`, `e` electrons a count, times what the fit leaves over what noise
 //! would leave, where that is more (a proton, a hot pixel or another star is in it), and the square of what the table leaves.
 
