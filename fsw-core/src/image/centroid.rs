@@ -45,14 +45,16 @@ const SIDE_NOISE_ADDEND: i32 = 5;
 const SIDE: usize = 2 * MARGIN + 1;
 
 /// The residuals about a maximum, and what is summed over them.
-struct Patch {
-    pixels: [[i32; SIDE]; SIDE],
+pub struct Patch {
+    /// The residuals.
+    pub pixels: [[i32; SIDE]; SIDE],
     /// Sums over the squares up to each distance from the middle.
     squares: [i32; MARGIN + 1],
 }
 
 impl Patch {
-    const EMPTY: Self = Self { pixels: [[0; SIDE]; SIDE], squares: [0; MARGIN + 1] };
+    /// Nothing yet.
+    pub const EMPTY: Self = Self { pixels: [[0; SIDE]; SIDE], squares: [0; MARGIN + 1] };
 
     /// Whether a patch about (x, y) stays in the window.
     fn fits(window: &Place, x: usize, y: usize) -> bool {
@@ -196,12 +198,16 @@ impl Measured {
 }
 
 /// Judges the local maximum at (x, y) of the window and centres it. The position returned counts from the window's
-/// first pixel.
-pub fn measure(window: &Place, x: usize, y: usize, parameters: &DetectionParameters) -> Option<Measured> {
+/// first pixel. Leaves the pixels about the maximum in `patch`; of a saturated star those about its light.
+pub fn measure(
+    window: &Place,
+    [x, y]: [usize; 2],
+    parameters: &DetectionParameters,
+    patch: &mut Patch,
+) -> Option<Measured> {
     if !Patch::fits(window, x, y) {
         return None;
     }
-    let mut patch = Patch::EMPTY;
     patch.take(window, x, y);
     let saturated = window.saturated(x, y);
     let (mut x, mut y) = (x, y);

@@ -14,7 +14,7 @@
 
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
 use super::blinding::blinded;
-use super::centroid::{MARGIN, measure};
+use super::centroid::{MARGIN, Patch, measure};
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
 use super::peaks::for_each_peak;
@@ -70,7 +70,8 @@ fn for_each_star(
         }
         let around = window.noise_around(x, y, quiet * 5 / 2);
         let window = window.about(x, y);
-        let look = |[x, y]: [usize; 2]| Some(([x, y], measure(&window, x, y, method.parameters)?));
+        let mut patch = Patch::EMPTY;
+        let mut look = |at: [usize; 2]| Some((at, measure(&window, at, method.parameters, &mut patch)?));
         let at_once = look([x, y]);
         let again = at_once.is_none();
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
@@ -82,7 +83,7 @@ fn for_each_star(
             return true;
         };
         let extended = measured.spot.core_flux < HILL_FACTOR * around;
-        let shape = shape(&window, x, y, &Detection { extended, ..measured.spot });
+        let shape = shape(&window, [x, y], &patch.pixels, &Detection { extended, ..measured.spot });
         if !again && matches!(shape, Shape::Star(Detection { drawn_px: 0, .. })) {
             allowance.give_back(SECOND_LOOK_CYCLES);
         }

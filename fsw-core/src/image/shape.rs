@@ -67,24 +67,28 @@ pub enum Shape {
     Hit,
 }
 
+/// Residuals of [`SIDE`] rows and columns.
+pub type Pixels = [[i32; SIDE]; SIDE];
+
+/// The residuals about (x, y), where they fit into the window.
+fn pixels_about(window: &Place, x: usize, y: usize) -> Option<Pixels> {
+    let (left, top) = (x.checked_sub(RING)?, y.checked_sub(RING)?);
+    let mut pixels = [[0; SIDE]; SIDE];
+    for (row, y) in pixels.iter_mut().zip(top..) {
+        *row = window.run(left, y)?;
+    }
+    Some(pixels)
+}
+
 /// The residuals about a place.
-struct Square {
-    pixels: [[i32; SIDE]; SIDE],
+#[derive(Clone, Copy)]
+struct Square<'p> {
+    pixels: &'p Pixels,
     x: usize,
     y: usize,
 }
 
-impl Square {
-    /// That about (x, y), where it fits into the window.
-    fn new(window: &Place, x: usize, y: usize) -> Option<Self> {
-        let (left, top) = (x.checked_sub(RING)?, y.checked_sub(RING)?);
-        let mut pixels = [[0; SIDE]; SIDE];
-        for (row, y) in pixels.iter_mut().zip(top..) {
-            *row = window.run(left, y)?;
-        }
-        Some(Self { pixels, x, y })
-    }
-
+impl Square<'_> {
     /// The residual at an offset from the middle, 0 outside.
     fn at(&self, dx: i32, dy: i32) -> i32 {
         let row = usize::try_from(dy + RING as i32).ok().and_then(|row| self.pixels.get(row));
@@ -173,8 +177,9 @@ fn shines(end: i32, middle: i32, window: &Place) -> bool {
 }
 
 /// The centre of all light inside the ring; `None` where it ends nowhere.
-fn whole(window: &Place, spot: &Detection, square: Square, axis: [f32; 2]) -> Option<Detection> {
-    let mut square = square;
+fn whole(window: &Place, spot: &Detection, first: Square, axis: [f32; 2]) -> Option<Detection> {
+    let (mut square, mut moved);
+    square = first;
     for step in 0..=MOVES {
         let floor = square.floor();
         let half = RING - 1;
@@ -196,11 +201,10 @@ fn whole(window: &Place, spot: &Detection, square: Square, axis: [f32; 2]) -> Op
         }
         let [x, y] = [mx, my].map(|at| libm::floorf(at + 0.5) as i32);
         if step < MOVES && (x, y) != (0, 0) {
-            square = Square::new(
-                window,
-                square.x.checked_add_signed(x as isize)?,
-                square.y.checked_add_signed(y as isize)?,
-            )?;
+            let to = |from: usize, steps: i32| from.checked_add_signed(steps as isize);
+            let (x, y) = (to(square.x, x)?, to(square.y, y)?);
+            moved = pixels_about(window, x, y)?;
+            square = Square { pixels: &moved, x, y };
             continue;
         }
         let middle = square.nine([0, 0], floor);
@@ -253,9 +257,9 @@ fn second_maximum(square: &Square, floor: i32, peak: i32, sigma: i32) -> Option<
     Some(((100 * light).checked_div(light.saturating_add(peak)).unwrap_or(50), libm::sqrtf(square_px as f32)))
 }
 
-/// Says what a spot is whose maximum stands at (x, y).
-pub fn shape(window: &Place, x: usize, y: usize, spot: &Detection) -> Shape {
-    let Some(square) = Square::new(window, x, y) else { return Shape::Star(*spot) };
+/// Says what a spot is whose maximum stands at (x, y), with these pixels about it.
+pub fn shape(window: &Place, [x, y]: [usize; 2], pixels: &Pixels, spot: &Detection) -> Shape {
+    let square = Square { pixels, x, y };
     if spot.saturated {
         // Its plateau and skirt are no image of the lens.
         return Shape::Star(*spot);
@@ -293,7 +297,8 @@ fn runs_on(window: &Place, square: &Square, floor: i32, axis: [f32; 2]) -> bool 
 
 /// Whether a maximum that is no star is part of a streak.
 pub fn is_streak(window: &Place, x: usize, y: usize) -> bool {
-    let Some(square) = Square::new(window, x, y) else { return false };
+    let Some(pixels) = pixels_about(window, x, y) else { return false };
+    let square = Square { pixels: &pixels, x, y };
     let floor = square.floor();
     weighted(&square, floor).is_some_and(|light| {
         light.greater > DRAWN_RATIO * light.lesser && runs_on(window, &square, floor, light.axis)

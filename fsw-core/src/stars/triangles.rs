@@ -163,7 +163,8 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         (r, unit_r): (u16, &Vector3<f32>),
     ) -> u8 {
         let Some(base) = self.sides.get_mut(usize::from(side)) else { return 0 };
-        if base.q == r || base.last_k == DISCARDED {
+        // Where stars stand nearer than the tolerance the third could be one of the two.
+        if base.p == r || base.q == r || base.last_k == DISCARDED {
             return 0;
         }
         let Some(unit_q) = catalogue.unit(base.q) else { return 0 };

@@ -269,6 +269,13 @@ proptest! {
 }
 
 #[test]
+fn two_stars_are_no_triangle_where_a_side_is_shorter_than_the_tolerance() {
+    let scene = Scene::new(3_633_968_332_949_620_775);
+    assert!(f64::from(scene.side(0, 2).chord) < TOLERANCE);
+    overflow::<70, 4830, 1000>(&scene).unwrap();
+}
+
+#[test]
 fn the_triple_product_of_a_small_triangle_keeps_its_digits() {
     let mut generator = Generator::new(60);
     for _ in 0..10_000 {
