@@ -178,8 +178,8 @@ fn shines(end: i32, middle: i32, window: &Place) -> bool {
 
 /// The centre of all light inside the ring; `None` where it ends nowhere.
 fn whole(window: &Place, spot: &Detection, first: Square, axis: [f32; 2]) -> Option<Detection> {
-    let (mut square, mut moved);
-    square = first;
+    let mut moved;
+    let mut square = first;
     for step in 0..=MOVES {
         let floor = square.floor();
         let half = RING - 1;
