@@ -25,6 +25,8 @@ pub const UNDISTORT_STEPS: usize = 8;
 const LEAST_FORWARD: f32 = 0.05;
 /// Error with which the distortion may be undone at the detector's corners, px.
 const UNDISTORT_ERROR_PX: f32 = 0.5;
+/// By so much less than the corners' the cosine may be of what falls on the detector: rounding, and what a tangential distortion does.
+const CORNER_ROUNDING: f32 = 1e-3;
 
 /// How a direction falls on the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,6 +91,8 @@ pub enum CameraError {
 pub struct Camera {
     parameters: CameraParameters,
     per_focal_length: f32,
+    /// Cosine of the angle from the line of sight to the farthest corner.
+    corner_forward: f32,
 }
 
 impl Camera {
@@ -113,19 +117,22 @@ impl Camera {
         if !(-width..=2.0 * width).contains(&cx) || !(-height..=2.0 * height).contains(&cy) {
             return Err(CameraError::OpticalCentre);
         }
-        let camera = Self { parameters, per_focal_length: 1.0 / f };
-        if camera.sees_its_corners() { Ok(camera) } else { Err(CameraError::Distortion) }
+        let camera = Self { parameters, per_focal_length: 1.0 / f, corner_forward: 0.0 };
+        let corner_forward = camera.forward_of_corners().ok_or(CameraError::Distortion)?;
+        Ok(Self { corner_forward, ..camera })
     }
 
-    /// Whether every corner has a direction that falls on it again. A distortion that folds the field over fails.
-    fn sees_its_corners(&self) -> bool {
+    /// Cosine of the angle from the line of sight to the farthest corner; `None` unless every corner has a direction that falls on
+    /// it again: a distortion that folds the field over has none.
+    fn forward_of_corners(&self) -> Option<f32> {
         let [right, bottom] = self.middle_px().map(|half| 2.0 * half);
-        [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]].into_iter().all(|corner: [f32; 2]| {
-            let seen = self.direction(corner).and_then(|direction| self.project(&direction));
-            seen.is_some_and(|[x, y]| {
-                let (dx, dy) = (x - corner[0], y - corner[1]);
-                dx * dx + dy * dy < UNDISTORT_ERROR_PX * UNDISTORT_ERROR_PX
-            })
+        let corners = [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]];
+        corners.into_iter().try_fold(1.0f32, |least, corner| {
+            let direction = self.direction(corner)?;
+            let [x, y] = self.project(&direction)?;
+            let (dx, dy) = (x - corner[0], y - corner[1]);
+            let falls_on_it = dx * dx + dy * dy < UNDISTORT_ERROR_PX * UNDISTORT_ERROR_PX;
+            falls_on_it.then_some(least.min(direction.vector().z))
         })
     }
 
@@ -188,6 +195,15 @@ impl Camera {
     /// Where a direction of the Earth path falls, px; otherwise as [`Camera::project`].
     pub fn project_earth(&self, direction: &Direction<EarthPath>) -> Option<[f32; 2]> {
         self.image(*direction.vector())
+    }
+
+    /// Where on the detector, `margin_px` inside its edge, a direction of the Earth path falls; `None` where it does not.
+    pub fn sees_earth(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
+        // A distortion's polynomial may fold directions far outside the field back into it.
+        if direction.vector().z < self.corner_forward - CORNER_ROUNDING {
+            return None;
+        }
+        self.project_earth(direction).filter(|at_px| self.contains(*at_px, margin_px))
     }
 
     /// What the mirror, if there is one, makes of a vector of the star path, and back.

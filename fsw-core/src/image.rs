@@ -20,6 +20,7 @@ mod levels;
 pub mod matched;
 mod median;
 pub mod mended;
+pub mod patch;
 mod peaks;
 pub mod scan;
 mod shape;

@@ -11,13 +11,13 @@ pub enum Stage {
     Scan = 0,
     /// Acquisition: identification.
     Identify = 1,
-    /// Predicted stars, predicted limb, and the windows about them.
+    /// Predicted stars, what the Earth hides of them, and the windows about them.
     Predict = 2,
     /// Reading and searching the stars' windows.
     Windows = 3,
     /// Matching and attitude.
     Confirm = 4,
-    /// Reading strips across the predicted limb, and the limb points in them.
+    /// Predicted limb, reading strips across it, and the limb points in them.
     Limb = 5,
     /// The Earth's centre from limb points.
     Centre = 6,

@@ -5,7 +5,7 @@
 //! overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F,
 //! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
 //!
-//! A row is a mode. Two kinds of seconds have rows of their own, whatever their mode, and the limit of acquisition: those in
+//! What stars and Earth cost of a second, several stages each, is held against limits of its own. A row is a mode. Two kinds of seconds have rows of their own, whatever their mode, and the limit of acquisition: those in
 //! which the whole detector is searched for the Earth, and those in which the orbit crosses a jump of the clock.
 
 use crate::cli::BudgetArguments;
@@ -44,7 +44,15 @@ struct TargetLimits {
 struct CycleLimits {
     acquisition: u64,
     tracking: u64,
+    stars_of_tracking: u64,
+    earth_of_acquisition: u64,
+    earth_of_tracking: u64,
 }
+
+/// Stages of the star part of a second that is none of acquisition.
+const STARS: [Stage; 3] = [Stage::Predict, Stage::Windows, Stage::Confirm];
+/// Stages of the Earth part of any.
+const EARTH: [Stage; 3] = [Stage::Limb, Stage::Centre, Stage::Search];
 
 /// Limits of memory, bytes.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -94,6 +102,22 @@ pub struct ModeBudget {
     bound_cycles: Option<u64>,
     /// Worst cycles of each stage.
     stages: BTreeMap<&'static str, u64>,
+    /// Worst cycles of the star part and the Earth part, with their limits.
+    parts: BTreeMap<&'static str, Part>,
+}
+
+/// Several stages together.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Part {
+    worst_cycles: u64,
+    limit_cycles: u64,
+}
+
+impl ModeBudget {
+    fn kept(&self) -> bool {
+        self.worst_cycles <= self.limit_cycles
+            && self.parts.values().all(|part| part.worst_cycles <= part.limit_cycles)
+    }
 }
 
 /// The table.
@@ -123,7 +147,7 @@ impl Budget {
 
     fn kept(&self) -> bool {
         self.telemetry_identical
-            && self.modes.values().all(|mode| mode.worst_cycles <= mode.limit_cycles)
+            && self.modes.values().all(ModeBudget::kept)
             && self.memory().iter().all(|(_, used, limit)| used <= limit)
     }
 
@@ -138,6 +162,9 @@ impl Budget {
             row(mode, &seconds, budget.worst_cycles, Some(budget.limit_cycles));
             for (stage, cycles) in &budget.stages {
                 row("", stage, *cycles, None);
+            }
+            for (part, Part { worst_cycles, limit_cycles }) in &budget.parts {
+                row("", part, *worst_cycles, Some(*limit_cycles));
             }
         }
         for (name, used, limit) in self.memory() {
@@ -269,6 +296,14 @@ fn kind(report: &Report, stages: &BTreeMap<u8, Work>, limits: &CycleLimits) -> (
     }
 }
 
+/// The parts of a second that have limits of their own, in seconds of this limit.
+fn parts(limit_cycles: u64, limits: &CycleLimits) -> Vec<(&'static str, [Stage; 3], u64)> {
+    if limit_cycles == limits.acquisition {
+        return vec![("earth part", EARTH, limits.earth_of_acquisition)];
+    }
+    vec![("star part", STARS, limits.stars_of_tracking), ("earth part", EARTH, limits.earth_of_tracking)]
+}
+
 /// Sorts the metered cycles by what they are judged as.
 fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_identical: bool) -> Budget {
     let mut modes = BTreeMap::new();
@@ -281,6 +316,7 @@ fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_ident
             worst_instructions: 0,
             bound_cycles: None,
             stages: BTreeMap::new(),
+            parts: BTreeMap::new(),
         });
         mode.seconds += 1;
         mode.worst_cycles = mode.worst_cycles.max(cycle.work.cycles);
@@ -288,6 +324,14 @@ fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_ident
         for (number, work) in &cycle.stages {
             let worst = mode.stages.entry(stage_name(*number)).or_insert(0);
             *worst = (*worst).max(work.cycles);
+        }
+        for (part, stages, limit_cycles) in parts(limit_cycles, &limits.cycles) {
+            let of_part = stages.iter().filter_map(|stage| cycle.stages.get(&(*stage as u8)));
+            let cycles = of_part.map(|work| work.cycles).sum::<u64>();
+            if cycles > 0 {
+                let part = mode.parts.entry(part).or_insert(Part { worst_cycles: 0, limit_cycles });
+                part.worst_cycles = part.worst_cycles.max(cycles);
+            }
         }
     }
     Budget {

@@ -29,9 +29,6 @@ const CELL: [f32; 2] = [0.998_795_45, 0.049_067_676];
 /// Half of the distance over which slopes on the detector are taken, px.
 const SLOPE_BASE_PX: f32 = 3.0;
 
-/// Least cosine between a direction and that of the pixel on which it falls.
-const NOT_FOLDED: f32 = 0.9999;
-
 const _: () = assert!(FINE <= 128 && COARSE <= 128 && MAX_LIMB_POINTS <= FINE);
 
 /// A point at which the limb is expected.
@@ -100,28 +97,10 @@ impl View {
         self.body.radius_km() * self.cosine / self.sine
     }
 
-    /// Whether a direction meets the Earth, or passes its limb by less than `margin_rad` (up to a right angle).
-    pub fn covers(&self, direction: &Direction<EarthPath>, margin_rad: f32) -> bool {
-        let ray = self.body.stretched(direction.vector());
-        let [axis, ..] = self.axes;
-        let turned = axis.cross(&ray);
-        let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
-        // Sine and cosine of the angle past the limb, times the ray's length.
-        let (past, facing) = (off * self.cosine - along * self.sine, along * self.cosine + off * self.sine);
-        let length = libm::sqrtf(along * along + off * off);
-        past < 0.0 && along > 0.0 || (facing > 0.0 && past < libm::sinf(margin_rad) * length)
-    }
-
-    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below the horizon by
-    /// no more than the twilight. No star can be seen there, if [`View::covers`] it.
-    pub fn lit_at(&self, direction: &Direction<EarthPath>, parameters: &EarthParameters) -> bool {
-        let ray = unit(&self.body.stretched(direction.vector()), direction.vector());
-        let along = self.centre.dot(&ray);
-        let nearest = self.centre - ray * along;
-        let depth = (1.0 - nearest.dot(&nearest)).max(0.0);
-        let point = ray * (along - libm::sqrtf(depth)) - self.centre;
-        let below = libm::sinf(parameters.twilight_deg.to_radians());
-        self.body.sun_sine(&point).is_none_or(|sine| sine > -below)
+    /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
+    pub fn veil(&self, margin_rad: f32, parameters: &EarthParameters) -> Veil<'_> {
+        let twilight_sine = libm::sinf(parameters.twilight_deg.to_radians());
+        Veil { view: self, margin_sine: libm::sinf(margin_rad), twilight_sine }
     }
 
     /// Radial unit vector of an azimuth given by its cosine and sine.
@@ -145,11 +124,7 @@ impl View {
     fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
         let ray = self.limb_ray(azimuth)?;
-        let at_px = camera.project_earth(&ray)?;
-        // A distortion's polynomial may fold directions far outside the field back into it.
-        if !camera.contains(at_px, margin_px) || camera.earth_direction(at_px)?.dot(&ray) < NOT_FOLDED {
-            return None;
-        }
+        let at_px = camera.sees_earth(&ray, margin_px)?;
         let point = radial * self.cosine - axis * self.sine;
         Some((at_px, self.body.sun_sine(&point).unwrap_or(1.0)))
     }
@@ -281,6 +256,45 @@ impl View {
             start = turned(start, CELL);
         }
         answers
+    }
+}
+
+/// What the Earth and its glow hide.
+#[derive(Clone, Copy, Debug)]
+pub struct Veil<'v> {
+    view: &'v View,
+    margin_sine: f32,
+    twilight_sine: f32,
+}
+
+impl Veil<'_> {
+    /// Whether no star can be seen in this direction: the Earth shines there.
+    pub fn hides(&self, direction: &Direction<EarthPath>) -> bool {
+        self.covers(direction) && self.is_lit(direction)
+    }
+
+    /// Whether a direction meets the Earth, or passes its limb within the margin.
+    fn covers(&self, direction: &Direction<EarthPath>) -> bool {
+        let View { body, axes: [axis, ..], sine, cosine, .. } = self.view;
+        let ray = body.stretched(direction.vector());
+        let turned = axis.cross(&ray);
+        let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
+        // Sine and cosine of the angle past the limb, times the ray's length.
+        let (past, facing) = (off * cosine - along * sine, along * cosine + off * sine);
+        let length = libm::sqrtf(along * along + off * off);
+        past < 0.0 && along > 0.0 || (facing > 0.0 && past < self.margin_sine * length)
+    }
+
+    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below the horizon by
+    /// no more than the twilight.
+    fn is_lit(&self, direction: &Direction<EarthPath>) -> bool {
+        let View { body, centre, .. } = self.view;
+        let ray = unit(&body.stretched(direction.vector()), direction.vector());
+        let along = centre.dot(&ray);
+        let nearest = centre - ray * along;
+        let depth = (1.0 - nearest.dot(&nearest)).max(0.0);
+        let point = ray * (along - libm::sqrtf(depth)) - centre;
+        body.sun_sine(&point).is_none_or(|sine| sine > -self.twilight_sine)
     }
 }
 

@@ -26,12 +26,11 @@
 use super::calibration::Calibration;
 use super::condition::Place;
 use super::matched;
+use super::patch::Patch;
 use super::{Detection, DetectionParameters, FULL_SCALE};
 
 /// Half the region's side, smallest to largest.
 pub const HALF_SIDES: [usize; 4] = [2, 3, 4, 6];
-/// Pixels needed around a maximum: the largest region and the ring outside it.
-pub const MARGIN: usize = 7;
 /// The sides of the ring around a star may differ by this share of its maximum, percent; around what stands on the Earth,
 /// on its limb or on a terminator they differ by more.
 const UNEVEN_FLOOR_PERCENT: i32 = 25;
@@ -41,115 +40,6 @@ const CORE_SHARE_PERCENT: i64 = 30;
 /// Of a side of n pixels (7 to 15) the sum may differ from another's by (n + 5) / 3 noises of a 3 x 3 sum: of four sides of
 /// a flat floor the greatest difference stays within 4.4 sqrt(n) / 3, in 999 of 1000 places.
 const SIDE_NOISE_ADDEND: i32 = 5;
-/// Side of the square that is looked at.
-const SIDE: usize = 2 * MARGIN + 1;
-
-/// The residuals about a maximum, and what is summed over them.
-pub struct Patch {
-    /// The residuals.
-    pub pixels: [[i32; SIDE]; SIDE],
-    /// Sums over the squares up to each distance from the middle.
-    squares: [i32; MARGIN + 1],
-}
-
-impl Patch {
-    /// Nothing yet.
-    pub const EMPTY: Self = Self { pixels: [[0; SIDE]; SIDE], squares: [0; MARGIN + 1] };
-
-    /// Whether a patch about (x, y) stays in the window.
-    fn fits(window: &Place, x: usize, y: usize) -> bool {
-        x.min(y) >= MARGIN && x + MARGIN < window.width() && y + MARGIN < window.height()
-    }
-
-    /// Takes the pixels about (x, y), where they fit.
-    fn take(&mut self, window: &Place, x: usize, y: usize) {
-        let (left, top) = (x.saturating_sub(MARGIN), y.saturating_sub(MARGIN));
-        self.squares = [0; MARGIN + 1];
-        for ((row, y), dy) in self.pixels.iter_mut().zip(top..).zip(-(MARGIN as i32)..) {
-            // They fit.
-            if let Some(run) = window.run(left, y) {
-                *row = run;
-            }
-            let [a7, a6, a5, a4, a3, a2, a1, a0, b1, b2, b3, b4, b5, b6, b7] = *row;
-            let mut sum = a0;
-            let pairs = [0, a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6, a7 + b7];
-            let spans = pairs.map(|pair| {
-                sum += pair;
-                sum
-            });
-            // A choice of addends rather than a start at |dy|: the loop has no branch.
-            for ((radius, square), span) in (0..).zip(&mut self.squares).zip(spans) {
-                *square += if radius >= dy.abs() { span } else { 0 };
-            }
-        }
-    }
-
-    /// Sum over the square up to `half` from the middle.
-    fn square(&self, half: usize) -> i32 {
-        self.squares.get(half).copied().unwrap_or(0)
-    }
-
-    /// Sum and number of the pixels on the square ring at distance `radius`, at least 1.
-    fn ring(&self, radius: usize) -> (i32, i32) {
-        (self.square(radius) - self.square(radius.wrapping_sub(1)), 8 * radius as i32)
-    }
-
-    /// Sum over the square up to `half` from the middle and its first moments, in x and y.
-    fn moments(&self, half: usize) -> [i32; 3] {
-        match half {
-            2 => self.moments_of::<2>(),
-            3 => self.moments_of::<3>(),
-            4 => self.moments_of::<4>(),
-            _ => self.moments_of::<6>(),
-        }
-    }
-
-    /// A length known to the compiler makes this three times as fast on the target, here and in [`Self::sides_of`].
-    fn moments_of<const HALF: usize>(&self) -> [i32; 3] {
-        let mut moments = [self.square(HALF), 0, 0];
-        for (dy, row) in (-(HALF as i32)..).zip(self.pixels.iter().skip(MARGIN - HALF).take(2 * HALF + 1)) {
-            let (mut sum, mut moment) = (0, 0);
-            for (dx, value) in (-(HALF as i32)..).zip(row.iter().skip(MARGIN - HALF).take(2 * HALF + 1)) {
-                sum += value;
-                moment += value * dx;
-            }
-            let [_, x, y] = &mut moments;
-            *x += moment;
-            *y += sum * dy;
-        }
-        moments
-    }
-
-    /// Sums over the four sides of the ring just outside the region: left, right, top, bottom, corners in two of them.
-    fn sides(&self, half: usize) -> [i32; 4] {
-        match half {
-            2 => self.sides_of::<3>(),
-            3 => self.sides_of::<4>(),
-            4 => self.sides_of::<5>(),
-            _ => self.sides_of::<7>(),
-        }
-    }
-
-    fn sides_of<const RADIUS: usize>(&self) -> [i32; 4] {
-        let square = || self.pixels.iter().skip(MARGIN - RADIUS).take(2 * RADIUS + 1);
-        let column = |x: usize| square().map(|row| row.get(x).copied().unwrap_or(0)).sum();
-        let row = |y: usize| {
-            let row =
-                self.pixels.get(y).map(|row| row.iter().skip(MARGIN - RADIUS).take(2 * RADIUS + 1).sum());
-            row.unwrap_or(0)
-        };
-        [column(MARGIN - RADIUS), column(MARGIN + RADIUS), row(MARGIN - RADIUS), row(MARGIN + RADIUS)]
-    }
-
-    /// The pixel nearest to the centre of all light in the patch, which lies about (x, y).
-    fn middle_of_light(&self, x: usize, y: usize) -> Option<(usize, usize)> {
-        let [sum, moment_x, moment_y] = self.moments(MARGIN - 1);
-        let steps = |moment: i32| (2 * moment + sum).checked_div_euclid(2 * sum);
-        let to = |from: usize, steps: i32| from.checked_add_signed(steps as isize);
-        (sum > 0).then_some(())?;
-        Some((to(x, steps(moment_x)?)?, to(y, steps(moment_y)?)?))
-    }
-}
 
 /// A spot and what it stands on.
 #[derive(Clone, Copy, Debug)]
@@ -178,7 +68,8 @@ impl Measured {
         let (left, top) = (usize::try_from(left).ok()?, usize::try_from(top).ok()?);
         let mut pixels = [[0.0; matched::SIDE]; matched::SIDE];
         for (row, y) in pixels.iter_mut().zip(top..) {
-            *row = window.run::<{ matched::SIDE }>(left, y)?.map(|value| value as f32 - self.floor);
+            let run = window.run::<{ matched::SIDE }>(left, y)?;
+            row.iter_mut().zip(run).for_each(|(pixel, value)| *pixel = value as f32 - self.floor);
         }
         let [dx, dy] = [self.spot.x_q16 - (x << 16), self.spot.y_q16 - (y << 16)];
         let spot = matched::Spot {
@@ -197,28 +88,26 @@ impl Measured {
     }
 }
 
-/// Judges the local maximum at (x, y) of the window and centres it. The position returned counts from the window's
+/// Judges the local maximum at a pixel of the window and centres it. The position returned counts from the window's
 /// first pixel. Leaves the pixels about the maximum in `patch`; of a saturated star those about its light.
 pub fn measure(
     window: &Place,
-    [x, y]: [usize; 2],
+    at: [usize; 2],
     parameters: &DetectionParameters,
     patch: &mut Patch,
 ) -> Option<Measured> {
-    if !Patch::fits(window, x, y) {
+    if !patch.take(window, at) {
         return None;
     }
-    patch.take(window, x, y);
-    let saturated = window.saturated(x, y);
-    let (mut x, mut y) = (x, y);
+    let saturated = window.saturated(at);
     if saturated
-        && let Some((to_x, to_y)) = patch.middle_of_light(x, y)
-        && (to_x, to_y) != (x, y)
-        && Patch::fits(window, to_x, to_y)
+        && let Some(middle) = patch.middle_of_light()
+        && middle != at
     {
-        (x, y) = (to_x, to_y);
-        patch.take(window, x, y);
+        // Where the window ends the patch stays about the maximum.
+        let _ = patch.take(window, middle);
     }
+    let [x, y] = patch.at;
     let peak = patch.square(0).max(1);
     let share = |percent: u16| peak * i32::from(percent) / 100;
     // Noise of a ring's mean must not pass for a skirt.

@@ -44,7 +44,7 @@ const STEP_MAX_PX: f32 = 0.5;
 /// Farthest from the first centre, px: else it was no single star.
 const FARTHEST_PX: f32 = 1.0;
 /// Half the side of the square whose pixels are asked, px: the profile's reach and the centre's distance from the middle.
-pub const HALF: usize = 5;
+pub const HALF: usize = 4;
 /// Its side.
 pub const SIDE: usize = 2 * HALF + 1;
 

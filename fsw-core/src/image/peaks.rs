@@ -230,8 +230,10 @@ pub fn for_each_peak(
         let of_cell = |cells: Option<&[i32; BLOCKS]>| cells.and_then(|cells| cells.get(block)).copied();
         let threshold = of_cell(thresholds.get(band)).unwrap_or(i32::MAX);
         let level = 9 * of_cell(Some(window.cell_levels(band))).unwrap_or(0);
-        let sums = searched.sums::<{ SPAN + 2 }, SPAN>(window, first - 2, y);
-        for (x, around) in (first..end).zip(sums.array_windows()) {
+        // Near the right edge the last columns that fit: a whole span costs half of one that is cut off.
+        let start = (first - 2).min(window.width().saturating_sub(SPAN + 1)).max(1);
+        let sums = searched.sums::<{ SPAN + 2 }, SPAN>(window, start, y);
+        for (x, around) in (first..end).zip(sums.array_windows().skip(first - 2 - start)) {
             let [second_left, first_left, sum, first_right, second_right] = *around;
             if sum - level <= threshold
                 || first_left.max(second_left) >= sum

@@ -14,9 +14,10 @@
 
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
 use super::blinding::blinded;
-use super::centroid::{MARGIN, Patch, measure};
+use super::centroid::measure;
 use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
+use super::patch::{MARGIN, Patch};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
 use super::{Detection, FULL_SCALE, Method};
@@ -83,7 +84,7 @@ fn for_each_star(
             return true;
         };
         let extended = measured.spot.core_flux < HILL_FACTOR * around;
-        let shape = shape(&window, [x, y], &patch.pixels, &Detection { extended, ..measured.spot });
+        let shape = shape(&window, &mut patch, &Detection { extended, ..measured.spot });
         if !again && matches!(shape, Shape::Star(Detection { drawn_px: 0, .. })) {
             allowance.give_back(SECOND_LOOK_CYCLES);
         }

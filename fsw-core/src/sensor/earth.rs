@@ -106,14 +106,14 @@ impl Sensor<'_> {
         attitude: &Rotation<Icrs, StarPath>,
     ) -> Result<Looked, DetectorError> {
         let meter = &mut *instruments.meter;
-        meter.begin(Stage::Predict);
+        meter.begin(Stage::Limb);
         let predicted = self.prediction(body, attitude);
         let parameters = &self.parameters.earth;
         let light = predicted
             .as_ref()
             .filter(|predicted| predicted.sigma_rad < DARK_SIGMA_RAD)
             .map(|predicted| (predicted.view.light(&self.camera, 0.0, parameters), predicted.is_known()));
-        meter.end(Stage::Predict);
+        meter.end(Stage::Limb);
         match light {
             Some((light, _)) if light.lit_rad == 0.0 => return Ok(Looked::Dark),
             Some((light, true)) if light.usable_rad < parameters.least_arc_deg.to_radians() => {

@@ -168,13 +168,14 @@ impl Sensor<'_> {
                 self.delay_rows(&mut predicted, &attitude);
                 let earth = self.known_view(&self.body(sky, &attitude), &attitude);
                 // A window that the limb's glow reaches is no good either.
-                let margin_px = f32::from(gate_px) + plan::STRIP_MARGIN_PX;
+                let margin_rad = (f32::from(gate_px) + plan::STRIP_MARGIN_PX) * self.camera.rad_per_px();
+                let veil = earth.as_ref().map(|earth| {
+                    let glow_rad = plan::glow_km(&self.parameters.earth) / earth.limb_distance_km();
+                    earth.veil(glow_rad + margin_rad, &self.parameters.earth)
+                });
                 let hidden = |at_px| {
-                    earth.as_ref().zip(self.camera.earth_direction(at_px)).is_some_and(|(earth, seen)| {
-                        let glow_rad = plan::glow_km(&self.parameters.earth) / earth.limb_distance_km();
-                        earth.covers(&seen, glow_rad + margin_px * self.camera.rad_per_px())
-                            && earth.lit_at(&seen, &self.parameters.earth)
-                    })
+                    let seen = veil.as_ref().zip(self.camera.earth_direction(at_px));
+                    seen.is_some_and(|(veil, direction)| veil.hides(&direction))
                 };
                 let windows = plan::star_windows(&predicted, &geometry, gate_px, hidden);
                 Some((attitude, predicted, windows))

@@ -10,7 +10,7 @@ use std::vec::Vec;
 /// Sum of the 3 x 3 residuals about (x, y), against the levels of the rows and of the cell of a place.
 fn sum9(window: &Residuals, (cell_x, cell_y): (usize, usize), x: usize, y: usize) -> i32 {
     let window = window.about(cell_x, cell_y);
-    (y - 1..=y + 1).map(|y| window.run::<3>(x - 1, y).unwrap().iter().sum::<i32>()).sum()
+    (y - 1..=y + 1).map(|y| window.run::<3>(x - 1, y).unwrap().sum::<i32>()).sum()
 }
 
 /// The same threshold in every cell.
