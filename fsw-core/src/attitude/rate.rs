@@ -259,16 +259,19 @@ pub fn joined(
     updated(a, &information, &(information * b.0))
 }
 
-/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s.
+/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s; `None` where one of
+/// them says so little that it would be like any other.
 #[inline(never)]
-pub fn is_like(a: &Rate, b: &Rate, change: f32) -> bool {
+pub fn is_like(a: &Rate, b: &Rate, change: f32) -> Option<bool> {
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
     let covariance =
         (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
-    // A rate of which nothing is known is like any other.
-    covariance.trace() < 0.1 / SCALE * sizes.0.max(sizes.1)
-        && inverse(&covariance).is_some_and(|weight| difference.dot(&(weight * difference)) < 16.0)
+    if covariance.trace() >= 0.1 / SCALE * sizes.0.max(sizes.1) {
+        return None;
+    }
+    let weight = inverse(&covariance)?;
+    Some(difference.dot(&(weight * difference)) < 16.0)
 }
 
 /// `tan(|ω| τ / 2) / |ω|`: half of τ for a small angle.

@@ -71,8 +71,8 @@ pub(super) struct Turning {
     sense: i8,
     /// Mean rate up to that image from the one before, if that was a second before.
     mean: Option<(Vector3<f32>, Matrix3<f32>)>,
-    /// The rate that was told, where its sense was known, rad/s.
-    told: Option<Vector3<f32>>,
+    /// The rate that was told, where its sense was known, and its covariance, rad/s.
+    told: Option<(Vector3<f32>, Matrix3<f32>)>,
     /// What to do with the next image.
     next: Next,
 }
@@ -236,7 +236,8 @@ impl Sensor<'_> {
         let Some(mut rate) = (if against { turned(&rate) } else { Some(rate) }) else { return };
         let elapsed_s = elapsed_s.unwrap_or(1.0);
         let change = CHANGE * rate.rad_s.norm_squared();
-        let repeats = last.is_some_and(|last| is_like(&rate, last, change * elapsed_s));
+        let like = last.and_then(|last| is_like(&rate, last, change * elapsed_s));
+        let repeats = like == Some(true);
         let mut sense = if last.is_some() { before.sense } else { 0 };
         if last.is_some() && !repeats {
             // One of the two is wrong; whatever was concluded from them is not kept.
@@ -269,7 +270,7 @@ impl Sensor<'_> {
             let Some(other) = other else { return };
             (rate, sense) = (other, -sense);
         } else if gain > 0 {
-            mean = rate::solve(&there).filter(|mean| is_like(mean, &rate, change * elapsed_s));
+            mean = rate::solve(&there).filter(|mean| is_like(mean, &rate, change * elapsed_s) == Some(true));
         }
         let sure = sense >= SURE;
         let off = 0.5 * change * elapsed_s;
@@ -298,13 +299,24 @@ impl Sensor<'_> {
             // Too few for a mean of their own.
             (best, source) = (both, RateSource::Both);
         }
+        if sure
+            && repeats
+            && let Some((told, covariance)) = before.told
+        {
+            // What was told of the last image, with what may have changed since.
+            let since = change * elapsed_s;
+            let carried = (told, covariance + Matrix3::from_diagonal_element(since * since));
+            if let Some(both) = joined(best, carried) {
+                best = both;
+            }
+        }
         self.turning.sense = sense;
-        self.turning.told = sure.then_some(best.0);
+        self.turning.told = sure.then_some(best);
         let confirmed = mean.is_some() || repeats;
         self.turning.mean = mean.map(|mean| (mean.rad_s, mean.covariance));
         self.turning.streaks = Some(rate);
         // A contradiction is none of the last image's if that one had less to say.
-        let contradicts = last.is_some() && !repeats && before.sense >= SURE;
+        let contradicts = like == Some(false) && before.sense >= SURE;
         // Among many lines of which most disagree, some agree by chance.
         let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && 2 * (whole + cut) >= arcs.len();
         if confirmed || alone && !contradicts {
