@@ -59,7 +59,7 @@ pub enum CatalogueError {
     Length,
     /// The checksum does not match: bytes were damaged.
     Checksum,
-    /// The counts contradict each other or the bin table.
+    /// The counts contradict each other or the bin table, or a star's direction is no unit vector.
     Structure,
 }
 
@@ -118,6 +118,9 @@ fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
     bytes.get(offset..)?.first_chunk::<2>().map(|word| u16::from_le_bytes(*word))
 }
 
+/// By so much the square of a star's vector may differ from one: rounding is below 1e-8.
+const UNIT_SQUARE: f32 = 1e-5;
+
 impl<'a> Catalogue<'a> {
     /// Checks magic, version, length, checksum and structure, in this order.
     ///
@@ -164,7 +167,7 @@ impl<'a> Catalogue<'a> {
         if last as usize != pairs || !firsts.is_sorted() {
             return None;
         }
-        Some(Self {
+        let catalogue = Self {
             stars: star_bytes.as_chunks::<STAR_BYTES>().0,
             bins,
             pairs: pair_bytes.as_chunks::<PAIR_BYTES>().0,
@@ -175,7 +178,9 @@ impl<'a> Catalogue<'a> {
             field_millideg: u32_at(bytes, 44)?,
             source_crc: u32_at(bytes, 48)?,
             velocity: Vector3::new(0.0, 0.0, 0.0),
-        })
+        };
+        let is_unit = |star: Star| (star.direction().vector().norm_squared() - 1.0).abs() < UNIT_SQUARE;
+        catalogue.stars().all(is_unit).then_some(catalogue)
     }
 
     /// Number of stars.

@@ -124,6 +124,15 @@ fn any_flipped_bit_is_refused() {
 }
 
 #[test]
+fn a_star_whose_vector_is_not_of_unit_length_is_refused_by_structure() {
+    let mut bytes = small();
+    // The first star's x, y and z.
+    bytes[HEADER_BYTES..HEADER_BYTES + 12].fill(0);
+    seal(&mut bytes);
+    assert_eq!(refusal(&bytes), CatalogueError::Structure);
+}
+
+#[test]
 fn counts_that_contradict_each_other_are_refused_by_structure() {
     let cases = [
         ("stars", 16, [7, 9, 0, 65_536, u32::MAX]),

@@ -1,0 +1,139 @@
+//! Mutilated files at every door, the same in every run.
+
+use fsw_core::camera::{CameraParameters, Distortion, Projection};
+use fsw_core::catalog::Catalogue;
+use fsw_core::modes::Mode;
+use fsw_core::parameters::Parameters;
+use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
+use fuzz::seconds::{self, HEAD};
+use std::path::Path;
+
+/// Numbers that only look random (xorshift).
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, count: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as usize % count.max(1)
+    }
+
+    /// A byte that is often an extreme one.
+    fn byte(&mut self) -> u8 {
+        let extremes = [0, 1, 0x7F, 0x80, 0xFF];
+        if self.below(2) == 0 { extremes[self.below(extremes.len())] } else { self.below(256) as u8 }
+    }
+
+    /// One of the seeds with up to eight mutilations.
+    fn mutilated(&mut self, seeds: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes = seeds[self.below(seeds.len())].clone();
+        for _ in 0..self.below(9) {
+            let at = self.below(bytes.len());
+            match self.below(6) {
+                0 => bytes.truncate(at),
+                1 => bytes.insert(at, self.byte()),
+                2 => drop(bytes.drain(at..(at + self.below(16)).min(bytes.len()))),
+                3 => {
+                    let other = &seeds[self.below(seeds.len())];
+                    let from = self.below(other.len());
+                    let piece = &other[from..(from + self.below(64)).min(other.len())];
+                    bytes.splice(at..at, piece.iter().copied());
+                }
+                _ if bytes.is_empty() => {}
+                _ => bytes[at] = self.byte(),
+            }
+        }
+        bytes
+    }
+}
+
+fn knock(door: impl Fn(&[u8]), seeds: &[Vec<u8>], times: usize) {
+    let mut dice = Dice(0x5EED);
+    seeds.iter().for_each(|seed| door(seed));
+    (0..times).for_each(|_| door(&dice.mutilated(seeds)));
+}
+
+/// All files of a folder of the repository that end so, a byte for their kind before each.
+fn files(folder: &str, ending: &str, kind: &[u8]) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(folder);
+    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let paths = paths.iter().filter(|path| path.extension().is_some_and(|found| found == ending));
+    let files: Vec<_> = paths.map(|path| [kind, &std::fs::read(path).unwrap()].concat()).collect();
+    assert!(!files.is_empty());
+    files
+}
+
+#[test]
+fn packets() {
+    let camera = CameraParameters {
+        width_px: 1280,
+        height_px: 1024,
+        focal_length_px: 3000.0,
+        optical_centre_px: [639.5, 511.5],
+        projection: Projection::Rectilinear,
+        distortion: Distortion::default(),
+        mirrored: true,
+    };
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let report = telemetry::encode_next(&Report::new(7, 1, Mode::Tracking), &mut buffer).unwrap().to_vec();
+    let table = Parameters::for_camera(camera).encode(&mut buffer).unwrap().to_vec();
+    // The bodies alone, without length, version and checksum.
+    let bodies = [&report[3..report.len() - 4], &table[1..table.len() - 4]].map(<[u8]>::to_vec);
+    knock(fuzz::packets::try_bytes, &[&[report][..], &bodies[..]].concat(), 1_000_000);
+}
+
+#[test]
+fn tables() {
+    let mut seeds = files("sil-host/cameras", "corr", &[]);
+    seeds.push(catalog_gen::REFERENCE.to_vec());
+    knock(fuzz::tables::try_bytes, &seeds, 5000);
+}
+
+#[test]
+fn pixels() {
+    let steps: Vec<u8> = [100, 90, 2].into_iter().chain((0..4000u32).map(|k| (k * k / 97) as u8)).collect();
+    let flat = [&[200, 40, 8][..], &[12; 999]].concat();
+    knock(fuzz::pixels::try_bytes, &[steps, flat], 2000);
+}
+
+/// The pixels of a sky: the catalogue's stars in a field of 23 deg about a pole.
+fn sky() -> Vec<u8> {
+    let side = usize::from(seconds::SIDE_PX);
+    let mut pixels = vec![3.0f32; side * side];
+    for star in Catalogue::open(catalog_gen::REFERENCE).unwrap().stars() {
+        let unit = *star.direction().vector();
+        let light = 2.0e3 * 10f32.powf(-0.004 * f32::from(star.magnitude_centi));
+        let [x, y] = [unit.x, unit.y].map(|part| 80.0 + seconds::CAMERA.focal_length_px * part / unit.z);
+        if unit.z < 0.5 || !(0.0..160.0).contains(&x.max(y)) || x.min(y) < 0.0 {
+            continue;
+        }
+        for (place, pixel) in pixels.iter_mut().enumerate() {
+            let (dx, dy) = ((place % side) as f32 - x, (place / side) as f32 - y);
+            *pixel += light * (-0.5 * (dx * dx + dy * dy)).exp();
+        }
+    }
+    pixels.into_iter().map(|pixel| pixel.min(250.0) as u8).collect()
+}
+
+#[test]
+fn seconds_of_the_sensor() {
+    let pixels: Vec<u8> = [7].into_iter().chain((0..20_000u32).map(|k| (k * k / 1013) as u8)).collect();
+    let sky = [&[5][..], &[&[0; HEAD][..], &sky()].concat().repeat(6)].concat();
+    // The self-test sees stars and names none.
+    assert_eq!(seconds::try_bytes(&sky), 5);
+    knock(|bytes| _ = seconds::try_bytes(bytes), &[pixels, sky.clone(), sky], 600);
+}
+
+#[test]
+fn files_of_people() {
+    let seeds =
+        [files("sil-host/src/scenarios", "toml", &[1]), files("sil-host/cameras", "toml", &[2])].concat();
+    let fits: Vec<u8> = ["SIMPLE  = T", "BITPIX  = 16", "NAXIS   = 2", "NAXIS1  = 40", "NAXIS2  = 36", "END"]
+        .iter()
+        .flat_map(|card| format!("{card:80}").into_bytes())
+        .collect();
+    let picture = [&[0][..], &fits, &vec![b' '; 2880 - fits.len()], &vec![9; 2880]].concat();
+    knock(fuzz::files::try_bytes, &[seeds, vec![picture]].concat(), 30_000);
+}
