@@ -125,9 +125,7 @@ impl Camera {
     /// Cosine of the angle from the line of sight to the farthest corner; `None` unless every corner has a direction that falls on
     /// it again: a distortion that folds the field over has none.
     fn forward_of_corners(&self) -> Option<f32> {
-        let [right, bottom] = self.middle_px().map(|half| 2.0 * half);
-        let corners = [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]];
-        corners.into_iter().try_fold(1.0f32, |least, corner| {
+        self.corners_px().into_iter().try_fold(1.0f32, |least, corner| {
             let direction = self.direction(corner)?;
             let [x, y] = self.project(&direction)?;
             let (dx, dy) = (x - corner[0], y - corner[1]);
@@ -157,6 +155,12 @@ impl Camera {
             (f32::from(self.parameters.width_px) - 1.0) * 0.5,
             (f32::from(self.parameters.height_px) - 1.0) * 0.5,
         ]
+    }
+
+    /// Pixels of the detector's corners.
+    pub fn corners_px(&self) -> [[f32; 2]; 4] {
+        let [right, bottom] = self.middle_px().map(|half| 2.0 * half);
+        [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]]
     }
 
     /// Whether a pixel position lies on the detector, `margin_px` inside its edge.

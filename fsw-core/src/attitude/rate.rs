@@ -249,6 +249,11 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
     Some(Rate { rad_s: rate, covariance, arcs: bits })
 }
 
+/// A rate's covariance with what else is not known of it, one sigma about every axis, rad/s.
+pub fn widened(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
+    covariance + Matrix3::from_diagonal_element(by_rad_s * by_rad_s)
+}
+
 /// Two independent estimates of a rate as one.
 #[inline(never)]
 pub fn joined(
@@ -264,8 +269,7 @@ pub fn joined(
 #[inline(never)]
 pub fn is_like(a: &Rate, b: &Rate, change: f32) -> Option<bool> {
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
-    let covariance =
-        (a.covariance + b.covariance + Matrix3::from_diagonal_element(change * change)) * (1.0 / SCALE);
+    let covariance = widened(a.covariance + b.covariance, change) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
     if covariance.trace() >= 0.1 / SCALE * sizes.0.max(sizes.1) {
         return None;

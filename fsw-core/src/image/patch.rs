@@ -61,13 +61,22 @@ impl Patch {
         row.zip(column).and_then(|(row, column)| row.get(column)).copied().unwrap_or(0)
     }
 
+    /// The rows up to `HALF` from the middle with their offsets, and in each the pixels with theirs. A length known to the compiler
+    /// makes sums over them three times as fast on the target.
+    #[inline(always)]
+    fn rows<const HALF: usize>(&self) -> impl Iterator<Item = (i32, impl Iterator<Item = (i32, i32)>)> {
+        let first = -(HALF as i32);
+        let rows = self.pixels.iter().skip(MARGIN - HALF).take(2 * HALF + 1);
+        (first..).zip(rows).map(move |(dy, row)| {
+            (dy, (first..).zip(row.iter().copied().skip(MARGIN - HALF).take(2 * HALF + 1)))
+        })
+    }
+
     /// Calls `see` with offset and residual of each pixel up to `HALF` from the middle, in reading order.
     #[inline(always)]
     pub fn each<const HALF: usize>(&self, mut see: impl FnMut(i32, i32, i32)) {
-        for (dy, row) in (-(HALF as i32)..).zip(self.pixels.iter().skip(MARGIN - HALF).take(2 * HALF + 1)) {
-            for (dx, value) in (-(HALF as i32)..).zip(row.iter().skip(MARGIN - HALF).take(2 * HALF + 1)) {
-                see(dx, dy, *value);
-            }
+        for (dy, row) in self.rows::<HALF>() {
+            row.for_each(|(dx, value)| see(dx, dy, value));
         }
     }
 
@@ -103,15 +112,14 @@ impl Patch {
         }
     }
 
-    /// A length known to the compiler makes this three times as fast on the target, here and in [`Self::sides_of`].
     fn moments_of<const HALF: usize>(&self) -> [i32; 3] {
         let mut moments = [self.square(HALF), 0, 0];
-        for (dy, row) in (-(HALF as i32)..).zip(self.pixels.iter().skip(MARGIN - HALF).take(2 * HALF + 1)) {
+        for (dy, row) in self.rows::<HALF>() {
             let (mut sum, mut moment) = (0, 0);
-            for (dx, value) in (-(HALF as i32)..).zip(row.iter().skip(MARGIN - HALF).take(2 * HALF + 1)) {
+            row.for_each(|(dx, value)| {
                 sum += value;
                 moment += value * dx;
-            }
+            });
             let [_, x, y] = &mut moments;
             *x += moment;
             *y += sum * dy;

@@ -169,7 +169,7 @@ fn whole(window: &Place, spot: &Detection, patch: &mut Patch, axis: [f32; 2]) ->
             }
             continue;
         }
-        let middle = patch.nine([0, 0]) - 9 * floor;
+        let middle = patch.square(1) - 9 * floor;
         if ends(patch, axis, floor).into_iter().any(|end| shines(end, middle, window)) {
             return None;
         }
@@ -253,7 +253,7 @@ pub fn shape(window: &Place, patch: &mut Patch, spot: &Detection) -> Shape {
 
 /// Whether light shines at both ends of the patch.
 fn runs_on(window: &Place, patch: &Patch, floor: i32, axis: [f32; 2]) -> bool {
-    let middle = patch.nine([0, 0]) - 9 * floor;
+    let middle = patch.square(1) - 9 * floor;
     ends(patch, axis, floor).into_iter().all(|end| shines(end, middle, window))
 }
 

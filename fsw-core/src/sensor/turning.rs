@@ -20,7 +20,7 @@ mod seen;
 
 use super::{Instruments, Sensor};
 use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
-use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined};
+use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
 use crate::image::streaks::Streak;
 use crate::stars::identify::NotIdentified;
 use crate::stars::{Measured, row_delay_s};
@@ -254,7 +254,7 @@ impl Sensor<'_> {
                 None => (rate.rad_s, rate.covariance, 0.5),
             };
             let off = off * change * elapsed_s;
-            let covariance = covariance + Matrix3::from_diagonal_element(off * off);
+            let covariance = widened(covariance, off);
             let chance = encounters(&mut there, images, (&mean, &covariance), elapsed_s, &self.camera);
             (there.len(), chance)
         };
@@ -278,12 +278,13 @@ impl Sensor<'_> {
         if let Some(mean) = mean.as_ref().filter(|_| sure) {
             // The mean is that of half the time before: as it is, with what may have changed since, or carried on by the mean
             // before it.
-            let mut now = (mean.rad_s, mean.covariance + Matrix3::from_diagonal_element(off * off));
+            let mut now = (mean.rad_s, widened(mean.covariance, off));
             if let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < 1.5) {
                 let wander = change * rate.rad_s.norm();
-                let noise = Matrix3::from_diagonal_element(wander * wander);
-                let carried =
-                    (mean.rad_s * 1.5 - last * 0.5, mean.covariance * 2.25 + covariance * 0.25 + noise);
+                let carried = (
+                    mean.rad_s * 1.5 - last * 0.5,
+                    widened(mean.covariance * 2.25 + covariance * 0.25, wander),
+                );
                 if carried.1.trace() < now.1.trace() {
                     now = carried;
                 }
@@ -304,11 +305,7 @@ impl Sensor<'_> {
             && let Some((told, covariance)) = before.told
         {
             // What was told of the last image, with what may have changed since.
-            let since = change * elapsed_s;
-            let carried = (told, covariance + Matrix3::from_diagonal_element(since * since));
-            if let Some(both) = joined(best, carried) {
-                best = both;
-            }
+            best = joined(best, (told, widened(covariance, change * elapsed_s))).unwrap_or(best);
         }
         self.turning.sense = sense;
         self.turning.told = sure.then_some(best);
@@ -344,8 +341,11 @@ impl Sensor<'_> {
         self.turning = Turning { marks, taken: self.cycle, next, ..Turning::default() };
         if let Some(rate) = rate {
             let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s.unwrap_or(1.0);
-            let covariance = rate.covariance + Matrix3::from_diagonal_element(off * off);
-            report_rate(report, (rate.rad_s, covariance), (RateSource::Images, false, rate.count()));
+            report_rate(
+                report,
+                (rate.rad_s, widened(rate.covariance, off)),
+                (RateSource::Images, false, rate.count()),
+            );
         }
     }
 }

@@ -29,9 +29,7 @@ pub struct Predicted {
 /// Cosine of the angle from the detector's middle to its farthest corner, and a little more; the middle's direction.
 fn circumscribed_cone(camera: &Camera) -> Option<(f32, Direction<StarPath>)> {
     let middle = camera.direction(camera.middle_px())?;
-    let [right, bottom] = camera.middle_px().map(|half| 2.0 * half);
-    let corners = [[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]];
-    let cosine = corners.into_iter().try_fold(1.0f32, |least, corner| {
+    let cosine = camera.corners_px().into_iter().try_fold(1.0f32, |least, corner| {
         camera.direction(corner).map(|direction| least.min(direction.dot(&middle)))
     })?;
     Some((cosine - COSINE_ROUNDING, middle))

@@ -1,22 +1,25 @@
 //! Mutilated files at every door, the same in every run.
 
-use fsw_core::camera::{CameraParameters, Distortion, Projection};
+use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
+use fsw_core::frames::Direction;
 use fsw_core::modes::Mode;
 use fsw_core::parameters::Parameters;
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
 use fuzz::seconds::{self, HEAD};
+use sil_host::world::noise::{Noise, Stream};
 use std::path::Path;
 
-/// Numbers that only look random (xorshift).
-struct Dice(u64);
+/// The world's noise, thrown one number after the other.
+struct Dice {
+    noise: Noise,
+    thrown: u32,
+}
 
 impl Dice {
     fn below(&mut self, count: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as usize % count.max(1)
+        self.thrown += 1;
+        self.noise.bits(self.thrown, 0) as usize % count.max(1)
     }
 
     /// A byte that is often an extreme one.
@@ -49,7 +52,7 @@ impl Dice {
 }
 
 fn knock(door: impl Fn(&[u8]), seeds: &[Vec<u8>], times: usize) {
-    let mut dice = Dice(0x5EED);
+    let mut dice = Dice { noise: Noise::new(0x5EED, 0, Stream::Shuffle), thrown: 0 };
     seeds.iter().for_each(|seed| door(seed));
     (0..times).for_each(|_| door(&dice.mutilated(seeds)));
 }
@@ -67,18 +70,9 @@ fn files(folder: &str, ending: &str, kind: &[u8]) -> Vec<Vec<u8>> {
 
 #[test]
 fn packets() {
-    let camera = CameraParameters {
-        width_px: 1280,
-        height_px: 1024,
-        focal_length_px: 3000.0,
-        optical_centre_px: [639.5, 511.5],
-        projection: Projection::Rectilinear,
-        distortion: Distortion::default(),
-        mirrored: true,
-    };
     let mut buffer = [0; MAX_FRAME_BYTES];
     let report = telemetry::encode_next(&Report::new(7, 1, Mode::Tracking), &mut buffer).unwrap().to_vec();
-    let table = Parameters::for_camera(camera).encode(&mut buffer).unwrap().to_vec();
+    let table = Parameters::for_camera(seconds::CAMERA).encode(&mut buffer).unwrap().to_vec();
     // The bodies alone, without length, version and checksum.
     let bodies = [&report[3..report.len() - 4], &table[1..table.len() - 4]].map(<[u8]>::to_vec);
     knock(fuzz::packets::try_bytes, &[&[report][..], &bodies[..]].concat(), 1_000_000);
@@ -101,14 +95,12 @@ fn pixels() {
 /// The pixels of a sky: the catalogue's stars in a field of 23 deg about a pole.
 fn sky() -> Vec<u8> {
     let side = usize::from(seconds::SIDE_PX);
+    let camera = Camera::new(seconds::CAMERA).unwrap();
     let mut pixels = vec![3.0f32; side * side];
     for star in Catalogue::open(catalog_gen::REFERENCE).unwrap().stars() {
-        let unit = *star.direction().vector();
+        let place = Direction::new(*star.direction().vector()).and_then(|there| camera.project(&there));
+        let Some([x, y]) = place.filter(|place| camera.contains(*place, 0.0)) else { continue };
         let light = 2.0e3 * 10f32.powf(-0.004 * f32::from(star.magnitude_centi));
-        let [x, y] = [unit.x, unit.y].map(|part| 80.0 + seconds::CAMERA.focal_length_px * part / unit.z);
-        if unit.z < 0.5 || !(0.0..160.0).contains(&x.max(y)) || x.min(y) < 0.0 {
-            continue;
-        }
         for (place, pixel) in pixels.iter_mut().enumerate() {
             let (dx, dy) = ((place % side) as f32 - x, (place / side) as f32 - y);
             *pixel += light * (-0.5 * (dx * dx + dy * dy)).exp();
