@@ -90,6 +90,11 @@ pub struct EarthFix {
 }
 
 impl EarthFix {
+    /// Whether the point of this number is an inlier.
+    pub fn holds(&self, point: usize) -> bool {
+        self.inliers.checked_shr(point as u32).unwrap_or(0) & 1 != 0
+    }
+
     /// Standard deviation of the direction to the centre, the greater of the two across it, rad, and of the distance, km.
     pub fn sigmas(&self) -> (f32, f32) {
         let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
@@ -160,7 +165,7 @@ pub struct EarthParameters {
     /// Least standard deviation of a limb point of a search, px (default 1.5, 0.01 to 5): clouds move
     /// neighbours alike.
     pub search_floor_px: f32,
-    /// Farthest that an inlier may lie from the limb in a search, px (default 3, 0.2 to 20; thesis 4).
+    /// Farthest that an inlier may lie from the limb in a search, px (default 4, 0.2 to 20; thesis 4).
     pub search_tolerance_px: f32,
     /// The same in tracking (default 2, 0.2 to 20).
     pub tracking_tolerance_px: f32,
@@ -209,7 +214,7 @@ impl Default for EarthParameters {
             search_run_px: 12.0,
             search_rise_px: 64.0,
             search_floor_px: 1.5,
-            search_tolerance_px: 3.0,
+            search_tolerance_px: 4.0,
             tracking_tolerance_px: 2.0,
             enough_share: 0.95,
             search_share: 0.3,
@@ -233,6 +238,18 @@ pub struct Demand {
     pub alone: bool,
 }
 
+/// Strips that were read across a limb.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Strips {
+    /// How many.
+    pub read: usize,
+    /// What a pixel spans at that limb, km.
+    pub km_per_px: f32,
+}
+
+/// How many of its scatters ([`EarthParameters::limb_scatter_km`]) a limb point may be off.
+const TOLERATED_SCATTERS: f32 = 4.0;
+
 impl EarthParameters {
     /// What is demanded of a search that found so many points.
     pub fn in_search(&self, points: usize) -> Demand {
@@ -240,10 +257,14 @@ impl EarthParameters {
         Demand { tolerance_px: self.search_tolerance_px, inliers, alone: true }
     }
 
-    /// What is demanded of so many strips; `alone` where no orbit says what the limb does not.
-    pub fn in_strips(&self, strips: usize, alone: bool) -> Demand {
-        let inliers = self.fewest(self.strip_share, strips);
-        Demand { tolerance_px: self.tracking_tolerance_px, inliers, alone }
+    /// What is demanded of these strips; `alone` where no orbit says what the limb does not. Where a pixel spans less than the limb
+    /// scatters, inliers may lie farther apart.
+    pub fn in_strips(&self, strips: &Strips, alone: bool) -> Demand {
+        let inliers = self.fewest(self.strip_share, strips.read);
+        let scatter_px = TOLERATED_SCATTERS * self.limb_scatter_km / strips.km_per_px.max(1e-3);
+        let tolerance_px =
+            libm::sqrtf(self.tracking_tolerance_px * self.tracking_tolerance_px + scatter_px * scatter_px);
+        Demand { tolerance_px, inliers, alone }
     }
 
     fn fewest(&self, share: f32, count: usize) -> usize {

@@ -231,11 +231,10 @@ impl PictureEarth {
         let found = look::anywhere(&look, picture, &mut room).map_err(fault)?;
         let side = f32::from(binning_px);
         let unbinned = |at: f32| at * side + 0.5 * (side - 1.0);
-        let inliers = found.fix.as_ref().map_or(0, |fix| fix.inliers);
         let limb = self.points.iter().enumerate().map(|(index, point)| LimbAnswer {
             x: unbinned(point.centre_px[0]),
             y: unbinned(point.centre_px[1]),
-            inlier: inliers & (1u128 << index) != 0,
+            inlier: found.fix.as_ref().is_ok_and(|fix| fix.holds(index)),
         });
         let fix = found.fix.map(|fix| EarthFix { rms_px: fix.rms_px * side, ..fix });
         Ok(Found { fix, limb: limb.collect(), binning_px })

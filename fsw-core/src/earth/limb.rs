@@ -288,9 +288,12 @@ impl<'a> Rise<'a> {
         for place in outer..profile.len() {
             // At the inner end of the strip there is no bright side left.
             let (now, bright) = excess(place)?;
-            // The outer end itself must be dark; here a rise ends at least half way up.
-            if now >= 0.0 && bright > least {
-                found = (before < 0.0).then_some(Passage { place, part: before / (before - now), bright });
+            if now >= 0.0 && bright > least && zone.has_risen(profile, place, dark, bright) {
+                found = if before < 0.0 {
+                    Some(Passage { place, part: before / (before - now), bright })
+                } else {
+                    self.outward(zone, place, first, bright)
+                };
                 break;
             }
             before = now;
@@ -298,6 +301,21 @@ impl<'a> Rise<'a> {
         let Passage { place, bright, .. } = found?;
         let saturated = bright + dark > parameters.saturated_share * full_scale;
         found.filter(|_| !saturated && rises(profile, place, zone, bright))
+    }
+
+    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that fades more slowly than the
+    /// model's has its share all the way out. The outer end itself must be dark; a rise ends at least half way up.
+    fn outward(&self, zone: &Zone, place: usize, outermost: usize, bright: f32) -> Option<Passage> {
+        let excess = |place: usize| Some(self.profile.get(place)? - self.dark - zone.level * bright);
+        let mut inner = excess(place)?;
+        for place in (outermost + 1..=place).rev() {
+            let outer = excess(place - 1)?;
+            if outer < 0.0 {
+                return Some(Passage { place, part: outer / (outer - inner), bright });
+            }
+            inner = outer;
+        }
+        None
     }
 
     /// The limb point of a passage, with its sigma.

@@ -6,7 +6,7 @@
 
 use super::centre::{self, Expected};
 use super::view::View;
-use super::{Body, Demand, EarthFix, EarthParameters, MAX_LIMB_POINTS, Refusal, limb, search};
+use super::{Body, Demand, EarthFix, EarthParameters, MAX_LIMB_POINTS, Refusal, Strips, limb, search};
 use crate::camera::Camera;
 use crate::plan;
 use fsw_hal::{Detector, DetectorError};
@@ -18,7 +18,7 @@ pub const SEARCH_SIGMA_PX: f32 = 3.0;
 /// and the detector's edge (the second search along the rim, thesis §3.2.1).
 const STRIPS_SIGMA_PX: f32 = 0.5;
 /// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts as lit.
-const LIT_STEPS: f32 = 3.0;
+const LIT_STEPS: f32 = 6.0;
 
 /// Where the work is done; all of it is written over.
 #[derive(Debug)]
@@ -74,14 +74,19 @@ impl Look<'_> {
         }))
     }
 
-    /// Variance of the limb's height where it is known to `sigma_px`, km².
+    /// What a pixel spans at the limb, km.
+    pub fn km_per_px(&self, view: &View) -> f32 {
+        view.limb_distance_km() * self.camera.rad_per_px()
+    }
+
+    /// Variance of the limb's height where a smooth limb is known to `sigma_px`, km²: the horizon's unevenness comes to it.
     pub fn height_variance_km2(&self, view: &View, sigma_px: f32) -> f32 {
-        let sigma_km = sigma_px * view.limb_distance_km() * self.camera.rad_per_px();
-        sigma_km * sigma_km
+        let (sigma_km, uneven_km) = (sigma_px * self.km_per_px(view), self.parameters.horizon_sigma_km);
+        sigma_km * sigma_km + uneven_km * uneven_km
     }
 
     /// Fills the room with limb points from strips across the limb where it is expected; `variance` gives that of its height for a
-    /// normal, km², and `choice` which strips. Gives the number of strips read.
+    /// normal, km², and `choice` which strips.
     ///
     /// # Errors
     /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.
@@ -93,7 +98,7 @@ impl Look<'_> {
         variance: impl Fn(&Vector3<f32>) -> f32,
         choice: &Choice<impl Fn([f32; 2]) -> bool>,
         room: &mut Room,
-    ) -> Result<usize, DetectorError> {
+    ) -> Result<Strips, DetectorError> {
         self.read_strips_by(detector, view, variance, choice, room, limb::crossing)
     }
 
@@ -107,7 +112,7 @@ impl Look<'_> {
         choice: &Choice<impl Fn([f32; 2]) -> bool>,
         room: &mut Room,
         crossing: impl limb::Crossing,
-    ) -> Result<usize, DetectorError> {
+    ) -> Result<Strips, DetectorError> {
         let Self { camera, parameters, .. } = *self;
         let geometry = detector.geometry();
         room.points.clear();
@@ -129,7 +134,7 @@ impl Look<'_> {
                 let _ = room.points.push(point);
             }
         }
-        Ok(read)
+        Ok(Strips { read, km_per_px: self.km_per_px(view) })
     }
 }
 
@@ -187,7 +192,7 @@ pub fn anywhere_by(
     };
     let mut lit = search::Points::new();
     for (index, point) in room.points.iter().enumerate() {
-        if rough.inliers & 1u128.wrapping_shl(index as u32) != 0 {
+        if rough.holds(index) {
             let _ = lit.push(*point);
         }
     }
@@ -207,8 +212,9 @@ pub fn anywhere_by(
     let (mut about, mut view) = (rough, view);
     for sigma_px in [SEARCH_SIGMA_PX, STRIPS_SIGMA_PX] {
         let variance_km2 = look.height_variance_km2(&view, sigma_px);
-        found.strips = look.read_strips_by(detector, &view, |_| variance_km2, &choice, room, crossing)?;
-        let demand = look.parameters.in_strips(found.strips, true);
+        let strips = look.read_strips_by(detector, &view, |_| variance_km2, &choice, room, crossing)?;
+        found.strips = strips.read;
+        let demand = look.parameters.in_strips(&strips, true);
         found.fix = look.fit(&demand, Expected::after(&about).as_ref(), room);
         match found.fix.map(|fix| (fix, View::new(&fix.centre_km, look.body))) {
             Ok((fix, Some(seen))) => (about, view) = (fix, seen),

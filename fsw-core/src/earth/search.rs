@@ -5,8 +5,9 @@
 //! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright. Dark is a level that
 //! falls quickly with the pixels and rises slowly. Where a pixel leaves it after [`LEAST_DARK_PX`] dark ones, the line is followed to
 //! the first plateau: 8 px after which the next 8 are hardly brighter. The limb is where the line passes half of that plateau, going
-//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise, a dark sea among clouds is no
-//! dark side; what gets through, [`consensus`](super::consensus) is for.
+//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
+//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand. What gets through,
+//! [`consensus`](super::consensus) is for.
 //!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
 //!
@@ -31,6 +32,11 @@ const FALL_SHIFT: u32 = 2;
 const BEGIN_SHIFT: u32 = 2;
 /// A plateau's next pixels are brighter by less than a share of 2^-3.
 const PLATEAU_SHIFT: u32 = 3;
+/// The dark side is brighter than the sky by less than a share of 2^-3 of the plateau.
+const SKY_SHIFT: u32 = 3;
+/// The sky is looked for along every fourth line, in blocks of so many pixels.
+const SKY_LINES: u16 = 4;
+const SKY_BLOCK: usize = 16;
 /// Sigma of a point as a share of its rise's length.
 const SIGMA_SHARE: f32 = 0.05;
 
@@ -43,6 +49,8 @@ struct Thresholds {
     contrast: i32,
     /// Brightest dark side, fine counts.
     dark: i32,
+    /// The darkest sky, fine counts.
+    sky: i32,
     /// Least length of the bright side, px.
     run: usize,
     /// Longest rise, px.
@@ -106,6 +114,9 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
         blocks = [second, third, fourth, block(plateau + 3 * BLOCK)?];
     }
     let bright = bright.ok_or(plateau)?;
+    if dark - thresholds.sky > begin.max(bright >> SKY_SHIFT) {
+        return Err(plateau + 2 * BLOCK);
+    }
     let half = dark + bright / 2;
     for step in 0..thresholds.run / BLOCK {
         if block(plateau + BLOCK + step * BLOCK)? < bright / 2 * BLOCK as i32 {
@@ -211,6 +222,26 @@ pub(super) fn grid_line(along_x: bool, line: u16, length: u16) -> Window {
     }
 }
 
+/// Level of the darkest sky, fine counts: of the darkest blocks of the lines the second, in case that a line is broken.
+fn sky(detector: &mut impl Detector, buffer: &mut [u16], step: u16) -> Result<i32, DetectorError> {
+    let geometry = detector.geometry();
+    let mut darkest = [u32::MAX; 2];
+    for along_x in [true, false] {
+        let (length, lines) = grid(&geometry, along_x);
+        let pixels = buffer.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
+        for line in (step / 2..lines).step_by(usize::from(step) * usize::from(SKY_LINES)) {
+            detector.read(grid_line(along_x, line, length), pixels)?;
+            let sums =
+                pixels.chunks_exact(SKY_BLOCK).map(|block| block.iter().map(|raw| u32::from(*raw)).sum());
+            let of_line = sums.min().unwrap_or(u32::MAX);
+            let [first, second] = darkest;
+            darkest = [first.min(of_line), second.min(first.max(of_line))];
+        }
+    }
+    let [_, sum] = darkest;
+    Ok((sum >> SKY_BLOCK.ilog2() << FINE_SHIFT) as i32)
+}
+
 /// Searches the whole detector. `buffer` must hold its longer side.
 ///
 /// # Errors
@@ -225,14 +256,15 @@ pub fn search(
     let geometry = detector.geometry();
     let full_scale = f32::from(geometry.full_scale());
     let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
+    let step = (parameters.search_step_px as u16).max(1);
     let thresholds = Thresholds {
         contrast: fine(parameters.search_contrast_share).max(1 << FINE_SHIFT),
         dark: fine(parameters.search_dark_share),
+        sky: sky(detector, buffer, step)?,
         run: parameters.search_run_px as usize,
         rise: (parameters.search_rise_px as usize).min(256),
         floor_px: parameters.search_floor_px,
     };
-    let step = (parameters.search_step_px as u16).max(1);
     let mut thinned = Thinned::new(points);
     for along_x in [true, false] {
         let (length, lines) = grid(&geometry, along_x);

@@ -22,7 +22,8 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })
         .collect();
-    let demand = &parameters.in_strips(points.len(), true);
+    let strips = Strips { read: points.len(), km_per_px: f32::INFINITY };
+    let demand = &parameters.in_strips(&strips, true);
     centre(&points, &camera, &body, demand, None, &parameters, &mut Workspace::new())
 }
 

@@ -44,6 +44,8 @@ const WEIGHTS: [f32; 11] = [
 ];
 /// Least fall of the air's brightness, px: below, the lens alone shapes the limb.
 const LEAST_SCALE_PX: f32 = 0.1;
+/// Air brightens by e over a scale height, slowly fading air by less; ground by less than so many times.
+const GREATEST_RISE: f32 = 1.7;
 /// Places of the bright side at which the model is taken.
 const SAMPLES: usize = 4;
 
@@ -173,6 +175,13 @@ impl Zone {
     pub(super) fn bright(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
         let inside = profile.get(place + self.begin..place + self.end)?;
         Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
+    }
+
+    /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it is hardly brighter. A line
+    /// that ends before that cannot tell.
+    pub(super) fn has_risen(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
+        let farther = self.bright(profile, place + self.scale as usize, dark);
+        farther.is_none_or(|farther| farther < GREATEST_RISE * bright)
     }
 
     /// Relative scatter of the bright side.

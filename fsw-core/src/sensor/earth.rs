@@ -4,7 +4,7 @@ use super::{Instruments, Sensor, Sky};
 use crate::earth::centre::Expected;
 use crate::earth::look::{Choice, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
-use crate::earth::{Body, Demand, EarthFix, Refusal};
+use crate::earth::{Body, Demand, EarthFix, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::covariance::inverse;
 use crate::orbit::filter::Update;
@@ -122,22 +122,22 @@ impl Sensor<'_> {
             _ => {}
         }
         meter.begin(Stage::Limb);
-        let mut read = 0;
+        let mut strips = Strips::default();
         if let Some(Prediction { view, covariance_km2, .. }) = &predicted
             && self.strip_misses < STRIP_PATIENCE
         {
             let variance = |normal: &Vector3<f32>| normal.dot(&(covariance_km2 * normal));
             let (look, mut room) = self.looking(body);
-            read = look.read_strips(instruments.detector, view, variance, &EVENLY, &mut room)?;
+            strips = look.read_strips(instruments.detector, view, variance, &EVENLY, &mut room)?;
         }
         meter.end(Stage::Limb);
         let mut rough = None;
-        if read < self.parameters.earth.fewest_points as usize {
+        if strips.read < self.parameters.earth.fewest_points as usize {
             meter.begin(Stage::Search);
             let searched = self.search(instruments.detector, body);
             meter.end(Stage::Search);
             match searched? {
-                Ok((strips, expected)) => (read, rough) = (strips, expected),
+                Ok((read, expected)) => (strips, rough) = (read, expected),
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
@@ -145,7 +145,7 @@ impl Sensor<'_> {
         // After fixes that failed or disagreed with the orbit the next is made without it.
         let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
         let orbit = predicted.filter(|_| believed).map(|predicted| predicted.expected);
-        let demand = self.parameters.earth.in_strips(read, orbit.is_none());
+        let demand = self.parameters.earth.in_strips(&strips, orbit.is_none());
         // Strips that agree on another body than the search do not agree with what is expected either.
         let fix = self.fit(body, &demand, orbit.or(rough).as_ref());
         meter.end(Stage::Centre);
@@ -165,14 +165,14 @@ impl Sensor<'_> {
         Some(Prediction { view, covariance_km2, sigma_rad, expected })
     }
 
-    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the number of
-    /// strips read, and where the Earth is by the search.
+    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the strips, and
+    /// where the Earth is by the search.
     #[inline(never)]
     fn search(
         &mut self,
         detector: &mut impl Detector,
         body: &Body,
-    ) -> Result<Result<(usize, Option<Expected>), Refusal>, DetectorError> {
+    ) -> Result<Result<(Strips, Option<Expected>), Refusal>, DetectorError> {
         let (look, mut room) = self.looking(body);
         let (rough, view) = match look.search(detector, &mut room)? {
             Ok(found) => found,
@@ -223,9 +223,7 @@ impl Sensor<'_> {
             rms_px: fix.rms_px,
         });
         for (index, point) in self.workspace.limb.iter().enumerate() {
-            if fix.inliers & 1u128.wrapping_shl(index as u32) != 0
-                && report.limb_px.push(point.centre_px).is_err()
-            {
+            if fix.holds(index) && report.limb_px.push(point.centre_px).is_err() {
                 break;
             }
         }

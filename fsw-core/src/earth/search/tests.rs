@@ -128,7 +128,7 @@ proptest::proptest! {
             .enumerate()
             .map(|(index, _)| raw[index / smooth * smooth])
             .collect();
-        let thresholds = Thresholds { contrast: 60 << 6, dark: 120 << 6, run: 12, rise: 64, floor_px: 0.3 };
+        let thresholds = Thresholds { contrast: 60 << 6, dark: 120 << 6, sky: 0, run: 12, rise: 64, floor_px: 0.3 };
         for backwards in [false, true] {
             if let Some(found) = walk(&Line { pixels: &pixels, backwards }, &thresholds) {
                 assert!(found.place >= 0.0 && found.place < pixels.len() as f32);

@@ -23,7 +23,7 @@ use fsw_core::earth::look::{self, Choice, Look, Room};
 use fsw_core::earth::scale::{Measured, Scale};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, filters, thesis};
+use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips, filters, thesis};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::orbit::covariance::inverse;
 use fsw_core::orbit::point::PositionFix;
@@ -365,7 +365,7 @@ impl Tracked {
         let centre_km = Vector3::new(0, 1, 2).map(|axis: u32| (centre_km[axis as usize] + errs(axis)) as f32);
         let information = Matrix3::identity() * (1.0 / (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32);
         let view = View::new(&centre_km, look.body)?;
-        let demand = look.parameters.in_strips(0, false);
+        let demand = look.parameters.in_strips(&Strips { read: 0, km_per_px: look.km_per_px(&view) }, false);
         Some(Self { view, expected: Expected { centre_km, information }, demand })
     }
 
@@ -379,7 +379,7 @@ impl Tracked {
         let variance_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
         let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
         let read = look.read_strips(picture, &self.view, |_| variance_km2, &choice, room)?;
-        Ok(look.fit(&look.parameters.in_strips(read, false), Some(&self.expected), room))
+        Ok(look.fit(&look.parameters.in_strips(&read, false), Some(&self.expected), room))
     }
 
     /// The focal length, by the points in the room and the distance that the orbit says.
