@@ -5,7 +5,7 @@
 //! longer than the camera says, with its sigma. Both see the detector through the same lens; [`Scale::apart`] tells whether they agree.
 //!
 //! The distance `d` of the centre is fitted for the focal length `f` and for `f (1 + δ)`; with the slope `D` between them the share is
-//! `(d_known - d) / D`, and its sigma that of the difference over `|D|`: the horizon's common height, 1.8 km of 6378, leaves 3e-4 at the
+//! `(d_known - d) / D`, and its sigma that of the difference over `|D|`: the horizon's common height, 1.4 km of 6378, leaves 2e-4 at the
 //! least. Stars have it ten times better: with the sigma `s` of a centroid, `s / sqrt(Σ (r - r̄)²)` over their places `r`, 4e-5 for ten of
 //! 0.05 px. A share that the Earth shows and the stars do not is therefore the limb's height, or the orbit's; one that both show is
 //! the lens. Not in flight: the calibration is the ground's.

@@ -27,6 +27,16 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
     centre(&points, &camera, &body, demand, None, &parameters, &mut Workspace::new())
 }
 
+#[test]
+fn strips_tolerate_what_a_limb_scatters() {
+    let parameters = parameters();
+    let tolerance = |km_per_px: f32| parameters.in_strips(&Strips { read: 24, km_per_px }, true).tolerance_px;
+    assert_eq!(tolerance(f32::INFINITY), parameters.tracking_tolerance_px);
+    // Four scatters of 0.6 km are 3 px of 0.8 km, and 2 px are allowed besides.
+    assert!((tolerance(0.8) - 13f32.sqrt()).abs() < 1e-4);
+    assert!(tolerance(0.0).is_finite());
+}
+
 /// Direction error, deg, distance error, km, normalised square.
 fn errors(world: &World, fix: &EarthFix) -> (f64, f64, f64) {
     let found = wide(&fix.centre_km);

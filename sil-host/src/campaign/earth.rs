@@ -8,12 +8,15 @@
 //! |---|---|
 //! | [`cases`] | the kinds of views |
 //! | [`seen`] | the ways of looking, and their errors |
+//! | [`limit`] | what the best of all methods could reach |
 //! | [`rows`] | the table |
 //!
 //! Everything depends on seed, case and number of the run alone. With `--out` every finished frame is a line of a file, from which a
-//! campaign that was stopped goes on. Ends with status 1 when a row with a goal misses it.
+//! campaign that was stopped goes on. Ends with status 1 when a row with a goal misses it; a goal beyond what is possible is replaced by
+//! what is nearly possible.
 
 pub mod cases;
+pub mod limit;
 pub mod rows;
 pub mod seen;
 
@@ -44,6 +47,8 @@ pub struct Run {
     pub phase_deg: f64,
     /// Lit limb on the detector, deg of azimuth about the centre.
     pub lit_limb_deg: f64,
+    /// Least sigma of the direction towards the Sun and across that any unbiased method could have, deg.
+    pub limit_deg: Option<[f64; 2]>,
     /// What was seen.
     pub seen: Vec<Seen>,
 }
@@ -54,8 +59,9 @@ fn fly(base: &crate::scenario::Scenario, seed: u64, run: u64, number: usize) -> 
     let drawn = cases::draw(base, number, case, seed, run)?;
     let (phase_deg, lit_limb_deg) = (drawn.phase_deg, drawn.truth.lit_limb_deg);
     let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
-    let seen = Frame::new(drawn, case, &noise)?.look(&noise)?;
-    let rounded = Run { seed, run, case: case.name.into(), phase_deg, lit_limb_deg, seen };
+    let mut frame = Frame::new(drawn, case, &noise)?;
+    let (limit_deg, seen) = (frame.limit_deg(), frame.look(&noise)?);
+    let rounded = Run { seed, run, case: case.name.into(), phase_deg, lit_limb_deg, limit_deg, seen };
     // As a file holds it: rounded to what a line says.
     Ok(rounded.rounded())
 }
@@ -63,6 +69,7 @@ fn fly(base: &crate::scenario::Scenario, seed: u64, run: u64, number: usize) -> 
 impl Run {
     fn rounded(mut self) -> Self {
         (self.phase_deg, self.lit_limb_deg) = (millionths(self.phase_deg), millionths(self.lit_limb_deg));
+        self.limit_deg = self.limit_deg.map(|limit| limit.map(millionths));
         for fix in self.seen.iter_mut().filter_map(|seen| seen.fix.as_mut()) {
             fix.map(millionths);
         }
@@ -117,6 +124,7 @@ pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
     let table = Table::of(&runs(arguments)?);
     if arguments.common.json {
         table.rows.iter().for_each(json::print_line);
+        table.limits.iter().for_each(json::print_line);
         table.noons.iter().for_each(json::print_line);
     } else {
         // A reader that closed the pipe has what it wanted: not a fault.

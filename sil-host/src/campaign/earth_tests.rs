@@ -51,6 +51,7 @@ fn run_of(case: &str, way: Way, fix: Option<Fix>) -> Run {
         case: case.into(),
         phase_deg: 30.0,
         lit_limb_deg: 180.0,
+        limit_deg: Some([0.003, 0.004]),
         seen: vec![Seen { way, refused, fix }],
     }
 }
@@ -78,9 +79,19 @@ fn figures_are_those_counted_by_hand() {
     let noon = table.noons.iter().find(|noon| noon.way == Way::Sun).unwrap();
     assert!((noon.step_deg - 0.008).abs() < 1e-12 && noon.step_sigma_deg > 0.0);
     // A covariance that is too small, or a direction worse than is asked, misses.
-    for fix in [fix(0.001, 60.0), fix(0.05, 3.0)] {
-        assert!(!Table::of(&[run_of(case, Way::Sun, Some(fix))]).kept());
-    }
+    let kept = |case: &str, limit: f64, fix: Fix| {
+        let run = Run { limit_deg: Some([limit, limit]), ..run_of(case, Way::Sun, Some(fix)) };
+        let table = Table::of(&[run]);
+        let row = table.rows.iter().find(|row| row.case == case && row.way == Way::Sun).unwrap();
+        // A case without a frame misses too.
+        assert!(!table.kept());
+        row.kept.unwrap()
+    };
+    assert!(kept(case, 0.003, fix(0.019, 3.0)));
+    assert!(!kept(case, 0.003, fix(0.019, 60.0)) && !kept(case, 0.003, fix(0.021, 3.0)));
+    // What is impossible is not asked.
+    let wide = "LEO, 800 km, wide lens";
+    assert!(kept(wide, 0.045, fix(0.06, 3.0)) && !kept(wide, 0.035, fix(0.06, 3.0)));
 }
 
 #[test]

@@ -86,6 +86,28 @@ fn the_limb_from_the_geostationary_orbit_is_found_within_a_twentieth_of_a_pixel(
 }
 
 #[test]
+fn air_that_fades_more_slowly_than_the_model_is_no_limb() {
+    // Every stretch of such air has the limb's share of the brightness behind it: the outermost would stand 30 px outside.
+    let parameters = EarthParameters { scale_height_km: 5.0, ..parameters() };
+    let (mut errors, mut asked) = (Vec::new(), 0);
+    for seed in 0..WORLDS {
+        let world = World { albedo: [0.25, 0.9], ..low(450.0, 90.0, [40.0, 30.0], seed) };
+        for (index, truth) in expected(&world).iter().enumerate().step_by(6) {
+            let Some(strip) = strip(truth, even(64), &GEOMETRY) else { continue };
+            asked += 1;
+            let pixels = world.expose(strip.window, 1.0, seed * 100 + index as u64);
+            errors.extend(
+                crossing(&pixels, &strip, &GEOMETRY, &parameters).map(|found| error_px(&found, truth).abs()),
+            );
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
+    std::println!("{} of {asked} found, off by {median:.2} px, {worst:.2} at most", errors.len());
+    assert!(errors.len() as f64 > 0.8 * f64::from(asked) && worst < 8.0);
+}
+
+#[test]
 fn the_wide_limb_from_low_orbits_is_found_within_a_tenth_of_a_pixel() {
     let mut failed = Vec::new();
     let high = [40.0, 30.0];

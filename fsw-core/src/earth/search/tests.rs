@@ -101,6 +101,26 @@ fn a_terminator_alone_gives_few_points_and_no_centre() {
 }
 
 #[test]
+fn a_dark_sea_is_no_sky() {
+    // From left to right: sky, a bright limb, dark sea, clouds. From the right a line first meets the clouds, then the sea, then the limb.
+    let mut generator = Generator::new(5);
+    let level = |x: usize| match x {
+        0..500 => 33.0,
+        500..560 => 120.0,
+        560..800 => 45.0,
+        _ => 130.0,
+    };
+    let pixels = (0..GEOMETRY.whole().area())
+        .map(|place| (level(place % usize::from(GEOMETRY.width_px)) + 2.0 * generator.gaussian()) as u16)
+        .collect();
+    let points = find(&mut Picture { pixels });
+    assert_eq!(points.len(), 64);
+    for LimbPoint { centre_px: [x, _], outward_px, .. } in points {
+        assert!((x - 499.5).abs() < 1.0 && outward_px == [-1.0, 0.0], "{x}");
+    }
+}
+
+#[test]
 fn a_short_buffer_is_refused() {
     let mut picture = Picture { pixels: std::vec![40; GEOMETRY.whole().area()] };
     let result = search(&mut picture, &mut [0; 1279], &parameters(), &mut Points::new());

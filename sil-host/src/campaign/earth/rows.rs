@@ -1,6 +1,6 @@
 //! The table of `campaign earth`.
 //!
-//! In: runs. Out: a [`Row`] for every case and way, and a [`Noon`] for every way.
+//! In: runs. Out: a [`Row`] for every case and way, a [`Limit`] for every case, and a [`Noon`] for every way.
 //!
 //! NEES is that of the centre in three dimensions, divided by its three degrees of freedom: one where the covariance is right, less
 //! where it is cautious. Its band holds the mean of so many independent frames with 95 %. The step at noon is what the centre moves
@@ -15,6 +15,10 @@ use std::collections::BTreeMap;
 
 /// The step that is asked for, deg.
 const STEP_GOAL_DEG: f64 = 0.01;
+/// Where the goal lies below what any method could reach, so many times that is asked.
+const OVER_LIMIT: f64 = 1.5;
+/// A row's NEES is too great beyond so many of its sigmas: by chance one of two thousand rows, and some thirty are judged at once.
+const NEES_SIGMAS: f64 = 3.3;
 /// Phases up to which the geostationary cases count for it, deg.
 const STEP_PHASE_DEG: f64 = 100.0;
 
@@ -61,7 +65,8 @@ pub struct Row {
     pub focal_length: Option<[f64; 2]>,
     /// What is asked of the direction, deg.
     pub goal_deg: Option<f64>,
-    /// Whether that is kept and the covariance not too small; none where nothing is asked.
+    /// Whether that, or [`OVER_LIMIT`] times what is possible at best, is kept, and the covariance not too small; none where nothing
+    /// is asked.
     pub kept: Option<bool>,
 }
 
@@ -78,11 +83,22 @@ pub struct Noon {
     pub goal_deg: f64,
 }
 
+/// What the best of all methods could reach in a case.
+#[derive(Clone, Debug, Serialize)]
+pub struct Limit {
+    /// The case.
+    pub case: &'static str,
+    /// Root mean square of the least sigma of the direction towards the Sun and across, deg ([`limit`](super::limit)).
+    pub limit_deg: [f64; 2],
+}
+
 /// All of it.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// By case and way.
     pub rows: Vec<Row>,
+    /// By case.
+    pub limits: Vec<Limit>,
     /// By way.
     pub noons: Vec<Noon>,
 }
@@ -110,7 +126,7 @@ fn all<T>(fixes: &[&Fix], part: impl Fn(&Fix) -> Option<T>) -> Option<Vec<T>> {
 }
 
 impl Row {
-    fn of(case: &Case, way: Way, seen: &[&Seen]) -> Self {
+    fn of(case: &Case, way: Way, seen: &[&Seen], limit: Option<&Limit>) -> Self {
         let fixes: Vec<&Fix> = seen.iter().filter_map(|seen| seen.fix.as_ref()).collect();
         let mut refused = BTreeMap::new();
         for reason in seen.iter().filter_map(|seen| seen.refused.clone()) {
@@ -122,7 +138,8 @@ impl Row {
         let both = |pairs: Vec<[f64; 2]>| [0, 1].map(|axis| rms(pairs.iter().map(|pair| pair[axis])));
         let count = fixes.len() as f64;
         let nees = all(&fixes, |fix| fix.nees).map(|values| mean(values.into_iter()) / 3.0);
-        let half_band = 1.96 * (2.0 / (3.0 * count.max(1.0))).sqrt();
+        let nees_sigma = (2.0 / (3.0 * count.max(1.0))).sqrt();
+        let half_band = 1.96 * nees_sigma;
         let within = all(&fixes, |fix| {
             let (sigma, distance_sigma) = (fix.sigma_deg?, fix.distance_sigma_km?);
             let across = fix.error_deg.iter().zip(sigma).all(|(error, sigma)| error.abs() <= 3.0 * sigma);
@@ -153,9 +170,10 @@ impl Row {
             focal_length: all(&fixes, |fix| fix.focal_length).map(both),
             goal_deg,
             kept: goal_deg.map(|goal| {
+                let limit_deg = limit.map_or([0.0; 2], |limit| limit.limit_deg);
                 count > 0.0
-                    && rms_deg.iter().all(|rms| *rms <= goal)
-                    && nees.is_some_and(|nees| nees <= 1.0 + half_band)
+                    && rms_deg.iter().zip(limit_deg).all(|(rms, limit)| *rms <= goal.max(OVER_LIMIT * limit))
+                    && nees.is_some_and(|nees| nees <= 1.0 + NEES_SIGMAS * nees_sigma)
             }),
         }
     }
@@ -193,7 +211,6 @@ impl Table {
             let runs = runs.iter().filter(|run| run.case == case.name);
             runs.flat_map(|run| run.seen.iter().filter(move |seen| seen.way == way)).collect()
         };
-        let rows = CASES.iter().flat_map(|case| WAYS.map(|way| Row::of(case, way, &of(case, way))));
         let noon = |way: Way| {
             let cases = CASES.iter().filter(|case| !case.at_horizon && case.phase_deg[1] <= STEP_PHASE_DEG);
             let errors: Vec<f64> = cases
@@ -209,7 +226,18 @@ impl Table {
                 goal_deg: STEP_GOAL_DEG,
             }
         };
-        Self { rows: rows.collect(), noons: WAYS.map(noon).to_vec() }
+        let limit = |case: &Case| {
+            let limits = runs.iter().filter(|run| run.case == case.name).filter_map(|run| run.limit_deg);
+            let limits: Vec<[f64; 2]> = limits.collect();
+            let limit_deg = [0, 1].map(|axis| rms(limits.iter().map(|limit| limit[axis])));
+            (!limits.is_empty()).then_some(Limit { case: case.name, limit_deg })
+        };
+        let limits: Vec<Limit> = CASES.iter().filter_map(limit).collect();
+        let rows = CASES.iter().flat_map(|case| {
+            let limit = limits.iter().find(|limit| limit.case == case.name);
+            WAYS.map(|way| Row::of(case, way, &of(case, way), limit))
+        });
+        Self { rows: rows.collect(), limits, noons: WAYS.map(noon).to_vec() }
     }
 
     /// Whether every goal is kept.
@@ -265,7 +293,11 @@ impl Table {
                 case = row.case;
                 let goal =
                     row.goal_of_case().map_or(String::new(), |goal| format!(", goal {goal} deg an axis"));
-                lines.push(format!("{case} ({} frames{goal})", row.frames));
+                let limit = self.limits.iter().find(|limit| limit.case == case);
+                let limit = limit.map_or(String::new(), |Limit { limit_deg: [towards, across], .. }| {
+                    format!(", at best {towards:.4} {across:.4}")
+                });
+                lines.push(format!("{case} ({} frames{goal}{limit})", row.frames));
             }
             lines.push(row.line());
         }

@@ -7,6 +7,7 @@
 //! aberration with which the world draws the Earth (the orbit takes it off, not the Earth room).
 
 use super::cases::{Case, Drawn};
+use super::limit::{self, Limb};
 use crate::earth::of_a_mean_sphere;
 use crate::error::HostError;
 use crate::flight;
@@ -23,7 +24,9 @@ use fsw_core::earth::look::{self, Choice, Look, Room};
 use fsw_core::earth::scale::{Measured, Scale};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips, filters, thesis};
+use fsw_core::earth::{
+    Body, Demand, EarthFix, EarthParameters, MAX_LIMB_POINTS, Refusal, Strips, filters, thesis,
+};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::orbit::covariance::inverse;
 use fsw_core::orbit::point::PositionFix;
@@ -71,9 +74,9 @@ pub const WAYS: [Way; 7] =
     [Way::Lost, Way::Pole, Way::Sun, Way::Tracked, Way::Exponential, Way::Polynomial, Way::Thesis];
 
 impl Way {
-    /// Whether the goals are those of this way: the flight's own, not what stands beside it.
+    /// Whether the goals are those of this way: the flight's, which looks at the Earth when it has an attitude and so knows pole and Sun.
     pub fn has_goal(self) -> bool {
-        matches!(self, Self::Lost | Self::Pole | Self::Sun | Self::Tracked)
+        matches!(self, Self::Sun | Self::Tracked)
     }
 }
 
@@ -206,6 +209,24 @@ impl Frame {
     /// Looks in all ways; `noise` errs for the orbit.
     pub fn look(&mut self, noise: &Noise) -> Result<Vec<Seen>, HostError> {
         WAYS.into_iter().map(|way| self.look_by(way, noise)).collect()
+    }
+
+    /// The best that any unbiased method could do with this frame, Sun and pole known.
+    pub fn limit_deg(&self) -> Option<[f64; 2]> {
+        let parameters = EarthParameters::default();
+        let body = Body::new(&direction(self.pole), Some(&direction(self.sun)), &parameters);
+        let view = View::new(&Vector3::from(self.centre_km).map(|c| c as f32), &body)?;
+        let seen = view.limb(&self.camera, plan::STRIP_MARGIN_PX, MAX_LIMB_POINTS, &parameters);
+        let [x, y] = self.axes;
+        let azimuth = |normal: Vector| libm::atan2(dot(normal, y), dot(normal, x));
+        let azimuths = seen.points.iter().map(|point| azimuth(point.normal.map(f64::from).into()));
+        let limb = Limb {
+            azimuths: azimuths.collect(),
+            distance_km: view.limb_distance_km().into(),
+            radius_km: f64::from(view.limb_distance_km() * view.limb_sine()),
+            rad_per_px: self.camera.rad_per_px().into(),
+        };
+        limit::direction_deg(&limb, &parameters)
     }
 
     fn look_by(&mut self, way: Way, noise: &Noise) -> Result<Seen, HostError> {
