@@ -6,17 +6,22 @@
 //! the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the median of the outer end. The
 //! limb is the outermost place that reaches the share `Zone::level` of the brightness which stands just inside *it*, a mean over
 //! a few pixels behind the end of the rise, in to which clouds and the terminator hardly reach. The share, near one half, is that
-//! of a limb in `zone`'s model at its half-brightness height.
+//! of a limb in `zone`'s model at its half-brightness height. Where the air fades more slowly than in the model, the share may be
+//! reached anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both alike and is not
+//! taken off: a lens that loses half of its light in the corner moves the limb by less than a twentieth of a pixel.
 //!
 //! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
 //! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: nine
 //! interpolations a pixel of length and some exponentials of the model; 2.9 M model cycles for 24 strips of 80 px.
 
 use super::view::ExpectedLimb;
-use super::zone::{self, Zone};
+use super::zone::Zone;
 use super::{EarthParameters, LimbPoint};
 use crate::order;
 use fsw_hal::{DetectorGeometry, Window};
+
+mod any_light;
+pub use any_light::crossing_in_any_light;
 
 /// Lines of a strip.
 pub const BREADTH: usize = 9;
@@ -31,22 +36,6 @@ pub(super) const END: usize = MIDDLE as usize + 1;
 const GREATEST_FALL: f32 = 0.15;
 /// Clouds between the limb and the bright side change brightness this much more than within it.
 const REACH: f32 = 2.0;
-/// Depth behind the limb at which a body must still shine where the Sun is not known, km, and the length looked at there, px.
-const DEPTH_KM: f32 = 25.0;
-const BEHIND: usize = 3;
-/// Least brightness there, share of that at the limb.
-const LEAST_BEHIND: f32 = 0.6;
-/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the bright side.
-const FAR_PX: usize = 12;
-const LEAST_BEHIND_PX: usize = 4;
-/// A slant is believed when the line brightens by so many times what clouds may do.
-const SURE: f32 = 2.0;
-/// Halvings in which it is found.
-const SLANT_STEPS: usize = 10;
-/// Greatest slant, cotangent of the Sun's elevation: 5 deg, about the least elevation where the Sun is known.
-const GREATEST_SLANT: f32 = 11.0;
-/// So many times as much of the shading may be wrong as where the Sun is known.
-const UNKNOWN_LIGHT: f32 = 5.0;
 /// Greatest sigma of a point, px, and share of the rise's length.
 pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
 pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
@@ -358,75 +347,6 @@ pub fn crossing(
     let rise = Rise::new(&lines, &profile, geometry, parameters)?;
     let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
     rise.point(&rise.passage(&zone)?, &zone, strip)
-}
-
-/// The same where the Sun is not known: the slant of its light is taken from the line itself, and a body must go on behind its limb.
-///
-/// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with `w` the cotangent of the
-/// Sun's elevation, be it white or grey; two stretches of the line give `w`, as far as clouds let them: where it brightens by less than
-/// twice what clouds may do, the Sun is taken to stand high. Not in flight, which knows the Sun with its attitude.
-pub fn crossing_in_any_light(
-    pixels: &[u16],
-    strip: &Strip,
-    geometry: &DetectorGeometry,
-    parameters: &EarthParameters,
-) -> Option<LimbPoint> {
-    let lines = Lines::of(pixels, strip)?;
-    let profile = lines.profile();
-    let rise = Rise::new(&lines, &profile, geometry, parameters)?;
-    let overhead = ExpectedLimb { sun_sine: 1.0, sun_facing: 0.0, ..strip.expected };
-    let zone = Zone::new(&overhead, strip.steepness(), parameters)?;
-    let passage = rise.passage(&zone)?;
-    let km_per_place = strip.expected.km_per_px * strip.steepness();
-    if !goes_on(rise.profile, passage.place, &zone, km_per_place, [rise.dark, passage.bright]) {
-        return None;
-    }
-    let slant = slant(&rise, &passage, &zone, km_per_place);
-    let (sun_sine, sun_facing) = zone::elevation(slant);
-    let slanted = ExpectedLimb { sun_sine, sun_facing, ..strip.expected };
-    let zone = Zone::new(&slanted, strip.steepness(), parameters)?;
-    let zone = Zone { shading: UNKNOWN_LIGHT * zone.shading, ..zone };
-    rise.point(&rise.passage(&zone)?, &zone, strip)
-}
-
-/// Cotangent of the Sun's elevation at the limb, zero where the line does not tell it from clouds.
-fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 {
-    let Some(behind) = rise.profile.get(passage.place + zone.end..) else { return 0.0 };
-    let behind = behind.get(..behind.len().min(FAR_PX)).unwrap_or(behind);
-    if behind.len() < LEAST_BEHIND_PX {
-        return 0.0;
-    }
-    let far = behind.iter().sum::<f32>() / behind.len() as f32 - rise.dark;
-    let ratio = far / passage.bright.max(1.0);
-    // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its light is passed.
-    let square = |places: f32| {
-        let depth_km = (places - zone.scale * core::f32::consts::LN_2).max(0.0) * km_per_place;
-        2.0 * depth_km / rise.parameters.ellipsoid.equatorial_km.max(1.0)
-    };
-    let near = square(0.5 * (zone.begin + zone.end) as f32);
-    let squares = [near, square(zone.end as f32 + 0.5 * behind.len() as f32)];
-    let growth = |slant: f32| zone::growth(slant, squares, rise.parameters);
-    let feigned = (1.0 + SURE * rise.parameters.limb_cloud_share) * growth(0.0);
-    // In a low orbit so little of the ground is behind the limb that the light's slant hardly shows.
-    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + rise.parameters.limb_cloud_share) {
-        return 0.0;
-    }
-    // It grows with the slant.
-    let (mut low, mut high) = (0.0, GREATEST_SLANT);
-    for _ in 0..SLANT_STEPS {
-        let middle = 0.5 * (low + high);
-        (low, high) = if growth(middle) < ratio { (middle, high) } else { (low, middle) };
-    }
-    high
-}
-
-/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two and a half times as
-/// bright as 25 km below.
-fn goes_on(profile: &[f32], place: usize, zone: &Zone, km_per_place: f32, [dark, bright]: [f32; 2]) -> bool {
-    let depth = (DEPTH_KM / km_per_place.max(1e-3)) as usize;
-    let end = (place + depth.max(zone.end)).min(profile.len());
-    let behind = profile.get(end.saturating_sub(BEHIND)..end).unwrap_or(&[]);
-    behind.iter().sum::<f32>() > (dark + LEAST_BEHIND * bright) * behind.len() as f32
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.

@@ -65,7 +65,7 @@ pub struct Row {
     pub focal_length: Option<[f64; 2]>,
     /// What is asked of the direction, deg.
     pub goal_deg: Option<f64>,
-    /// Whether that, or [`OVER_LIMIT`] times what is possible at best, is kept, and the covariance not too small; none where nothing
+    /// Whether that, or one and a half times what is possible at best, is kept, and the covariance not too small; none where nothing
     /// is asked.
     pub kept: Option<bool>,
 }
