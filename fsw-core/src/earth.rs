@@ -143,13 +143,13 @@ pub struct EarthParameters {
     /// Standard deviation of `limb_height_km`, km (default 1.4, 0 to 20): season, wavelength, and that a limb narrower than a pixel
     /// seems 2 km higher than a wide one.
     pub limb_height_sigma_km: f32,
-    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.7, 0 to 20: what clouds and the
+    /// Standard deviation of the height that neighbouring points of the limb share, km (default 1.8, 0 to 20: what clouds and the
     /// horizon do to strips of rendered orbits, `sil-host campaign earth`).
     pub horizon_sigma_km: f32,
     /// The same of what they share on the detector, px (default 0.48, 0 to 5): clouds in a limb no wider than a pixel; in a wider one
     /// the less the wider it is.
     pub horizon_sigma_px: f32,
-    /// Distance over which they share their height, km (default 500, 50 to 10,000).
+    /// Distance over which they share their height, km (default 400, 50 to 10,000).
     pub horizon_cell_km: f32,
     /// Difference of brightness between the limb and the bright side just inside that is not known, share of it (default
     /// 0.1, 0 to 1): clouds.
@@ -207,9 +207,9 @@ impl Default for EarthParameters {
             limb_floor_px: 0.05,
             limb_scatter_km: 0.6,
             limb_height_sigma_km: 1.4,
-            horizon_sigma_km: 1.7,
+            horizon_sigma_km: 1.8,
             horizon_sigma_px: 0.48,
-            horizon_cell_km: 500.0,
+            horizon_cell_km: 400.0,
             limb_cloud_share: 0.1,
             limb_lommel_share: 0.5,
             search_step_px: 16.0,
