@@ -271,6 +271,12 @@ impl EarthParameters {
         Demand { tolerance_px, inliers, alone }
     }
 
+    /// By how many times less clouds move a limb of which a pixel spans so many km than one that is no wider than a pixel.
+    pub fn clouds_reduction(&self, km_per_px: f32) -> f32 {
+        let wide = self.scale_height_km / km_per_px.max(1e-3);
+        libm::sqrtf(1.0 + wide * wide)
+    }
+
     fn fewest(&self, share: f32, count: usize) -> usize {
         let inliers = libm::ceilf(share * count as f32) as usize;
         inliers.max(self.fewest_points as usize).max(3)

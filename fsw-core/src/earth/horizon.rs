@@ -68,8 +68,8 @@ impl Horizon {
             variance: square(sigma_rad),
             stiffness: square(cell_km / (body.radius_km() * cone.cosine)),
         };
-        let wide = square(parameters.scale_height_km / (distance_km * rad_per_px).max(1e-3));
-        let clouds = parameters.horizon_sigma_px * rad_per_px / libm::sqrtf(1.0 + wide);
+        let clouds =
+            parameters.horizon_sigma_px * rad_per_px / parameters.clouds_reduction(distance_km * rad_per_px);
         let sunless_px = if body.knows_sun() { 0.0 } else { SUNLESS_PX };
         Self {
             fields: [

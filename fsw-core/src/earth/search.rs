@@ -207,37 +207,40 @@ impl<'a> Thinned<'a> {
     }
 }
 
-/// Length and number of the rows, or of the columns, px.
-pub(super) fn grid(geometry: &DetectorGeometry, along_x: bool) -> (u16, u16) {
-    let DetectorGeometry { width_px, height_px, .. } = *geometry;
-    if along_x { (width_px, height_px) } else { (height_px, width_px) }
-}
-
-/// The window of a row, or of a column.
-pub(super) fn grid_line(along_x: bool, line: u16, length: u16) -> Window {
-    if along_x {
-        Window { x: 0, y: line, width: length, height: 1 }
-    } else {
-        Window { x: line, y: 0, width: 1, height: length }
+/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector, whether it is a row, its number
+/// and its pixels.
+pub(super) fn each_line<D: Detector>(
+    detector: &mut D,
+    buffer: &mut [u16],
+    [first, step]: [u16; 2],
+    mut see: impl FnMut(&mut D, bool, u16, &[u16]) -> Result<(), DetectorError>,
+) -> Result<(), DetectorError> {
+    let DetectorGeometry { width_px, height_px, .. } = detector.geometry();
+    for (along_x, length, lines) in [(true, width_px, height_px), (false, height_px, width_px)] {
+        let pixels = buffer.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
+        for line in (first..lines).step_by(usize::from(step.max(1))) {
+            let window = if along_x {
+                Window { x: 0, y: line, width: length, height: 1 }
+            } else {
+                Window { x: line, y: 0, width: 1, height: length }
+            };
+            detector.read(window, pixels)?;
+            see(detector, along_x, line, pixels)?;
+        }
     }
+    Ok(())
 }
 
 /// Level of the darkest sky, fine counts: of the darkest blocks of the lines the second, in case that a line is broken.
 fn sky(detector: &mut impl Detector, buffer: &mut [u16], step: u16) -> Result<i32, DetectorError> {
-    let geometry = detector.geometry();
     let mut darkest = [u32::MAX; 2];
-    for along_x in [true, false] {
-        let (length, lines) = grid(&geometry, along_x);
-        let pixels = buffer.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
-        for line in (step / 2..lines).step_by(usize::from(step) * usize::from(SKY_LINES)) {
-            detector.read(grid_line(along_x, line, length), pixels)?;
-            let sums =
-                pixels.chunks_exact(SKY_BLOCK).map(|block| block.iter().map(|raw| u32::from(*raw)).sum());
-            let of_line = sums.min().unwrap_or(u32::MAX);
-            let [first, second] = darkest;
-            darkest = [first.min(of_line), second.min(first.max(of_line))];
-        }
-    }
+    each_line(detector, buffer, [step / 2, step.saturating_mul(SKY_LINES)], |_, _, _, pixels| {
+        let sums = pixels.chunks_exact(SKY_BLOCK).map(|block| block.iter().map(|raw| u32::from(*raw)).sum());
+        let of_line = sums.min().unwrap_or(u32::MAX);
+        let [first, second] = darkest;
+        darkest = [first.min(of_line), second.min(first.max(of_line))];
+        Ok(())
+    })?;
     let [_, sum] = darkest;
     Ok((sum >> SKY_BLOCK.ilog2() << FINE_SHIFT) as i32)
 }
@@ -253,10 +256,9 @@ pub fn search(
     points: &mut Points,
 ) -> Result<(), DetectorError> {
     points.clear();
-    let geometry = detector.geometry();
-    let full_scale = f32::from(geometry.full_scale());
+    let full_scale = f32::from(detector.geometry().full_scale());
     let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
-    let step = (parameters.search_step_px as u16).max(1);
+    let step = parameters.search_step_px as u16;
     let thresholds = Thresholds {
         contrast: fine(parameters.search_contrast_share).max(1 << FINE_SHIFT),
         dark: fine(parameters.search_dark_share),
@@ -266,33 +268,24 @@ pub fn search(
         floor_px: parameters.search_floor_px,
     };
     let mut thinned = Thinned::new(points);
-    for along_x in [true, false] {
-        let (length, lines) = grid(&geometry, along_x);
-        let pixels = buffer.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
-        for line in (step / 2..lines).step_by(usize::from(step)) {
-            let window = grid_line(along_x, line, length);
-            detector.read(window, pixels)?;
-            // The dark level is never below the darkest pixel.
-            let (darkest, brightest) =
-                pixels.iter().fold((u16::MAX, 0), |(low, high), raw| (low.min(*raw), high.max(*raw)));
-            if i32::from(brightest.saturating_sub(darkest)) << FINE_SHIFT < thresholds.contrast {
-                continue;
-            }
-            for backwards in [false, true] {
-                let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
-                let (place, outward) =
-                    if backwards { (f32::from(length) - 1.0 - limb.place, 1.0) } else { (limb.place, -1.0) };
-                let across = f32::from(line);
-                let (centre_px, outward_px) = if along_x {
-                    ([place, across], [outward, 0.0])
-                } else {
-                    ([across, place], [0.0, outward])
-                };
-                thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
-            }
+    each_line(detector, buffer, [step / 2, step], |_, along_x, line, pixels| {
+        // The dark level is never below the darkest pixel.
+        let (darkest, brightest) =
+            pixels.iter().fold((u16::MAX, 0), |(low, high), raw| (low.min(*raw), high.max(*raw)));
+        if i32::from(brightest.saturating_sub(darkest)) << FINE_SHIFT < thresholds.contrast {
+            return Ok(());
         }
-    }
-    Ok(())
+        for backwards in [false, true] {
+            let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
+            let (place, outward) =
+                if backwards { (pixels.len() as f32 - 1.0 - limb.place, 1.0) } else { (limb.place, -1.0) };
+            let across = f32::from(line);
+            let (centre_px, outward_px) =
+                if along_x { ([place, across], [outward, 0.0]) } else { ([across, place], [0.0, outward]) };
+            thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px });
+        }
+        Ok(())
+    })
 }
 
 #[cfg(test)]

@@ -8,13 +8,13 @@
 //! occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets [`MAX_TRIPLETS`] are tried. Of the pixels of a line above
 //! the threshold those next to one below it are looked at; any other region has no dark side.
 
-use super::search::{Points, Thinned, grid, grid_line};
+use super::search::{Points, Thinned, each_line};
 use super::{LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use nalgebra::{Matrix4, Vector4};
 
 /// Distance of the grid's lines, px.
-const GRID_PX: usize = 10;
+const GRID_PX: u16 = 10;
 /// Threshold, and bounds of the mean of the dark and of the bright pixels, parts of 255.
 const THRESHOLD: f32 = 30.0 / 255.0;
 const DARK_MEAN: f32 = 15.0 / 255.0;
@@ -66,26 +66,20 @@ pub fn limb_points(
     let threshold = (THRESHOLD * full_scale) as u16;
     let (region, line) = buffer.split_at_mut_checked(AREA).ok_or(DetectorError::BufferLength)?;
     let mut thinned = Thinned::new(points);
-    for along_x in [true, false] {
-        let (length, lines) = grid(&geometry, along_x);
-        for across in (0..lines).step_by(GRID_PX) {
-            let window = grid_line(along_x, across, length);
-            let pixels = line.get_mut(..usize::from(length)).ok_or(DetectorError::BufferLength)?;
-            detector.read(window, pixels)?;
-            for (place, pair) in pixels.windows(2).enumerate() {
-                let [one, next] = [pair.first() > Some(&threshold), pair.get(1) > Some(&threshold)];
-                if one == next {
-                    continue;
-                }
-                let bright = place + usize::from(next);
-                let [x, y] = if along_x { [bright, across.into()] } else { [across.into(), bright] };
-                if let Some(point) = limb_point([x, y], detector, &geometry, region, full_scale)? {
-                    thinned.add(point);
-                }
+    each_line(detector, line, [0, GRID_PX], |detector, along_x, across, pixels| {
+        for (place, pair) in pixels.windows(2).enumerate() {
+            let [one, next] = [pair.first() > Some(&threshold), pair.get(1) > Some(&threshold)];
+            if one == next {
+                continue;
+            }
+            let bright = place + usize::from(next);
+            let [x, y] = if along_x { [bright, across.into()] } else { [across.into(), bright] };
+            if let Some(point) = limb_point([x, y], detector, &geometry, region, full_scale)? {
+                thinned.add(point);
             }
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// The crossing in the region about a pixel, after the region has been moved there once.

@@ -124,7 +124,6 @@ pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
     let table = Table::of(&runs(arguments)?);
     if arguments.common.json {
         table.rows.iter().for_each(json::print_line);
-        table.limits.iter().for_each(json::print_line);
         table.noons.iter().for_each(json::print_line);
     } else {
         // A reader that closed the pipe has what it wanted: not a fault.

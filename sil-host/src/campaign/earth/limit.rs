@@ -7,7 +7,11 @@
 //! A limb point at the azimuth `φ` is raised by `-a1 cos φ - a2 sin φ + a3` when the centre turns by `(a1, a2)` and the cone narrows by
 //! `a3`; with these rows `H` and the covariance `C` of the heights the bound is that of `(Hᵀ C⁻¹ H)⁻¹`.
 
-use fsw_core::earth::{CLOUD_CELL_KM, EarthParameters};
+use crate::world::attitude::{Vector, dot};
+use fsw_core::camera::Camera;
+use fsw_core::earth::view::View;
+use fsw_core::earth::{CLOUD_CELL_KM, EarthParameters, MAX_LIMB_POINTS};
+use fsw_core::plan;
 use nalgebra::{DMatrix, Matrix3};
 
 /// Step and end of the integral that gives the correlation.
@@ -40,12 +44,27 @@ pub struct Limb {
     pub rad_per_px: f64,
 }
 
+impl Limb {
+    /// That of a view, azimuth counting from the first of these axes across the line to the centre.
+    pub fn of(view: &View, camera: &Camera, [x, y]: [Vector; 2], parameters: &EarthParameters) -> Self {
+        let seen = view.limb(camera, plan::STRIP_MARGIN_PX, MAX_LIMB_POINTS, parameters);
+        let azimuth = |normal: Vector| libm::atan2(dot(normal, y), dot(normal, x));
+        let azimuths = seen.points.iter().map(|point| azimuth(point.normal.map(f64::from).into()));
+        Self {
+            azimuths: azimuths.collect(),
+            distance_km: view.limb_distance_km().into(),
+            radius_km: f64::from(view.limb_distance_km() * view.limb_sine()),
+            rad_per_px: camera.rad_per_px().into(),
+        }
+    }
+}
+
 /// The bound of the direction on both axes across it, azimuth counting from the first, deg; none where the limb is too short to say.
 pub fn direction_deg(limb: &Limb, parameters: &EarthParameters) -> Option<[f64; 2]> {
     let square = |number: f64| number * number;
     let km_per_px = limb.distance_km * limb.rad_per_px;
-    let wide = square(f64::from(parameters.scale_height_km) / km_per_px);
-    let clouds_km2 = square(f64::from(parameters.horizon_sigma_px) * km_per_px) / (1.0 + wide);
+    let reduction = f64::from(parameters.clouds_reduction(km_per_px as f32));
+    let clouds_km2 = square(f64::from(parameters.horizon_sigma_px) * km_per_px / reduction);
     let heights_km2 = square(parameters.horizon_sigma_km.into());
     let mean_km2 = square(parameters.limb_height_sigma_km.into());
     let own_km2 =

@@ -1,6 +1,6 @@
 //! The table of `campaign earth`.
 //!
-//! In: runs. Out: a [`Row`] for every case and way, a [`Limit`] for every case, and a [`Noon`] for every way.
+//! In: runs. Out: a [`Row`] for every case and way, and a [`Noon`] for every way.
 //!
 //! NEES is that of the centre in three dimensions, divided by its three degrees of freedom: one where the covariance is right, less
 //! where it is cautious. Its band holds the mean of so many independent frames with 95 %. The step at noon is what the centre moves
@@ -63,6 +63,8 @@ pub struct Row {
     pub position_sigma_km: Option<[f64; 2]>,
     /// Root mean square of the share by which the focal length seems wrong, the orbit's distance known, and of its sigma.
     pub focal_length: Option<[f64; 2]>,
+    /// Root mean square of the least sigma of the direction that any way could have in these frames, deg ([`limit`](super::limit)).
+    pub limit_deg: Option<[f64; 2]>,
     /// What is asked of the direction, deg.
     pub goal_deg: Option<f64>,
     /// Whether that, or one and a half times what is possible at best, is kept, and the covariance not too small; none where nothing
@@ -83,22 +85,11 @@ pub struct Noon {
     pub goal_deg: f64,
 }
 
-/// What the best of all methods could reach in a case.
-#[derive(Clone, Debug, Serialize)]
-pub struct Limit {
-    /// The case.
-    pub case: &'static str,
-    /// Root mean square of the least sigma of the direction towards the Sun and across, deg ([`limit`](super::limit)).
-    pub limit_deg: [f64; 2],
-}
-
 /// All of it.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// By case and way.
     pub rows: Vec<Row>,
-    /// By case.
-    pub limits: Vec<Limit>,
     /// By way.
     pub noons: Vec<Noon>,
 }
@@ -126,7 +117,7 @@ fn all<T>(fixes: &[&Fix], part: impl Fn(&Fix) -> Option<T>) -> Option<Vec<T>> {
 }
 
 impl Row {
-    fn of(case: &Case, way: Way, seen: &[&Seen], limit: Option<&Limit>) -> Self {
+    fn of(case: &Case, way: Way, seen: &[&Seen], limit_deg: Option<[f64; 2]>) -> Self {
         let fixes: Vec<&Fix> = seen.iter().filter_map(|seen| seen.fix.as_ref()).collect();
         let mut refused = BTreeMap::new();
         for reason in seen.iter().filter_map(|seen| seen.refused.clone()) {
@@ -168,11 +159,14 @@ impl Row {
             position_rms_km: all(&fixes, |fix| fix.position_km).map(both),
             position_sigma_km: all(&fixes, |fix| fix.position_sigma_km).map(both),
             focal_length: all(&fixes, |fix| fix.focal_length).map(both),
+            limit_deg,
             goal_deg,
             kept: goal_deg.map(|goal| {
-                let limit_deg = limit.map_or([0.0; 2], |limit| limit.limit_deg);
                 count > 0.0
-                    && rms_deg.iter().zip(limit_deg).all(|(rms, limit)| *rms <= goal.max(OVER_LIMIT * limit))
+                    && rms_deg
+                        .iter()
+                        .zip(limit_deg.unwrap_or_default())
+                        .all(|(rms, limit)| *rms <= goal.max(OVER_LIMIT * limit))
                     && nees.is_some_and(|nees| nees <= 1.0 + NEES_SIGMAS * nees_sigma)
             }),
         }
@@ -229,15 +223,13 @@ impl Table {
         let limit = |case: &Case| {
             let limits = runs.iter().filter(|run| run.case == case.name).filter_map(|run| run.limit_deg);
             let limits: Vec<[f64; 2]> = limits.collect();
-            let limit_deg = [0, 1].map(|axis| rms(limits.iter().map(|limit| limit[axis])));
-            (!limits.is_empty()).then_some(Limit { case: case.name, limit_deg })
+            (!limits.is_empty()).then(|| [0, 1].map(|axis| rms(limits.iter().map(|limit| limit[axis]))))
         };
-        let limits: Vec<Limit> = CASES.iter().filter_map(limit).collect();
         let rows = CASES.iter().flat_map(|case| {
-            let limit = limits.iter().find(|limit| limit.case == case.name);
-            WAYS.map(|way| Row::of(case, way, &of(case, way), limit))
+            let limit_deg = limit(case);
+            WAYS.map(|way| Row::of(case, way, &of(case, way), limit_deg))
         });
-        Self { rows: rows.collect(), limits, noons: WAYS.map(noon).to_vec() }
+        Self { rows: rows.collect(), noons: WAYS.map(noon).to_vec() }
     }
 
     /// Whether every goal is kept.
@@ -293,10 +285,9 @@ impl Table {
                 case = row.case;
                 let goal =
                     row.goal_of_case().map_or(String::new(), |goal| format!(", goal {goal} deg an axis"));
-                let limit = self.limits.iter().find(|limit| limit.case == case);
-                let limit = limit.map_or(String::new(), |Limit { limit_deg: [towards, across], .. }| {
-                    format!(", at best {towards:.4} {across:.4}")
-                });
+                let limit = row
+                    .limit_deg
+                    .map_or(String::new(), |[towards, across]| format!(", at best {towards:.4} {across:.4}"));
                 lines.push(format!("{case} ({} frames{goal}{limit})", row.frames));
             }
             lines.push(row.line());

@@ -24,9 +24,7 @@ use fsw_core::earth::look::{self, Choice, Look, Room};
 use fsw_core::earth::scale::{Measured, Scale};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{
-    Body, Demand, EarthFix, EarthParameters, MAX_LIMB_POINTS, Refusal, Strips, filters, thesis,
-};
+use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips, filters, thesis};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::orbit::covariance::inverse;
 use fsw_core::orbit::point::PositionFix;
@@ -216,17 +214,7 @@ impl Frame {
         let parameters = EarthParameters::default();
         let body = Body::new(&direction(self.pole), Some(&direction(self.sun)), &parameters);
         let view = View::new(&Vector3::from(self.centre_km).map(|c| c as f32), &body)?;
-        let seen = view.limb(&self.camera, plan::STRIP_MARGIN_PX, MAX_LIMB_POINTS, &parameters);
-        let [x, y] = self.axes;
-        let azimuth = |normal: Vector| libm::atan2(dot(normal, y), dot(normal, x));
-        let azimuths = seen.points.iter().map(|point| azimuth(point.normal.map(f64::from).into()));
-        let limb = Limb {
-            azimuths: azimuths.collect(),
-            distance_km: view.limb_distance_km().into(),
-            radius_km: f64::from(view.limb_distance_km() * view.limb_sine()),
-            rad_per_px: self.camera.rad_per_px().into(),
-        };
-        limit::direction_deg(&limb, &parameters)
+        limit::direction_deg(&Limb::of(&view, &self.camera, self.axes, &parameters), &parameters)
     }
 
     fn look_by(&mut self, way: Way, noise: &Noise) -> Result<Seen, HostError> {
@@ -399,8 +387,8 @@ impl Tracked {
     ) -> Result<Result<EarthFix, Refusal>, DetectorError> {
         let variance_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
         let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
-        let read = look.read_strips(picture, &self.view, |_| variance_km2, &choice, room)?;
-        Ok(look.fit(&look.parameters.in_strips(&read, false), Some(&self.expected), room))
+        let strips = look.read_strips(picture, &self.view, |_| variance_km2, &choice, room)?;
+        Ok(look.fit(&look.parameters.in_strips(&strips, false), Some(&self.expected), room))
     }
 
     /// The focal length, by the points in the room and the distance that the orbit says.
