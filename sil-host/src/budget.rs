@@ -1,18 +1,21 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
-//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission), flies it in the emulator and
-//! prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1 when a limit is
-//! overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F,
-//! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
+//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission) through every mode and the widest limb,
+//! flies both in the emulator and prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1
+//! when a limit is overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model
+//! (Cortex-M4F, zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
 //!
-//! What stars and Earth cost of a second, several stages each, is held against limits of its own. A row is a mode. Two kinds of seconds have rows of their own, whatever their mode, and the limit of acquisition: those in
-//! which the whole detector is searched for the Earth, and those in which the orbit crosses a jump of the clock.
+//! What stars and Earth cost of a second, several stages each, is held against limits of its own, in acquisition too where the limb
+//! is predicted: the first strips after a search are as long as strips can be. A row is a mode. Two kinds of seconds have rows of
+//! their own, whatever their mode, and the limit of acquisition: those in which the whole detector is searched for the Earth, and
+//! those in which the orbit crosses a jump of the clock.
 
 use crate::cli::BudgetArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
 use crate::json;
 use crate::judge::expected::word;
-use crate::record::{self, RecordingFiles};
+use crate::record;
+use crate::record::mission::{Clip, MISSION, WIDE_LIMB};
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{Event, Report};
 use fsw_hal::Stage;
@@ -51,7 +54,7 @@ struct CycleLimits {
 
 /// Stages of the star part of a second that is none of acquisition.
 const STARS: [Stage; 3] = [Stage::Predict, Stage::Windows, Stage::Confirm];
-/// Stages of the Earth part of any.
+/// Stages of the Earth part of any; its limit is another where the whole detector is searched.
 const EARTH: [Stage; 3] = [Stage::Limb, Stage::Centre, Stage::Search];
 
 /// Limits of memory, bytes.
@@ -181,7 +184,7 @@ fn row(name: &str, part: &str, used: u64, limit: Option<u64>) {
         let share = 100.0 * used as f64 / limit as f64;
         format!(" of {limit:>11}  {share:5.1} %{}", if used > limit { "  OVERRUN" } else { "" })
     });
-    say!("  {name:18} {part:10} {used:>11}{judged}");
+    say!("  {name:18} {part:12} {used:>11}{judged}");
 }
 
 fn stage_name(number: u8) -> &'static str {
@@ -235,15 +238,17 @@ fn run_program(command: &mut Command, what: &str) -> Result<Output, HostError> {
     Err(HostError::usage(format!("{what} failed: {last}"), "run it by hand"))
 }
 
-/// Where the emulated flight leaves its results.
+/// What came of an emulated flight.
 struct Flown {
     figures: ImageFigures,
-    metered: MeterReport,
-    telemetry: Vec<u8>,
+    /// Every second with what the host says of it.
+    seconds: Vec<(MeteredCycle, Report)>,
+    telemetry_identical: bool,
 }
 
-/// Builds image and meter and flies the recording.
-fn fly(root: &Path, files: &RecordingFiles, folder: &Path) -> Result<Flown, HostError> {
+/// Records clips, builds image and meter, and flies the recording.
+fn fly(root: &Path, clips: &[Clip], folder: &Path) -> Result<Flown, HostError> {
+    let (files, reports) = record::record_clips(clips, folder)?;
     let cargo = || {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(root);
@@ -282,7 +287,15 @@ fn fly(root: &Path, files: &RecordingFiles, folder: &Path) -> Result<Flown, Host
     }
     let figures = serde_json::from_slice(&output.stdout)
         .map_err(|error| parse(Path::new("the image's figures"), error))?;
-    Ok(Flown { figures, metered, telemetry: read(&telemetry)? })
+    if metered.cycles.len() != reports.len() {
+        let what = format!("{} of {} seconds were metered", metered.cycles.len(), reports.len());
+        return Err(HostError::usage(what, "report this"));
+    }
+    Ok(Flown {
+        figures,
+        seconds: metered.cycles.into_iter().zip(reports).collect(),
+        telemetry_identical: read(&telemetry)? == read(&files.telemetry)?,
+    })
 }
 
 /// What a second is judged as, and its limit: its mode; but a second in which the whole detector is searched for the Earth,
@@ -296,18 +309,29 @@ fn kind(report: &Report, stages: &BTreeMap<u8, Work>, limits: &CycleLimits) -> (
     }
 }
 
-/// The parts of a second that have limits of their own, in seconds of this limit.
-fn parts(limit_cycles: u64, limits: &CycleLimits) -> Vec<(&'static str, [Stage; 3], u64)> {
-    if limit_cycles == limits.acquisition {
-        return vec![("earth part", EARTH, limits.earth_of_acquisition)];
+/// The parts of a second of these stages that have limits of their own; its own limit is `limit_cycles`.
+fn parts(
+    stages: &BTreeMap<u8, Work>,
+    limit_cycles: u64,
+    limits: &CycleLimits,
+) -> Vec<(&'static str, [Stage; 3], u64)> {
+    let mut parts = Vec::new();
+    if limit_cycles == limits.tracking {
+        parts.push(("star part", STARS, limits.stars_of_tracking));
     }
-    vec![("star part", STARS, limits.stars_of_tracking), ("earth part", EARTH, limits.earth_of_tracking)]
+    parts.push(if stages.contains_key(&(Stage::Search as u8)) {
+        ("earth search", EARTH, limits.earth_of_acquisition)
+    } else {
+        ("earth part", EARTH, limits.earth_of_tracking)
+    });
+    parts
 }
 
 /// Sorts the metered cycles by what they are judged as.
-fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_identical: bool) -> Budget {
+fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
     let mut modes = BTreeMap::new();
-    for (cycle, report) in flown.metered.cycles.iter().zip(reports) {
+    let seconds = || flights.iter().flat_map(|flown| &flown.seconds);
+    for (cycle, report) in seconds() {
         let (name, limit_cycles) = kind(report, &cycle.stages, &limits.cycles);
         let mode = modes.entry(name).or_insert_with(|| ModeBudget {
             seconds: 0,
@@ -325,7 +349,7 @@ fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_ident
             let worst = mode.stages.entry(stage_name(*number)).or_insert(0);
             *worst = (*worst).max(work.cycles);
         }
-        for (part, stages, limit_cycles) in parts(limit_cycles, &limits.cycles) {
+        for (part, stages, limit_cycles) in parts(&cycle.stages, limit_cycles, &limits.cycles) {
             let of_part = stages.iter().filter_map(|stage| cycle.stages.get(&(*stage as u8)));
             let cycles = of_part.map(|work| work.cycles).sum::<u64>();
             if cycles > 0 {
@@ -334,16 +358,19 @@ fn table(limits: &LimitsFile, flown: &Flown, reports: &[Report], telemetry_ident
             }
         }
     }
+    let most = |bytes: fn(&ImageFigures) -> u64| {
+        flights.iter().map(|flown| bytes(&flown.figures)).max().unwrap_or(0)
+    };
     Budget {
         target: limits.target.core.clone(),
         clock_hz: limits.target.clock_hz,
-        seconds: reports.len(),
+        seconds: seconds().count(),
         modes,
-        flash_bytes: flown.figures.flash_bytes,
-        ram_bytes: flown.figures.static_ram_bytes,
-        stack_bytes: flown.figures.stack_bytes,
+        flash_bytes: most(|figures| figures.flash_bytes),
+        ram_bytes: most(|figures| figures.static_ram_bytes),
+        stack_bytes: most(|figures| figures.stack_bytes),
         limits: limits.memory.clone(),
-        telemetry_identical,
+        telemetry_identical: flights.iter().all(|flown| flown.telemetry_identical),
     }
 }
 
@@ -356,15 +383,10 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let limits = limits(&root)?;
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let (files, reports) = record::record_mission(&folder)?;
-    let flown = fly(&root, &files, &folder)?;
-    if flown.metered.cycles.len() != reports.len() {
-        let what = format!("{} of {} seconds were metered", flown.metered.cycles.len(), reports.len());
-        return Err(HostError::usage(what, "report this"));
-    }
-    let host = std::fs::read(&files.telemetry).unwrap_or_default();
-    let budget = table(&limits, &flown, &reports, flown.telemetry == host);
+    let flights = [&MISSION[..], &WIDE_LIMB].into_iter().map(|clips| fly(&root, clips, &folder));
+    let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
+    let budget = table(&limits, &flights?);
     if arguments.json {
         json::print_line(&budget);
     } else {

@@ -50,7 +50,7 @@ impl Rise {
         parameters: &EarthParameters,
     ) -> Option<Self> {
         let lines = Lines::of(pixels, strip)?;
-        let (length, profile) = (lines.length, lines.profile());
+        let (length, profile) = (lines.length, lines.profile()?);
         let inner = length.checked_sub(limb::END)?;
         let full_scale = f32::from(geometry.full_scale());
         let dark = limb::dark_of(&profile, length);

@@ -11,17 +11,18 @@
 //! taken off: a lens that loses half of its light in the corner moves the limb by less than a twentieth of a pixel.
 //!
 //! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
-//! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: nine
-//! interpolations a pixel of length and some exponentials of the model; 2.9 M model cycles for 24 strips of 80 px.
+//! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a
+//! pixel of length, and some exponentials of the model; 2.35 M for 24 strips of 159 px (`cargo budget`, acquisition's `limb`).
 
 use super::view::ExpectedLimb;
 use super::zone::Zone;
 use super::{EarthParameters, LimbPoint};
-use crate::order;
 use fsw_hal::{DetectorGeometry, Window};
 
 mod any_light;
+mod lines;
 pub use any_light::crossing_in_any_light;
+pub(super) use lines::{END, Lines, dark_of};
 
 /// Lines of a strip.
 pub const BREADTH: usize = 9;
@@ -30,8 +31,6 @@ pub const MAX_LENGTH: usize = 161;
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
-/// Places at either end that not every line reaches: the slope is at most one.
-pub(super) const END: usize = MIDDLE as usize + 1;
 /// Steps against the rise may take back this share of it.
 const GREATEST_FALL: f32 = 0.15;
 /// Clouds between the limb and the bright side change brightness this much more than within it.
@@ -111,108 +110,6 @@ impl Strip {
             if self.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
         LimbPoint { centre_px, sigma_px, outward_px: self.expected.outward_px }
     }
-}
-
-/// A strip's pixels as lines from space inwards.
-pub(super) struct Lines<'a> {
-    pixels: &'a [u16],
-    strip: &'a Strip,
-    /// Places of a line.
-    pub(super) length: usize,
-    /// Inward shift of the limb from the middle line to each, whole pixels and what remains of one.
-    shifts: [(i32, f32); BREADTH],
-}
-
-impl Lines<'_> {
-    /// `None` where the pixels are not the strip's, or its limb is too slant for it.
-    pub(super) fn of<'a>(pixels: &'a [u16], strip: &'a Strip) -> Option<Lines<'a>> {
-        let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
-        let (steep, flat) = strip.steep_and_flat();
-        if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
-            return None;
-        }
-        // Along the lines the limb moves by -flat / steep from one to the next; inward is against `steep`.
-        let slope = flat / libm::fabsf(steep);
-        let shifts = core::array::from_fn(|line| {
-            let shift = slope * (line as i32 - MIDDLE) as f32;
-            let whole = libm::floorf(shift);
-            (whole as i32, shift - whole)
-        });
-        Some(Lines { pixels, strip, length, shifts })
-    }
-
-    /// The pixel `place` from the outer end of a line.
-    fn raw(&self, line: usize, place: usize) -> Option<f32> {
-        let along = if self.strip.space_beyond { self.length.checked_sub(place + 1)? } else { place };
-        let index = if self.strip.along_x { line * self.length + along } else { along * BREADTH + line };
-        self.pixels.get(index).map(|raw| f32::from(*raw))
-    }
-
-    /// The value of a line where it has the same distance from the limb as the middle line at `place`.
-    fn value(&self, line: usize, place: usize) -> Option<f32> {
-        let (whole, part) = *self.shifts.get(line)?;
-        let first = usize::try_from(place as i32 + whole).ok()?;
-        let before = self.raw(line, first)?;
-        if part < 1e-3 {
-            return Some(before);
-        }
-        Some(before + part * (self.raw(line, first + 1)? - before))
-    }
-
-    /// The joined line.
-    pub(super) fn profile(&self) -> [f32; MAX_LENGTH] {
-        let mut profile = [0.0; MAX_LENGTH];
-        for (place, joined) in profile.iter_mut().enumerate().take(self.length) {
-            let (mut sum, mut least, mut greatest) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
-            for line in 0..BREADTH {
-                // At the ends, which are not used, a line may have no value.
-                let value = self.value(line, place).unwrap_or(0.0);
-                sum += value;
-                least = if value < least { value } else { least };
-                greatest = if value > greatest { value } else { greatest };
-            }
-            *joined = (sum - least - greatest) * (1.0 / (BREADTH as f32 - 2.0));
-        }
-        profile
-    }
-
-    /// Standard deviation of the mean of the lines' own crossings, px: how each departs from the profile over the rise.
-    fn scatter_px(&self, profile: &[f32], at: usize, half: usize) -> Option<f32> {
-        let first = at.checked_sub(half)?;
-        let mean_rise = (profile.get(at + half)? - profile.get(first)?) / (2 * half).max(1) as f32;
-        let rise = mean_rise * (2 * half + 1) as f32;
-        if rise < 1e-3 {
-            return None;
-        }
-        let (mut squares, mut greatest) = (0.0, 0.0);
-        for line in 0..BREADTH {
-            let mut departure = 0.0;
-            for (place, joined) in profile.iter().enumerate().take(at + half + 1).skip(first) {
-                departure += self.value(line, place)? - joined;
-            }
-            let square = (departure / rise) * (departure / rise);
-            squares += square;
-            greatest = if square > greatest { square } else { greatest };
-        }
-        // Without the line that departs most, for a star or a hot pixel; the mean rests on seven lines. Of nine squares of
-        // Gaussian chance all but the greatest make 0.64 of the sum.
-        const KEPT: f32 = 0.64;
-        let variance = (squares - greatest) / (KEPT * (BREADTH as f32 - 1.0));
-        Some(libm::sqrtf(variance.max(0.0) / (BREADTH as f32 - 2.0)))
-    }
-}
-
-/// Median of the outer end.
-pub(super) fn dark_of(profile: &[f32], length: usize) -> f32 {
-    let mut outer = [0.0; MAX_LENGTH / 8];
-    let count = (length / 8).clamp(5, MAX_LENGTH / 8);
-    for (dark, value) in outer.iter_mut().zip(profile.iter().skip(END)).take(count) {
-        *dark = *value;
-    }
-    if let Some(outer) = outer.get_mut(..count) {
-        order::sort(outer, |one, other| one < other);
-    }
-    outer.get(count / 2).copied().unwrap_or(0.0)
 }
 
 /// A way to find the limb in a strip: that of [`crossing`], or of one of the [`filters`](super::filters).
@@ -343,7 +240,7 @@ pub fn crossing(
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
-    let profile = lines.profile();
+    let profile = lines.profile()?;
     let rise = Rise::new(&lines, &profile, geometry, parameters)?;
     let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
     rise.point(&rise.passage(&zone)?, &zone, strip)

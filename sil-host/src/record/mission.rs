@@ -1,9 +1,12 @@
-//! The mission that the emulated computer flies: clips of scenarios, one after the other, through every mode.
+//! What the emulated computer flies: clips of scenarios, one after the other.
 //!
-//! In: [`CLIPS`]. Out: a frame a second and the parameter table for them. Between two clips the clock jumps; what the
+//! In: clips. Out: a frame a second and the parameter table for them. Between two clips the clock jumps; what the
 //! flight code makes of that (a gap that it crosses, one too long, a step backwards) is part of the mission.
 //!
-//! | clip | what is new in it |
+//! [`MISSION`] goes through every mode; [`WIDE_LIMB`] has what that camera's mount does not see, the lowest orbit's limb, across which
+//! strips are longest.
+//!
+//! | clip of the mission | what is new in it |
 //! |---|---|
 //! | low orbit, 4 min before dusk | self-test, acquisition, tracking, the orbit started |
 //! | a few seconds later, twice | the orbit crosses gaps and its speed becomes known |
@@ -41,8 +44,8 @@ pub struct Clip {
 const LEO: &str = "sso-noon-midnight";
 const GEO: &str = "geo-eclipse";
 
-/// The clips, in order.
-pub const CLIPS: [Clip; 9] = [
+/// Every mode.
+pub const MISSION: [Clip; 9] = [
     Clip { scenario: LEO, from_s: 440, seconds: 12 },
     Clip { scenario: LEO, from_s: 456, seconds: 10 },
     Clip { scenario: LEO, from_s: 480, seconds: 18 },
@@ -53,6 +56,9 @@ pub const CLIPS: [Clip; 9] = [
     Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
     Clip { scenario: "tumbling", from_s: 60, seconds: 12 },
 ];
+
+/// The limb from 450 km: found, then tracked while the orbit becomes known.
+pub const WIDE_LIMB: [Clip; 1] = [Clip { scenario: "leo-oblique", from_s: 0, seconds: 30 }];
 
 /// The mission's time-outs.
 const MODES: ModeParameters = ModeParameters {
@@ -91,18 +97,21 @@ fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
 /// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
 ///
 /// # Errors
-/// When the clips need different ones: camera and mount must be the same in all. (The exposure may differ: frames in a
-/// file have been exposed.)
-pub fn instrument() -> Result<(DetectorGeometry, Parameters), HostError> {
-    let first = scenario(&CLIPS[0])?;
-    let geometry = first.camera.geometry();
-    let parameters = hurried(flight_parameters(&first)?);
-    for clip in &CLIPS {
+/// When there is no clip, or they need different ones: camera and mount must be the same in all. (The exposure may differ: frames in
+/// a file have been exposed.)
+pub fn instrument(clips: &[Clip]) -> Result<(DetectorGeometry, Parameters), HostError> {
+    let [first, others @ ..] = clips else {
+        return Err(HostError::usage("no clip to fly", "report this"));
+    };
+    let scene = scenario(first)?;
+    let geometry = scene.camera.geometry();
+    let parameters = hurried(flight_parameters(&scene)?);
+    for clip in others {
         let other = scenario(clip)?;
         let exposure_us = parameters.exposure_us;
         let needed = Parameters { exposure_us, ..hurried(flight_parameters(&other)?) };
         if needed != parameters || other.camera.geometry() != geometry {
-            let what = format!("{} needs another instrument than {}", clip.scenario, CLIPS[0].scenario);
+            let what = format!("{} needs another instrument than {}", clip.scenario, first.scenario);
             return Err(HostError::usage(what, "report this"));
         }
     }
@@ -113,8 +122,8 @@ pub fn instrument() -> Result<(DetectorGeometry, Parameters), HostError> {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn draw(writer: &mut FramesWriter) -> Result<(), HostError> {
-    for clip in &CLIPS {
+pub fn draw(clips: &[Clip], writer: &mut FramesWriter) -> Result<(), HostError> {
+    for clip in clips {
         let scenario = scenario(clip)?;
         let mut scene = scenario.scene()?;
         for cycle in (clip.from_s..).take(clip.seconds as usize) {
@@ -132,10 +141,13 @@ mod tests {
 
     #[test]
     fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
-        for clip in &CLIPS {
+        for clip in MISSION.iter().chain(&WIDE_LIMB) {
             assert!(clip.from_s + clip.seconds <= scenario(clip).unwrap().duration_s, "{clip:?}");
         }
-        assert_eq!(CLIPS.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
-        assert!(instrument().unwrap().1.check().is_ok());
+        assert_eq!(MISSION.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
+        for clips in [&MISSION[..], &WIDE_LIMB] {
+            assert!(instrument(clips).unwrap().1.check().is_ok());
+        }
+        assert!(instrument(&[MISSION[0], WIDE_LIMB[0]]).is_err());
     }
 }

@@ -48,7 +48,8 @@ fn row(report: &Report) -> String {
 #[test]
 fn what_flies_is_what_was_reviewed() {
     let folder = scratch("change-indicator");
-    let (_, reports) = record::record_mission(&folder).expect("the target folder can be written");
+    let (_, reports) =
+        record::record_clips(&record::mission::MISSION, &folder).expect("the target folder can be written");
     // The frames are large.
     std::fs::remove_dir_all(&folder).expect("the folder was made above");
     let mut found = format!("{COLUMNS}\n");

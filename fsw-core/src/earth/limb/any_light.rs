@@ -36,7 +36,7 @@ pub fn crossing_in_any_light(
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
-    let profile = lines.profile();
+    let profile = lines.profile()?;
     let rise = Rise::new(&lines, &profile, geometry, parameters)?;
     let overhead = ExpectedLimb { sun_sine: 1.0, sun_facing: 0.0, ..strip.expected };
     let zone = Zone::new(&overhead, strip.steepness(), parameters)?;
