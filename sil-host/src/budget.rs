@@ -1,7 +1,7 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
-//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission) through every mode and the widest limb,
-//! flies both in the emulator and prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1
+//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission) through every mode, the widest limb and a
+//! storm of protons, flies them in the emulator and prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1
 //! when a limit is overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model
 //! (Cortex-M4F, zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
 //!
@@ -15,7 +15,7 @@ use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
 use crate::json;
 use crate::judge::expected::word;
 use crate::record;
-use crate::record::mission::{Clip, MISSION, WIDE_LIMB};
+use crate::record::mission::{Flight, MISSION, STORM, WIDE_LIMB};
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{Event, Report};
 use fsw_hal::Stage;
@@ -246,9 +246,9 @@ struct Flown {
     telemetry_identical: bool,
 }
 
-/// Records clips, builds image and meter, and flies the recording.
-fn fly(root: &Path, clips: &[Clip], folder: &Path) -> Result<Flown, HostError> {
-    let (files, reports) = record::record_clips(clips, folder)?;
+/// Records a flight, builds image and meter, and flies the recording.
+fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> {
+    let (files, reports) = record::record_flight(flight, folder)?;
     let cargo = || {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         cargo.current_dir(root);
@@ -383,7 +383,7 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let limits = limits(&root)?;
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let flights = [&MISSION[..], &WIDE_LIMB].into_iter().map(|clips| fly(&root, clips, &folder));
+    let flights = [MISSION, WIDE_LIMB, STORM].iter().map(|flight| fly(&root, flight, &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
     let budget = table(&limits, &flights?);

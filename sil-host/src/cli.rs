@@ -4,6 +4,7 @@
 //! go to stdout with status 0.
 
 use crate::error::{HostError, one_line};
+use crate::scenario;
 use clap::{Args, Parser, Subcommand};
 use fsw_core::attitude::wahba::Method;
 use std::path::PathBuf;
@@ -51,11 +52,17 @@ pub enum Command {
     Budget(BudgetArguments),
 }
 
+fn scenario_help() -> String {
+    let [(default, _), others @ ..] = &scenario::EMBEDDED;
+    let others = others.map(|(name, _)| name).join(", ");
+    format!("Scenario file, or one of {default} (the default), {others}")
+}
+
 /// Arguments of `run`.
 #[derive(Debug, Default, Args)]
 pub struct RunArguments {
-    /// Scenario file, or one of geo-eclipse (the default), geo-day, sso-noon-midnight, leo-oblique
-    #[arg(value_name = "SCENARIO.toml")]
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
     pub scenario: Option<PathBuf>,
     /// Folder for the files [default: sextant-out/ and the scenario's name]
     #[arg(long, value_name = "DIR")]

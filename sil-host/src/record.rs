@@ -26,7 +26,7 @@ use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::{Detector, DetectorGeometry, Instant};
-use mission::Clip;
+use mission::Flight;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -115,13 +115,13 @@ pub fn record(
     Ok((files, reports))
 }
 
-/// Records clips of scenarios.
+/// Records a flight.
 ///
 /// # Errors
-/// When they need different instruments, or a file cannot be written.
-pub fn record_clips(clips: &[Clip], folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    let (geometry, parameters) = mission::instrument(clips)?;
-    record(geometry, parameters, folder, |writer| mission::draw(clips, writer))
+/// When its clips need different instruments, or a file cannot be written.
+pub fn record_flight(flight: &Flight, folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    let (geometry, parameters) = flight.instrument()?;
+    record(geometry, parameters, folder, |writer| flight.draw(writer))
 }
 
 /// Records a picture, shown every second anew.
@@ -176,7 +176,7 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
             let (mut picture, parameters) = picture(name, fov_deg)?;
             record_picture(&mut picture, parameters, arguments.seconds, &arguments.out)?
         }
-        _ => record_clips(&mission::MISSION, &arguments.out)?,
+        _ => record_flight(&mission::MISSION, &arguments.out)?,
     };
     for report in &reports {
         say!(

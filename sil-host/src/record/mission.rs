@@ -1,10 +1,10 @@
 //! What the emulated computer flies: clips of scenarios, one after the other.
 //!
-//! In: clips. Out: a frame a second and the parameter table for them. Between two clips the clock jumps; what the
-//! flight code makes of that (a gap that it crosses, one too long, a step backwards) is part of the mission.
+//! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the clock jumps; what the
+//! flight code makes of that (a gap that it crosses, one too long, a step backwards) is part of the flight.
 //!
-//! [`MISSION`] goes through every mode; [`WIDE_LIMB`] has what that camera's mount does not see, the lowest orbit's limb, across which
-//! strips are longest.
+//! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
+//! which from the lowest orbit are longest and from there needs another mount, [`STORM`] the scan and the identification.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
@@ -24,6 +24,8 @@ use crate::error::HostError;
 use crate::frames_file::FramesWriter;
 use crate::run::harness::ThisSecond;
 use crate::scenario::Scenario;
+use crate::world::disturbances::Disturbances;
+use crate::world::protons::Protons;
 use fsw_core::modes::ModeParameters;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
@@ -44,21 +46,47 @@ pub struct Clip {
 const LEO: &str = "sso-noon-midnight";
 const GEO: &str = "geo-eclipse";
 
+/// What is shown to the emulated computer in one go.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// The pieces, in order.
+    pub clips: &'static [Clip],
+    /// What is on the detector and neither star nor Earth; none: what the scenarios say.
+    pub disturbances: Option<fn() -> Disturbances>,
+}
+
 /// Every mode.
-pub const MISSION: [Clip; 9] = [
-    Clip { scenario: LEO, from_s: 440, seconds: 12 },
-    Clip { scenario: LEO, from_s: 456, seconds: 10 },
-    Clip { scenario: LEO, from_s: 480, seconds: 18 },
-    Clip { scenario: LEO, from_s: 830, seconds: 27 },
-    Clip { scenario: LEO, from_s: 3723, seconds: 21 },
-    Clip { scenario: LEO, from_s: 3903, seconds: 10 },
-    Clip { scenario: GEO, from_s: 0, seconds: 10 },
-    Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
-    Clip { scenario: "tumbling", from_s: 60, seconds: 12 },
-];
+pub const MISSION: Flight = Flight {
+    clips: &[
+        Clip { scenario: LEO, from_s: 440, seconds: 12 },
+        Clip { scenario: LEO, from_s: 456, seconds: 10 },
+        Clip { scenario: LEO, from_s: 480, seconds: 18 },
+        Clip { scenario: LEO, from_s: 830, seconds: 27 },
+        Clip { scenario: LEO, from_s: 3723, seconds: 21 },
+        Clip { scenario: LEO, from_s: 3903, seconds: 10 },
+        Clip { scenario: GEO, from_s: 0, seconds: 10 },
+        Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
+        Clip { scenario: "tumbling", from_s: 60, seconds: 12 },
+    ],
+    disturbances: None,
+};
 
 /// The limb from 450 km: found, then tracked while the orbit becomes known.
-pub const WIDE_LIMB: [Clip; 1] = [Clip { scenario: "leo-oblique", from_s: 0, seconds: 30 }];
+pub const WIDE_LIMB: Flight =
+    Flight { clips: &[Clip { scenario: "leo-oblique", from_s: 0, seconds: 30 }], disturbances: None };
+
+/// More spots than the flight code may look at, in which no stars are found.
+pub const STORM: Flight =
+    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }], disturbances: Some(storm) };
+
+fn storm() -> Disturbances {
+    Disturbances {
+        false_stars: 200,
+        hot_pixels: 1_000,
+        protons: Protons::Fixed(300),
+        ..Disturbances::default()
+    }
+}
 
 /// The mission's time-outs.
 const MODES: ModeParameters = ModeParameters {
@@ -69,10 +97,6 @@ const MODES: ModeParameters = ModeParameters {
     outage_timeout_s: 10,
     pause_s: 3,
 };
-
-fn scenario(clip: &Clip) -> Result<Scenario, HostError> {
-    Scenario::load(Path::new(clip.scenario))
-}
 
 /// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave the orbit unknown.
 const BIAS_OVER_NOISE: f32 = 2.0;
@@ -94,45 +118,53 @@ fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
     Ok(scenario.flight_parameters(scenario.calibration()?.as_ref()))
 }
 
-/// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
-///
-/// # Errors
-/// When there is no clip, or they need different ones: camera and mount must be the same in all. (The exposure may differ: frames in
-/// a file have been exposed.)
-pub fn instrument(clips: &[Clip]) -> Result<(DetectorGeometry, Parameters), HostError> {
-    let [first, others @ ..] = clips else {
-        return Err(HostError::usage("no clip to fly", "report this"));
-    };
-    let scene = scenario(first)?;
-    let geometry = scene.camera.geometry();
-    let parameters = hurried(flight_parameters(&scene)?);
-    for clip in others {
-        let other = scenario(clip)?;
-        let exposure_us = parameters.exposure_us;
-        let needed = Parameters { exposure_us, ..hurried(flight_parameters(&other)?) };
-        if needed != parameters || other.camera.geometry() != geometry {
-            let what = format!("{} needs another instrument than {}", clip.scenario, first.scenario);
-            return Err(HostError::usage(what, "report this"));
+impl Flight {
+    /// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
+    ///
+    /// # Errors
+    /// When there is no clip, or they need different ones: camera and mount must be the same in all. (The exposure may differ: frames
+    /// in a file have been exposed.)
+    pub fn instrument(&self) -> Result<(DetectorGeometry, Parameters), HostError> {
+        let [first, others @ ..] = self.clips else {
+            return Err(HostError::usage("no clip to fly", "report this"));
+        };
+        let scenario = self.scenario(first)?;
+        let geometry = scenario.camera.geometry();
+        let parameters = hurried(flight_parameters(&scenario)?);
+        for clip in others {
+            let other = self.scenario(clip)?;
+            let exposure_us = parameters.exposure_us;
+            let needed = Parameters { exposure_us, ..hurried(flight_parameters(&other)?) };
+            if needed != parameters || other.camera.geometry() != geometry {
+                let what = format!("{} needs another instrument than {}", clip.scenario, first.scenario);
+                return Err(HostError::usage(what, "report this"));
+            }
         }
+        Ok((geometry, parameters))
     }
-    Ok((geometry, parameters))
-}
 
-/// Writes the frames.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn draw(clips: &[Clip], writer: &mut FramesWriter) -> Result<(), HostError> {
-    for clip in clips {
-        let scenario = scenario(clip)?;
-        let mut scene = scenario.scene()?;
-        for cycle in (clip.from_s..).take(clip.seconds as usize) {
-            let instant_us = scenario.instant_us(cycle);
-            let mut detector = ThisSecond { scene: &mut scene, cycle: cycle.into() };
-            writer.record(&mut detector, instant_us, scenario.exposure_us)?;
-        }
+    fn scenario(&self, clip: &Clip) -> Result<Scenario, HostError> {
+        let scenario = Scenario::load(Path::new(clip.scenario))?;
+        let disturbances = self.disturbances.map_or(scenario.disturbances, |crowd| crowd());
+        Ok(Scenario { disturbances, ..scenario })
     }
-    Ok(())
+
+    /// Writes the frames.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn draw(&self, writer: &mut FramesWriter) -> Result<(), HostError> {
+        for clip in self.clips {
+            let scenario = self.scenario(clip)?;
+            let mut scene = scenario.scene()?;
+            for cycle in (clip.from_s..).take(clip.seconds as usize) {
+                let instant_us = scenario.instant_us(cycle);
+                let mut detector = ThisSecond { scene: &mut scene, cycle: cycle.into() };
+                writer.record(&mut detector, instant_us, scenario.exposure_us)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -141,13 +173,14 @@ mod tests {
 
     #[test]
     fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
-        for clip in MISSION.iter().chain(&WIDE_LIMB) {
-            assert!(clip.from_s + clip.seconds <= scenario(clip).unwrap().duration_s, "{clip:?}");
+        for flight in [MISSION, WIDE_LIMB, STORM] {
+            for clip in flight.clips {
+                assert!(clip.from_s + clip.seconds <= flight.scenario(clip).unwrap().duration_s, "{clip:?}");
+            }
+            assert!(flight.instrument().unwrap().1.check().is_ok());
         }
-        assert_eq!(MISSION.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
-        for clips in [&MISSION[..], &WIDE_LIMB] {
-            assert!(instrument(clips).unwrap().1.check().is_ok());
-        }
-        assert!(instrument(&[MISSION[0], WIDE_LIMB[0]]).is_err());
+        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
+        const BOTH: &[Clip] = &[MISSION.clips[0], WIDE_LIMB.clips[0]];
+        assert!(Flight { clips: BOTH, ..MISSION }.instrument().is_err());
     }
 }

@@ -6,7 +6,7 @@
 
 use fsw_core::telemetry::Report;
 use sil_host::judge::expected::word;
-use sil_host::record;
+use sil_host::record::{self, mission::MISSION};
 use system_tests::{scratch, workspace};
 
 const TABLE: &str = "tests/system/tests/change_indicator.csv";
@@ -48,8 +48,7 @@ fn row(report: &Report) -> String {
 #[test]
 fn what_flies_is_what_was_reviewed() {
     let folder = scratch("change-indicator");
-    let (_, reports) =
-        record::record_clips(&record::mission::MISSION, &folder).expect("the target folder can be written");
+    let (_, reports) = record::record_flight(&MISSION, &folder).expect("the target folder can be written");
     // The frames are large.
     std::fs::remove_dir_all(&folder).expect("the folder was made above");
     let mut found = format!("{COLUMNS}\n");
