@@ -158,9 +158,10 @@ pub struct EarthParameters {
     pub limb_lommel_share: f32,
     /// Distance between the rows and columns that a search reads, px (default 16, 4 to 64; thesis 10).
     pub search_step_px: f32,
-    /// Least rise of brightness in a search, share of full scale (default 0.02, 0.01 to 0.5; thesis 12 %).
+    /// Least rise of brightness in a search, share of full scale (default 0.02, 0.01 to 0.5; thesis 12 %); in noise more.
     pub search_contrast_share: f32,
-    /// Brightest dark side in a search, share of full scale (default 0.06, 0.01 to 0.5; thesis 6 %).
+    /// Brightest dark side in a search over the darkest sky, share of full scale (default 0.06, 0.01 to 0.5; thesis 6 %); in all never
+    /// more than `greatest_dark_share`.
     pub search_dark_share: f32,
     /// Least length of the bright side in a search, px (default 12, 4 to 64).
     pub search_run_px: f32,
@@ -189,6 +190,8 @@ pub struct EarthParameters {
     pub greatest_sigma_deg: f32,
     /// Greatest standard deviation of the distance, share of it, likewise (default 0.5, 0.001 to 1).
     pub greatest_range_share: f32,
+    /// Farthest that the body can be, km, likewise (default 100,000, 10,000 to 1e9): a lit cloud in the night side is a small crescent.
+    pub greatest_distance_km: f32,
 }
 
 impl Default for EarthParameters {
@@ -227,6 +230,7 @@ impl Default for EarthParameters {
             least_arc_deg: 10.0,
             greatest_sigma_deg: 10.0,
             greatest_range_share: 0.5,
+            greatest_distance_km: 100_000.0,
         }
     }
 }
@@ -283,7 +287,7 @@ impl EarthParameters {
     }
 
     /// Name, value and range of every parameter. Counts and lengths in px are used rounded down.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 34] {
+    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 35] {
         let Ellipsoid { equatorial_km, polar_km } = self.ellipsoid;
         [
             ("equatorial_km", equatorial_km, 100.0, 100_000.0),
@@ -320,6 +324,7 @@ impl EarthParameters {
             ("least_arc_deg", self.least_arc_deg, 1.0, 180.0),
             ("greatest_sigma_deg", self.greatest_sigma_deg, 0.001, 10.0),
             ("greatest_range_share", self.greatest_range_share, 0.001, 1.0),
+            ("greatest_distance_km", self.greatest_distance_km, 1e4, 1e9),
         ]
     }
 }

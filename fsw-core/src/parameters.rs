@@ -16,7 +16,7 @@ use crate::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
 
 /// Version of the table's layout.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 

@@ -33,6 +33,8 @@ use std::time::Instant;
 pub const BINNINGS: [u16; 4] = [1, 2, 4, 8];
 /// Shorter side that must be left, px: fewer lines of the search could agree by chance.
 const LEAST_SIDE_PX: u16 = 256;
+/// Pictures come from deep space, too: the parameter's greatest value, km.
+const FARTHEST_KM: f32 = 1e9;
 /// Least standard deviation of a limb point of a picture, px: published pictures are resampled, sharpened and masked by others.
 const PICTURE_FLOOR_PX: f32 = 0.3;
 /// Radius of the mean sphere, km (IUGG).
@@ -134,8 +136,11 @@ pub struct Known {
 impl Known {
     /// The body, and the parameters that belong to it.
     fn body(&self) -> (Body, EarthParameters) {
-        let mut parameters =
-            EarthParameters { limb_floor_px: PICTURE_FLOOR_PX, ..EarthParameters::default() };
+        let mut parameters = EarthParameters {
+            limb_floor_px: PICTURE_FLOOR_PX,
+            greatest_distance_km: FARTHEST_KM,
+            ..EarthParameters::default()
+        };
         if self.pole.is_none() {
             parameters = of_a_mean_sphere(parameters);
         }

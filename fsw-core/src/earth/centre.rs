@@ -352,6 +352,9 @@ pub fn centre(
     }
     let (direction_rad, range_km) = fix.sigmas();
     let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
+    if distance_km > parameters.greatest_distance_km {
+        return Err(Refusal::Degenerate);
+    }
     let known = direction_rad <= parameters.greatest_sigma_deg.to_radians()
         && range_km <= parameters.greatest_range_share * distance_km;
     if known { Ok(fix) } else { Err(Refusal::Uncertain) }

@@ -9,6 +9,8 @@
 //! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand. What gets through,
 //! [`consensus`](super::consensus) is for.
 //!
+//! What counts as a rise and as a plateau follows the noise of the line, which its darkest block tells.
+//!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
 //!
 //! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times
@@ -17,6 +19,9 @@
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use heapless::Vec;
+use sky::{darkest, level, sky};
+
+mod sky;
 
 /// Dark pixels before a rise.
 pub const LEAST_DARK_PX: usize = 8;
@@ -34,9 +39,10 @@ const BEGIN_SHIFT: u32 = 2;
 const PLATEAU_SHIFT: u32 = 3;
 /// The dark side is brighter than the sky by less than a share of 2^-3 of the plateau.
 const SKY_SHIFT: u32 = 3;
-/// The sky is looked for along every fourth line, in blocks of so many pixels.
-const SKY_LINES: u16 = 4;
-const SKY_BLOCK: usize = 16;
+/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two below the mean.
+const BEGIN_SIGMAS: i32 = 4;
+/// A plateau is so many times that above the dark level.
+const LEAST_BEGINS: i32 = 2;
 /// Sigma of a point as a share of its rise's length.
 const SIGMA_SHARE: f32 = 0.05;
 
@@ -44,13 +50,17 @@ const SIGMA_SHARE: f32 = 0.05;
 pub type Points = Vec<LimbPoint, MAX_SEARCH_POINTS>;
 
 /// Thresholds as counts.
+#[derive(Clone, Copy)]
 struct Thresholds {
     /// Least contrast, fine counts.
     contrast: i32,
+    /// What a rise begins with, fine counts.
+    begin: i32,
     /// Brightest dark side, fine counts.
     dark: i32,
-    /// The darkest sky, fine counts.
+    /// The darkest sky, fine counts, and by how much a dark side may be brighter beside any limb.
     sky: i32,
+    glow: i32,
     /// Least length of the bright side, px.
     run: usize,
     /// Longest rise, px.
@@ -91,7 +101,7 @@ struct Found {
 
 /// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
 fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<Found, usize> {
-    let begin = thresholds.contrast >> BEGIN_SHIFT;
+    let begin = thresholds.begin;
     let block = |place: usize| line.block(place, dark).ok_or(place);
     let mut plateau = start;
     let mut blocks =
@@ -114,7 +124,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
         blocks = [second, third, fourth, block(plateau + 3 * BLOCK)?];
     }
     let bright = bright.ok_or(plateau)?;
-    if dark - thresholds.sky > begin.max(bright >> SKY_SHIFT) {
+    if dark - thresholds.sky > thresholds.glow.max(bright >> SKY_SHIFT) {
         return Err(plateau + 2 * BLOCK);
     }
     let half = dark + bright / 2;
@@ -146,7 +156,6 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
 
 /// The first passage from dark to bright along a line.
 fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
-    let begin = thresholds.contrast >> BEGIN_SHIFT;
     let mut dark = line.at(0)?;
     let (mut dark_run, mut resume) = (0, 0);
     for place in 0..line.pixels.len() {
@@ -157,7 +166,7 @@ fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
         } else {
             dark += above.min(4 << FINE_SHIFT) >> RISE_SHIFT;
         }
-        if above < begin {
+        if above < thresholds.begin {
             dark_run += 1;
             continue;
         }
@@ -231,24 +240,10 @@ pub(super) fn each_line<D: Detector>(
     Ok(())
 }
 
-/// Level of the darkest sky, fine counts: of the darkest blocks of the lines the second, in case that a line is broken.
-fn sky(detector: &mut impl Detector, buffer: &mut [u16], step: u16) -> Result<i32, DetectorError> {
-    let mut darkest = [u32::MAX; 2];
-    each_line(detector, buffer, [step / 2, step.saturating_mul(SKY_LINES)], |_, _, _, pixels| {
-        let sums = pixels.chunks_exact(SKY_BLOCK).map(|block| block.iter().map(|raw| u32::from(*raw)).sum());
-        let of_line = sums.min().unwrap_or(u32::MAX);
-        let [first, second] = darkest;
-        darkest = [first.min(of_line), second.min(first.max(of_line))];
-        Ok(())
-    })?;
-    let [_, sum] = darkest;
-    Ok((sum >> SKY_BLOCK.ilog2() << FINE_SHIFT) as i32)
-}
-
-/// Searches the whole detector. `buffer` must hold its longer side.
+/// Fills `points` with limb points of the whole detector, in the same order for the same pixels.
 ///
 /// # Errors
-/// Of the detector, at the first line that fails; [`DetectorError::BufferLength`] for a short buffer.
+/// Of the detector; [`DetectorError::BufferLength`] when the buffer is shorter than a line.
 pub fn search(
     detector: &mut impl Detector,
     buffer: &mut [u16],
@@ -259,20 +254,26 @@ pub fn search(
     let full_scale = f32::from(detector.geometry().full_scale());
     let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
     let step = parameters.search_step_px as u16;
-    let thresholds = Thresholds {
-        contrast: fine(parameters.search_contrast_share).max(1 << FINE_SHIFT),
-        dark: fine(parameters.search_dark_share),
-        sky: sky(detector, buffer, step)?,
+    let sky = sky(detector, buffer, step)?;
+    let contrast = fine(parameters.search_contrast_share).max(1 << FINE_SHIFT);
+    let quiet = Thresholds {
+        contrast,
+        begin: contrast >> BEGIN_SHIFT,
+        // A camera's own dark level may be high, but a picture without any sky has no limb.
+        dark: (sky + fine(parameters.search_dark_share)).min(fine(parameters.greatest_dark_share)),
+        sky,
+        glow: contrast >> BEGIN_SHIFT,
         run: parameters.search_run_px as usize,
-        rise: (parameters.search_rise_px as usize).min(256),
+        rise: parameters.search_rise_px as usize,
         floor_px: parameters.search_floor_px,
     };
     let mut thinned = Thinned::new(points);
     each_line(detector, buffer, [step / 2, step], |_, along_x, line, pixels| {
-        // The dark level is never below the darkest pixel.
-        let (darkest, brightest) =
-            pixels.iter().fold((u16::MAX, 0), |(low, high), raw| (low.min(*raw), high.max(*raw)));
-        if i32::from(brightest.saturating_sub(darkest)) << FINE_SHIFT < thresholds.contrast {
+        let (dark, sigma) = darkest(pixels);
+        let begin = quiet.begin.max(BEGIN_SIGMAS * sigma);
+        let thresholds = Thresholds { begin, contrast: quiet.contrast.max(LEAST_BEGINS * begin), ..quiet };
+        let brightest = pixels.iter().fold(0, |high, raw| high.max(*raw));
+        if (i32::from(brightest) << FINE_SHIFT) - level(dark) < thresholds.contrast {
             return Ok(());
         }
         for backwards in [false, true] {

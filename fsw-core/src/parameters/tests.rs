@@ -81,6 +81,7 @@ const REALS: &[Real] = &[
     ("least_arc_deg", |p| &mut p.earth.least_arc_deg, 1.0, 180.0),
     ("greatest_sigma_deg", |p| &mut p.earth.greatest_sigma_deg, 0.001, 10.0),
     ("greatest_range_share", |p| &mut p.earth.greatest_range_share, 0.001, 1.0),
+    ("greatest_distance_km", |p| &mut p.earth.greatest_distance_km, 1e4, 1e9),
     ("start_speed_share", |p| &mut p.orbit.start_speed_share, 0.1, 3.0),
     ("limb_height_sigma_rad", |p| &mut p.orbit.limb_height_sigma_rad, 0.0, 0.01),
     ("limb_height_sigma_km", |p| &mut p.orbit.limb_height_sigma_km, 0.0, 100.0),

@@ -8,6 +8,7 @@ use fsw_core::earth::thesis;
 use fsw_hal::Detector;
 use serde_json::Value;
 use sil_host::picture::Picture;
+use sil_host::world::noise::{Noise, Stream};
 use std::path::{Path, PathBuf};
 use system_tests::{data, json_lines, run, scratch};
 
@@ -68,17 +69,22 @@ impl Camera {
     }
 }
 
-/// The answer for one picture, after a line about it and about what the thesis's method makes of it.
+/// The answer for one of the pictures.
 fn earth(test: &str, picture: &str, camera: &Camera, arguments: &[&str]) -> Option<Value> {
     let path = data(&format!("earth/{picture}"))?;
-    let file = camera.file(&scratch(test));
-    let all = [&["earth", path.to_str()?, "--camera", &file, "--json"], arguments].concat();
+    Some(earth_in(&path, &scratch(test), camera, arguments))
+}
+
+/// The answer for a picture, after a line about it and about what the thesis's method makes of it.
+fn earth_in(path: &Path, folder: &Path, camera: &Camera, arguments: &[&str]) -> Value {
+    let file = camera.file(folder);
+    let all = [&["earth", path.to_str().unwrap(), "--camera", &file, "--json"], arguments].concat();
     let output = run(&all);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.stderr.is_empty());
     let answers = json_lines(&output);
     assert_eq!(answers.len(), 1, "one object a picture");
-    let answer = answers.into_iter().next()?;
+    let answer = answers.into_iter().next().unwrap();
     let ours = if answer["status"] == "found" {
         format!(
             "centre {:.2} {:.2}, radius {:.2} px, {} of {} points over {:.0} deg, rms {:.2} px, sigma {:.4} deg",
@@ -96,9 +102,9 @@ fn earth(test: &str, picture: &str, camera: &Camera, arguments: &[&str]) -> Opti
         assert!(answer["reason"].is_string() && answer["direction"].is_null());
         format!("not found: {}", answer["reason"])
     };
-    let name = Path::new(picture).file_name()?.to_string_lossy();
-    println!("{name}\n    ours:   {ours}\n    thesis: {}", by_the_thesis(&path, !arguments.is_empty()));
-    Some(answer)
+    let name = path.file_name().unwrap().to_string_lossy();
+    println!("{name}\n    ours:   {ours}\n    thesis: {}", by_the_thesis(path, !arguments.is_empty()));
+    answer
 }
 
 /// What the thesis's method makes of a picture; where no pole is known nothing is circularised.
@@ -169,6 +175,41 @@ fn three_hours_of_one_satellite_share_their_centre() {
     for found in centres {
         println!("    {:.2} px from the common centre", apart(found, mean));
         assert!(apart(found, mean) <= 0.7 && apart(found, GOES15.centre_px) <= 0.7);
+    }
+}
+
+/// A picture as a cheaper camera would have taken it: over a dark level of 20, and with noise, of 255.
+fn degraded(path: &Path, folder: &Path, noise: f64) -> PathBuf {
+    let mut picture = image::open(path).unwrap().into_luma8();
+    let source = Noise::new(2026, 0, Stream::Read);
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let value = 20.0 + 0.9 * f64::from(pixel.0[0]) + noise * source.gaussian(x, y);
+        pixel.0[0] = value.round().clamp(0.0, 255.0) as u8;
+    }
+    let name = format!("noise-{noise}-{}", path.file_name().unwrap().to_string_lossy());
+    let degraded = folder.join(name);
+    picture.save(&degraded).unwrap();
+    degraded
+}
+
+#[test]
+fn noise_and_a_dark_level_hide_no_earth() {
+    let folder = scratch("noise");
+    for (picture, camera, semiaxes) in [
+        ("pytroll/natural_hrit.png", METEOSAT, [362.0, 360.8]),
+        ("pytroll/GOES16_ABI_C02_520.png", GOES16, [255.97, 255.12]),
+        ("goestools/GOES15_FD_VS_20170821T1506Z.png", GOES15, [235.25, 234.62]),
+        ("goestools/GOES15_FD_VS_20170821T1806Z.png", GOES15, [235.25, 234.62]),
+        ("goestools/GOES15_FD_VS_20170821T2106Z.png", GOES15, [235.25, 234.62]),
+    ] {
+        let Some(path) = data(&format!("earth/{picture}")) else { return };
+        for noise in [1.0, 2.0, 4.0] {
+            let answer = earth_in(&degraded(&path, &folder, noise), &folder, &camera, &NORTH);
+            let error = apart(centre(&answer), camera.centre_px);
+            let radius = number(&answer["radius_px"]) / (0.5 * (semiaxes[0] + semiaxes[1])) - 1.0;
+            println!("    centre off by {error:.2} px, radius by {:+.2} %", 100.0 * radius);
+            assert!(error <= 1.0 && radius.abs() <= 0.004, "{picture}, noise {noise}: {error} {radius}");
+        }
     }
 }
 

@@ -206,6 +206,13 @@ fn points_that_fix_no_centre_are_refused() {
         })
         .collect();
     assert!(solve(&world, &scattered, 2.0).is_err());
+    // Beyond any orbit of the Earth a round cloud in the night side would do as well.
+    let mut at_times = |farther: f64| {
+        let far = World { centre: world.centre * farther, ..world.clone() };
+        solve(&far, &points(&far, [0.0, 6.0], 60, 0.1, &mut generator), 2.0)
+    };
+    assert!(at_times(2.0).is_ok());
+    assert_eq!(at_times(3.0), Err(Refusal::Degenerate));
     assert!(narrow(&world.centre).z > 0.0);
 }
 

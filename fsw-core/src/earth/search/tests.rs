@@ -1,6 +1,8 @@
 use super::*;
+use crate::earth::MAX_LIMB_POINTS;
 use crate::earth::centre::{Workspace, centre};
-use crate::earth::test_world::{GEOMETRY, Picture, World, camera, geostationary, low, parameters};
+use crate::earth::test_world::{GEOMETRY, Picture, World, camera, geostationary, low, narrow, parameters};
+use crate::earth::view::{ExpectedLimb, View};
 use crate::oracle::{Generator, wide, wide_matrix};
 use nalgebra::Vector3;
 use std::vec::Vec as List;
@@ -100,6 +102,43 @@ fn a_terminator_alone_gives_few_points_and_no_centre() {
     assert!(fix.is_err());
 }
 
+/// How many points there are, and how many of them lie on the limb that is lit.
+fn on_limb(world: &World, noise: f64) -> [usize; 2] {
+    let parameters = parameters();
+    let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
+    let limb = view.limb(&camera(), 0.0, MAX_LIMB_POINTS, &parameters).points;
+    let points = find(&mut world.picture(noise, 11));
+    let is_on_limb = |point: &&LimbPoint| {
+        let off = |expected: &ExpectedLimb| [0, 1].map(|axis| point.centre_px[axis] - expected.at_px[axis]);
+        let nearest = limb.iter().min_by(|one, other| {
+            let square = |expected: &ExpectedLimb| off(expected).map(|part| part * part).iter().sum::<f32>();
+            square(one).total_cmp(&square(other))
+        });
+        let [dx, dy] = off(nearest.unwrap());
+        let [nx, ny] = nearest.unwrap().outward_px;
+        (dx * nx + dy * ny).abs() < 6.0
+    };
+    [points.len(), points.iter().filter(is_on_limb).count()]
+}
+
+#[test]
+fn noise_hides_few_points_and_makes_none() {
+    for (name, world) in [
+        ("geostationary, 60 deg", geostationary(60.0, 4)),
+        ("geostationary, crescent", geostationary(130.0, 6)),
+        ("800 km, slant", low(800.0, 35.0, [40.0, 30.0], 8)),
+    ] {
+        let [found, quiet] = on_limb(&world, 1.0);
+        let share = |true_ones: usize, found: usize| true_ones as f64 / found.max(1) as f64;
+        let quiet_share = share(quiet, found);
+        for noise in [2.0, 4.0, 8.0] {
+            let [found, true_ones] = on_limb(&world, noise);
+            std::println!("{name}, noise {noise}: {true_ones} of {found} on the limb, quiet {quiet}");
+            assert!(2 * true_ones >= quiet && share(true_ones, found) >= 0.95 * quiet_share, "{name}");
+        }
+    }
+}
+
 #[test]
 fn a_dark_sea_is_no_sky() {
     // From left to right: sky, a bright limb, dark sea, clouds. From the right a line first meets the clouds, then the sea, then the limb.
@@ -148,7 +187,16 @@ proptest::proptest! {
             .enumerate()
             .map(|(index, _)| raw[index / smooth * smooth])
             .collect();
-        let thresholds = Thresholds { contrast: 60 << 6, dark: 120 << 6, sky: 0, run: 12, rise: 64, floor_px: 0.3 };
+        let thresholds = Thresholds {
+            contrast: 60 << 6,
+            begin: 15 << 6,
+            dark: 120 << 6,
+            sky: 0,
+            glow: 15 << 6,
+            run: 12,
+            rise: 64,
+            floor_px: 0.3,
+        };
         for backwards in [false, true] {
             if let Some(found) = walk(&Line { pixels: &pixels, backwards }, &thresholds) {
                 assert!(found.place >= 0.0 && found.place < pixels.len() as f32);
