@@ -58,8 +58,9 @@ struct Thresholds {
     begin: i32,
     /// Brightest dark side, fine counts.
     dark: i32,
-    /// The darkest sky, fine counts, and by how much a dark side may be brighter beside any limb.
+    /// The darkest sky, fine counts.
     sky: i32,
+    /// By how much a dark side may be brighter than that beside the faintest limb, fine counts.
     glow: i32,
     /// Least length of the bright side, px.
     run: usize,
@@ -240,10 +241,10 @@ pub(super) fn each_line<D: Detector>(
     Ok(())
 }
 
-/// Fills `points` with limb points of the whole detector, in the same order for the same pixels.
+/// Searches the whole detector. `buffer` must hold its longer side.
 ///
 /// # Errors
-/// Of the detector; [`DetectorError::BufferLength`] when the buffer is shorter than a line.
+/// Of the detector, at the first line that fails; [`DetectorError::BufferLength`] for a short buffer.
 pub fn search(
     detector: &mut impl Detector,
     buffer: &mut [u16],
@@ -264,7 +265,7 @@ pub fn search(
         sky,
         glow: contrast >> BEGIN_SHIFT,
         run: parameters.search_run_px as usize,
-        rise: parameters.search_rise_px as usize,
+        rise: (parameters.search_rise_px as usize).min(256),
         floor_px: parameters.search_floor_px,
     };
     let mut thinned = Thinned::new(points);
