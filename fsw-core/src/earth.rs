@@ -251,6 +251,8 @@ pub struct Demand {
 pub struct Strips {
     /// How many.
     pub read: usize,
+    /// Places at which none was read, because the limb may lie farther off than a strip reaches.
+    pub unsure: usize,
     /// What a pixel spans at that limb, km.
     pub km_per_px: f32,
 }

@@ -116,25 +116,26 @@ impl Look<'_> {
         let Self { camera, parameters, .. } = *self;
         let geometry = detector.geometry();
         room.points.clear();
-        let mut read = 0;
+        let mut strips = Strips { km_per_px: self.km_per_px(view), ..Strips::default() };
         for expected in &view.limb(camera, plan::STRIP_MARGIN_PX, choice.most, parameters).points {
             if !(choice.wanted)(expected.at_px) {
                 continue;
             }
             let sigma_km = libm::sqrtf(variance(&expected.normal).max(0.0));
-            let reach = plan::limb_reach(expected.km_per_px, sigma_km, parameters);
-            let Some(strip) = reach.and_then(|reach| limb::strip(expected, reach, &geometry)) else {
+            let Some(reach) = plan::limb_reach(expected.km_per_px, sigma_km, parameters) else {
+                strips.unsure += 1;
                 continue;
             };
+            let Some(strip) = limb::strip(expected, reach, &geometry) else { continue };
             let pixels = room.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(strip.window, pixels)?;
-            read += 1;
+            strips.read += 1;
             if let Some(point) = crossing(pixels, &strip, &geometry, parameters) {
                 // There are no more strips than the list holds points.
                 let _ = room.points.push(point);
             }
         }
-        Ok(Strips { read, km_per_px: self.km_per_px(view) })
+        Ok(strips)
     }
 }
 

@@ -22,7 +22,7 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })
         .collect();
-    let strips = Strips { read: points.len(), km_per_px: f32::INFINITY };
+    let strips = Strips { read: points.len(), unsure: 0, km_per_px: f32::INFINITY };
     let demand = &parameters.in_strips(&strips, true);
     centre(&points, &camera, &body, demand, None, &parameters, &mut Workspace::new())
 }
@@ -30,7 +30,8 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
 #[test]
 fn strips_tolerate_what_a_limb_scatters() {
     let parameters = parameters();
-    let tolerance = |km_per_px: f32| parameters.in_strips(&Strips { read: 24, km_per_px }, true).tolerance_px;
+    let tolerance =
+        |km_per_px: f32| parameters.in_strips(&Strips { read: 24, unsure: 0, km_per_px }, true).tolerance_px;
     assert_eq!(tolerance(f32::INFINITY), parameters.tracking_tolerance_px);
     // Four scatters of 0.6 km are 3 px of 0.8 km, and 2 px are allowed besides.
     assert!((tolerance(0.8) - 13f32.sqrt()).abs() < 1e-4);

@@ -96,7 +96,7 @@ impl Sensor<'_> {
         }
     }
 
-    /// Where the Earth is: from strips across the limb that the orbit predicts; where it does not, from strips across the
+    /// Where the Earth is: from strips across the limb that the orbit predicts; where it hardly does, from strips across the
     /// limb that a search of the whole detector found (a search alone would give a centre only good enough for that).
     #[inline(never)]
     fn find_earth(
@@ -132,7 +132,8 @@ impl Sensor<'_> {
         }
         meter.end(Stage::Limb);
         let mut rough = None;
-        if strips.read < self.parameters.earth.fewest_points as usize {
+        // Strips only where the orbit is sure of the limb, less than two thirds of it, would leave it ever less sure of the rest.
+        if strips.read < (self.parameters.earth.fewest_points as usize).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
             let searched = self.search(instruments.detector, body);
             meter.end(Stage::Search);

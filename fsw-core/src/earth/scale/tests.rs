@@ -16,7 +16,7 @@ fn found(world: &World, wrong: f32) -> Scale {
     let (mut points, mut rays) = (Points::new(), Box::new(Workspace::new()));
     let mut room = Room { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
     let fix = look::anywhere(&look, &mut world.picture(1.0, 3), &mut room).unwrap().fix.unwrap();
-    let strips = Strips { read: fix.inliers.count_ones() as usize, km_per_px: f32::INFINITY };
+    let strips = Strips { read: fix.inliers.count_ones() as usize, unsure: 0, km_per_px: f32::INFINITY };
     let (demand, expected) = (parameters.in_strips(&strips, true), Expected::after(&fix));
     let measured = Measured {
         points: &points,

@@ -374,7 +374,9 @@ impl Tracked {
         let centre_km = Vector3::new(0, 1, 2).map(|axis: u32| (centre_km[axis as usize] + errs(axis)) as f32);
         let information = Matrix3::identity() * (1.0 / (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32);
         let view = View::new(&centre_km, look.body)?;
-        let demand = look.parameters.in_strips(&Strips { read: 0, km_per_px: look.km_per_px(&view) }, false);
+        let demand = look
+            .parameters
+            .in_strips(&Strips { km_per_px: look.km_per_px(&view), ..Strips::default() }, false);
         Some(Self { view, expected: Expected { centre_km, information }, demand })
     }
 
