@@ -192,13 +192,13 @@ pub struct OrbitReport {
 pub enum Event {
     /// The next second has another mode, and why.
     Mode(Mode, Guard),
-    /// The first fix started the orbit filter.
+    /// Two fixes agree: the orbit is known from now on.
     OrbitStarted,
     /// The orbit's sigma fell below its goal.
     OrbitConverged,
     /// A fix contradicted the orbit and was not used.
     FixRejected,
-    /// So many fixes contradicted the orbit that it was started anew.
+    /// So many fixes contradicted the orbit that it was begun anew.
     OrbitRestarted,
     /// The orbit was forgotten: the clock jumped farther than it can be propagated, or it never settled and had no fix for a whole turn.
     OrbitForgotten,

@@ -12,7 +12,7 @@
 //!
 //! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
 //! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a
-//! pixel of length, and some exponentials of the model; 2.35 M for 24 strips of 159 px (`cargo budget`, acquisition's `limb`).
+//! pixel of length, and some exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
 
 use super::view::ExpectedLimb;
 use super::zone::Zone;

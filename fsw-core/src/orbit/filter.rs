@@ -1,7 +1,8 @@
 //! The Kalman-Schmidt filter of the orbit (thesis tab. 5.1), once a second.
 //!
 //! In: a [`PositionFix`] with its time, and the rotation from the Earth path to ICRS; out: position, velocity and limb
-//! height with their covariance. It knows nothing at first: the first fix starts it, at rest with a speed's worth of doubt.
+//! height with their covariance. It knows nothing at first: a fix begins it, at rest with a speed's worth of doubt. Nothing is handed
+//! out before a second one agrees: a wrong one would pass for an orbit until others contradict it, and none may follow for long.
 //!
 //! What a fix says of the state is [`super::observation`]'s; the misalignment of the paths is considered, not estimated
 //! (Schmidt), so the covariance never promises more than the alignment allows.
@@ -30,6 +31,9 @@ pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
+/// Longest time between the first fix and one that agrees with it, microseconds: later a body at any speed would.
+const AGREEMENT_US: i64 = 60_000_000;
+
 const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
 
 /// Sigmas of the velocity, over the velocity, below which the covariance of a new orbit is made anew.
@@ -40,7 +44,9 @@ const RENEWAL_VARIANCE: f64 = 16.0;
 /// What became of a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Update {
-    /// It started the filter.
+    /// It began the filter, alone or instead of one that it disagrees with.
+    Begun,
+    /// It agrees with the one that began the filter: from now on the orbit is known.
     Started,
     /// It was used.
     Accepted {
@@ -52,7 +58,7 @@ pub enum Update {
         /// Its normalised innovation squared.
         nis: f32,
     },
-    /// Too many disagreed: the filter forgot all and started anew from this one.
+    /// Too many disagreed: the filter forgot all and began anew with this one.
     Restarted,
     /// It is no position; the filter is as it was, propagated.
     Refused(Refusal),
@@ -78,6 +84,8 @@ struct Estimate {
     bias_kept: f64,
     /// How often the covariance has been made anew since the start.
     renewals: u8,
+    /// Time of the fix that began it while no other has agreed.
+    begun_us: Option<i64>,
     settled: bool,
     rejections: u16,
 }
@@ -125,6 +133,7 @@ impl OrbitFilter {
             covariance,
             bias_kept: 1.0,
             renewals: RENEWALS.len() as u8,
+            begun_us: None,
             settled: false,
             rejections: 0,
         });
@@ -138,7 +147,7 @@ impl OrbitFilter {
     }
 
     /// Takes a fix of the time `time_us`; `earth_to_icrs` is the rotation from the Earth path at that time.
-    /// Propagates there first; if the orbit is lost over it, the fix starts the filter.
+    /// Propagates there first; if the orbit is lost over it, the fix begins the filter.
     pub fn update(
         &mut self,
         time_us: i64,
@@ -146,14 +155,14 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
-        // The orbit lost on the way is no error here: the fix starts it anew and the caller sees `Started`.
+        // The orbit lost on the way is no error here: the fix begins it anew and the caller sees `Begun`.
         let _ = self.advance(time_us, parameters);
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
         let Some(mut updated) = self.estimate else {
             self.begin(time_us, fix, earth_to_icrs, parameters);
-            return Update::Started;
+            return Update::Begun;
         };
         let unit = match parameters.observation {
             Observation::Position => false,
@@ -163,10 +172,15 @@ impl OrbitFilter {
         let Some(nis) = updated.take(fix, earth_to_icrs, unit, parameters) else {
             return Update::Refused(Refusal::Covariance);
         };
+        let begun_us = updated.begun_us.take();
         if nis <= f64::from(parameters.gate_nis) && updated.is_sound() {
             self.estimate = Some(updated);
             self.settle(parameters);
-            return Update::Accepted { nis: nis as f32 };
+            return if begun_us.is_some() { Update::Started } else { Update::Accepted { nis: nis as f32 } };
+        }
+        if begun_us.is_some() {
+            self.begin(time_us, fix, earth_to_icrs, parameters);
+            return Update::Begun;
         }
         if let Some(estimate) = &mut self.estimate {
             estimate.rejections = estimate.rejections.saturating_add(1);
@@ -178,7 +192,7 @@ impl OrbitFilter {
         Update::Restarted
     }
 
-    /// Starts, or starts anew, from a fix alone.
+    /// Begins, or begins anew, with a fix alone.
     fn begin(
         &mut self,
         time_us: i64,
@@ -190,12 +204,17 @@ impl OrbitFilter {
         self.settle(parameters);
     }
 
-    /// Propagates state and covariance to `to_us`; without an orbit nothing happens.
+    /// Propagates state and covariance to `to_us`; without an orbit nothing happens. A fix with which none has agreed in time
+    /// is forgotten.
     ///
     /// # Errors
     /// The orbit is forgotten, and why.
     pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
         let Some(estimate) = self.estimate else { return Ok(()) };
+        if estimate.begun_us.is_some_and(|begun_us| to_us.saturating_sub(begun_us) > AGREEMENT_US) {
+            self.forget();
+            return Ok(());
+        }
         match estimate.advanced(to_us, parameters) {
             Ok(advanced) => {
                 self.estimate = Some(advanced);
@@ -221,24 +240,29 @@ impl OrbitFilter {
         }
     }
 
-    /// Time, position and velocity.
+    /// What may be handed out.
+    fn known(&self) -> Option<&Estimate> {
+        self.estimate.as_ref().filter(|estimate| estimate.begun_us.is_none())
+    }
+
+    /// Time, position and velocity, as all that follows `None` while the orbit is not known.
     pub fn state(&self) -> Option<&OrbitState> {
-        self.estimate.as_ref().map(|estimate| &estimate.state)
+        self.known().map(|estimate| &estimate.state)
     }
 
     /// Height of the true limb above that assumed, km.
     pub fn limb_height_km(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| estimate.limb_height_km)
+        self.known().map(|estimate| estimate.limb_height_km)
     }
 
     /// Sigma of [`OrbitFilter::limb_height_km`].
     pub fn limb_height_sigma_km(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| libm::sqrt(estimate.covariance.hh))
+        self.known().map(|estimate| libm::sqrt(estimate.covariance.hh))
     }
 
     /// The covariance, misalignment included.
     pub fn covariance(&self) -> Option<&Covariance> {
-        self.estimate.as_ref().map(|estimate| &estimate.covariance)
+        self.known().map(|estimate| &estimate.covariance)
     }
 
     /// Covariance of the position, km², ICRS axes.
@@ -258,13 +282,13 @@ impl OrbitFilter {
 
     /// Whether the orbit has settled since the filter started.
     pub fn settled(&self) -> bool {
-        self.estimate.as_ref().is_some_and(|estimate| estimate.settled)
+        self.known().is_some_and(|estimate| estimate.settled)
     }
 
     /// Whether an orbit that never settled has gone round once since the fix of this time, the last that it accepted: had it been
     /// right, there would have been another.
     pub fn is_stale(&self, fixed_us: i64) -> bool {
-        let Some(estimate) = self.estimate.as_ref().filter(|estimate| !estimate.settled) else {
+        let Some(estimate) = self.known().filter(|estimate| !estimate.settled) else {
             return false;
         };
         let OrbitState { time_us, position_km, .. } = &estimate.state;
@@ -277,7 +301,7 @@ impl OrbitFilter {
 
     /// Fixes rejected in a row.
     pub fn rejections(&self) -> u16 {
-        self.estimate.as_ref().map_or(0, |estimate| estimate.rejections)
+        self.known().map_or(0, |estimate| estimate.rejections)
     }
 }
 
@@ -337,6 +361,7 @@ impl Estimate {
             covariance,
             bias_kept: 1.0,
             renewals: 0,
+            begun_us: Some(time_us),
             settled: false,
             rejections: 0,
         }

@@ -247,6 +247,7 @@ impl Sensor<'_> {
         let to_icrs = earth_to_icrs(attitude, &mounting);
         let (nis, event) =
             match self.orbit.update(report.instant_us, &position, &to_icrs, &self.parameters.orbit) {
+                Update::Begun => (None, None),
                 Update::Started => (None, Some(Event::OrbitStarted)),
                 Update::Restarted => (None, Some(Event::OrbitRestarted)),
                 Update::Accepted { nis } => (Some(nis), None),

@@ -4,11 +4,11 @@
 //! flight code makes of that (a gap that it crosses, one too long, a step backwards) is part of the flight.
 //!
 //! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
-//! which from the lowest orbit are longest and from there needs another mount, [`STORM`] the scan and the identification.
+//! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the scan and the identification.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
-//! | low orbit, 4 min before dusk | self-test, acquisition, tracking, the orbit started |
+//! | low orbit, 4 min before dusk | self-test, acquisition, tracking, the orbit started by two fixes |
 //! | a few seconds later, twice | the orbit crosses gaps and its speed becomes known |
 //! | night, 5.5 min later | the stars are lost and acquired anew; eclipse |
 //! | sunrise, 48 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
@@ -71,9 +71,14 @@ pub const MISSION: Flight = Flight {
     disturbances: None,
 };
 
-/// The limb from 450 km: found, then tracked while the orbit becomes known.
-pub const WIDE_LIMB: Flight =
-    Flight { clips: &[Clip { scenario: "leo-oblique", from_s: 0, seconds: 30 }], disturbances: None };
+/// The limb from 450 km: found, tracked while the orbit becomes known, and expected after a gap over which that has become unsure.
+pub const WIDE_LIMB: Flight = Flight {
+    clips: &[
+        Clip { scenario: "leo-oblique", from_s: 0, seconds: 20 },
+        Clip { scenario: "leo-oblique", from_s: 45, seconds: 10 },
+    ],
+    disturbances: None,
+};
 
 /// More spots than the flight code may look at, in which no stars are found.
 pub const STORM: Flight =

@@ -25,7 +25,7 @@ fn reason(guard: Guard) -> &'static str {
 pub fn words(event: &Event) -> String {
     match event {
         Event::Mode(mode, guard) => format!("to {}: {}", word(*mode), reason(*guard)),
-        Event::OrbitStarted => "orbit started by the first fix".into(),
+        Event::OrbitStarted => "orbit started by two fixes that agree".into(),
         Event::OrbitConverged => "orbit converged".into(),
         Event::FixRejected => "fix rejected".into(),
         Event::OrbitRestarted => "orbit restarted".into(),

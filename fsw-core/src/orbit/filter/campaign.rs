@@ -236,7 +236,7 @@ fn fly_as(scenario: &Scenario, parameters: &OrbitParameters, seed: u64) -> Outco
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
             Update::Rejected { .. } => rejected += 1,
             Update::Restarted | Update::Refused(_) => panic!("lost at {second} s"),
-            Update::Started | Update::Accepted { .. } => (),
+            Update::Begun | Update::Started | Update::Accepted { .. } => (),
         }
         if filter.settled() && settled_after_s.is_none() {
             settled_after_s = Some(second);
@@ -502,7 +502,10 @@ fn a_real_orbit_is_followed() {
                 place_km: position_km,
             };
             let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
-            assert!(matches!(update, Update::Started | Update::Accepted { .. }), "{update:?}");
+            assert!(
+                matches!(update, Update::Begun | Update::Started | Update::Accepted { .. }),
+                "{update:?}"
+            );
         }
         sum += nees(&filter, &arc[224]);
         square += state_error(&filter, &arc[224]).fixed_rows::<3>(0).norm_squared();

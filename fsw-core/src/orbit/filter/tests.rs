@@ -16,12 +16,14 @@ fn running(parameters: &OrbitParameters) -> (OrbitFilter, OrbitState) {
     let mut truth = circular(7_000.0, 51.0);
     assert_eq!(
         filter.update(truth.time_us, &good_fix(&truth), &Matrix3::identity(), parameters),
-        Update::Started
+        Update::Begun
     );
-    for _ in 0..600 {
+    for second in 0..600 {
         truth = parameters.dynamics.propagate(&truth, 1_000_000).unwrap();
         let update = filter.update(truth.time_us, &good_fix(&truth), &Matrix3::identity(), parameters);
-        assert!(matches!(update, Update::Accepted { .. }), "{update:?}");
+        let expected =
+            if second == 0 { update == Update::Started } else { matches!(update, Update::Accepted { .. }) };
+        assert!(expected, "{second}: {update:?}");
     }
     (filter, truth)
 }
@@ -40,9 +42,42 @@ fn a_fix_far_off_is_rejected_and_many_start_the_filter_anew() {
             assert_eq!(i64::from(filter.rejections()), second);
         } else {
             assert_eq!(update, Update::Restarted);
-            assert_eq!(filter.state().unwrap().position_km, wrong.position_km);
+            assert!(filter.state().is_none());
         }
     }
+    let again = filter.update(truth.time_us + 5_000_000, &wrong, &Matrix3::identity(), &parameters);
+    assert_eq!(again, Update::Started);
+    assert!((filter.state().unwrap().position_km - wrong.position_km).norm() < 10.0);
+}
+
+#[test]
+fn one_fix_alone_tells_nothing_and_one_that_disagrees_takes_its_place() {
+    let parameters = OrbitParameters::default();
+    let truth = circular(7_000.0, 51.0);
+    let mut wrong = good_fix(&truth);
+    wrong.position_km.y += 1_300.0;
+    let seconds = |seconds: i64| truth.time_us + seconds * 1_000_000;
+    let begun = || {
+        let mut filter = OrbitFilter::new();
+        let update = filter.update(truth.time_us, &wrong, &Matrix3::identity(), &parameters);
+        assert_eq!(update, Update::Begun);
+        assert!(filter.state().is_none() && filter.covariance().is_none() && !filter.settled());
+        filter
+    };
+    let take = |filter: &mut OrbitFilter, second, fix: &PositionFix| {
+        filter.update(seconds(second), fix, &Matrix3::identity(), &parameters)
+    };
+    let mut filter = begun();
+    assert_eq!(take(&mut filter, 2, &good_fix(&truth)), Update::Begun);
+    assert_eq!(take(&mut filter, 3, &good_fix(&truth)), Update::Started);
+    assert!((filter.state().unwrap().position_km - truth.position_km).norm() < 10.0);
+    // A minute later a body at any speed would be anywhere: the two say nothing about each other.
+    for (second, update) in [(60, Update::Started), (61, Update::Begun)] {
+        assert_eq!(take(&mut begun(), second, &wrong), update, "{second}");
+    }
+    let mut filter = begun();
+    assert_eq!(filter.advance(seconds(61), &parameters), Ok(()));
+    assert!(filter.estimate.is_none());
 }
 
 #[test]
@@ -170,7 +205,7 @@ fn a_start_many_earth_radii_off_converges() {
                 let position_km = truth.position_km;
                 let fix = PositionFix { position_km, covariance_km2, place_km: position_km };
                 let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
-                restarted += u32::from(matches!(update, Update::Restarted | Update::Started));
+                restarted += u32::from(matches!(update, Update::Restarted | Update::Begun));
             }
             let apart = (filter.state().unwrap().position_km - truth.position_km).norm();
             std::println!(
@@ -257,7 +292,8 @@ proptest! {
                 Update::Accepted { nis } => assert!(nis <= gate_nis && nis >= 0.0),
                 // A fix that is so far off that its square overflows is rejected too.
                 Update::Rejected { nis } => assert!(!nis.is_nan()),
-                Update::Started | Update::Restarted => assert_eq!(filter.state().unwrap().position_km, position_km),
+                Update::Begun | Update::Restarted => assert!(filter.state().is_none()),
+                Update::Started => assert!(filter.state().is_some()),
                 Update::Refused(_) => {}
             }
             assert_finite(&filter);
