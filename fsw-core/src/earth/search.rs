@@ -257,13 +257,14 @@ pub fn search(
     let step = parameters.search_step_px as u16;
     let sky = sky(detector, buffer, step)?;
     let contrast = fine(parameters.search_contrast_share).max(1 << FINE_SHIFT);
+    let begin = contrast >> BEGIN_SHIFT;
     let quiet = Thresholds {
         contrast,
-        begin: contrast >> BEGIN_SHIFT,
+        begin,
         // A camera's own dark level may be high, but a picture without any sky has no limb.
         dark: (sky + fine(parameters.search_dark_share)).min(fine(parameters.greatest_dark_share)),
         sky,
-        glow: contrast >> BEGIN_SHIFT,
+        glow: begin,
         run: parameters.search_run_px as usize,
         rise: (parameters.search_rise_px as usize).min(256),
         floor_px: parameters.search_floor_px,

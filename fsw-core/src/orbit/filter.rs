@@ -172,24 +172,20 @@ impl OrbitFilter {
         let Some(nis) = updated.take(fix, earth_to_icrs, unit, parameters) else {
             return Update::Refused(Refusal::Covariance);
         };
-        let begun_us = updated.begun_us.take();
+        let second = updated.begun_us.take().is_some();
         if nis <= f64::from(parameters.gate_nis) && updated.is_sound() {
             self.estimate = Some(updated);
             self.settle(parameters);
-            return if begun_us.is_some() { Update::Started } else { Update::Accepted { nis: nis as f32 } };
+            return if second { Update::Started } else { Update::Accepted { nis: nis as f32 } };
         }
-        if begun_us.is_some() {
-            self.begin(time_us, fix, earth_to_icrs, parameters);
-            return Update::Begun;
-        }
-        if let Some(estimate) = &mut self.estimate {
+        if let Some(estimate) = self.estimate.as_mut().filter(|_| !second) {
             estimate.rejections = estimate.rejections.saturating_add(1);
             if estimate.rejections < parameters.patience {
                 return Update::Rejected { nis: nis as f32 };
             }
         }
         self.begin(time_us, fix, earth_to_icrs, parameters);
-        Update::Restarted
+        if second { Update::Begun } else { Update::Restarted }
     }
 
     /// Begins, or begins anew, with a fix alone.
@@ -201,7 +197,6 @@ impl OrbitFilter {
         parameters: &OrbitParameters,
     ) {
         self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
-        self.settle(parameters);
     }
 
     /// Propagates state and covariance to `to_us`; without an orbit nothing happens. A fix with which none has agreed in time

@@ -110,12 +110,12 @@ fn on_limb(world: &World, noise: f64) -> [usize; 2] {
     let points = find(&mut world.picture(noise, 11));
     let is_on_limb = |point: &&LimbPoint| {
         let off = |expected: &ExpectedLimb| [0, 1].map(|axis| point.centre_px[axis] - expected.at_px[axis]);
-        let nearest = limb.iter().min_by(|one, other| {
-            let square = |expected: &ExpectedLimb| off(expected).map(|part| part * part).iter().sum::<f32>();
-            square(one).total_cmp(&square(other))
-        });
-        let [dx, dy] = off(nearest.unwrap());
-        let [nx, ny] = nearest.unwrap().outward_px;
+        let apart = |expected: &ExpectedLimb| {
+            let [dx, dy] = off(expected);
+            dx.hypot(dy)
+        };
+        let nearest = limb.iter().min_by(|one, other| apart(one).total_cmp(&apart(other))).unwrap();
+        let ([dx, dy], [nx, ny]) = (off(nearest), nearest.outward_px);
         (dx * nx + dy * ny).abs() < 6.0
     };
     [points.len(), points.iter().filter(is_on_limb).count()]
