@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::image::allowance::{CANDIDATE_CYCLES, WINDOW_CYCLES};
+use fsw_pixels::window::BANDS;
 use crate::image::condition::condition;
 use crate::image::test_sky::{Chance, Sky};
 use proptest::prelude::*;
