@@ -99,7 +99,7 @@ impl View {
 
     /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
     pub fn veil(&self, margin_rad: f32, parameters: &EarthParameters) -> Veil<'_> {
-        let twilight_sine = libm::sinf(parameters.twilight_deg.to_radians());
+        let twilight_sine = libm::sinf(parameters.light.twilight_deg.to_radians());
         Veil { view: self, margin_sine: libm::sinf(margin_rad), twilight_sine }
     }
 
@@ -166,7 +166,7 @@ impl View {
 
     /// The same, and the cells in which a limb that can be measured may stand.
     fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (Light, u128) {
-        let lit = libm::sinf(parameters.lit_sun_elevation_deg.to_radians());
+        let lit = libm::sinf(parameters.light.lit_deg.to_radians());
         let least = least_sun_sine(parameters);
         let mut light = Light::default();
         let mut cells = 0u128;
@@ -300,7 +300,7 @@ impl Veil<'_> {
 
 /// Sine of the least elevation of the Sun at a limb that can be measured.
 fn least_sun_sine(parameters: &EarthParameters) -> f32 {
-    libm::sinf(parameters.least_sun_elevation_deg.to_radians())
+    libm::sinf(parameters.light.usable_deg.to_radians())
 }
 
 /// Sum of two angles given by cosine and sine.
