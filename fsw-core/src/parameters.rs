@@ -23,7 +23,7 @@ pub mod table;
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
 pub const VERSION: u8 = 7;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0;
+pub const CHECKSUM: u32 = 0x08C3_68D8;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
