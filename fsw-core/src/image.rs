@@ -13,27 +13,21 @@ mod allowance;
 pub mod blinding;
 pub mod calibration;
 pub mod centroid;
-pub mod condition;
 pub mod defects;
 mod detections;
-mod levels;
 pub mod matched;
-mod median;
 pub mod mended;
-pub mod patch;
 mod peaks;
 pub mod scan;
 mod shape;
 pub mod streaks;
 #[cfg(test)]
 mod test_sky;
-mod texture;
 
 use crate::parameters::table::parameter_group;
 use calibration::Calibration;
-
-/// Full scale of a pixel in scaled counts.
-pub const FULL_SCALE: i32 = 1 << 14;
+pub use fsw_pixels::window::FULL_SCALE;
+pub use fsw_pixels::{condition, patch};
 
 parameter_group! {
     /// Thresholds of star detection (thesis 3.1.1). Sigmas are those of the local background.
