@@ -59,7 +59,7 @@ pub struct Parameters {
     pub camera: CameraParameters,
     /// The two lines of sight.
     pub mount: MountParameters,
-    /// Exposure time, microseconds (100 to 10,000,000).
+    /// Exposure time, microseconds (100 to 1,000,000, and with the readout of all rows at most a second).
     pub exposure_us: u32,
     /// From a row's exposure to the next row's, ns (default 0: a global shutter; 0 to 500,000).
     pub row_time_ns: u32,
@@ -93,6 +93,20 @@ pub enum ParameterError {
     Camera(CameraError),
     /// The named value is outside its range (or not finite).
     Range(&'static str),
+    /// Exposure and readout, `exposure_us` and `row_time_ns` times the rows, do not fit into a second.
+    ExposureBeyondSecond,
+}
+
+impl core::fmt::Display for ParameterError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Camera(_) => f.write_str("the camera's values are impossible"),
+            Self::Range(name) => write!(f, "{name} is outside its range"),
+            Self::ExposureBeyondSecond => {
+                f.write_str("exposure_us and row_time_ns of all rows are longer than a second: shorten one")
+            }
+        }
+    }
 }
 
 impl Parameters {
@@ -145,7 +159,7 @@ impl Parameters {
             .ok_or(ParameterError::Range("star_to_earth"))?;
         let [first, second, third] = identification.centroid_sigma_px;
         let integers = [
-            ("exposure_us", self.exposure_us, 100, 10_000_000),
+            ("exposure_us", self.exposure_us, 100, 1_000_000),
             ("row_time_ns", self.row_time_ns, 0, 500_000),
             ("pairs_per_cycle", self.pairs_per_cycle, 10_000, 4_000_000),
             ("threshold_sigma_tenths", detection.threshold_sigma_tenths.into(), 30, 200),
@@ -186,6 +200,10 @@ impl Parameters {
             .chain(&earth)
             .chain(&orbit)
             .find(|(_, value, low, high)| !(low..=high).contains(&value));
+        let readout_us = u64::from(self.row_time_ns) * u64::from(self.camera.height_px) / 1000;
+        if u64::from(self.exposure_us) + readout_us > 1_000_000 {
+            return Err(ParameterError::ExposureBeyondSecond);
+        }
         match (wrong_integer, wrong_real) {
             (Some((name, ..)), _) | (None, Some((name, ..))) => Err(ParameterError::Range(name)),
             (None, None) => Ok((camera, star_to_earth)),

@@ -7,7 +7,7 @@ type Real = (&'static str, fn(&mut Parameters) -> &mut f32, f32, f32);
 
 /// Name, setter and documented range of every integer.
 const INTEGERS: &[Integer] = &[
-    ("exposure_us", |p, v| p.exposure_us = v, 100, 10_000_000),
+    ("exposure_us", |p, v| p.exposure_us = v, 100, 1_000_000),
     ("row_time_ns", |p, v| p.row_time_ns = v, 0, 500_000),
     ("pairs_per_cycle", |p, v| p.pairs_per_cycle = v, 10_000, 4_000_000),
     ("threshold_sigma_tenths", |p, v| p.detection.threshold_sigma_tenths = v as u16, 30, 200),
@@ -109,6 +109,13 @@ fn checked(change: impl Fn(&mut Parameters)) -> Result<(), ParameterError> {
 fn the_defaults_pass_and_give_their_camera() {
     let parameters = Parameters::for_camera(reference_camera());
     assert_eq!(*parameters.check().unwrap().0.parameters(), reference_camera());
+}
+
+#[test]
+fn an_exposure_that_leaves_no_time_for_the_readout_is_refused() {
+    // 1024 rows of 100 us: 102.4 ms.
+    let with = |exposure_us| checked(|p| (p.row_time_ns, p.exposure_us) = (100_000, exposure_us));
+    assert_eq!((with(897_600), with(897_601)), (Ok(()), Err(ParameterError::ExposureBeyondSecond)));
 }
 
 #[test]

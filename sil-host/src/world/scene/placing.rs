@@ -36,7 +36,7 @@ impl Scene {
         spots: &mut Vec<Spot>,
     ) -> Vec<VisibleStar> {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
-        let middle_s = cycle as f64 * CYCLE_S;
+        let middle_s = self.middle_s(cycle);
         let rate_rad_s = length(motion.rate_rad_s(middle_s));
         let (exposure, rows) = ((middle_s, time_s), camera.height_px);
         let way = |steps| Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, rows, rate_rad_s);
