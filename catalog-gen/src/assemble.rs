@@ -8,8 +8,9 @@ use crate::blend::centi;
 use crate::grid::CellGrid;
 use crate::parameters::{BuildError, MAX_PAIRS, chord};
 use fsw_core::catalog::format::{
-    CRC_FROM, CRC32, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, MAGIC, PAIR_BYTES, STAR_BYTES, VERSION,
+    CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, MAGIC, PAIR_BYTES, STAR_BYTES, VERSION,
 };
+use fsw_core::checksum::crc32;
 
 /// 1.0 in Q1.30 and Q2.30.
 const ONE_Q30: f64 = (1u32 << 30) as f64;
@@ -104,7 +105,7 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
         bytes.extend_from_slice(&((key >> 16) as u16).to_le_bytes());
         bytes.extend_from_slice(&(key as u16).to_le_bytes());
     }
-    let checksum = CRC32.checksum(&bytes[CRC_FROM..]);
+    let checksum = crc32(&bytes[CRC_FROM..]);
     bytes[CRC_FROM - 4..CRC_FROM].copy_from_slice(&checksum.to_le_bytes());
     Ok(bytes)
 }

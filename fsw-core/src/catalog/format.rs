@@ -25,6 +25,7 @@
 //! A chord is `|r_i - r_j| = 2 sin(separation / 2)` of the fixed-point vectors: it needs no arc cosine and loses no
 //! digits at small separations.
 
+use crate::checksum::crc32;
 use crate::frames::{Direction, Icrs};
 use nalgebra::Vector3;
 
@@ -44,9 +45,6 @@ pub const CRC_FROM: usize = 12;
 pub const FLAG_PROXIMITY: u32 = 1 << 24;
 /// Mask of the Hipparcos number within the id word.
 pub const HIP_MASK: u32 = (1 << 24) - 1;
-
-/// The checksum of catalogues, telemetry frames and parameter tables.
-pub const CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Why catalogue bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,7 +139,7 @@ impl<'a> Catalogue<'a> {
             return Err(CatalogueError::Length);
         }
         let protected = bytes.get(CRC_FROM..).ok_or(CatalogueError::Length)?;
-        if CRC32.checksum(protected) != word(8)? {
+        if crc32(protected) != word(8)? {
             return Err(CatalogueError::Checksum);
         }
         Self::parse(bytes).ok_or(CatalogueError::Structure)

@@ -80,8 +80,8 @@ impl Sensor<'_> {
         let geometry = detector.geometry();
         let mut blind = 0;
         for probe in &plan::probes(&geometry) {
-            let pixels = self.workspace.buffer.get_mut(..probe.area());
-            let read = pixels.ok_or(DetectorError::BufferLength).and_then(|pixels| {
+            let read = self.workspace.shared.readout().and_then(|readout| {
+                let pixels = readout.buffer.get_mut(..probe.area()).ok_or(DetectorError::BufferLength)?;
                 detector.read(*probe, pixels)?;
                 Ok(blinded(pixels, geometry.bits))
             });

@@ -61,8 +61,8 @@ impl Sensor<'_> {
     ) -> Result<bool, DetectorError> {
         for probe in &plan::probes(&detector.geometry()) {
             let area = probe.area();
-            let (first, rest) =
-                self.workspace.buffer.split_at_mut_checked(area).ok_or(DetectorError::BufferLength)?;
+            let buffer = &mut self.workspace.shared.readout()?.buffer;
+            let (first, rest) = buffer.split_at_mut_checked(area).ok_or(DetectorError::BufferLength)?;
             let second = rest.get_mut(..area).ok_or(DetectorError::BufferLength)?;
             detector.read(*probe, first)?;
             detector.read(*probe, second)?;
@@ -98,7 +98,7 @@ impl Sensor<'_> {
                 return report.status = Status::TooFast;
             }
             self.workspace.take_measured(&self.camera, None, 0.0);
-            self.workspace.identifier.restart(0.0);
+            self.workspace.shared.begin_identification();
             self.searching_since = Some(self.now);
         }
         report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
@@ -106,7 +106,13 @@ impl Sensor<'_> {
             .calibrated(self.calibration.as_ref());
         let identification = &self.parameters.identification;
         meter.begin(Stage::Identify);
-        let progress = self.workspace.identifier.advance(&field, identification, allowance);
+        let Some(identifier) = self.workspace.shared.identifier() else {
+            // Another image was read meanwhile: the search begins anew.
+            self.searching_since = None;
+            meter.end(Stage::Identify);
+            return report.status = Status::Waiting;
+        };
+        let progress = identifier.advance(&field, identification, allowance);
         meter.end(Stage::Identify);
         match progress {
             Progress::Searching => {
@@ -136,7 +142,8 @@ impl Sensor<'_> {
     fn scan(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Result<(), DetectorError> {
         let method =
             Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
-        scan::scan(detector, &mut self.workspace.buffer, method, &mut self.workspace.detections)
+        let buffer = &mut self.workspace.shared.readout()?.buffer;
+        scan::scan(detector, buffer, method, &mut self.workspace.detections)
     }
 
     /// Follows known stars in windows about their predicted places.

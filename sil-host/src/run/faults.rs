@@ -165,22 +165,19 @@ impl<D: Detector<Error = DetectorError>> Detector for Faulty<'_, D> {
     }
 
     fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
-        for (kind, noise) in self.acting() {
-            match kind {
-                FaultKind::TimeOut(share) if Self::happens(&noise, share) => {
-                    return Err(DetectorError::Timeout);
-                }
-                FaultKind::LateFrame(share) | FaultKind::DoubledImage(share)
-                    if Self::happens(&noise, share) =>
-                {
-                    self.instead = Some(kind);
-                    return Ok(());
-                }
-                _ => {}
+        let happening = |(kind, noise): &(FaultKind, Noise)| match kind {
+            FaultKind::TimeOut(share) | FaultKind::LateFrame(share) | FaultKind::DoubledImage(share) => {
+                Self::happens(noise, *share)
             }
+            _ => false,
+        };
+        let first = self.acting().find(happening).map(|(kind, _)| kind);
+        self.instead = first;
+        match first {
+            Some(FaultKind::TimeOut(_)) => Err(DetectorError::Timeout),
+            Some(_) => Ok(()),
+            None => self.detector.start_exposure(exposure_us),
         }
-        self.instead = None;
-        self.detector.start_exposure(exposure_us)
     }
 
     fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {

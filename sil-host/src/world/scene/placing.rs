@@ -3,7 +3,7 @@
 //! In: a scene, a cycle, its exposure and truth. Out: images ([`Spot`]) of stars, planets and satellites at the places where they are
 //! at the times of the steps of their smear, and the stars on the detector at mid-exposure.
 
-use super::{CYCLE_S, Scene, Truth, VisibleStar, star_e_s};
+use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
 use crate::world::scene_settings::SceneSettings;
 use crate::world::shutter::Way;
