@@ -4,7 +4,6 @@
 //! 7 px at most. `cargo test -p system-tests --test clock_faults -- --nocapture` prints the table.
 
 use fsw_core::modes::Mode;
-use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{ClockState, Event, Report, Status};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
@@ -138,7 +137,8 @@ impl Outcome {
 /// Flies a fault at a rate.
 fn fly(wrong: Wrong, (rate_deg_s, exposure_us): (f64, u32)) -> Outcome {
     let mut scene = scene(rate_deg_s);
-    let parameters = Parameters { exposure_us, ..star_scene::parameters() };
+    let mut parameters = star_scene::parameters();
+    parameters.imaging.exposure_us = exposure_us;
     let mut workspace = Box::new(Workspace::new());
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut sensor = flight::sensor(catalogue, None, parameters, &mut workspace).unwrap();
