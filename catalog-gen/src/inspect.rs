@@ -1,8 +1,7 @@
 //! What a catalogue file contains, for people and as JSON.
 
 use crate::coverage::{Coverage, coverage};
-use fsw_core::catalog::Catalogue;
-use fsw_core::catalog::format::{CatalogueError, VERSION};
+use fsw_core::catalog::{Catalogue, CatalogueError};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -56,9 +55,7 @@ pub fn inspect(bytes: &[u8], fields: u32) -> Result<Inspection, CatalogueError> 
         bins,
         max_separation_deg: 2.0 * libm::asin(f64::from(catalogue.max_chord()) / 2.0).to_degrees(),
         epoch_year: f64::from(catalogue.epoch_year()),
-        magnitudes: catalogue
-            .star(0)
-            .map(|star| [star.magnitude_centi, catalogue.faintest_centi()].map(centi)),
+        magnitudes: catalogue.star(0).map(|_| catalogue.magnitudes_centi().map(centi)),
         field_deg: f64::from(catalogue.field_millideg()) / 1000.0,
         source_crc: catalogue.source_crc(),
         coverage: coverage(&usable, fields),
@@ -129,26 +126,5 @@ impl fmt::Display for Inspection {
             percent(covered.share_with_earth),
             covered.fewest_stars_with_earth
         )
-    }
-}
-
-/// What is wrong with catalogue bytes and what to do, in one line.
-pub fn explain(error: CatalogueError) -> String {
-    match error {
-        CatalogueError::NotACatalogue => {
-            "is not a Sextant catalogue; write one with `catalog-gen build`".into()
-        }
-        CatalogueError::Version(found) => {
-            format!(
-                "has layout version {found}, this program reads {VERSION}; build it again with this program"
-            )
-        }
-        CatalogueError::Length => {
-            "was cut or extended: its length is not the one it states; copy or build it again".into()
-        }
-        CatalogueError::Checksum => "is damaged: its checksum does not match; copy or build it again".into(),
-        CatalogueError::Structure => {
-            "contradicts itself: its counts do not fit its length; build it again".into()
-        }
     }
 }

@@ -107,7 +107,7 @@ fn run(command: &Command) -> Result<(), String> {
         Command::Build(arguments) => run_build(arguments),
         Command::Inspect { file, json, fields } => {
             let contents = inspect::inspect(&read(file)?, *fields)
-                .map_err(|error| format!("{}: {}", file.display(), inspect::explain(error)))?;
+                .map_err(|error| format!("{}: {error}", file.display()))?;
             if *json {
                 println!("{}", contents.to_json());
             } else {

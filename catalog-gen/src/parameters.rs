@@ -72,9 +72,7 @@ pub enum BuildError {
     #[error("about {0:.0} million pairs are too many; lower the largest separation or the magnitude")]
     TooManyPairs(f64),
     /// A star cannot be written.
-    #[error(
-        "star {hip} cannot be written; its direction must be a unit vector and its number below 16777216"
-    )]
+    #[error("star {hip} cannot be written; its direction must be a unit vector and its number below 1048576")]
     Star {
         /// Hipparcos number.
         hip: u32,

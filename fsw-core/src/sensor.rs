@@ -33,7 +33,7 @@ use crate::parameters::{ParameterError, Parameters};
 use crate::telemetry::{EarthStatus, Event, Fault, Report, Status};
 use fsw_hal::{Clock, Detector, RateSensor, Stage, StageMeter};
 use nalgebra::Vector3;
-pub use workspace::{MAX_BASE_SIDES, MAX_CATALOGUE_STARS, MAX_TRIANGLES, Workspace};
+pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
 
 /// Instants between which the clock is believed: the years 2000 and 2100, microseconds since J2000.0.
 pub const INSTANTS_US: (i64, i64) = (0, 3_155_760_000_000_000);
@@ -79,8 +79,6 @@ pub enum Command {
 pub enum SensorError {
     /// The parameters were refused.
     Parameters(ParameterError),
-    /// The catalogue holds more stars than [`MAX_CATALOGUE_STARS`].
-    CatalogueTooLarge,
     /// The calibration is not the one that the parameters name, or not for this detector and optical centre.
     Calibration,
 }
@@ -125,16 +123,13 @@ impl<'c> Sensor<'c> {
     /// A sensor that knows nothing yet.
     ///
     /// # Errors
-    /// Impossible parameters, or a catalogue beyond the workspace.
+    /// Impossible parameters.
     pub fn new(
         catalogue: Catalogue<'c>,
         parameters: Parameters,
         workspace: &'c mut Workspace,
     ) -> Result<Self, SensorError> {
         let (camera, star_to_earth) = parameters.check().map_err(SensorError::Parameters)?;
-        if catalogue.star_count() > MAX_CATALOGUE_STARS {
-            return Err(SensorError::CatalogueTooLarge);
-        }
         Ok(Self {
             catalogue,
             camera,

@@ -189,7 +189,7 @@ pub fn catalogue_file(path: &Path) -> Result<Cow<'static, [u8]>, HostError> {
     let bytes =
         std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
     if let Err(error) = Catalogue::open(&bytes) {
-        let explained = catalog_gen::inspect::explain(error);
+        let explained = error.to_string();
         let (what, to_do) =
             explained.split_once("; ").unwrap_or((&explained, "build it again with catalog-gen"));
         return Err(HostError::input(path, None, what, to_do));
@@ -202,6 +202,5 @@ pub fn catalogue_file(path: &Path) -> Result<Cow<'static, [u8]>, HostError> {
 /// # Errors
 /// Never for such bytes; damaged ones are refused here too.
 pub fn open(bytes: &[u8]) -> Result<Catalogue<'_>, HostError> {
-    Catalogue::open(bytes)
-        .map_err(|error| HostError::usage(catalog_gen::inspect::explain(error), "build it again"))
+    Catalogue::open(bytes).map_err(|error| HostError::usage(error.to_string(), "build it again"))
 }

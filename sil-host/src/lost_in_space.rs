@@ -46,8 +46,8 @@ pub struct Solution {
     pub log10_false: f32,
 }
 
-/// Room for catalogues of up to 65,536 stars and 8,192 pairs a separation (3 MB).
-type HostIdentifier = Identifier<65_536, 16_384, 4_096>;
+/// Room for 8,192 catalogue pairs a separation.
+type HostIdentifier = Identifier<16_384, 16_384, 4_096>;
 
 /// The host's workspace.
 pub struct Solver {

@@ -11,8 +11,8 @@ use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// Most stars of an onboard catalogue.
-pub const MAX_CATALOGUE_STARS: usize = 3328;
+/// Chains of the base sides: of a catalogue pair's 300 directed neighbours few share one.
+pub const BASE_SIDE_CHAINS: usize = 1024;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.
@@ -31,7 +31,7 @@ pub struct Workspace {
     pub(super) limb: Points,
     pub(super) rays: centre::Workspace,
     pub(super) measured: Vec<Measured, MAX_MEASURED>,
-    pub(super) identifier: Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>,
+    pub(super) identifier: Identifier<BASE_SIDE_CHAINS, MAX_BASE_SIDES, MAX_TRIANGLES>,
 }
 
 impl Default for Workspace {

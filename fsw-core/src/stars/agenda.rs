@@ -15,8 +15,7 @@
 //! or three, and of N stars, K of them true, about `N² / K²` sides are tried.
 
 use super::Field;
-use super::identify::{IdentificationParameters, TOLERANCES};
-use super::triangles::Side;
+use super::parameters::{IdentificationParameters, Side, TOLERANCES};
 
 /// Brightest stars whose sides are tried.
 pub const SEARCHED: usize = 32;

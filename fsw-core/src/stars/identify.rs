@@ -25,17 +25,16 @@
 //! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the star k; a confirmation counts as
 //! `CONFIRMATION_PAIRS`.
 
+use super::Field;
 use super::agenda::{Agenda, MAX_SIDES, SEARCHED, Task};
 use super::confirm::{Confirmed, confirm, widen};
+use super::parameters::Side;
+pub use super::parameters::{IdentificationParameters, TOLERANCES};
 use super::polygon::{Candidates, MAX_POLYGON, Polygon};
-use super::triangles::{Corner, Side, Triangles, triple_product};
-use super::{Field, Measured};
+use super::triangles::{Corner, Triangles, triple_product};
 use crate::attitude::{VectorPair, wahba};
-use crate::camera::Camera;
 use heapless::Vec;
 
-/// Tolerances tried one after the other.
-pub const TOLERANCES: usize = 3;
 /// Polygons of one base side that are handed to confirmation.
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
@@ -43,46 +42,6 @@ pub const EARLY_CORNERS: u8 = 3;
 /// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target, where a pair costs 130 with
 /// all that goes with it.
 const CONFIRMATION_PAIRS: usize = 3000;
-
-/// Parameters of star identification.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct IdentificationParameters {
-    /// Centroid errors to assume, px per axis (1 sigma), tried in this order (default 0.35, 1, 2). The tolerance of a
-    /// separation is three sigmas of the difference of two stars, `3 sqrt(2)` times as much (thesis §4.1.1).
-    pub centroid_sigma_px: [f32; TOLERANCES],
-    /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation (default
-    /// 2e-4, 0 to 0.01).
-    pub scale_uncertainty: f32,
-    /// Largest accepted common logarithm of the false-identification probability (default -9).
-    pub log10_false_limit: f32,
-}
-
-impl Default for IdentificationParameters {
-    fn default() -> Self {
-        Self { centroid_sigma_px: [0.35, 1.0, 2.0], scale_uncertainty: 2e-4, log10_false_limit: -9.0 }
-    }
-}
-
-impl IdentificationParameters {
-    /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its centroids are
-    /// better, and the nearer a match must be, the more it proves.
-    pub fn of_calibrated_lens() -> Self {
-        Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
-    }
-
-    /// The measured side between two stars with the tolerance number `step`.
-    pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
-        let chord = a.direction.chord(&b.direction);
-        let tolerance = self.tolerance_px(step) * camera.rad_per_px();
-        Side { chord, tolerance: tolerance + self.scale_uncertainty * chord }
-    }
-
-    /// Tolerance of a separation of two stars near each other, px.
-    pub fn tolerance_px(&self, step: usize) -> f32 {
-        const THREE_SIGMA_OF_DIFFERENCE: f32 = 4.242_640_7;
-        self.centroid_sigma_px.get(step).copied().unwrap_or(0.0) * THREE_SIGMA_OF_DIFFERENCE
-    }
-}
 
 /// Why a field was not identified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -107,11 +66,11 @@ pub enum Progress {
     NotIdentified(NotIdentified),
 }
 
-/// The resumable search. `STARS` bounds the catalogue, `SIDES` the directed catalogue pairs of one separation, `HITS`
+/// The resumable search. `CHAINS` is a power of two, best near the number of base sides; `SIDES` bounds the directed catalogue pairs of one separation, `HITS`
 /// the triangles over one base side.
 #[derive(Clone, Debug)]
-pub struct Identifier<const STARS: usize, const SIDES: usize, const HITS: usize> {
-    triangles: Triangles<STARS, SIDES, HITS>,
+pub struct Identifier<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
+    triangles: Triangles<CHAINS, SIDES, HITS>,
     candidates: Candidates,
     agenda: Agenda,
     /// The base side that the allowance left unfinished.
@@ -153,13 +112,13 @@ impl OpenSide {
     }
 }
 
-impl<const STARS: usize, const SIDES: usize, const HITS: usize> Default for Identifier<STARS, SIDES, HITS> {
+impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Default for Identifier<CHAINS, SIDES, HITS> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS, SIDES, HITS> {
+impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAINS, SIDES, HITS> {
     /// An idle search.
     pub const fn new() -> Self {
         Self {
@@ -292,7 +251,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
         for _ in 0..PROPOSALS {
             let Some(side) = self.triangles.best(1) else { return };
             let polygon = self.merge(field, parameters, (i, j, side));
-            self.triangles.discard(side);
+            self.triangles.reject(side);
             if let Some(polygon) = polygon {
                 self.candidates.keep(polygon);
             }
@@ -311,7 +270,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
     ) -> Option<(Confirmed, f32)> {
         let side = self.triangles.best(least)?;
         let polygon = self.merge(field, parameters, (i, j, side));
-        self.triangles.discard(side);
+        self.triangles.reject(side);
         let polygon = polygon?;
         let large_enough = polygon.corners.len() >= usize::from(least) + 2;
         let found = if large_enough {
@@ -326,47 +285,54 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Identifier<STARS
 
     /// Merges the triangles over one base side into a polygon: triangles in the order in which they were found, each corner
     /// checked against all corners taken before.
+    #[inline(never)]
     fn merge(
         &self,
         field: &Field,
         parameters: &IdentificationParameters,
         (i, j, side): (u8, u8, u16),
     ) -> Option<Polygon> {
-        let Field { catalogue, camera, .. } = *field;
-        let measured = field.measured();
-        let base = self.triangles.sides.get(usize::from(side))?;
-        let mut corners: Vec<(u8, u16), MAX_POLYGON> = Vec::new();
-        corners.push((i, base.p)).ok()?;
-        corners.push((j, base.q)).ok()?;
-        let (mut sum, mut count) = (base.square_error, 1.0f32);
-        for hit in self.triangles.hits.iter().filter(|hit| hit.side == side) {
-            let (Some(star), Some(unit)) = (measured.get(usize::from(hit.k)), catalogue.unit(hit.r)) else {
-                continue;
-            };
-            let mut square_error = hit.square_error;
-            let fits = corners.iter().enumerate().all(|(at, (other, name))| {
-                if *other == hit.k || *name == hit.r {
-                    return false;
-                }
-                // The sides to the base stars are in the hit already.
-                if at < 2 {
-                    return true;
-                }
-                let (Some(seen), Some(named)) = (measured.get(usize::from(*other)), catalogue.unit(*name))
-                else {
-                    return false;
-                };
-                let error =
-                    parameters.side(self.agenda.step(), star, seen, camera).fit((unit - named).norm());
-                square_error += error.unwrap_or(0.0);
-                error.is_some()
-            });
-            if fits && corners.push((hit.k, hit.r)).is_ok() {
-                sum += square_error;
-                count += corners.len() as f32 - 1.0;
+        let (p, q) = self.triangles.stars_of(side)?;
+        let mut polygon = Polygon { corners: Vec::new(), mean_square_error: 0.0 };
+        polygon.corners.push((i, p)).ok()?;
+        let (mut sum, mut count) = (0.0, 0.0f32);
+        let of_base = self.triangles.hits.iter().filter(|hit| hit.side == side);
+        for corner in core::iter::once((j, q)).chain(of_base.map(|hit| (hit.k, hit.r))) {
+            let error = self.square_error_to(&polygon.corners, corner, field, parameters);
+            if let Some(error) = error
+                && polygon.corners.push(corner).is_ok()
+            {
+                sum += error;
+                count += polygon.corners.len() as f32 - 1.0;
             }
         }
-        Some(Polygon { corners, mean_square_error: sum / count })
+        polygon.mean_square_error = sum / count.max(1.0);
+        Some(polygon)
+    }
+
+    /// Sum of the squared errors of the sides from a corner to others, squared tolerances; `None` where one does not fit, or the
+    /// corner has the measured or catalogue star of another.
+    fn square_error_to(
+        &self,
+        others: &[(u8, u16)],
+        (k, r): (u8, u16),
+        field: &Field,
+        parameters: &IdentificationParameters,
+    ) -> Option<f32> {
+        let seen = field.measured().get(usize::from(k))?;
+        let unit = field.catalogue.unit(r)?;
+        others.iter().try_fold(0.0, |sum, (other, name)| {
+            if *other == k || *name == r {
+                return None;
+            }
+            let side = parameters.side(
+                self.agenda.step(),
+                seen,
+                field.measured().get(usize::from(*other))?,
+                field.camera,
+            );
+            Some(sum + side.fit((unit - field.catalogue.unit(*name)?).norm())?)
+        })
     }
 
     /// Solves the attitude of a polygon and confirms it.

@@ -116,9 +116,8 @@ impl Scene {
             .enumerate()
             .map(|(index, [x, y])| {
                 let seen = Vector3::new((x - 511.5) / 3889.0, (y - 511.5) / 3889.0, 1.0).normalize();
-                let flag = if proximity(index) { 1 << 24 } else { 0 };
                 let star = sample::star(&(look.transpose() * seen), index as u32 + 1);
-                sample::SampleStar { id: star.id | flag, ..star }
+                sample::SampleStar { proximity: proximity(index), ..star }
             })
             .collect();
         let spot = |(index, at): (u16, &[f64; 2])| Spot { centre_px: *at, star: Some(index) };

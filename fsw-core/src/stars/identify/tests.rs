@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::vec::Vec as List;
 
 /// As large as flight's.
-type Search = Identifier<3328, 1536, 2048>;
+type Search = Identifier<1024, 1536, 2048>;
 
 /// All in one call.
 fn search(measured: &[Measured], camera: &Camera) -> Progress {

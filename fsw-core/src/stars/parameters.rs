@@ -1,0 +1,71 @@
+//! Parameters of star identification, and the measured side that they give a tolerance.
+
+use super::Measured;
+use crate::camera::Camera;
+
+/// Tolerances tried one after the other.
+pub const TOLERANCES: usize = 3;
+
+/// Parameters of star identification.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct IdentificationParameters {
+    /// Centroid errors to assume, px per axis (1 sigma), tried in this order (default 0.35, 1, 2). The tolerance of a
+    /// separation is three sigmas of the difference of two stars, `3 sqrt(2)` times as much (thesis §4.1.1).
+    pub centroid_sigma_px: [f32; TOLERANCES],
+    /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation (default
+    /// 2e-4, 0 to 0.01).
+    pub scale_uncertainty: f32,
+    /// Largest accepted common logarithm of the false-identification probability (default -9).
+    pub log10_false_limit: f32,
+}
+
+impl Default for IdentificationParameters {
+    fn default() -> Self {
+        Self { centroid_sigma_px: [0.35, 1.0, 2.0], scale_uncertainty: 2e-4, log10_false_limit: -9.0 }
+    }
+}
+
+impl IdentificationParameters {
+    /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its centroids are
+    /// better, and the nearer a match must be, the more it proves.
+    pub fn of_calibrated_lens() -> Self {
+        Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
+    }
+
+    /// The measured side between two stars with the tolerance number `step`.
+    pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
+        let chord = a.direction.chord(&b.direction);
+        let tolerance = self.tolerance_px(step) * camera.rad_per_px();
+        Side { chord, tolerance: tolerance + self.scale_uncertainty * chord }
+    }
+
+    /// Tolerance of a separation of two stars near each other, px.
+    pub fn tolerance_px(&self, step: usize) -> f32 {
+        const THREE_SIGMA_OF_DIFFERENCE: f32 = 4.242_640_7;
+        self.centroid_sigma_px.get(step).copied().unwrap_or(0.0) * THREE_SIGMA_OF_DIFFERENCE
+    }
+}
+
+/// A measured side: its chord and the half width of the band in which catalogue chords fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    pub chord: f32,
+    pub tolerance: f32,
+}
+
+impl Side {
+    pub fn low(&self) -> f32 {
+        self.chord - self.tolerance
+    }
+
+    pub fn high(&self) -> f32 {
+        self.chord + self.tolerance
+    }
+
+    /// Squared difference of a catalogue chord in squared tolerances, if it fits.
+    pub fn fit(&self, chord: f32) -> Option<f32> {
+        let error = (chord - self.chord) / self.tolerance;
+        let square = error * error;
+        if square <= 1.0 { Some(square) } else { None }
+    }
+}
