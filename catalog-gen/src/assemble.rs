@@ -8,15 +8,17 @@ use crate::blend::centi;
 use crate::grid::CellGrid;
 use crate::parameters::{BuildError, MAX_PAIRS, chord};
 use fsw_core::catalog::format::{
-    COLOUR_OFFSET, COLOUR_SHIFT, CRC_FROM, CRC32, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, LONG_BINS, MAGIC,
+    COLOUR_OFFSET, COLOUR_SHIFT, CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, LONG_BINS, MAGIC,
     SHORT_INDICES, STAR_BYTES, UNUSED_BITS, VERSION,
 };
+use fsw_core::checksum::crc32;
 
 /// 1.0 in Q2.30.
 const ONE_Q30: f64 = (1u32 << 30) as f64;
 /// 1.0 in Q1.23, one more than fits.
 const ONE_Q23: f64 = (1u32 << (30 - UNUSED_BITS)) as f64;
-/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 pairs; half as many pairs a bin would save the flight code next to nothing.
+/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 pairs. Half as many pairs a bin would save the
+/// flight code next to nothing.
 const MAX_BINS: u32 = 2048;
 
 /// A star to be written.
@@ -110,7 +112,7 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
         let pair = (key >> 16) as u32 & 0xFFFF | (key as u32 & 0xFFFF) << index_bits;
         bytes.extend_from_slice(&pair.to_le_bytes()[..pair_bytes]);
     }
-    let checksum = CRC32.checksum(&bytes[CRC_FROM..]);
+    let checksum = crc32(&bytes[CRC_FROM..]);
     bytes[CRC_FROM - 4..CRC_FROM].copy_from_slice(&checksum.to_le_bytes());
     Ok(bytes)
 }

@@ -12,7 +12,7 @@
 //! Frame ICRS, epoch J1991.25. Rounding: 0.15 mas in position, 0.125 mas a year in motion (4.4 mas in 35 years), far
 //! below the 0.1 arcsec that matters to a 4 arcsec sensor.
 
-use fsw_core::catalog::format::CRC32;
+use fsw_core::checksum::crc32;
 use thiserror::Error;
 
 /// Epoch of the positions, Julian year.
@@ -152,7 +152,7 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<SourceStar>, SourceError> {
     if records.len() != u32::from_le_bytes([n0, n1, n2, n3]) as usize || !rest.is_empty() {
         return Err(SourceError::Length);
     }
-    if CRC32.checksum(&bytes[HEADER_BYTES..]) != u32::from_le_bytes([c0, c1, c2, c3]) {
+    if crc32(&bytes[HEADER_BYTES..]) != u32::from_le_bytes([c0, c1, c2, c3]) {
         return Err(SourceError::Checksum);
     }
     Ok(records.iter().map(SourceStar::from_record).collect())
@@ -166,14 +166,14 @@ pub fn encode(stars: &[SourceStar]) -> Vec<u8> {
     bytes.extend_from_slice(&VERSION.to_le_bytes());
     bytes.extend_from_slice(&(STAR_BYTES as u16).to_le_bytes());
     bytes.extend_from_slice(&(stars.len() as u32).to_le_bytes());
-    bytes.extend_from_slice(&CRC32.checksum(&records).to_le_bytes());
+    bytes.extend_from_slice(&crc32(&records).to_le_bytes());
     bytes.extend_from_slice(&records);
     bytes
 }
 
 /// CRC-32 of the stars as they would be written; a catalogue carries it to say what it was made from.
 pub fn checksum(stars: &[SourceStar]) -> u32 {
-    CRC32.checksum(&records(stars))
+    crc32(&records(stars))
 }
 
 fn records(stars: &[SourceStar]) -> Vec<u8> {

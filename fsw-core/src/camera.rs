@@ -16,6 +16,7 @@
 //! distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
 
 use crate::frames::{Direction, EarthPath, StarPath};
+use crate::trigonometry::sine_cosine;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -234,8 +235,8 @@ impl Camera {
                 if angle > core::f32::consts::FRAC_PI_2 {
                     return None;
                 }
-                let sine_per_angle = if angle > 1e-4 { libm::sinf(angle) / angle } else { 1.0 };
-                let forward = libm::cosf(angle);
+                let (sine, forward) = sine_cosine(angle);
+                let sine_per_angle = if angle > 1e-4 { sine / angle } else { 1.0 };
                 (forward > LEAST_FORWARD).then_some(Vector3::new(
                     x * sine_per_angle,
                     y * sine_per_angle,

@@ -10,9 +10,11 @@ extern crate std;
 pub mod attitude;
 pub mod camera;
 pub mod catalog;
+pub mod checksum;
 pub mod earth;
 pub mod frames;
 pub mod image;
+pub mod matrix;
 pub mod modes;
 #[cfg(test)]
 mod oracle;
@@ -24,3 +26,4 @@ pub mod plan;
 pub mod sensor;
 pub mod stars;
 pub mod telemetry;
+pub mod trigonometry;

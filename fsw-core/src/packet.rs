@@ -8,7 +8,7 @@
 //!
 //! Telemetry frames and parameter tables are packets. Equal values give equal bytes on every machine.
 
-use crate::catalog::format::CRC32;
+use crate::checksum::crc32;
 use serde::{Deserialize, Serialize};
 
 /// Why a packet was not made or not read.
@@ -38,7 +38,7 @@ pub fn encode<'a, T: Serialize>(
     let body_length = postcard::to_slice(value, body).map_err(|_| PacketError::Buffer)?.len();
     let (content, rest) = buffer.split_at_mut_checked(1 + body_length).ok_or(PacketError::Buffer)?;
     let crc = rest.first_chunk_mut::<4>().ok_or(PacketError::Buffer)?;
-    *crc = CRC32.checksum(content).to_le_bytes();
+    *crc = crc32(content).to_le_bytes();
     buffer.get(..body_length + 5).ok_or(PacketError::Buffer)
 }
 
@@ -48,7 +48,7 @@ pub fn encode<'a, T: Serialize>(
 /// The first check that fails: checksum, version, content.
 pub fn decode<'a, T: Deserialize<'a>>(version: u8, packet: &'a [u8]) -> Result<T, PacketError> {
     let (content, crc) = packet.split_last_chunk::<4>().ok_or(PacketError::Checksum)?;
-    if CRC32.checksum(content) != u32::from_le_bytes(*crc) {
+    if crc32(content) != u32::from_le_bytes(*crc) {
         return Err(PacketError::Checksum);
     }
     let (found, body) = content.split_first().ok_or(PacketError::Checksum)?;

@@ -20,7 +20,7 @@ use crate::camera_file::CameraFile;
 use crate::error::HostError;
 use crate::world::noise::{Noise, Stream};
 use crate::world::pixel::PixelResponse;
-use fsw_core::catalog::format::CRC32;
+use fsw_core::checksum::crc32;
 use fsw_core::image::FULL_SCALE;
 use fsw_core::image::calibration::{
     CRC_FROM, Calibration, HEADER_BYTES, MAGIC, PHASES, POINTS_PER_PX, PROFILE_REACH_PX, RADIAL_POINTS,
@@ -220,7 +220,7 @@ fn file(
     bytes.extend(MAGIC);
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend((HEADER_BYTES as u16).to_le_bytes());
-    bytes.extend(CRC32.checksum(&body).to_le_bytes());
+    bytes.extend(crc32(&body).to_le_bytes());
     bytes.extend(body);
     bytes
 }

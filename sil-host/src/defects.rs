@@ -12,7 +12,7 @@ use crate::cli::DefectsArguments;
 use crate::error::HostError;
 use crate::json;
 use crate::picture::{EXPOSURE_US, Picture};
-use fsw_core::catalog::format::CRC32;
+use fsw_core::checksum::crc32;
 use fsw_core::image::defects::{CRC_FROM, Defects, DefectsError, HEADER_BYTES, MAGIC, VERSION};
 use fsw_core::image::mended::{Mended, is_mendable};
 use fsw_hal::{Detector, DetectorGeometry};
@@ -61,7 +61,7 @@ pub fn table([width, height]: [u16; 2], bad: &[[u16; 2]], offsets: &[(u16, i16)]
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend((HEADER_BYTES as u16).to_le_bytes());
-    bytes.extend(CRC32.checksum(&protected).to_le_bytes());
+    bytes.extend(crc32(&protected).to_le_bytes());
     bytes.extend(protected);
     bytes
 }

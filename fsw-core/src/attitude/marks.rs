@@ -9,6 +9,7 @@
 
 use super::rate::{self, Arc, MAX_ARCS, Rate};
 use crate::camera::Camera;
+use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
@@ -41,7 +42,7 @@ pub fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32>
     // b' = -ω × b, by the exact rotation about a fixed axis.
     let angle = libm::sqrtf(rate.dot(rate)) * elapsed_s;
     let Some(axis) = rate.try_normalize(1e-9) else { return mark.direction };
-    let (sine, cosine) = (libm::sinf(angle), libm::cosf(angle));
+    let (sine, cosine) = sine_cosine(angle);
     let b = mark.direction;
     b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
 }

@@ -30,6 +30,7 @@
 //! A chord is `|r_i - r_j| = 2 sin(separation / 2)` of the fixed-point vectors: it needs no arc cosine and loses no
 //! digits at small separations.
 
+use crate::checksum::crc32;
 use crate::frames::{Direction, Icrs};
 use core::fmt;
 use nalgebra::Vector3;
@@ -58,9 +59,6 @@ pub const FLAG_PROXIMITY: u32 = 1 << 20;
 pub const COLOUR_SHIFT: u32 = 21;
 /// See [`COLOUR_SHIFT`].
 pub const COLOUR_OFFSET: i16 = 512;
-
-/// The checksum of catalogues, telemetry frames and parameter tables.
-pub const CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Why catalogue bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,7 +205,7 @@ impl<'a> Catalogue<'a> {
             return Err(CatalogueError::Length);
         }
         let protected = bytes.get(CRC_FROM..).ok_or(CatalogueError::Length)?;
-        if CRC32.checksum(protected) != word(8)? {
+        if crc32(protected) != word(8)? {
             return Err(CatalogueError::Checksum);
         }
         Self::parse(bytes).ok_or(CatalogueError::Structure)

@@ -1,6 +1,6 @@
 //! Artificial catalogues for the tests, written from the layout's description and in integers alone.
 
-use super::format::CRC32;
+use crate::checksum::crc32;
 use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec;
@@ -36,7 +36,7 @@ pub fn sky(generator: &mut Generator, count: u32) -> Vec<SampleStar> {
 
 /// Writes the checksum again after a change.
 pub fn seal(bytes: &mut [u8]) {
-    let crc = CRC32.checksum(&bytes[12..]);
+    let crc = crc32(&bytes[12..]);
     bytes[8..12].copy_from_slice(&crc.to_le_bytes());
 }
 

@@ -15,6 +15,7 @@ use super::shape::{Body, across, unit};
 use super::{EarthParameters, MAX_LIMB_POINTS};
 use crate::camera::Camera;
 use crate::frames::{Direction, EarthPath};
+use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::Vector3;
 
@@ -99,8 +100,8 @@ impl View {
 
     /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
     pub fn veil(&self, margin_rad: f32, parameters: &EarthParameters) -> Veil<'_> {
-        let twilight_sine = libm::sinf(parameters.twilight_deg.to_radians());
-        Veil { view: self, margin_sine: libm::sinf(margin_rad), twilight_sine }
+        let twilight_sine = sine_cosine(parameters.twilight_deg.to_radians()).0;
+        Veil { view: self, margin_sine: sine_cosine(margin_rad).0, twilight_sine }
     }
 
     /// Radial unit vector of an azimuth given by its cosine and sine.
@@ -166,7 +167,7 @@ impl View {
 
     /// The same, and the cells in which a limb that can be measured may stand.
     fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (Light, u128) {
-        let lit = libm::sinf(parameters.lit_sun_elevation_deg.to_radians());
+        let lit = sine_cosine(parameters.lit_sun_elevation_deg.to_radians()).0;
         let least = least_sun_sine(parameters);
         let mut light = Light::default();
         let mut cells = 0u128;
@@ -300,7 +301,7 @@ impl Veil<'_> {
 
 /// Sine of the least elevation of the Sun at a limb that can be measured.
 fn least_sun_sine(parameters: &EarthParameters) -> f32 {
-    libm::sinf(parameters.least_sun_elevation_deg.to_radians())
+    sine_cosine(parameters.least_sun_elevation_deg.to_radians()).0
 }
 
 /// Sum of two angles given by cosine and sine.

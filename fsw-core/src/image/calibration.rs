@@ -29,7 +29,7 @@
 //! images: coordinates, phase and correction change their signs. That holds for the lens; where pixels are not
 //! symmetric (an L, fig. 3.7) it does not, and the tables are those of the whole detector.
 
-use crate::catalog::format::CRC32;
+use crate::checksum::crc32;
 
 /// First bytes of every file.
 pub const MAGIC: [u8; 4] = *b"SXCC";
@@ -151,7 +151,7 @@ impl<'a> Calibration<'a> {
         }
         let protected = bytes.get(CRC_FROM..).ok_or(CalibrationError::Length)?;
         let crc = word(8)?;
-        if CRC32.checksum(protected) != crc {
+        if crc32(protected) != crc {
             return Err(CalibrationError::Checksum);
         }
         Self::parse(bytes, crc).ok_or(CalibrationError::Structure)

@@ -24,7 +24,7 @@
 //! have no offsets here: in an active-pixel detector those are new in every readout (reset and supply noise), which no table
 //! knows; the local background follows them.
 
-use crate::catalog::format::CRC32;
+use crate::checksum::crc32;
 
 /// First bytes of every file.
 pub const MAGIC: [u8; 4] = *b"SXDF";
@@ -108,7 +108,7 @@ impl<'a> Defects<'a> {
             return Err(DefectsError::Length);
         }
         let crc = word(8)?;
-        if CRC32.checksum(bytes.get(CRC_FROM..).ok_or(DefectsError::Length)?) != crc {
+        if crc32(bytes.get(CRC_FROM..).ok_or(DefectsError::Length)?) != crc {
             return Err(DefectsError::Checksum);
         }
         if usize::from(half(6)?) != HEADER_BYTES {

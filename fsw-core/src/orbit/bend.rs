@@ -7,6 +7,7 @@
 //! differences this is the plain filter.
 
 use super::matrix::{applied, cross_matrix, product, scaled, sum};
+use crate::trigonometry::sine_cosine_f64;
 use nalgebra::{Matrix3, Vector3};
 
 /// Arcs shorter than this are straight lines, rad: 4 cm in a low orbit.
@@ -64,7 +65,7 @@ pub(super) fn correct_state(
         *velocity_km_s += by_km_s;
         return None;
     }
-    let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+    let (sine, cosine) = sine_cosine_f64(angle);
     let rate = u.cross(&across);
     let turn = turn(&(rate * (sine / angle)), cosine);
     *velocity_km_s = applied(&turn, &(*velocity_km_s + by_km_s - rate.cross(velocity_km_s)));

@@ -15,6 +15,7 @@
 
 use super::constants::{AU_KM, CENTURY_US, MOON_SHARE};
 use crate::frames::{Direction, Icrs};
+use crate::trigonometry::sine_cosine_f64;
 use nalgebra::Vector3;
 
 /// Cosine and sine of the obliquity of J2000, 84381.406 arcsec (IAU 2006).
@@ -38,7 +39,8 @@ struct Angle {
 
 impl Angle {
     fn of_rad(angle: f64) -> Self {
-        Self { cosine: libm::cos(angle), sine: libm::sin(angle) }
+        let (sine, cosine) = sine_cosine_f64(angle);
+        Self { cosine, sine }
     }
 
     /// `constant + rate T` degrees; whole turns are taken off while they are exact.

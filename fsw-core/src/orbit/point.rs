@@ -13,6 +13,7 @@ use super::constants::LIGHT_KM_S;
 use super::finite;
 use super::matrix::{cross_matrix, product, symmetric, turned};
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
+use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
 
 /// A position as seen at one instant.
@@ -110,7 +111,7 @@ pub fn earth_to_icrs(
 /// `R / sin ρ` (eq. 2.8). `None` outside 0 to 90 degrees.
 pub fn distance_km(apparent_radius_rad: f32, radius_km: f32) -> Option<f32> {
     (apparent_radius_rad > 1e-4 && apparent_radius_rad < core::f32::consts::FRAC_PI_2 && radius_km > 0.0)
-        .then(|| radius_km / libm::sinf(apparent_radius_rad))
+        .then(|| radius_km / sine_cosine(apparent_radius_rad).0)
 }
 
 #[cfg(test)]

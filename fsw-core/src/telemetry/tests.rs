@@ -1,5 +1,5 @@
 use super::*;
-use crate::catalog::format::CRC32;
+use crate::checksum::crc32;
 use proptest::prelude::*;
 
 fn fault() -> impl Strategy<Value = Fault> {
@@ -220,7 +220,7 @@ fn largest() -> Report {
 
 /// A frame of these bytes with a right checksum.
 fn sealed(content: &[u8]) -> std::vec::Vec<u8> {
-    let crc = CRC32.checksum(content).to_le_bytes();
+    let crc = crc32(content).to_le_bytes();
     content.iter().chain(&crc).copied().collect()
 }
 

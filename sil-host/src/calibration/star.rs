@@ -13,7 +13,7 @@ use crate::world::pixel::PixelResponse;
 use crate::world::psf::Psf;
 use crate::world::spots::{Brush, Spot};
 use crate::world::stars::DetectorModel;
-use fsw_core::catalog::format::CRC32;
+use fsw_core::checksum::crc32;
 use fsw_core::image::calibration::{Calibration, VERSION};
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
 use fsw_core::image::{DetectionParameters, Method};
@@ -103,7 +103,7 @@ pub fn source_crc(camera: &CameraFile, imaging: &ImagingModel, detector: &Detect
         "{VERSION} {lens:?} {:?} {:?} {size:?} {centre:?} {:?} {:?}",
         detector.response, detector.full_well_e, camera.focal_length_px, camera.distortion
     );
-    CRC32.checksum(words.as_bytes())
+    crc32(words.as_bytes())
 }
 
 /// A window about a place.

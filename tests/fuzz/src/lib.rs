@@ -13,14 +13,14 @@ pub mod pixels;
 pub mod seconds;
 pub mod tables;
 
-use fsw_core::catalog::format::CRC32;
+use fsw_core::checksum::crc32;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 /// The packet of a body under this version, its checksum right: else hardly anything gets past the door.
 fn sealed_packet(version: u8, body: &[u8]) -> Vec<u8> {
     let mut packet = vec![version];
     packet.extend(body);
-    packet.extend(CRC32.checksum(&packet).to_le_bytes());
+    packet.extend(crc32(&packet).to_le_bytes());
     packet
 }
 
@@ -28,7 +28,7 @@ fn sealed_packet(version: u8, body: &[u8]) -> Vec<u8> {
 fn sealed_table(table: &[u8]) -> Vec<u8> {
     let mut table = table.to_vec();
     if let Some((head, protected)) = table.split_at_mut_checked(12) {
-        head[8..].copy_from_slice(&CRC32.checksum(protected).to_le_bytes());
+        head[8..].copy_from_slice(&crc32(protected).to_le_bytes());
     }
     table
 }

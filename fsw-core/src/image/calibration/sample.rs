@@ -1,6 +1,7 @@
 //! Artificial calibrations for the tests, written from the layout's description: Gaussian stars, any corrections.
 
-use super::{CRC32, POINTS_PER_PX, PROFILE_REACH_PX, RADIAL_POINTS, TANGENTIAL_POINTS};
+use super::{POINTS_PER_PX, PROFILE_REACH_PX, RADIAL_POINTS, TANGENTIAL_POINTS};
+use crate::checksum::crc32;
 use std::vec::Vec;
 
 /// Optical centre of all samples, px: that of the thesis's example.
@@ -16,7 +17,7 @@ pub const RESIDUAL_PX: f32 = 0.002;
 
 /// Writes the checksum again after a change.
 pub fn seal(bytes: &mut [u8]) {
-    let crc = CRC32.checksum(&bytes[12..]);
+    let crc = crc32(&bytes[12..]);
     bytes[8..12].copy_from_slice(&crc.to_le_bytes());
 }
 

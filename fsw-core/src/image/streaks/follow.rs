@@ -15,6 +15,7 @@
 use super::profile::{DRIFT_NOISE, Line, Part, Profile, sample};
 use super::{Piece, Streak, scaled};
 use crate::image::scan::TILE_PIXELS;
+use crate::trigonometry::sine_cosine;
 use fsw_hal::{Detector, DetectorError, Window};
 
 /// Columns to either side of the piece at first, and at most.
@@ -254,5 +255,6 @@ pub fn piece_at(
     let (xx, yy, xy) = (xx * per - mx * mx, yy * per - my * my, xy * per - mx * my);
     let angle = 0.5 * libm::atan2f(2.0 * xy, xx - yy);
     let at_px = [f32::from(x) + mx, f32::from(y) + my];
-    Ok(Some(Piece { at_px, along: [libm::cosf(angle), libm::sinf(angle)], strength: 0 }))
+    let (sine, cosine) = sine_cosine(angle);
+    Ok(Some(Piece { at_px, along: [cosine, sine], strength: 0 }))
 }

@@ -1,0 +1,82 @@
+use super::*;
+use crate::oracle::Generator;
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+fn random<const R: usize, const C: usize>(seed: u64) -> SMatrix<f64, R, C> {
+    let mut generator = Generator::new(seed);
+    SMatrix::from_fn(|_, _| generator.gaussian())
+}
+
+#[test]
+fn products_of_every_shape_have_the_bits_of_nalgebra() {
+    for seed in 0..200 {
+        let (a, b) = (random::<6, 3>(seed), random::<3, 7>(seed + 1000));
+        assert_eq!(product(&a, &b), a * b);
+        assert_eq!(product_transposed(&a, &b.transpose()), a * b);
+        assert_eq!(transposed_product(&a.transpose(), &b), a * b);
+        let before = random::<6, 7>(seed + 2000);
+        let (mut sum, mut same, mut less) = (before, before, before);
+        add_product(&mut sum, &a, &b);
+        add_product_transposed(&mut same, &a, &b.transpose());
+        subtract_product_transposed(&mut less, &a, &b.transpose());
+        assert_eq!(sum, before + a * b);
+        assert_eq!(same, sum);
+        assert_eq!(less, before - a * b);
+        let (a, b) = (a.map(|x| x as f32), b.map(|x| x as f32));
+        assert_eq!(product(&a, &b), a * b);
+    }
+}
+
+#[test]
+fn an_update_of_rank_one_and_a_scaled_sum_are_what_they_are_called() {
+    let (u, v) = (random::<3, 1>(1), random::<4, 1>(2));
+    let mut matrix = random::<3, 4>(3);
+    let before = matrix;
+    add_product_transposed(&mut matrix, &u, &v);
+    assert_eq!(matrix, before + u * v.transpose());
+    add_scaled(&mut matrix, 0.25, &before);
+    assert_eq!(matrix, before + u * v.transpose() + before * 0.25);
+    assert_eq!(scaled(&before, 3.0), before * 3.0);
+}
+
+#[test]
+fn a_carried_covariance_is_symmetric_to_the_last_bit() {
+    for seed in 0..100 {
+        let (a, root) = (random::<4, 6>(seed), random::<6, 6>(seed + 1000));
+        let carried = symmetric_product(&a, &(root * root.transpose()));
+        assert_eq!(carried, carried.transpose());
+        assert!((carried - a * root * root.transpose() * a.transpose()).amax() < 1e-12 * carried.amax());
+    }
+}
+
+#[test]
+fn cholesky_solves_inverts_and_whitens() {
+    for seed in 0..200 {
+        let root = random::<6, 6>(seed);
+        let matrix: Matrix6<f64> = root * root.transpose() + Matrix6::identity() * 0.1;
+        let factor = Cholesky::of(&matrix, 1e-12).unwrap();
+        let inverse = factor.inverse();
+        assert!((inverse * matrix - Matrix6::identity()).amax() < 1e-10, "{seed}");
+        let right = random::<6, 1>(seed + 1000);
+        assert!((matrix * factor.solve(&right) - right).amax() < 1e-10, "{seed}");
+        // |L⁻¹ b|² = bᵀ M⁻¹ b.
+        let white = factor.whitened(&right);
+        let expected = right.dot(&(inverse * right));
+        assert!((white.dot(&white) / expected - 1.0).abs() < 1e-10, "{seed}");
+    }
+}
+
+#[test]
+fn what_is_not_positive_definite_has_no_factor() {
+    let flat = Vector3::new(1.0f32, 2.0, 3.0);
+    let refused = [
+        Matrix3::zeros(),
+        -Matrix3::identity(),
+        flat * flat.transpose(),
+        Matrix3::identity() * f32::NAN,
+        Matrix3::identity() * f32::INFINITY,
+    ];
+    for matrix in refused {
+        assert!(inverse(&matrix, 1e-6).is_none(), "{matrix}");
+    }
+}
