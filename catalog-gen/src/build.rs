@@ -12,7 +12,7 @@
 use crate::assemble::{CatalogueStar, TableParameters, assemble};
 use crate::blend::{Blob, blend, centi, chord_square};
 use crate::grid::CellGrid;
-use crate::parameters::{BuildError, BuildParameters, chord};
+use crate::parameters::{BuildError, BuildParameters, FLIGHT_BYTES, chord};
 use crate::source::{SourceStar, checksum};
 
 /// Two stars closer than this share of the proximity radius are one blob.
@@ -43,6 +43,26 @@ pub fn build(stars: &[SourceStar], parameters: &BuildParameters) -> Result<Vec<u
         source_crc: checksum(stars),
     };
     assemble(&chosen, &tables)
+}
+
+/// Builds the catalogue that flies behind a field of this size, degrees: as dense as the reference's, 37 stars a field, where that fits
+/// into [`FLIGHT_BYTES`], else with fewer brighter neighbours (27, 18 or 9 stars a field).
+///
+/// # Errors
+/// When the longer side of the field is not 8 to 40 deg.
+pub fn build_for_flight(
+    stars: &[SourceStar],
+    field_deg: [f64; 2],
+    epoch_year: f64,
+) -> Result<Vec<u8>, BuildError> {
+    let mut neighbours = BuildParameters::reference().brighter_neighbours;
+    loop {
+        let bytes = build(stars, &BuildParameters::for_flight(field_deg, epoch_year, neighbours)?)?;
+        if bytes.len() <= FLIGHT_BYTES || neighbours == 0 {
+            return Ok(bytes);
+        }
+        neighbours -= 1;
+    }
 }
 
 /// Whether a bright enough neighbour stands within the chord, for each blob.

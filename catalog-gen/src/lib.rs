@@ -32,7 +32,7 @@ pub mod parameters;
 pub mod source;
 
 pub use assemble::{CatalogueStar, TableParameters, assemble};
-pub use build::build;
+pub use build::{build, build_for_flight};
 pub use parameters::{BuildError, BuildParameters, for_field};
 pub use source::SourceStar;
 

@@ -35,6 +35,14 @@ const THINNING_PER_FIELD: f64 = 0.4;
 /// Longer sides that a catalogue to V 8 can serve, and the shortest shorter side, degrees.
 const FIELD_RANGE_DEG: std::ops::RangeInclusive<f64> = 4.0..=60.0;
 const SHORTEST_SIDE_DEG: f64 = 2.0;
+/// Longer sides of the fields that fly: catalogues for narrower ones outgrow [`FLIGHT_BYTES`], wider ones were not flown.
+pub const FLIGHT_FIELD_DEG: std::ops::RangeInclusive<f64> = 8.0..=40.0;
+/// Most bytes of a catalogue for flight.
+pub const FLIGHT_BYTES: usize = 256 * 1024;
+/// Height over width of the reference field.
+const REFERENCE_ASPECT: f64 = 0.8;
+/// Stars a magnitude fainter are three times as many, so that 4 magnitudes make up for a field ten times narrower.
+const MAGNITUDES_PER_DECADE: f64 = 4.0;
 /// The whole sky in square degrees.
 const SKY_DEG2: f64 = 41_252.961;
 
@@ -63,6 +71,11 @@ pub enum BuildError {
         /// Height of the field, degrees.
         height_deg: f64,
     },
+    /// No catalogue for flight can serve such a camera.
+    #[error(
+        "no flight catalogue serves a field of {0:.1} deg; its longer side must be 8 to 40 deg: give another focal length"
+    )]
+    NoFlightField(f64),
     /// More stars than a catalogue can hold.
     #[error(
         "{0} stars are more than the 65535 that a catalogue holds; lower the magnitude or the stars per field"
@@ -124,6 +137,38 @@ impl BuildParameters {
         let circle = core::f64::consts::PI * self.thinning_radius_deg * self.thinning_radius_deg;
         let share = circle / (0.8 * self.field_deg * self.field_deg);
         Self { brighter_neighbours: ((share * stars).round() - 1.0).max(0.0) as u32, ..self }
+    }
+
+    /// Those of a catalogue for flight behind a field of this size, degrees: the reference's, scaled with the field, where no more than
+    /// `brighter_neighbours` (the reference has 3) brighter stars lie in the thinning circle. The magnitude limit follows the
+    /// density of stars, to V 8.
+    ///
+    /// # Errors
+    /// When the longer side is not 8 to 40 deg, a twentieth of a degree granted.
+    pub fn for_flight(
+        [width_deg, height_deg]: [f64; 2],
+        epoch_year: f64,
+        brighter_neighbours: u32,
+    ) -> Result<Self, BuildError> {
+        let field_deg = width_deg.max(height_deg);
+        let rounded_deg = (field_deg * 10.0).round() / 10.0;
+        if !(FLIGHT_FIELD_DEG.contains(&rounded_deg) && width_deg.min(height_deg) >= SHORTEST_SIDE_DEG) {
+            return Err(BuildError::NoFlightField(field_deg));
+        }
+        let reference = Self::reference();
+        // The longer side of a field of the reference's shape that sees as much sky.
+        let side_deg = libm::sqrt(width_deg * height_deg / REFERENCE_ASPECT);
+        let scale = side_deg / reference.field_deg;
+        let magnitude = reference.magnitude - MAGNITUDES_PER_DECADE * libm::log10(scale).min(0.0);
+        Ok(Self {
+            magnitude: ((magnitude * 100.0).round() / 100.0).min(FAINTEST_V),
+            field_deg,
+            max_separation_deg: thousandth(reference.max_separation_deg * scale).min(LONGEST_SEPARATION_DEG),
+            brighter_neighbours,
+            thinning_radius_deg: thousandth(reference.thinning_radius_deg * scale),
+            proximity_deg: field_deg * PROXIMITY_PER_FIELD,
+            epoch_year,
+        })
     }
 
     /// Checks every range.
@@ -194,6 +239,11 @@ pub fn for_field_from(
     Ok(parameters)
 }
 
+/// Rounded, so that the last digit of a field does not matter.
+fn thousandth(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}
+
 /// Chord of a separation, `2 sin(separation / 2)`.
 pub(crate) fn chord(separation_deg: f64) -> f64 {
     2.0 * libm::sin(separation_deg.to_radians() / 2.0)
@@ -234,6 +284,18 @@ mod tests {
     fn stars_per_field_and_brighter_neighbours_agree_for_the_reference() {
         assert_eq!(BuildParameters::reference().with_stars_per_field(37.0), BuildParameters::reference());
         assert_eq!(BuildParameters::reference().with_stars_per_field(0.0).brighter_neighbours, 0);
+    }
+
+    #[test]
+    fn the_reference_is_the_flight_catalogue_of_its_field_and_fields_out_of_range_are_refused() {
+        let for_flight = |width, height| BuildParameters::for_flight([width, height], DEFAULT_EPOCH_YEAR, 3);
+        assert_eq!(for_flight(24.1, 0.8 * 24.1), Ok(BuildParameters::reference()));
+        assert_eq!(for_flight(8.0, 6.4).unwrap().magnitude, 8.0);
+        for (width, height) in [(7.9, 6.0), (41.0, 33.0), (30.0, 1.0), (f64::NAN, 10.0), (f64::INFINITY, 9.0)]
+        {
+            let error = for_flight(width, height).unwrap_err().to_string();
+            assert!(error.contains("8 to 40 deg") && !error.contains('\n'), "{error}");
+        }
     }
 
     #[test]

@@ -164,8 +164,7 @@ const BRIGHTEST_PER_FIELD: f64 = 14.0;
 /// When no catalogue serves such a field.
 pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static, [u8]>, HostError> {
     let [width_deg, height_deg] = field_deg(camera);
-    let [reference_deg, _] = catalog_gen::parameters::REFERENCE_FIELD_DEG;
-    if (width_deg.max(height_deg) / reference_deg - 1.0).abs() <= FIELD_TOLERANCE {
+    if is_like_reference([width_deg, height_deg]) {
         return Ok(Cow::Borrowed(catalog_gen::REFERENCE));
     }
     let refuse = |error: catalog_gen::BuildError| {
@@ -179,6 +178,40 @@ pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static,
         Density::Brightest => parameters.map_err(refuse)?.with_stars_per_field(BRIGHTEST_PER_FIELD),
     };
     catalog_gen::build(&stars, &parameters).map(Cow::Owned).map_err(refuse)
+}
+
+/// Catalogues built for flight in this program, by the field in thousandths of a degree; they serve to its end.
+static FLOWN: Mutex<BTreeMap<[u32; 2], &'static [u8]>> = Mutex::new(BTreeMap::new());
+
+/// The catalogue that a camera flies with: the embedded one where it was made for such a field, else what `catalog-gen build
+/// --for-flight` gives for it. `path` is for the message.
+///
+/// # Errors
+/// When the longer side of the field is not 8 to 40 deg.
+pub fn flight_catalogue(camera: &Camera, path: &Path) -> Result<Catalogue<'static>, HostError> {
+    let field_deg = field_deg(camera);
+    if is_like_reference(field_deg) {
+        return open(catalog_gen::REFERENCE);
+    }
+    let key = field_deg.map(|side| (side * 1e3).round() as u32);
+    let mut flown = FLOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(bytes) = flown.get(&key) {
+        return open(bytes);
+    }
+    let stars = catalog_gen::source::stars();
+    let built = catalog_gen::build_for_flight(&stars, field_deg, DEFAULT_EPOCH_YEAR);
+    let bytes = built.map_err(|error| {
+        let error = error.to_string();
+        let (what, to_do) = error.split_once("; ").unwrap_or((&error, "give another camera"));
+        HostError::input(path, None, what, to_do)
+    })?;
+    open(flown.entry(key).or_insert(Vec::leak(bytes)))
+}
+
+/// Whether the embedded catalogue serves a field.
+fn is_like_reference([width_deg, height_deg]: [f64; 2]) -> bool {
+    let [reference_deg, _] = catalog_gen::parameters::REFERENCE_FIELD_DEG;
+    (width_deg.max(height_deg) / reference_deg - 1.0).abs() <= FIELD_TOLERANCE
 }
 
 /// Bytes of the catalogue a user named, checked.

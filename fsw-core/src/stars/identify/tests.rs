@@ -1,10 +1,10 @@
 use super::*;
-use crate::camera::CameraParameters;
+use crate::camera::{Camera, CameraParameters};
 use crate::catalog::{Catalogue, sample};
 use crate::oracle::Generator;
-use crate::stars::MAX_MEASURED;
 use crate::stars::artificial::{Picture, SKY, Spot, camera, camera_parameters, false_star};
 use crate::stars::polygon::KEPT_POLYGONS;
+use crate::stars::{MAX_MEASURED, Measured};
 use std::collections::BTreeSet;
 use std::vec::Vec as List;
 
