@@ -48,7 +48,8 @@ pub(super) struct Hit {
 /// hold any number of stars: with more than `CHAINS` some share a chain.
 #[derive(Clone, Debug)]
 pub(super) struct Triangles<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
-    heads: [u16; CHAINS],
+    /// First base side of each chain.
+    heads: Vec<u16, CHAINS>,
     pub sides: Vec<BaseSide, SIDES>,
     pub hits: Vec<Hit, HITS>,
 }
@@ -74,13 +75,14 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
     pub const fn new() -> Self {
         const { assert!(CHAINS.is_power_of_two(), "the chain of a star is the low bits of its index") };
         const { assert!(SIDES.is_multiple_of(2), "the two directions of a pair stand side by side") };
-        // Overwritten before it is read; all zero costs no flash in a static.
-        Self { heads: [0; CHAINS], sides: Vec::new(), hits: Vec::new() }
+        Self { heads: Vec::new(), sides: Vec::new(), hits: Vec::new() }
     }
 
     /// Takes the catalogue pairs that fit `side` as the base.
     pub fn begin(&mut self, catalogue: &Catalogue, side: &Side) {
-        self.heads = [NONE; CHAINS];
+        self.heads.clear();
+        // Not beyond the capacity: this cannot fail.
+        let _ = self.heads.resize(CHAINS, NONE);
         self.sides.clear();
         self.hits.clear();
         for pair in catalogue.pairs_between(side.low(), side.high()) {
