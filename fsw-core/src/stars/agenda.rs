@@ -24,11 +24,13 @@ const SIDES: usize = SEARCHED * (SEARCHED - 1) / 2;
 /// Most base sides of a whole search: all pairs of stars, for every tolerance.
 pub const MAX_SIDES: usize = TOLERANCES * SIDES;
 
-/// Probability that a side of two catalogue stars is identified: what is left is lost with a bad centroid, or with too few
-/// stars around.
+/// Probability that a side of two catalogue stars is identified: one in ten is lost to a centroid beyond three sigmas of a separation
+/// or to fewer than two other stars of the catalogue around. Below 1, so that no star's chance ever becomes 0.
 const FOUND: f32 = 0.9;
-/// Catalogue pairs for which a side counts as one, and what its corners cost, in these.
+/// Unit of a side's cost, catalogue pairs: a byte then holds up to 2,040, more than a side of the onboard identifier may have.
 const PAIRS_PER_COST: usize = 8;
+/// What looking for corners costs beside, in that unit, whatever the side: one for each of up to 30 other stars. A side with the
+/// usual 150 pairs so counts 1.6 times as much as one with almost none: likelihood decides, cost breaks near ties.
 const CORNERS_COST: f32 = 30.0;
 
 /// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first eight are, six

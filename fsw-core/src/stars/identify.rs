@@ -39,9 +39,11 @@ use heapless::Vec;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
-/// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target, where a pair costs 130 with
-/// all that goes with it.
+/// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target with the reference catalogue,
+/// where a pair costs 130 with all that goes with it.
 const CONFIRMATION_PAIRS: usize = 3000;
+/// Stars of a catalogue for which that holds: it projects each one. One star more counts as a pair more and costs less.
+const CONFIRMATION_STARS: usize = 3328;
 
 /// Why a field was not identified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -198,10 +200,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         parameters: &IdentificationParameters,
         work: &mut Work,
     ) -> Option<(Confirmed, f32)> {
-        let Field { catalogue, camera, .. } = *field;
         let OpenSide { task, mut tried } = core::mem::replace(&mut self.open, OpenSide::NONE);
-        let Task { i, j, side: base } = task;
-        let (star_i, star_j) = (field.measured().get(usize::from(i))?, field.measured().get(usize::from(j))?);
+        let Task { i, j, .. } = task;
         for _ in 0..SEARCHED {
             let Some(k) = self.agenda.likeliest(field.measured().len(), tried) else { break };
             if work.is_done() {
@@ -209,26 +209,9 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 return None;
             }
             tried |= bit(k);
-            let star_k = field.measured().get(usize::from(k))?;
-            let to_i = parameters.side(self.agenda.step(), star_i, star_k, camera);
-            let to_j = parameters.side(self.agenda.step(), star_j, star_k, camera);
-            let pairs = |side: &Side| {
-                let in_range = side.high() <= catalogue.max_chord();
-                in_range.then(|| catalogue.count_between(side.low(), side.high()))
-            };
-            let (by_j, pairs) = match (pairs(&to_i), pairs(&to_j)) {
-                (Some(of_i), Some(of_j)) => (of_j < of_i, of_i.min(of_j)),
-                (Some(of_i), None) => (false, of_i),
-                (None, Some(of_j)) => (true, of_j),
-                (None, None) => continue,
-            };
+            let Some((corner, pairs)) = self.corner(field, parameters, &task, k) else { continue };
             work.add(pairs);
-            let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
-            let volume = triple_product(a, b, c);
-            // The height of the triangle over its base must exceed what noise can turn round.
-            let flat = libm::fabsf(volume) < 2.0 * base.tolerance * base.chord;
-            let sense = if flat { 0.0 } else { volume };
-            if self.triangles.add(catalogue, &Corner { k, to_i, to_j, by_j, sense }) >= EARLY_CORNERS
+            if self.triangles.add(field.catalogue, &corner) >= EARLY_CORNERS
                 && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS, work)
             {
                 self.keep_rest(field, parameters, (i, j));
@@ -246,7 +229,40 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         found
     }
 
+    /// The measured star k as a corner over a base side, and the catalogue pairs of the side by which it is looked up: the one of
+    /// the two that has fewer. `None` where both are beyond the catalogue's range.
+    fn corner(
+        &self,
+        field: &Field,
+        parameters: &IdentificationParameters,
+        task: &Task,
+        k: u8,
+    ) -> Option<(Corner, usize)> {
+        let Field { catalogue, camera, .. } = *field;
+        let star = |index: u8| field.measured().get(usize::from(index));
+        let (star_i, star_j, star_k) = (star(task.i)?, star(task.j)?, star(k)?);
+        let to_i = parameters.side(self.agenda.step(), star_i, star_k, camera);
+        let to_j = parameters.side(self.agenda.step(), star_j, star_k, camera);
+        let pairs = |side: &Side| {
+            let in_range = side.high() <= catalogue.max_chord();
+            in_range.then(|| catalogue.count_between(side.low(), side.high()))
+        };
+        let (by_j, pairs) = match (pairs(&to_i), pairs(&to_j)) {
+            (Some(of_i), Some(of_j)) => (of_j < of_i, of_i.min(of_j)),
+            (Some(of_i), None) => (false, of_i),
+            (None, Some(of_j)) => (true, of_j),
+            (None, None) => return None,
+        };
+        let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
+        let volume = triple_product(a, b, c);
+        // The height of the triangle over its base must exceed what noise can turn round.
+        let flat = libm::fabsf(volume) < 2.0 * task.side.tolerance * task.side.chord;
+        let sense = if flat { 0.0 } else { volume };
+        Some((Corner { k, to_i, to_j, by_j, sense }, pairs))
+    }
+
     /// Keeps what remains of the base side's polygons, unconfirmed.
+    #[inline(never)]
     fn keep_rest(&mut self, field: &Field, parameters: &IdentificationParameters, (i, j): (u8, u8)) {
         for _ in 0..PROPOSALS {
             let Some(side) = self.triangles.best(1) else { return };
@@ -260,6 +276,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
 
     /// Merges the polygon over the base side with the most corners, if it has `least`, keeps it and confirms it. The
     /// base side leaves the ranking.
+    #[inline(never)]
     fn propose_best(
         &mut self,
         field: &Field,
@@ -274,7 +291,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         let polygon = polygon?;
         let large_enough = polygon.corners.len() >= usize::from(least) + 2;
         let found = if large_enough {
-            work.add(CONFIRMATION_PAIRS);
+            work.add(CONFIRMATION_PAIRS + field.catalogue.star_count().saturating_sub(CONFIRMATION_STARS));
             self.propose(&polygon, field, parameters)
         } else {
             None
