@@ -1,8 +1,9 @@
 //! Chosen stars in, the bytes of an onboard catalogue out: the writer to the reader `fsw_core::catalog`.
 //!
-//! Directions are rounded to Q1.23 first and the chords computed from the rounded integers, exactly as the reader
-//! defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by chord, then by the stars'
-//! indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec for 12 degrees).
+//! Directions are rounded to Q1.23 first and the chords computed from the rounded integers, exactly as the
+//! reader defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by chord, then
+//! by the stars' indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec
+//! for 12 degrees).
 
 use crate::blend::centi;
 use crate::grid::CellGrid;
@@ -17,8 +18,8 @@ use fsw_core::checksum::crc32;
 const ONE_Q30: f64 = (1u32 << 30) as f64;
 /// 1.0 in Q1.23, one more than fits.
 const ONE_Q23: f64 = (1u32 << (30 - UNUSED_BITS)) as f64;
-/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 pairs. Half as many pairs a bin would save the
-/// flight code next to nothing.
+/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 pairs. Half as many pairs a bin
+/// would save the flight code next to nothing.
 const MAX_BINS: u32 = 2048;
 
 /// A star to be written.
@@ -52,7 +53,8 @@ pub struct TableParameters {
 /// Writes a catalogue; the stars are sorted by V in hundredths, then by number.
 ///
 /// # Errors
-/// When there are too many stars or pairs, a direction is not a unit vector (to 1e-6) or a number has over 20 bits.
+/// When there are too many stars or pairs, a direction is not a unit vector (to 1e-6) or a number has over 20
+/// bits.
 pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec<u8>, BuildError> {
     let max_chord =
         (0.0..=180.0).contains(&tables.max_separation_deg).then(|| chord(tables.max_separation_deg));
@@ -117,7 +119,8 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
     Ok(bytes)
 }
 
-/// A component of a direction; +1 becomes the number before it, which lengthens the vector and does not turn it.
+/// A component of a direction; +1 becomes the number before it, which lengthens the vector and does not turn
+/// it.
 fn q23(x: f64) -> i32 {
     (x * ONE_Q23).round().clamp(-ONE_Q23, ONE_Q23 - 1.0) as i32
 }
@@ -136,7 +139,8 @@ fn check(stars: &[CatalogueStar], max_chord: f64) -> Result<(), BuildError> {
             return Err(BuildError::Star { hip: star.hip });
         }
     }
-    // The cap within a chord c covers c^2 / 4 of the sphere: the number of pairs, were the stars spread evenly.
+    // The cap within a chord c covers c^2 / 4 of the sphere: the number of pairs, were the stars spread
+    // evenly.
     let pairs = stars.len() as f64 * stars.len() as f64 / 2.0 * max_chord * max_chord / 4.0;
     if pairs > MAX_PAIRS {
         return Err(BuildError::TooManyPairs(pairs / 1e6));

@@ -1,7 +1,7 @@
 //! The command line: `source`, `build`, `inspect`.
 //!
-//! Results for programs (`--json`) go to stdout, everything for people to stderr, or to stdout where it is the result.
-//! Status 0: done; 2: bad input or usage, one line on stderr says what is wrong and what to do.
+//! Results for programs (`--json`) go to stdout, everything for people to stderr, or to stdout where it is
+//! the result. Status 0: done; 2: bad input or usage, one line on stderr says what is wrong and what to do.
 
 use catalog_gen::parameters::{DEFAULT_EPOCH_YEAR, REFERENCE_FIELD_DEG};
 use catalog_gen::{BuildParameters, build, build_for_flight, coverage, for_field, hip2, inspect, source};
@@ -53,7 +53,8 @@ struct BuildArguments {
     /// The catalogue to write
     #[arg(long)]
     out: PathBuf,
-    /// A catalogue for flight: as even as the reference's, thinned to at most 256 KiB; for fields of 8 to 40 deg
+    /// A catalogue for flight: as even as the reference's, thinned to at most 256 KiB; for fields of 8 to 40
+    /// deg
     #[arg(long, conflicts_with_all = ["magnitude", "max_separation_deg", "stars_per_field"])]
     for_flight: bool,
     /// Faintest V [default: 6.5, or with --fov-deg what puts 30 stars into the mean field]
@@ -62,7 +63,8 @@ struct BuildArguments {
     /// Longer side of the field in degrees, the shorter being 0.8 of it [default: 24.1]
     #[arg(long, allow_negative_numbers = true)]
     fov_deg: Option<f64>,
-    /// Longest separation in the pair table in degrees [default: 10, or with --fov-deg 12, less for fields below 12.5 deg]
+    /// Longest separation in the pair table in degrees [default: 10, or with --fov-deg 12, less for fields
+    /// below 12.5 deg]
     #[arg(long, allow_negative_numbers = true)]
     max_separation_deg: Option<f64>,
     /// Stars to which a rich field is thinned [default: 37, or with --fov-deg 41]

@@ -1,7 +1,7 @@
 //! Hands what the host knows to the flight code: cameras, calibrations, catalogues, parameters.
 //!
-//! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where it was made
-//! for such a field, else one built in memory from the same star source.
+//! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
+//! it was made for such a field, else one built in memory from the same star source.
 
 use crate::calibration::{self, Lens};
 use crate::camera_file::{CameraFile, Projection};
@@ -67,9 +67,9 @@ pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference.co
 /// Calibrations made in this program, by what they were made from; there are few, and they serve to its end.
 static MADE: Mutex<BTreeMap<u32, Option<&'static [u8]>>> = Mutex::new(BTreeMap::new());
 
-/// The calibration that a camera flies with behind these optics and before these pixels: the one its file names; else the
-/// embedded one where it was made for them; else one made now. `None` where the lens cannot be calibrated: nothing is
-/// corrected then.
+/// The calibration that a camera flies with behind these optics and before these pixels: the one its file
+/// names; else the embedded one where it was made for them; else one made now. `None` where the lens cannot
+/// be calibrated: nothing is corrected then.
 ///
 /// # Errors
 /// When the named file cannot be read or is no calibration.
@@ -154,8 +154,8 @@ pub enum Density {
     Brightest,
 }
 
-/// Stars in a field of [`Density::Brightest`]: the brightest spots of a picture are most of them, and few pairs make few
-/// false hypotheses.
+/// Stars in a field of [`Density::Brightest`]: the brightest spots of a picture are most of them, and few
+/// pairs make few false hypotheses.
 const BRIGHTEST_PER_FIELD: f64 = 14.0;
 
 /// Bytes of the catalogue that serves a camera.
@@ -180,11 +180,12 @@ pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static,
     catalog_gen::build(&stars, &parameters).map(Cow::Owned).map_err(refuse)
 }
 
-/// Catalogues built for flight in this program, by the field in thousandths of a degree; they serve to its end.
+/// Catalogues built for flight in this program, by the field in thousandths of a degree; they serve to its
+/// end.
 static FLOWN: Mutex<BTreeMap<[u32; 2], &'static [u8]>> = Mutex::new(BTreeMap::new());
 
-/// The catalogue that a camera flies with: the embedded one where it was made for such a field, else what `catalog-gen build
-/// --for-flight` gives for it. `path` is for the message.
+/// The catalogue that a camera flies with: the embedded one where it was made for such a field, else what
+/// `catalog-gen build --for-flight` gives for it. `path` is for the message.
 ///
 /// # Errors
 /// When the longer side of the field is not 8 to 40 deg.

@@ -22,13 +22,14 @@
 //! | | (B + 1) x 2 or 4 | index of the first pair of each bin, the last entry is P: u16 where P < 65,536, else u32 |
 //! | | P x 3 or 4 | pairs of star indices, first < second, by rising chord: 12 bits each where S <= 4096, else u16 each |
 //!
-//! A star: x, y, z (three i24, Q1.23), then a u32: low 20 bits Hipparcos number, bit 20 proximity flag, top 11 bits B-V in
-//! hundredths of a magnitude plus 512. Rounding to Q1.23 turns a direction by at most 0.021 arcsec (a unit of it is 0.025). How
-//! bright a star is only its place in the file tells. Directions of 16 bits a component would be 9,600 bytes less of the
-//! reference catalogue's 157,000, and wrong by up to 5 arcsec.
+//! A star: x, y, z (three i24, Q1.23), then a u32: low 20 bits Hipparcos number, bit 20 proximity flag, top
+//! 11 bits B-V in hundredths of a magnitude plus 512. Rounding to Q1.23 turns a direction by at most 0.021
+//! arcsec (a unit of it is 0.025). How bright a star is only its place in the file tells. Directions of 16
+//! bits a component would be 9,600 bytes less of the reference catalogue's 157,000, and wrong by up to 5
+//! arcsec.
 //!
-//! A chord is `|r_i - r_j| = 2 sin(separation / 2)` of the fixed-point vectors: it needs no arc cosine and loses no
-//! digits at small separations.
+//! A chord is `|r_i - r_j| = 2 sin(separation / 2)` of the fixed-point vectors: it needs no arc cosine and
+//! loses no digits at small separations.
 
 use crate::checksum::crc32;
 use crate::frames::{Direction, Icrs};

@@ -1,8 +1,9 @@
 //! Stars by index and pairs by separation, each in O(1).
 //!
-//! The pair table is sorted by chord; a bin table holds the first pair of every bin of width `2^shift` in Q2.30, so a
-//! range of chords is two array reads. A range is answered to the bin (reference catalogue: 2^17, 25 arcsec): it holds
-//! every pair asked for and a few more, and the caller compares the exact separations it needs anyway.
+//! The pair table is sorted by chord; a bin table holds the first pair of every bin of width `2^shift` in
+//! Q2.30, so a range of chords is two array reads. A range is answered to the bin (reference catalogue: 2^17,
+//! 25 arcsec): it holds every pair asked for and a few more, and the caller compares the exact separations it
+//! needs anyway.
 
 use super::format::{
     COLOUR_OFFSET, COLOUR_SHIFT, Catalogue, FLAG_PROXIMITY, HIP_MASK, Pair, STAR_BYTES, Star,
@@ -56,15 +57,15 @@ impl<'a> Catalogue<'a> {
         self.stars.iter().map(decode_star)
     }
 
-    /// Sets the velocity of the observer over that of light, ICRS, at most 1e-3 (else, or when it is not finite, zero):
-    /// from then on directions are those he sees (aberration).
+    /// Sets the velocity of the observer over that of light, ICRS, at most 1e-3 (else, or when it is not
+    /// finite, zero): from then on directions are those he sees (aberration).
     pub fn set_observer_velocity(&mut self, velocity_per_c: Vector3<f32>) {
         let possible = velocity_per_c.dot(&velocity_per_c) < 1e-6;
         self.velocity = if possible { velocity_per_c } else { Vector3::new(0.0, 0.0, 0.0) };
     }
 
-    /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v` (the second is
-    /// below 0.002 arcsec for the Earth's 30 km/s).
+    /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v`
+    /// (the second is below 0.002 arcsec for the Earth's 30 km/s).
     pub fn seen(&self, star: &Star) -> Direction<Icrs> {
         self.aberrated(&star.direction())
     }
@@ -74,13 +75,15 @@ impl<'a> Catalogue<'a> {
         Direction::from_unit(unit + self.velocity - unit * unit.dot(&self.velocity))
     }
 
-    /// The unit vector in which the observer sees the star at `index`, ICRS: of its record only the direction is decoded.
+    /// The unit vector in which the observer sees the star at `index`, ICRS: of its record only the direction
+    /// is decoded.
     pub fn unit(&self, index: u16) -> Option<Vector3<f32>> {
         let record = self.stars.get(usize::from(index))?;
         Some(*self.aberrated(&Direction::from_q30(decode_unit(record))).vector())
     }
 
-    /// Places in the table of the pairs whose chord lies in `[low, high]`, to the bin; empty when that is outside the table.
+    /// Places in the table of the pairs whose chord lies in `[low, high]`, to the bin; empty when that is
+    /// outside the table.
     fn range(&self, low: f32, high: f32) -> Range<usize> {
         let first_of = |bin: u32| {
             let last = self.bins.len().saturating_sub(1);

@@ -1,29 +1,29 @@
 //! Star identification, lost in space (thesis §3.1.3).
 //!
-//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: names and an attitude that
-//! stood confirmation, or "not identified" with the reason. The work is cut into measured base sides, so it can be
-//! resumed from second to second ([`Identifier::advance`]).
+//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: names and an
+//! attitude that stood confirmation, or "not identified" with the reason. The work is cut into measured base
+//! sides, so it can be resumed from second to second ([`Identifier::advance`]).
 //!
 //! For every base side (i, j), in the order of the [agenda](super::agenda):
 //! 1. catalogue pairs of its separation, in both directions, within the tolerance;
-//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the catalogue first. A true
-//!    side so finds its polygon whatever stands beside it;
+//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the catalogue
+//!    first. A true side so finds its polygon whatever stands beside it;
 //! 3. only those with the measured sense of rotation;
-//! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners must fit
-//!    too;
-//! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the side go to
-//!    [`confirm`](super::confirm); the first whose false-identification probability is below the limit wins. A polygon
-//!    that has [`EARLY_CORNERS`] over the base side is proposed at once. Of a calibrated lens triangles are proposed too: of stars on
-//!    either side of the Earth's disc, farther apart than the catalogue's range, there may be no more, and confirmation sees both
-//!    groups.
+//! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners
+//!    must fit too;
+//! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the
+//!    side go to [`confirm`](super::confirm); the first whose false-identification probability is below the
+//!    limit wins. A polygon that has [`EARLY_CORNERS`] over the base side is proposed at once. Of a
+//!    calibrated lens triangles are proposed too: of stars on either side of the Earth's disc, farther apart
+//!    than the catalogue's range, there may be no more, and confirmation sees both groups.
 //!
-//! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked best so
-//! far stay readable ([`Identifier::polygons`]).
+//! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked
+//! best so far stay readable ([`Identifier::polygons`]).
 //!
 //! Bounds: [`MAX_SIDES`] sides, each at most `SEARCHED` passes over the pairs of one separation and
-//! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left out. Work is
-//! counted in catalogue pairs looked at, which is what the allowance of a call limits, to the star k; a confirmation counts as
-//! `CONFIRMATION_PAIRS`.
+//! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left
+//! out. Work is counted in catalogue pairs looked at, which is what the allowance of a call limits, to the
+//! star k; a confirmation counts as `CONFIRMATION_PAIRS`.
 
 use super::Field;
 use super::agenda::{Agenda, MAX_SIDES, SEARCHED, Task};
@@ -39,10 +39,11 @@ use heapless::Vec;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
-/// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target with the reference catalogue,
-/// where a pair costs 130 with all that goes with it.
+/// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target with the
+/// reference catalogue, where a pair costs 130 with all that goes with it.
 const CONFIRMATION_PAIRS: usize = 3000;
-/// Stars of a catalogue for which that holds: it projects each one. One star more counts as a pair more and costs less.
+/// Stars of a catalogue for which that holds: it projects each one. One star more counts as a pair more and
+/// costs less.
 const CONFIRMATION_STARS: usize = 3328;
 
 /// Why a field was not identified.
@@ -68,8 +69,8 @@ pub enum Progress {
     NotIdentified(NotIdentified),
 }
 
-/// The resumable search. `CHAINS` is a power of two, best near the number of base sides; `SIDES` bounds the directed catalogue pairs of one separation, `HITS`
-/// the triangles over one base side.
+/// The resumable search. `CHAINS` is a power of two, best near the number of base sides; `SIDES` bounds the
+/// directed catalogue pairs of one separation, `HITS` the triangles over one base side.
 #[derive(Clone, Debug)]
 pub struct Identifier<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
     triangles: Triangles<CHAINS, SIDES, HITS>,
@@ -97,7 +98,8 @@ impl Work {
     }
 }
 
-/// A base side, and the stars that cannot be corners of it or were tried, a bit each: its own two at the least.
+/// A base side, and the stars that cannot be corners of it or were tried, a bit each: its own two at the
+/// least.
 #[derive(Clone, Copy, Debug)]
 struct OpenSide {
     task: Task,
@@ -132,8 +134,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         }
     }
 
-    /// Forgets the search, for a new set of stars. `hypotheses` were tried on the same stars before, with another camera
-    /// or other parameters (0 in flight): they count in the false-identification probability.
+    /// Forgets the search, for a new set of stars. `hypotheses` were tried on the same stars before, with
+    /// another camera or other parameters (0 in flight): they count in the false-identification probability.
     pub fn restart(&mut self, hypotheses: f32) {
         self.candidates = Candidates::new();
         self.agenda = Agenda::new();
@@ -151,8 +153,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         self.hypotheses
     }
 
-    /// Tries base sides until `allowance` catalogue pairs have been looked at, with the same measured stars as the calls
-    /// before.
+    /// Tries base sides until `allowance` catalogue pairs have been looked at, with the same measured stars
+    /// as the calls before.
     pub fn advance(
         &mut self,
         field: &Field,
@@ -192,7 +194,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         true
     }
 
-    /// Builds the polygons over the open base side and confirms the best; leaves it open where the allowance ends.
+    /// Builds the polygons over the open base side and confirms the best; leaves it open where the allowance
+    /// ends.
     #[inline(never)]
     fn try_side(
         &mut self,
@@ -218,8 +221,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 return Some(found);
             }
         }
-        // With three stars in all, three must do. Else a polygon of four is the least that chance seldom builds, or that bad
-        // centroids let pass by luck, unless it is known how good they are.
+        // With three stars in all, three must do. Else a polygon of four is the least that chance seldom
+        // builds, or that bad centroids let pass by luck, unless it is known how good they are.
         let least = if field.measured().len() > 3 && !field.is_calibrated() { 2 } else { 1 };
         let found = (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least, work));
         self.keep_rest(field, parameters, (i, j));
@@ -229,8 +232,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         found
     }
 
-    /// The measured star k as a corner over a base side, and the catalogue pairs of the side by which it is looked up: the one of
-    /// the two that has fewer. `None` where both are beyond the catalogue's range.
+    /// The measured star k as a corner over a base side, and the catalogue pairs of the side by which it is
+    /// looked up: the one of the two that has fewer. `None` where both are beyond the catalogue's range.
     fn corner(
         &self,
         field: &Field,
@@ -274,8 +277,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         }
     }
 
-    /// Merges the polygon over the base side with the most corners, if it has `least`, keeps it and confirms it. The
-    /// base side leaves the ranking.
+    /// Merges the polygon over the base side with the most corners, if it has `least`, keeps it and confirms
+    /// it. The base side leaves the ranking.
     #[inline(never)]
     fn propose_best(
         &mut self,
@@ -300,8 +303,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         found
     }
 
-    /// Merges the triangles over one base side into a polygon: triangles in the order in which they were found, each corner
-    /// checked against all corners taken before.
+    /// Merges the triangles over one base side into a polygon: triangles in the order in which they were
+    /// found, each corner checked against all corners taken before.
     #[inline(never)]
     fn merge(
         &self,
@@ -327,8 +330,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         Some(polygon)
     }
 
-    /// Sum of the squared errors of the sides from a corner to others, squared tolerances; `None` where one does not fit, or the
-    /// corner has the measured or catalogue star of another.
+    /// Sum of the squared errors of the sides from a corner to others, squared tolerances; `None` where one
+    /// does not fit, or the corner has the measured or catalogue star of another.
     fn square_error_to(
         &self,
         others: &[(u8, u16)],

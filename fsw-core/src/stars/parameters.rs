@@ -10,8 +10,8 @@ pub const TOLERANCES: usize = 3;
 parameter_group! {
     /// Star identification.
     pub struct IdentificationParameters in "identification" {
-        /// Centroid errors to assume per axis, 1 sigma, tried in this order. The tolerance of a separation is three sigmas
-        /// of the difference of two stars, `3 sqrt(2)` times as much (thesis 4.1.1).
+        /// Centroid errors to assume per axis, 1 sigma, tried in this order. The tolerance of a separation is
+        /// three sigmas of the difference of two stars, `3 sqrt(2)` times as much (thesis 4.1.1).
         centroid_sigma_px: [f32; TOLERANCES] = [0.35, 1.0, 2.0], 0.05..=3.0, "px",
             "lenses without a calibration; with one 0.2, 0.6, 2";
         /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation.
@@ -24,8 +24,8 @@ parameter_group! {
 }
 
 impl IdentificationParameters {
-    /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its centroids are
-    /// better, and the nearer a match must be, the more it proves.
+    /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its
+    /// centroids are better, and the nearer a match must be, the more it proves.
     pub fn of_calibrated_lens() -> Self {
         Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
     }

@@ -1,14 +1,15 @@
 //! Catalogue triangles for measured triangles that share one side (thesis §3.1.3, steps 1 to 3).
 //!
-//! In: a measured base side (i, j), then one measured star k after another. Out: hits, each saying that catalogue star
-//! r may be k if the base side is the catalogue pair (p, q).
+//! In: a measured base side (i, j), then one measured star k after another. Out: hits, each saying that
+//! catalogue star r may be k if the base side is the catalogue pair (p, q).
 //!
-//! The catalogue pairs of the base side are kept in both directions (a pair may lie either way round), one beside the other: the
-//! entry of (q, p) is that of (p, q) with its last bit changed. Entries whose first stars agree modulo `CHAINS` are chained.
-//! For a star k, every catalogue pair (p, r) that fits the side (i, k) is looked up in the chain of p; each q found there
-//! proposes the triangle (p, q, r), which stays when |qr| fits the side (j, k) and its sense of rotation is that of the
-//! measured triangle. Where fewer pairs fit the side (j, k), or (i, k) is beyond the catalogue's range, the pairs (q, r) are
-//! looked up instead. Work per star k: one pass over the pairs of one side.
+//! The catalogue pairs of the base side are kept in both directions (a pair may lie either way round), one
+//! beside the other: the entry of (q, p) is that of (p, q) with its last bit changed. Entries whose first
+//! stars agree modulo `CHAINS` are chained. For a star k, every catalogue pair (p, r) that fits the side (i,
+//! k) is looked up in the chain of p; each q found there proposes the triangle (p, q, r), which stays when
+//! |qr| fits the side (j, k) and its sense of rotation is that of the measured triangle. Where fewer pairs
+//! fit the side (j, k), or (i, k) is beyond the catalogue's range, the pairs (q, r) are looked up instead.
+//! Work per star k: one pass over the pairs of one side.
 
 use super::parameters::Side;
 use crate::catalog::Catalogue;
@@ -44,8 +45,8 @@ pub(super) struct Hit {
     pub k: u8,
 }
 
-/// The base sides in `CHAINS` chains and the hits upon them; `SIDES` bounds the directed pairs of a base side. A catalogue may
-/// hold any number of stars: with more than `CHAINS` some share a chain.
+/// The base sides in `CHAINS` chains and the hits upon them; `SIDES` bounds the directed pairs of a base
+/// side. A catalogue may hold any number of stars: with more than `CHAINS` some share a chain.
 #[derive(Clone, Debug)]
 pub(super) struct Triangles<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
     /// First base side of each chain.
@@ -66,7 +67,8 @@ pub(super) struct Corner {
     pub sense: f32,
 }
 
-/// Six times the volume spanned by three directions, from differences so that small triangles keep their digits.
+/// Six times the volume spanned by three directions, from differences so that small triangles keep their
+/// digits.
 pub(super) fn triple_product(a: &Vector3<f32>, b: &Vector3<f32>, c: &Vector3<f32>) -> f32 {
     (b - a).cross(&(c - a)).dot(a)
 }
@@ -110,7 +112,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
         Some((star(side)?, star(side ^ 1)?))
     }
 
-    /// Adds the triangles that the measured star `corner.k` closes, and gives the most corners that any base side has now.
+    /// Adds the triangles that the measured star `corner.k` closes, and gives the most corners that any base
+    /// side has now.
     pub fn add(&mut self, catalogue: &Catalogue, corner: &Corner) -> u8 {
         let mut most = 0;
         let reach = if corner.by_j { &corner.to_j } else { &corner.to_i };
@@ -133,7 +136,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
         most
     }
 
-    /// Records the triangle of a base side and `r` if it fits; gives the corners of the base side then, else 0.
+    /// Records the triangle of a base side and `r` if it fits; gives the corners of the base side then, else
+    /// 0.
     fn close(&mut self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) -> u8 {
         let Some((p, q)) = self.stars_of(side) else { return 0 };
         let Some(base) = self.sides.get_mut(usize::from(side)) else { return 0 };

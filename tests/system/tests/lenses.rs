@@ -1,9 +1,11 @@
-//! Any lens: fields of 8 to 40 degrees before the reference detector, each with the catalogue for flight that `sil-host run` chooses.
+//! Any lens: fields of 8 to 40 degrees before the reference detector, each with the catalogue for flight that
+//! `sil-host run` chooses.
 //!
-//! The lens is f/2.25 as the reference's, but no wider than 16 mm, and as far out of focus as gives the reference's blur of 3.6 px;
-//! the light goes with its area. At 40 degrees the world's own four-lens objective no longer passes its rays: there the images are
-//! Gaussian. The satellite is geostationary and held to the stars, the Earth outside both paths: from there it is 17.4 degrees wide
-//! and would fill the narrow fields.
+//! The lens is f/2.25 as the reference's, but no wider than 16 mm, and as far out of focus as gives the
+//! reference's blur of 3.6 px; the light goes with its area. At 40 degrees the world's own four-lens
+//! objective no longer passes its rays: there the images are Gaussian. The satellite is geostationary and
+//! held to the stars, the Earth outside both paths: from there it is 17.4 degrees wide and would fill the
+//! narrow fields.
 
 use sil_host::camera_file::CameraFile;
 use sil_host::flight;
@@ -37,7 +39,7 @@ fn scenario(field_deg: f64, (mount, ra_deg, dec_deg): (&str, f64, f64), seconds:
         format!("defocus_mm = {:.4}", DEFOCUS_MM * focal_length_mm / aperture_mm / F_NUMBER)
     };
     let text = format!(
-        "[scenario]\nname = \"lens-{field_deg}\"\nstart = \"2026-09-23T18:00:00\"\nduration_s = {seconds}\nseed = 1\n\
+        "[scenario]\nname = \"lens\"\nstart = \"2026-09-23T18:00:00\"\nduration_s = {seconds}\nseed = 1\n\
          [orbit]\na_km = 42164.17\ne = 0.0002\ni_deg = 0.05\nraan_deg = 90.0\nargp_deg = 0.0\ntrue_anomaly_deg = 225.65\n\
          [pointing]\nlaw = \"inertial\"\nra_deg = {ra_deg}\ndec_deg = {dec_deg}\n\
          [mount]\nstar_path_deg = {mount}\nmirrored = true\n\

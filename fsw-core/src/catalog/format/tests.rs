@@ -98,7 +98,8 @@ fn any_flipped_bit_is_refused() {
             let mut bytes = good.clone();
             bytes[place] ^= 1 << bit;
             let error = refusal(&bytes);
-            // Before the protected part stand magic, version, header length (checked as structure) and the CRC itself.
+            // Before the protected part stand magic, version, header length (checked as structure) and the
+            // CRC itself.
             let expected = match place {
                 0..4 => error == CatalogueError::NotACatalogue,
                 4..6 => matches!(error, CatalogueError::Version(_)),
@@ -133,7 +134,8 @@ fn counts_that_contradict_each_other_are_refused_by_structure() {
             assert_eq!(refusal(&with_word(offset, word)), CatalogueError::Structure, "{name} = {word}");
         }
     }
-    // Counts that trade two stars for thirteen entries of the next table have the right length but the wrong tables.
+    // Counts that trade two stars for thirteen entries of the next table have the right length but the wrong
+    // tables.
     let mut bytes = with_word(16, 6);
     bytes[24..28].copy_from_slice(&45u32.to_le_bytes());
     seal(&mut bytes);
@@ -154,7 +156,8 @@ fn a_bin_table_that_goes_back_or_ends_before_the_last_pair_is_refused() {
 
 #[test]
 fn a_catalogue_of_many_stars_and_pairs_is_read_by_its_wider_tables() {
-    // 4,097 stars on a circle, 0.088 deg apart: 2 neighbours of each within the shorter chord, 20 within the longer.
+    // 4,097 stars on a circle, 0.088 deg apart: 2 neighbours of each within the shorter chord, 20 within the
+    // longer.
     let on_circle = |k: u32| {
         let angle = f64::from(k) * std::f64::consts::TAU / 4097.0;
         sample::star(&nalgebra::Vector3::new(angle.cos(), angle.sin(), 0.0), k + 1)
