@@ -1,20 +1,25 @@
 //! Chosen stars in, the bytes of an onboard catalogue out: the writer to the reader `fsw_core::catalog`.
 //!
-//! Directions are rounded to Q1.30 first and the chords computed from the rounded integers, exactly as the reader
-//! defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by chord, then by the stars'
-//! indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec for 12 degrees).
+//! Directions are rounded to Q1.23 first and the chords computed from the rounded integers, exactly as the
+//! reader defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by chord, then
+//! by the stars' indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec
+//! for 12 degrees).
 
 use crate::blend::centi;
 use crate::grid::CellGrid;
 use crate::parameters::{BuildError, MAX_PAIRS, chord};
 use fsw_core::catalog::format::{
-    CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, MAGIC, PAIR_BYTES, STAR_BYTES, VERSION,
+    COLOUR_OFFSET, COLOUR_SHIFT, CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, LONG_BINS, MAGIC,
+    SHORT_INDICES, STAR_BYTES, UNUSED_BITS, VERSION,
 };
 use fsw_core::checksum::crc32;
 
-/// 1.0 in Q1.30 and Q2.30.
+/// 1.0 in Q2.30.
 const ONE_Q30: f64 = (1u32 << 30) as f64;
-/// Most bins in the table: 8 KB of flash; half as many pairs a bin would save the flight code next to nothing.
+/// 1.0 in Q1.23, one more than fits.
+const ONE_Q23: f64 = (1u32 << (30 - UNUSED_BITS)) as f64;
+/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 pairs. Half as many pairs a bin
+/// would save the flight code next to nothing.
 const MAX_BINS: u32 = 2048;
 
 /// A star to be written.
@@ -22,7 +27,7 @@ const MAX_BINS: u32 = 2048;
 pub struct CatalogueStar {
     /// Unit vector, ICRS at the catalogue's epoch.
     pub direction: [f64; 3],
-    /// Hipparcos number (any number below 2^24).
+    /// Hipparcos number (any number below 2^20).
     pub hip: u32,
     /// Visual magnitude V.
     pub v: f64,
@@ -48,7 +53,8 @@ pub struct TableParameters {
 /// Writes a catalogue; the stars are sorted by V in hundredths, then by number.
 ///
 /// # Errors
-/// When there are too many stars or pairs, a direction is not a unit vector (to 1e-6) or a number has over 24 bits.
+/// When there are too many stars or pairs, a direction is not a unit vector (to 1e-6) or a number has over 20
+/// bits.
 pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec<u8>, BuildError> {
     let max_chord =
         (0.0..=180.0).contains(&tables.max_separation_deg).then(|| chord(tables.max_separation_deg));
@@ -62,18 +68,22 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
     stars.sort_by_key(|star| (centi(star.v), star.hip));
     check(&stars, max_chord)?;
     let units: Vec<[i32; 3]> =
-        stars.iter().map(|star| star.direction.map(|x| (x * ONE_Q30).round() as i32)).collect();
+        stars.iter().map(|star| star.direction.map(|x| q23(x) << UNUSED_BITS)).collect();
     let max_chord_q30 = (max_chord * ONE_Q30) as u32;
     let keys = sorted_pairs(&stars, &units, max_chord);
     let shift = bin_shift(max_chord_q30);
     let bins = (max_chord_q30 >> shift) + 1;
 
-    let length = HEADER_BYTES + stars.len() * STAR_BYTES + (bins as usize + 1 + keys.len()) * PAIR_BYTES;
+    let bin_bytes = if keys.len() < LONG_BINS { 2 } else { 4 };
+    let (index_bits, pair_bytes) = if stars.len() <= SHORT_INDICES { (12, 3) } else { (16, 4) };
+    let length =
+        HEADER_BYTES + stars.len() * STAR_BYTES + (bins as usize + 1) * bin_bytes + keys.len() * pair_bytes;
     let mut bytes = Vec::with_capacity(length);
     bytes.extend_from_slice(&MAGIC);
     bytes.extend_from_slice(&VERSION.to_le_bytes());
     bytes.extend_from_slice(&(HEADER_BYTES as u16).to_le_bytes());
-    let faintest = stars.last().map_or(0, |star| centi(star.v)) as i16;
+    let [faintest, brightest] =
+        [stars.last(), stars.first()].map(|star| star.map_or(0, |star| centi(star.v)) as i16 as u16);
     let words = [
         0, // the checksum, once the rest is known
         length as u32,
@@ -83,31 +93,36 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
         shift,
         max_chord_q30,
         thousandths(tables.epoch_year),
-        u32::from(faintest as u16),
+        u32::from(faintest) | u32::from(brightest) << 16,
         thousandths(tables.field_deg),
         tables.source_crc,
     ];
     words.iter().for_each(|word| bytes.extend_from_slice(&word.to_le_bytes()));
     bytes.resize(HEADER_BYTES, 0);
     for (star, unit) in stars.iter().zip(&units) {
-        unit.iter().for_each(|x| bytes.extend_from_slice(&x.to_le_bytes()));
+        unit.iter().for_each(|x| bytes.extend_from_slice(&(x >> UNUSED_BITS).to_le_bytes()[..3]));
         let flags = if star.proximity { FLAG_PROXIMITY } else { 0 };
-        bytes.extend_from_slice(&(star.hip | flags).to_le_bytes());
-        bytes.extend_from_slice(&(centi(star.v) as i16).to_le_bytes());
-        bytes.extend_from_slice(&(centi(star.b_v) as i16).to_le_bytes());
+        let colour = (centi(star.b_v) + i32::from(COLOUR_OFFSET)).clamp(0, (1 << (32 - COLOUR_SHIFT)) - 1);
+        bytes.extend_from_slice(&(star.hip | flags | (colour as u32) << COLOUR_SHIFT).to_le_bytes());
     }
     let mut first = 0;
     for bin in 0..=bins {
         first += keys[first..].iter().take_while(|&&key| chord_of(key) >> shift < bin).count();
-        bytes.extend_from_slice(&(first as u32).to_le_bytes());
+        bytes.extend_from_slice(&first.to_le_bytes()[..bin_bytes]);
     }
     for key in keys {
-        bytes.extend_from_slice(&((key >> 16) as u16).to_le_bytes());
-        bytes.extend_from_slice(&(key as u16).to_le_bytes());
+        let pair = (key >> 16) as u32 & 0xFFFF | (key as u32 & 0xFFFF) << index_bits;
+        bytes.extend_from_slice(&pair.to_le_bytes()[..pair_bytes]);
     }
     let checksum = crc32(&bytes[CRC_FROM..]);
     bytes[CRC_FROM - 4..CRC_FROM].copy_from_slice(&checksum.to_le_bytes());
     Ok(bytes)
+}
+
+/// A component of a direction; +1 becomes the number before it, which lengthens the vector and does not turn
+/// it.
+fn q23(x: f64) -> i32 {
+    (x * ONE_Q23).round().clamp(-ONE_Q23, ONE_Q23 - 1.0) as i32
 }
 
 fn thousandths(value: f64) -> u32 {
@@ -124,7 +139,8 @@ fn check(stars: &[CatalogueStar], max_chord: f64) -> Result<(), BuildError> {
             return Err(BuildError::Star { hip: star.hip });
         }
     }
-    // The cap within a chord c covers c^2 / 4 of the sphere: the number of pairs, were the stars spread evenly.
+    // The cap within a chord c covers c^2 / 4 of the sphere: the number of pairs, were the stars spread
+    // evenly.
     let pairs = stars.len() as f64 * stars.len() as f64 / 2.0 * max_chord * max_chord / 4.0;
     if pairs > MAX_PAIRS {
         return Err(BuildError::TooManyPairs(pairs / 1e6));

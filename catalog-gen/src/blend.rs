@@ -1,12 +1,12 @@
 //! What a detector sees: components closer than about a pixel are one blob.
 //!
-//! In: stars at the mission's epoch. Out: blobs, brightest first. The brightest star takes in every fainter one within
-//! the blend radius (a quarter of the proximity radius: 60 arcsec, 0.9 px, for the reference camera); the blob stands
-//! at the centre of light of its members, `sum f u / |sum f u|` with f = 10^(-0.4 V), carries the light of all
-//! (`V = -2.5 log10 sum f`, the colour likewise from the sums in B and V) and the number of the brightest. Dropping
-//! the companions instead would put the blob up to half its size aside: 30 arcsec for an equal pair, five times the
-//! sensor's error. Companions beyond that, yet within the proximity radius, disturb a centroid without becoming one
-//! with it: see [`mod@crate::build`].
+//! In: stars at the mission's epoch. Out: blobs, brightest first. The brightest star takes in every fainter
+//! one within the blend radius (a quarter of the proximity radius: 60 arcsec, 0.9 px, for the reference
+//! camera); the blob stands at the centre of light of its members, `sum f u / |sum f u|` with f = 10^(-0.4
+//! V), carries the light of all (`V = -2.5 log10 sum f`, the colour likewise from the sums in B and V) and
+//! the number of the brightest. Dropping the companions instead would put the blob up to half its size aside:
+//! 30 arcsec for an equal pair, five times the sensor's error. Companions beyond that, yet within the
+//! proximity radius, disturb a centroid without becoming one with it: see [`mod@crate::build`].
 
 use crate::grid::CellGrid;
 use crate::source::{SourceStar, normalised};

@@ -2,17 +2,18 @@
 //!
 //! 1. Every source star is carried to the epoch and close components become blobs ([`crate::blend`]).
 //! 2. A blob to the magnitude limit is kept when at most `brighter_neighbours` brighter blobs lie within
-//!    `thinning_radius_deg`. All brighter blobs count, kept or not, so the result does not depend on any order, and
-//!    poor regions lose nothing while the Milky Way is cut down to the same density.
-//! 3. A kept star is flagged when another blob within `proximity_deg` is brighter than its own V + 2.5 mag (a tenth of
-//!    its light, which at that distance moves a centroid by a tenth of a pixel or more). The source ends at V 8, so
-//!    the rule is complete for stars to V 5.5 and knows the neighbours to V 8 of fainter ones.
+//!    `thinning_radius_deg`. All brighter blobs count, kept or not, so the result does not depend on any
+//!    order, and poor regions lose nothing while the Milky Way is cut down to the same density.
+//! 3. A kept star is flagged when another blob within `proximity_deg` is brighter than its own V + 2.5 mag (a
+//!    tenth of its light, which at that distance moves a centroid by a tenth of a pixel or more). The source
+//!    ends at V 8, so the rule is complete for stars to V 5.5 and knows the neighbours to V 8 of fainter
+//!    ones.
 //! 4. [`mod@crate::assemble`] writes the bytes.
 
 use crate::assemble::{CatalogueStar, TableParameters, assemble};
 use crate::blend::{Blob, blend, centi, chord_square};
 use crate::grid::CellGrid;
-use crate::parameters::{BuildError, BuildParameters, chord};
+use crate::parameters::{BuildError, BuildParameters, FLIGHT_BYTES, chord};
 use crate::source::{SourceStar, checksum};
 
 /// Two stars closer than this share of the proximity radius are one blob.
@@ -45,6 +46,27 @@ pub fn build(stars: &[SourceStar], parameters: &BuildParameters) -> Result<Vec<u
     assemble(&chosen, &tables)
 }
 
+/// Builds the catalogue that flies behind a field of this size, degrees: as dense as the reference's, 37
+/// stars a field, where that fits into [`FLIGHT_BYTES`], else with fewer brighter neighbours (27, 18 or 9
+/// stars a field).
+///
+/// # Errors
+/// When the longer side of the field is not 8 to 40 deg.
+pub fn build_for_flight(
+    stars: &[SourceStar],
+    field_deg: [f64; 2],
+    epoch_year: f64,
+) -> Result<Vec<u8>, BuildError> {
+    let mut neighbours = BuildParameters::reference().brighter_neighbours;
+    loop {
+        let bytes = build(stars, &BuildParameters::for_flight(field_deg, epoch_year, neighbours)?)?;
+        if bytes.len() <= FLIGHT_BYTES || neighbours == 0 {
+            return Ok(bytes);
+        }
+        neighbours -= 1;
+    }
+}
+
 /// Whether a bright enough neighbour stands within the chord, for each blob.
 fn disturbed(blobs: &[Blob], proximity_chord: f64) -> Vec<bool> {
     let points: Vec<[f64; 3]> = blobs.iter().map(|blob| blob.direction).collect();
@@ -60,7 +82,8 @@ fn disturbed(blobs: &[Blob], proximity_chord: f64) -> Vec<bool> {
     disturbed
 }
 
-/// Indices of the blobs to keep; `blobs` are sorted by brightness, so a brighter blob is one with a smaller index.
+/// Indices of the blobs to keep; `blobs` are sorted by brightness, so a brighter blob is one with a smaller
+/// index.
 fn even(blobs: &[Blob], parameters: &BuildParameters) -> Vec<usize> {
     let limit = centi(parameters.magnitude);
     let bright = blobs.partition_point(|blob| blob.v_centi() <= limit);

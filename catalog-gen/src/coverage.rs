@@ -1,9 +1,11 @@
 //! How many catalogue stars a random field holds, and how often that is enough.
 //!
-//! In: the usable stars of a catalogue. Out: the share of random fields with at least 3, 4 and 5 of them, with the
-//! whole field free and with an Earth disc in its middle. The field is the reference camera's, pointed uniformly over
-//! the sky with a uniform roll. The random numbers are seeded and need only `+ - * / sqrt`: the same answer everywhere.
+//! In: the usable stars of a catalogue. Out: the share of random fields with at least 3, 4 and 5 of them,
+//! with the whole field free and with an Earth disc in its middle. The field is the one the catalogue was
+//! made for, pointed uniformly over the sky with a uniform roll. The random numbers are seeded and need only
+//! `+ - * / sqrt`: the same answer everywhere.
 
+use crate::parameters::REFERENCE_FIELD_DEG;
 use crate::source::normalised;
 
 /// Half the reference detector in focal lengths: 640 and 512 px of 3000.
@@ -32,12 +34,22 @@ pub struct Coverage {
     pub share_with_earth: [f64; 3],
 }
 
-/// Counts the stars in `fields` random reference fields.
-pub fn coverage(stars: &[[f64; 3]], fields: u32) -> Coverage {
+/// Half of a field whose longer side is `field_deg`, in focal lengths: the reference detector, or one of its
+/// shape.
+pub fn half_field(field_deg: f64) -> [f64; 2] {
+    if (field_deg - REFERENCE_FIELD_DEG[0]).abs() < 1e-6 {
+        return HALF_FIELD;
+    }
+    let half = libm::tan(0.5 * field_deg.to_radians());
+    [half, half * HALF_FIELD[1] / HALF_FIELD[0]]
+}
+
+/// Counts the stars in `fields` random fields, each half so large in focal lengths.
+pub fn coverage(stars: &[[f64; 3]], fields: u32, half_field: [f64; 2]) -> Coverage {
     let mut random = SplitMix64::new(SEED);
     let (mut total, mut fewest, mut enough) = (0u64, [u32::MAX; 2], [[0u32; 3]; 2]);
     for _ in 0..fields {
-        let counts = count(stars, &random.attitude());
+        let counts = count(stars, &random.attitude(), half_field);
         total += u64::from(counts[0]);
         for disc in 0..2 {
             fewest[disc] = fewest[disc].min(counts[disc]);
@@ -57,8 +69,9 @@ pub fn coverage(stars: &[[f64; 3]], fields: u32) -> Coverage {
     }
 }
 
-/// Stars in the field whose axes are the rows of `[right, down, out]`: all, and those beside the Earth's disc.
-fn count(stars: &[[f64; 3]], [right, down, out]: &[[f64; 3]; 3]) -> [u32; 2] {
+/// Stars in the field whose axes are the rows of `[right, down, out]`: all, and those beside the Earth's
+/// disc.
+fn count(stars: &[[f64; 3]], [right, down, out]: &[[f64; 3]; 3], [half_x, half_y]: [f64; 2]) -> [u32; 2] {
     let dot = |[a, b, c]: &[f64; 3], [x, y, z]: &[f64; 3]| a * x + b * y + c * z;
     let mut counts = [0; 2];
     for star in stars {
@@ -68,7 +81,7 @@ fn count(stars: &[[f64; 3]], [right, down, out]: &[[f64; 3]; 3]) -> [u32; 2] {
             continue;
         }
         let (x, y) = (dot(right, star) / depth, dot(down, star) / depth);
-        if x.abs() <= HALF_FIELD[0] && y.abs() <= HALF_FIELD[1] {
+        if x.abs() <= half_x && y.abs() <= half_y {
             counts[0] += 1;
             counts[1] += u32::from(x * x + y * y > EARTH_RADIUS * EARTH_RADIUS);
         }
@@ -145,7 +158,7 @@ mod tests {
     fn the_mean_field_holds_its_share_of_evenly_spread_stars() {
         let mut random = SplitMix64::new(2);
         let stars: Vec<[f64; 3]> = (0..3000).map(|_| random.direction()).collect();
-        let coverage = coverage(&stars, 4000);
+        let coverage = coverage(&stars, 4000, HALF_FIELD);
         // Solid angle of a rectangle seen from one focal length above its middle: 4 asin(a b / sqrt(...)).
         let [a, b] = HALF_FIELD;
         let solid_angle = 4.0 * libm::asin(a * b / ((1.0 + a * a) * (1.0 + b * b)).sqrt());
@@ -155,7 +168,7 @@ mod tests {
 
     #[test]
     fn an_empty_catalogue_covers_nothing() {
-        let nothing = coverage(&[], 10);
+        let nothing = coverage(&[], 10, HALF_FIELD);
         assert_eq!((nothing.share, nothing.share_with_earth, nothing.fewest_stars), ([0.0; 3], [0.0; 3], 0));
     }
 }

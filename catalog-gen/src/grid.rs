@@ -1,15 +1,17 @@
 //! Neighbours on the sphere without looking at every pair: a grid of cubes around the unit sphere.
 //!
-//! In: unit vectors and a chord. Out: for a point, the points of its own and the adjacent cubes; since a cube's edge is
-//! at least the chord, no point within the chord is missed, and the caller checks the distance exactly. Cost: points
-//! times neighbours, instead of points squared (41,000 stars within 5.6 degrees: 0.3 % of all pairs).
+//! In: unit vectors and a chord. Out: for a point, the points of its own and the adjacent cubes; since a
+//! cube's edge is at least the chord, no point within the chord is missed, and the caller checks the distance
+//! exactly. Cost: points times neighbours, instead of points squared (41,000 stars within 5.6 degrees: 0.3 %
+//! of all pairs).
 
 use std::ops::Range;
 
 /// More cubes than this along an axis would cost more in empty cubes than they save.
 const MAX_PER_AXIS: usize = 64;
 
-/// Points sorted into cubes. A *position* counts along [`CellGrid::order`], where the points of a cube stand together.
+/// Points sorted into cubes. A *position* counts along [`CellGrid::order`], where the points of a cube stand
+/// together.
 pub struct CellGrid {
     per_axis: usize,
     /// First position of each cube, and the number of points at the end.
@@ -53,7 +55,8 @@ impl CellGrid {
         (z * self.per_axis + y) * self.per_axis + x
     }
 
-    /// Positions in the 3 x 3 x 3 cubes around the cube at these coordinates, as at most 9 ranges (a row each).
+    /// Positions in the 3 x 3 x 3 cubes around the cube at these coordinates, as at most 9 ranges (a row
+    /// each).
     fn rows_around(&self, [x, y, z]: [usize; 3]) -> impl Iterator<Item = Range<usize>> + '_ {
         let around = |middle: usize| middle.saturating_sub(1)..(middle + 2).min(self.per_axis);
         around(z).flat_map(move |z| around(y).map(move |y| (z, y))).map(move |(z, y)| {

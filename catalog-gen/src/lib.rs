@@ -10,14 +10,15 @@
 //! | [`mod@assemble`] | chosen stars | the bytes that `fsw_core::catalog` reads |
 //! | [`coverage`], [`inspect`] | a catalogue | how many stars a field holds, and what the file contains |
 //!
-//! **Same bytes everywhere.** On the way to a byte there are only `+ - * / sqrt`, comparisons and the functions of the
-//! `libm` crate; the mathematics of the host's own library differ in the last digit from one system to the next.
+//! **Same bytes everywhere.** On the way to a byte there are only `+ - * / sqrt`, comparisons and the
+//! functions of the `libm` crate; the mathematics of the host's own library differ in the last digit from one
+//! system to the next.
 //!
 //! **Credit.** The star data come from the Hipparcos mission: ESA 1997, *The Hipparcos and Tycho Catalogues*,
 //! ESA SP-1200, in the new reduction of F. van Leeuwen 2007, *Hipparcos, the New Reduction of the Raw Data*,
-//! Astronomy & Astrophysics 474, 653 (catalogue I/311). Credit: ESA, licence CC BY 3.0 IGO. What was changed: the
-//! stars to V 8.0 were selected, V was computed from Hp and B-V, values were rounded (see [`source`]), and four
-//! entries that the new reduction lacks were added (see [`hip2`]).
+//! Astronomy & Astrophysics 474, 653 (catalogue I/311). Credit: ESA, licence CC BY 3.0 IGO. What was changed:
+//! the stars to V 8.0 were selected, V was computed from Hp and B-V, values were rounded (see [`source`]),
+//! and four entries that the new reduction lacks were added (see [`hip2`]).
 
 #![forbid(unsafe_code)]
 
@@ -32,9 +33,10 @@ pub mod parameters;
 pub mod source;
 
 pub use assemble::{CatalogueStar, TableParameters, assemble};
-pub use build::build;
+pub use build::{build, build_for_flight};
 pub use parameters::{BuildError, BuildParameters, for_field};
 pub use source::SourceStar;
 
-/// The catalogue of the reference camera: [`build()`] of the embedded star source with [`BuildParameters::reference`].
+/// The catalogue of the reference camera: [`build()`] of the embedded star source with
+/// [`BuildParameters::reference`].
 pub const REFERENCE: &[u8] = include_bytes!("../data/reference.cat");

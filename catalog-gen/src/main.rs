@@ -1,10 +1,10 @@
 //! The command line: `source`, `build`, `inspect`.
 //!
-//! Results for programs (`--json`) go to stdout, everything for people to stderr, or to stdout where it is the result.
-//! Status 0: done; 2: bad input or usage, one line on stderr says what is wrong and what to do.
+//! Results for programs (`--json`) go to stdout, everything for people to stderr, or to stdout where it is
+//! the result. Status 0: done; 2: bad input or usage, one line on stderr says what is wrong and what to do.
 
-use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
-use catalog_gen::{BuildParameters, build, coverage, for_field, hip2, inspect, source};
+use catalog_gen::parameters::{DEFAULT_EPOCH_YEAR, REFERENCE_FIELD_DEG};
+use catalog_gen::{BuildParameters, build, build_for_flight, coverage, for_field, hip2, inspect, source};
 use clap::{Parser, Subcommand};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -53,13 +53,18 @@ struct BuildArguments {
     /// The catalogue to write
     #[arg(long)]
     out: PathBuf,
+    /// A catalogue for flight: as even as the reference's, thinned to at most 256 KiB; for fields of 8 to 40
+    /// deg
+    #[arg(long, conflicts_with_all = ["magnitude", "max_separation_deg", "stars_per_field"])]
+    for_flight: bool,
     /// Faintest V [default: 6.5, or with --fov-deg what puts 30 stars into the mean field]
     #[arg(long, allow_negative_numbers = true)]
     magnitude: Option<f64>,
     /// Longer side of the field in degrees, the shorter being 0.8 of it [default: 24.1]
     #[arg(long, allow_negative_numbers = true)]
     fov_deg: Option<f64>,
-    /// Longest separation in the pair table in degrees [default: 10, or with --fov-deg 12, less for fields below 12.5 deg]
+    /// Longest separation in the pair table in degrees [default: 10, or with --fov-deg 12, less for fields
+    /// below 12.5 deg]
     #[arg(long, allow_negative_numbers = true)]
     max_separation_deg: Option<f64>,
     /// Stars to which a rich field is thinned [default: 37, or with --fov-deg 41]
@@ -107,7 +112,7 @@ fn run(command: &Command) -> Result<(), String> {
         Command::Build(arguments) => run_build(arguments),
         Command::Inspect { file, json, fields } => {
             let contents = inspect::inspect(&read(file)?, *fields)
-                .map_err(|error| format!("{}: {}", file.display(), inspect::explain(error)))?;
+                .map_err(|error| format!("{}: {error}", file.display()))?;
             if *json {
                 println!("{}", contents.to_json());
             } else {
@@ -130,8 +135,14 @@ fn run(command: &Command) -> Result<(), String> {
 
 fn run_build(arguments: &BuildArguments) -> Result<(), String> {
     let impossible = |error: catalog_gen::BuildError| format!("{}: {error}", arguments.out.display());
-    let parameters = parameters(arguments).map_err(impossible)?;
-    let bytes = build(&source::stars(), &parameters).map_err(impossible)?;
+    let stars = source::stars();
+    let bytes = if arguments.for_flight {
+        let epoch_year = arguments.epoch.unwrap_or(DEFAULT_EPOCH_YEAR);
+        let field_deg = arguments.fov_deg.unwrap_or(REFERENCE_FIELD_DEG[0]);
+        build_for_flight(&stars, [field_deg, 0.8 * field_deg], epoch_year).map_err(impossible)?
+    } else {
+        build(&stars, &parameters(arguments).map_err(impossible)?).map_err(impossible)?
+    };
     write(&arguments.out, &bytes)?;
     eprintln!("{}: {} bytes", arguments.out.display(), bytes.len());
     Ok(())

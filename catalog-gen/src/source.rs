@@ -9,8 +9,8 @@
 //! | 12 | u32 | CRC-32 (ISO-HDLC) of every byte from offset 16 on |
 //! | 16 | n x 20 | stars by rising Hipparcos number, little-endian: Hipparcos number (u32), right ascension (u32) and declination (i32) in 2^-32 of a turn, proper motion in right ascension (times the cosine of the declination) and in declination (i16, 0.25 mas a year), V and B-V (i16, thousandths of a magnitude) |
 //!
-//! Frame ICRS, epoch J1991.25. Rounding: 0.15 mas in position, 0.125 mas a year in motion (4.4 mas in 35 years), far
-//! below the 0.1 arcsec that matters to a 4 arcsec sensor.
+//! Frame ICRS, epoch J1991.25. Rounding: 0.15 mas in position, 0.125 mas a year in motion (4.4 mas in 35
+//! years), far below the 0.1 arcsec that matters to a 4 arcsec sensor.
 
 use fsw_core::checksum::crc32;
 use thiserror::Error;
@@ -70,10 +70,10 @@ pub struct SourceStar {
 impl SourceStar {
     /// The unit vector in ICRS, seen from the Sun, at `epoch_year` (Julian year).
     ///
-    /// The star moves on a straight line in space, `r(t) = r0 + t (mu_alpha p + mu_delta q)`, normalised, where p and
-    /// q point to growing right ascension and declination (Hipparcos, vol. 1, §1.5.5, without the terms of parallax
-    /// and radial velocity). What is left out: parallax (0.3 arcsec for the nearest star below V 8) and perspective
-    /// acceleration (below 0.1 arcsec in 50 years for all but a handful of stars).
+    /// The star moves on a straight line in space, `r(t) = r0 + t (mu_alpha p + mu_delta q)`, normalised,
+    /// where p and q point to growing right ascension and declination (Hipparcos, vol. 1, §1.5.5, without the
+    /// terms of parallax and radial velocity). What is left out: parallax (0.3 arcsec for the nearest star
+    /// below V 8) and perspective acceleration (below 0.1 arcsec in 50 years for all but a handful of stars).
     pub fn direction_at(&self, epoch_year: f64) -> [f64; 3] {
         let (sin_ra, cos_ra) = libm::sincos(self.ra_deg.to_radians());
         let (sin_dec, cos_dec) = libm::sincos(self.dec_deg.to_radians());

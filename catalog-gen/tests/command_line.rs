@@ -52,6 +52,30 @@ fn the_options_of_build_reach_the_catalogue() {
 }
 
 #[test]
+fn a_flight_catalogue_of_every_lens_fits_its_flash_and_holds_as_many_stars_a_field_as_can_be() {
+    let path = temporary("flight.cat", None);
+    let path = path.to_str().unwrap();
+    for (field_deg, stars_per_field) in [("8", 7.0), ("12", 15.0), ("16", 22.0), ("24.1", 30.0), ("40", 30.0)]
+    {
+        assert!(run(&["build", "--out", path, "--for-flight", "--fov-deg", field_deg]).status.success());
+        let output = run(&["inspect", path, "--json", "--fields", "10"]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let side: f64 = field_deg.parse().unwrap();
+        let per_field = json["stars"].as_f64().unwrap() * 0.8 * side * side / 41_253.0;
+        println!("{field_deg} deg: {} stars, {} bytes", json["stars"], json["bytes"]);
+        assert!(json["bytes"].as_u64().unwrap() <= 256 * 1024);
+        assert!(per_field > stars_per_field, "{field_deg} deg: {per_field}");
+    }
+    // That of the reference camera is the embedded one.
+    assert!(run(&["build", "--out", path, "--for-flight"]).status.success());
+    assert!(std::fs::read(path).unwrap() == catalog_gen::REFERENCE);
+    for field_deg in ["7.9", "40.2"] {
+        let line = refusal(&["build", "--out", path, "--for-flight", "--fov-deg", field_deg]);
+        assert!(line.contains("must be 8 to 40 deg: give another focal length"), "{line}");
+    }
+}
+
+#[test]
 fn inspect_prints_one_json_object_and_nothing_else() {
     let path = temporary("inspect.cat", Some(catalog_gen::REFERENCE));
     let output = run(&["inspect", path.to_str().unwrap(), "--json", "--fields", "200"]);
@@ -81,7 +105,7 @@ fn bad_files_are_named_with_what_is_wrong_and_what_to_do() {
     assert!(missing.contains("no/such/file.cat: cannot be read (no such file or directory)"), "{missing}");
     assert!(inspect("cut.cat", &whole[..1000]).contains("cut.cat: was cut or extended"));
     assert!(inspect("empty.cat", &[]).contains("is not a Sextant catalogue"));
-    assert!(inspect("version.cat", &changed(4, 9)).contains("has layout version 9, this program reads 1"));
+    assert!(inspect("version.cat", &changed(4, 9)).contains("has layout version 9, this program reads 2"));
     assert!(inspect("bad.cat", &changed(5000, whole[5000] ^ 1)).contains("its checksum does not match"));
     let text = temporary("text.dat", Some(b"no stars here"));
     let out = temporary("unwritten.bin", None);

@@ -59,10 +59,9 @@ fn what_goes_in_comes_out() {
             .unit_q30
             .iter()
             .zip(original.direction)
-            .map(|(q, x)| (f64::from(*q) - x * 1024f64.powi(3)).abs());
+            .map(|(q, x)| (f64::from(*q) / 128.0 - x * 2f64.powi(23)).abs());
         assert!(error.fold(0.0, f64::max) <= 0.5);
         assert_eq!(star.proximity, original.proximity);
-        assert!((f64::from(star.magnitude_centi) - original.v * 100.0).abs() <= 0.5 + 1e-9);
         assert!((f64::from(star.colour_centi) - original.b_v * 100.0).abs() <= 0.5 + 1e-9);
     }
 }
@@ -101,7 +100,9 @@ fn the_bin_table_stays_small_and_ends_at_the_last_pair() {
         let word = |offset: usize| u32::from_le_bytes(*bytes[offset..].first_chunk().unwrap());
         let (stars, pairs, bins) = (word(16) as usize, word(20), word(24));
         assert!((1024..=2048).contains(&bins), "{bins}");
-        assert_eq!(word(64 + 20 * stars + 4 * bins as usize), pairs);
+        assert!(pairs < 65_536);
+        let last = 64 + 13 * stars + 2 * bins as usize;
+        assert_eq!(u32::from(u16::from_le_bytes([bytes[last], bytes[last + 1]])), pairs);
     }
     // The reference catalogue's bins are 25 arcsec wide.
     let tables = TableParameters { max_separation_deg: 12.0, ..TABLES };
@@ -131,7 +132,7 @@ fn a_damaged_catalogue_is_refused_whatever_the_byte() {
 fn stars_that_cannot_be_written_are_refused() {
     let good = random_stars(7, 1)[0];
     let refused = [
-        CatalogueStar { hip: 1 << 24, ..good },
+        CatalogueStar { hip: 1 << 20, ..good },
         CatalogueStar { direction: [1.0, 0.1, 0.0], ..good },
         CatalogueStar { direction: [f64::NAN, 0.0, 0.0], ..good },
     ];

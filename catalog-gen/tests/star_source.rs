@@ -1,4 +1,5 @@
-//! The embedded star source: intact, repeatable from `hip2.dat`, and right where the sky is known independently.
+//! The embedded star source: intact, repeatable from `hip2.dat`, and right where the sky is known
+//! independently.
 
 use catalog_gen::source::{self, EMBEDDED_CRC, SourceError, SourceStar};
 use catalog_gen::{hip2, source::EPOCH_YEAR};
@@ -94,7 +95,8 @@ fn the_stars_that_the_new_reduction_lacks_are_there() {
 
 #[test]
 fn known_magnitudes_are_met_to_a_tenth() {
-    // Vega, Capella (multiple), Betelgeuse (red, variable: 0.3), Regulus, UU Aur (carbon star, variable: 0.3).
+    // Vega, Capella (multiple), Betelgeuse (red, variable: 0.3), Regulus, UU Aur (carbon star, variable:
+    // 0.3).
     for (hip, v, tolerance) in [
         (91_262, 0.03, 0.1),
         (24_608, 0.08, 0.1),

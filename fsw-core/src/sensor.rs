@@ -40,7 +40,7 @@ use fsw_hal::{Clock, Detector, DetectorError, LocalTime, RateSensor, Stage, Stag
 use nalgebra::Vector3;
 pub use timekeeping::INSTANTS_US;
 use timekeeping::{Time, Timekeeper};
-pub use workspace::{MAX_BASE_SIDES, MAX_CATALOGUE_STARS, MAX_TRIANGLES, Workspace};
+pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
 
 /// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF does not vary
 /// when moving the optical center by one pixel" (thesis §3.1.2.2).
@@ -83,8 +83,6 @@ pub enum Command {
 pub enum SensorError {
     /// The parameters were refused.
     Parameters(ParameterError),
-    /// The catalogue holds more stars than [`MAX_CATALOGUE_STARS`].
-    CatalogueTooLarge,
     /// The calibration is not the one that the parameters name, or not for this detector and optical centre.
     Calibration,
 }
@@ -132,16 +130,13 @@ impl<'c> Sensor<'c> {
     /// A sensor that knows nothing yet.
     ///
     /// # Errors
-    /// Impossible parameters, or a catalogue beyond the workspace.
+    /// Impossible parameters.
     pub fn new(
         catalogue: Catalogue<'c>,
         parameters: Parameters,
         workspace: &'c mut Workspace,
     ) -> Result<Self, SensorError> {
         let (camera, star_to_earth) = parameters.check().map_err(SensorError::Parameters)?;
-        if catalogue.star_count() > MAX_CATALOGUE_STARS {
-            return Err(SensorError::CatalogueTooLarge);
-        }
         Ok(Self {
             catalogue,
             camera,

@@ -1,15 +1,15 @@
 //! From centroids to identified stars.
 //!
-//! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of rotation, merging
-//! along a side: thesis §3.1.3), [`confirm`] accepts or refuses a proposal by re-projecting the catalogue into the
-//! image,
-//! [`predict`] says which stars an attitude puts where.
+//! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of rotation,
+//! merging along a side: thesis §3.1.3), [`confirm`] accepts or refuses a proposal by re-projecting the
+//! catalogue into the image, [`predict`] says which stars an attitude puts where.
 
 pub mod agenda;
 #[cfg(test)]
 mod artificial;
 pub mod confirm;
 pub mod identify;
+mod parameters;
 pub mod polygon;
 pub mod predict;
 mod triangles;
@@ -37,7 +37,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// A star at a pixel position; `None` when position or sigma are not finite, or the sigma is not positive.
+    /// A star at a pixel position; `None` when position or sigma are not finite, or the sigma is not
+    /// positive.
     pub fn new(camera: &Camera, centre_px: [f32; 2], sigma_px: f32) -> Option<Self> {
         let direction = camera.direction(centre_px)?;
         let usable = sigma_px > 1e-4 && sigma_px < 1e3;
@@ -49,8 +50,8 @@ impl Measured {
         Self::new(camera, spot.centre_px(), spot.sigma_px())
     }
 
-    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): its row was exposed
-    /// `row_time_s` a row from the detector's middle later.
+    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): its row
+    /// was exposed `row_time_s` a row from the detector's middle later.
     pub fn at_mid_frame(self, camera: &Camera, rate_rad_s: &Vector3<f32>, row_time_s: f32) -> Option<Self> {
         let later_s = row_delay_s(camera, self.centre_px, row_time_s);
         let direction = seen_later(&self.direction, rate_rad_s, -later_s)?;
@@ -91,15 +92,16 @@ pub struct Field<'a> {
     pub catalogue: &'a Catalogue<'a>,
     /// The camera.
     pub camera: &'a Camera,
-    /// Detector area in which stars were looked for, px: the whole detector, or the cores of the windows read.
+    /// Detector area in which stars were looked for, px: the whole detector, or the cores of the windows
+    /// read.
     pub searched_px: f32,
     /// What is known of the lens, if anything.
     calibration: Option<&'a Calibration<'a>>,
 }
 
 impl<'a> Field<'a> {
-    /// Stars found on the whole detector, brightest first where brightness is known; of more than [`MAX_MEASURED`] the
-    /// first.
+    /// Stars found on the whole detector, brightest first where brightness is known; of more than
+    /// [`MAX_MEASURED`] the first.
     pub fn whole(measured: &'a [Measured], catalogue: &'a Catalogue<'a>, camera: &'a Camera) -> Self {
         Self { measured, catalogue, camera, searched_px: camera.area_px(), calibration: None }
     }
@@ -199,13 +201,13 @@ mod tests {
         let camera = camera();
         let pair = |sigma_px| {
             let seen = Measured::new(&camera, [100.0, 900.0], sigma_px).unwrap();
-            let bytes = sample::bytes(&[sample::star(&Vector3::x(), 1)], 26, 0);
+            let bytes = sample::bytes(&[sample::star(&-Vector3::x(), 1)], 26, 0);
             let catalogue = Catalogue::open(&bytes).unwrap();
             seen.paired_with(catalogue.seen(&catalogue.star(0).unwrap()), &camera)
         };
         // The reference camera has 3000 px: 0.3 px are 100 microradians.
         assert!((pair(0.3).sigma_rad - 1e-4).abs() < 1e-10);
-        assert!((pair(0.3).reference.vector() - Vector3::x()).norm() < 1e-7);
+        assert!((pair(0.3).reference.vector() + Vector3::x()).norm() < 1e-7);
         assert!(pair(0.3).measured.dot(&camera.direction([100.0, 900.0]).unwrap()) > 0.999_999);
     }
 

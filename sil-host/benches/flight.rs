@@ -8,7 +8,7 @@
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use fsw_core::modes::Mode;
 use fsw_core::sensor::Workspace;
-use sil_host::flight::{self, Density};
+use sil_host::flight;
 use sil_host::run::harness::{Flight, Second};
 use sil_host::scenario::Scenario;
 use std::path::Path;
@@ -24,10 +24,9 @@ const TRACKED_S: u32 = 20;
 /// Flies `skipped` seconds of a scenario, then hands `timed` a stopwatch of further ones in the given mode.
 fn fly(scenario: &Scenario, skipped: u32, mode: Mode, timed: impl FnOnce(&mut dyn FnMut(u32) -> Duration)) {
     let camera = flight::camera(&scenario.camera, &scenario.file).expect("an embedded scenario");
-    let bytes = flight::catalogue_bytes(&camera, Density::Brightest).expect("a catalogue");
+    let catalogue = flight::flight_catalogue(&camera, &scenario.file).expect("a catalogue");
     let mut scene = scenario.scene().expect("an embedded scenario");
     let mut workspace = Box::new(Workspace::new());
-    let catalogue = flight::open(&bytes).expect("a catalogue");
     let mut flight =
         Flight::new(scenario, &mut scene, catalogue, &mut workspace).expect("an embedded scenario");
     for _ in 0..skipped {

@@ -1,7 +1,7 @@
 //! Hands what the host knows to the flight code: cameras, calibrations, catalogues, parameters.
 //!
-//! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where it was made
-//! for such a field, else one built in memory from the same star source.
+//! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
+//! it was made for such a field, else one built in memory from the same star source.
 
 use crate::calibration::{self, Lens};
 use crate::camera_file::{CameraFile, Projection};
@@ -67,9 +67,9 @@ pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference.co
 /// Calibrations made in this program, by what they were made from; there are few, and they serve to its end.
 static MADE: Mutex<BTreeMap<u32, Option<&'static [u8]>>> = Mutex::new(BTreeMap::new());
 
-/// The calibration that a camera flies with behind these optics and before these pixels: the one its file names; else the
-/// embedded one where it was made for them; else one made now. `None` where the lens cannot be calibrated: nothing is
-/// corrected then.
+/// The calibration that a camera flies with behind these optics and before these pixels: the one its file
+/// names; else the embedded one where it was made for them; else one made now. `None` where the lens cannot
+/// be calibrated: nothing is corrected then.
 ///
 /// # Errors
 /// When the named file cannot be read or is no calibration.
@@ -154,8 +154,8 @@ pub enum Density {
     Brightest,
 }
 
-/// Stars in a field of [`Density::Brightest`]: the brightest spots of a picture are most of them, and few pairs make few
-/// false hypotheses.
+/// Stars in a field of [`Density::Brightest`]: the brightest spots of a picture are most of them, and few
+/// pairs make few false hypotheses.
 const BRIGHTEST_PER_FIELD: f64 = 14.0;
 
 /// Bytes of the catalogue that serves a camera.
@@ -164,8 +164,7 @@ const BRIGHTEST_PER_FIELD: f64 = 14.0;
 /// When no catalogue serves such a field.
 pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static, [u8]>, HostError> {
     let [width_deg, height_deg] = field_deg(camera);
-    let [reference_deg, _] = catalog_gen::parameters::REFERENCE_FIELD_DEG;
-    if (width_deg.max(height_deg) / reference_deg - 1.0).abs() <= FIELD_TOLERANCE {
+    if is_like_reference([width_deg, height_deg]) {
         return Ok(Cow::Borrowed(catalog_gen::REFERENCE));
     }
     let refuse = |error: catalog_gen::BuildError| {
@@ -181,6 +180,41 @@ pub fn catalogue_bytes(camera: &Camera, density: Density) -> Result<Cow<'static,
     catalog_gen::build(&stars, &parameters).map(Cow::Owned).map_err(refuse)
 }
 
+/// Catalogues built for flight in this program, by the field in thousandths of a degree; they serve to its
+/// end.
+static FLOWN: Mutex<BTreeMap<[u32; 2], &'static [u8]>> = Mutex::new(BTreeMap::new());
+
+/// The catalogue that a camera flies with: the embedded one where it was made for such a field, else what
+/// `catalog-gen build --for-flight` gives for it. `path` is for the message.
+///
+/// # Errors
+/// When the longer side of the field is not 8 to 40 deg.
+pub fn flight_catalogue(camera: &Camera, path: &Path) -> Result<Catalogue<'static>, HostError> {
+    let field_deg = field_deg(camera);
+    if is_like_reference(field_deg) {
+        return open(catalog_gen::REFERENCE);
+    }
+    let key = field_deg.map(|side| (side * 1e3).round() as u32);
+    let mut flown = FLOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(bytes) = flown.get(&key) {
+        return open(bytes);
+    }
+    let stars = catalog_gen::source::stars();
+    let built = catalog_gen::build_for_flight(&stars, field_deg, DEFAULT_EPOCH_YEAR);
+    let bytes = built.map_err(|error| {
+        let error = error.to_string();
+        let (what, to_do) = error.split_once("; ").unwrap_or((&error, "give another camera"));
+        HostError::input(path, None, what, to_do)
+    })?;
+    open(flown.entry(key).or_insert(Vec::leak(bytes)))
+}
+
+/// Whether the embedded catalogue serves a field.
+fn is_like_reference([width_deg, height_deg]: [f64; 2]) -> bool {
+    let [reference_deg, _] = catalog_gen::parameters::REFERENCE_FIELD_DEG;
+    (width_deg.max(height_deg) / reference_deg - 1.0).abs() <= FIELD_TOLERANCE
+}
+
 /// Bytes of the catalogue a user named, checked.
 ///
 /// # Errors
@@ -189,7 +223,7 @@ pub fn catalogue_file(path: &Path) -> Result<Cow<'static, [u8]>, HostError> {
     let bytes =
         std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
     if let Err(error) = Catalogue::open(&bytes) {
-        let explained = catalog_gen::inspect::explain(error);
+        let explained = error.to_string();
         let (what, to_do) =
             explained.split_once("; ").unwrap_or((&explained, "build it again with catalog-gen"));
         return Err(HostError::input(path, None, what, to_do));
@@ -202,6 +236,5 @@ pub fn catalogue_file(path: &Path) -> Result<Cow<'static, [u8]>, HostError> {
 /// # Errors
 /// Never for such bytes; damaged ones are refused here too.
 pub fn open(bytes: &[u8]) -> Result<Catalogue<'_>, HostError> {
-    Catalogue::open(bytes)
-        .map_err(|error| HostError::usage(catalog_gen::inspect::explain(error), "build it again"))
+    Catalogue::open(bytes).map_err(|error| HostError::usage(error.to_string(), "build it again"))
 }

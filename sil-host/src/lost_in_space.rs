@@ -1,9 +1,9 @@
-//! Feeds the flight code's identification on the host, with room for large catalogues and, where the focal length is
-//! known only roughly, one try for each of a ladder of focal lengths.
+//! Feeds the flight code's identification on the host, with room for large catalogues and, where the focal
+//! length is known only roughly, one try for each of a ladder of focal lengths.
 //!
-//! In: centroids, brightest first, a camera, a catalogue. Out: [`Solution`] or the flight code's reason. Nothing of the
-//! identification is done here: every try is [`Identifier::advance`], and the hypotheses of all tries count in the
-//! false-identification probability.
+//! In: centroids, brightest first, a camera, a catalogue. Out: [`Solution`] or the flight code's reason.
+//! Nothing of the identification is done here: every try is [`Identifier::advance`], and the hypotheses of
+//! all tries count in the false-identification probability.
 
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
@@ -17,8 +17,9 @@ const FOCAL_STEP: f64 = 0.002;
 const FOCAL_STEPS: i32 = 12;
 /// Half a step and what the lens distorts.
 const FOCAL_UNCERTAINTY: f32 = 0.001;
-/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at. The first tries a base side or two of
-/// every focal length and wins on most pictures; the fewer hypotheses were tried before, the less evidence is needed.
+/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at. The first tries a
+/// base side or two of every focal length and wins on most pictures; the fewer hypotheses were tried before,
+/// the less evidence is needed.
 const ROUNDS: [(f32, u32); 5] =
     [(0.35, 20_000), (0.35, 300_000), (0.35, 6_000_000), (0.7, 6_000_000), (1.4, 6_000_000)];
 /// Times the focal length is refined from the matched stars.
@@ -46,8 +47,8 @@ pub struct Solution {
     pub log10_false: f32,
 }
 
-/// Room for catalogues of up to 65,536 stars and 8,192 pairs a separation (3 MB).
-type HostIdentifier = Identifier<65_536, 16_384, 4_096>;
+/// Room for 8,192 catalogue pairs a separation.
+type HostIdentifier = Identifier<16_384, 16_384, 4_096>;
 
 /// The host's workspace.
 pub struct Solver {
@@ -149,7 +150,8 @@ fn ladder(camera: &Camera, focal_length: FocalLength) -> Vec<Camera> {
     focal_lengths.filter_map(|f| camera.with_focal_length(f as f32).ok()).collect()
 }
 
-/// Follows the focal length that the matched stars ask for, with a tolerance that shrinks with their residuals.
+/// Follows the focal length that the matched stars ask for, with a tolerance that shrinks with their
+/// residuals.
 fn refine(start: Solution, centroids: &[([f32; 2], f32)], catalogue: &Catalogue) -> Solution {
     let mut solution = start;
     for _ in 0..REFINEMENTS {

@@ -239,6 +239,7 @@ impl Scenario {
         let exposure = head.exposure_ms.as_ref();
         let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
         let duration_s = text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32;
+        let detector = detector::read(&text, &raw.detector)?;
         let forces = forces::read(&text, &raw.forces, start_us, duration_s)?;
         let orbit = orbit::read(&text, &raw.orbit, start_us, duration_s, &forces.orientation)?;
         Ok(Self {
@@ -260,7 +261,7 @@ impl Scenario {
             mount: mount::read(&text, &raw.mount)?,
             camera: camera(&text, &raw)?,
             imaging: optics::read(&text, &raw.optics)?,
-            detector: detector::read(&text, &raw.detector)?,
+            detector: detector.gathering(optics::light(&text, &raw.optics)?),
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
             bodies: sky::read(&text, &raw.sky)?,
             earth: earth::read(&text, &raw.earth)?,
@@ -339,7 +340,7 @@ impl Scenario {
         (settings.imaging, settings.detector) = (self.imaging, self.detector);
         (settings.bodies, settings.disturbances) = (self.bodies, self.disturbances);
         Scene::new(settings, &stars::in_year(self.start_year())).map_err(|error| {
-            let to_do = "give another camera, or other [optics]";
+            let to_do = "give a longer focal length, a smaller aperture_mm, or psf = \"gaussian\"";
             HostError::input(&self.file, None, error.to_string(), to_do)
         })
     }

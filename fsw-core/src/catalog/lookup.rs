@@ -1,27 +1,44 @@
 //! Stars by index and pairs by separation, each in O(1).
 //!
-//! The pair table is sorted by chord; a bin table holds the first pair of every bin of width `2^shift` in Q2.30, so a
-//! range of chords is two array reads. A range is answered to the bin (reference catalogue: 2^17, 25 arcsec): it holds
-//! every pair asked for and a few more, and the caller compares the exact separations it needs anyway.
+//! The pair table is sorted by chord; a bin table holds the first pair of every bin of width `2^shift` in
+//! Q2.30, so a range of chords is two array reads. A range is answered to the bin (reference catalogue: 2^17,
+//! 25 arcsec): it holds every pair asked for and a few more, and the caller compares the exact separations it
+//! needs anyway.
 
-use super::format::{Catalogue, FLAG_PROXIMITY, HIP_MASK, PAIR_BYTES, Pair, STAR_BYTES, Star};
+use super::format::{
+    COLOUR_OFFSET, COLOUR_SHIFT, Catalogue, FLAG_PROXIMITY, HIP_MASK, Pair, STAR_BYTES, Star,
+};
 use crate::frames::{Direction, Icrs};
+use core::ops::Range;
 use nalgebra::Vector3;
 
+/// Unit vector of a star's record, Q1.30.
+fn decode_unit(record: &[u8; STAR_BYTES]) -> [i32; 3] {
+    let [x0, x1, x2, y0, y1, y2, z0, z1, z2, ..] = *record;
+    // 24 bits at the top of a word, then one down: Q1.31 to Q1.30 with its sign.
+    [[0, x0, x1, x2], [0, y0, y1, y2], [0, z0, z1, z2]].map(|bytes| i32::from_le_bytes(bytes) >> 1)
+}
+
 fn decode_star(record: &[u8; STAR_BYTES]) -> Star {
-    let [x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3, i0, i1, i2, i3, m0, m1, c0, c1] = *record;
-    let id = u32::from_le_bytes([i0, i1, i2, i3]);
+    let [.., i0, i1, i2, i3] = *record;
+    let word = u32::from_le_bytes([i0, i1, i2, i3]);
     Star {
-        unit_q30: [
-            i32::from_le_bytes([x0, x1, x2, x3]),
-            i32::from_le_bytes([y0, y1, y2, y3]),
-            i32::from_le_bytes([z0, z1, z2, z3]),
-        ],
-        hip: id & HIP_MASK,
-        proximity: id & FLAG_PROXIMITY != 0,
-        magnitude_centi: i16::from_le_bytes([m0, m1]),
-        colour_centi: i16::from_le_bytes([c0, c1]),
+        unit_q30: decode_unit(record),
+        hip: word & HIP_MASK,
+        proximity: word & FLAG_PROXIMITY != 0,
+        colour_centi: (word >> COLOUR_SHIFT) as i16 - COLOUR_OFFSET,
     }
+}
+
+/// Two indices of 12 bits.
+fn short_pair([a, b, c]: &[u8; 3]) -> Pair {
+    let (a, b, c) = (u16::from(*a), u16::from(*b), u16::from(*c));
+    Pair { first: a | (b & 0xF) << 8, second: b >> 4 | c << 4 }
+}
+
+/// Two indices of 16 bits.
+fn long_pair([a0, a1, b0, b1]: &[u8; 4]) -> Pair {
+    Pair { first: u16::from_le_bytes([*a0, *a1]), second: u16::from_le_bytes([*b0, *b1]) }
 }
 
 /// Chord in Q2.30, saturating; a chord is at most 2.
@@ -40,39 +57,44 @@ impl<'a> Catalogue<'a> {
         self.stars.iter().map(decode_star)
     }
 
-    /// Sets the velocity of the observer over that of light, ICRS, at most 1e-3 (else, or when it is not finite, zero):
-    /// from then on directions are those he sees (aberration).
+    /// Sets the velocity of the observer over that of light, ICRS, at most 1e-3 (else, or when it is not
+    /// finite, zero): from then on directions are those he sees (aberration).
     pub fn set_observer_velocity(&mut self, velocity_per_c: Vector3<f32>) {
         let possible = velocity_per_c.dot(&velocity_per_c) < 1e-6;
         self.velocity = if possible { velocity_per_c } else { Vector3::new(0.0, 0.0, 0.0) };
     }
 
-    /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v` (the second is
-    /// below 0.002 arcsec for the Earth's 30 km/s).
+    /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v`
+    /// (the second is below 0.002 arcsec for the Earth's 30 km/s).
     pub fn seen(&self, star: &Star) -> Direction<Icrs> {
-        let direction = star.direction();
+        self.aberrated(&star.direction())
+    }
+
+    fn aberrated(&self, direction: &Direction<Icrs>) -> Direction<Icrs> {
         let unit = direction.vector();
         Direction::from_unit(unit + self.velocity - unit * unit.dot(&self.velocity))
     }
 
-    /// The unit vector in which the observer sees the star at `index`, ICRS; only the 12 bytes needed are decoded.
+    /// The unit vector in which the observer sees the star at `index`, ICRS: of its record only the direction
+    /// is decoded.
     pub fn unit(&self, index: u16) -> Option<Vector3<f32>> {
-        self.stars.get(usize::from(index)).map(|record| *self.seen(&decode_star(record)).vector())
+        let record = self.stars.get(usize::from(index))?;
+        Some(*self.aberrated(&Direction::from_q30(decode_unit(record))).vector())
     }
 
-    /// Bytes of the pairs whose chord lies in `[low, high]`, to the bin; empty when the range is outside the table.
-    fn range(&self, low: f32, high: f32) -> &'a [[u8; PAIR_BYTES]] {
+    /// Places in the table of the pairs whose chord lies in `[low, high]`, to the bin; empty when that is
+    /// outside the table.
+    fn range(&self, low: f32, high: f32) -> Range<usize> {
         let first_of = |bin: u32| {
             let last = self.bins.len().saturating_sub(1);
-            let entry = self.bins.get((bin as usize).min(last));
-            entry.map_or(0, |entry| u32::from_le_bytes(*entry) as usize)
+            self.bins.first_of((bin as usize).min(last)).unwrap_or(0)
         };
         if !(low <= high && high >= 0.0) {
-            return &[];
+            return 0..0;
         }
         let first_bin = chord_q30(low) >> self.bin_shift;
         let end_bin = (chord_q30(high) >> self.bin_shift).saturating_add(1);
-        self.pairs.get(first_of(first_bin)..first_of(end_bin)).unwrap_or(&[])
+        first_of(first_bin)..first_of(end_bin)
     }
 
     /// Number of pairs that [`Catalogue::pairs_between`] would give; two table reads.
@@ -82,10 +104,11 @@ impl<'a> Catalogue<'a> {
 
     /// Star pairs whose chord lies in `[low, high]`, to the bin, by rising bin.
     pub fn pairs_between(&self, low: f32, high: f32) -> impl Iterator<Item = Pair> + 'a {
-        self.range(low, high).iter().map(|[a0, a1, b0, b1]| Pair {
-            first: u16::from_le_bytes([*a0, *a1]),
-            second: u16::from_le_bytes([*b0, *b1]),
-        })
+        let range = self.range(low, high);
+        // One of the two is empty.
+        let short = self.pairs.short.get(range.clone()).unwrap_or(&[]);
+        let long = self.pairs.long.get(range).unwrap_or(&[]);
+        short.iter().map(short_pair).chain(long.iter().map(long_pair))
     }
 }
 

@@ -6,9 +6,10 @@ use nalgebra::Vector3;
 use std::vec::Vec;
 
 pub struct SampleStar {
+    /// Low 7 bits zero: the file has 24.
     pub unit_q30: [i32; 3],
-    pub id: u32,
-    pub magnitude_centi: i16,
+    pub hip: u32,
+    pub proximity: bool,
     pub colour_centi: i16,
 }
 
@@ -23,8 +24,9 @@ pub fn chord_q30(one: &SampleStar, other: &SampleStar) -> u32 {
 
 /// A star in this direction; the Hipparcos number says which it is.
 pub fn star(direction: &Vector3<f64>, hip: u32) -> SampleStar {
-    let unit_q30 = [direction.x, direction.y, direction.z].map(|x| (x * (1u32 << 30) as f64).round() as i32);
-    SampleStar { unit_q30, id: hip, magnitude_centi: hip as i16, colour_centi: 50 }
+    let q23 = |x: f64| ((x * (1u32 << 23) as f64).round() as i32).clamp(-(1 << 23), (1 << 23) - 1);
+    let unit_q30 = [direction.x, direction.y, direction.z].map(|x| q23(x) << 7);
+    SampleStar { unit_q30, hip, proximity: false, colour_centi: 50 }
 }
 
 /// Stars evenly over the sky, numbered from 1.
@@ -49,28 +51,31 @@ pub fn bytes(stars: &[SampleStar], shift: u32, max_chord_q30: u32) -> Vec<u8> {
     pairs.retain(|(chord, ..)| *chord <= max_chord_q30);
     pairs.sort_unstable();
     let bins = (max_chord_q30 >> shift) + 1;
-    let length = 64 + 20 * stars.len() as u32 + 4 * (bins + 1 + pairs.len() as u32);
+    let short = (pairs.len() < 65_536, stars.len() <= 4096);
+    let widths = (if short.0 { 2 } else { 4 }, if short.1 { 3 } else { 4 });
+    let length = 64 + 13 * stars.len() as u32 + widths.0 * (bins + 1) + widths.1 * pairs.len() as u32;
 
-    let mut bytes = b"SXTC\x01\x00\x40\x00".to_vec();
+    let mut bytes = b"SXTC\x02\x00\x40\x00".to_vec();
     let count = |items: usize| items as u32;
     let counts = [0, length, count(stars.len()), count(pairs.len()), bins, shift, max_chord_q30];
     counts.iter().for_each(|word| bytes.extend(word.to_le_bytes()));
-    // Epoch J2026.5, faintest V = 6.00, field 24.1 deg, checksum of the source.
-    [2_026_500u32, 600, 24_100, 0xDEAD_BEEF].iter().for_each(|word| bytes.extend(word.to_le_bytes()));
+    // Epoch J2026.5, V = -1.46 to 6.00, field 24.1 deg, checksum of the source.
+    [2_026_500u32, 600 | (-146i16 as u16 as u32) << 16, 24_100, 0xDEAD_BEEF]
+        .iter()
+        .for_each(|word| bytes.extend(word.to_le_bytes()));
     bytes.resize(64, 0);
     for star in stars {
-        star.unit_q30.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-        bytes.extend(star.id.to_le_bytes());
-        bytes.extend(star.magnitude_centi.to_le_bytes());
-        bytes.extend(star.colour_centi.to_le_bytes());
+        star.unit_q30.iter().for_each(|x| bytes.extend(&(x >> 7).to_le_bytes()[..3]));
+        let colour = (star.colour_centi + 512) as u32;
+        bytes.extend((star.hip | u32::from(star.proximity) << 20 | colour << 21).to_le_bytes());
     }
     for bin in 0..=bins {
-        let before = pairs.iter().filter(|(chord, ..)| chord >> shift < bin).count();
-        bytes.extend(count(before).to_le_bytes());
+        let before = count(pairs.iter().filter(|(chord, ..)| chord >> shift < bin).count());
+        bytes.extend(&before.to_le_bytes()[..widths.0 as usize]);
     }
     for (_, first, second) in pairs {
-        bytes.extend(first.to_le_bytes());
-        bytes.extend(second.to_le_bytes());
+        let pair = u32::from(first) | u32::from(second) << if short.1 { 12 } else { 16 };
+        bytes.extend(&pair.to_le_bytes()[..widths.1 as usize]);
     }
     seal(&mut bytes);
     bytes

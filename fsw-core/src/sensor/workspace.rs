@@ -12,8 +12,8 @@ use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// Most stars of an onboard catalogue.
-pub const MAX_CATALOGUE_STARS: usize = 3328;
+/// Chains of the base sides. Of the directed pairs of a separation, 100 to 500 as a rule, few share one.
+pub const BASE_SIDE_CHAINS: usize = 1024;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.
@@ -25,7 +25,7 @@ const WASHED: u32 = 4;
 const WASHED_STEP: usize = 7;
 
 /// The identifier with the capacities above.
-type OnboardIdentifier = Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>;
+type OnboardIdentifier = Identifier<BASE_SIDE_CHAINS, MAX_BASE_SIDES, MAX_TRIANGLES>;
 
 /// What the reading of an image needs.
 #[derive(Debug)]

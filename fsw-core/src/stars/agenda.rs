@@ -1,22 +1,22 @@
 //! Which base sides are tried, and in what order.
 //!
-//! In: measured stars, brightest first where brightness is known; which sides led to nothing. Out: one base side after another,
-//! for one tolerance after another: every side among the [`SEARCHED`] brightest once, but for those beyond the catalogue's
-//! range, those too short to have a direction, and those with more pairs than the workspace holds.
+//! In: measured stars, brightest first where brightness is known; which sides led to nothing. Out: one base
+//! side after another, for one tolerance after another: every side among the [`SEARCHED`] brightest once, but
+//! for those beyond the catalogue's range, those too short to have a direction, and those with more pairs
+//! than the workspace holds.
 //!
-//! Brightness tells little of which spots are stars of the catalogue: false stars, hits and edges of clouds are among the
-//! brightest. What tells is the search itself. Every star has a chance `p` to be in the catalogue, at first `chance_of` its
-//! rank. A side of two such stars is identified with probability `f`, `FOUND`, all others being tried as its corners; so
-//! after a side (i, j) without success Bayes' rule has
+//! Brightness tells little of which spots are stars of the catalogue: false stars, hits and edges of clouds
+//! are among the brightest. What tells is the search itself. Every star has a chance `p` to be in the
+//! catalogue, at first `chance_of` its rank. A side of two such stars is identified with probability `f`,
+//! `FOUND`, all others being tried as its corners; so after a side (i, j) without success Bayes' rule has
 //!
 //! `p_i <- p_i (1 - f p_j) / (1 - f p_i p_j)`, and the same of j.
 //!
-//! Next is the side whose `p_i p_j` is greatest for its cost. A bright star that is none so loses its sides to others after two
-//! or three, and of N stars, K of them true, about `N² / K²` sides are tried.
+//! Next is the side whose `p_i p_j` is greatest for its cost. A bright star that is none so loses its sides
+//! to others after two or three, and of N stars, K of them true, about `N² / K²` sides are tried.
 
 use super::Field;
-use super::identify::{IdentificationParameters, TOLERANCES};
-use super::triangles::Side;
+use super::parameters::{IdentificationParameters, Side, TOLERANCES};
 
 /// Brightest stars whose sides are tried.
 pub const SEARCHED: usize = 32;
@@ -25,15 +25,20 @@ const SIDES: usize = SEARCHED * (SEARCHED - 1) / 2;
 /// Most base sides of a whole search: all pairs of stars, for every tolerance.
 pub const MAX_SIDES: usize = TOLERANCES * SIDES;
 
-/// Probability that a side of two catalogue stars is identified: what is left is lost with a bad centroid, or with too few
-/// stars around.
+/// Probability that a side of two catalogue stars is identified: one in ten is lost to a centroid beyond
+/// three sigmas of a separation or to fewer than two other stars of the catalogue around. Below 1, so that no
+/// star's chance ever becomes 0.
 const FOUND: f32 = 0.9;
-/// Catalogue pairs for which a side counts as one, and what its corners cost, in these.
+/// Unit of a side's cost, catalogue pairs: a byte then holds up to 2,040, more than a side of the onboard
+/// identifier may have.
 const PAIRS_PER_COST: usize = 8;
+/// What looking for corners costs beside, in that unit, whatever the side: one for each of up to 30 other
+/// stars. A side with the usual 150 pairs so counts 1.6 times as much as one with almost none: likelihood
+/// decides, cost breaks near ties.
 const CORNERS_COST: f32 = 30.0;
 
-/// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first eight are, six
-/// tenths of the next twelve, three tenths of the last four.
+/// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first
+/// eight are, six tenths of the next twelve, three tenths of the last four.
 fn chance_of(rank: u8) -> f32 {
     0.6 - 0.01 * f32::from(rank)
 }
@@ -50,7 +55,8 @@ pub(super) struct Task {
 /// What is left to try.
 #[derive(Clone, Debug)]
 pub(super) struct Agenda {
-    /// What each side costs, those of star 1 first, then those of star 2 with 0 and 1, and so on; 0: not to be tried.
+    /// What each side costs, those of star 1 first, then those of star 2 with 0 and 1, and so on; 0: not to
+    /// be tried.
     costs: [u8; SIDES],
     /// Chance of each star to be in the catalogue.
     chances: [f32; SEARCHED],
@@ -71,7 +77,8 @@ impl Agenda {
         self.step.min(TOLERANCES - 1)
     }
 
-    /// The next base side, or `None` when all have been given. `capacity` bounds the directed catalogue pairs of a side.
+    /// The next base side, or `None` when all have been given. `capacity` bounds the directed catalogue pairs
+    /// of a side.
     pub fn next(
         &mut self,
         field: &Field,

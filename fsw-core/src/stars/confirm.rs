@@ -1,16 +1,17 @@
 //! Accepts or refuses an attitude hypothesis by re-projection.
 //!
-//! In: an attitude that a few stars suggested, the measured stars, the catalogue. The brightest catalogue stars of the
-//! field are projected onto the detector and matched, brightest first, with the one measured star inside a radius that
-//! shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out: matches,
-//! attitude, and the odds that as many agree by chance.
+//! In: an attitude that a few stars suggested, the measured stars, the catalogue. The brightest catalogue
+//! stars of the field are projected onto the detector and matched, brightest first, with the one measured
+//! star inside a radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all
+//! matches. Out: matches, attitude, and the odds that as many agree by chance.
 //!
-//! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars, measured or
-//! projected) would find one of the longer (of M) inside the capture radius `ρ` with probability `p = M π ρ² / A` on a
-//! detector of area A. Of them n matched; the two that fixed the hypothesis are no evidence for it, so the chance of this
-//! hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were
-//! tried and of the tests made (see [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted,
-//! so that its area covers the whole region in which polygon and matching would have accepted a star.
+//! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars,
+//! measured or projected) would find one of the longer (of M) inside the capture radius `ρ` with probability
+//! `p = M π ρ² / A` on a detector of area A. Of them n matched; the two that fixed the hypothesis are no
+//! evidence for it, so the chance of this hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ²
+//! / A)`, times the number of hypotheses that were tried and of the tests made (see [`BRIGHTEST`] and
+//! [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area covers the whole
+//! region in which polygon and matching would have accepted a star.
 
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::{Field, MAX_MEASURED, Measured};
@@ -22,11 +23,12 @@ use heapless::Vec;
 /// Matching and solving are repeated this often, the radius shrinking from 2 to 1 tolerances.
 pub const ROUNDS: usize = 3;
 
-/// The test for chance is made with so many of the brightest on either side, and the best is taken: where brightness is
-/// known, faint noise does not drown the few stars there are.
+/// The test for chance is made with so many of the brightest on either side, and the best is taken: where
+/// brightness is known, faint noise does not drown the few stars there are.
 pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
-/// ... and with the matches inside these shares of the tolerance: where centroids are better than the tolerance allows,
-/// that is evidence too. The last is for calibrated lenses: each test that cannot help costs the others.
+/// ... and with the matches inside these shares of the tolerance: where centroids are better than the
+/// tolerance allows, that is evidence too. The last is for calibrated lenses: each test that cannot help
+/// costs the others.
 pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// Most stars of [`expected_stars`].
@@ -50,8 +52,8 @@ pub struct Match {
 pub struct Confirmed {
     /// Attitude from all matches but the proximity-flagged.
     pub attitude: Rotation<Icrs, StarPath>,
-    /// Standard deviations of the attitude about x, y, z of the star path, rad: those that the centroids' own sigmas
-    /// give (eq. 3.27), scaled by what the residuals say of these sigmas.
+    /// Standard deviations of the attitude about x, y, z of the star path, rad: those that the centroids' own
+    /// sigmas give (eq. 3.27), scaled by what the residuals say of these sigmas.
     pub sigma_rad: [f32; 3],
     /// Measured stars with their names, brightest catalogue star first.
     pub matches: Vec<Match, MAX_FIELD_STARS>,
@@ -67,8 +69,9 @@ pub struct Confirmed {
 
 /// Common logarithm of the binomial tail `P(X >= hits | trials, p)`; 0 (certainty) when p is no probability.
 ///
-/// Error below 1.5e-4 (9e-6 of the logarithm) for every number of trials up to [`MAX_FIELD_STARS`]` - 2`, p from 1e-9 to
-/// 0.999 (test `the_chance_of_a_match_is_the_exact_binomial_tail`); of more trials not all terms are summed.
+/// Error below 1.5e-4 (9e-6 of the logarithm) for every number of trials up to [`MAX_FIELD_STARS`]` - 2`, p
+/// from 1e-9 to 0.999 (test `the_chance_of_a_match_is_the_exact_binomial_tail`); of more trials not all terms
+/// are summed.
 pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     if hits == 0 || !(p > 0.0 && p < 1.0) {
         return 0.0;
@@ -89,8 +92,8 @@ pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     (first + libm::log10f(series)).min(0.0)
 }
 
-/// The one measured star within `radius_px` of a position, with its offset; `None` when there is none, or more than one:
-/// which of two close stars carries the name would be a guess.
+/// The one measured star within `radius_px` of a position, with its offset; `None` when there is none, or
+/// more than one: which of two close stars carries the name would be a guess.
 fn only_star_near([x, y]: [f32; 2], measured: &[Measured], radius_px: f32) -> Option<(u8, [f32; 2])> {
     let mut only = None;
     for (index, seen) in (0u8..).zip(measured) {
@@ -102,7 +105,8 @@ fn only_star_near([x, y]: [f32; 2], measured: &[Measured], radius_px: f32) -> Op
     only
 }
 
-/// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that claims it.
+/// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that
+/// claims it.
 fn match_stars(
     expected: &[Predicted],
     field: &Field,
@@ -130,12 +134,15 @@ fn match_stars(
     matches
 }
 
-/// Residuals beyond so many sigmas are taken for what they are: a proton, a hot pixel or a neighbour in the star's image.
+/// Residuals beyond so many sigmas are taken for what they are: a proton, a hot pixel or a neighbour in the
+/// star's image.
 const DOUBTFUL_SIGMAS: f32 = 2.0;
-/// ... and those beyond so many say nothing of the others' sigmas; of good ones chance brings 1 in 3,000 there.
+/// ... and those beyond so many say nothing of the others' sigmas; of good ones chance brings 1 in 3,000
+/// there.
 const OUTLYING_SIGMAS: f32 = 4.0;
 
-/// Sigma of a centroid, or what its residual says of it where that is beyond `sigmas` of it: the weight of an outlier is bounded.
+/// Sigma of a centroid, or what its residual says of it where that is beyond `sigmas` of it: the weight of an
+/// outlier is bounded.
 fn doubted_sigma_px(found: &Match, seen: &Measured, sigmas: f32) -> f32 {
     let [dx, dy] = found.residual_px;
     seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
@@ -156,8 +163,8 @@ fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, 
     pairs
 }
 
-/// The brightest stars, at most [`MAX_FEW`], that are measured where an attitude expects them, within `radius_px`, and what
-/// each says: where too few are seen for an attitude of their own.
+/// The brightest stars, at most [`MAX_FEW`], that are measured where an attitude expects them, within
+/// `radius_px`, and what each says: where too few are seen for an attitude of their own.
 pub fn expected_stars(
     attitude: &Rotation<Icrs, StarPath>,
     field: &Field,
@@ -176,7 +183,8 @@ pub fn expected_stars(
         .collect()
 }
 
-/// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others suffice.
+/// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others
+/// suffice.
 fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
         let pairs = vector_pairs(matches, field, all);
@@ -213,8 +221,9 @@ fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
 /// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
 const PRIOR_RESIDUALS: f32 = 10.0;
 
-/// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at once; smaller
-/// ones only as far as there are many, because few are small by luck, and not of a calibrated lens, whose sigmas are known.
+/// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at
+/// once; smaller ones only as far as there are many, because few are small by luck, and not of a calibrated
+/// lens, whose sigmas are known.
 fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
         let seen = field.measured().get(usize::from(found.measured));
@@ -232,8 +241,8 @@ fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
     if field.is_calibrated() { 1.0 } else { libm::sqrtf(weighted) }
 }
 
-/// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with the
-/// [`BRIGHTEST`] and [`RADII`], times the number of different ones.
+/// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with
+/// the [`BRIGHTEST`] and [`RADII`], times the number of different ones.
 fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &Field) -> f32 {
     let radii = RADII.get(..RADII.len() - usize::from(!field.is_calibrated())).unwrap_or(&RADII);
     let measured = field.measured().len();
@@ -250,7 +259,8 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &F
                     && dx * dx + dy * dy < within_px * within_px
             });
             let hits = beyond_two(hits.count()) as u32;
-            // Each star of the shorter list may meet any of the longer: the exact tail either way, less loose this way.
+            // Each star of the shorter list may meet any of the longer: the exact tail either way, less loose
+            // this way.
             let (ours, theirs) = (beyond_two(expected.min(brightest)), beyond_two(measured.min(brightest)));
             let chance = capture_share * ours.max(theirs) as f32;
             best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance));
@@ -261,14 +271,15 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &F
     (best + libm::log10f((radii.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
 }
 
-/// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer than
-/// three stars match or the matches fix no attitude.
+/// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer
+/// than three stars match or the matches fix no attitude.
 pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
     let expected = field_stars(field.catalogue, field.camera, hypothesis)?;
     confirm_among(&expected, hypothesis, field, tolerance_px)
 }
 
-/// The same where the catalogue stars that are to be expected are known already, brightest first; only their names count.
+/// The same where the catalogue stars that are to be expected are known already, brightest first; only their
+/// names count.
 pub fn confirm_among(
     expected: &[Predicted],
     hypothesis: &Rotation<Icrs, StarPath>,
@@ -321,11 +332,11 @@ fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> 
     expected.iter().filter(|star| near(star.centre_px)).count()
 }
 
-/// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars than chance
-/// does.
+/// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars
+/// than chance does.
 ///
-/// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be small, with
-/// a biased attitude and sigmas that believe it.
+/// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be
+/// small, with a biased attitude and sigmas that believe it.
 pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirmed {
     let Some(expected) = field_stars(field.catalogue, field.camera, &confirmed.attitude) else {
         return confirmed;

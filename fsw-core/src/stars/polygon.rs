@@ -1,4 +1,5 @@
-//! Polygons of measured and catalogue stars that agree in all their separations (thesis §3.1.3, steps 4 and 5).
+//! Polygons of measured and catalogue stars that agree in all their separations (thesis §3.1.3, steps 4 and
+//! 5).
 
 use crate::order::settle_last;
 use heapless::Vec;

@@ -1,7 +1,7 @@
 //! Which catalogue stars an attitude puts on the detector, and where.
 //!
-//! In: attitude, camera, catalogue. Out: stars with their pixel positions, brightest first. One pass over the catalogue
-//! with one dot product a star; only those inside the detector's circumscribed cone are projected.
+//! In: attitude, camera, catalogue. Out: stars with their pixel positions, brightest first. One pass over the
+//! catalogue with one dot product a star; only those inside the detector's circumscribed cone are projected.
 
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
@@ -10,11 +10,12 @@ use heapless::Vec;
 
 /// Most catalogue stars projected; of more, the brightest.
 pub const MAX_FIELD_STARS: usize = 48;
-/// The cone is wider by this than the corners' cosine says: in a field narrower than 0.3 deg rounding of the cosine alone
-/// would lose stars in the corners.
+/// The cone is wider by this than the corners' cosine says: in a field narrower than 0.3 deg rounding of the
+/// cosine alone would lose stars in the corners.
 const COSINE_ROUNDING: f32 = 1e-6;
 
-/// Aberration moves a direction by no more than this (the catalogue takes no observer that is faster), and rounding.
+/// Aberration moves a direction by no more than this (the catalogue takes no observer that is faster), and
+/// rounding.
 const MOST_ABERRATION: f32 = 1.001e-3;
 
 /// A catalogue star that should be on the detector.
@@ -26,7 +27,8 @@ pub struct Predicted {
     pub centre_px: [f32; 2],
 }
 
-/// Cosine of the angle from the detector's middle to its farthest corner, and a little more; the middle's direction.
+/// Cosine of the angle from the detector's middle to its farthest corner, and a little more; the middle's
+/// direction.
 fn circumscribed_cone(camera: &Camera) -> Option<(f32, Direction<StarPath>)> {
     let middle = camera.direction(camera.middle_px())?;
     let cosine = camera.corners_px().into_iter().try_fold(1.0f32, |least, corner| {

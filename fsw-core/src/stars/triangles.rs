@@ -1,34 +1,33 @@
 //! Catalogue triangles for measured triangles that share one side (thesis §3.1.3, steps 1 to 3).
 //!
-//! In: a measured base side (i, j), then one measured star k after another. Out: hits, each saying that catalogue star
-//! r may be k if the base side is the catalogue pair (p, q).
+//! In: a measured base side (i, j), then one measured star k after another. Out: hits, each saying that
+//! catalogue star r may be k if the base side is the catalogue pair (p, q).
 //!
-//! The catalogue pairs of the base side are kept as chained lists by their first star p, in both directions (a pair
-//! may lie either way round). For a star k, every catalogue pair (p, r) that fits the side (i, k) is looked up in the
-//! chain of p; each q found there proposes the triangle (p, q, r), which stays when |qr| fits the side (j, k) and its
-//! sense of rotation is that of the measured triangle. Where fewer pairs fit the side (j, k), or (i, k) is beyond the
-//! catalogue's range, the pairs (q, r) are looked up instead: the chain of q holds the base sides turned round. Work per star k:
-//! one pass over the pairs of one side.
+//! The catalogue pairs of the base side are kept in both directions (a pair may lie either way round), one
+//! beside the other: the entry of (q, p) is that of (p, q) with its last bit changed. Entries whose first
+//! stars agree modulo `CHAINS` are chained. For a star k, every catalogue pair (p, r) that fits the side (i,
+//! k) is looked up in the chain of p; each q found there proposes the triangle (p, q, r), which stays when
+//! |qr| fits the side (j, k) and its sense of rotation is that of the measured triangle. Where fewer pairs
+//! fit the side (j, k), or (i, k) is beyond the catalogue's range, the pairs (q, r) are looked up instead.
+//! Work per star k: one pass over the pairs of one side.
 
+use super::parameters::Side;
 use crate::catalog::Catalogue;
 use heapless::Vec;
 use nalgebra::Vector3;
 
 /// End of a chain.
 const NONE: u16 = u16::MAX;
-/// In place of the last k: no corner yet, and: out of the ranking, where later corners shall not bring it back.
+/// In place of the last k: no corner yet.
 const NO_CORNER: u8 = u8::MAX;
-const DISCARDED: u8 = u8::MAX - 1;
+/// In place of the last k: proposed and refused, it takes no more corners.
+const REJECTED: u8 = u8::MAX - 1;
 
 /// A catalogue pair taken as the base side, in one of its two directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BaseSide {
-    /// Catalogue star for the measured star i.
-    pub p: u16,
-    /// Catalogue star for the measured star j.
-    pub q: u16,
-    /// Squared difference of the separations, in squared tolerances.
-    pub square_error: f32,
+    /// Catalogue star for the measured star i; that for j is the `p` of the entry beside.
+    p: u16,
     next: u16,
     /// Measured stars k for which a triangle was found.
     pub corners: u8,
@@ -40,44 +39,20 @@ pub(super) struct BaseSide {
 pub(super) struct Hit {
     /// Index of the base side.
     pub side: u16,
-    /// Index of the measured star k.
-    pub k: u8,
     /// Catalogue star for k.
     pub r: u16,
-    /// Squared differences of the two sides at r, summed, in squared tolerances.
-    pub square_error: f32,
+    /// Index of the measured star k.
+    pub k: u8,
 }
 
-/// Chained lists of base sides and the hits upon them; `STARS` bounds the catalogue, `SIDES` the directed pairs of a
-/// base side.
+/// The base sides in `CHAINS` chains and the hits upon them; `SIDES` bounds the directed pairs of a base
+/// side. A catalogue may hold any number of stars: with more than `CHAINS` some share a chain.
 #[derive(Clone, Debug)]
-pub(super) struct Triangles<const STARS: usize, const SIDES: usize, const HITS: usize> {
-    /// First base side of each catalogue star.
-    heads: Vec<u16, STARS>,
+pub(super) struct Triangles<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
+    /// First base side of each chain.
+    heads: Vec<u16, CHAINS>,
     pub sides: Vec<BaseSide, SIDES>,
     pub hits: Vec<Hit, HITS>,
-}
-
-/// A measured side: its chord and the half width of the band in which catalogue chords fit.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Side {
-    pub chord: f32,
-    pub tolerance: f32,
-}
-
-impl Side {
-    pub fn low(&self) -> f32 {
-        self.chord - self.tolerance
-    }
-    pub fn high(&self) -> f32 {
-        self.chord + self.tolerance
-    }
-    /// Squared error in tolerances, if it fits.
-    pub fn fit(&self, chord: f32) -> Option<f32> {
-        let error = (chord - self.chord) / self.tolerance;
-        let square = error * error;
-        if square <= 1.0 { Some(square) } else { None }
-    }
 }
 
 /// A measured star k with its sides to the base stars i and j.
@@ -92,13 +67,15 @@ pub(super) struct Corner {
     pub sense: f32,
 }
 
-/// Six times the volume spanned by three directions, from differences so that small triangles keep their digits.
+/// Six times the volume spanned by three directions, from differences so that small triangles keep their
+/// digits.
 pub(super) fn triple_product(a: &Vector3<f32>, b: &Vector3<f32>, c: &Vector3<f32>) -> f32 {
     (b - a).cross(&(c - a)).dot(a)
 }
 
-impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS, SIDES, HITS> {
+impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAINS, SIDES, HITS> {
     pub const fn new() -> Self {
+        const { assert!(CHAINS.is_power_of_two(), "the chain of a star is the low bits of its index") };
         const { assert!(SIDES.is_multiple_of(2), "the two directions of a pair stand side by side") };
         Self { heads: Vec::new(), sides: Vec::new(), hits: Vec::new() }
     }
@@ -107,7 +84,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
     pub fn begin(&mut self, catalogue: &Catalogue, side: &Side) {
         self.heads.clear();
         // Not beyond the capacity: this cannot fail.
-        let _ = self.heads.resize(catalogue.star_count().min(STARS), NONE);
+        let _ = self.heads.resize(CHAINS, NONE);
         self.sides.clear();
         self.hits.clear();
         for pair in catalogue.pairs_between(side.low(), side.high()) {
@@ -115,14 +92,13 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
             else {
                 continue;
             };
-            let Some(square_error) = side.fit((first - second).norm()) else { continue };
-            // Both directions or none, so that they stand side by side.
-            if usize::from(pair.first.max(pair.second)) >= STARS {
+            if side.fit((first - second).norm()).is_none() {
                 continue;
             }
-            for (p, q) in [(pair.first, pair.second), (pair.second, pair.first)] {
-                let Some(head) = self.heads.get_mut(usize::from(p)) else { continue };
-                let entry = BaseSide { p, q, square_error, next: *head, corners: 0, last_k: NO_CORNER };
+            // Both directions or none: the number of entries is even.
+            for p in [pair.first, pair.second] {
+                let Some(head) = self.heads.get_mut(usize::from(p) % CHAINS) else { continue };
+                let entry = BaseSide { p, next: *head, corners: 0, last_k: NO_CORNER };
                 if self.sides.push(entry).is_ok() {
                     *head = (self.sides.len() - 1) as u16;
                 }
@@ -130,23 +106,29 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         }
     }
 
-    /// Adds the triangles that the measured star `corner.k` closes, and gives the most corners that any base side has now.
+    /// The catalogue stars p and q of a base side.
+    pub fn stars_of(&self, side: u16) -> Option<(u16, u16)> {
+        let star = |side: u16| self.sides.get(usize::from(side)).map(|base| base.p);
+        Some((star(side)?, star(side ^ 1)?))
+    }
+
+    /// Adds the triangles that the measured star `corner.k` closes, and gives the most corners that any base
+    /// side has now.
     pub fn add(&mut self, catalogue: &Catalogue, corner: &Corner) -> u8 {
         let mut most = 0;
         let reach = if corner.by_j { &corner.to_j } else { &corner.to_i };
         for pair in catalogue.pairs_between(reach.low(), reach.high()) {
             for (p, r) in [(pair.first, pair.second), (pair.second, pair.first)] {
-                let mut side = self.heads.get(usize::from(p)).copied().unwrap_or(NONE);
-                if side == NONE {
-                    continue;
-                }
-                let Some(unit_r) = catalogue.unit(r) else { continue };
+                let mut side = self.heads.get(usize::from(p) % CHAINS).copied().unwrap_or(NONE);
                 // A chain is no longer than the list of sides.
                 for _ in 0..SIDES {
-                    let Some(next) = self.sides.get(usize::from(side)).map(|base| base.next) else { break };
-                    // The same pair turned round stands beside it.
-                    let meant = if corner.by_j { side ^ 1 } else { side };
-                    most = most.max(self.close(catalogue, corner, meant, (r, &unit_r)));
+                    let Some(base) = self.sides.get(usize::from(side)) else { break };
+                    let next = base.next;
+                    if base.p == p {
+                        // Looked up by its q, the pair is meant the other way round.
+                        let meant = if corner.by_j { side ^ 1 } else { side };
+                        most = most.max(self.close(catalogue, corner, meant, r));
+                    }
                     side = next;
                 }
             }
@@ -154,28 +136,25 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         most
     }
 
-    /// Records the triangle of a base side and `r` if it fits; gives the corners of the base side then, else 0.
-    fn close(
-        &mut self,
-        catalogue: &Catalogue,
-        corner: &Corner,
-        side: u16,
-        (r, unit_r): (u16, &Vector3<f32>),
-    ) -> u8 {
+    /// Records the triangle of a base side and `r` if it fits; gives the corners of the base side then, else
+    /// 0.
+    fn close(&mut self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) -> u8 {
+        let Some((p, q)) = self.stars_of(side) else { return 0 };
         let Some(base) = self.sides.get_mut(usize::from(side)) else { return 0 };
         // Where stars stand nearer than the tolerance the third could be one of the two.
-        if base.p == r || base.q == r || base.last_k == DISCARDED {
+        if p == r || q == r || base.last_k == REJECTED {
             return 0;
         }
-        let Some(unit_q) = catalogue.unit(base.q) else { return 0 };
-        let Some(error_j) = corner.to_j.fit((unit_q - unit_r).norm()) else { return 0 };
-        let Some(unit_p) = catalogue.unit(base.p) else { return 0 };
-        let Some(error_i) = corner.to_i.fit((unit_p - unit_r).norm()) else { return 0 };
-        if corner.sense * triple_product(&unit_p, &unit_q, unit_r) < 0.0 {
+        let [Some(unit_p), Some(unit_q), Some(unit_r)] = [p, q, r].map(|star| catalogue.unit(star)) else {
+            return 0;
+        };
+        if corner.to_j.fit((unit_q - unit_r).norm()).is_none()
+            || corner.to_i.fit((unit_p - unit_r).norm()).is_none()
+            || corner.sense * triple_product(&unit_p, &unit_q, &unit_r) < 0.0
+        {
             return 0;
         }
-        let hit = Hit { side, k: corner.k, r, square_error: error_i + error_j };
-        if self.hits.push(hit).is_ok() && base.last_k != corner.k {
+        if self.hits.push(Hit { side, k: corner.k, r }).is_ok() && base.last_k != corner.k {
             base.last_k = corner.k;
             base.corners = base.corners.saturating_add(1);
         }
@@ -183,6 +162,7 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
     }
 
     /// The base side with the most corners, the first of equals, if it has `least`.
+    #[inline(never)]
     pub fn best(&self, least: u8) -> Option<u16> {
         let mut best: Option<(u16, u8)> = None;
         for (index, side) in (0u16..).zip(&self.sides) {
@@ -193,11 +173,11 @@ impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS,
         best.map(|(index, _)| index)
     }
 
-    /// Takes a base side out of the ranking.
-    pub fn discard(&mut self, side: u16) {
+    /// Takes a base side out of the ranking for good.
+    pub fn reject(&mut self, side: u16) {
         if let Some(side) = self.sides.get_mut(usize::from(side)) {
             side.corners = 0;
-            side.last_k = DISCARDED;
+            side.last_k = REJECTED;
         }
     }
 }

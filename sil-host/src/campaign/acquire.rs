@@ -13,7 +13,7 @@ use super::lines::LinesFile;
 use super::progress;
 use crate::cli::CampaignAcquireArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
-use crate::flight::{self, Density};
+use crate::flight;
 use crate::json;
 use crate::judge::arcsec;
 use crate::run::harness::{Flight, truth_of};
@@ -22,6 +22,7 @@ use crate::world::attitude::{apply, matrix};
 use crate::world::noise::{Noise, Stream};
 use crate::world::pointing::{Mount, rotation};
 use crate::world::scene::{Scene, SensorState};
+use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::Workspace;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -94,7 +95,7 @@ fn satellite(
 /// Flies a run.
 fn fly(
     base: &Scenario,
-    catalogue_bytes: &[u8],
+    catalogue: Catalogue<'static>,
     seed: u64,
     run: u64,
     workspace: &mut Workspace,
@@ -112,7 +113,7 @@ fn fly(
         sigma_arcsec: None,
         stars: 0,
     };
-    let mut flight = Flight::new(&scenario, &mut scene, flight::open(catalogue_bytes)?, workspace)?;
+    let mut flight = Flight::new(&scenario, &mut scene, catalogue, workspace)?;
     // The self-test has the first second.
     for cycle in 0..=CYCLES {
         flight.second(|second| {
@@ -223,7 +224,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
     let seed = arguments.common.seed;
     let base = Scenario::parse(Path::new("the satellite of the campaign"), TEXT)?;
     let camera = flight::camera(&base.camera, &base.file)?;
-    let catalogue_bytes = flight::catalogue_bytes(&camera, Density::Brightest)?;
+    let catalogue = flight::flight_catalogue(&camera, &base.file)?;
     let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
     let wanted = 0..arguments.runs;
     let mut done: BTreeMap<u64, Run> = held
@@ -240,7 +241,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
         .map_init(
             || Box::new(Workspace::new()),
             |workspace, run| {
-                let flown = fly(&base, &catalogue_bytes, seed, run, workspace)?;
+                let flown = fly(&base, catalogue, seed, run, workspace)?;
                 file.add(&flown)?;
                 bar.inc(1);
                 Ok(flown)

@@ -203,9 +203,9 @@ pub fn fly(
     mut listen: impl FnMut(Second<'_>) -> Result<(), HostError>,
 ) -> Result<(), HostError> {
     let camera = flight::camera(&scenario.camera, &scenario.file)?;
-    let catalogue_bytes = flight::catalogue_bytes(&camera, flight::Density::Brightest)?;
+    let catalogue = flight::flight_catalogue(&camera, &scenario.file)?;
     let mut workspace = Box::new(Workspace::new());
-    let mut flight = Flight::new(scenario, scene, flight::open(&catalogue_bytes)?, &mut workspace)?;
+    let mut flight = Flight::new(scenario, scene, catalogue, &mut workspace)?;
     for _ in 0..scenario.duration_s {
         flight.second(&mut listen)?;
     }

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `psf` | `"lens"` | star images traced through the lens, or `"gaussian"` |
 //! | `psf_sigma_px` | 0.9 | width of the Gaussian; only with `"gaussian"` |
-//! | `aperture_mm` | 10 | entrance pupil of the lens (the flux is that of 10 mm whatever it says); only with `"lens"` |
+//! | `aperture_mm` | 10 | entrance pupil: the flux goes with its area; with `"lens"` also the images |
 //! | `defocus_mm` | -0.06 | detector against the best focus, negative behind it; only with `"lens"` |
 //! | `pixel_pitch_um` | 7.5 | side of a pixel; with the focal length in pixels it gives the lens its size |
 //! | `star_colours` | true | light and image after B-V; else every star is white |
@@ -60,6 +60,19 @@ enum RawShutter {
     Rolling,
 }
 
+/// Diameter of the entrance pupil for which the detector's flux is given, mm.
+const FLUX_APERTURE_MM: f64 = 10.0;
+
+fn aperture_mm(text: &Text<'_>, raw: &RawOptics) -> Result<f64, HostError> {
+    text.number("optics.aperture_mm", raw.aperture_mm.as_ref(), FLUX_APERTURE_MM, (0.1, 1000.0))
+}
+
+/// Area of the entrance pupil over that for which the detector's flux is given.
+pub(super) fn light(text: &Text<'_>, raw: &RawOptics) -> Result<f64, HostError> {
+    let diameters = aperture_mm(text, raw)? / FLUX_APERTURE_MM;
+    Ok(diameters * diameters)
+}
+
 /// Reads the table.
 pub(super) fn read(text: &Text<'_>, raw: &RawOptics) -> Result<ImagingModel, HostError> {
     let number = |key: &str, value: &Option<Spanned<f64>>, default, range| {
@@ -71,7 +84,6 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOptics) -> Result<ImagingModel, Hos
     // A key that would say nothing is a mistake.
     let idle = [
         ("psf_sigma_px", &raw.psf_sigma_px, psf == RawPsf::Gaussian, "psf = \"gaussian\""),
-        ("aperture_mm", &raw.aperture_mm, psf == RawPsf::Lens, "psf = \"lens\""),
         ("defocus_mm", &raw.defocus_mm, psf == RawPsf::Lens, "psf = \"lens\""),
         ("corner_loss", &raw.corner_loss, vignetting, "vignetting = true"),
         ("row_time_us", &raw.row_time_us, shutter == RawShutter::Rolling, "shutter = \"rolling\""),
@@ -92,7 +104,7 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOptics) -> Result<ImagingModel, Hos
             PsfModel::Gaussian { sigma_px: number("psf_sigma_px", &raw.psf_sigma_px, 0.9, Psf::SIGMA_PX)? }
         }
         RawPsf::Lens => PsfModel::Lens(LensModel {
-            aperture_mm: number("aperture_mm", &raw.aperture_mm, 10.0, (0.1, 1000.0))?,
+            aperture_mm: aperture_mm(text, raw)?,
             defocus_mm: number("defocus_mm", &raw.defocus_mm, -0.06, (-5.0, 5.0))?,
         }),
     };

@@ -75,6 +75,11 @@ impl DetectorModel {
         Self { response: PixelResponse::LShape, pattern: PatternModel::REFERENCE, ..Self::default() }
     }
 
+    /// The same behind an entrance pupil so many times as large.
+    pub fn gathering(self, light: f64) -> Self {
+        Self { zero_magnitude_e_s: self.zero_magnitude_e_s * light, ..self }
+    }
+
     /// Electrons a second of a star of magnitude `v` and B-V = 0.
     pub fn star_e_s(&self, v: f64) -> f64 {
         self.zero_magnitude_e_s * self.throughput * libm::pow(10.0, -0.4 * v)

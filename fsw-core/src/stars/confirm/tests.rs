@@ -116,9 +116,8 @@ impl Scene {
             .enumerate()
             .map(|(index, [x, y])| {
                 let seen = Vector3::new((x - 511.5) / 3889.0, (y - 511.5) / 3889.0, 1.0).normalize();
-                let flag = if proximity(index) { 1 << 24 } else { 0 };
                 let star = sample::star(&(look.transpose() * seen), index as u32 + 1);
-                sample::SampleStar { id: star.id | flag, ..star }
+                sample::SampleStar { proximity: proximity(index), ..star }
             })
             .collect();
         let spot = |(index, at): (u16, &[f64; 2])| Spot { centre_px: *at, star: Some(index) };
@@ -239,8 +238,8 @@ fn false_attitudes_are_no_more_frequent_than_the_chance_they_state() {
 fn few_stars_beyond_the_two_of_a_false_hypothesis_fit_no_more_often_than_stated() {
     let mut generator = Generator::new(76);
     const TRIALS: usize = 20_000;
-    // Two stars of the picture fit by construction, as a base side does, within the errors that a side may have; the
-    // others stand anywhere. Wide radii, so that there is something to count.
+    // Two stars of the picture fit by construction, as a base side does, within the errors that a side may
+    // have; the others stand anywhere. Wide radii, so that there is something to count.
     for (stars, measured, tolerance_px) in [(8, 4, 40.0), (8, 5, 40.0), (12, 6, 25.0), (12, 9, 25.0)] {
         let mut frequency = [0usize; 4];
         let mut scene = Scene::of(&mut generator, stars);

@@ -1,15 +1,15 @@
 use super::*;
-use crate::camera::CameraParameters;
+use crate::camera::{Camera, CameraParameters};
 use crate::catalog::{Catalogue, sample};
 use crate::oracle::Generator;
-use crate::stars::MAX_MEASURED;
 use crate::stars::artificial::{Picture, SKY, Spot, camera, camera_parameters, false_star};
 use crate::stars::polygon::KEPT_POLYGONS;
+use crate::stars::{MAX_MEASURED, Measured};
 use std::collections::BTreeSet;
 use std::vec::Vec as List;
 
 /// As large as flight's.
-type Search = Identifier<3328, 1536, 2048>;
+type Search = Identifier<1024, 1536, 2048>;
 
 /// All in one call.
 fn search(measured: &[Measured], camera: &Camera) -> Progress {
@@ -49,7 +49,8 @@ impl Tally {
             (0..picture.spots.len().min(MAX_MEASURED) as u8).filter(|seen| star_of(*seen).is_some());
         self.unnamed += true_stars.filter(|seen| !named.contains(seen)).count();
         let error = picture.error_of(&confirmed.attitude);
-        // A pixel is 2.6e-4 rad: twenty across and 0.7 degrees about the line of sight are beyond any noise here.
+        // A pixel is 2.6e-4 rad: twenty across and 0.7 degrees about the line of sight are beyond any noise
+        // here.
         self.wrong_attitudes += usize::from(error.xy().norm() > 5e-3 || error.z.abs() > 12e-3);
         let in_sigmas = error.iter().zip(confirmed.sigma_rad).map(|(error, sigma)| error / f64::from(sigma));
         let chi_square = in_sigmas.map(|error| error * error).sum::<f64>();
@@ -384,7 +385,8 @@ fn a_tolerance_is_three_sigmas_of_the_difference_of_two_stars() {
     assert!((side.tolerance - (4.242_64 / 3889.0 + 2e-4 * chord)).abs() < 1e-8);
 }
 
-/// Holds every side of a polygon against the tolerance, in f64; gives the mean square of the errors in tolerances.
+/// Holds every side of a polygon against the tolerance, in f64; gives the mean square of the errors in
+/// tolerances.
 fn mean_square_error(polygon: &Polygon, field: &Field, sigma_px: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (at, (one_seen, one_name)) in polygon.corners.iter().enumerate() {

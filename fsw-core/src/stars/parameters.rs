@@ -1,0 +1,69 @@
+//! Parameters of star identification, and the measured side that they give a tolerance.
+
+use super::Measured;
+use crate::camera::Camera;
+use crate::parameters::table::parameter_group;
+
+/// Tolerances tried one after the other.
+pub const TOLERANCES: usize = 3;
+
+parameter_group! {
+    /// Star identification.
+    pub struct IdentificationParameters in "identification" {
+        /// Centroid errors to assume per axis, 1 sigma, tried in this order. The tolerance of a separation is
+        /// three sigmas of the difference of two stars, `3 sqrt(2)` times as much (thesis 4.1.1).
+        centroid_sigma_px: [f32; TOLERANCES] = [0.35, 1.0, 2.0], 0.05..=3.0, "px",
+            "lenses without a calibration; with one 0.2, 0.6, 2";
+        /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation.
+        scale_uncertainty: f32 = 2e-4, 0.0..=0.01, "", "chosen: 0.2 px over 1000 px";
+        /// Largest accepted common logarithm of the false-identification probability.
+        log10_false_limit: f32 = -9.0, -30.0..=-2.0, "", "one wrong sky in thirty years of an image a second";
+        /// Catalogue pairs that may be looked at in one second, confirmations counted in proportion.
+        pairs_per_cycle: u32 = 560_000, 10_000..=4_000_000, "", "130 cycles a pair on the target: 73 M cycles";
+    }
+}
+
+impl IdentificationParameters {
+    /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its
+    /// centroids are better, and the nearer a match must be, the more it proves.
+    pub fn of_calibrated_lens() -> Self {
+        Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
+    }
+
+    /// The measured side between two stars with the tolerance number `step`.
+    pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
+        let chord = a.direction.chord(&b.direction);
+        let tolerance = self.tolerance_px(step) * camera.rad_per_px();
+        Side { chord, tolerance: tolerance + self.scale_uncertainty * chord }
+    }
+
+    /// Tolerance of a separation of two stars near each other, px.
+    pub fn tolerance_px(&self, step: usize) -> f32 {
+        const THREE_SIGMA_OF_DIFFERENCE: f32 = 4.242_640_7;
+        self.centroid_sigma_px.get(step).copied().unwrap_or(0.0) * THREE_SIGMA_OF_DIFFERENCE
+    }
+}
+
+/// A measured side: its chord and the half width of the band in which catalogue chords fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    pub chord: f32,
+    pub tolerance: f32,
+}
+
+impl Side {
+    pub fn low(&self) -> f32 {
+        self.chord - self.tolerance
+    }
+
+    pub fn high(&self) -> f32 {
+        self.chord + self.tolerance
+    }
+
+    /// Squared difference of a catalogue chord in squared tolerances, if it fits.
+    pub fn fit(&self, chord: f32) -> Option<f32> {
+        let error = (chord - self.chord) / self.tolerance;
+        let square = error * error;
+        if square <= 1.0 { Some(square) } else { None }
+    }
+}
