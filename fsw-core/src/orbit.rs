@@ -9,13 +9,12 @@
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
-//! | [`observation`] | what a fix says of the state |
+//! | [`observation`] | what a fix measures: innovation, noise, sensitivity |
 //! | `bend` | differences of position that bend with the orbit |
-//! | `noise` | what disturbs orbit and fixes between two seconds |
-//! | [`covariance`] | the filter's covariance, in blocks |
+//! | `noise` | process noise, and the slow errors of the fixes |
+//! | [`covariance`] | the filter's covariance |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
-//! | `matrix` | small steps with matrices |
 
 mod bend;
 pub mod constants;
@@ -24,7 +23,6 @@ pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;
 pub mod lvlh;
-mod matrix;
 pub mod noise;
 pub mod observation;
 pub mod parameters;

@@ -15,18 +15,21 @@
 
 use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
-use super::covariance::{Sensitivity, is_covariance};
+use super::covariance::{BIAS, LIMB_HEIGHT, MISALIGNMENT, POSITION, Sensitivity, is_covariance};
 use super::dynamics::plausible;
-use super::matrix::{applied, cross_matrix, outer, product, scaled, symmetric, turned};
 use super::point::PositionFix;
+use crate::matrix::{
+    add_product, add_scaled, add_to_diagonal, cross_matrix, dot, identity, plus_scaled, product,
+    product_transposed, scaled, symmetric_product,
+};
 use nalgebra::{Matrix3, Vector3};
 
 /// No element of a rotation is greater than one.
 const GREATEST_ELEMENT: f64 = 1.1;
 
-/// Why a fix was refused.
+/// What is wrong with a fix that is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum FixError {
     /// Something in it is not finite, or no satellite can be there.
     Impossible,
     /// Its covariance is not positive definite.
@@ -54,50 +57,72 @@ impl Innovation {
         unit: bool,
     ) -> Self {
         let mut sensitivity = sensitivity(position_km, limb_height_km, earth_to_icrs);
-        let predicted = applied(&sensitivity.position, position_km);
+        let predicted = scaled(position_km, shrink(limb_height_km));
         let Carried { mut noise_km2, mut innovation_km } =
             Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
         if unit {
             // Only what lies across the line. The component along the line is made a measurement of nothing, with unit variance
             // and no innovation.
-            let along = outer(&predicted, &predicted) / predicted.dot(&predicted);
-            let across = Matrix3::identity() - along;
-            innovation_km = applied(&across, &innovation_km);
-            noise_km2 = symmetric(&turned(&across, &noise_km2)) + along;
-            sensitivity.position = product(&across, &sensitivity.position);
-            sensitivity.limb_height = Vector3::zeros();
-            sensitivity.bias = across;
+            let along =
+                product_transposed(&scaled(&predicted, 1.0 / dot(&predicted, &predicted)), &predicted);
+            let mut across = identity();
+            add_scaled(&mut across, -1.0, &along);
+            innovation_km = product(&across, &innovation_km);
+            noise_km2 = symmetric_product(&across, &noise_km2);
+            add_scaled(&mut noise_km2, 1.0, &along);
+            set_columns(&mut sensitivity, POSITION, &scaled(&across, shrink(limb_height_km)));
+            set_columns(&mut sensitivity, BIAS, &across);
+            if let Some(column) = sensitivity.data.0.get_mut(LIMB_HEIGHT) {
+                *column = [0.0; 3];
+            }
         }
         Self { sensitivity, noise_km2, innovation_km }
     }
 }
 
 /// Whether this can be a fix.
-pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), Refusal> {
+pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), FixError> {
     let at_rest = Vector3::zeros();
     if !plausible(&fix.position_km, &at_rest)
         || !plausible(&fix.place_km, &at_rest)
         // Also refuses what is no number.
         || !earth_to_icrs.iter().all(|x| libm::fabs(*x) < GREATEST_ELEMENT)
     {
-        return Err(Refusal::Impossible);
+        return Err(FixError::Impossible);
     }
-    if is_covariance(&fix.covariance_km2) { Ok(()) } else { Err(Refusal::Covariance) }
+    if is_covariance(&fix.covariance_km2) { Ok(()) } else { Err(FixError::Covariance) }
+}
+
+/// By how much a limb that stands higher than assumed makes the distance appear shorter.
+fn shrink(limb_height_km: f64) -> f64 {
+    1.0 - limb_height_km / EARTH_RADIUS_KM
+}
+
+/// Sets three columns, from that of the state `first` on.
+fn set_columns(sensitivity: &mut Sensitivity, first: usize, block: &Matrix3<f64>) {
+    for (to, from) in sensitivity.data.0.iter_mut().skip(first).zip(&block.data.0) {
+        *to = *from;
+    }
 }
 
 /// What a fix at `position_km` depends on.
+#[inline(never)]
 pub(super) fn sensitivity(
     position_km: &Vector3<f64>,
     limb_height_km: f64,
     earth_to_icrs: &Matrix3<f64>,
 ) -> Sensitivity {
-    let shrink = 1.0 - limb_height_km / EARTH_RADIUS_KM;
-    Sensitivity {
-        position: Matrix3::identity() * shrink,
-        limb_height: position_km * (-1.0 / EARTH_RADIUS_KM),
-        misalignment: product(&cross_matrix(&(position_km * shrink)), earth_to_icrs),
-        bias: Matrix3::identity(),
+    let shrink = shrink(limb_height_km);
+    let lever = cross_matrix(&scaled(position_km, shrink));
+    let height = scaled(position_km, -1.0 / EARTH_RADIUS_KM);
+    let mut sensitivity = Sensitivity::zeros();
+    set_columns(&mut sensitivity, POSITION, &scaled(&identity(), shrink));
+    set_columns(&mut sensitivity, MISALIGNMENT, &product(&lever, earth_to_icrs));
+    set_columns(&mut sensitivity, BIAS, &identity());
+    if let Some(column) = sensitivity.data.0.get_mut(LIMB_HEIGHT) {
+        *column = height.into();
     }
+    sensitivity
 }
 
 /// A fix as seen from the predicted place.
@@ -116,23 +141,24 @@ impl Carried {
         if !(scale > 0.5 && scale < 2.0) {
             return None;
         }
-        let up = predicted / libm::sqrt(predicted.dot(predicted));
-        let stretch = Matrix3::identity() * scale + scaled(&outer(&up, &up), scale * scale - scale);
-        let carry = product(&stretch, &bent.turn.transpose());
-        Some(Self {
-            noise_km2: symmetric(&turned(&carry, &fix.covariance_km2)),
-            innovation_km: bent.difference_km + applied(&carry, &(fix.position_km - fix.place_km)),
-        })
+        let up = scaled(predicted, 1.0 / libm::sqrt(dot(predicted, predicted)));
+        let mut stretch = product_transposed(&scaled(&up, scale * scale - scale), &up);
+        add_to_diagonal(&mut stretch, scale);
+        let carry = product_transposed(&stretch, &bent.rotation);
+        let off_place = plus_scaled(&fix.position_km, -1.0, &fix.place_km);
+        let mut innovation_km = bent.difference_km;
+        add_product(&mut innovation_km, &carry, &off_place);
+        Some(Self { noise_km2: symmetric_product(&carry, &fix.covariance_km2), innovation_km })
     }
 
     /// The plain difference where the two are too far apart to be carried. A direction alone says nothing of the distance: the
     /// fix then counts as one at the predicted distance.
     fn far(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
-        let distance_ratio = predicted.dot(predicted) / fix.position_km.dot(&fix.position_km);
-        let scale = if unit { libm::sqrt(distance_ratio) } else { 1.0 };
+        let square_ratio = dot(predicted, predicted) / dot(&fix.position_km, &fix.position_km);
+        let scale = if unit { libm::sqrt(square_ratio) } else { 1.0 };
         Self {
-            noise_km2: fix.covariance_km2 * (scale * scale),
-            innovation_km: fix.position_km * scale - predicted,
+            noise_km2: scaled(&fix.covariance_km2, scale * scale),
+            innovation_km: plus_scaled(&scaled(&fix.position_km, scale), -1.0, predicted),
         }
     }
 }

@@ -70,7 +70,7 @@ fn the_seasons_begin_on_time() {
     ] {
         let time = time_us(days + hours / 24.0 - 0.5, 67.0);
         let sun = Bodies::at(time).sun_km;
-        let Angle { cosine, sine } = OBLIQUITY;
+        let (sine, cosine) = (84_381.406 * RAD_PER_ARCSEC).sin_cos();
         let of_j2000 = (cosine * sun.y + sine * sun.z).atan2(sun.x).to_degrees();
         // General precession 50.29 arcsec a year, aberration 20.5 arcsec.
         let apparent = of_j2000 + (5_029.0 * centuries(time) - 20.5) / 3600.0;
