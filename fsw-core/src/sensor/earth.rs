@@ -1,5 +1,6 @@
 //! The Earth's half of a second: limb, centre, position, orbit.
 
+use super::workspace::Readout;
 use super::{Instruments, Sensor, Sky};
 use crate::earth::centre::Expected;
 use crate::earth::look::{Choice, Look, Room, SEARCH_SIGMA_PX};
@@ -127,7 +128,7 @@ impl Sensor<'_> {
             && self.strip_misses < STRIP_PATIENCE
         {
             let variance = |normal: &Vector3<f32>| normal.dot(&(covariance_km2 * normal));
-            let (look, mut room) = self.looking(body);
+            let (look, mut room) = self.looking(body)?;
             strips = look.read_strips(instruments.detector, view, variance, &EVENLY, &mut room)?;
         }
         meter.end(Stage::Limb);
@@ -174,7 +175,7 @@ impl Sensor<'_> {
         detector: &mut impl Detector,
         body: &Body,
     ) -> Result<Result<(Strips, Option<Expected>), Refusal>, DetectorError> {
-        let (look, mut room) = self.looking(body);
+        let (look, mut room) = self.looking(body)?;
         let (rough, view) = match look.search(detector, &mut room)? {
             Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
@@ -191,16 +192,15 @@ impl Sensor<'_> {
         demand: &Demand,
         expected: Option<&Expected>,
     ) -> Result<EarthFix, Refusal> {
-        let (look, mut room) = self.looking(body);
+        let (look, mut room) = self.looking(body).map_err(|_| Refusal::TooFewPoints)?;
         look.fit(demand, expected, &mut room)
     }
 
     /// Who looks at the Earth, and the room to do it in.
-    fn looking<'a>(&'a mut self, body: &'a Body) -> (Look<'a>, Room<'a>) {
-        let workspace = &mut *self.workspace;
-        let room =
-            Room { buffer: &mut workspace.buffer, points: &mut workspace.limb, rays: &mut workspace.rays };
-        (Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room)
+    fn looking<'a>(&'a mut self, body: &'a Body) -> Result<(Look<'a>, Room<'a>), DetectorError> {
+        let Readout { buffer, limb, rays } = self.workspace.shared.readout()?;
+        let room = Room { buffer, points: limb, rays };
+        Ok((Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room))
     }
 
     /// Reports that there is nothing to measure, of which no strip is to blame.
@@ -223,7 +223,7 @@ impl Sensor<'_> {
             arc_deg: fix.arc_rad.to_degrees(),
             rms_px: fix.rms_px,
         });
-        for (index, point) in self.workspace.limb.iter().enumerate() {
+        for (index, point) in self.workspace.shared.limb_points().iter().enumerate() {
             if fix.holds(index) && report.limb_px.push(point.centre_px).is_err() {
                 break;
             }

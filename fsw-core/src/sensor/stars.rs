@@ -48,7 +48,8 @@ impl Sensor<'_> {
         let probes = plan::probes(&detector.geometry());
         let mut blind = 0;
         for probe in &probes {
-            let pixels = self.workspace.buffer.get_mut(..probe.area()).ok_or(DetectorError::BufferLength)?;
+            let buffer = &mut self.workspace.shared.readout()?.buffer;
+            let pixels = buffer.get_mut(..probe.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(*probe, pixels)?;
             blind += usize::from(blinded(pixels, detector.geometry().bits));
         }
@@ -69,8 +70,8 @@ impl Sensor<'_> {
     fn reads_alike(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
         for probe in &plan::probes(&detector.geometry()) {
             let area = probe.area();
-            let (first, rest) =
-                self.workspace.buffer.split_at_mut_checked(area).ok_or(DetectorError::BufferLength)?;
+            let buffer = &mut self.workspace.shared.readout()?.buffer;
+            let (first, rest) = buffer.split_at_mut_checked(area).ok_or(DetectorError::BufferLength)?;
             let second = rest.get_mut(..area).ok_or(DetectorError::BufferLength)?;
             detector.read(*probe, first)?;
             detector.read(*probe, second)?;
@@ -107,7 +108,7 @@ impl Sensor<'_> {
                 return report.status = Status::TooFast;
             }
             self.workspace.take_measured(&self.camera, None, 0.0);
-            self.workspace.identifier.restart(0.0);
+            self.workspace.shared.begin_identification();
             self.searching_since = Some(self.cycle);
         }
         report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
@@ -115,7 +116,13 @@ impl Sensor<'_> {
             .calibrated(self.calibration.as_ref());
         let identification = &self.parameters.identification;
         instruments.meter.begin(Stage::Identify);
-        let progress = self.workspace.identifier.advance(&field, identification, allowance);
+        let Some(identifier) = self.workspace.shared.identifier() else {
+            // Another image was read meanwhile: the search begins anew.
+            self.searching_since = None;
+            instruments.meter.end(Stage::Identify);
+            return report.status = Status::Waiting;
+        };
+        let progress = identifier.advance(&field, identification, allowance);
         instruments.meter.end(Stage::Identify);
         match progress {
             Progress::Searching => {
@@ -147,7 +154,8 @@ impl Sensor<'_> {
         }
         let method =
             Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
-        scan::scan(detector, &mut self.workspace.buffer, method, &mut self.workspace.detections)?;
+        let buffer = &mut self.workspace.shared.readout()?.buffer;
+        scan::scan(detector, buffer, method, &mut self.workspace.detections)?;
         Ok(true)
     }
 

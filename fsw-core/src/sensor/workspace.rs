@@ -1,6 +1,7 @@
 //! What a sensor needs room for.
 
 use crate::camera::Camera;
+use crate::earth::LimbPoint;
 use crate::earth::centre;
 use crate::earth::search::Points;
 use crate::image::Method;
@@ -23,15 +24,84 @@ const WASHED: u32 = 4;
 /// Of its pixels one in so many tells.
 const WASHED_STEP: usize = 7;
 
+/// The identifier with the capacities above.
+type OnboardIdentifier = Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>;
+
+/// What the reading of an image needs.
+#[derive(Debug)]
+pub(super) struct Readout {
+    /// Pixels of the window that was read last.
+    pub(super) buffer: [u16; TILE_PIXELS],
+    /// Limb points of this image.
+    pub(super) limb: Points,
+    /// Their rays.
+    pub(super) rays: centre::Workspace,
+}
+
+impl Readout {
+    const fn new() -> Self {
+        Self { buffer: [0; TILE_PIXELS], limb: Points::new(), rays: centre::Workspace::new() }
+    }
+}
+
+/// Memory that reading an image and identifying its stars share: an image is read whole before its stars are identified, and
+/// an identification that lasts for several seconds asks for no other image. The tag of the first variant is 0 by `repr`, so
+/// that a static of it is all zero and costs no flash.
+#[derive(Debug)]
+#[repr(u8)]
+#[expect(clippy::large_enum_variant, reason = "the point is to overlay the two, and there is no heap")]
+pub(super) enum Shared {
+    /// An image is read.
+    Readout(Readout),
+    /// Its stars are identified.
+    Identification(OnboardIdentifier),
+}
+
+impl Shared {
+    /// Room to read an image; an identification that was going on is dropped.
+    ///
+    /// # Errors
+    /// None ever: the last arm only spares an unreachable panic.
+    #[inline(never)]
+    pub(super) fn readout(&mut self) -> Result<&mut Readout, DetectorError> {
+        if let Self::Identification(_) = self {
+            *self = const { Self::Readout(Readout::new()) };
+        }
+        match self {
+            Self::Readout(readout) => Ok(readout),
+            Self::Identification(_) => Err(DetectorError::BufferLength),
+        }
+    }
+
+    /// Begins an identification; what was read is overwritten.
+    #[inline(never)]
+    pub(super) fn begin_identification(&mut self) {
+        *self = Self::Identification(Identifier::new());
+    }
+
+    /// The identification that is going on.
+    pub(super) fn identifier(&mut self) -> Option<&mut OnboardIdentifier> {
+        match self {
+            Self::Identification(identifier) => Some(identifier),
+            Self::Readout(_) => None,
+        }
+    }
+
+    /// The limb points of this second's image.
+    pub(super) fn limb_points(&self) -> &[LimbPoint] {
+        match self {
+            Self::Readout(readout) => &readout.limb,
+            Self::Identification(_) => &[],
+        }
+    }
+}
+
 /// What the sensor needs room for; all zero at first, so that a static of it costs no flash.
 #[derive(Debug)]
 pub struct Workspace {
-    pub(super) buffer: [u16; TILE_PIXELS],
+    pub(super) shared: Shared,
     pub(super) detections: Detections,
-    pub(super) limb: Points,
-    pub(super) rays: centre::Workspace,
     pub(super) measured: Vec<Measured, MAX_MEASURED>,
-    pub(super) identifier: Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>,
 }
 
 impl Default for Workspace {
@@ -43,14 +113,7 @@ impl Default for Workspace {
 impl Workspace {
     /// An empty workspace.
     pub const fn new() -> Self {
-        Self {
-            buffer: [0; TILE_PIXELS],
-            detections: Detections::new(),
-            limb: Points::new(),
-            rays: centre::Workspace::new(),
-            measured: Vec::new(),
-            identifier: Identifier::new(),
-        }
+        Self { shared: Shared::Readout(Readout::new()), detections: Detections::new(), measured: Vec::new() }
     }
 
     /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is known.
@@ -86,9 +149,10 @@ impl Workspace {
         self.detections.clear();
         let washed = u32::from(detector.geometry().full_scale()) / WASHED;
         let mut bright = 0;
+        let buffer = &mut self.shared.readout()?.buffer;
         for window in windows {
-            scan::read_stars(detector, *window, &mut self.buffer, *method, &mut self.detections)?;
-            let pixels = self.buffer.get(..window.area()).unwrap_or(&[]);
+            scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
+            let pixels = buffer.get(..window.area()).unwrap_or(&[]);
             let some = pixels.iter().step_by(WASHED_STEP);
             let limit = washed * some.len() as u32;
             bright += usize::from(some.fold(0u32, |sum, pixel| sum + u32::from(*pixel)) > limit);

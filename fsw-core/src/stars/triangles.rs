@@ -52,7 +52,8 @@ pub(super) struct Hit {
 /// base side.
 #[derive(Clone, Debug)]
 pub(super) struct Triangles<const STARS: usize, const SIDES: usize, const HITS: usize> {
-    heads: [u16; STARS],
+    /// First base side of each catalogue star.
+    heads: Vec<u16, STARS>,
     pub sides: Vec<BaseSide, SIDES>,
     pub hits: Vec<Hit, HITS>,
 }
@@ -98,16 +99,15 @@ pub(super) fn triple_product(a: &Vector3<f32>, b: &Vector3<f32>, c: &Vector3<f32
 
 impl<const STARS: usize, const SIDES: usize, const HITS: usize> Triangles<STARS, SIDES, HITS> {
     pub const fn new() -> Self {
-        // Overwritten before it is read; all zero costs no flash in a static.
         const { assert!(SIDES.is_multiple_of(2), "the two directions of a pair stand side by side") };
-        Self { heads: [0; STARS], sides: Vec::new(), hits: Vec::new() }
+        Self { heads: Vec::new(), sides: Vec::new(), hits: Vec::new() }
     }
 
     /// Takes the catalogue pairs that fit `side` as the base.
     pub fn begin(&mut self, catalogue: &Catalogue, side: &Side) {
-        if let Some(heads) = self.heads.get_mut(..catalogue.star_count().min(STARS)) {
-            heads.fill(NONE);
-        }
+        self.heads.clear();
+        // Not beyond the capacity: this cannot fail.
+        let _ = self.heads.resize(catalogue.star_count().min(STARS), NONE);
         self.sides.clear();
         self.hits.clear();
         for pair in catalogue.pairs_between(side.low(), side.high()) {

@@ -76,7 +76,7 @@ impl Sensor<'_> {
             return Ok(None);
         }
         let mut pieces = search::Pieces::new();
-        search::search(detector, &mut self.workspace.buffer, &mut pieces)?;
+        search::search(detector, &mut self.workspace.shared.readout()?.buffer, &mut pieces)?;
         let mut streaks = Vec::new();
         let mut columns = COLUMNS;
         for piece in pieces.iter().chain(&self.expected_pieces(self.line_exposure_us())) {
@@ -126,7 +126,8 @@ impl Sensor<'_> {
         if streaks.is_full() || streaks.iter().any(|streak| streak.holds(piece.at_px, SAME_PX)) {
             return Ok(());
         }
-        if let Some(streak) = follow::follow(detector, &mut self.workspace.buffer, piece, columns)?
+        if let Some(streak) =
+            follow::follow(detector, &mut self.workspace.shared.readout()?.buffer, piece, columns)?
             && !streaks.iter().any(|known| {
                 known.holds(streak.middle_px(), SAME_PX) || streak.holds(known.middle_px(), SAME_PX)
             })
@@ -160,7 +161,7 @@ impl Sensor<'_> {
                     None => break,
                 },
             };
-            let piece = follow::piece_at(detector, &mut self.workspace.buffer, place)?;
+            let piece = follow::piece_at(detector, &mut self.workspace.shared.readout()?.buffer, place)?;
             if let Some(piece) = piece {
                 self.measure(detector, &piece, &mut streaks, &mut columns)?;
             }
