@@ -2,9 +2,10 @@
 //!
 //! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] carries it to the next second.
 //! [`rate`] and [`marks`] tell how fast the sensor turns without any attitude.
-//! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`Observation`] is what the
+//! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`WeightedPair`] is what the
 //! methods ask of either.
 
+pub mod comparison;
 pub mod covariance;
 pub mod filter;
 pub mod marks;
@@ -34,8 +35,8 @@ impl VectorPair {
     }
 }
 
-/// What a method of [`wahba`] asks of a star.
-pub trait Observation {
+/// A measured and a catalogue direction with their weight, as the methods of [`wahba`] and [`comparison`] take them.
+pub trait WeightedPair {
     /// The two directions, and one sigma for all axes across the line of sight.
     fn pair(&self) -> &VectorPair;
 
@@ -43,7 +44,7 @@ pub trait Observation {
     fn information(&self) -> Matrix3<f32>;
 }
 
-impl Observation for VectorPair {
+impl WeightedPair for VectorPair {
     fn pair(&self) -> &VectorPair {
         self
     }
@@ -90,7 +91,7 @@ impl ExtendedPair {
     }
 }
 
-impl Observation for ExtendedPair {
+impl WeightedPair for ExtendedPair {
     fn pair(&self) -> &VectorPair {
         &self.pair
     }

@@ -14,9 +14,11 @@
 //! 0.007 and 0.010). Of two stars 2 to 10 deg apart: 0.05 arcsec across, and in roll 0.02 arcsec over the separation in
 //! radians.
 
-use super::super::{Observation, covariance::Information};
 use super::{WahbaError, check};
+use crate::attitude::WeightedPair;
+use crate::attitude::covariance::Information;
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::matrix::{add_product_transposed, add_scaled, product_transposed};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Jacobi sweeps; a 3 x 3 matrix of any condition is diagonal to single precision after five.
@@ -27,7 +29,10 @@ pub const POLISH_STEPS: usize = 2;
 const MIN_SPREAD: f32 = 1e-6;
 
 /// Makes two columns of `M` orthogonal by a rotation applied to the same columns of `V`.
-pub(super) fn orthogonalise<const N: usize>(p: &mut [SVector<f32, N>; 2], q: &mut [SVector<f32, N>; 2]) {
+pub(in crate::attitude) fn orthogonalise<const N: usize>(
+    p: &mut [SVector<f32, N>; 2],
+    q: &mut [SVector<f32, N>; 2],
+) {
     let (alpha, beta, gamma) = (p[0].dot(&p[0]), q[0].dot(&q[0]), p[0].dot(&q[0]));
     if libm::fabsf(gamma) < 1e-30 {
         return;
@@ -43,7 +48,7 @@ pub(super) fn orthogonalise<const N: usize>(p: &mut [SVector<f32, N>; 2], q: &mu
 }
 
 /// The rotation nearest to `B` in Wahba's sense, before polishing.
-pub(super) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
+pub(in crate::attitude) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     let mut columns = [
         [Vector3::new(b.m11, b.m21, b.m31), Vector3::new(1.0, 0.0, 0.0)],
         [Vector3::new(b.m12, b.m22, b.m32), Vector3::new(0.0, 1.0, 0.0)],
@@ -66,7 +71,7 @@ pub(super) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
         second = third;
     }
     let (s1, s2) = (libm::sqrtf(square(&first)), libm::sqrtf(square(&second)));
-    // Written so that NaN is refused too.
+    // Also refuses NaN.
     if !(s1 > 0.0 && s2 > MIN_SPREAD * s1) {
         return None;
     }
@@ -74,7 +79,10 @@ pub(super) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     let across = second[0] - u1 * u1.dot(&second[0]);
     let u2 = across / libm::sqrtf(across.dot(&across));
     let (v1, v2) = (first[1], second[1]);
-    Some(u1 * v1.transpose() + u2 * v2.transpose() + u1.cross(&u2) * v1.cross(&v2).transpose())
+    let mut rotation = product_transposed(&u1, &v1);
+    add_product_transposed(&mut rotation, &u2, &v2);
+    add_product_transposed(&mut rotation, &u1.cross(&u2), &v1.cross(&v2));
+    Some(rotation)
 }
 
 /// Solves Wahba's problem for two or more pairs.
@@ -83,12 +91,14 @@ pub(super) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
 /// [`WahbaError`]; two directions closer than about 0.1 deg count as parallel.
 // Flight calls it from two deep places: inlined there it would cost 2 KB of flash and 450 bytes of stack.
 #[inline(never)]
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     check(pairs)?;
     let total = pairs.iter().fold(0.0, |sum, item| sum + item.pair().weight());
-    let b = pairs.iter().map(O::pair).fold(Matrix3::zeros(), |sum, pair| {
-        sum + pair.measured.vector() * pair.reference.vector().transpose() * (pair.weight() / total)
-    });
+    let mut b = Matrix3::zeros();
+    for pair in pairs.iter().map(O::pair) {
+        let product = product_transposed(pair.measured.vector(), pair.reference.vector());
+        add_scaled(&mut b, pair.weight() / total, &product);
+    }
     let matrix = decompose(&b).ok_or(WahbaError::Parallel)?;
     let mut attitude = Rotation::from_orthogonal(matrix).turned(&Vector3::zeros());
     let information = Information::of(pairs);

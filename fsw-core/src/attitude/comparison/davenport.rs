@@ -5,10 +5,10 @@
 //! smallest. They come from one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no convergence test, and small
 //! eigenvalues as exact as large ones. Rounding error: see [`super`].
 
-use super::super::Observation;
-use super::WahbaError;
 use super::profile::{MIN_SPREAD, Profile};
-use super::svd::orthogonalise;
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::WahbaError;
+use crate::attitude::wahba::svd::orthogonalise;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::Vector4;
 
@@ -19,7 +19,7 @@ pub const SWEEPS: usize = 6;
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     let profile = Profile::of(pairs)?;
     let k = -profile.shifted_k();
     // The columns of I - K, each with what has been done to it.

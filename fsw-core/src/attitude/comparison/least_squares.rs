@@ -5,10 +5,10 @@
 //! they fix a rotation. The covariance is therefore the method's own, not eq. 3.27: to first order the rotation vector is
 //! `½ Σ a (δb × c)` with `c = M [Σ a r rᵀ]⁻¹ r`.
 
-use super::super::Observation;
 use super::profile::Profile;
-use super::svd::decompose;
-use super::{Solution, WahbaError, loss};
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::svd::decompose;
+use crate::attitude::wahba::{Solution, WahbaError, loss};
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -75,7 +75,7 @@ impl Third {
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Solution, WahbaError> {
     let profile = Profile::of(pairs)?;
     if !profile.is_wide() {
         return Err(WahbaError::Parallel);

@@ -22,9 +22,9 @@
 //!
 //! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside the field.
 
-use super::super::Observation;
-use super::super::covariance::Information;
-use super::{Solution, WahbaError, svd};
+use crate::attitude::WeightedPair;
+use crate::attitude::covariance::Information;
+use crate::attitude::wahba::{Solution, WahbaError, svd};
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3};
 
@@ -46,7 +46,7 @@ struct Linearised {
     right: Vector3<f32>,
 }
 
-fn linearise<O: Observation>(pairs: &[O], attitude: Rotation<Icrs, StarPath>) -> Linearised {
+fn linearise<O: WeightedPair>(pairs: &[O], attitude: Rotation<Icrs, StarPath>) -> Linearised {
     let (mut twice_loss, mut sum, mut right) = (0.0, Matrix3::zeros(), Vector3::zeros());
     for item in pairs {
         let expected = attitude.apply(&item.pair().reference);
@@ -65,7 +65,7 @@ fn linearise<O: Observation>(pairs: &[O], attitude: Rotation<Icrs, StarPath>) ->
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Solution, WahbaError> {
     let mut here = linearise(pairs, svd::solve(pairs)?);
     let mut damping = 0.0;
     for _ in 0..STEPS {

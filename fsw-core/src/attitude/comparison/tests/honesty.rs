@@ -97,12 +97,12 @@ struct Tally {
 }
 
 impl Tally {
-    fn of(method: Method, seed: u64, shape: Shape) -> Self {
+    fn of(method: WahbaMethod, seed: u64, shape: Shape) -> Self {
         Self::over(method, seed, |generator| noisy_field(generator, shape))
     }
 
     fn over(
-        method: Method,
+        method: WahbaMethod,
         seed: u64,
         mut draw: impl FnMut(&mut Generator) -> (Vec<ExtendedPair>, M3<f64>),
     ) -> Self {
@@ -140,12 +140,12 @@ impl Tally {
 
 #[test]
 fn the_nees_of_single_frames_lies_within_its_95_percent_band() {
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let tally = Tally::of(method, 1, circle);
         std::println!("circles, {method:?}: NEES {:.3} of 3, {} cases", tally.nees, tally.cases);
         assert!(tally.is_honest(), "{method:?}: {}", tally.nees);
     }
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let tally = Tally::over(method, 7, |generator| {
             let first = generator.unit_in_cap(0.1);
             let axis = first.cross(&generator.unit()).normalize();
@@ -161,7 +161,7 @@ fn the_nees_of_single_frames_lies_within_its_95_percent_band() {
         ("off axis", 4, off_axis),
         ("any", 5, any_shape),
     ] {
-        let tally = Tally::of(Method::Anisotropic, seed, shape);
+        let tally = Tally::of(WahbaMethod::Anisotropic, seed, shape);
         std::println!("{name}, anisotropic: NEES {:.3} of 3, {} cases", tally.nees, tally.cases);
         assert!(tally.is_honest(), "{name}: {}", tally.nees);
         assert_eq!(tally.cases as usize, CASES);
@@ -177,7 +177,8 @@ fn ellipses_are_worth_what_the_bound_says() {
         ("drawn out off the axis", 4, off_axis, 1.1, 1.1),
         ("any shape", 5, any_shape, 1.2, 1.2),
     ] {
-        let [svd, extended] = [Method::Svd, Method::Anisotropic].map(|method| Tally::of(method, seed, shape));
+        let [svd, extended] =
+            [WahbaMethod::Svd, WahbaMethod::Anisotropic].map(|method| Tally::of(method, seed, shape));
         let [[s, t], [e, f]] = [&svd, &extended].map(|tally| tally.rms(tally.error).map(|rad| rad * ARCSEC));
         let [svd, extended] = [svd, extended].map(|tally| tally.rms(tally.in_sigmas));
         std::println!(
@@ -202,7 +203,8 @@ fn ellipses_that_are_circles_are_wahbas_problem() {
     let mut worst = (0.0f64, 0.0f64, 0.0f64);
     for _ in 0..3000 {
         let (pairs, _) = noisy_field(&mut generator, circle);
-        let [svd, extended] = [Method::Svd, Method::Anisotropic].map(|method| solve(method, &pairs).unwrap());
+        let [svd, extended] =
+            [WahbaMethod::Svd, WahbaMethod::Anisotropic].map(|method| solve(method, &pairs).unwrap());
         let off = small_turn(&wide_matrix(svd.attitude.matrix()), &wide_matrix(extended.attitude.matrix()));
         worst.0 = worst.0.max(off.x.hypot(off.y) * ARCSEC);
         worst.1 = worst.1.max(off.z.abs() * ARCSEC);

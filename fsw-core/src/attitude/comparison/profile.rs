@@ -10,8 +10,8 @@
 //! way back. Directions opposite to the first are turned over for the mean, so that two stars on opposite sides are as
 //! good as two side by side.
 
-use super::super::Observation;
-use super::{WahbaError, check};
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::{WahbaError, check};
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
@@ -91,7 +91,7 @@ impl Profile {
     ///
     /// # Errors
     /// Too few pairs, or weights that are none.
-    pub fn of<O: Observation>(pairs: &[O]) -> Result<Self, WahbaError> {
+    pub fn of<O: WeightedPair>(pairs: &[O]) -> Result<Self, WahbaError> {
         check(pairs)?;
         let first = pairs.first().ok_or(WahbaError::TooFew)?.pair().measured;
         let zero = (0.0, Vector3::zeros(), Vector3::zeros());

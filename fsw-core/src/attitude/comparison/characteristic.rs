@@ -5,8 +5,8 @@
 //! is at or above every root. With `t = 1 - B33` and `n` the sum of squares of the other elements,
 //! `lambda² - |B|² = (t - x)(2 - x - t) - n` loses no digits in the axis frames.
 
-use super::WahbaError;
 use super::profile::{MIN_SPREAD, Profile, cofactors};
+use crate::attitude::wahba::WahbaError;
 use nalgebra::Matrix3;
 
 /// Steps of Newton; one is enough for a star sensor's noise, a degree of noise takes four.
