@@ -1,9 +1,9 @@
 //! Small matrices by loops: one copy of each step in the image for every size, f32 or f64.
 //!
-//! The matrices are nalgebra's (`SMatrix`, columns first). Its own operators are written out anew at every place and for every
-//! size: a 3 x 3 product of f64 is 45 calls of software arithmetic, 770 bytes of flash. Here the work is done on slices with the
-//! sizes as arguments, and never inlined. Sums run over the inner index upwards from its first term, as nalgebra's do: the bits
-//! are the same.
+//! The matrices are nalgebra's (`SMatrix`, columns first). Its own operators are written out anew at every
+//! place and for every size: a 3 x 3 product of f64 is 45 calls of software arithmetic, 770 bytes of flash.
+//! Here the work is done on slices with the sizes as arguments, and never inlined. Sums run over the inner
+//! index upwards from its first term, as nalgebra's do: the bits are the same.
 //!
 //! Cost on the target: a product's term takes about 12 cycles in f32 and 110 in f64.
 
@@ -275,8 +275,8 @@ pub struct Cholesky<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Cholesky<T, N> {
-    /// Of a matrix, of which the lower left half is read. `None` where a pivot is not finite or not greater than
-    /// [`Real::LEAST_PIVOT_SHARE`] (1e-6 in f32, 1e-12 in f64) of the diagonal's element.
+    /// Of a matrix, of which the lower left half is read. `None` where a pivot is not finite or not greater
+    /// than [`Real::LEAST_PIVOT_SHARE`] (1e-6 in f32, 1e-12 in f64) of the diagonal's element.
     pub fn of(matrix: &SMatrix<T, N, N>) -> Option<Self> {
         let mut factor = *matrix;
         factorise(factor.as_mut_slice(), N).then_some(Self { factor })

@@ -1,10 +1,11 @@
 //! Information and covariance of an attitude from vector pairs (thesis eq. 3.27).
 //!
-//! `P = [Σ a (I - b bᵀ)]⁻¹` with `a = 1 / sigma²`: the covariance of the rotation vector in the star path's frame,
-//! rad². It equals the Cramer-Rao bound of Wahba's problem for independent errors across the line of sight.
+//! `P = [Σ a (I - b bᵀ)]⁻¹` with `a = 1 / sigma²`: the covariance of the rotation vector in the star path's
+//! frame, rad². It equals the Cramer-Rao bound of Wahba's problem for independent errors across the line of
+//! sight.
 //!
-//! Rounding: 1e-5 of the sigmas' products over 3 to 10 stars of the reference field. Against 4,000 random fields the
-//! mean normalised square of the attitude's error is 3.01 (expected 3; test
+//! Rounding: 1e-5 of the sigmas' products over 3 to 10 stars of the reference field. Against 4,000 random
+//! fields the mean normalised square of the attitude's error is 3.01 (expected 3; test
 //! `eq_3_27_is_the_scatter_of_the_attitude_error`).
 
 use super::WeightedPair;
@@ -18,8 +19,8 @@ pub struct Information {
 }
 
 impl Information {
-    /// Sums the pairs. The diagonal is summed as `y² + z²` and so on, not as `1 - x²`: near the line of sight the
-    /// latter would lose the digits that carry the rotation about it.
+    /// Sums the pairs. The diagonal is summed as `y² + z²` and so on, not as `1 - x²`: near the line of sight
+    /// the latter would lose the digits that carry the rotation about it.
     pub fn of<O: WeightedPair>(pairs: &[O]) -> Self {
         let mut matrix = Matrix3::zeros();
         for pair in pairs.iter().map(O::pair) {
@@ -44,8 +45,9 @@ impl Information {
         Self { matrix }
     }
 
-    /// Solves `M x = right`; `None` when the directions do not fix all three angles: where a pivot of Cholesky's factor is below 1e-6
-    /// of its diagonal element. Rounding of a single star leaves up to 7e-7 there within 57 deg of the line of sight.
+    /// Solves `M x = right`; `None` when the directions do not fix all three angles: where a pivot of
+    /// Cholesky's factor is below 1e-6 of its diagonal element. Rounding of a single star leaves up to 7e-7
+    /// there within 57 deg of the line of sight.
     pub fn solve(&self, right: &Vector3<f32>) -> Option<Vector3<f32>> {
         Cholesky::of(&self.matrix).map(|factor| factor.solve(right))
     }

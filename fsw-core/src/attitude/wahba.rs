@@ -1,7 +1,7 @@
 //! Wahba's problem (thesis §3.1.4, eq. 3.4): the rotation `A` that minimises `½ Σ a |b - A r|²`.
 //!
-//! [`svd`] solves it in flight. The other methods of the thesis stand in [`super::comparison`], with the same errors and
-//! [`Solution`].
+//! [`svd`] solves it in flight. The other methods of the thesis stand in [`super::comparison`], with the same
+//! errors and [`Solution`].
 
 pub mod svd;
 
@@ -14,9 +14,11 @@ use nalgebra::Matrix3;
 pub enum WahbaError {
     /// Fewer than two pairs.
     TooFew,
-    /// All measured directions, or all references, lie so close to one line that the rotation about it is undetermined.
+    /// All measured directions, or all references, lie so close to one line that the rotation about it is
+    /// undetermined.
     Parallel,
-    /// All directions lie on one great circle, too few for a method that does not know that it looks for a rotation.
+    /// All directions lie on one great circle, too few for a method that does not know that it looks for a
+    /// rotation.
     Collinear,
     /// The pairs contradict each other so that two attitudes fit alike.
     Ambiguous,
@@ -31,11 +33,11 @@ pub enum WahbaError {
 pub struct Solution {
     /// The rotation.
     pub attitude: Rotation<Icrs, StarPath>,
-    /// Covariance of its rotation vector in the star path's frame, rad²: eq. 3.27 for the methods that solve Wahba's problem, their
-    /// own for unconstrained least squares and error ellipses.
+    /// Covariance of its rotation vector in the star path's frame, rad²: eq. 3.27 for the methods that solve
+    /// Wahba's problem, their own for unconstrained least squares and error ellipses.
     pub covariance_rad2: Matrix3<f32>,
-    /// What the method minimised, `½ Σ |b - A r|² / sigma²`, with error ellipses `½ Σ (b - A r)ᵀ W (b - A r)`: half of a
-    /// chi-square with two degrees of freedom a star, less three.
+    /// What the method minimised, `½ Σ |b - A r|² / sigma²`, with error ellipses `½ Σ (b - A r)ᵀ W (b - A
+    /// r)`: half of a chi-square with two degrees of freedom a star, less three.
     pub loss: f32,
 }
 

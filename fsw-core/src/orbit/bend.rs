@@ -1,9 +1,10 @@
 //! Differences of position that bend with the orbit.
 //!
-//! A satellite that is farther along its orbit by 300 km stands 6 km below the tangent. A Kalman filter's differences are
-//! straight: after a long outage it would take these 6 km for a height error, known to metres. So a difference of positions is
-//! counted as height and as arc from the predicted position, and a correction moves the state along the arc and rotates velocity and
-//! covariance with it. Below [`STRAIGHT_RAD`] this is the plain filter.
+//! A satellite that is farther along its orbit by 300 km stands 6 km below the tangent. A Kalman filter's
+//! differences are straight: after a long outage it would take these 6 km for a height error, known to
+//! metres. So a difference of positions is counted as height and as arc from the predicted position, and a
+//! correction moves the state along the arc and rotates velocity and covariance with it. Below
+//! [`STRAIGHT_RAD`] this is the plain filter.
 
 use crate::matrix::{add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled};
 use crate::trigonometry::sine_cosine_f64;
@@ -49,8 +50,9 @@ impl Bent {
     }
 }
 
-/// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance makes with them; none
-/// where the arc is shorter than [`STRAIGHT_RAD`] or longer than [`FARTHEST_RAD`], and the correction is added as it is.
+/// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance
+/// makes with them; none where the arc is shorter than [`STRAIGHT_RAD`] or longer than [`FARTHEST_RAD`], and
+/// the correction is added as it is.
 #[inline(never)]
 pub(super) fn correct_state(
     position_km: &mut Vector3<f64>,

@@ -1,4 +1,5 @@
-//! The covariance of the orbit filter's thirteen states: seven that are estimated, six that are only considered.
+//! The covariance of the orbit filter's thirteen states: seven that are estimated, six that are only
+//! considered.
 //!
 //! | states | from | unit | |
 //! |---|---|---|---|
@@ -8,14 +9,16 @@
 //! | misalignment of the paths | [`MISALIGNMENT`] | rad | considered |
 //! | bias of the fixes | [`BIAS`] | km | considered |
 //!
-//! Propagation is `Φ P Φᵀ + Q`, where only position and velocity have a transition matrix and the others decay. The update is that
-//! of Schmidt: with `S = L Lᵀ` the covariance of the innovation and `W = L⁻¹ H P`, the matrix loses `Wᵀ W`, except
-//! among the considered states, which no measurement betters. In f64 the loss of digits in the difference is harmless: variances
-//! fall by 1e12 at most (test: every campaign of the filter ends with a Cholesky factor of all states).
+//! Propagation is `Φ P Φᵀ + Q`, where only position and velocity have a transition matrix and the others
+//! decay. The update is that of Schmidt: with `S = L Lᵀ` the covariance of the innovation and `W = L⁻¹ H P`,
+//! the matrix loses `Wᵀ W`, except among the considered states, which no measurement betters. In f64 the loss
+//! of digits in the difference is harmless: variances fall by 1e12 at most (test: every campaign of the
+//! filter ends with a Cholesky factor of all states).
 //!
 //! Kept is the lower left half, 728 bytes. Cost on the target (loops of software f64): propagation and update
 //! 0.1 M cycles each.
 
+use super::dynamics::Transition;
 use super::noise::ProcessNoise;
 use crate::matrix::{Cholesky, add_scaled, product_transposed, symmetrise};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -43,9 +46,6 @@ const ELEMENTS: usize = STATES * (STATES + 1) / 2;
 
 /// Greatest variance that is taken for one: what is made of it stays finite.
 const GREATEST_VARIANCE: f64 = 1e30;
-
-/// How a small error of position and velocity moves over a span: row by row, km and km/s.
-pub type Transition = [[f64; MOTION]; MOTION];
 
 /// What a measured position (rows, km) depends on: a column for each state.
 pub type Sensitivity = SMatrix<f64, 3, STATES>;
@@ -162,7 +162,8 @@ impl Covariance {
         self.transform(&both, &[1.0; SLOW]);
     }
 
-    /// `T P Tᵀ` where `T` is `motion` for position and velocity and `kept` on the diagonal for the other states.
+    /// `T P Tᵀ` where `T` is `motion` for position and velocity and `kept` on the diagonal for the other
+    /// states.
     #[inline(never)]
     fn transform(&mut self, motion: &Transition, kept: &[f64; SLOW]) {
         let mut rows = [[0.0; STATES]; MOTION];
@@ -188,8 +189,8 @@ impl Covariance {
         }
     }
 
-    /// Takes in an innovation whose noise has the covariance `noise_km2`, and gives what it corrects; `None`, and nothing is
-    /// changed, when the innovation's covariance is not positive definite.
+    /// Takes in an innovation whose noise has the covariance `noise_km2`, and gives what it corrects; `None`,
+    /// and nothing is changed, when the innovation's covariance is not positive definite.
     #[inline(never)]
     pub fn correct(
         &mut self,
@@ -239,7 +240,8 @@ impl Covariance {
         }
     }
 
-    /// Whether the variances of position and velocity are positive, that of the limb height is not negative, and all are finite.
+    /// Whether the variances of position and velocity are positive, that of the limb height is not negative,
+    /// and all are finite.
     #[inline(never)]
     pub fn is_sound(&self) -> bool {
         let height = self.at(LIMB_HEIGHT, LIMB_HEIGHT);
@@ -251,8 +253,8 @@ impl Covariance {
     }
 }
 
-/// Whether a covariance is positive definite. Its factor reads one half of it only; in the other no element may be greater
-/// than the trace, as none of a covariance is.
+/// Whether a covariance is positive definite. Its factor reads one half of it only; in the other no element
+/// may be greater than the trace, as none of a covariance is.
 pub fn is_covariance(m: &Matrix3<f64>) -> bool {
     let trace = m.trace();
     trace < GREATEST_VARIANCE && m.iter().all(|x| libm::fabs(*x) <= trace) && Cholesky::of(m).is_some()

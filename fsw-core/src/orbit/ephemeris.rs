@@ -2,17 +2,18 @@
 //!
 //! Time in is TT, microseconds since J2000.0; vectors out are geocentric, km (or km/s), ICRS axes.
 //!
-//! - Sun: Kepler's ellipse of the Earth-Moon barycentre with the mean elements of Standish (JPL, 1800-2050), which refer
-//!   to the ecliptic and equinox of J2000, so that no precession enters; the Earth's own circle about the barycentre is
-//!   added where the Moon is at hand.
-//! - Moon: the larger terms of Brown's theory (Montenbruck and Gill, *Satellite Orbits*, §3.3.2), mean longitude
-//!   referred to the equinox of J2000.
-//! - Pole: the mean pole of date to the second order of time (IAU 2006, `X` and `Y`); nutation (9 arcsec) is left out.
+//! - Sun: Kepler's ellipse of the Earth-Moon barycentre with the mean elements of Standish (JPL, 1800-2050),
+//!   which refer to the ecliptic and equinox of J2000, so that no precession enters; the Earth's own circle
+//!   about the barycentre is added where the Moon is at hand.
+//! - Moon: the larger terms of Brown's theory (Montenbruck and Gill, *Satellite Orbits*, §3.3.2), mean
+//!   longitude referred to the equinox of J2000.
+//! - Pole: the mean pole of date to the second order of time (IAU 2006, `X` and `Y`); nutation (9 arcsec) is
+//!   left out.
 //!
-//! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample is kept in
-//! the tests): see each function. Positions are geometric: neither light time nor aberration. Mean angles are reduced to one turn in
-//! f64, all else is f32, whose rounding (0.05 arcsec, 30 km of the Sun's distance) is far below these errors. Cost on the
-//! target: 6,000 cycles for Sun and Moon together.
+//! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample
+//! is kept in the tests): see each function. Positions are geometric: neither light time nor aberration. Mean
+//! angles are reduced to one turn in f64, all else is f32, whose rounding (0.05 arcsec, 30 km of the Sun's
+//! distance) is far below these errors. Cost on the target: 6,000 cycles for Sun and Moon together.
 
 use super::constants::{AU_KM, CENTURY_US, MOON_SHARE};
 use crate::frames::{Direction, Icrs};
@@ -63,7 +64,8 @@ fn barycentre(time_us: i64) -> (Vector3<f32>, Vector3<f32>) {
     let (sine_mean, cosine_mean) = sine_cosine(mean);
     let (sine, cosine) = sine_cosine(mean + eccentricity * sine_mean * (1.0 + eccentricity * cosine_mean));
     let minor = libm::sqrtf(1.0 - eccentricity * eccentricity);
-    // The orbit's tilt against the ecliptic of J2000 is 47 arcsec per century times T: about the node, kept to first order.
+    // The orbit's tilt against the ecliptic of J2000 is 47 arcsec per century times T: about the node, kept
+    // to first order.
     let tilt = (-0.000_015_31 - 0.012_946_68 * t) * RAD_PER_DEG as f32;
     let in_ecliptic = |along: f32, across: f32, scale: f32| {
         let x = cosine_perihelion * along - sine_perihelion * across;
@@ -77,8 +79,8 @@ fn barycentre(time_us: i64) -> (Vector3<f32>, Vector3<f32>) {
     )
 }
 
-/// A term of the Moon's series: amplitude, and multiples of the Moon's mean anomaly, the Sun's, the argument of latitude and the
-/// elongation.
+/// A term of the Moon's series: amplitude, and multiples of the Moon's mean anomaly, the Sun's, the argument
+/// of latitude and the elongation.
 type Term = (f32, [i8; 4]);
 
 /// Longitude less mean longitude, sines, arcsec.
@@ -190,7 +192,8 @@ fn pole_vector(time_us: i64) -> Vector3<f32> {
     Vector3::new(x, y, 1.0 - 0.5 * (x * x + y * y))
 }
 
-/// Direction to the Sun; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back along the ecliptic).
+/// Direction to the Sun; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back along the
+/// ecliptic).
 pub fn sun_direction(time_us: i64) -> Direction<Icrs> {
     let (barycentre, _) = barycentre(time_us);
     // The Earth is never at the Sun, so the vector always has a direction.
@@ -202,7 +205,8 @@ pub fn pole(time_us: i64) -> Direction<Icrs> {
     Direction::new(pole_vector(time_us)).unwrap_or(Direction::z())
 }
 
-/// Velocity of the Earth about the barycentre of the solar system, km/s, ICRS axes, for annual aberration; error up to
+/// Velocity of the Earth about the barycentre of the solar system, km/s, ICRS axes, for annual aberration;
+/// error up to
 /// 0.03 km/s (0.02 arcsec).
 pub fn earth_velocity_km_s(time_us: i64) -> Vector3<f64> {
     equatorial(barycentre(time_us).1).map(f64::from)

@@ -1,17 +1,19 @@
 //! The Kalman-Schmidt filter of the orbit (thesis tab. 5.1), once a second.
 //!
-//! In: a [`PositionFix`] with its time, and the rotation from the Earth path to ICRS; out: position, velocity and limb
-//! height with their covariance.
+//! In: a [`PositionFix`] with its time, and the rotation from the Earth path to ICRS; out: position, velocity
+//! and limb height with their covariance.
 //!
-//! The start: the first fix begins the filter, with velocity 0 and a sigma of the circular orbit's speed. State and covariance are
-//! given out once a second fix within 60 s agrees with the first (NIS below the gate). A second one that disagrees takes the
-//! first one's place.
+//! The start: the first fix begins the filter, with velocity 0 and a sigma of the circular orbit's speed.
+//! State and covariance are given out once a second fix within 60 s agrees with the first (NIS below the
+//! gate). A second one that disagrees takes the first one's place.
 //!
-//! The misalignment of the paths and the bias of the fixes are considered, not estimated (Schmidt), so the covariance is never
-//! smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix measures is in [`super::observation`].
+//! The misalignment of the paths and the bias of the fixes are considered, not estimated (Schmidt), so the
+//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix
+//! measures is in [`super::observation`].
 //!
-//! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.95 M, without one 0.47 M, ephemeris and frames
-//! included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them: 11.3 M for 51 minutes at once.
+//! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.95 M, without one 0.47 M,
+//! ephemeris and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them: 11.3 M
+//! for 51 minutes at once.
 
 mod estimate;
 
@@ -31,8 +33,8 @@ pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
-/// Longest time between the first fix and one that agrees with it, microseconds. After 60 s at up to 11 km/s the first fix
-/// allows any position within 660 km, so that agreement says nothing.
+/// Longest time between the first fix and one that agrees with it, microseconds. After 60 s at up to 11 km/s
+/// the first fix allows any position within 660 km, so that agreement says nothing.
 const AGREEMENT_US: i64 = 60_000_000;
 
 const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
@@ -89,8 +91,8 @@ impl OrbitFilter {
         Self { estimate: None }
     }
 
-    /// Starts from a state of another source (the ground), with one sigma for all directions. Gives false, and changes
-    /// nothing, when the state or a sigma is impossible.
+    /// Starts from a state of another source (the ground), with one sigma for all directions. Gives false,
+    /// and changes nothing, when the state or a sigma is impossible.
     pub fn start(
         &mut self,
         state: OrbitState,
@@ -168,8 +170,8 @@ impl OrbitFilter {
         self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
     }
 
-    /// Propagates state and covariance to `to_us`; without a state nothing happens. A first fix with which none has agreed in 60 s
-    /// is dropped.
+    /// Propagates state and covariance to `to_us`; without a state nothing happens. A first fix with which
+    /// none has agreed in 60 s is dropped.
     ///
     /// # Errors
     /// Why the filter was reset.
@@ -191,7 +193,8 @@ impl OrbitFilter {
         self.estimate.as_ref().filter(|estimate| estimate.begun_us.is_none())
     }
 
-    /// Time, position and velocity; `None`, as for all that follows, until a second fix has agreed with the first.
+    /// Time, position and velocity; `None`, as for all that follows, until a second fix has agreed with the
+    /// first.
     pub fn state(&self) -> Option<&OrbitState> {
         self.known().map(|estimate| &estimate.state)
     }
@@ -226,13 +229,14 @@ impl OrbitFilter {
         self.covariance().map(|covariance| covariance.sigmas(VELOCITY))
     }
 
-    /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length since the start.
+    /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length
+    /// since the start.
     pub fn settled(&self) -> bool {
         self.known().is_some_and(|estimate| estimate.settled)
     }
 
-    /// Whether an orbit that never settled has made one revolution since its last accepted fix at `fixed_us`. On a right orbit
-    /// fixes come at least once a revolution.
+    /// Whether an orbit that never settled has made one revolution since its last accepted fix at `fixed_us`.
+    /// On a right orbit fixes come at least once a revolution.
     pub fn is_stale(&self, fixed_us: i64) -> bool {
         let Some(estimate) = self.known().filter(|estimate| !estimate.settled) else {
             return false;

@@ -1,17 +1,18 @@
-//! What a fix says of the state: its model, its noise at the predicted place, its innovation.
+//! What a fix measures: its model, its noise at the predicted position, its innovation.
 //!
-//! In: a [`PositionFix`], the predicted position and limb height, the rotation from the Earth path to ICRS; out: an
-//! [`Innovation`], km.
+//! In: a [`PositionFix`], the predicted position and limb height, the rotation from the Earth path to ICRS;
+//! out: an [`Innovation`], km.
 //!
-//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + b + noise`. A limb that stands higher by `h` makes the Earth look larger by
-//! the same factor at every point of the limb, hence nearer, `a` being the equatorial radius. `m` is the misalignment of the
-//! two paths, a rotation vector in the Earth path: `R (I + [m×])` is the true rotation to ICRS. `b` is what clouds and the
-//! slant of the light do to the limb: it has the shape of the fix's own covariance and changes slowly.
+//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + b + noise`. A limb that stands higher by `h` makes the
+//! Earth look larger by the same factor at every point of the limb, hence nearer, `a` being the equatorial
+//! radius. `m` is the misalignment of the two paths, a rotation vector in the Earth path: `R (I + [m×])` is
+//! the true rotation to ICRS. `b` is the bias from clouds and the slant of the light on the limb: its
+//! covariance is that of the fix times a constant, and it changes slowly.
 //!
-//! The covariance of a fix is found by whoever measured it, at some place: that measured, or one that was expected. It is long
-//! along the line to that place and scales with its distance, so the weights of a measured place are correlated with its errors
-//! and would pull the estimate by about `sigma² / r` of the single fix. It is therefore turned and scaled to the predicted place
-//! first.
+//! The covariance of a fix belongs to the place at which the fit was linear ([`PositionFix::place_km`]). It is
+//! long along the line to the Earth and scales with the distance, so a covariance at the measured place is
+//! correlated with the error of the fix and would bias the estimate by about `sigma² / r`. It is therefore
+//! rotated and scaled to the predicted position first.
 
 use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
@@ -24,13 +25,13 @@ use crate::matrix::{
 };
 use nalgebra::{Matrix3, Vector3};
 
-/// No element of a rotation is greater than one.
+/// An element of a rotation is at most 1; 10 % for rounding.
 const GREATEST_ELEMENT: f64 = 1.1;
 
 /// What is wrong with a fix that is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FixError {
-    /// Something in it is not finite, or no satellite can be there.
+    /// A value is not finite, or the position is outside 5,000 to 600,000 km.
     Impossible,
     /// Its covariance is not positive definite.
     Covariance,
@@ -39,7 +40,7 @@ pub enum FixError {
 /// A measured less a predicted position.
 #[derive(Clone, Copy, Debug)]
 pub struct Innovation {
-    /// What it depends on.
+    /// What the measured position depends on.
     pub sensitivity: Sensitivity,
     /// Covariance of its noise, km².
     pub noise_km2: Matrix3<f64>,
@@ -61,8 +62,8 @@ impl Innovation {
         let Carried { mut noise_km2, mut innovation_km } =
             Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
         if unit {
-            // Only what lies across the line. The component along the line is made a measurement of nothing, with unit variance
-            // and no innovation.
+            // Only what lies across the line. The component along the line gets sensitivity 0, innovation 0 and
+            // variance 1 km², so that S stays regular.
             let along =
                 product_transposed(&scaled(&predicted, 1.0 / dot(&predicted, &predicted)), &predicted);
             let mut across = identity();
@@ -80,7 +81,7 @@ impl Innovation {
     }
 }
 
-/// Whether this can be a fix.
+/// Whether a fix is finite, possible and has a covariance.
 pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), FixError> {
     let at_rest = Vector3::zeros();
     if !plausible(&fix.position_km, &at_rest)
@@ -125,16 +126,16 @@ pub(super) fn sensitivity(
     sensitivity
 }
 
-/// A fix as seen from the predicted place.
+/// A fix carried to the predicted position.
 struct Carried {
     noise_km2: Matrix3<f64>,
     innovation_km: Vector3<f64>,
 }
 
 impl Carried {
-    /// The difference as height and arc; the covariance as it would be had it been made at the predicted place: turned from
-    /// the one line to the other, scaled with the distance across and with its square along (a distance is found from an
-    /// angle). `None` where prediction and fix are so far apart that this means nothing.
+    /// The difference as height and arc; the covariance rotated from one line to the other, scaled with the
+    /// distance across the line and with its square along it (the distance is measured as an angle). `None` if
+    /// the two are more than 60 degrees apart, or one is twice as far as the other.
     fn of(fix: &PositionFix, predicted: &Vector3<f64>) -> Option<Self> {
         let bent = Bent::between(predicted, &fix.place_km)?;
         let scale = 1.0 / bent.scale;
@@ -151,8 +152,8 @@ impl Carried {
         Some(Self { noise_km2: symmetric_product(&carry, &fix.covariance_km2), innovation_km })
     }
 
-    /// The plain difference where the two are too far apart to be carried. A direction alone says nothing of the distance: the
-    /// fix then counts as one at the predicted distance.
+    /// The plain difference, where [`Carried::of`] gives none. A direction alone has no distance: it counts as
+    /// a fix at the predicted distance.
     fn far(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
         let square_ratio = dot(predicted, predicted) / dot(&fix.position_km, &fix.position_km);
         let scale = if unit { libm::sqrt(square_ratio) } else { 1.0 };

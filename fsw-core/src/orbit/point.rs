@@ -1,13 +1,15 @@
-//! One Earth vector and one attitude make a position (thesis §5.1).
+//! A position from one Earth vector and one attitude (thesis §5.1).
 //!
-//! In: the vector from the satellite to the Earth's centre in the Earth path (km, with covariance), the attitude of the
-//! star path (with covariance) and the mounting of the paths; out: position and covariance, km and km², ICRS axes.
-//! `r = -A_SIᵀ T_SE r_E` (eq. 5.4). Its covariance (eq. 5.9) has two parts, turned into ICRS: that of the Earth vector, and
-//! that of the attitude, `[s×] P [s×]ᵀ` with `s` the Earth vector in the star path: together eq. 5.12 for any attitude and axis. The
-//! term of the second order ([`second_order_km2`], eq. 5.13) is the product of both errors, 1e-3 of these, and not in the fix. Both
+//! In: the vector from the satellite to the Earth's centre in the Earth path (km, with covariance), the
+//! attitude of the star path (with covariance) and the mounting of the paths; out: position and covariance,
+//! km and km², ICRS axes. `r = -A_SIᵀ T_SE r_E` (eq. 5.4). Its covariance (eq. 5.9) has two parts, turned
+//! into ICRS: that of the Earth vector, and that of the attitude, `[s×] P [s×]ᵀ` with `s` the Earth vector in
+//! the star path: together eq. 5.12 for any attitude and axis. The term of the second order
+//! ([`second_order_km2`], eq. 5.13) is the product of both errors, 1e-3 of these, and not in the fix. Both
 //! are within 5 % of Monte Carlo (`point/tests.rs`).
 //!
-//! Rounding: f32 in the attitude costs up to 7e-7 of the distance (30 m in GEO), changing from second to second.
+//! Rounding: f32 in the attitude costs up to 7e-7 of the distance (30 m in GEO), changing from second to
+//! second.
 
 use super::constants::LIGHT_KM_S;
 use super::finite;
@@ -26,14 +28,15 @@ pub struct PositionFix {
     pub position_km: Vector3<f64>,
     /// Its covariance, km².
     pub covariance_km2: Matrix3<f64>,
-    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made linear.
+    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made
+    /// linear.
     pub place_km: Vector3<f64>,
 }
 
 impl PositionFix {
-    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the vector
-    /// `place_km` for which that was made, the attitude with the covariance of its rotation vector in the star path (rad²), and
-    /// the mounting. `None` when anything is not finite.
+    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the
+    /// vector `place_km` for which that was made, the attitude with the covariance of its rotation vector in
+    /// the star path (rad²), and the mounting. `None` when anything is not finite.
     #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,
@@ -64,8 +67,9 @@ impl PositionFix {
 }
 
 impl PositionFix {
-    /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about the Earth sees
-    /// it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself displaced backwards.
+    /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about
+    /// the Earth sees it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself
+    /// displaced backwards.
     pub fn without_aberration(mut self, velocity_km_s: &Vector3<f64>) -> Self {
         let distance_km = libm::sqrt(dot(&self.place_km, &self.place_km));
         let up = scaled(&self.place_km, 1.0 / distance_km.max(1.0));
@@ -77,8 +81,9 @@ impl PositionFix {
     }
 }
 
-/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ × δ`, the attitude's error
-/// times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. In flight it is left out.
+/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ × δ`,
+/// the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. In flight
+/// it is left out.
 pub fn second_order_km2(
     earth_covariance_km2: &Matrix3<f32>,
     attitude: &Rotation<Icrs, StarPath>,
@@ -104,8 +109,8 @@ pub fn second_order_km2(
     symmetric_product(&to_icrs, &in_star)
 }
 
-/// The rotation from the Earth path to ICRS, f64, made orthogonal again after f32 by one step of Newton's iteration
-/// `A (3 I - Aᵀ A) / 2`, so that it does not scale distances.
+/// The rotation from the Earth path to ICRS, f64, made orthogonal again after f32 by one step of Newton's
+/// iteration `A (3 I - Aᵀ A) / 2`, so that it does not scale distances.
 #[inline(never)]
 pub fn earth_to_icrs(
     attitude: &Rotation<Icrs, StarPath>,

@@ -1,14 +1,15 @@
-//! The extended Wahba problem (thesis eq. A.2, A.3): the rotation that minimises `½ Σ (b - A r)ᵀ W (b - A r)` with a
-//! weight *matrix* a star.
+//! The extended Wahba problem (thesis eq. A.2, A.3): the rotation that minimises `½ Σ (b - A r)ᵀ W (b - A r)`
+//! with a weight *matrix* a star.
 //!
-//! It has no closed solution (the term quadratic in `A` no longer drops out). It is solved on the manifold: from the SVD's
-//! solution with scalar weights, Gauss-Newton steps `θ = [Σ GᵀWG]⁻¹ Σ GᵀW (b - A r)`, `G = [(A r)×]`, each taken as a
-//! rotation `A' = exp(-[θ×]) A`; a step that makes the loss larger is not taken but damped (Levenberg and Marquardt). At
-//! most [`STEPS`] steps. The inverse of the last `Σ GᵀWG` is the covariance: the Cramer-Rao bound where the ellipses
-//! are true.
+//! It has no closed solution (the term quadratic in `A` no longer drops out). It is solved on the manifold:
+//! from the SVD's solution with scalar weights, Gauss-Newton steps `θ = [Σ GᵀWG]⁻¹ Σ GᵀW (b - A r)`, `G = [(A
+//! r)×]`, each taken as a rotation `A' = exp(-[θ×]) A`; a step that makes the loss larger is not taken but
+//! damped (Levenberg and Marquardt). At most [`STEPS`] steps. The inverse of the last `Σ GᵀWG` is the
+//! covariance: the Cramer-Rao bound where the ellipses are true.
 //!
-//! What it is worth (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the line of sight and
-//! about it; test `ellipses_are_worth_what_the_bound_says`); its own are 0.99 to 1.01 in all cases:
+//! What it is worth (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the
+//! line of sight and about it; test `ellipses_are_worth_what_the_bound_says`); its own are 0.99 to 1.01 in
+//! all cases:
 //!
 //! | images | SVD |
 //! |---|---|
@@ -17,10 +18,12 @@
 //! | drawn out off the axis, up to 4 : 1 | 1.27, 1.17 |
 //! | 1 : 1 to 10 : 1 in any direction | 2.05, 2.16 |
 //!
-//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain next to nothing in pitch and yaw: the
-//! means along x and y are the best there whatever the weights, and only the roll between them profits.
+//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain next to nothing in
+//! pitch and yaw: the means along x and y are the best there whatever the weights, and only the roll between
+//! them profits.
 //!
-//! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside the field.
+//! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside
+//! the field.
 
 use crate::attitude::WeightedPair;
 use crate::attitude::covariance::Information;
@@ -30,8 +33,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Most steps.
 pub const STEPS: usize = 8;
-/// A step smaller than a thousandth of a sigma is the last, for the next would be smaller by the square: what a step gains
-/// in the loss, relative to a sigma of 1 mrad.
+/// A step smaller than a thousandth of a sigma is the last, for the next would be smaller by the square: what
+/// a step gains in the loss, relative to a sigma of 1 mrad.
 const SMALL_GAIN: f32 = 1e-12;
 /// Damping after a first step that made things worse, as a share of the diagonal.
 const FIRST_DAMPING: f32 = 1e-3;

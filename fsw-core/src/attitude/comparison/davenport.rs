@@ -1,9 +1,9 @@
-//! Attitude by Davenport's q-method (thesis §3.1.4, eq. 3.9-3.13): the quaternion is the eigenvector of the symmetric
-//! 4 x 4 matrix K with the largest eigenvalue.
+//! Attitude by Davenport's q-method (thesis §3.1.4, eq. 3.9-3.13): the quaternion is the eigenvector of the
+//! symmetric 4 x 4 matrix K with the largest eigenvalue.
 //!
-//! `I - K` has no negative eigenvalue, so its singular vectors are its eigenvectors, and the one looked for belongs to the
-//! smallest. They come from one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no convergence test, and small
-//! eigenvalues as exact as large ones. Rounding error: see [`super`].
+//! `I - K` has no negative eigenvalue, so its singular vectors are its eigenvectors, and the one looked for
+//! belongs to the smallest. They come from one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no
+//! convergence test, and small eigenvalues as exact as large ones. Rounding error: see [`super`].
 
 use super::profile::{MIN_SPREAD, Profile};
 use crate::attitude::WeightedPair;

@@ -2,8 +2,8 @@
 //! four-dimensional vector product of three of them, lambda the largest root of the characteristic polynomial
 //! (`characteristic.rs`).
 //!
-//! All four choices of three rows are formed and the longest product is taken; no rotation of the reference is needed.
-//! Rounding error: see [`super`].
+//! All four choices of three rows are formed and the longest product is taken; no rotation of the reference
+//! is needed. Rounding error: see [`super`].
 
 use super::characteristic::root;
 use super::profile::Profile;

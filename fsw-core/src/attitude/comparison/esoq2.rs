@@ -1,8 +1,9 @@
-//! Attitude by ESOQ2 (Mortari 1997): the Euler axis `e` is the null vector of `M = (lambda - tr B) [(lambda + tr B) I - S] -
-//! z zᵀ`, found as the longest product of two of its rows, and `q = [(lambda - tr B) e, z·e]`, lambda the largest root of
-//! the characteristic polynomial (`characteristic.rs`).
+//! Attitude by ESOQ2 (Mortari 1997): the Euler axis `e` is the null vector of `M = (lambda - tr B) [(lambda +
+//! tr B) I - S] - z zᵀ`, found as the longest product of two of its rows, and `q = [(lambda - tr B) e, z·e]`,
+//! lambda the largest root of the characteristic polynomial (`characteristic.rs`).
 //!
-//! `M` vanishes with the angle of rotation, so the reference is turned by 180 deg about the axis that leaves the
+//! `M` vanishes with the angle of rotation, so the reference is turned by 180 deg about the axis that leaves
+//! the
 //! *largest* angle: the one with the least element on the diagonal of K. Rounding error: see [`super`].
 
 use super::characteristic::root;

@@ -1,8 +1,8 @@
-//! Attitude by FOAM (Markley 1993): `A = [(kappa + |B|²) B + lambda adj Bᵀ - B Bᵀ B] / zeta`, lambda the largest root of
-//! the characteristic polynomial (`characteristic.rs`).
+//! Attitude by FOAM (Markley 1993): `A = [(kappa + |B|²) B + lambda adj Bᵀ - B Bᵀ B] / zeta`, lambda the
+//! largest root of the characteristic polynomial (`characteristic.rs`).
 //!
-//! `|B|² B - B Bᵀ B` is formed as `(|B|² I - B Bᵀ) B`, whose diagonal is a sum of the squares of the *other* rows: the
-//! square of the element near one never has to cancel. Rounding error: see [`super`].
+//! `|B|² B - B Bᵀ B` is formed as `(|B|² I - B Bᵀ) B`, whose diagonal is a sum of the squares of the *other*
+//! rows: the square of the element near one never has to cancel. Rounding error: see [`super`].
 
 use super::characteristic::root;
 use super::profile::Profile;

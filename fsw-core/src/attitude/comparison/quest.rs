@@ -1,10 +1,10 @@
-//! Attitude by QUEST (thesis §3.1.4; Shuster and Oh 1981): the Gibbs vector `y = [(lambda + tr B) I - S]⁻¹ z`, lambda the
-//! largest root of the characteristic polynomial (`characteristic.rs`).
+//! Attitude by QUEST (thesis §3.1.4; Shuster and Oh 1981): the Gibbs vector `y = [(lambda + tr B) I - S]⁻¹
+//! z`, lambda the largest root of the characteristic polynomial (`characteristic.rs`).
 //!
-//! The Gibbs vector is infinite at half turns, so the reference is turned by 180 deg about the axis that makes the scalar
-//! component large (sequential rotation): the one with the greatest element on the diagonal of K, which is `tr B` of
-//! each choice. A half turn only permutes K, so none of its digits are lost. Adjugate and determinant instead
-//! of the inverse, no division. Rounding error: see [`super`].
+//! The Gibbs vector is infinite at half turns, so the reference is turned by 180 deg about the axis that
+//! makes the scalar component large (sequential rotation): the one with the greatest element on the diagonal
+//! of K, which is `tr B` of each choice. A half turn only permutes K, so none of its digits are lost.
+//! Adjugate and determinant instead of the inverse, no division. Rounding error: see [`super`].
 
 use super::characteristic::root;
 use super::profile::{Profile, cofactors, half_turn, partition};

@@ -1,4 +1,5 @@
-//! Every method on the one interface: against an f64 oracle of its own, against the SVD, and against the truth.
+//! Every method on the one interface: against an f64 oracle of its own, against the SVD, and against the
+//! truth.
 
 use super::*;
 use crate::attitude::{ExtendedPair, VectorPair};
@@ -76,8 +77,8 @@ fn spread_rad(stars: &[V3<f64>]) -> f64 {
     stars.iter().map(chord).fold(0.0, f64::max)
 }
 
-/// Rounding against that of the optimal methods: least squares magnify it, up to a hundredfold for three stars close to a
-/// great circle.
+/// Rounding against that of the optimal methods: least squares magnify it, up to a hundredfold for three
+/// stars close to a great circle.
 fn rounding_of(method: WahbaMethod) -> f64 {
     if method == WahbaMethod::LeastSquares { 100.0 } else { 1.0 }
 }
@@ -404,14 +405,19 @@ fn any_pair() -> impl Strategy<Value = VectorPair> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(14), cases: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        rng_seed: prop::test_runner::RngSeed::Fixed(14),
+        cases: 2000,
+        ..ProptestConfig::default()
+    })]
 
     /// Pairs that agree in nothing, with weights that differ by many powers of ten.
     #[test]
     fn any_pairs_give_a_rotation_or_a_refusal(pairs in prop::collection::vec(any_pair(), 0..12)) {
         let usable = |pair: &VectorPair| pair.sigma_rad > 1e-9 && pair.sigma_rad < 1.0;
         let good: Vec<_> = pairs.iter().copied().filter(usable).collect();
-        for (method, pairs) in WahbaMethod::ALL.into_iter().flat_map(|method| [(method, &pairs), (method, &good)]) {
+        let both = |method| [(method, &pairs), (method, &good)];
+        for (method, pairs) in WahbaMethod::ALL.into_iter().flat_map(both) {
             if let Ok(found) = solve(method, pairs) {
                 let matrix = found.attitude.matrix();
                 prop_assert!(skewness(matrix) < 1e-5, "{method:?} {matrix:?}");
@@ -423,7 +429,11 @@ proptest! {
 
     /// Whatever the noise, from none to degrees.
     #[test]
-    fn every_method_agrees_with_the_svd(seed in any::<u64>(), count in 2usize..10, noise_power in -6.0f64..-1.5) {
+    fn every_method_agrees_with_the_svd(
+        seed in any::<u64>(),
+        count in 2usize..10,
+        noise_power in -6.0f64..-1.5,
+    ) {
         let mut generator = Generator::new(seed);
         let attitude = generator.rotation();
         let stars = field(&mut generator, count, 11.0);

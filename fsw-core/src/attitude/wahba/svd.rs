@@ -1,18 +1,21 @@
 //! Attitude by singular value decomposition (thesis §3.1.4; Markley 1988): `B = Σ a b rᵀ = U S Vᵀ`,
 //! `A = U diag(1, 1, det U det V) Vᵀ`.
 //!
-//! Only the two larger singular directions are taken from the decomposition; the third of `U` and of `V` is the cross
-//! product of the others, which *is* the factor `det U det V`, and makes two stars as good as many. The decomposition
-//! is one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no convergence test, no panic path.
+//! Only the two larger singular directions are taken from the decomposition; the third of `U` and of `V` is
+//! the cross product of the others, which *is* the factor `det U det V`, and makes two stars as good as many.
+//! The decomposition is one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no convergence test, no panic
+//! path.
 //!
-//! In a narrow field the singular value that carries the roll is `(field radius)²`, some 1e-3 of the largest, so single
-//! precision would leave tens of arcseconds there. [`POLISH_STEPS`] Gauss-Newton steps on the differences `b - A r`
-//! (exact in floating point) take it away; they do not move the optimum, whose normal equations they solve.
+//! In a narrow field the singular value that carries the roll is `(field radius)²`, some 1e-3 of the largest,
+//! so single precision would leave tens of arcseconds there. [`POLISH_STEPS`] Gauss-Newton steps on the
+//! differences `b - A r` (exact in floating point) take it away; they do not move the optimum, whose normal
+//! equations they solve.
 //!
-//! Rounding error, greatest over 40,000 random fields of 3 to 12 stars each (test `agrees_with_an_f64_oracle`): in a 6
-//! deg field 0.03 arcsec across and 0.6 arcsec in roll (rms 0.007 and 0.034), in the reference field 0.04 and 0.15 (rms
-//! 0.007 and 0.010). Of two stars 2 to 10 deg apart: 0.05 arcsec across, and in roll 0.02 arcsec over the separation in
-//! radians.
+//! Rounding error, greatest over 40,000 random fields of 3 to 12 stars each (test
+//! `agrees_with_an_f64_oracle`): in a 6 deg field 0.03 arcsec across and 0.6 arcsec in roll (rms 0.007 and
+//! 0.034), in the reference field 0.04 and 0.15 (rms
+//! 0.007 and 0.010). Of two stars 2 to 10 deg apart: 0.05 arcsec across, and in roll 0.02 arcsec over the
+//! separation in radians.
 
 use super::{WahbaError, check};
 use crate::attitude::WeightedPair;

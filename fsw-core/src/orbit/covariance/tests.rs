@@ -9,7 +9,8 @@ use nalgebra::Matrix6;
 
 type Full = SMatrix<f64, 13, 13>;
 
-/// A random covariance: the product of a random matrix with itself, its axes stretched by up to `spread` to either side.
+/// A random covariance: the product of a random matrix with itself, its axes stretched by up to `spread` to
+/// either side.
 fn random(generator: &mut Generator, spread: f64) -> Matrix3<f64> {
     let scale = |generator: &mut Generator| spread.powf(generator.between(-1.0, 1.0));
     let turn = generator.rotation();
@@ -22,7 +23,8 @@ fn full(p: &Covariance) -> Full {
     Full::from_fn(|row, column| p.at(row, column))
 }
 
-/// A covariance in which everything hangs together, as the filter's does after some fixes: misalignment and bias apart.
+/// A covariance in which everything hangs together, as the filter's does after some fixes: misalignment and
+/// bias apart.
 fn entangled(generator: &mut Generator) -> Covariance {
     let root = |generator: &mut Generator| Matrix3::from_fn(|_, _| generator.gaussian());
     let shared = [root(generator), root(generator)];

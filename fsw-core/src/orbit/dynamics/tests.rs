@@ -50,7 +50,8 @@ fn there_and_back_is_the_same_place() {
 
 #[test]
 fn the_bulge_is_that_of_the_reference_field() {
-    // Against the potential's gradient by Cunningham's recursion, whose tesserals of degree two are 2e-3 of the bulge.
+    // Against the potential's gradient by Cunningham's recursion, whose tesserals of degree two are 2e-3 of
+    // the bulge.
     for (x, y, z) in [
         (6_828.0, 0.0, 0.0),
         (0.0, 5_000.0, 5_000.0),

@@ -1,5 +1,5 @@
-//! Seeded campaigns: is the filter as good as it says (normalised estimation error squared, NEES), and as good as can be
-//! (information bound)?
+//! Seeded campaigns: is the filter as good as it says (normalised estimation error squared, NEES), and as
+//! good as can be (information bound)?
 
 mod world;
 
@@ -32,8 +32,8 @@ fn campaign(name: &str, scenario: &Scenario, runs: u64) -> (Vector3<f64>, Vector
         outcomes[0].limb_km.1
     );
     std::println!(
-        "{name}: rms {:.0} / {:.0} / {:.0} m (radial, along, across), said {:.0} / {:.0} / {:.0} m, NEES {nees:.2} of 6, \
-         rejected {rejected}, settled by {settled} s",
+        "{name}: rms {:.0} / {:.0} / {:.0} m (radial, along, across), said {:.0} / {:.0} / {:.0} m, \
+         NEES {nees:.2} of 6, rejected {rejected}, settled by {settled} s",
         error.x,
         error.y,
         error.z,
@@ -44,7 +44,8 @@ fn campaign(name: &str, scenario: &Scenario, runs: u64) -> (Vector3<f64>, Vector
     (error, sigma, nees)
 }
 
-/// Bounds of the mean over 24 runs of a chi-square of six degrees: 99 % (chi-square of 144 degrees: 104.0 and 191.3).
+/// Bounds of the mean over 24 runs of a chi-square of six degrees: 99 % (chi-square of 144 degrees: 104.0 and
+/// 191.3).
 const RUNS: u64 = 24;
 const NEES_LOW: f64 = 104.0 / 24.0;
 const NEES_HIGH: f64 = 191.3 / 24.0;
@@ -115,8 +116,9 @@ fn errors_are_as_stated_in_a_low_orbit() {
 
 #[test]
 fn errors_are_as_stated_when_clouds_bias_the_fixes_slowly() {
-    // The bias has the shape of the fixes' covariance and four times their sigma. (With eight times the middle one has NEES 8.0:
-    // 15 % more error than stated, left from the start. The defaults consider sixteen.)
+    // The bias has the shape of the fixes' covariance and four times their sigma. (With eight times the
+    // middle one has NEES 8.0: 15 % more error than stated, left from the start. The defaults consider
+    // sixteen.)
     for (name, mut scenario) in [
         ("GEO, a day, biased", geostationary(86_164, None)),
         ("SSO 798 km, two orbits, 35 min dark, biased", low(7_176.0, 98.5, Some(35 * 60))),
@@ -152,8 +154,8 @@ fn errors_are_no_greater_than_stated_in_the_real_field() {
     }
 }
 
-/// The covariance that no filter can beat: the information of the unit vectors, each moved to the end by differences of seven
-/// orbits.
+/// The covariance that no filter can beat: the information of the unit vectors, each moved to the end by
+/// differences of seven orbits.
 fn bound_m(start: &OrbitState, duration_s: i64, cadence_s: i64, sigma_rad: f64) -> Vector3<f64> {
     const SHIFT_KM: f64 = 0.1;
     const SHIFT_KM_S: f64 = 1e-4;
@@ -220,7 +222,8 @@ fn unit_vectors_alone_reach_the_information_bound() {
             };
             let (error, sigma, _) = campaign(&std::format!("{name}, {observation:?}"), &scenario, 12);
             for axis in 0..3 {
-                // What the filter says is the bound itself; an rms of 12 runs stays below 1.66 of it (99.9 %).
+                // What the filter says is the bound itself; an rms of 12 runs stays below 1.66 of it (99.9
+                // %).
                 assert!((sigma[axis] / bound[axis] - 1.0).abs() < 0.2, "{name}: {sigma} of {bound}");
                 assert!(error[axis] < 1.66 * bound[axis], "{name}: {error} of {bound}");
             }

@@ -1,4 +1,5 @@
-//! What the orbit filter keeps from one second to the next, and its two steps: propagation and measurement update.
+//! What the orbit filter keeps from one second to the next, and its two steps: propagation and measurement
+//! update.
 
 use super::{Lost, MAX_GAP_US, MAX_SPANS};
 use crate::matrix::{add_scaled, add_to_diagonal, dot, identity, product_transposed, scaled};
@@ -13,8 +14,9 @@ use crate::orbit::parameters::OrbitParameters;
 use crate::orbit::point::PositionFix;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// The covariance is inflated when the velocity's sigma falls below these shares of the velocity, once each: the trajectory from
-/// the start (velocity 0) until then is not a solution of the dynamics, and a covariance propagated along it is too small.
+/// The covariance is inflated when the velocity's sigma falls below these shares of the velocity, once each:
+/// the trajectory from the start (velocity 0) until then is not a solution of the dynamics, and a covariance
+/// propagated along it is too small.
 const INFLATION_SHARES: [f64; 2] = [0.15, 0.01];
 /// Factor on the variances of position and velocity there; their correlations become 0.
 const INFLATION: f64 = 16.0;
@@ -66,8 +68,9 @@ impl Estimate {
         estimate
     }
 
-    /// From a fix: its position, velocity 0. With `r = -H_c c + noise`, where `c` are the slow states and `H_c` their columns of the
-    /// sensitivity, the position's covariance is `H_c C H_cᵀ + N` and that with the slow states `-H_c C`.
+    /// From a fix: its position, velocity 0. With `r = -H_c c + noise`, where `c` are the slow states and
+    /// `H_c` their columns of the sensitivity, the position's covariance is `H_c C H_cᵀ + N` and that with
+    /// the slow states `-H_c C`.
     #[inline(never)]
     pub(super) fn from_fix(
         time_us: i64,
@@ -109,8 +112,8 @@ impl Estimate {
         }
     }
 
-    /// Takes in a fix and gives its normalised innovation squared; `None`, and an estimate not to be used, when the
-    /// innovation's covariance is not positive definite.
+    /// Takes in a fix and gives its normalised innovation squared; `None`, and an estimate not to be used,
+    /// when the innovation's covariance is not positive definite.
     #[inline(never)]
     pub(super) fn measurement_update(
         &mut self,
@@ -121,7 +124,8 @@ impl Estimate {
     ) -> Option<f64> {
         let Innovation { sensitivity, noise_km2, innovation_km } =
             Innovation::of(fix, &self.state.position_km, self.limb_height_km, earth_to_icrs, unit);
-        // The part of the bias that has decayed since the last fix is replaced by a new one of this fix's shape.
+        // The part of the bias that has decayed since the last fix is replaced by a new one of this fix's
+        // shape.
         let renewed = bias_share(parameters) * (1.0 - self.bias_kept * self.bias_kept);
         let mut bias = self.covariance.block(BIAS, BIAS);
         add_scaled(&mut bias, renewed, &noise_km2);
@@ -169,7 +173,8 @@ impl Estimate {
             && self.covariance.is_sound()
     }
 
-    /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is not to be used.
+    /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is not to be
+    /// used.
     pub(super) fn propagate(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
         let gap = to_us.checked_sub(self.state.time_us).ok_or(Lost::TooLong)?;
         if gap < 0 {

@@ -193,7 +193,8 @@ fn a_start_many_earth_radii_off_converges() {
             bias_over_noise: 0.0,
             ..OrbitParameters::default()
         };
-        // Without any distance the linearised filter converges from three radii; ten leave 50 km after 18 hours.
+        // Without any distance the linearised filter converges from three radii; ten leave 50 km after 18
+        // hours.
         let directions = observation == Observation::UnitVector;
         let radii: &[f64] = if directions { &[1.0, 3.0] } else { &[1.0, 3.0, 10.0, 50.0] };
         for radii in radii {
@@ -235,7 +236,9 @@ fn number(size: f64) -> impl Strategy<Value = f64> {
     prop_oneof![
         6 => -size..size,
         1 => any::<f64>(),
-        1 => prop::sample::select(&[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, f64::MAX, f64::MIN_POSITIVE]),
+        1 => prop::sample::select(
+            &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, f64::MAX, f64::MIN_POSITIVE]
+        ),
     ]
 }
 
@@ -275,7 +278,10 @@ proptest! {
     #[test]
     fn whatever_is_put_in_what_comes_out_is_finite(
         begin in prop::option::of((vector(2e4), vector(8.0), number(1e4), number(5.0))),
-        fixes in prop::collection::vec((step_us(), vector(3e4), vector(100.0), covariance(), vector(0.1)), 1..25),
+        fixes in prop::collection::vec(
+            (step_us(), vector(3e4), vector(100.0), covariance(), vector(0.1)),
+            1..25
+        ),
         observation in prop::sample::select(
             &[Observation::Position, Observation::UnitVector, Observation::Combined]
         ),
@@ -283,7 +289,8 @@ proptest! {
         gate_nis in prop::sample::select(&[10.0f32, 30.0, 1000.0]),
         bias_over_noise in prop::sample::select(&[0.0f32, 3.0, 30.0]),
     ) {
-        let parameters = OrbitParameters { observation, gate_nis, bias_over_noise, ..OrbitParameters::default() };
+        let parameters =
+            OrbitParameters { observation, gate_nis, bias_over_noise, ..OrbitParameters::default() };
         let mut filter = OrbitFilter::new();
         let mut time_us = 760_000_000_000_000i64;
         if let Some((position_km, velocity_km_s, position_sigma, velocity_sigma)) = begin {

@@ -6,7 +6,8 @@ const CASES: usize = 10_000;
 /// 95 % of a normal distribution lie within so many sigmas.
 const BAND_95: f64 = 1.96;
 
-/// What makes a star's image longer than wide: covariance `[xx, xy, yy]` of the x and y of its direction, rad².
+/// What makes a star's image longer than wide: covariance `[xx, xy, yy]` of the x and y of its direction,
+/// rad².
 type Shape = fn(&mut Generator, &V3<f64>) -> [f64; 3];
 
 /// An ellipse with its longer axis along `(x, y)`.
@@ -71,8 +72,8 @@ fn noisy_stars(generator: &mut Generator, stars: &[V3<f64>], shape: Shape) -> (V
     (stars.iter().map(see).collect(), attitude)
 }
 
-/// Cramer-Rao bound of the attitude's covariance from the true ellipses, f64: `[Σ Jᵀ C⁻¹ J]⁻¹`, J the change of the x and
-/// y of `A r` with the rotation vector.
+/// Cramer-Rao bound of the attitude's covariance from the true ellipses, f64: `[Σ Jᵀ C⁻¹ J]⁻¹`, J the change
+/// of the x and y of `A r` with the rotation vector.
 fn bound_rad2(pairs: &[ExtendedPair], truth: &M3<f64>) -> M3<f64> {
     let sum = pairs.iter().fold(M3::zeros(), |sum, item| {
         let b = truth * wide(item.pair().reference.vector());
@@ -182,8 +183,8 @@ fn ellipses_are_worth_what_the_bound_says() {
         let [[s, t], [e, f]] = [&svd, &extended].map(|tally| tally.rms(tally.error).map(|rad| rad * ARCSEC));
         let [svd, extended] = [svd, extended].map(|tally| tally.rms(tally.in_sigmas));
         std::println!(
-            "{name}: rms SVD {s:.1} {t:.0}, extended {e:.1} {f:.0} arcsec; in sigmas of the bound SVD {:.3} {:.3}, \
-             extended {:.3} {:.3}",
+            "{name}: rms SVD {s:.1} {t:.0}, extended {e:.1} {f:.0} arcsec; \
+             in sigmas of the bound SVD {:.3} {:.3}, extended {:.3} {:.3}",
             svd[0],
             svd[1],
             extended[0],

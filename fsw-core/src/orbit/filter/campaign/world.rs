@@ -54,7 +54,8 @@ impl Eye {
 /// What moves the true satellite.
 #[derive(Clone, Copy)]
 pub(super) enum World {
-    /// The filter's own forces and white acceleration as strong as its process noise says: strict consistency.
+    /// The filter's own forces and white acceleration as strong as its process noise says: strict
+    /// consistency.
     White,
     /// The Earth's field to degree and order four, by the reference propagator: realism.
     Lumpy,
@@ -141,7 +142,8 @@ impl Truth {
         }
     }
 
-    /// One fix later. The times for which slow errors last are those that the parameters' page states, not the filter's.
+    /// One fix later. The times for which slow errors last are those that the parameters' page states, not
+    /// the filter's.
     fn live(&mut self, scenario: &Scenario, normal: &Vector3<f64>, generator: &mut Generator) {
         let Scenario { eye, parameters, .. } = scenario;
         let step_s = scenario.cadence_s as f64;
@@ -169,8 +171,8 @@ impl Truth {
     }
 }
 
-/// The state one fix later under the filter's own forces and white acceleration over the step, exactly: a velocity, and a
-/// position half bound to it and half free.
+/// The state one fix later under the filter's own forces and white acceleration over the step, exactly: a
+/// velocity, and a position half bound to it and half free.
 pub(super) fn shaken(scenario: &Scenario, state: &OrbitState, generator: &mut Generator) -> OrbitState {
     let step_s = scenario.cadence_s as f64;
     let mut next = Dynamics::Full.propagate(state, scenario.cadence_s * 1_000_000).unwrap();
