@@ -13,26 +13,20 @@ mod allowance;
 pub mod blinding;
 pub mod calibration;
 pub mod centroid;
-pub mod condition;
 pub mod defects;
 mod detections;
-mod levels;
 pub mod matched;
-mod median;
 pub mod mended;
-pub mod patch;
 mod peaks;
 pub mod scan;
 mod shape;
 pub mod streaks;
 #[cfg(test)]
 mod test_sky;
-mod texture;
 
 use calibration::Calibration;
-
-/// Full scale of a pixel in scaled counts.
-pub const FULL_SCALE: i32 = 1 << 14;
+pub use fsw_pixels::window::FULL_SCALE;
+pub use fsw_pixels::{condition, patch};
 
 /// Thresholds of star detection (thesis §3.1.1); the sigmas are those of the local background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -20,18 +20,6 @@ pub(crate) fn sort<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
     }
 }
 
-/// The `N` least of some values, least first; the greatest number there is in place of what is missing. For
-/// few: every value is compared with all `N`.
-pub(crate) fn least<const N: usize>(values: impl Iterator<Item = i32>) -> [i32; N] {
-    let mut least = [i32::MAX; N];
-    for mut value in values {
-        for kept in &mut least {
-            (*kept, value) = (value.min(*kept), value.max(*kept));
-        }
-    }
-    least
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -39,14 +27,6 @@ mod tests {
     use std::vec::Vec;
 
     proptest! {
-        #[test]
-        fn the_least_are_those_of_sorting(values in prop::collection::vec(-50i32..50, 0..20)) {
-            let mut sorted = values.clone();
-            sorted.sort_unstable();
-            sorted.resize(20, i32::MAX);
-            prop_assert_eq!(&least::<8>(values.into_iter())[..], &sorted[..8]);
-        }
-
         #[test]
         fn a_list_filled_element_by_element_is_sorted_stably(keys in prop::collection::vec(0u8..12, 0..80)) {
             let arrivals: Vec<(u8, usize)> = keys.into_iter().zip(0..).collect();

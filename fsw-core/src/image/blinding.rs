@@ -7,29 +7,15 @@
 //! `SAMPLES` draws), so the answer may be either only for `p` from 0.37 to 0.63. Cost: 2,000 cycles (Cortex-M4
 //! model, zero wait states).
 
+pub use fsw_pixels::window::saturation;
+
 /// Pixels looked at; those of smaller windows more than once.
 const SAMPLES: u32 = 128;
 /// The golden section of 2^16: its multiples modulo 2^16 are spread evenly however many there are.
 const GOLDEN_SECTION: u32 = 40_503;
-/// Bits of the widest converter.
-const MAX_BITS: u8 = 16;
-
-/// The raw value from which on a pixel may have been at full scale: 0.95 of it. A twentieth is left to the converter's last
-/// counts, to compression and to colours of which only some were full.
-pub const fn saturation(bits: u8) -> u16 {
-    let bits = if bits < 1 {
-        1
-    } else if bits > MAX_BITS {
-        MAX_BITS
-    } else {
-        bits
-    };
-    let full_scale = ((1u32 << bits) - 1) as u16;
-    full_scale - full_scale / 20
-}
-
 /// Whether more than half of the window stands at full scale: the Sun, or an exposure far too long. No pixels are not
 /// blinded.
+#[inline(never)]
 pub fn blinded(pixels: &[u16], bits: u8) -> bool {
     let saturation = saturation(bits);
     let length = pixels.len() as u64;

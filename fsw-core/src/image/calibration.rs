@@ -30,6 +30,8 @@
 //! symmetric (an L, fig. 3.7) it does not, and the tables are those of the whole detector.
 
 use crate::checksum::crc32;
+use fsw_pixels::profile::Entry;
+pub use fsw_pixels::profile::{POINTS_PER_PX, PROFILE_REACH_PX, Profile, RADIAL_POINTS, TANGENTIAL_POINTS};
 
 /// First bytes of every file.
 pub const MAGIC: [u8; 4] = *b"SXCC";
@@ -39,14 +41,6 @@ pub const VERSION: u16 = 1;
 pub const HEADER_BYTES: usize = 64;
 /// Where the CRC-protected part begins.
 pub const CRC_FROM: usize = 12;
-/// Points of a profile a pixel.
-pub const POINTS_PER_PX: usize = 4;
-/// How far from its place a profile knows of a star, px; at its last point nothing is known any more.
-pub const PROFILE_REACH_PX: usize = 4;
-/// Points of a profile along the field's radius.
-pub const RADIAL_POINTS: usize = 2 * PROFILE_REACH_PX * POINTS_PER_PX + 1;
-/// Points of a profile across it, one half: the other is its mirror image.
-pub const TANGENTIAL_POINTS: usize = PROFILE_REACH_PX * POINTS_PER_PX + 1;
 /// Length of a profile's numbers before its points.
 pub const PROFILE_HEADER_BYTES: usize = 8;
 /// Length of a profile.
@@ -55,11 +49,6 @@ pub const PROFILE_BYTES: usize = PROFILE_HEADER_BYTES + 2 * RADIAL_POINTS * TANG
 pub const PHASES: usize = 11;
 /// Length of a table.
 pub const TABLE_BYTES: usize = 2 * PHASES * PHASES;
-
-/// A point of a profile (i16), or both corrections at a phase (two i8).
-type Entry = [u8; 2];
-/// A row of a profile.
-type ProfileRow = [Entry; RADIAL_POINTS];
 
 /// Why bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,20 +63,6 @@ pub enum CalibrationError {
     Checksum,
     /// Numbers contradict each other or make no sense.
     Structure,
-}
-
-/// A star's light over pixels that are sensitive throughout, at one distance from the optical centre: the share of it that a
-/// pixel gets, by the pixel's place from the star. It is a quadratic B-spline.
-///
-/// Layout: f32, what a point of 1 is worth; f32, how far a star is displaced outwards for each magnitude that its B-V exceeds
-/// the header's, px (lateral colour); then [`TANGENTIAL_POINTS`] rows of [`RADIAL_POINTS`] i16, the spline's
-/// coefficients, along the field's radius from the inside out, the first row on the radius itself, points
-/// [`POINTS_PER_PX`] a pixel.
-#[derive(Clone, Copy, Debug)]
-pub struct Profile<'a> {
-    scale: f32,
-    colour_px: f32,
-    rows: &'a [ProfileRow],
 }
 
 /// A checked calibration; borrows its bytes.
@@ -170,7 +145,7 @@ impl<'a> Calibration<'a> {
             return None;
         }
         let profiles = profiles.as_chunks::<PROFILE_BYTES>().0;
-        if !profiles.iter().all(|profile| Profile::read(profile).is_some()) {
+        if !profiles.iter().all(|profile| read_profile(profile).is_some()) {
             return None;
         }
         let per_px = |offset| half(offset).filter(|step| *step > 0).map(|step| 1.0 / f32::from(step));
@@ -227,9 +202,14 @@ impl<'a> Calibration<'a> {
 
     /// The profile of a star so far from the optical centre.
     pub fn profile(&self, radius_px: f32) -> Option<Profile<'a>> {
+        self.nearest_profile(radius_px).map(|(profile, _)| profile)
+    }
+
+    /// The profile nearest to a distance from the optical centre, and how far it is displaced by colour, px a magnitude of B-V.
+    fn nearest_profile(&self, radius_px: f32) -> Option<(Profile<'a>, f32)> {
         let nearest = (radius_px * self.profiles_per_px + 0.5) as usize;
         let last = self.profiles.len().saturating_sub(1);
-        self.profiles.get(nearest.min(last)).and_then(Profile::read)
+        self.profiles.get(nearest.min(last)).and_then(read_profile)
     }
 
     /// How far a star of this B-V at `at_px` is displaced by its colour, px.
@@ -238,7 +218,7 @@ impl<'a> Calibration<'a> {
         let (dx, dy) = (x - cx, y - cy);
         let radius_px = libm::sqrtf(dx * dx + dy * dy);
         let outwards_px =
-            self.profile(radius_px).map_or(0.0, |profile| profile.colour_px) * (b_v - self.colour);
+            self.nearest_profile(radius_px).map_or(0.0, |(_, colour_px)| colour_px) * (b_v - self.colour);
         let per_radius = outwards_px / radius_px.max(1.0);
         [dx * per_radius, dy * per_radius]
     }
@@ -288,65 +268,13 @@ fn interpolated(table: &[u8; TABLE_BYTES], (x, right): (usize, f32), (y, below):
     [mix(a[0], b[0], c[0], d[0]), mix(a[1], b[1], c[1], d[1])]
 }
 
-/// The point of a quadratic B-spline nearest to `at`, and how far `at` is from half a point before it and from half a point after.
-#[inline(always)]
-fn nearest(at: f32) -> (usize, [f32; 2]) {
-    let index = (at + 0.5) as usize;
-    let past = at - index as f32;
-    (index, [0.5 - past, 0.5 + past])
-}
-
-/// A quadratic B-spline with these coefficients about its nearest point, and its slope a point.
-#[inline(always)]
-fn spline(middle: f32, to_middle: f32, from_middle: f32, [before, after]: [f32; 2]) -> [f32; 2] {
-    let (rise, fall) = (before * to_middle, after * from_middle);
-    [middle + 0.5 * (after * fall - before * rise), rise + fall]
-}
-
-impl<'a> Profile<'a> {
-    fn read(bytes: &'a [u8; PROFILE_BYTES]) -> Option<Self> {
-        let scale = f32_at(bytes, 0).filter(|scale| *scale > 0.0 && *scale < 1.0)?;
-        let points = bytes.get(PROFILE_HEADER_BYTES..)?.as_chunks::<2>().0;
-        let colour_px = f32_at(bytes, 4).filter(|px| px.abs() <= 1.0)?;
-        Some(Self { scale, colour_px, rows: points.as_chunks::<RADIAL_POINTS>().0 })
-    }
-
-    /// Share of a star's light in each pixel of a line, and its change along and across the field's radius, a pixel; zero
-    /// beyond the reach. `first_px` is how far from the star the first pixel is along and across the radius, `step_px` how much farther
-    /// each is than the one before.
-    #[inline(always)]
-    pub fn light_of_line(&self, first_px: [f32; 2], step_px: [f32; 2], lights: &mut [[f32; 3]]) {
-        const POINTS: f32 = POINTS_PER_PX as f32;
-        let [mut along, mut across] = first_px.map(|px| px * POINTS);
-        let [step_along, step_across] = step_px.map(|px| px * POINTS);
-        along += PROFILE_REACH_PX as f32 * POINTS;
-        for light in lights {
-            *light = self.light(along, across);
-            (along, across) = (along + step_along, across + step_across);
-        }
-    }
-
-    /// [`Self::light_of_line`] of one pixel, so many points from the first column and from the first row.
-    #[inline(always)]
-    fn light(&self, along: f32, across: f32) -> [f32; 3] {
-        let side = if across < 0.0 { -1.0 } else { 1.0 };
-        let (column, in_row) = nearest(along);
-        let (row, in_column) = nearest(across * side);
-        let of_row = |row: usize| {
-            let points = self.rows.get(row)?.get(column.wrapping_sub(1)..)?.first_chunk::<3>()?;
-            let [a, b, c] = points.map(|point| i32::from(i16::from_le_bytes(point)));
-            Some(spline(b as f32, (b - a) as f32, (c - b) as f32, in_row))
-        };
-        // The row before the first is its mirror image.
-        let rows = [of_row(if row == 0 { 1 } else { row - 1 }), of_row(row), of_row(row + 1)];
-        let [Some([above, slope_above]), Some([here, slope_here]), Some([below, slope_below])] = rows else {
-            return [0.0; 3];
-        };
-        let [light, across] = spline(here, here - above, below - here, in_column);
-        let [along, _] = spline(slope_here, slope_here - slope_above, slope_below - slope_here, in_column);
-        let per_px = self.scale * POINTS_PER_PX as f32;
-        [light * self.scale, along * per_px, across * side * per_px]
-    }
+/// A profile: f32, what a point of 1 is worth; f32, how far a star is displaced outwards for each magnitude that its B-V exceeds
+/// the header's, px (lateral colour); then the points. Gives it and that displacement.
+fn read_profile(bytes: &[u8; PROFILE_BYTES]) -> Option<(Profile<'_>, f32)> {
+    let scale = f32_at(bytes, 0).filter(|scale| *scale > 0.0 && *scale < 1.0)?;
+    let points = bytes.get(PROFILE_HEADER_BYTES..)?.as_chunks::<2>().0;
+    let colour_px = f32_at(bytes, 4).filter(|px| px.abs() <= 1.0)?;
+    Some((Profile { scale, rows: points.as_chunks::<RADIAL_POINTS>().0 }, colour_px))
 }
 
 #[cfg(test)]

@@ -24,10 +24,10 @@
 //! (Cortex-M4 model, zero wait states).
 
 use super::calibration::Calibration;
-use super::condition::Place;
 use super::matched;
-use super::patch::Patch;
 use super::{Detection, DetectionParameters, FULL_SCALE};
+use fsw_pixels::condition::Place;
+use fsw_pixels::patch::Patch;
 
 /// Half the region's side, smallest to largest.
 pub const HALF_SIDES: [usize; 4] = [2, 3, 4, 6];

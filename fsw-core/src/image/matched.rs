@@ -20,6 +20,8 @@
 //! would leave, where that is more (a proton, a hot pixel or another star is in it), and the square of what the table leaves.
 
 use super::calibration::Calibration;
+pub use fsw_pixels::profile::{HALF, SIDE};
+use fsw_pixels::profile::{Star, Sums};
 
 /// Gauss-Newton steps from the centre of intensity: half the side of the square that each asks, px. The first only has to come
 /// near.
@@ -43,11 +45,6 @@ const FAINT_PER_PX2: f32 = 40.0;
 const STEP_MAX_PX: f32 = 0.5;
 /// Farthest from the first centre, px: else it was no single star.
 const FARTHEST_PX: f32 = 1.0;
-/// Half the side of the square whose pixels are asked, px: the profile's reach and the centre's distance from the middle.
-pub const HALF: usize = 4;
-/// Its side.
-pub const SIDE: usize = 2 * HALF + 1;
-
 /// A spot to be centred.
 #[derive(Clone, Copy, Debug)]
 pub struct Spot<'p> {
@@ -86,23 +83,6 @@ struct Step {
     flux: f32,
 }
 
-/// What is summed over the pixels. As `q (f + β) = 1`, the sums with `q f` follow from these.
-#[derive(Default)]
-struct Sums {
-    /// Pixels, and `f`.
-    even: [f32; 2],
-    /// `s`, `q s` and `q s²`.
-    seen: [f32; 3],
-    /// `q`.
-    weight: f32,
-    /// `q g s`, `q g f` and `q g`, along and across the field's radius.
-    pull: [[f32; 3]; 2],
-    /// `q g gᵀ`: along, both, across.
-    slope: [f32; 3],
-    /// `q² g²`, along and across.
-    noise: [f32; 2],
-}
-
 /// The centre; `None` where there is none near the first one.
 pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
     let [middle_x, middle_y] = spot.middle_px;
@@ -115,25 +95,10 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
 
     let (mut x, mut y) = (start_x, start_y);
     let (mut variance, mut misfit, mut beyond_noise, mut beta) = (0.0, 1.0, 1.0, BETA);
-    let mut lights = [[0.0; 3]; SIDE];
     for half in STEPS {
-        let mut sums = Sums::default();
-        let lights = lights.get_mut(..2 * half + 1).unwrap_or(&mut []);
-        let rows = spot.pixels.iter().skip(HALF - half).take(2 * half + 1);
-        for (dy, row) in (-(half as i32)..).zip(rows) {
-            let from_y = dy as f32 - y;
-            // First the light of the row, then its sums: together they need more numbers at hand than there are registers.
-            let from_x = -(half as f32) - x;
-            let first_px = [from_x * cos + from_y * sin, from_y * cos - from_x * sin];
-            profile.light_of_line(first_px, [cos, -sin], lights);
-            for (light, value) in lights.iter().zip(row.iter().skip(HALF - half)) {
-                // Beyond the reach of the profile nothing is known.
-                if light[0] != 0.0 {
-                    sums.add(light, *value, beta);
-                }
-            }
-        }
-        let step = sums.step(beta, spot.noise, calibration.electrons_per_count())?;
+        let star = Star { at_px: [x, y], radius: [cos, sin], beta };
+        let sums = Sums::of(spot.pixels, half, &star, &profile);
+        let step = Step::of(&sums, beta, spot.noise, calibration.electrons_per_count())?;
         let [along, across] = step.along_across;
         let limited = |step: f32| step.clamp(-STEP_MAX_PX, STEP_MAX_PX);
         let (along, across) = (limited(along), limited(across));
@@ -161,42 +126,27 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
     })
 }
 
-impl Sums {
-    /// Adds a pixel with this share of the light and its change along and across the radius, value, and the star's `β`.
-    #[inline(always)]
-    fn add(&mut self, [f, along, across]: &[f32; 3], value: f32, beta: f32) {
-        let q = 1.0 / (f + beta);
-        let (u, v) = (-q * along, -q * across);
-        let qs = q * value;
-        self.even = [self.even[0] + 1.0, self.even[1] + f];
-        self.seen = [self.seen[0] + value, self.seen[1] + qs, self.seen[2] + qs * value];
-        self.weight += q;
-        self.pull[0] = [self.pull[0][0] + u * value, self.pull[0][1] + u * f, self.pull[0][2] + u];
-        self.pull[1] = [self.pull[1][0] + v * value, self.pull[1][1] + v * f, self.pull[1][2] + v];
-        self.slope = [self.slope[0] - u * along, self.slope[1] - u * across, self.slope[2] - v * across];
-        self.noise = [self.noise[0] + u * u, self.noise[1] + v * v];
-    }
-
+impl Step {
     /// The step, and how good the fit is after it; `None` where there is no star.
-    fn step(&self, beta: f32, noise: f32, electrons_per_count: f32) -> Option<Step> {
-        let ([pixels, light], [bare, s, ss], one) = (self.even, self.seen, self.weight);
+    fn of(sums: &Sums, beta: f32, noise: f32, electrons_per_count: f32) -> Option<Self> {
+        let ([pixels, light], [bare, s, ss], one) = (sums.even, sums.seen, sums.weight);
         // q f = 1 - β q.
         let (fs, f) = (bare - beta * s, pixels - beta * one);
         let ff = light - beta * f;
         let spread = one * ff - f * f;
         let (flux, floor) = ((one * fs - f * s) / spread, (ff * s - f * fs) / spread);
-        let [uu, uv, vv] = self.slope;
+        let [uu, uv, vv] = sums.slope;
         let determinant = uu * vv - uv * uv;
         let usable = spread > 1e-9 && flux > 1.0 && determinant > 1e-9;
         if !usable {
             return None;
         }
-        let [u, v] = self.pull.map(|[seen, light, even]| (seen - floor * even) / flux - light);
+        let [u, v] = sums.pull.map(|[seen, light, even]| (seen - floor * even) / flux - light);
         let of_axis = |noise_sum: f32, photon_sum: f32, slope: f32| {
             (noise_sum * noise * noise + photon_sum * flux / electrons_per_count)
                 / (flux * slope * flux * slope)
         };
-        let [along, across] = self.noise;
+        let [along, across] = sums.noise;
         let variance = of_axis(along, uu - beta * along, uu) + of_axis(across, vv - beta * across, vv);
         let along_across = [(vv * u - uv * v) / determinant, (uu * v - uv * u) / determinant];
         // What flux, floor and step leave of the squares, over what noise and an inexact profile would.
@@ -204,7 +154,7 @@ impl Sums {
         let left = ss - flux * fs - floor * s - flux * flux * (u * along + v * across);
         let doubt = PROFILE_ERROR * flux;
         let by_noise = noise * noise * one + flux / electrons_per_count * f;
-        Some(Step {
+        Some(Self {
             along_across,
             variance: 0.5 * variance,
             misfit: left / (by_noise + doubt * doubt * ff),

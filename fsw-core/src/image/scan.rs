@@ -15,13 +15,14 @@
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
 use super::blinding::blinded;
 use super::centroid::measure;
-use super::condition::{MAX_HEIGHT, MAX_WIDTH, Residuals, condition};
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
-use super::patch::{MARGIN, Patch};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
 use super::{Detection, FULL_SCALE, Method};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_pixels::condition::{Residuals, condition};
+use fsw_pixels::patch::{MARGIN, Patch};
+use fsw_pixels::window::{MAX_HEIGHT, MAX_WIDTH};
 
 /// Length of the readout buffer, px.
 pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;

@@ -20,14 +20,13 @@
 //! (`allowance`).
 
 use super::Detection;
-use super::condition::Place;
-use super::patch::{MARGIN, Patch};
+use fsw_pixels::condition::Place;
+use fsw_pixels::light;
+use fsw_pixels::patch::{MARGIN, Patch};
 
 /// Lesser second moment of the 3 x 3 px about a star's maximum, at least, px².
 const THIN_PX2: f32 = 0.22;
 
-/// The weight's values from its middle outwards, sixteenths.
-const WEIGHT: [f32; 5] = [16.0, 14.1, 9.7, 5.2, 2.2];
 /// Second moment under the weight from which on a spot is drawn out: a uniform streak 5 px long, or a Gaussian of 1.5 px sigma.
 const DRAWN_PX2: f32 = 1.5;
 /// ... and it must exceed the lesser one by this factor: a lens that is blunt all around is none.
@@ -46,8 +45,6 @@ const BLEND_SIGMAS: i32 = 5;
 const BLEND_PX: usize = 4;
 /// Share of the maximum that a second one must have, percent, and how far it must rise above what lies between.
 const BLEND_PERCENT: i32 = 20;
-/// Share of the light of nine pixels that one of them holds where it shines alone, percent.
-const SINGLE_PERCENT: i32 = 75;
 /// Second moment of a star's image, px².
 const IMAGE_PX2: f32 = 1.0;
 /// Times that the patch is moved to the middle of the light.
@@ -62,73 +59,6 @@ pub enum Shape {
     Streak,
     /// Sharper than the lens.
     Hit,
-}
-
-/// Second moments of light.
-struct Moments {
-    /// Along the axis in which they are greatest, and across it, px².
-    greater: f32,
-    lesser: f32,
-    /// That axis.
-    axis: [f32; 2],
-    /// The light in all.
-    sum: f32,
-}
-
-/// Sums of light, and of light times offset, about a pixel.
-#[derive(Default)]
-struct Light {
-    sum: f32,
-    first: [f32; 2],
-    second: [f32; 3],
-}
-
-impl Light {
-    #[inline(always)]
-    fn add(&mut self, dx: i32, dy: i32, light: f32) {
-        let (dx, dy) = (dx as f32, dy as f32);
-        self.sum += light;
-        let (lx, ly) = (light * dx, light * dy);
-        let ([fx, fy], [xx, yy, xy]) = (self.first, self.second);
-        self.first = [fx + lx, fy + ly];
-        self.second = [xx + lx * dx, yy + ly * dy, xy + lx * dy];
-    }
-
-    /// The moments about its own middle; `None` of no light.
-    fn moments(&self) -> Option<Moments> {
-        if self.sum < 1.0 {
-            return None;
-        }
-        let per = 1.0 / self.sum;
-        let [mx, my] = self.first.map(|moment| moment * per);
-        let [xx, yy, xy] = self.second.map(|moment| moment * per);
-        let (xx, yy, xy) = (xx - mx * mx, yy - my * my, xy - mx * my);
-        let (middle, difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-        let half = libm::sqrtf(difference * difference + xy * xy);
-        // Twice the axis's angle has the tangent xy / difference; halved by the half-angle formulas.
-        let cosine = if half > 0.0 { difference / half } else { 1.0 };
-        let along = libm::sqrtf((0.5 * (1.0 + cosine)).max(0.0));
-        let across = libm::sqrtf((0.5 * (1.0 - cosine)).max(0.0));
-        let axis = [along, if xy < 0.0 { -across } else { across }];
-        Some(Moments { greater: middle + half, lesser: middle - half, axis, sum: self.sum })
-    }
-}
-
-/// The moments of the light up to `HALF` from the middle; `None` of no light.
-fn moments<const HALF: usize>(patch: &Patch, floor: i32) -> Option<Moments> {
-    let mut light = Light::default();
-    patch.each::<HALF>(|dx, dy, value| light.add(dx, dy, (value - floor) as f32));
-    light.moments()
-}
-
-/// The moments of light under the weight about the middle.
-fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
-    let weight = |at: i32| WEIGHT.get(at.unsigned_abs() as usize).copied().unwrap_or(0.0) / 16.0;
-    let mut light = Light::default();
-    patch.each::<{ WEIGHT.len() - 1 }>(|dx, dy, value| {
-        light.add(dx, dy, (value - floor) as f32 * weight(dx) * weight(dy));
-    });
-    light.moments()
 }
 
 /// Light of the 3 x 3 px at either end of the patch along an axis.
@@ -174,7 +104,7 @@ fn whole(window: &Place, spot: &Detection, patch: &mut Patch, axis: [f32; 2]) ->
             return None;
         }
         // The variance of an even streak is a twelfth of its squared length, and that of the image is added.
-        let variance = moments::<HALF>(patch, floor).map_or(0.0, |light| light.greater) - IMAGE_PX2;
+        let variance = light::of_all(patch, floor).map_or(0.0, |light| light.greater) - IMAGE_PX2;
         let length_px = libm::sqrtf((12.0 * variance).max(1.0));
         let side = side as f32;
         let spread = side * side * reach * (reach + 1.0) / 3.0;
@@ -229,11 +159,11 @@ pub fn shape(window: &Place, patch: &mut Patch, spot: &Detection) -> Shape {
     let floor = patch.floor();
     let peak = patch.square(0) - floor;
     let sigma = window.sigma;
-    let core = moments::<1>(patch, floor);
+    let core = light::of_core(patch, floor);
     if core.is_some_and(|core| core.lesser + THIN_NOISE * sigma as f32 / core.sum < THIN_PX2) {
         return Shape::Hit;
     }
-    let Some(light) = weighted(patch, floor) else { return Shape::Star(*spot) };
+    let Some(light) = light::weighted(patch, floor) else { return Shape::Star(*spot) };
     if light.greater > DRAWN_PX2 + DRAWN_NOISE * sigma as f32 / light.sum
         && light.greater > DRAWN_RATIO * light.lesser
     {
@@ -264,26 +194,7 @@ pub fn is_streak(window: &Place, x: usize, y: usize) -> bool {
         return false;
     }
     let floor = patch.floor();
-    weighted(&patch, floor).is_some_and(|light| {
+    light::weighted(&patch, floor).is_some_and(|light| {
         light.greater > DRAWN_RATIO * light.lesser && runs_on(window, &patch, floor, light.axis)
     })
-}
-
-/// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance, before anything is
-/// measured: of a star's nine brightest pixels one holds half of the light at most.
-pub fn is_single_pixel(window: &Place, x: usize, y: usize) -> bool {
-    let (Some(left), Some(top)) = (x.checked_sub(2), y.checked_sub(2)) else { return false };
-    let (mut all, mut nine, mut peak) = (0, 0, i32::MIN);
-    for (dy, y) in (0..5).zip(top..) {
-        let Some(row) = window.run::<5>(left, y) else { return false };
-        for (dx, value) in (0..5).zip(row) {
-            all += value;
-            if (1..4).contains(&dx) && (1..4).contains(&dy) {
-                nine += value;
-                peak = peak.max(value);
-            }
-        }
-    }
-    let floor = (all - nine) / 16;
-    SINGLE_PERCENT * (nine - 9 * floor) < 100 * (peak - floor)
 }

@@ -4,6 +4,7 @@ use super::*;
 use crate::image::allowance::{CANDIDATE_CYCLES, WINDOW_CYCLES};
 use crate::image::condition::condition;
 use crate::image::test_sky::{Chance, Sky};
+use fsw_pixels::window::BANDS;
 use proptest::prelude::*;
 use std::vec::Vec;
 

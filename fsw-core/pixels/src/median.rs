@@ -35,13 +35,33 @@ pub fn middle_and_spread(samples: &[i32; SAMPLES]) -> (i32, i32) {
     (middle, fourth - second)
 }
 
+/// The `N` least of some values, least first; the greatest number there is in place of what is missing. For few: every value is
+/// compared with all `N`.
+pub fn least<const N: usize>(values: impl Iterator<Item = i32>) -> [i32; N] {
+    let mut least = [i32::MAX; N];
+    for mut value in values {
+        for kept in &mut least {
+            (*kept, value) = (value.min(*kept), value.max(*kept));
+        }
+    }
+    least
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::test_sky::Chance;
+    use crate::test_sky::Chance;
     use proptest::prelude::*;
 
     proptest! {
+        #[test]
+        fn the_least_are_those_of_sorting(values in prop::collection::vec(-50i32..50, 0..20)) {
+            let mut sorted = values.clone();
+            sorted.sort_unstable();
+            sorted.resize(20, i32::MAX);
+            prop_assert_eq!(&least::<8>(values.into_iter())[..], &sorted[..8]);
+        }
+
         #[test]
         fn the_middle_has_six_samples_on_either_side(samples in prop::array::uniform15(-20_000i32..20_000)) {
             let (middle, spread) = middle_and_spread(&samples);

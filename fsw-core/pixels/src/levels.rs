@@ -20,18 +20,11 @@
 //! window of 120 x 62 px: 0.13 sigma for a row before the last step, 0.09 sigma for a cell; window of 27 x 27 px: 0.20 sigma for a
 //! row before, 0.10 after. What slopes or bends within a cell stays in the residuals.
 
-use super::condition::{CLIP_SIGMAS, MAX_HEIGHT, MAX_WIDTH};
-use super::median::{SAMPLES, middle_and_spread};
-use crate::order::least;
+use crate::median::{SAMPLES, least, middle_and_spread};
+use crate::window::{BANDS, BLOCK, BLOCKS, Cells, MAX_HEIGHT, MAX_WIDTH, bands, rows_of};
 
-/// Columns that share a level.
-pub const BLOCK: usize = 16;
-/// Blocks of the widest window.
-pub const BLOCKS: usize = MAX_WIDTH / BLOCK;
-/// Rows that share a level; the last band of a window has from half of them to half more.
-pub const BAND: usize = 16;
-/// Bands of the tallest window.
-pub const BANDS: usize = MAX_HEIGHT / BAND;
+/// Pixels farther than this from the level are no background.
+pub const CLIP_SIGMAS: i32 = 3;
 /// Of windows at least this wide half of the pixels serve the levels.
 const WIDE: usize = 64;
 /// A cell is quiet whose spread is at most so many times the mean of the [`FEW`] least of 15 cells spread over the window, and
@@ -40,20 +33,6 @@ const QUIET_FACTOR: i32 = 7;
 const FEW: usize = 4;
 /// The window has texture where it is not quiet in one cell of so many.
 const TEXTURED_DIVISOR: usize = 6;
-
-/// A value for every cell of a window.
-pub type Cells<T> = [[T; BLOCKS]; BANDS];
-
-/// Number of bands of a window.
-pub fn bands(height: usize) -> usize {
-    ((height + BAND / 2) / BAND).clamp(1, BANDS)
-}
-
-/// Rows of a band of a window.
-pub fn rows_of(band: usize, height: usize) -> core::ops::Range<usize> {
-    let first = band * BAND;
-    first.min(height)..if band + 1 < bands(height) { first + BAND } else { height }
-}
 
 /// Size of the whole window and resolution of its values.
 #[derive(Clone, Copy)]

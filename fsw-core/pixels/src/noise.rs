@@ -7,7 +7,7 @@
 //! must not hide itself; the mean distance of the others, x 1.64 (Gaussian, 12 sums), is the deviation. Its error is 25 %
 //! for a single cell, which is why cells that look alike share what the quieter half of the window shows.
 
-use super::levels::{BANDS, BLOCKS, Cells};
+use crate::window::{BANDS, BLOCKS, Cells};
 
 /// Sums of a cell that are left out.
 const TRIMMED: usize = 2;

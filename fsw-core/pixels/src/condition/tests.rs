@@ -1,7 +1,7 @@
 //! Levels and noise against the truth they were drawn from.
 
 use super::*;
-use crate::image::test_sky::{Chance, Sky};
+use crate::test_sky::{Chance, Sky};
 use proptest::prelude::*;
 
 /// Largest absolute residual of noiseless pixels.

@@ -1,10 +1,10 @@
 //! Local background and noise of a window, and what rises above it.
 //!
 //! In: raw pixels of a window, any resolution. Out: [`Residuals`], the same pixels seen above a background in scaled
-//! counts, and the window's noise. The background is a level for every row plus a level for every cell (`levels`). The
+//! counts, and the window's noise. The background is a level for every row plus a level for every cell ([`levels`](crate::levels)). The
 //! noise is the mean absolute residual, x 1.2533 (Gaussian), of sampled pixels, at least a third of a raw count; and the
 //! same of sums over 3 x 3 pixels, because interpolated colour and compression correlate neighbours. Of tall windows every
-//! cell's noise is known by itself (`texture`).
+//! cell's noise is known by itself ([`noise`](crate::noise)).
 //!
 //! The pixels are not rewritten: a reading less on the target is worth more than the subtraction done again for the few
 //! that matter. For the same reason what is looked at is held against the level of one cell, that of its middle
@@ -16,23 +16,14 @@
 //! Cost: 19 cycles a pixel of the window (119 x 62 px, 10 bit; Cortex-M4 model, zero wait states). More than 14 bits
 //! cost one more reading and writing of the pixels.
 
-use super::FULL_SCALE;
-use super::blinding::saturation;
-pub use super::levels::{BAND, BANDS, BLOCK, BLOCKS};
-use super::levels::{Cells, Levels, Shape, bands, rows_of};
-use super::texture::{Scatter, noise_of};
-use crate::order::least;
+use crate::levels::{Levels, Shape};
+use crate::median::least;
+use crate::noise::{Scatter, noise_of};
+use crate::window::{
+    BAND, BANDS, BLOCK, BLOCKS, Cells, FULL_SCALE, KEPT_BITS, MAX_HEIGHT, MAX_WIDTH, MIN_WIDTH, bands,
+    rows_of, saturation,
+};
 
-/// Narrowest window, px.
-pub const MIN_WIDTH: usize = 16;
-/// Widest window, px.
-pub const MAX_WIDTH: usize = 128;
-/// Tallest window, px.
-pub const MAX_HEIGHT: usize = 64;
-/// Pixels farther than this from the level are no background.
-pub const CLIP_SIGMAS: i32 = 3;
-/// Resolution that is kept of a pixel: a scaled count is one of a converter of so many bits.
-const KEPT_BITS: u8 = FULL_SCALE.ilog2() as u8;
 /// The sums at the sides of a cell that slopes are held to be so many sigmas: no threshold is lower than that many.
 const LEAN_SIGMAS: i32 = 5;
 /// Windows at least this tall are sampled for their noise in every [`NOISE_ROW_STEP`]th row, lower ones in all.
@@ -357,6 +348,7 @@ impl Deviation {
 ///
 /// `None` when the window is narrower than [`MIN_WIDTH`], wider than [`MAX_WIDTH`], taller than [`MAX_HEIGHT`] or not
 /// whole rows.
+#[inline(never)]
 pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals<'_>> {
     let height = pixels.len().checked_div(width)?;
     if !(MIN_WIDTH..=MAX_WIDTH).contains(&width) || !(1..=MAX_HEIGHT).contains(&height) {

@@ -1,11 +1,11 @@
 //! The pixels about a maximum, and what is summed over them.
 //!
-//! In: a window as it is looked at about a place. Out: sums over squares, rings and sides, which [`centroid`](super::centroid)
-//! judges, and light pixel by pixel, of which `shape` says what it is.
+//! In: a window as it is looked at about a place. Out: sums over squares, rings and sides, which `centroid` judges, and light pixel by
+//! pixel, of which `shape` says what it is.
 //!
 //! All sums are exact: residuals have at most 15 bits and a patch 225 pixels.
 
-use super::condition::Place;
+use crate::condition::Place;
 
 /// Pixels needed around a maximum: the largest region of a star and the ring outside it.
 pub const MARGIN: usize = 7;
@@ -27,6 +27,7 @@ impl Patch {
 
     /// Takes the pixels about (x, y); whether they are in the window. If not, nothing has changed.
     #[must_use]
+    #[inline(never)]
     pub fn take(&mut self, window: &Place, [x, y]: [usize; 2]) -> bool {
         if x.min(y) < MARGIN || x + MARGIN >= window.width() || y + MARGIN >= window.height() {
             return false;
@@ -103,6 +104,7 @@ impl Patch {
     }
 
     /// Sum over the square up to `half` from the middle and its first moments, in x and y.
+    #[inline(never)]
     pub fn moments(&self, half: usize) -> [i32; 3] {
         match half {
             2 => self.moments_of::<2>(),
@@ -128,6 +130,7 @@ impl Patch {
     }
 
     /// Sums over the four sides of the ring just outside the region: left, right, top, bottom, corners in two of them.
+    #[inline(never)]
     pub fn sides(&self, half: usize) -> [i32; 4] {
         match half {
             2 => self.sides_of::<3>(),

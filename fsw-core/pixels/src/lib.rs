@@ -1,0 +1,42 @@
+//! The loops over pixels, in a crate of their own so that they alone are built for speed and all other flight code for size.
+//!
+//! In: slices of raw pixels. Out: background levels, noise, marked places, sums, fits' normal equations. What these mean for a
+//! star, a limb or a streak is decided by `fsw-core`, which is the only user.
+//!
+//! | module | takes | gives |
+//! |---|---|---|
+//! | [`window`] | - | size of windows and of their cells; full scale |
+//! | [`median`] | a few samples | their middle and spread |
+//! | [`levels`] | raw pixels | background of every row and cell |
+//! | [`noise`] | distances from the background | noise of every cell |
+//! | [`condition`] | raw pixels | a window above its background |
+//! | [`search`] | a conditioned window, thresholds | which parts of its rows hold a 3 x 3 sum above them |
+//! | [`patch`] | a place in a window | the pixels about it and their sums |
+//! | [`light`] | a patch | second moments of the light |
+//! | [`profile`] | a star's image and its profile | sums of a least-squares fit |
+//! | [`radon`] | a block of pixels | sums along all its lines |
+//!
+//! Arrows point up that table only. The functions that other crates call are not generic and never inlined: a copy inside a
+//! function that is built for size would be built for size too. Small accessors are exceptions.
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod condition;
+pub mod levels;
+pub mod light;
+pub mod median;
+pub mod noise;
+pub mod patch;
+pub mod profile;
+pub mod radon;
+pub mod search;
+#[cfg(test)]
+#[path = "../../src/image/test_sky.rs"]
+#[allow(dead_code, reason = "shared with the tests of fsw-core")]
+mod test_sky;
+pub mod window;
