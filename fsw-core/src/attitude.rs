@@ -16,7 +16,7 @@ use crate::frames::{Direction, Icrs, StarPath};
 use nalgebra::Matrix3;
 use wahba::WahbaError;
 
-/// One star seen: where it was measured, where the catalogue has it, and how well it was measured.
+/// A star with its measured direction, its catalogue direction and the sigma of the measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct VectorPair {
     /// Measured direction `b`.

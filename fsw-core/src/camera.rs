@@ -24,12 +24,12 @@ use serde::{Deserialize, Serialize};
 
 /// Fixed-point steps that undo the distortion.
 pub const UNDISTORT_STEPS: usize = 8;
-/// Least z of a direction that can be seen: 87 deg off the line of sight.
+/// Least z of a direction in the field: 87 deg off the line of sight.
 const LEAST_FORWARD: f32 = 0.05;
-/// Error with which the distortion may be undone at the detector's corners, px.
+/// Greatest error of undoing the distortion that is accepted at the detector's corners, px.
 const UNDISTORT_ERROR_PX: f32 = 0.5;
-/// By so much less than the corners' the cosine may be of what falls on the detector: rounding, and what a
-/// tangential distortion does.
+/// How far below the corners' cosine that of a direction on the detector may fall: by rounding, and by a tangential
+/// distortion, which bends the detector's edges.
 const CORNER_ROUNDING: f32 = 1e-3;
 
 /// How a direction falls on the detector.
@@ -56,7 +56,7 @@ pub struct Distortion {
     pub p2: f32,
 }
 
-/// What is known of the lens and its detector.
+/// Lens and detector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraParameters {
     /// Columns, px.
@@ -215,7 +215,7 @@ impl Camera {
         self.project_earth(direction).filter(|at_px| self.contains(*at_px, margin_px))
     }
 
-    /// What the mirror, if there is one, makes of a vector of the star path, and back.
+    /// A vector of the star path in detector axes, or back: a mirror changes the sign of x.
     fn turned_over(&self, vector: Vector3<f32>) -> Vector3<f32> {
         if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }
     }

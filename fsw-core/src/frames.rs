@@ -1,4 +1,4 @@
-//! Directions and rotations typed by the frame they are given in: the words every room speaks.
+//! Directions and rotations typed by their frame, which every room uses.
 //!
 //! A quaternion is `[x, y, z, w]`, scalar last (thesis eq. 3.3), and its matrix is `A(q) = (w² - |v|²) I + 2
 //! v vᵀ - 2 w [v×]` (eq. 2.4), which takes components in the `From` frame to components in the `To` frame: `b

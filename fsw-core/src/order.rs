@@ -1,4 +1,4 @@
-//! Ordered short lists without a panic path (the library's sorts and insertions have some).
+//! Sorting of short lists without a panic path (the library's sorts and insertions have some).
 
 /// Moves the last element of an otherwise ordered list to its place; equal elements keep their order. At most
 /// one swap an element.

@@ -9,7 +9,7 @@
 //! `eq_3_27_is_the_scatter_of_the_attitude_error`).
 
 use super::WeightedPair;
-use crate::matrix::{Cholesky, add_scaled, scaled};
+use crate::matrix::{Cholesky, scaled};
 use nalgebra::{Matrix3, Vector3};
 
 /// Symmetric positive 3 x 3 matrix `Σ a (I - v vᵀ)` in units of 1 / mrad².
@@ -27,7 +27,7 @@ impl Information {
             let v = pair.measured.vector();
             let (xy, xz, yz) = (-v.x * v.y, -v.x * v.z, -v.y * v.z);
             let (xx, yy, zz) = (v.y * v.y + v.z * v.z, v.x * v.x + v.z * v.z, v.x * v.x + v.y * v.y);
-            add_scaled(&mut matrix, pair.weight(), &Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
+            matrix += Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * pair.weight();
         }
         Self { matrix }
     }

@@ -248,8 +248,7 @@ impl Covariance {
         (0..MOTION).all(|state| {
             let variance = self.at(state, state);
             variance > 0.0 && variance < GREATEST_VARIANCE
-        }) && height >= 0.0
-            && height < GREATEST_VARIANCE
+        }) && (0.0..GREATEST_VARIANCE).contains(&height)
     }
 }
 

@@ -21,7 +21,7 @@ use super::{WahbaError, check};
 use crate::attitude::WeightedPair;
 use crate::attitude::covariance::Information;
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::matrix::{add_product_transposed, add_scaled, product_transposed};
+use crate::matrix::{add_product_transposed, product_transposed};
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// Jacobi sweeps; a 3 x 3 matrix of any condition is diagonal to single precision after five.
@@ -97,11 +97,9 @@ pub(in crate::attitude) fn decompose(b: &Matrix3<f32>) -> Option<Matrix3<f32>> {
 pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     check(pairs)?;
     let total = pairs.iter().fold(0.0, |sum, item| sum + item.pair().weight());
-    let mut b = Matrix3::zeros();
-    for pair in pairs.iter().map(O::pair) {
-        let product = product_transposed(pair.measured.vector(), pair.reference.vector());
-        add_scaled(&mut b, pair.weight() / total, &product);
-    }
+    let b = pairs.iter().map(O::pair).fold(Matrix3::zeros(), |sum, pair| {
+        sum + pair.measured.vector() * pair.reference.vector().transpose() * (pair.weight() / total)
+    });
     let matrix = decompose(&b).ok_or(WahbaError::Parallel)?;
     let mut attitude = Rotation::from_orthogonal(matrix).turned(&Vector3::zeros());
     let information = Information::of(pairs);
