@@ -35,7 +35,7 @@ impl Sensor<'_> {
 
     /// Takes an image; whether the Sun blinds it.
     fn expose(&mut self, detector: &mut impl Detector) -> Result<bool, DetectorError> {
-        self.expose_for(detector, self.parameters.exposure_us)
+        self.expose_for(detector, self.parameters.imaging.exposure_us)
     }
 
     /// Takes an image of this exposure time; whether the Sun blinds it.
@@ -91,7 +91,7 @@ impl Sensor<'_> {
         instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
         report: &mut Report,
     ) {
-        let mut allowance = self.parameters.pairs_per_cycle;
+        let mut allowance = self.parameters.identification.pairs_per_cycle;
         if self.searching_since.is_none() {
             // The scan has most of this second.
             allowance /= SCANNING_SHARE;
@@ -254,7 +254,7 @@ impl Sensor<'_> {
 
     /// From a row to the next, s.
     pub(super) fn row_time_s(&self) -> f32 {
-        self.parameters.row_time_ns as f32 * 1e-9
+        self.parameters.imaging.row_time_ns as f32 * 1e-9
     }
 
     /// Moves predicted stars to where they are at the time of their rows.
