@@ -9,10 +9,10 @@
 //! reflected, which turns its image over (determinant -1). Where the camera is `mirrored`, x of the star path
 //! therefore runs along -x px, so that its frame is right-handed and an attitude is a rotation.
 //!
-//! Distortion is Brown's model on the normalised plane, `distorted = undistorted (1 + k1 r² + k2 r⁴ + k3 r⁶)
-//! + tangential(p1, p2)`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of which shrinks the
-//! error to about `2 |k1| r²` of it; lenses with more than 10 % distortion at the corner need a correction
-//! table instead.
+//! Distortion is Brown's model on the normalised plane: `distorted = undistorted radial + tangential(p1, p2)`
+//! with `radial = 1 + k1 r² + k2 r⁴ + k3 r⁶`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of
+//! which shrinks the error to about `2 |k1| r²` of it; lenses with more than 10 % distortion at the corner
+//! need a correction table instead.
 //!
 //! Error of a pixel's direction and back again, greatest over the whole reference detector: 1e-4 px without
 //! and with distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
@@ -28,8 +28,8 @@ pub const UNDISTORT_STEPS: usize = 8;
 const LEAST_FORWARD: f32 = 0.05;
 /// Greatest error of undoing the distortion that is accepted at the detector's corners, px.
 const UNDISTORT_ERROR_PX: f32 = 0.5;
-/// How far below the corners' cosine that of a direction on the detector may fall: by rounding, and by a tangential
-/// distortion, which bends the detector's edges.
+/// How far below the corners' cosine that of a direction on the detector may fall: by rounding, and by a
+/// tangential distortion, which bends the detector's edges.
 const CORNER_ROUNDING: f32 = 1e-3;
 
 /// How a direction falls on the detector.

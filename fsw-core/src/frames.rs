@@ -1,10 +1,9 @@
 //! Directions and rotations typed by their frame, which every room uses.
 //!
-//! A quaternion is `[x, y, z, w]`, scalar last (thesis eq. 3.3), and its matrix is `A(q) = (w² - |v|²) I + 2
-//! v vᵀ - 2 w [v×]` (eq. 2.4), which takes components in the `From` frame to components in the `To` frame: `b
-//! = A r` (eq.
-//! 2.2). Frames are empty types, so that a direction on the sky cannot be fed where one on the detector is
-//! meant.
+//! A quaternion is `[x, y, z, w]`, scalar last (thesis eq. 3.3). Its matrix (eq. 2.4) is
+//! `A(q) = (w² - |v|²) I + 2 v vᵀ - 2 w [v×]`; it takes components in the `From` frame to components in the
+//! `To` frame, `b = A r` (eq. 2.2). Frames are empty types, so that a direction on the sky cannot be fed
+//! where one on the detector is meant.
 //!
 //! Rounding (greatest over 20,000 random rotations): an element of the matrix of a quaternion 7e-7, a
 //! quaternion through its matrix and back 5e-7, half turns included.
