@@ -1,9 +1,9 @@
 //! Sine and cosine of angles up to 100 rad, f32 and f64.
 //!
-//! The angle less the nearest multiple of a right angle, which is subtracted in two parts so that no digit is lost; sine and
-//! cosine of the rest, at most 45 degrees, by the polynomials of FDLIBM (`k_sinf`, `k_cosf`, `k_sin`, `k_cos`); the quadrant
-//! exchanges them and their signs. `libm`'s functions also reduce angles up to 1e308, by tables of 4.4 KB that no angle here needs, and
-//! its f32 functions compute in f64.
+//! The angle less the nearest multiple of a right angle, which is subtracted in two parts so that no digit is
+//! lost; sine and cosine of the rest, at most 45 degrees, by the polynomials of FDLIBM (`k_sinf`, `k_cosf`,
+//! `k_sin`, `k_cos`); the quadrant exchanges them and their signs. `libm`'s functions also reduce angles up
+//! to 1e308, by tables of 4.4 KB that no angle here needs, and its f32 functions compute in f64.
 //!
 //! | | greatest error over -100 to 100 rad | cycles on the target, sine and cosine together |
 //! |---|---|---|
@@ -14,7 +14,8 @@
 
 use crate::matrix::Real;
 
-/// A right angle in two parts, the first short enough that its multiples are exact, and the polynomials of a number type.
+/// A right angle in two parts, the first short enough that its multiples are exact, and the polynomials of a
+/// number type.
 trait Circle: Real {
     const RIGHT_ANGLE: [Self; 2];
     const PER_RIGHT_ANGLE: Self;

@@ -7,7 +7,7 @@ use crate::earth::look::{Choice, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
 use crate::earth::{Body, Demand, EarthFix, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::orbit::covariance::inverse;
+use crate::matrix::inverse;
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::plan;

@@ -86,7 +86,7 @@ fn keep(pieces: &mut Pieces, piece: Piece) {
         let _ = pieces.pop();
     }
     if pieces.push(piece).is_ok() {
-        crate::order::settle_last(pieces, |a, b| a.strength > b.strength);
+        crate::order::insert_last(pieces, |a, b| a.strength > b.strength);
     }
 }
 

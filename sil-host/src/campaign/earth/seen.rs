@@ -26,7 +26,7 @@ use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
 use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips, filters, thesis};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
-use fsw_core::orbit::covariance::inverse;
+use fsw_core::matrix::inverse;
 use fsw_core::orbit::point::PositionFix;
 use fsw_core::plan;
 use fsw_hal::{Detector, DetectorError};
