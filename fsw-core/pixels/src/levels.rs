@@ -183,6 +183,28 @@ fn quiet_columns(quiet: u32, width: usize) -> [usize; SAMPLES] {
     })
 }
 
+/// The rough levels of a band's rows from the pixels in some columns, less the rough levels of their cells; gives the sum of their
+/// spreads. A function of its own: inside the larger one its numbers would not stay in registers.
+#[inline(never)]
+fn rough_rows(
+    pixels: &[u16],
+    (width, full_scale): (usize, i32),
+    (columns, beneath): (&[usize; SAMPLES], &[i32; SAMPLES]),
+    levels: &mut [i32],
+) -> i32 {
+    let mut spreads = 0;
+    for (row, level) in pixels.chunks_exact(width.max(1)).zip(levels) {
+        let mut samples = [0; SAMPLES];
+        for (sample, (x, level)) in samples.iter_mut().zip(columns.iter().zip(beneath)) {
+            *sample = row.get(*x).map_or(0, |raw| i32::from(*raw) - level);
+        }
+        let (middle, spread) = middle_and_spread(&samples);
+        *level = middle.max(-full_scale).min(full_scale);
+        spreads += spread;
+    }
+    spreads
+}
+
 /// A straight line through the levels of a band's rows.
 #[derive(Clone, Copy, Default)]
 struct Line {
@@ -258,16 +280,12 @@ impl Levels {
         levels.quiet = quiet_cells(spreads, used, limit);
         let mut row_spreads = 0;
         for (band, (cells, quiet)) in levels.cells.iter().zip(&levels.quiet).enumerate().take(bands(height)) {
-            let beneath =
-                quiet_columns(*quiet, width).map(|x| (x, cells.get(x / BLOCK).copied().unwrap_or(0)));
+            let columns = quiet_columns(*quiet, width);
+            let beneath = columns.map(|x| cells.get(x / BLOCK).copied().unwrap_or(0));
             let rows = rows_of(band, height);
-            let of_band = pixels.chunks_exact(width.max(1)).skip(rows.start);
-            for (row, level) in of_band.zip(levels.rows.iter_mut().skip(rows.start)).take(rows.len()) {
-                let samples = beneath.map(|(x, level)| row.get(x).map_or(0, |raw| i32::from(*raw) - level));
-                let (middle, spread) = middle_and_spread(&samples);
-                *level = middle.clamp(-full_scale, full_scale);
-                row_spreads += spread;
-            }
+            let of_band = pixels.get(rows.start * width..).unwrap_or(&[]);
+            let levels = levels.rows.get_mut(rows).unwrap_or(&mut []);
+            row_spreads += rough_rows(of_band, (width, full_scale), (&columns, &beneath), levels);
         }
         // The spread of a Gaussian is 0.66 sigma (see `median`). What the cells leave widens the rows' spread; the cells'
         // does not see it, but rests on fewer samples, so half of its size is left to chance.

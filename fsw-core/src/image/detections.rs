@@ -61,6 +61,12 @@ impl Detections {
         Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0, streak_places: Vec::new() }
     }
 
+    /// Whether the spot would be kept whatever its centre and flux: there is room, or it outshines the faintest of those kept.
+    pub(super) fn keeps(&self, spot: &Detection) -> bool {
+        let brightness = |spot: &Detection| (spot.extended, core::cmp::Reverse(spot.core_flux));
+        !self.spots.is_full() || self.spots.iter().any(|kept| brightness(spot) <= brightness(kept))
+    }
+
     /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept once.
     pub(super) fn insert(&mut self, spot: Detection) {
         const ONE_PX: u32 = 1 << 16;

@@ -19,11 +19,6 @@ pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.
 pub const MAX_TRIANGLES: usize = 512;
 
-/// A window whose mean is above full scale over this shows the Earth, the Moon or stray light, and hardly a star.
-const WASHED: u32 = 4;
-/// Of its pixels one in so many tells.
-const WASHED_STEP: usize = 7;
-
 /// The identifier with the capacities above.
 type OnboardIdentifier = Identifier<MAX_CATALOGUE_STARS, MAX_BASE_SIDES, MAX_TRIANGLES>;
 
@@ -147,17 +142,13 @@ impl Workspace {
         method: &Method,
     ) -> Result<usize, DetectorError> {
         self.detections.clear();
-        let washed = u32::from(detector.geometry().full_scale()) / WASHED;
-        let mut bright = 0;
+        let mut washed = 0;
         let buffer = &mut self.shared.readout()?.buffer;
         for window in windows {
-            scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
-            let pixels = buffer.get(..window.area()).unwrap_or(&[]);
-            let some = pixels.iter().step_by(WASHED_STEP);
-            let limit = washed * some.len() as u32;
-            bright += usize::from(some.fold(0u32, |sum, pixel| sum + u32::from(*pixel)) > limit);
+            let is_washed = scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
+            washed += usize::from(is_washed);
         }
         self.detections.settle();
-        Ok(bright)
+        Ok(washed)
     }
 }
