@@ -3,20 +3,20 @@
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from it,
 //! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`] a better one
 //! ([`matched`]), [`scan`] walks the whole detector in
-//! tiles and `detections` keeps the brightest spots. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
-//! detector at full scale. Before all of them [`mended`] may stand, a detector without its known [`defects`].
+//! tiles and `detections` keeps the brightest spots. Loops over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
+//! detector at full scale. Before all of them [`bad_pixels`] may correct the known [`defects`].
 //!
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
 //! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
 mod allowance;
+pub mod bad_pixels;
 pub mod blinding;
 pub mod calibration;
 pub mod centroid;
 pub mod defects;
 mod detections;
 pub mod matched;
-pub mod mended;
 mod peaks;
 pub mod scan;
 mod shape;
@@ -51,17 +51,16 @@ parameter_group! {
     }
 }
 
-/// How stars are found and centred: thresholds, and what is known of the lens, if anything. Thresholds alone are a method
-/// too.
+/// How stars are found and centred: by thresholds, and by the calibration of the lens where there is one.
 #[derive(Clone, Copy, Debug)]
-pub struct Method<'a> {
+pub struct DetectionMethod<'a> {
     /// The thresholds.
     pub parameters: &'a DetectionParameters,
     /// The lens's profiles and corrections.
     pub calibration: Option<&'a Calibration<'a>>,
 }
 
-impl<'a> From<&'a DetectionParameters> for Method<'a> {
+impl<'a> From<&'a DetectionParameters> for DetectionMethod<'a> {
     fn from(parameters: &'a DetectionParameters) -> Self {
         Self { parameters, calibration: None }
     }

@@ -74,7 +74,8 @@ pub fn of_all(patch: &Patch, floor: i32) -> Option<Moments> {
     moments::<{ MARGIN - 1 }>(patch, floor)
 }
 
-/// The moments of the light up to `HALF` from the middle; `None` of no light.
+/// Second moments of the pixels up to `HALF` from the patch's middle above a floor, about the centre of their own light; `None` where that
+/// sums to less than a count.
 #[inline(always)]
 fn moments<const HALF: usize>(patch: &Patch, floor: i32) -> Option<Moments> {
     let mut light = Light::default();
@@ -82,7 +83,7 @@ fn moments<const HALF: usize>(patch: &Patch, floor: i32) -> Option<Moments> {
     light.moments()
 }
 
-/// The moments of light under the weight about the middle.
+/// The same under the Gaussian weight of 2 px sigma, which stands on the patch's middle: it narrows the moments of wide light.
 #[inline(never)]
 pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
     let weight = |at: i32| WEIGHT.get(at.unsigned_abs() as usize).copied().unwrap_or(0.0) / 16.0;

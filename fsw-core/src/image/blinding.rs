@@ -24,7 +24,11 @@ pub fn blinded(pixels: &[u16], bits: u8) -> bool {
         // Multiples of the golden section, not of a step that might share a factor with the window's width.
         let place = sample.wrapping_mul(GOLDEN_SECTION) % (1 << 16);
         let raw = pixels.get(((place * length) >> 16) as usize);
-        if raw.is_some_and(|raw| *raw >= saturation) { full += 1 } else { not += 1 }
+        if raw.is_some_and(|raw| *raw >= saturation) {
+            full += 1
+        } else {
+            not += 1
+        }
         // Nothing can change it any more.
         if 2 * not >= SAMPLES {
             return false;
@@ -122,7 +126,8 @@ mod tests {
                 let sky = Sky::new(27, 27, level * full_scale).noise(0.02 * full_scale, seed);
                 let window = Window { x: 0, y: 0, width: 27, height: 27 };
                 let mut buffer = [0; TILE_PIXELS];
-                read_stars(&mut sky.expose(bits), window, &mut buffer, &parameters, &mut Detections::new()).unwrap()
+                read_stars(&mut sky.expose(bits), window, &mut buffer, &parameters, &mut Detections::new())
+                    .unwrap()
             };
             assert!((1..=5).all(|seed| washed(0.3, seed)), "{bits} bits");
             assert!((1..=5).all(|seed| !washed(0.2, seed)), "{bits} bits");

@@ -43,7 +43,7 @@ const SIDE_NOISE_ADDEND: i32 = 5;
 
 /// A spot and what it stands on.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured {
+pub struct MeasuredSpot {
     /// The spot, counted from the window's first pixel.
     pub spot: Detection,
     /// Its floor, scaled counts above the window's levels.
@@ -52,7 +52,7 @@ pub struct Measured {
     slope_per_flux: f32,
 }
 
-impl Measured {
+impl MeasuredSpot {
     /// The spot with the centre and the sigma of the lens's profile fitted to it, and whether nothing but a single star is
     /// seen; `origin` is the window's first pixel on the detector. `None` where the profile does not fit.
     pub fn fitted(
@@ -95,7 +95,7 @@ pub fn measure(
     at: [usize; 2],
     parameters: &DetectionParameters,
     patch: &mut Patch,
-) -> Option<Measured> {
+) -> Option<MeasuredSpot> {
     if !patch.take(window, at) {
         return None;
     }
@@ -195,5 +195,5 @@ pub fn measure(
         drawn_px: 0,
         blended: false,
     };
-    Some(Measured { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
+    Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
 }

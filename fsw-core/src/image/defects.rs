@@ -1,5 +1,5 @@
 //! What is known of a detector's defects: bad pixels and offsets of columns, version 1, little-endian, and the door at which
-//! the table is checked. [`super::mended`] applies it.
+//! the table is checked. [`super::bad_pixels`] applies it.
 //!
 //! | offset | type | content |
 //! |---|---|---|

@@ -14,11 +14,11 @@
 
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
 use super::blinding::{blinded, is_washed};
-use super::centroid::{Measured, measure};
+use super::centroid::{MeasuredSpot, measure};
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
-use super::{Detection, FULL_SCALE, Method};
+use super::{Detection, DetectionMethod, FULL_SCALE};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use fsw_pixels::condition::{Place, Residuals, condition};
 use fsw_pixels::patch::{MARGIN, Patch};
@@ -54,7 +54,7 @@ struct Tile<'w> {
     residuals: &'w Residuals<'w>,
     /// The window's first pixel on the detector.
     origin: [u16; 2],
-    method: &'w Method<'w>,
+    method: &'w DetectionMethod<'w>,
     /// Noise of 3 x 3 sums of quiet sky, scaled counts.
     quiet: i32,
 }
@@ -72,9 +72,10 @@ impl Tile<'_> {
 
     /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside the window.
     fn search(&self, core: Window, allowance: &mut Allowance, detections: &mut Detections) {
-        let complete = for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
-            self.judge([x, y], allowance, detections)
-        });
+        let complete =
+            for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
+                self.judge([x, y], allowance, detections)
+            });
         if !complete {
             detections.note_crowded();
         }
@@ -120,7 +121,13 @@ impl Tile<'_> {
     }
 
     /// The star with its centre by the lens's profile, where that is known, fits and can be paid for.
-    fn fitted(&self, window: &Place, star: Detection, measured: &Measured, allowance: &mut Allowance) -> Detection {
+    fn fitted(
+        &self,
+        window: &Place,
+        star: Detection,
+        measured: &MeasuredSpot,
+        allowance: &mut Allowance,
+    ) -> Detection {
         let single = star.is_single();
         let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
         self.method
@@ -158,7 +165,7 @@ pub fn read_stars<'m>(
     detector: &mut impl Detector,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
-    method: impl Into<Method<'m>>,
+    method: impl Into<DetectionMethod<'m>>,
     detections: &mut Detections,
 ) -> Result<bool, DetectorError> {
     let bits = detector.geometry().bits;
@@ -187,7 +194,7 @@ fn read<'b>(
 fn add_stars(
     (pixels, bits): (&mut [u16], u8),
     window: Window,
-    (method, quiet): (&Method, i32),
+    (method, quiet): (&DetectionMethod, i32),
     allowance: &mut Allowance,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
@@ -202,7 +209,8 @@ fn add_stars(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    Tile { residuals: &residuals, origin: [window.x, window.y], method, quiet }.search(core, allowance, detections);
+    Tile { residuals: &residuals, origin: [window.x, window.y], method, quiet }
+        .search(core, allowance, detections);
     Ok(())
 }
 
@@ -244,7 +252,7 @@ pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
 pub fn scan<'m>(
     detector: &mut impl Detector,
     buffer: &mut [u16; TILE_PIXELS],
-    method: impl Into<Method<'m>>,
+    method: impl Into<DetectionMethod<'m>>,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
     let method = method.into();

@@ -3,7 +3,7 @@
 use super::{Instruments, Sensor, Sky};
 use crate::attitude::filter::Filter;
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::image::Method;
+use crate::image::DetectionMethod;
 use crate::image::blinding::blinded;
 use crate::image::scan;
 use crate::orbit::constants::LIGHT_KM_S;
@@ -152,8 +152,10 @@ impl Sensor<'_> {
         if self.expose(detector)? {
             return Ok(false);
         }
-        let method =
-            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+        let method = DetectionMethod {
+            parameters: &self.parameters.detection,
+            calibration: self.calibration.as_ref(),
+        };
         let buffer = &mut self.workspace.shared.readout()?.buffer;
         scan::scan(detector, buffer, method, &mut self.workspace.detections)?;
         Ok(true)
@@ -196,7 +198,7 @@ impl Sensor<'_> {
         let read = match self.expose(detector) {
             Ok(false) => {
                 let parameters = &self.parameters.detection;
-                let method = Method { parameters, calibration: self.calibration.as_ref() };
+                let method = DetectionMethod { parameters, calibration: self.calibration.as_ref() };
                 self.workspace.read_windows(detector, &windows, &method).map(Some)
             }
             Ok(true) => Ok(None),

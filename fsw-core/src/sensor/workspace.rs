@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::earth::LimbPoint;
 use crate::earth::centre;
 use crate::earth::search::Points;
-use crate::image::Method;
+use crate::image::DetectionMethod;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, Measured};
@@ -139,7 +139,7 @@ impl Workspace {
         &mut self,
         detector: &mut impl Detector,
         windows: &[Window],
-        method: &Method,
+        method: &DetectionMethod,
     ) -> Result<usize, DetectorError> {
         self.detections.clear();
         let mut washed = 0;

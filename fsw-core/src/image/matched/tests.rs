@@ -4,7 +4,7 @@ use super::*;
 use crate::image::calibration::sample;
 use crate::image::scan::{Detections, TILE_PIXELS, read_stars};
 use crate::image::test_sky::{Chance, Sky};
-use crate::image::{DetectionParameters, FULL_SCALE, Method};
+use crate::image::{DetectionMethod, DetectionParameters, FULL_SCALE};
 use fsw_hal::Window;
 
 const SIGMA_PX: f64 = 1.0;
@@ -16,7 +16,7 @@ fn found(sky: &Sky, calibration: Option<&Calibration>) -> Option<([f64; 2], f64)
     let parameters = DetectionParameters::default();
     let window = Window { x: 0, y: 0, width: SIDE_PX as u16, height: SIDE_PX as u16 };
     let mut detections = Detections::new();
-    let method = Method { parameters: &parameters, calibration };
+    let method = DetectionMethod { parameters: &parameters, calibration };
     read_stars(&mut sky.expose(BITS), window, &mut [0; TILE_PIXELS], method, &mut detections).unwrap();
     let spot = detections.spots().first()?;
     Some((spot.centre_px().map(f64::from), f64::from(spot.sigma_px())))
