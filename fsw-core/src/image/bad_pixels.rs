@@ -1,26 +1,29 @@
 //! Replaces bad pixels and subtracts the offsets of columns (thesis §2.1).
 //!
-//! In: a [`Detector`] and its table of [`Defects`]. Out: a [`Detector`] whose windows are corrected as they are read, so that stars, limb,
-//! streaks and self-test need not know.
+//! In: a [`Detector`] and its table of [`Defects`]. Out: a [`Detector`] whose windows are corrected as they
+//! are read, so that stars, limb, streaks and self-test need not know.
 //!
-//! A bad pixel gets the mean of its two neighbours in the row, or the one of them that is good, as in the thesis: "their
-//! individual values can be substituted by their predecessor, successor, or their mean value". Where neither is good, those in
-//! the column serve, then those at twice the distance, and so on to [`REACH_PX`]. A pixel with no good one on its four sides that near
-//! is left as it was read.
+//! A bad pixel gets the mean of its two neighbours in the row, or the one of them that is good, as in the
+//! thesis: "their individual values can be substituted by their predecessor, successor, or their mean value".
+//! Where neither is good, those in the column serve, then those at twice the distance, and so on to
+//! [`REACH_PX`]. A pixel with no good one on its four sides that near is left as it was read.
 //!
-//! What replaces a pixel depends on the detector's pixels alone, not on the window: a neighbour that lies outside the window is read by
-//! itself, a window of one pixel. Taking what is inside would cost no such reading, but a star at a window's edge would be
-//! measured otherwise than in another window. Only bad pixels in the first and last column need it.
+//! What replaces a pixel depends on the detector's pixels alone, not on the window: a neighbour that lies
+//! outside the window is read by itself, a window of one pixel. Taking what is inside would cost no such
+//! reading, but a star at a window's edge would be measured otherwise than in another window. Only bad pixels
+//! in the first and last column need it.
 //!
-//! What remains: a star of V = 3.5 whose middle pixel is bad is centred to 0.17 px an axis (rms; 0.017 on sound pixels), 0.09 where the one
-//! beside is bad, 0.02 from the corner on; of V = 5 to 0.19, 0.11 and 0.06 (0.055). Its reported sigma does not know. Uncorrected, a hot
-//! pixel there costs the star (`sil-host`, `defects_tests.rs`).
+//! What remains: a star of V = 3.5 whose middle pixel is bad is centred to 0.17 px an axis (rms; 0.017 on
+//! sound pixels), 0.09 where the one beside is bad, 0.02 from the corner on; of V = 5 to 0.19, 0.11 and 0.06
+//! (0.055). Its reported sigma does not know. Uncorrected, a hot pixel there costs the star (`sil-host`,
+//! `defects_tests.rs`).
 //!
 //! An offset never takes a pixel off full scale, by which a saturated star and a blinded detector are known.
 //!
-//! Cost beside the reading (Cortex-M4 model, zero wait states): 100 cycles a row of the window, 700 a bad pixel, 21 a pixel of a
-//! column with an offset. With 2,000 bad pixels on the reference detector that is 4,000 for a star's window of 27 x 27 px and 2.4
-//! million for all the tiles of a scan; offsets of all columns would add 27.5 million to the scan, those of a few dozen hardly a million.
+//! Cost beside the reading (Cortex-M4 model, zero wait states): 100 cycles a row of the window, 700 a bad
+//! pixel, 21 a pixel of a column with an offset. With 2,000 bad pixels on the reference detector that is
+//! 4,000 for a star's window of 27 x 27 px and 2.4 million for all the tiles of a scan; offsets of all
+//! columns would add 27.5 million to the scan, those of a few dozen hardly a million.
 
 use super::defects::{Defects, DefectsError};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
@@ -136,7 +139,8 @@ impl<D: Detector> Detector for BadPixelDetector<'_, D> {
         self.detector.expose(exposure_us)
     }
 
-    /// Reads, takes offsets off, replaces bad pixels. Work is bounded by the window: its rows, its bad pixels, its columns.
+    /// Reads, takes offsets off, replaces bad pixels. Work is bounded by the window: its rows, its bad
+    /// pixels, its columns.
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         self.detector.read(window, pixels)?;
         self.subtract_offsets(window, pixels);

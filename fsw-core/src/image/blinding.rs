@@ -1,11 +1,12 @@
 //! Is the detector blinded? (thesis §8, sensor states 1, 3 and 4: the Sun in either path)
 //!
-//! In: the raw pixels of a window, any resolution. Out: whether most of them stand at full scale. Only `SAMPLES` of them
-//! are looked at, spread over the window, so a probe window and a whole tile cost about the same.
+//! In: the raw pixels of a window, any resolution. Out: whether most of them stand at full scale. Only
+//! `SAMPLES` of them are looked at, spread over the window, so a probe window and a whole tile cost about the
+//! same.
 //!
-//! Error: where a share `p` of a large window is at full scale the sampled share is within 0.13 of `p` (3 sigma of
-//! `SAMPLES` draws), so the answer may be either only for `p` from 0.37 to 0.63. Cost: 2,000 cycles (Cortex-M4
-//! model, zero wait states).
+//! Error: where a share `p` of a large window is at full scale the sampled share is within 0.13 of `p` (3
+//! sigma of `SAMPLES` draws), so the answer may be either only for `p` from 0.37 to 0.63. Cost: 2,000 cycles
+//! (Cortex-M4 model, zero wait states).
 
 pub use fsw_pixels::window::saturation;
 
@@ -13,8 +14,8 @@ pub use fsw_pixels::window::saturation;
 const SAMPLES: u32 = 128;
 /// The golden section of 2^16: its multiples modulo 2^16 are spread evenly however many there are.
 const GOLDEN_SECTION: u32 = 40_503;
-/// Whether more than half of the window stands at full scale: the Sun, or an exposure far too long. No pixels are not
-/// blinded.
+/// Whether more than half of the window stands at full scale: the Sun, or an exposure far too long. No pixels
+/// are not blinded.
 #[inline(never)]
 pub fn blinded(pixels: &[u16], bits: u8) -> bool {
     let saturation = saturation(bits);
@@ -37,12 +38,14 @@ pub fn blinded(pixels: &[u16], bits: u8) -> bool {
     2 * full > SAMPLES
 }
 
-/// A window whose mean is above full scale over this shows the Earth, the Moon or stray light, and hardly a star.
+/// A window whose mean is above full scale over this shows the Earth, the Moon or stray light, and hardly a
+/// star.
 const WASHED_DIVISOR: u32 = 4;
 /// Of its pixels one in so many tells.
 const WASHED_STEP: usize = 7;
 
-/// Whether the mean of raw pixels exceeds a quarter of full scale: nothing as faint as a star is seen there. Of one pixel in seven.
+/// Whether the mean of raw pixels exceeds a quarter of full scale: nothing as faint as a star is seen there.
+/// Of one pixel in seven.
 pub fn is_washed(pixels: &[u16], bits: u8) -> bool {
     let full_scale = (1u32 << bits.clamp(1, 16)) - 1;
     let some = pixels.iter().step_by(WASHED_STEP);

@@ -1,16 +1,17 @@
 //! Finds the stars of a window, and of a whole detector read tile by tile.
 //!
-//! In: a [`Detector`] and a buffer of [`TILE_PIXELS`]. Out: the brightest [`MAX_DETECTIONS`] star-like spots, brightest
-//! first. Tiles are at most [`MAX_WIDTH`] x [`MAX_HEIGHT`] px and overlap by the margin a centroid needs, their cores
-//! partition the detector, so each star is found once and the image is never held whole. A tile's threshold is that of
-//! its own noise: 0.4 false stars a megapixel of Gaussian noise at the default (thesis §3.1.1 fixes 6 % of full scale).
+//! In: a [`Detector`] and a buffer of [`TILE_PIXELS`]. Out: the brightest [`MAX_DETECTIONS`] star-like spots,
+//! brightest first. Tiles are at most [`MAX_WIDTH`] x [`MAX_HEIGHT`] px and overlap by the margin a centroid
+//! needs, their cores partition the detector, so each star is found once and the image is never held whole. A
+//! tile's threshold is that of its own noise: 0.4 false stars a megapixel of Gaussian noise at the default
+//! (thesis §3.1.1 fixes 6 % of full scale).
 //!
-//! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a limb) its
-//! threshold is `TEXTURE_FACTOR` times higher.
+//! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a
+//! limb) its threshold is `TEXTURE_FACTOR` times higher.
 //!
-//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the reading): 52.8
-//! million cycles, 40 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 76.6 million
-//! (`allowance`).
+//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the
+//! reading): 52.8 million cycles, 40 a pixel, of a frame without anything. Structure costs more, up to
+//! [`bound_cycles`] = 76.6 million (`allowance`).
 
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
 use super::blinding::{blinded, is_washed};
@@ -29,21 +30,23 @@ pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
 
 /// Texture is what is more than so many times as noisy as quiet sky ...
 const NOISY: i32 = 2;
-/// ... and where neighbours go together. Of white noise a 3 x 3 sum has 3 sigmas of a pixel, of real skies after
-/// interpolation and compression up to 5; in halves.
+/// ... and where neighbours go together. Of white noise a 3 x 3 sum has 3 sigmas of a pixel, of real skies
+/// after interpolation and compression up to 5; in halves.
 const CORRELATED_HALVES: i32 = 11;
 /// In texture the threshold is that many times higher: it has no Gaussian's tails.
 const TEXTURE_FACTOR: i32 = 3;
 /// What rises so many times the noise around it above its own is no hill of a texture.
 const HILL_FACTOR: i32 = 8;
-/// Of a star with less light than so many noises of a pixel noise feigns a shape, one in a hundred: where the lens's profile
-/// leaves nothing of it, it is a single star.
+/// Of a star with less light than so many noises of a pixel noise feigns a shape, one in a hundred: where the
+/// lens's profile leaves nothing of it, it is a single star.
 const FAINT_SIGMAS: i32 = 200;
 /// Largest threshold: whatever is around it, a saturated star exceeds it.
 const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
-/// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a pixel.
+/// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a
+/// pixel.
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
-/// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each, px.
+/// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each,
+/// px.
 const SURVEY: [u16; 2] = [8, 6];
 const SURVEY_PX: u16 = 16;
 /// Of these places the share that is surely quiet: a limb, a Moon or clouds may take the others.
@@ -70,7 +73,8 @@ impl Tile<'_> {
         })
     }
 
-    /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside the window.
+    /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
+    /// the window.
     fn search(&self, core: Window, allowance: &mut Allowance, detections: &mut Detections) {
         let complete =
             for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
@@ -145,7 +149,8 @@ impl Tile<'_> {
     }
 }
 
-/// Starts and lengths of the tiles' cores along one side of the detector: as few as fit, all about equally long.
+/// Starts and lengths of the tiles' cores along one side of the detector: as few as fit, all about equally
+/// long.
 fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
     let margin = MARGIN as u32;
     let searched = u32::from(length).saturating_sub(2 * margin);
@@ -156,8 +161,8 @@ fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
     })
 }
 
-/// Reads a window and adds its stars to `detections`, in detector coordinates. The margin of the window is not searched. Gives
-/// whether the window is [washed out](is_washed).
+/// Reads a window and adds its stars to `detections`, in detector coordinates. The margin of the window is
+/// not searched. Gives whether the window is [washed out](is_washed).
 ///
 /// # Errors
 /// Of the detector; a window that [`condition`] cannot serve gives [`DetectorError::BufferLength`].
@@ -188,8 +193,8 @@ fn read<'b>(
     Ok(pixels)
 }
 
-/// Adds the stars of a window that was read, at the cost of `allowance`; none of one at full scale. `quiet` is the noise of 3 x 3 sums
-/// of quiet sky, scaled counts.
+/// Adds the stars of a window that was read, at the cost of `allowance`; none of one at full scale. `quiet`
+/// is the noise of 3 x 3 sums of quiet sky, scaled counts.
 #[inline(never)]
 fn add_stars(
     (pixels, bits): (&mut [u16], u8),
@@ -214,7 +219,8 @@ fn add_stars(
     Ok(())
 }
 
-/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the detector.
+/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the
+/// detector.
 fn quiet_noise(detector: &mut impl Detector, buffer: &mut [u16; TILE_PIXELS]) -> Result<i32, DetectorError> {
     let geometry = detector.geometry();
     let [columns, rows] = SURVEY;
@@ -239,7 +245,8 @@ fn quiet_noise(detector: &mut impl Detector, buffer: &mut [u16; TILE_PIXELS]) ->
     Ok(noise.get(noise.len() / QUIET_SHARE).copied().unwrap_or(QUIET))
 }
 
-/// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels not counted.
+/// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels
+/// not counted.
 pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
     let tiles = cores(geometry.width_px, MAX_WIDTH).count() * cores(geometry.height_px, MAX_HEIGHT).count();
     allowance::bound_cycles(tiles as u32)

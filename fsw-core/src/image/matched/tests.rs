@@ -39,8 +39,8 @@ fn without_noise_a_star_is_found_at_every_phase() {
     }
 }
 
-/// Noise of background and photons: mean square error an axis by either method, px², and mean of (error / sigma)² with the
-/// profile.
+/// Noise of background and photons: mean square error an axis by either method, px², and mean of (error /
+/// sigma)² with the profile.
 fn errors(flux: f64, noise: f64) -> (f64, f64, f64) {
     let bytes = sample::gaussian(SIGMA_PX);
     let calibration = Calibration::open(&bytes).unwrap();
@@ -90,8 +90,8 @@ fn bound(flux: f64, noise: f64) -> f64 {
 
 #[test]
 fn scatter_is_near_the_cramer_rao_bound_and_the_sigma_honest() {
-    // From a star that drowns nearly in the background to one of photon noise alone. 3000 errors: the mean of their squares
-    // is known to 2.6 %, one sigma.
+    // From a star that drowns nearly in the background to one of photon noise alone. 3000 errors: the mean of
+    // their squares is known to 2.6 %, one sigma.
     for (flux, noise, most) in
         [(700.0, 12.0, 1.30), (1200.0, 12.0, 1.15), (10_000.0, 12.0, 1.12), (40_000.0, 12.0, 1.15)]
     {
