@@ -4,7 +4,7 @@ use super::timekeeping::SECOND_US;
 use super::{ABERRATION_RAD, Ephemeris, Sensor};
 use crate::attitude::filter::Filter;
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::image::Method;
+use crate::image::DetectionMethod;
 use crate::image::scan;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::parameters::TrackingParameters;
@@ -141,7 +141,7 @@ impl Sensor<'_> {
     /// Searches the whole image for stars.
     fn scan(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Result<(), DetectorError> {
         let method =
-            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+            DetectionMethod { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
         let buffer = &mut self.workspace.shared.readout()?.buffer;
         scan::scan(detector, buffer, method, &mut self.workspace.detections)
     }
@@ -182,7 +182,7 @@ impl Sensor<'_> {
 
         meter.begin(Stage::Windows);
         let method =
-            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+            DetectionMethod { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
         let read = self.workspace.read_windows(detector, &windows, &method);
         meter.end(Stage::Windows);
         let washed = match read {
