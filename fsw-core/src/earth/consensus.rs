@@ -1,9 +1,10 @@
 //! Which limb points belong to one body (thesis §3.2.1 step 5, global criterion).
 //!
-//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are tried in an order that is
-//! always the same; the rays are sorted along the detector's side on which they spread more, and a triplet takes one of each
-//! third, so that it is never crowded. A ray agrees when it lies within the tolerance of the cone, its bright side faces the centre,
-//! and the Sun lights the limb there. The best cone is fitted to those that agree, twice over.
+//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are tried
+//! in an order that is always the same; the rays are sorted along the detector's side on which they spread
+//! more, and a triplet takes one of each third, so that it is never crowded. A ray agrees when it lies within
+//! the tolerance of the cone, its bright side faces the centre, and the Sun lights the limb there. The best
+//! cone is fitted to those that agree, twice over.
 
 use super::plane;
 use super::rays::{Cone, Ray, Rays};
@@ -17,7 +18,8 @@ pub const MAX_TRIPLETS: u32 = 64;
 const ROUNDS: usize = 2;
 /// Least sine of the Sun's elevation at a limb point: it stands a scale height and more above the ground.
 const LEAST_SUN_SINE: f32 = -0.05;
-/// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018), 2^-32.
+/// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018),
+/// 2^-32.
 pub(super) const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
 
 /// Whether a ray agrees with a cone.
@@ -66,11 +68,9 @@ pub(super) fn agree(
         });
         high - low
     };
-    if range(|ray| ray.unit.x) > range(|ray| ray.unit.y) {
-        order::sort(rays, |one, other| one.unit.x < other.unit.x);
-    } else {
-        order::sort(rays, |one, other| one.unit.y < other.unit.y);
-    }
+    let along_x = range(|ray| ray.unit.x) > range(|ray| ray.unit.y);
+    let place = |ray: &Ray| if along_x { ray.unit.x } else { ray.unit.y };
+    order::sort(rays, |one, other| place(one) < place(other));
 
     let mut best: Option<(usize, Cone)> = None;
     for number in 0..MAX_TRIPLETS {

@@ -1,18 +1,22 @@
-//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7 tracking).
+//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7
+//! tracking).
 //!
 //! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] and its sigma, or nothing.
 //!
-//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the greatest and
-//! the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the median of the outer end. The
-//! limb is the outermost place that reaches the share `Zone::level` of the brightness which stands just inside *it*, a mean over
-//! a few pixels behind the end of the rise, in to which clouds and the terminator hardly reach. The share, near one half, is that
-//! of a limb in `zone`'s model at its half-brightness height. Where the air fades more slowly than in the model, the share may be
-//! reached anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both alike and is not
-//! taken off: a lens that loses half of its light in the corner moves the limb by less than a twentieth of a pixel.
+//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the
+//! greatest and the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the
+//! median of the outer end. The limb is the outermost place that reaches the share `Zone::level` of the
+//! brightness which stands just inside *it*, a mean over a few pixels behind the end of the rise, in to which
+//! clouds and the terminator hardly reach. The share, near one half, is that of a limb in `zone`'s model at
+//! its half-brightness height. Where the air fades more slowly than in the model, the share may be reached
+//! anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both
+//! alike and is not taken off: a lens that loses half of its light in the corner moves the limb by less than
+//! a twentieth of a pixel.
 //!
-//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
-//! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a
-//! pixel of length, and some exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
+//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its
+//! shading, the floor, and the scatter of the limb's height. Bias against the half-brightness height in
+//! rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some exponentials of the model;
+//! 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
 
 use super::view::ExpectedLimb;
 use super::zone::Zone;
@@ -61,8 +65,8 @@ pub struct Strip {
     space_beyond: bool,
 }
 
-/// The strip about an expected limb, along the detector's axis nearest to the limb's normal; `None` where it leaves the detector
-/// or is longer than [`MAX_LENGTH`].
+/// The strip about an expected limb, along the detector's axis nearest to the limb's normal; `None` where it
+/// leaves the detector or is longer than [`MAX_LENGTH`].
 pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry) -> Option<Strip> {
     let [nx, ny] = expected.outward_px;
     let along_x = libm::fabsf(nx) >= libm::fabsf(ny);
@@ -112,7 +116,7 @@ impl Strip {
     }
 }
 
-/// A way to find the limb in a strip: that of [`crossing`], or of one of the [`filters`](super::filters).
+/// A way to find the limb in a strip: that of [`crossing`], or one in [`comparison`](super::comparison).
 pub trait Crossing:
     Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
 {
@@ -189,8 +193,9 @@ impl<'a> Rise<'a> {
         found.filter(|_| !saturated && rises(profile, place, zone, bright))
     }
 
-    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that fades more slowly than the
-    /// model's has its share all the way out. The outer end itself must be dark; a rise ends at least half way up.
+    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that
+    /// fades more slowly than the model's has its share all the way out. The outer end itself must be dark; a
+    /// rise ends at least half way up.
     fn outward(&self, zone: &Zone, place: usize, outermost: usize, bright: f32) -> Option<Passage> {
         let excess = |place: usize| Some(self.profile.get(place)? - self.dark - zone.level * bright);
         let mut inner = excess(place)?;
@@ -231,8 +236,8 @@ impl<'a> Rise<'a> {
     }
 }
 
-/// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise is too weak,
-/// not a rise, saturated, at the strip's end, or where the outer side is bright.
+/// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise
+/// is too weak, not a rise, saturated, at the strip's end, or where the outer side is bright.
 pub fn crossing(
     pixels: &[u16],
     strip: &Strip,

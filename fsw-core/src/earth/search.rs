@@ -2,19 +2,21 @@
 //!
 //! In: a [`Detector`] and a buffer as long as its longer side. Out: up to [`MAX_SEARCH_POINTS`] limb points.
 //!
-//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright. Dark is a level that
-//! falls quickly with the pixels and rises slowly. Where a pixel leaves it after [`LEAST_DARK_PX`] dark ones, the line is followed to
-//! the first plateau: 8 px after which the next 8 are hardly brighter. The limb is where the line passes half of that plateau, going
-//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
-//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand. What gets through,
-//! [`consensus`](super::consensus) is for.
+//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright.
+//! Dark is a level that falls quickly with the pixels and rises slowly. Where a pixel leaves it after
+//! [`LEAST_DARK_PX`] dark ones, the line is followed to the first plateau: 8 px after which the next 8 are
+//! hardly brighter. The limb is where the line passes half of that plateau, going outward from it. Stars and
+//! hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
+//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand.
+//! What gets through, [`consensus`](super::consensus) is for.
 //!
 //! What counts as a rise and as a plateau follows the noise of the line, which its darkest block tells.
 //!
-//! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
+//! Where there are more points than the list holds, every second one is dropped, then only every second one
+//! is taken.
 //!
-//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times
-//! more along a rise: bounded by the lines alone.
+//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at
+//! most three times more along a rise: bounded by the lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
@@ -39,7 +41,8 @@ const BEGIN_SHIFT: u32 = 2;
 const PLATEAU_SHIFT: u32 = 3;
 /// The dark side is brighter than the sky by less than a share of 2^-3 of the plateau.
 const SKY_SHIFT: u32 = 3;
-/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two below the mean.
+/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two
+/// below the mean.
 const BEGIN_SIGMAS: i32 = 4;
 /// A plateau is so many times that above the dark level.
 const LEAST_BEGINS: i32 = 2;
@@ -134,7 +137,8 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             return Err(plateau + 2 * BLOCK);
         }
     }
-    // Outward from the plateau; `start` itself is a quarter of the contrast above dark, or less than half a plateau.
+    // Outward from the plateau; `start` itself is a quarter of the contrast above dark, or less than half a
+    // plateau.
     let mut inner = line.at(plateau + 2 * BLOCK).ok_or(plateau)?;
     for back in 1..=thresholds.rise + 4 * BLOCK {
         let Some(place) = (plateau + 2 * BLOCK).checked_sub(back) else { break };
@@ -217,8 +221,8 @@ impl<'a> Thinned<'a> {
     }
 }
 
-/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector, whether it is a row, its number
-/// and its pixels.
+/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector,
+/// whether it is a row, its number and its pixels.
 pub(super) fn each_line<D: Detector>(
     detector: &mut D,
     buffer: &mut [u16],

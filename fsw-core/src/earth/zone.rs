@@ -1,11 +1,12 @@
 //! What brightness does across a limb: where its bright side begins, and what share of it stands at the limb.
 //!
-//! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the limb by a depth `d` of a
-//! sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera, so that by Lambert's law the brightness is `1 -
-//! d / R + sqrt(2 d / R) facing / sine`, with the sine of the Sun's elevation and the cosine `facing` of its angle from the camera at
-//! the limb; a share of the light follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs
-//! this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness height; it is one
-//! half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
+//! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the
+//! limb by a depth `d` of a sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera,
+//! so that by Lambert's law the brightness is `1 - d / R + sqrt(2 d / R) facing / sine`, with the sine of the
+//! Sun's elevation and the cosine `facing` of its angle from the camera at the limb; a share of the light
+//! follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs this by a
+//! Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness height;
+//! it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
 
 use super::EarthParameters;
 use super::view::ExpectedLimb;
@@ -28,7 +29,8 @@ const LEAST_SHADE: f32 = 0.3;
 const GREATEST_SHADE: f32 = 4.0;
 /// Share of the shading that may be wrong: the ground is no perfect matt surface.
 const SHADING_ERROR: f32 = 0.1;
-/// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides, is one.
+/// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides,
+/// is one.
 const WEIGHTS: [f32; 11] = [
     0.133_039,
     0.125_849_5,
@@ -81,8 +83,8 @@ struct Model {
 }
 
 impl Model {
-    /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens; `air` is that of
-    /// the air there.
+    /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens;
+    /// `air` is that of the air there.
     fn clear(&self, place: f32, air: f32) -> f32 {
         if place < self.surface {
             return air;
@@ -111,8 +113,8 @@ impl Model {
     }
 }
 
-/// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share` of it is Lommel's and
-/// Seeliger's.
+/// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share`
+/// of it is Lommel's and Seeliger's.
 fn law(share: f32, sunlight: f32, square: f32) -> f32 {
     let view = libm::sqrtf(square + HAZE * HAZE);
     sunlight * (share * 2.0 / (sunlight + view) + 1.0 - share)
@@ -124,8 +126,8 @@ pub(super) fn elevation(slant: f32) -> (f32, f32) {
     (sine, slant * sine)
 }
 
-/// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of the cosine of the view there,
-/// under a light of this slant.
+/// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of
+/// the cosine of the view there, under a light of this slant.
 pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
     let (sine, facing) = elevation(slant);
     let at = |square: f32| law(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
@@ -133,7 +135,8 @@ pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParame
 }
 
 impl Zone {
-    /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer than a strip.
+    /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer
+    /// than a strip.
     pub(super) fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
         let km_per_px = (expected.km_per_px * steepness).max(1e-3);
         let scale = (parameters.limb.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
@@ -177,8 +180,8 @@ impl Zone {
         Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
     }
 
-    /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it is hardly brighter. A line
-    /// that ends before that cannot tell.
+    /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it
+    /// is hardly brighter. A line that ends before that cannot tell.
     pub(super) fn has_risen(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
         let farther = self.bright(profile, place + self.scale as usize, dark);
         farther.is_none_or(|farther| farther < GREATEST_RISE * bright)

@@ -6,12 +6,14 @@ use crate::earth::zone::{self, Zone};
 use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
-/// Depth behind the limb at which a body must still shine where the Sun is not known, km, and the length looked at there, px.
+/// Depth behind the limb at which a body must still shine where the Sun is not known, km, and the length
+/// looked at there, px.
 const DEPTH_KM: f32 = 25.0;
 const BEHIND: usize = 3;
 /// Least brightness there, share of that at the limb.
 const LEAST_BEHIND: f32 = 0.6;
-/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the bright side.
+/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the
+/// bright side.
 const FAR_PX: usize = 12;
 const LEAST_BEHIND_PX: usize = 4;
 /// A slant is believed when the line brightens by so many times what clouds may do.
@@ -23,12 +25,13 @@ const GREATEST_SLANT: f32 = 11.0;
 /// So many times as much of the shading may be wrong as where the Sun is known.
 const UNKNOWN_LIGHT: f32 = 5.0;
 
-/// [`crossing`](super::crossing) where the Sun is not known: the slant of its light is taken from the line itself, and a body must go on
-/// behind its limb.
+/// [`crossing`](super::crossing) where the Sun is not known: the slant of its light is taken from the line
+/// itself, and a body must go on behind its limb.
 ///
-/// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with `w` the cotangent of the
-/// Sun's elevation, be it white or grey; two stretches of the line give `w`, as far as clouds let them: where it brightens by less than
-/// twice what clouds may do, the Sun is taken to stand high. Not in flight, which knows the Sun with its attitude.
+/// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with
+/// `w` the cotangent of the Sun's elevation, be it white or grey; two stretches of the line give `w`, as far
+/// as clouds let them: where it brightens by less than twice what clouds may do, the Sun is taken to stand
+/// high. Not in flight, which knows the Sun with its attitude.
 pub fn crossing_in_any_light(
     pixels: &[u16],
     strip: &Strip,
@@ -62,7 +65,8 @@ fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 
     }
     let far = behind.iter().sum::<f32>() / behind.len() as f32 - rise.dark;
     let ratio = far / passage.bright.max(1.0);
-    // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its light is passed.
+    // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its
+    // light is passed.
     let square = |places: f32| {
         let depth_km = (places - zone.scale * core::f32::consts::LN_2).max(0.0) * km_per_place;
         2.0 * depth_km / rise.parameters.ellipsoid.equatorial_km.max(1.0)
@@ -84,8 +88,8 @@ fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 
     high
 }
 
-/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two and a half times as
-/// bright as 25 km below.
+/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two
+/// and a half times as bright as 25 km below.
 fn goes_on(profile: &[f32], place: usize, zone: &Zone, km_per_place: f32, [dark, bright]: [f32; 2]) -> bool {
     let depth = (DEPTH_KM / km_per_place.max(1e-3)) as usize;
     let end = (place + depth.max(zone.end)).min(profile.len());

@@ -1,19 +1,21 @@
 //! The thesis's two other filters across the limb (§4.2, §7.2.2.1), for comparison with [`limb::crossing`]:
 //! they find the limb by the shape of its rise, not by a share of the brightness behind it. They do not fly.
 //!
-//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both look at the joined
-//! line of [`limb`] from three scale heights outside a first guess, the outermost place above half of the
-//! strip's range, to one and a half inside it. The thesis names the filters and no more; what is fitted is this project's choice:
+//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both
+//! look at the joined line of [`limb`] from three scale heights outside a first guess, the outermost place
+//! above half of the strip's range, to one and a half inside it. The thesis names the filters and no more;
+//! what is fitted is this project's choice:
 //!
 //! | filter | fitted | the limb |
 //! |---|---|---|
 //! | [`exponential`] | `b exp(-h / H)` above an edge, `b` below, the edge moved until the squares are least | the edge, and `H ln 2` outward of it: half of `b` |
 //! | [`polynomial`] | a polynomial of the fifth order | where it first passes half of the rise to its first maximum |
 //!
-//! The sigma is the residuals' root mean square over the slope there, with the floors of the flight's crossing.
+//! The sigma is the residuals' root mean square over the slope there, with the floors of the flight's
+//! crossing.
 
-use super::limb::{self, Lines, Strip};
-use super::{EarthParameters, LimbPoint};
+use crate::earth::limb::{self, Lines, Strip};
+use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
 /// How far outside and inside the first guess a line is looked at, scale heights.
@@ -140,7 +142,8 @@ pub fn exponential(
     rise.point(inward, rms, 0.5 * bright / rise.scale, strip, parameters)
 }
 
-/// A polynomial as a sum of those that are orthogonal over the places (Forsythe 1957): no matrix, no loss of digits.
+/// A polynomial as a sum of those that are orthogonal over the places (Forsythe 1957): no matrix, no loss of
+/// digits.
 struct Polynomial {
     /// Middle and half length of the places.
     middle: f32,

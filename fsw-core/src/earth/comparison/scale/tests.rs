@@ -6,7 +6,8 @@ use crate::earth::test_world::{World, camera, geostationary, low, parameters};
 use crate::oracle::Generator;
 use std::boxed::Box;
 
-/// Truth: the world's lens has 3000 px. What a camera says whose focal length is wrong by a share, from a picture of the world.
+/// Truth: the world's lens has 3000 px. What a camera says whose focal length is wrong by a share, from a
+/// picture of the world.
 fn found(world: &World, wrong: f32) -> Scale {
     let mut parameters = parameters();
     parameters.limb.height_sigma_km = 1.6;
