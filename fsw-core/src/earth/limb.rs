@@ -35,11 +35,13 @@ pub const MAX_LENGTH: usize = 161;
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
-/// Steps against the rise may take back this share of it.
+/// Steps against the rise may take back this share of it: noise and clouds do, a star or an occluder takes
+/// more. Chosen.
 const GREATEST_FALL: f32 = 0.15;
-/// Clouds between the limb and the bright side change brightness this much more than within it.
+/// Clouds between the limb and the bright side change brightness this much more than within it. Chosen.
 const REACH: f32 = 2.0;
-/// Greatest sigma of a point, px, and share of the rise's length.
+/// Greatest sigma of a point, the greater of px and a share of the rise's length: a worse one says nothing
+/// that the prediction does not. Chosen.
 pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
 pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
 
@@ -138,7 +140,7 @@ struct Passage {
 }
 
 /// A strip's joined line, and what it is held against.
-struct Rise<'a> {
+struct JoinedLine<'a> {
     lines: &'a Lines<'a>,
     /// Without the inner end.
     profile: &'a [f32],
@@ -147,7 +149,7 @@ struct Rise<'a> {
     parameters: &'a EarthParameters,
 }
 
-impl<'a> Rise<'a> {
+impl<'a> JoinedLine<'a> {
     /// `None` where the outer side is bright.
     fn new(
         lines: &'a Lines,
@@ -246,9 +248,9 @@ pub fn crossing(
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile()?;
-    let rise = Rise::new(&lines, &profile, geometry, parameters)?;
+    let joined = JoinedLine::new(&lines, &profile, geometry, parameters)?;
     let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
-    rise.point(&rise.passage(&zone)?, &zone, strip)
+    joined.point(&joined.passage(&zone)?, &zone, strip)
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.

@@ -16,13 +16,14 @@ use crate::camera::Camera;
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};
 
-/// Sigma of the limb's place after a search, px.
+/// Sigma of the limb's place after a search, px: twice the floor of its points, for a rim extrapolated beyond
+/// them. Chosen.
 pub const SEARCH_SIGMA_PX: f32 = 3.0;
 /// The same after strips. They are read twice: where the limb is known better a strip is shorter, and more of
 /// them fit between it and the detector's edge (the second search along the rim, thesis §3.2.1).
 const STRIPS_SIGMA_PX: f32 = 0.5;
 /// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts
-/// as lit.
+/// as lit. Chosen.
 const LIT_STEPS: f32 = 6.0;
 
 /// Where the work is done; all of it is written over.

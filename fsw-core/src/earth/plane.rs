@@ -13,7 +13,7 @@ use super::shape::across;
 use nalgebra::Vector3;
 
 /// Share of the scatter's determinant that must be left when the noise is taken off; else the arc is all
-/// noise, and the first pass stands.
+/// noise, and the first pass stands. Chosen.
 const LEAST_LEFT: f32 = 0.2;
 
 /// Sums of second moments about the mean ray, in its frame.
@@ -53,8 +53,14 @@ impl Scatter {
     }
 }
 
-/// The cone through the rays, least squares; `None` for fewer than three or those that fix none.
-pub(super) fn fit<'a>(rays: impl Iterator<Item = &'a Ray> + Clone) -> Option<Cone> {
+/// The cone through the rays whose bits are `chosen`, least squares; `None` for fewer than three or those that fix none.
+pub(super) fn fit(rays: &[Ray], chosen: u128) -> Option<Cone> {
+    let mut bits = chosen;
+    let rays = rays.iter().filter(move |_| {
+        let is_chosen = bits & 1 != 0;
+        bits >>= 1;
+        is_chosen
+    });
     let first = rays.clone().next()?.unit;
     // Weights against the first pixel's, so that sums stay near one.
     let weight = |ray: &Ray| 1.0 / (ray.sigma_px * ray.sigma_px);

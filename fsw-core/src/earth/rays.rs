@@ -26,7 +26,7 @@ pub(super) struct Ray {
     pub(super) index: u8,
 }
 
-/// Distance over which slopes on the sky are taken, px.
+/// Half of the distance over which slopes on the sky are taken, px: f32 leaves an error of 3e-5 of them.
 const SLOPE_BASE_PX: f32 = 4.0;
 
 /// All rays of a second.
@@ -74,7 +74,8 @@ impl Ray {
     }
 }
 
-/// Least cosine between the line of measurement and the limb's normal.
+/// Least cosine between the line of measurement and the limb's normal: 75 deg, where a pixel's error counts
+/// four times.
 const LEAST_STEEPNESS: f32 = 0.25;
 
 /// The limb as a cone in sphere space.

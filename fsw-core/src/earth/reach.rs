@@ -6,11 +6,11 @@
 use super::EarthParameters;
 use super::limb::{MAX_LENGTH, Reach};
 
-/// Most strips across the limb in a second.
+/// Most strips across the limb in a second: 0.08 M cycles each, 2 of the 4 M that the Earth may take.
 pub const MAX_LIMB_STRIPS: usize = 24;
 /// The limb's glow is faint beyond so many scale heights: 1 %.
 const GLOW_SCALES: f32 = 4.5;
-/// Inside the limb so many scale heights are looked at.
+/// Inside the limb so many scale heights are looked at: the end of the rise, 0.7, and the bright side, 0.5.
 const BRIGHT_SCALES: f32 = 1.5;
 /// Beyond the glow a strip reaches so far: over the edge that the lens spreads, and to brightness and
 /// darkness on its sides, px.

@@ -44,9 +44,10 @@ const SKY_SHIFT: u32 = 3;
 /// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two
 /// below the mean.
 const BEGIN_SIGMAS: i32 = 4;
-/// A plateau is so many times that above the dark level.
+/// A plateau is so many times that above the dark level: half of it then still is a beginning rise.
 const LEAST_BEGINS: i32 = 2;
-/// Sigma of a point as a share of its rise's length.
+/// Sigma of a point as a share of its rise's length: the plateau's height is known to an eighth, half of it
+/// to a sixteenth.
 const SIGMA_SHARE: f32 = 0.05;
 
 /// Limb points of a search.
@@ -97,14 +98,14 @@ impl Line<'_> {
 }
 
 /// Where a line passes the limb.
-struct Found {
+struct LimbOnLine {
     /// Place of the limb, px from the line's end.
     place: f32,
     sigma_px: f32,
 }
 
 /// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
-fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<Found, usize> {
+fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<LimbOnLine, usize> {
     let begin = thresholds.begin;
     let block = |place: usize| line.block(place, dark).ok_or(place);
     let mut plateau = start;
@@ -152,7 +153,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             let sigma = libm::sqrtf(
                 thresholds.floor_px * thresholds.floor_px + SIGMA_SHARE * SIGMA_SHARE * length * length,
             );
-            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma });
+            return Ok(LimbOnLine { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma });
         }
         inner = outer;
     }
@@ -160,7 +161,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
 }
 
 /// The first passage from dark to bright along a line.
-fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
+fn walk(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
     let mut dark = line.at(0)?;
     let (mut dark_run, mut resume) = (0, 0);
     for place in 0..line.pixels.len() {

@@ -22,13 +22,13 @@ use nalgebra::Vector3;
 
 /// Azimuths of the coarse pass; an arc shorter than a cell, 2.8 deg, may be missed.
 pub const COARSE: usize = 128;
-/// Azimuths of the fine pass.
+/// Azimuths of the fine pass: twice as many as strips at most, so that these stand evenly to half a step.
 pub const FINE: usize = 96;
 /// A cell of the coarse pass, rad.
 const CELL_RAD: f32 = core::f32::consts::TAU / COARSE as f32;
 /// Cosine and sine of a cell.
 const CELL: [f32; 2] = [0.998_795_45, 0.049_067_676];
-/// Half of the distance over which slopes on the detector are taken, px.
+/// Half of the distance over which slopes on the detector are taken, px: f32 leaves an error of 3e-5 of them.
 const SLOPE_BASE_PX: f32 = 3.0;
 
 const _: () = assert!(FINE <= 128 && COARSE <= 128 && MAX_LIMB_POINTS <= FINE);

@@ -11,23 +11,26 @@
 use super::EarthParameters;
 use super::view::ExpectedLimb;
 
-/// The bright side begins this many spreads inside the surface.
+/// The bright side begins this many spreads inside the surface: there the blurred edge has 70 % of its
+/// height, and the rest is in the model.
 const SPREADS_INSIDE: f32 = 0.5;
-/// Length of the bright side: at least px, and scale heights.
+/// Length of the bright side, the longer of px and scale heights: two pixels to average noise, half a scale
+/// height so that clouds and the terminator hardly reach in. Chosen.
 const LEAST_BRIGHT_PX: f32 = 2.0;
 const BRIGHT_SCALES: f32 = 0.5;
-/// Most pixels of the bright side.
+/// Most pixels of the bright side: noise is averaged by five, more only costs.
 const MOST_BRIGHT_PX: f32 = 24.0;
-/// Longest rise and bright side together, px.
+/// Longest rise and bright side together, px: what a strip of 161 px holds inside its dark end and its
+/// margin.
 const LONGEST_PX: f32 = 120.0;
 /// Variance of a pixel's own width, a twelfth, and of the joined lines' shifts between pixels, a sixth, px².
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0 + 1.0 / 6.0;
 /// Cosine of the view that is added in squares: haze blurs the surface's last 30 km.
 const HAZE: f32 = 0.1;
-/// What the laws may make of the bright side against the limb.
+/// Least and greatest brightness of ground over that of its limb: beyond, the laws do not hold. Chosen.
 const LEAST_SHADE: f32 = 0.3;
 const GREATEST_SHADE: f32 = 4.0;
-/// Share of the shading that may be wrong: the ground is no perfect matt surface.
+/// Share of the shading that may be wrong, because ground is no perfect matt surface. Chosen.
 const SHADING_ERROR: f32 = 0.1;
 /// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides,
 /// is one.
@@ -46,9 +49,10 @@ const WEIGHTS: [f32; 11] = [
 ];
 /// Least fall of the air's brightness, px: below, the lens alone shapes the limb.
 const LEAST_SCALE_PX: f32 = 0.1;
-/// Air brightens by e over a scale height, slowly fading air by less; ground by less than so many times.
+/// Greatest rise of ground over a scale height: between air, which brightens by 2.7, and ground, which hardly
+/// does.
 const GREATEST_RISE: f32 = 1.7;
-/// Places of the bright side at which the model is taken.
+/// Places of the bright side at which the model is taken; against a fine mean in `zone/tests.rs`.
 const SAMPLES: usize = 4;
 
 /// How long the rise and the bright side are, in places along the lines.

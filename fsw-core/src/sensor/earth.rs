@@ -129,7 +129,7 @@ impl Sensor<'_> {
         }
         meter.end(Stage::Limb);
         let mut rough = None;
-        // Strips only where the orbit is sure of the limb, less than two thirds of it, would leave it ever less sure of the rest.
+        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
             let searched = self.search(instruments.detector, body);

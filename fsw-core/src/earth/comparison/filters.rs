@@ -29,7 +29,7 @@ const STEPS: usize = 8;
 const ORDER: usize = 5;
 
 /// The part of a joined line about the limb.
-struct Rise {
+struct LimbProfile {
     profile: [f32; limb::MAX_LENGTH],
     /// First place, and the one after the last.
     from: usize,
@@ -43,7 +43,7 @@ struct Rise {
     scale: f32,
 }
 
-impl Rise {
+impl LimbProfile {
     /// `None` where there is none, or it is too weak, saturated, or outer space bright.
     fn new(
         pixels: &[u16],
@@ -99,7 +99,7 @@ impl Rise {
 }
 
 /// Sum of squares about the best exponential whose edge is at a place, and its brightness over the dark.
-fn misfit(rise: &Rise, edge: f32) -> (f32, f32) {
+fn misfit(rise: &LimbProfile, edge: f32) -> (f32, f32) {
     let shape = |place: f32| if place >= edge { 1.0 } else { libm::expf((place - edge) / rise.scale) };
     let (mut squares, mut products, mut shapes) = (0.0, 0.0, 0.0);
     for (place, value) in rise.values() {
@@ -119,7 +119,7 @@ pub fn exponential(
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
-    let rise = Rise::new(pixels, strip, geometry, parameters)?;
+    let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
     let step = 1.0 / STEPS as f32;
     let edge_at = |step_count: usize| rise.from as f32 + step * step_count as f32;
     let mut best: Option<(f32, usize)> = None;
@@ -154,7 +154,7 @@ struct Polynomial {
 
 impl Polynomial {
     /// Least squares through a rise.
-    fn through(rise: &Rise) -> Self {
+    fn through(rise: &LimbProfile) -> Self {
         let (from, to) = (rise.from as f32, rise.to as f32 - 1.0);
         let mut fit =
             Self { middle: 0.5 * (from + to), half: 0.5 * (to - from), terms: [(0.0, 0.0, 0.0); ORDER + 1] };
@@ -200,7 +200,7 @@ pub fn polynomial(
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
-    let rise = Rise::new(pixels, strip, geometry, parameters)?;
+    let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
     let fit = Polynomial::through(&rise);
     // From the guess inwards to the first maximum, then outwards to half of it.
     let step = 1.0 / STEPS as f32;

@@ -35,7 +35,7 @@ pub struct Scale {
 
 /// Limb points, and whom to ask about them.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured<'a> {
+pub struct LimbPoints<'a> {
     /// The points.
     pub points: &'a [LimbPoint],
     /// The camera.
@@ -56,11 +56,11 @@ impl Scale {
     /// # Errors
     /// As [`centre::centre`]; [`Refusal::Degenerate`] where the distance does not depend on the focal length.
     pub fn by_the_earth(
-        measured: &Measured,
+        measured: &LimbPoints,
         [known_km, sigma_km]: [f32; 2],
         workspace: &mut Workspace,
     ) -> Result<Self, Refusal> {
-        let Measured { points, camera, body, demand, expected, parameters } = *measured;
+        let LimbPoints { points, camera, body, demand, expected, parameters } = *measured;
         let mut longer = *camera.parameters();
         longer.focal_length_px *= 1.0 + STEP;
         let longer = Camera::new(longer).map_err(|_| Refusal::Degenerate)?;

@@ -19,7 +19,7 @@ use crate::world::noise::Noise;
 use crate::world::vector::{cross, length, minus, plus, times, unit};
 use fsw_core::camera::Camera;
 use fsw_core::earth::centre::{self, Expected};
-use fsw_core::earth::comparison::scale::{Measured, Scale};
+use fsw_core::earth::comparison::scale::{LimbPoints, Scale};
 use fsw_core::earth::comparison::{filters, thesis};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
 use fsw_core::earth::look::{self, EVENLY, HeightVariance, Look, Room};
@@ -397,7 +397,7 @@ impl Tracked {
     fn scale(&self, look: &Look, room: &mut Room) -> Option<Scale> {
         let Look { camera, body, parameters } = *look;
         let (points, demand, expected) = (room.points.as_slice(), &self.demand, Some(&self.expected));
-        let measured = Measured { points, camera, body, demand, expected, parameters };
+        let measured = LimbPoints { points, camera, body, demand, expected, parameters };
         let known = [self.expected.centre_km.norm(), ORBIT_SIGMA_KM as f32];
         Scale::by_the_earth(&measured, known, room.rays).ok()
     }

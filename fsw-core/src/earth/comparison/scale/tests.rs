@@ -20,7 +20,7 @@ fn found(world: &World, wrong: f32) -> Scale {
     let fix = look::anywhere(&look, &mut world.picture(1.0, 3), &mut room).unwrap().fix.unwrap();
     let strips = Strips { read: fix.inliers.count_ones() as usize, unsure: 0, km_per_px: f32::INFINITY };
     let (demand, expected) = (parameters.in_strips(&strips, true), Expected::after(&fix));
-    let measured = Measured {
+    let measured = LimbPoints {
         points: &points,
         camera: &camera,
         body: &body,
