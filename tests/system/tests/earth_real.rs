@@ -4,7 +4,7 @@
 //! pictures and stands beside ours in the printed table.
 
 use fsw_core::earth::search::Points;
-use fsw_core::earth::thesis;
+use fsw_core::earth::comparison::thesis;
 use fsw_hal::Detector;
 use serde_json::Value;
 use sil_host::picture::Picture;
