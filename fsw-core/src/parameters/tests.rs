@@ -229,8 +229,8 @@ fn axes_that_are_more_than_a_fifth_apart_are_refused() {
 
 #[test]
 fn no_field_of_the_table_escapes_the_rows() {
-    // Postcard writes a field after the other: those of the rows, and the camera's, which have their own check. A real has four
-    // bytes, an integer of one byte and a choice one.
+    // Postcard writes a field after the other: those of the rows, and the camera's, which have their own
+    // check. A real has four bytes, an integer of one byte and a choice one.
     let mut parameters = Parameters::for_camera(reference_camera());
     gyro(&mut parameters);
     for ((name, .., integer), (_, set)) in bounds().iter().filter_map(|bounds| {
