@@ -78,7 +78,7 @@ pub enum Command {
     Safe,
 }
 
-/// Why a sensor could not be made.
+/// Why a sensor could not be made; its `Display` says what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorError {
     /// The parameters were refused.
@@ -88,6 +88,22 @@ pub enum SensorError {
     /// The calibration is not the one that the parameters name, or not for this detector and optical centre.
     Calibration,
 }
+
+impl core::fmt::Display for SensorError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Parameters(error) => write!(f, "parameters refused: {error}"),
+            Self::CatalogueTooLarge => {
+                write!(f, "the catalogue holds more than {MAX_CATALOGUE_STARS} stars: build one with fewer")
+            }
+            Self::Calibration => f.write_str(
+                "the calibration is not the one that the parameters name, or of another detector or optical centre",
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SensorError {}
 
 /// Directions that depend on Terrestrial Time alone.
 #[derive(Clone, Copy)]
@@ -190,8 +206,11 @@ impl<'c> Sensor<'c> {
         instruments: &mut Instruments<D, C, M, R>,
         command: Command,
     ) -> Report {
-        self.obey(command);
+        let commanded = self.obey(command);
         let mut report = Report::new(self.cycle, self.modes.mode());
+        if commanded {
+            report.note(Event::Mode(self.modes.mode(), Guard::Commanded));
+        }
         let Instruments { detector, clock, meter, rate_sensor } = instruments;
         let detector = &mut ByKind(&mut **detector);
         let (image, time) = self.take_image(detector, *clock, *meter);
@@ -207,24 +226,20 @@ impl<'c> Sensor<'c> {
         report
     }
 
-    /// Does what the spacecraft wants before the second begins.
-    fn obey(&mut self, command: Command) {
-        match command {
-            Command::Continue => {}
-            Command::Reacquire => {
-                self.forget_attitude();
-                self.modes.enter(Mode::Acquisition);
-            }
+    /// Does what the spacecraft wants before the second begins; whether it wants another mode.
+    fn obey(&mut self, command: Command) -> bool {
+        let mode = match command {
+            Command::Continue => return false,
+            Command::Reacquire => Mode::Acquisition,
             Command::Restart => {
-                self.forget_attitude();
                 self.forget_orbit();
-                self.modes.enter(Mode::SelfTest);
+                Mode::SelfTest
             }
-            Command::Safe => {
-                self.forget_attitude();
-                self.modes.enter(Mode::Safe);
-            }
-        }
+            Command::Safe => Mode::Safe,
+        };
+        self.forget_attitude();
+        self.modes.enter(mode);
+        true
     }
 
     fn forget_attitude(&mut self) {
@@ -260,18 +275,21 @@ impl<'c> Sensor<'c> {
                 }
             }
             (Mode::SelfTest, _) => self.self_test(detector, report),
-            (_, Image::Blinded) => self.report_blinded(report),
+            (_, Image::Blinded) => self.report_blinded(ephemeris, report),
             (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, report),
             (Mode::Tracking | Mode::Eclipse, _) => self.track(detector, meter, ephemeris, report),
             (Mode::SunOutage, _) => report.status = Status::Waiting,
         }
-        if mode == Mode::SunOutage
-            && let Some(motion) = &mut self.motion
-        {
-            motion.carry(self.now, None);
-        }
+        self.check_sun_outage(mode);
         if let Some((attitude, ephemeris)) = self.attitude_of_this_second(report).zip(ephemeris) {
             self.look_at_earth(detector, meter, ephemeris, &attitude, report);
+        }
+    }
+
+    /// In a Sun outage the filter's state is propagated every second: no step is longer, whatever the outage lasts.
+    fn check_sun_outage(&mut self, mode: Mode) {
+        if let (Mode::SunOutage, Some(motion)) = (mode, &mut self.motion) {
+            motion.propagate(self.now, None);
         }
     }
 

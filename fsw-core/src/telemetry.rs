@@ -235,7 +235,7 @@ pub struct OrbitReport {
 /// Something that happened in a second and is worth a line in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
-    /// The next second has another mode, and why.
+    /// The next second has another mode, and why; for [`Guard::Commanded`]: this one has.
     Mode(Mode, Guard),
     /// Two fixes agree: the orbit is known from now on.
     OrbitStarted,
@@ -249,7 +249,7 @@ pub enum Event {
     OrbitForgotten,
     /// Terrestrial Time as the clock tells it differs by more than 0.1 s from what local time makes of what it told before.
     ClockJump,
-    /// The Sun is, by attitude and time, in a path, and the detector is blinded.
+    /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; told when an outage begins.
     SunInPath,
 }
 

@@ -187,7 +187,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         filter
     }
 
-    /// The same with a rate sensor, whose readings come with every [`Filter::carry`]; for two blocks.
+    /// The same with a rate sensor, whose readings come with every [`Filter::propagate`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
         (self.sensor, self.rated) = (Some(noise), true);
         if let Some(state) = self.states.get_mut(RATE) {
@@ -219,7 +219,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             _ => {}
         }
         if reading_rad_s.is_some() {
-            self.carry(instant, reading_rad_s);
+            self.propagate(instant, reading_rad_s);
         }
     }
 
@@ -254,7 +254,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     #[inline(never)]
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
-        then.carry(instant, None).then(|| {
+        then.propagate(instant, None).then(|| {
             let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
             (then.attitude, then.sigma(&variance).into())
         })
@@ -263,7 +263,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
     /// `false`, and nothing changes, where [`Filter::at`] gives nothing.
     #[inline(never)]
-    pub fn carry(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
+    pub fn propagate(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
         let elapsed = seconds(instant.us_since(self.instant));
         let reading = reading_rad_s.unwrap_or(self.reading);
         let usable = self.rated && (0.0..=MAX_STEP_S).contains(&elapsed);
@@ -331,7 +331,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) {
         let elapsed_s = seconds(instant.us_since(self.observed));
         let mut then = *self;
-        let carried = then.carry(instant, None);
+        let carried = then.propagate(instant, None);
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
         if carried && then.correct_all(&innovation, &variance) {
@@ -352,7 +352,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     #[inline(never)]
     pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
-        if !then.carry(instant, None) {
+        if !then.propagate(instant, None) {
             return false;
         }
         let expected = then.attitude.apply(&star.reference);
