@@ -87,6 +87,20 @@ pub enum CameraError {
     Distortion,
 }
 
+impl core::fmt::Display for CameraError {
+    fn fmt(&self, out: &mut core::fmt::Formatter) -> core::fmt::Result {
+        out.write_str(match self {
+            Self::NotFinite => "a value is not finite",
+            Self::Detector => "the detector is smaller than 32 px a side",
+            Self::FocalLength => "the focal length is not between 10 and 1e6 px",
+            Self::OpticalCentre => "the optical centre is more than a detector's size off the detector",
+            Self::Distortion => {
+                "a corner of the detector sees no direction, or the distortion cannot be undone there"
+            }
+        })
+    }
+}
+
 /// A camera whose parameters have been checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {

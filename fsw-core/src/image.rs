@@ -24,44 +24,30 @@ pub mod streaks;
 #[cfg(test)]
 mod test_sky;
 
+use crate::parameters::table::parameter_group;
 use calibration::Calibration;
 pub use fsw_pixels::window::FULL_SCALE;
 pub use fsw_pixels::{condition, patch};
 
-/// Thresholds of star detection (thesis §3.1.1); the sigmas are those of the local background.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct DetectionParameters {
-    /// A 3 x 3 sum must rise this many sigmas above the background, tenths (default 50, 30 to 200). It takes the place
-    /// of the thesis's fixed 6 % of full scale.
-    pub threshold_sigma_tenths: u16,
-    /// The maximum must exceed the mean of its region by this factor, percent (default 160, thesis 1.6).
-    pub peak_to_region_percent: u16,
-    /// The maximum must exceed the mean of the inner ring by this factor, percent (default 115; thesis 1.5 for a PSF
-    /// of 3 px, which sharper and blunter lenses fail).
-    pub peak_to_inner_percent: u16,
-    /// The inner ring's mean must exceed the outer ring's by this factor, percent (default 115, thesis 1.15).
-    pub inner_to_outer_percent: u16,
-    /// The inner ring must hold at least this share of the maximum, percent (default 6): a hot pixel or a proton hit
-    /// does not.
-    pub inner_share_percent: u16,
-    /// The region grows until the ring around it is below this share of the maximum, percent (default 10).
-    pub skirt_share_percent: u16,
-    /// Error of a centre of intensity without background noise, thousandths of a pixel (default 70; thesis 0.1 px). A
-    /// calibrated lens has its own.
-    pub centroid_floor_millipx: u16,
-}
-
-impl Default for DetectionParameters {
-    fn default() -> Self {
-        Self {
-            threshold_sigma_tenths: 50,
-            peak_to_region_percent: 160,
-            peak_to_inner_percent: 115,
-            inner_to_outer_percent: 115,
-            inner_share_percent: 6,
-            skirt_share_percent: 10,
-            centroid_floor_millipx: 70,
-        }
+parameter_group! {
+    /// Thresholds of star detection (thesis 3.1.1). Sigmas are those of the local background.
+    pub struct DetectionParameters in "detection" {
+        /// A 3 x 3 sum must rise this many tenths of a sigma above the background.
+        threshold_sigma_tenths: u16 = 50, 30..=200, "0.1 sigma",
+            "five sigma: one in 3.5 million places by chance; the thesis has 6 % of full scale instead";
+        /// The maximum must exceed the mean of its region by this factor.
+        peak_to_region_percent: u16 = 160, 100..=1000, "%", "thesis 3.1.1: 1.6";
+        /// The maximum must exceed the mean of the inner ring by this factor.
+        peak_to_inner_percent: u16 = 115, 100..=1000, "%",
+            "thesis 1.5, for spots of 3 px, which sharper and blunter lenses fail";
+        /// The inner ring's mean must exceed the outer ring's by this factor.
+        inner_to_outer_percent: u16 = 115, 100..=1000, "%", "thesis 3.1.1: 1.15";
+        /// The inner ring must hold at least this share of the maximum: a hot pixel or a proton hit does not.
+        inner_share_percent: u16 = 6, 0..=100, "%", "chosen: a single bright pixel leaves less";
+        /// The region grows until the ring around it is below this share of the maximum.
+        skirt_share_percent: u16 = 10, 1..=50, "%", "chosen: a Gaussian spot within 2.1 sigma";
+        /// Error of a centre of intensity without background noise. A calibrated lens has its own.
+        centroid_floor_millipx: u16 = 70, 1..=1000, "0.001 px", "thesis 0.1 px; residuals of real pictures";
     }
 }
 

@@ -21,6 +21,7 @@
 //! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a longer gap
 //! [`LONGEST_STEP_US`] count, because nothing was tried in it.
 
+use crate::parameters::table::parameter_group;
 use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
 
@@ -73,47 +74,21 @@ pub enum Guard {
     Commanded,
 }
 
-/// Patience and time-outs, seconds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ModeParameters {
-    /// Seconds without an attitude after which stars are acquired anew (default 3, 1 to 60).
-    pub patience_s: u16,
-    /// Seconds in a row with a fault before safe mode (default 5, 1 to 600).
-    pub fault_patience_s: u16,
-    /// Seconds for which the Earth must be dark, or lit, before it counts as such (default 3, 1 to 60).
-    pub settle_s: u16,
-    /// Longest acquisition (default 300, 5 to 10,000).
-    pub acquisition_timeout_s: u16,
-    /// Longest Sun outage (default 7200, 10 to 60,000).
-    pub outage_timeout_s: u16,
-    /// Pause in safe mode before the next self-test (default 60, 1 to 10,000).
-    pub pause_s: u16,
-}
-
-impl Default for ModeParameters {
-    fn default() -> Self {
-        Self {
-            patience_s: 3,
-            fault_patience_s: 5,
-            settle_s: 3,
-            acquisition_timeout_s: 300,
-            outage_timeout_s: 7200,
-            pause_s: 60,
-        }
-    }
-}
-
-impl ModeParameters {
-    /// Name, value and range of every parameter.
-    pub fn ranges(&self) -> [(&'static str, u32, u32, u32); 6] {
-        [
-            ("patience_s", self.patience_s.into(), 1, 60),
-            ("fault_patience_s", self.fault_patience_s.into(), 1, 600),
-            ("settle_s", self.settle_s.into(), 1, 60),
-            ("acquisition_timeout_s", self.acquisition_timeout_s.into(), 5, 10_000),
-            ("outage_timeout_s", self.outage_timeout_s.into(), 10, 60_000),
-            ("pause_s", self.pause_s.into(), 1, 10_000),
-        ]
+parameter_group! {
+    /// Patience and time-outs.
+    pub struct ModeParameters in "modes" {
+        /// Time without an attitude after which stars are acquired anew.
+        patience_s: u16 = 3, 1..=60, "s", "chosen: two frames may fail one after the other";
+        /// Time of faults in a row before safe mode.
+        fault_patience_s: u16 = 5, 1..=600, "s", "chosen";
+        /// Time for which the Earth must be dark, or lit, before it counts as such.
+        settle_s: u16 = 3, 1..=60, "s", "chosen: two wrong frames change no mode";
+        /// Longest acquisition.
+        acquisition_timeout_s: u16 = 300, 5..=10_000, "s", "chosen: five minutes";
+        /// Longest Sun outage.
+        outage_timeout_s: u16 = 7200, 10..=60_000, "s", "the longest outage in GEO, 75 min, and half as much again";
+        /// Pause in safe mode before the next self-test.
+        pause_s: u16 = 60, 1..=10_000, "s", "chosen";
     }
 }
 

@@ -1,54 +1,82 @@
 //! The one table of everything that is set for a mission, checked before it is used.
 //!
-//! Each room's parameters live with the room; this table gathers them. [`Parameters::check`] is the door: it refuses a
-//! table with a value outside its range and names it, and the table in force stays. A table travels as a
-//! [`packet`] of version [`VERSION`].
+//! Each room declares its parameters where they are used, by the macro of [`table`]; this table gathers them.
+//! [`Parameters::check`] refuses a table with a value outside its range and names it; the table in force stays. A table travels
+//! as a [`packet`] of version [`VERSION`]. The page `PARAMETERS.md` lists all of them (`sil-host parameters` writes it).
 
 use crate::attitude::filter::RateSensorNoise;
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::earth::EarthParameters;
+use crate::earth::parameters as earth;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::image::DetectionParameters;
 use crate::modes::ModeParameters;
 use crate::orbit::parameters::OrbitParameters;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::IdentificationParameters;
+use core::fmt;
 use serde::{Deserialize, Serialize};
+use table::{Row, parameter_group};
 
-/// Version of the table's layout.
-pub const VERSION: u8 = 6;
+pub mod table;
+
+/// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
+pub const VERSION: u8 = 7;
+/// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
+pub const CHECKSUM: u32 = 0x08C3_68D8;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
-/// Parameters of star tracking.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrackingParameters {
-    /// Half the side of the area searched about a predicted star, px (default 5, 3 to 24). A star is taken within
-    /// half of it once the others have corrected the prediction.
-    pub gate_px: u16,
-    /// Fewest stars that make an attitude (default 3, 3 to 16).
-    pub fewest_stars: u16,
-    /// Largest standard deviation with which an attitude that is only carried on is reported, rad (default 0.01, 1e-4 to
-    /// 0.1).
-    pub carried_sigma_rad: f32,
-}
+/// The rows of all parameters but the camera's, group by group, for the host.
+pub const GROUPS: [&[Row]; 16] = [
+    ImagingParameters::ROWS,
+    MountParameters::ROWS,
+    DetectionParameters::ROWS,
+    IdentificationParameters::ROWS,
+    TrackingParameters::ROWS,
+    RateSensorNoise::ROWS,
+    earth::Ellipsoid::ROWS,
+    earth::LimbParameters::ROWS,
+    earth::LightParameters::ROWS,
+    earth::StripParameters::ROWS,
+    earth::SearchParameters::ROWS,
+    earth::FitParameters::ROWS,
+    earth::HorizonParameters::ROWS,
+    earth::PlausibleParameters::ROWS,
+    OrbitParameters::ROWS,
+    ModeParameters::ROWS,
+];
 
-/// How the two paths stand to each other.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MountParameters {
-    /// Rotation from the star path's to the Earth path's frame, `[x, y, z, w]`, of unit length to 1e-3 (default: none).
-    pub star_to_earth: [f32; 4],
-}
-
-impl Default for MountParameters {
-    fn default() -> Self {
-        Self { star_to_earth: [0.0, 0.0, 0.0, 1.0] }
+parameter_group! {
+    /// Exposure, and what belongs to the detector.
+    pub struct ImagingParameters in "imaging" {
+        /// Exposure time.
+        exposure_us: u32 = 100_000, 100..=1_000_000, "us", "thesis 7.1: 0.1 s";
+        /// From a row's exposure to the next row's.
+        row_time_ns: u32 = 0, 0..=500_000, "ns", "a global shutter";
+        /// CRC of the calibration that belongs to lens and detector; 0: none.
+        calibration_crc: u32 = 0, one of "0, the CRC of a calibration", "", "told by the ground with the calibration";
     }
 }
 
-impl Default for TrackingParameters {
-    fn default() -> Self {
-        Self { gate_px: 5, fewest_stars: 3, carried_sigma_rad: 0.01 }
+parameter_group! {
+    /// Star tracking.
+    pub struct TrackingParameters in "tracking" {
+        /// Half the side of the area searched about a predicted star. A star is taken within half of it once the others have
+        /// corrected the prediction.
+        gate_px: u16 = 5, 3..=24, "px", "3 sigma of the prediction with margin; a larger one takes wrong stars";
+        /// Fewest stars that make an attitude.
+        fewest_stars: u16 = 3, 3..=16, "", "two fix an attitude, the third shows a wrong one";
+        /// Largest standard deviation with which an attitude that is only carried on is reported.
+        carried_sigma_rad: f32 = 0.01, 1e-4..=0.1, "rad", "chosen: 0.6 deg";
+    }
+}
+
+parameter_group! {
+    /// How the two paths stand to each other.
+    pub struct MountParameters in "mount" {
+        /// Rotation from the star path's to the Earth path's frame, `[x, y, z, w]`, of unit length to 1e-3.
+        star_to_earth: [f32; 4] = [0.0, 0.0, 0.0, 1.0], -1.001..=1.001, "", "one lens, one detector: none";
     }
 }
 
@@ -59,24 +87,17 @@ pub struct Parameters {
     pub camera: CameraParameters,
     /// The two lines of sight.
     pub mount: MountParameters,
-    /// Exposure time, microseconds (100 to 1,000,000, and with the readout of all rows at most a second).
-    pub exposure_us: u32,
-    /// From a row's exposure to the next row's, ns (default 0: a global shutter; 0 to 500,000).
-    pub row_time_ns: u32,
-    /// CRC of the calibration that belongs to lens and detector; 0: none.
-    pub calibration_crc: u32,
+    /// Exposure and detector.
+    pub imaging: ImagingParameters,
     /// Star detection.
     pub detection: DetectionParameters,
     /// Star identification.
     pub identification: IdentificationParameters,
-    /// Catalogue pairs that identification may look at in one second (default 560,000; 10,000 to 4,000,000), confirmations counted in
-    /// proportion: a pair costs about 130 cycles on the target.
-    pub pairs_per_cycle: u32,
     /// Star tracking.
     pub tracking: TrackingParameters,
-    /// The rate sensor that carries the attitude from image to image; none (the default): the filter's own rate does. What it loses in a
-    /// second must be less than a third of the gate, else no star would be found where it is predicted: a gyro of a car (0.2
-    /// deg/s) is no such sensor.
+    /// The rate sensor that carries the attitude from image to image; none (the default): the filter's own rate does. What it
+    /// loses in a second must be less than a third of the gate, else no star would be found where it is predicted: a gyro
+    /// of a car (0.2 deg/s) is no such sensor.
     pub rate_sensor: Option<RateSensorNoise>,
     /// The Earth's figure, limb and centre.
     pub earth: EarthParameters,
@@ -93,20 +114,8 @@ pub enum ParameterError {
     Camera(CameraError),
     /// The named value is outside its range (or not finite).
     Range(&'static str),
-    /// Exposure and readout, `exposure_us` and `row_time_ns` times the rows, do not fit into a second.
+    /// Exposure and the readout of all rows do not fit into a second.
     ExposureBeyondSecond,
-}
-
-impl core::fmt::Display for ParameterError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Camera(_) => f.write_str("the camera's values are impossible"),
-            Self::Range(name) => write!(f, "{name} is outside its range"),
-            Self::ExposureBeyondSecond => {
-                f.write_str("exposure_us and row_time_ns of all rows are longer than a second: shorten one")
-            }
-        }
-    }
 }
 
 impl Parameters {
@@ -115,12 +124,9 @@ impl Parameters {
         Self {
             camera,
             mount: MountParameters::default(),
-            exposure_us: 100_000,
-            row_time_ns: 0,
-            calibration_crc: 0,
+            imaging: ImagingParameters::default(),
             detection: DetectionParameters::default(),
             identification: IdentificationParameters::default(),
-            pairs_per_cycle: 560_000,
             tracking: TrackingParameters::default(),
             rate_sensor: None,
             earth: EarthParameters::default(),
@@ -151,62 +157,48 @@ impl Parameters {
     /// The first value that fails, by name.
     pub fn check(&self) -> Result<(Camera, Rotation<StarPath, EarthPath>), ParameterError> {
         let camera = Camera::new(self.camera).map_err(ParameterError::Camera)?;
-        let Self { detection, identification, tracking, .. } = self;
-        let norm = self.mount.star_to_earth.iter().fold(0.0, |sum, q| sum + q * q);
-        let star_to_earth = Some(self.mount.star_to_earth)
-            .filter(|_| (0.998..=1.002).contains(&norm))
-            .and_then(Rotation::from_quaternion)
-            .ok_or(ParameterError::Range("star_to_earth"))?;
-        let [first, second, third] = identification.centroid_sigma_px;
-        let integers = [
-            ("exposure_us", self.exposure_us, 100, 1_000_000),
-            ("row_time_ns", self.row_time_ns, 0, 500_000),
-            ("pairs_per_cycle", self.pairs_per_cycle, 10_000, 4_000_000),
-            ("threshold_sigma_tenths", detection.threshold_sigma_tenths.into(), 30, 200),
-            ("peak_to_region_percent", detection.peak_to_region_percent.into(), 100, 1000),
-            ("peak_to_inner_percent", detection.peak_to_inner_percent.into(), 100, 1000),
-            ("inner_to_outer_percent", detection.inner_to_outer_percent.into(), 100, 1000),
-            ("inner_share_percent", detection.inner_share_percent.into(), 0, 100),
-            ("skirt_share_percent", detection.skirt_share_percent.into(), 1, 50),
-            ("centroid_floor_millipx", detection.centroid_floor_millipx.into(), 1, 1000),
-            ("gate_px", tracking.gate_px.into(), 3, 24),
-            ("fewest_stars", tracking.fewest_stars.into(), 3, 16),
+        let groups = [
+            self.imaging.first_out_of_range(),
+            self.mount.first_out_of_range(),
+            self.detection.first_out_of_range(),
+            self.identification.first_out_of_range(),
+            self.tracking.first_out_of_range(),
+            self.rate_sensor.and_then(|noise| noise.first_out_of_range()),
+            self.rate_sensor.and_then(|noise| self.loses_the_stars(&noise, &camera)),
+            self.earth.first_out_of_range(),
+            self.orbit.first_out_of_range(),
+            self.modes.first_out_of_range(),
         ];
-        let reals = [
-            ("centroid_sigma_px[0]", first, 0.05, 3.0),
-            ("centroid_sigma_px[1]", second, 0.05, 3.0),
-            ("centroid_sigma_px[2]", third, 0.05, 3.0),
-            ("scale_uncertainty", identification.scale_uncertainty, 0.0, 0.01),
-            ("carried_sigma_rad", tracking.carried_sigma_rad, 1e-4, 0.1),
-            ("log10_false_limit", identification.log10_false_limit, -30.0, -2.0),
-        ];
-        let gate_rad = f32::from(tracking.gate_px) * camera.rad_per_px();
-        // What is not there is in its range.
-        let RateSensorNoise { white_rad, walk_rad_s, bias_rad_s } = self
-            .rate_sensor
-            .unwrap_or(RateSensorNoise { white_rad: 1e-7, walk_rad_s: 0.0, bias_rad_s: 1e-7 });
-        let rate_sensor = [
-            ("rate_sensor.white_rad", white_rad, 1e-8, gate_rad * (1.0 / 3.0)),
-            ("rate_sensor.walk_rad_s", walk_rad_s, 0.0, 1e-3),
-            ("rate_sensor.bias_rad_s", bias_rad_s, 1e-8, 0.1),
-        ];
-        let modes = self.modes.ranges();
-        let wrong_integer =
-            integers.iter().chain(&modes).find(|(_, value, low, high)| !(low..=high).contains(&value));
-        let (earth, orbit) = (self.earth.ranges(), self.orbit.ranges());
-        let wrong_real = reals
-            .iter()
-            .chain(&rate_sensor)
-            .chain(&earth)
-            .chain(&orbit)
-            .find(|(_, value, low, high)| !(low..=high).contains(&value));
-        let readout_us = u64::from(self.row_time_ns) * u64::from(self.camera.height_px) / 1000;
-        if u64::from(self.exposure_us) + readout_us > 1_000_000 {
+        if let Some(name) = groups.into_iter().flatten().next() {
+            return Err(ParameterError::Range(name));
+        }
+        let readout_us = u64::from(self.imaging.row_time_ns) * u64::from(self.camera.height_px) / 1000;
+        if u64::from(self.imaging.exposure_us) + readout_us > 1_000_000 {
             return Err(ParameterError::ExposureBeyondSecond);
         }
-        match (wrong_integer, wrong_real) {
-            (Some((name, ..)), _) | (None, Some((name, ..))) => Err(ParameterError::Range(name)),
-            (None, None) => Ok((camera, star_to_earth)),
+        let norm = self.mount.star_to_earth.iter().fold(0.0, |sum, q| sum + q * q);
+        let star_to_earth = Rotation::from_quaternion(self.mount.star_to_earth);
+        match star_to_earth.filter(|_| (0.998..=1.002).contains(&norm)) {
+            Some(star_to_earth) => Ok((camera, star_to_earth)),
+            None => Err(ParameterError::Range("mount.star_to_earth")),
+        }
+    }
+
+    /// The rate sensor's noise, where a second of it is more than a third of the gate.
+    fn loses_the_stars(&self, noise: &RateSensorNoise, camera: &Camera) -> Option<&'static str> {
+        let gate_rad = f32::from(self.tracking.gate_px) * camera.rad_per_px();
+        (noise.white_rad > gate_rad * (1.0 / 3.0)).then_some("rate_sensor.white_rad")
+    }
+}
+
+impl fmt::Display for ParameterError {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Camera(error) => write!(out, "the camera is impossible: {error}"),
+            Self::Range(name) => write!(out, "{name} is outside its range"),
+            Self::ExposureBeyondSecond => out.write_str(
+                "imaging.exposure_us and imaging.row_time_ns of all rows are longer than a second: shorten one",
+            ),
         }
     }
 }

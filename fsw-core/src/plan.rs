@@ -59,7 +59,7 @@ pub const STRIP_MARGIN_PX: f32 = 9.0;
 
 /// Height over which the limb's glow fades, km.
 pub fn glow_km(parameters: &EarthParameters) -> f32 {
-    GLOW_SCALES * parameters.scale_height_km
+    GLOW_SCALES * parameters.limb.scale_height_km
 }
 
 /// How far a strip must reach from the expected limb, when its height there is known to `sigma_km` (3 sigma are allowed
@@ -67,7 +67,7 @@ pub fn glow_km(parameters: &EarthParameters) -> f32 {
 pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<Reach> {
     let reach_px = |km: f32| libm::ceilf(STRIP_MARGIN_PX + (km + 3.0 * sigma_km) / km_per_px);
     let outward = reach_px(glow_km(parameters));
-    let inward = reach_px(BRIGHT_SCALES * parameters.scale_height_km);
+    let inward = reach_px(BRIGHT_SCALES * parameters.limb.scale_height_km);
     // Also refuses what is no number.
     let fits = outward + inward < MAX_LENGTH as f32;
     fits.then_some(Reach { outward_px: outward as u16, inward_px: inward as u16 })

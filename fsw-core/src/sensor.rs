@@ -190,7 +190,7 @@ impl<'c> Sensor<'c> {
         let camera = self.camera.parameters();
         let [cx, cy] = calibration.centre_px();
         let [dx, dy] = [cx - camera.optical_centre_px[0], cy - camera.optical_centre_px[1]];
-        let fits = calibration.crc() == self.parameters.calibration_crc
+        let fits = calibration.crc() == self.parameters.imaging.calibration_crc
             && calibration.size_px() == [camera.width_px, camera.height_px]
             && dx.abs().max(dy.abs()) <= CALIBRATED_CENTRE_PX;
         if !fits {

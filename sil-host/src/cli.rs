@@ -50,6 +50,8 @@ pub enum Command {
     Corrections(CorrectionsArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
+    /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
+    Parameters(ParametersArguments),
 }
 
 fn scenario_help() -> String {
@@ -337,6 +339,14 @@ pub struct CorrectionsArguments {
 #[derive(Debug, Args)]
 pub struct BudgetArguments {
     /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `parameters`.
+#[derive(Debug, Args)]
+pub struct ParametersArguments {
+    /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,
 }

@@ -18,6 +18,7 @@ use crate::{flight, json, solve};
 use fsw_core::camera::{Camera, Projection};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
 use fsw_core::earth::look::{self, Look, Room};
+use fsw_core::earth::parameters::{HorizonParameters, LimbParameters};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
 use fsw_core::earth::{Body, EarthFix, EarthParameters, Ellipsoid, Refusal, centre};
@@ -117,9 +118,12 @@ pub fn reason_words(reason: Refusal) -> &'static str {
 pub fn of_a_mean_sphere(parameters: EarthParameters) -> EarthParameters {
     EarthParameters {
         ellipsoid: Ellipsoid { equatorial_km: MEAN_RADIUS_KM, polar_km: MEAN_RADIUS_KM },
-        limb_height_sigma_km: FLATTENING_KM,
-        horizon_sigma_km: FLATTENING_KM,
-        horizon_cell_km: FLATTENING_CELL_KM,
+        limb: LimbParameters { height_sigma_km: FLATTENING_KM, ..parameters.limb },
+        horizon: HorizonParameters {
+            sigma_km: FLATTENING_KM,
+            cell_km: FLATTENING_CELL_KM,
+            ..parameters.horizon
+        },
         ..parameters
     }
 }
@@ -136,11 +140,9 @@ pub struct Known {
 impl Known {
     /// The body, and the parameters that belong to it.
     fn body(&self) -> (Body, EarthParameters) {
-        let mut parameters = EarthParameters {
-            limb_floor_px: PICTURE_FLOOR_PX,
-            greatest_distance_km: FARTHEST_KM,
-            ..EarthParameters::default()
-        };
+        let mut parameters = EarthParameters::default();
+        parameters.strips.floor_px = PICTURE_FLOOR_PX;
+        parameters.plausible.distance_km = FARTHEST_KM;
         if self.pole.is_none() {
             parameters = of_a_mean_sphere(parameters);
         }

@@ -3,7 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`cli`] | the words of the command line |
-//! | [`run`], [`render`], [`solve`], [`earth`], [`identify`], [`mod@attitude`], [`record`], [`budget`], [`defects`] | what the commands do |
+//! | [`run`], [`render`], [`solve`], [`earth`], [`identify`], [`mod@attitude`], [`record`], [`budget`], [`defects`], [`parameters`] | what the commands do |
 //! | [`scenario`] | scenario files (TOML), and those that come with the program |
 //! | [`flight`] | cameras and catalogues for the flight code |
 //! | [`lost_in_space`] | the flight code's identification with the host's memory |
@@ -52,6 +52,7 @@ pub mod identify;
 pub mod json;
 pub mod judge;
 pub mod lost_in_space;
+pub mod parameters;
 pub mod picture;
 pub mod record;
 pub mod render;

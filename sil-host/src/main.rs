@@ -3,7 +3,8 @@
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
 use sil_host::{
-    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, record, render, run, solve,
+    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, parameters, record, render,
+    run, solve,
 };
 use std::io::Write;
 use std::process::ExitCode;
@@ -42,6 +43,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),
             Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
+            Some(Command::Parameters(arguments)) => parameters::run(&arguments),
         },
     }
 }

@@ -72,7 +72,7 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     let catalogue = flight::open(catalog_gen::REFERENCE)?;
     // As in the flight image: its own calibration, where the parameters name one.
     let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
-    let calibration = calibration.filter(|_| parameters.calibration_crc != 0);
+    let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
     let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).map_err(|error| {
         HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
     })?;
@@ -134,7 +134,8 @@ fn record_picture(
     record(picture.geometry(), parameters, folder, |writer| {
         for second in 0..seconds {
             let us = i64::from(second) * 1_000_000;
-            writer.record(picture, Instant::new(LocalTime::from_us(us), us), parameters.exposure_us)?;
+            let instant = Instant::new(LocalTime::from_us(us), us);
+            writer.record(picture, instant, parameters.imaging.exposure_us)?;
         }
         Ok(())
     })

@@ -57,7 +57,7 @@ use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky as stars;
 use crate::world::stars::DetectorModel;
 use fsw_core::image::calibration::Calibration;
-use fsw_core::parameters::{MountParameters, Parameters};
+use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::stars::identify::IdentificationParameters;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -296,10 +296,12 @@ impl Scenario {
         Parameters {
             identification,
             rate_sensor,
-            exposure_us: self.exposure_us,
+            imaging: ImagingParameters {
+                exposure_us: self.exposure_us,
+                row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
+                calibration_crc,
+            },
             mount,
-            row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
-            calibration_crc,
             ..defaults
         }
     }

@@ -67,5 +67,7 @@ pub fn scene() -> Result<Scene, HostError> {
 /// The flight parameters for it.
 pub fn parameters() -> Parameters {
     let camera = flight::camera_parameters(&CameraFile::reference());
-    Parameters { exposure_us: EXPOSURE_US, ..Parameters::for_camera(camera) }
+    let mut parameters = Parameters::for_camera(camera);
+    parameters.imaging.exposure_us = EXPOSURE_US;
+    parameters
 }

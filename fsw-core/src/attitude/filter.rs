@@ -24,6 +24,7 @@
 use super::VectorPair;
 use super::covariance::Information;
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::parameters::table::parameter_group;
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
@@ -60,15 +61,16 @@ pub struct Rate {
     pub sigma_rad_s: Vector3<f32>,
 }
 
-/// The errors of a rate sensor, an axis.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct RateSensorNoise {
-    /// Standard deviation of the angle it loses in a second, rad.
-    pub white_rad: f32,
-    /// Standard deviation of the change of its bias in a second, rad/s.
-    pub walk_rad_s: f32,
-    /// Standard deviation of its bias at first, rad/s.
-    pub bias_rad_s: f32,
+parameter_group! {
+    /// The errors of a rate sensor, an axis; there is none unless it is set.
+    pub struct RateSensorNoise in "rate_sensor" {
+        /// Standard deviation of the angle it loses in a second; at most a third of the gate.
+        white_rad: f32 = 1e-5, 1e-8..=0.1, "rad", "fibre-optic gyro: 2 arcsec in a second";
+        /// Standard deviation of the change of its bias in a second.
+        walk_rad_s: f32 = 1e-7, 0.0..=1e-3, "rad/s", "fibre-optic gyro: 0.02 arcsec/s in a second";
+        /// Standard deviation of its bias at first.
+        bias_rad_s: f32 = 1e-4, 1e-8..=0.1, "rad/s", "fibre-optic gyro: 20 deg/h";
+    }
 }
 
 /// Attitude, rate and what is known of their errors.

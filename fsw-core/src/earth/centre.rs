@@ -343,7 +343,7 @@ pub fn centre(
     if fix.rms_px.is_nan() || fix.rms_px > greatest_px {
         return Err(Refusal::NoConsensus);
     }
-    if fix.arc_rad < parameters.least_arc_deg.to_radians() {
+    if fix.arc_rad < parameters.fit.least_arc_deg.to_radians() {
         return Err(Refusal::ShortArc);
     }
     // About the place that an orbit knows a weak direction does no harm.
@@ -352,11 +352,11 @@ pub fn centre(
     }
     let (direction_rad, range_km) = fix.sigmas();
     let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
-    if distance_km > parameters.greatest_distance_km {
+    if distance_km > parameters.plausible.distance_km {
         return Err(Refusal::Degenerate);
     }
-    let known = direction_rad <= parameters.greatest_sigma_deg.to_radians()
-        && range_km <= parameters.greatest_range_share * distance_km;
+    let known = direction_rad <= parameters.plausible.sigma_deg.to_radians()
+        && range_km <= parameters.plausible.range_share * distance_km;
     if known { Ok(fix) } else { Err(Refusal::Uncertain) }
 }
 

@@ -79,7 +79,7 @@ pub(super) fn agree(
         if best.is_none_or(|(most, _)| agreeing > most) {
             best = Some((agreeing, cone));
         }
-        if agreeing as f32 >= parameters.enough_share * all as f32 {
+        if agreeing as f32 >= parameters.fit.enough_share * all as f32 {
             break;
         }
     }

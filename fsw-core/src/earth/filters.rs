@@ -56,15 +56,16 @@ impl Rise {
         let dark = limb::dark_of(&profile, length);
         let used = profile.get(limb::END..inner)?;
         let most = used.iter().fold(dark, |most, value| if *value > most { *value } else { most });
-        if dark > parameters.greatest_dark_share * full_scale
-            || most - dark < parameters.least_contrast_share * full_scale
-            || most > parameters.saturated_share * full_scale
+        if dark > parameters.strips.dark_share * full_scale
+            || most - dark < parameters.strips.contrast_share * full_scale
+            || most > parameters.strips.saturated_share * full_scale
         {
             return None;
         }
         let half = 0.5 * (dark + most);
         let guess = limb::END + used.iter().position(|value| *value > half)?;
-        let scale = parameters.scale_height_km / (strip.expected().km_per_px * strip.steepness()).max(1e-3);
+        let scale =
+            parameters.limb.scale_height_km / (strip.expected().km_per_px * strip.steepness()).max(1e-3);
         let reach = |scales: f32| libm::ceilf((scales * scale).max(LEAST_PX)) as usize;
         let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END);
         let to = (guess + reach(INSIDE_SCALES)).min(inner);
@@ -87,8 +88,8 @@ impl Rise {
     ) -> Option<LimbPoint> {
         let inside = inward > self.from as f32 && inward < self.to as f32 && slope > 1e-3;
         let noise = rms / slope * strip.steepness();
-        let height = parameters.limb_scatter_km / strip.expected().km_per_px.max(1e-3);
-        let floor = parameters.limb_floor_px;
+        let height = parameters.limb.scatter_km / strip.expected().km_per_px.max(1e-3);
+        let floor = parameters.strips.floor_px;
         let sigma = libm::sqrtf(noise * noise + floor * floor + height * height);
         (inside && sigma < limb::GREATEST_SIGMA_PX.max(limb::GREATEST_SIGMA_SHARE * self.scale))
             .then(|| strip.point(self.length, inward, sigma))

@@ -20,16 +20,13 @@
 //!
 //! Cost: 18 operations a point and wave, 20,000 for 24 points.
 
+use super::EarthParameters;
 use super::rays::Cone;
 use super::shape::Body;
-use super::{CLOUD_CELL_KM, EarthParameters};
 use nalgebra::{Matrix3, Vector3};
 
 /// Waves about the whole limb: 570 km in a low orbit, 1250 km in the geostationary one are the shortest.
 pub(super) const MODES: usize = 32;
-
-/// Standard deviation of mean and first wave where the Sun is not known, px.
-const SUNLESS_PX: f32 = 0.8;
 
 /// A field along a limb, by wave.
 struct Field {
@@ -69,14 +66,14 @@ impl Horizon {
             stiffness: square(cell_km / (body.radius_km() * cone.cosine)),
         };
         let clouds =
-            parameters.horizon_sigma_px * rad_per_px / parameters.clouds_reduction(distance_km * rad_per_px);
-        let sunless_px = if body.knows_sun() { 0.0 } else { SUNLESS_PX };
+            parameters.horizon.sigma_px * rad_per_px / parameters.clouds_reduction(distance_km * rad_per_px);
+        let sunless_px = if body.knows_sun() { 0.0 } else { parameters.horizon.sunless_px };
         Self {
             fields: [
-                field(parameters.horizon_cell_km, parameters.horizon_sigma_km / distance_km),
-                field(CLOUD_CELL_KM, clouds),
+                field(parameters.horizon.cell_km, parameters.horizon.sigma_km / distance_km),
+                field(parameters.horizon.cloud_cell_km, clouds),
             ],
-            mean: square(parameters.limb_height_sigma_km / distance_km),
+            mean: square(parameters.limb.height_sigma_km / distance_km),
             sunless: square(sunless_px * rad_per_px),
         }
     }

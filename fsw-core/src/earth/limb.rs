@@ -154,14 +154,14 @@ impl<'a> Rise<'a> {
         let full_scale = f32::from(geometry.full_scale());
         let dark = dark_of(profile, lines.length);
         let profile = profile.get(..lines.length.checked_sub(END)?)?;
-        let is_dark = dark <= parameters.greatest_dark_share * full_scale;
+        let is_dark = dark <= parameters.strips.dark_share * full_scale;
         is_dark.then_some(Self { lines, profile, dark, full_scale, parameters })
     }
 
     /// The outermost place that has its share of the brightness behind it.
     fn passage(&self, zone: &Zone) -> Option<Passage> {
         let Self { profile, dark, full_scale, parameters, .. } = *self;
-        let least = parameters.least_contrast_share * full_scale;
+        let least = parameters.strips.contrast_share * full_scale;
         // What a place's brightness has beyond its share of the brightness behind it.
         let excess = |place: usize| {
             let value = profile.get(place)? - dark;
@@ -185,7 +185,7 @@ impl<'a> Rise<'a> {
             before = now;
         }
         let Passage { place, bright, .. } = found?;
-        let saturated = bright + dark > parameters.saturated_share * full_scale;
+        let saturated = bright + dark > parameters.strips.saturated_share * full_scale;
         found.filter(|_| !saturated && rises(profile, place, zone, bright))
     }
 
@@ -213,11 +213,11 @@ impl<'a> Rise<'a> {
         let scatter = self.lines.scatter_px(profile, place, half)?;
         let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
         // Clouds, and the shading by Lambert's law, which holds so far.
-        let (seen, unseen) = (REACH * smooth, parameters.limb_cloud_share);
+        let (seen, unseen) = (REACH * smooth, parameters.limb.cloud_share);
         let unsure = libm::sqrtf(seen * seen + unseen * unseen + zone.shading * zone.shading);
         let level = zone.level * bright * unsure / gradient;
-        let height = parameters.limb_scatter_km / strip.expected.km_per_px.max(1e-3);
-        let floor = parameters.limb_floor_px;
+        let height = parameters.limb.scatter_km / strip.expected.km_per_px.max(1e-3);
+        let floor = parameters.strips.floor_px;
         let steepness = strip.steepness();
         // Along the lines, then across the limb.
         let sigma = libm::sqrtf(

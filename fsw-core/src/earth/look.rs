@@ -81,7 +81,7 @@ impl Look<'_> {
 
     /// Variance of the limb's height where a smooth limb is known to `sigma_px`, km²: the horizon's unevenness comes to it.
     pub fn height_variance_km2(&self, view: &View, sigma_px: f32) -> f32 {
-        let (sigma_km, uneven_km) = (sigma_px * self.km_per_px(view), self.parameters.horizon_sigma_km);
+        let (sigma_km, uneven_km) = (sigma_px * self.km_per_px(view), self.parameters.horizon.sigma_km);
         sigma_km * sigma_km + uneven_km * uneven_km
     }
 
@@ -201,7 +201,7 @@ pub fn anywhere_by(
             let _ = lit.push(*point);
         }
     }
-    let near_px = LIT_STEPS * look.parameters.search_step_px;
+    let near_px = LIT_STEPS * f32::from(look.parameters.search.step_px);
     let is_lit = |[x, y]: [f32; 2]| {
         lit.iter().any(|point| {
             let (dx, dy) = (point.centre_px[0] - x, point.centre_px[1] - y);

@@ -254,20 +254,20 @@ pub fn search(
     points.clear();
     let full_scale = f32::from(detector.geometry().full_scale());
     let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
-    let step = parameters.search_step_px as u16;
+    let step = parameters.search.step_px;
     let sky = sky(detector, buffer, step)?;
-    let contrast = fine(parameters.search_contrast_share).max(1 << FINE_SHIFT);
+    let contrast = fine(parameters.search.contrast_share).max(1 << FINE_SHIFT);
     let begin = contrast >> BEGIN_SHIFT;
     let quiet = Thresholds {
         contrast,
         begin,
         // A camera's own dark level may be high, but a picture without any sky has no limb.
-        dark: (sky + fine(parameters.search_dark_share)).min(fine(parameters.greatest_dark_share)),
+        dark: (sky + fine(parameters.search.dark_share)).min(fine(parameters.strips.dark_share)),
         sky,
         glow: begin,
-        run: parameters.search_run_px as usize,
-        rise: (parameters.search_rise_px as usize).min(256),
-        floor_px: parameters.search_floor_px,
+        run: parameters.search.run_px.into(),
+        rise: usize::from(parameters.search.rise_px).min(256),
+        floor_px: parameters.search.floor_px,
     };
     let mut thinned = Thinned::new(points);
     each_line(detector, buffer, [step / 2, step], |_, along_x, line, pixels| {

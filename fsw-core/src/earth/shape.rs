@@ -6,24 +6,9 @@
 //! axes on the equator. Lengths in sphere space are in units of `a`. A surface at constant height over the ellipsoid is
 //! taken for an ellipsoid: error 0.0002 of the height for the Earth.
 
-use super::EarthParameters;
+use super::{EarthParameters, Ellipsoid};
 use crate::frames::{Direction, EarthPath};
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
-
-/// An ellipsoid of revolution.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Ellipsoid {
-    /// Half axis on the equator, km.
-    pub equatorial_km: f32,
-    /// Half axis to the pole, km.
-    pub polar_km: f32,
-}
-
-impl Ellipsoid {
-    /// World Geodetic System 1984.
-    pub const WGS84: Self = Self { equatorial_km: 6378.137, polar_km: 6356.752 };
-}
 
 /// The body as it stands in the Earth path's frame: shape, limb, pole and Sun.
 #[derive(Clone, Copy, Debug)]
@@ -46,8 +31,8 @@ impl Body {
         parameters: &EarthParameters,
     ) -> Self {
         let Ellipsoid { equatorial_km, polar_km } = parameters.ellipsoid;
-        let a = equatorial_km + parameters.limb_height_km;
-        let b = polar_km + parameters.limb_height_km;
+        let a = equatorial_km + parameters.limb.height_km;
+        let b = polar_km + parameters.limb.height_km;
         Self {
             radius_km: a,
             stretch: (a - b) / b,

@@ -27,14 +27,11 @@ pub fn even(reach_px: u16) -> Reach {
 
 /// Parameters that know this world.
 pub fn parameters() -> EarthParameters {
-    EarthParameters {
-        limb_height_km: (SCALE_HEIGHT_KM * std::f64::consts::LN_2) as f32,
-        limb_lommel_share: 0.0,
-        limb_height_sigma_km: 0.0,
-        horizon_sigma_km: 0.0,
-        horizon_sigma_px: 0.0,
-        ..EarthParameters::default()
-    }
+    let mut parameters = EarthParameters::default();
+    parameters.limb.height_km = (SCALE_HEIGHT_KM * std::f64::consts::LN_2) as f32;
+    (parameters.limb.lommel_share, parameters.limb.height_sigma_km) = (0.0, 0.0);
+    (parameters.horizon.sigma_km, parameters.horizon.sigma_px) = (0.0, 0.0);
+    parameters
 }
 
 pub fn camera() -> Camera {

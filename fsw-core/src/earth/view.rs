@@ -100,7 +100,7 @@ impl View {
 
     /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
     pub fn veil(&self, margin_rad: f32, parameters: &EarthParameters) -> Veil<'_> {
-        let twilight_sine = sine_cosine(parameters.twilight_deg.to_radians()).0;
+        let twilight_sine = sine_cosine(parameters.light.twilight_deg.to_radians()).0;
         Veil { view: self, margin_sine: sine_cosine(margin_rad).0, twilight_sine }
     }
 
@@ -167,7 +167,7 @@ impl View {
 
     /// The same, and the cells in which a limb that can be measured may stand.
     fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (Light, u128) {
-        let lit = sine_cosine(parameters.lit_sun_elevation_deg.to_radians()).0;
+        let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
         let least = least_sun_sine(parameters);
         let mut light = Light::default();
         let mut cells = 0u128;
@@ -301,7 +301,7 @@ impl Veil<'_> {
 
 /// Sine of the least elevation of the Sun at a limb that can be measured.
 fn least_sun_sine(parameters: &EarthParameters) -> f32 {
-    sine_cosine(parameters.least_sun_elevation_deg.to_radians()).0
+    sine_cosine(parameters.light.usable_deg.to_radians()).0
 }
 
 /// Sum of two angles given by cosine and sine.

@@ -128,7 +128,7 @@ pub(super) fn elevation(slant: f32) -> (f32, f32) {
 /// under a light of this slant.
 pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
     let (sine, facing) = elevation(slant);
-    let at = |square: f32| law(parameters.limb_lommel_share, sine + libm::sqrtf(square) * facing, square);
+    let at = |square: f32| law(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
     at(far) / at(near)
 }
 
@@ -136,8 +136,8 @@ impl Zone {
     /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer than a strip.
     pub(super) fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
         let km_per_px = (expected.km_per_px * steepness).max(1e-3);
-        let scale = (parameters.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
-        let psf = parameters.psf_sigma_px;
+        let scale = (parameters.limb.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
+        let psf = parameters.limb.psf_sigma_px;
         let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / steepness;
         let surface = scale * core::f32::consts::LN_2;
         let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
@@ -152,7 +152,7 @@ impl Zone {
             turning: 2.0 * km_per_px / parameters.ellipsoid.equatorial_km.max(1.0),
             sine: expected.sun_sine.max(0.01),
             facing: expected.sun_facing,
-            share: parameters.limb_lommel_share,
+            share: parameters.limb.lommel_share,
             scaling: 1.0,
         };
         let model = Model { scaling: 1.0 / law(model.share, model.sine, 0.0), ..model };

@@ -1,6 +1,7 @@
-//! What is set of the orbit filter, with units, defaults and ranges.
+//! What is set of the orbit filter.
 
 use super::dynamics::Dynamics;
+use crate::parameters::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
 /// What of a fix is used.
@@ -16,88 +17,44 @@ pub enum Observation {
     Combined,
 }
 
-/// Parameters of the orbit filter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct OrbitParameters {
-    /// What of a fix is used (default `Position`).
-    pub observation: Observation,
-    /// Forces of the prediction (default `Full`).
-    pub dynamics: Dynamics,
-    /// Velocity is unknown about zero by this share of a circular orbit's speed along every axis when the filter starts
-    /// (default 1, 0.1 to 3).
-    pub start_speed_share: f32,
-    /// Standard deviation of the limb height about the one that was set, km (default 2, 0 to 100: what colour, season, air masses
-    /// and the slant of the light leave open over thousands of km).
-    pub limb_height_sigma_km: f32,
-    /// The same as an angle, rad (default 3e-5, 0 to 0.01): a tenth of the reference camera's pixel, by which the edge's
-    /// blurred profile may be misjudged; it matters from afar. Both are joined as squares.
-    pub limb_height_sigma_rad: f32,
-    /// Time for which a limb height lasts, over the time in which the satellite goes a radian of its orbit (default 0.5: 2
-    /// hours in GEO, 8 min in LEO; 0.001 to 100).
-    pub limb_height_time_share: f32,
-    /// Misalignment of the paths against each other about each axis, rad (default 5e-5: 10 arcsec; 0 to 0.02).
-    pub misalignment_sigma_rad: f32,
-    /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every direction alike
-    /// (default 16, 0 to 30): neighbouring points of the limb share their clouds, which their sigmas do not know. They are
-    /// considered, not estimated.
-    pub bias_over_noise: f32,
-    /// Time for which they last, over the Earth's rate divided by the square of the satellite's: the higher it flies, the longer
-    /// it looks at the same clouds (default 0.08: 18 min in GEO, 5 s in LEO; 0.001 to 10).
-    pub bias_time_share: f32,
-    /// White acceleration at the Earth's surface, km/s² per root hertz (default 2e-6, 0 to 1e-3). It stands for the gravity
-    /// of the degrees above J2, 1e-7 km/s² with a correlation of a minute or so in LEO; with this value the filter's errors
-    /// on the real orbit of Jason-2 are as it says (test `a_real_orbit_is_followed`). It falls with the fourth power of the
-    /// radius, as the pull of the second degree's tesserals does, so that one value serves from LEO to GEO.
-    pub gravity_noise_km_s15: f32,
-    /// White acceleration everywhere, km/s² per root hertz (default 2e-8, 0 to 1e-3): radiation pressure, 1e-10 km/s² that
-    /// lasts for hours.
-    pub force_noise_km_s15: f32,
-    /// Largest normalised innovation squared that is believed (default 30: one good fix in a million is lost; 10 to 1000).
-    pub gate_nis: f32,
-    /// Rejections in a row after which the filter starts anew (default 10, 1 to 600).
-    pub patience: u16,
-    /// The filter has settled when position and velocity are known to this share of their length (default 1e-3, 1e-6 to
-    /// 0.1).
-    pub settled_share: f32,
-}
-
-impl Default for OrbitParameters {
-    fn default() -> Self {
-        Self {
-            observation: Observation::Position,
-            dynamics: Dynamics::Full,
-            start_speed_share: 1.0,
-            limb_height_sigma_km: 2.0,
-            limb_height_sigma_rad: 3e-5,
-            limb_height_time_share: 0.5,
-            misalignment_sigma_rad: 5e-5,
-            bias_over_noise: 16.0,
-            bias_time_share: 0.08,
-            gravity_noise_km_s15: 2e-6,
-            force_noise_km_s15: 2e-8,
-            gate_nis: 30.0,
-            patience: 10,
-            settled_share: 1e-3,
-        }
-    }
-}
-
-impl OrbitParameters {
-    /// Every number with its name and range `(name, value, low, high)`, for the checked table.
-    pub fn ranges(&self) -> [(&'static str, f32, f32, f32); 12] {
-        [
-            ("start_speed_share", self.start_speed_share, 0.1, 3.0),
-            ("limb_height_sigma_km", self.limb_height_sigma_km, 0.0, 100.0),
-            ("limb_height_sigma_rad", self.limb_height_sigma_rad, 0.0, 0.01),
-            ("limb_height_time_share", self.limb_height_time_share, 0.001, 100.0),
-            ("misalignment_sigma_rad", self.misalignment_sigma_rad, 0.0, 0.02),
-            ("bias_over_noise", self.bias_over_noise, 0.0, 30.0),
-            ("bias_time_share", self.bias_time_share, 0.001, 10.0),
-            ("gravity_noise_km_s15", self.gravity_noise_km_s15, 0.0, 1e-3),
-            ("force_noise_km_s15", self.force_noise_km_s15, 0.0, 1e-3),
-            ("gate_nis", self.gate_nis, 10.0, 1000.0),
-            ("patience", f32::from(self.patience), 1.0, 600.0),
-            ("settled_share", self.settled_share, 1e-6, 0.1),
-        ]
+parameter_group! {
+    /// Propagation and filter of the orbit.
+    pub struct OrbitParameters in "orbit" {
+        /// What of a fix is used.
+        observation: Observation = Observation::Position, one of "Position, UnitVector, Combined", "",
+            "the distance helps from every orbit";
+        /// Forces of the prediction.
+        dynamics: Dynamics = Dynamics::Full, one of "Kepler, Full", "", "J2, Sun and Moon";
+        /// Share of a circular orbit's speed within which the velocity is taken to be zero along every axis at the start.
+        start_speed_share: f32 = 1.0, 0.1..=3.0, "", "nothing is known of it";
+        /// Standard deviation of the limb height about the one that was set: colour, season, air masses and the slant of the
+        /// light over thousands of km.
+        limb_height_sigma_km: f32 = 2.0, 0.0..=100.0, "km", "rendered orbits: 2.1 km, the mean height of an arc in LEO and SSO";
+        /// The same as an angle: the edge's blurred profile may be misjudged. It matters from afar. Both are joined as
+        /// squares.
+        limb_height_sigma_rad: f32 = 3e-5, 0.0..=0.01, "rad", "a tenth of the reference camera's pixel";
+        /// Time for which a limb height lasts, over the time in which the satellite goes a radian of its orbit.
+        limb_height_time_share: f32 = 0.5, 0.001..=100.0, "", "2 hours in GEO, 8 min in LEO; rendered orbits: 300 to 400 s in LEO";
+        /// Misalignment of the paths against each other about each axis.
+        misalignment_sigma_rad: f32 = 5e-5, 0.0..=0.02, "rad", "chosen: 10 arcsec";
+        /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every direction alike:
+        /// neighbouring points of the limb share their clouds, which their sigmas do not know. They are considered, not
+        /// estimated.
+        bias_over_noise: f32 = 16.0, 0.0..=30.0, "", "rendered orbits: sigmas hold from the first orbit on";
+        /// Time for which they last, over the Earth's rate divided by the square of the satellite's: the higher it flies, the
+        /// longer it looks at the same clouds.
+        bias_time_share: f32 = 0.08, 0.001..=10.0, "", "18 min in GEO, 5 s in LEO; rendered orbits";
+        /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the degrees above J2, 1e-7
+        /// km/s2 for a minute or so in LEO. It falls with the fourth power of the radius, as the pull of the second degree's
+        /// tesserals does, so that one value serves from LEO to GEO.
+        gravity_noise_km_s15: f32 = 2e-6, 0.0..=1e-3, "km/s^1.5", "errors on the real orbit of Jason-2 are as the filter says";
+        /// White acceleration everywhere, per root hertz.
+        force_noise_km_s15: f32 = 2e-8, 0.0..=1e-3, "km/s^1.5", "radiation pressure: 1e-10 km/s2 that lasts for hours";
+        /// Largest normalised innovation squared that is believed.
+        gate_nis: f32 = 30.0, 10.0..=1000.0, "", "chi squared of three: one good fix in a million is lost";
+        /// Rejections in a row after which the filter starts anew.
+        patience: u16 = 10, 1..=600, "", "chosen: ten seconds of wrong fixes";
+        /// The filter has settled when position and velocity are known to this share of their length.
+        settled_share: f32 = 1e-3, 1e-6..=0.1, "", "chosen: 42 km in GEO, 7 km in LEO";
     }
 }

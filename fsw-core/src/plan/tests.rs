@@ -116,7 +116,8 @@ fn probes_stand_apart_and_lie_on_every_detector() {
 
 #[test]
 fn a_strip_reaches_over_the_glow_and_three_sigmas_of_the_limbs_height() {
-    let parameters = EarthParameters { scale_height_km: 8.0, ..EarthParameters::default() };
+    let mut parameters = EarthParameters::default();
+    parameters.limb.scale_height_km = 8.0;
     let reach = |outward_px, inward_px| Some(Reach { outward_px, inward_px });
     // From the geostationary orbit 12 km a pixel: 36 km of glow are 3 px, 12 km of the bright side one, beside the margin of 9.
     assert_eq!(limb_reach(12.0, 0.0, &parameters), reach(12, 10));
@@ -152,7 +153,7 @@ proptest! {
         prop_assert!(outward + inward < MAX_LENGTH as f32);
         let needed_px = |km: f32| STRIP_MARGIN_PX + (km + 3.0 * sigma_km) / km_per_px;
         prop_assert!((-1e-3..1.001).contains(&(outward - needed_px(glow_km(&parameters)))));
-        prop_assert!((-1e-3..1.001).contains(&(inward - needed_px(BRIGHT_SCALES * parameters.scale_height_km))));
+        prop_assert!((-1e-3..1.001).contains(&(inward - needed_px(BRIGHT_SCALES * parameters.limb.scale_height_km))));
         // The less is known, the farther it reaches.
         if let Some(farther) = limb_reach(km_per_px, sigma_km + further_km, &parameters) {
             prop_assert!(reach.outward_px <= farther.outward_px && reach.inward_px <= farther.inward_px);

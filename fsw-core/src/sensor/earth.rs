@@ -118,7 +118,7 @@ impl Sensor<'_> {
         meter.end(Stage::Limb);
         match light {
             Some((light, _)) if light.lit_rad == 0.0 => return Ok(Looked::Dark),
-            Some((light, true)) if light.usable_rad < parameters.least_arc_deg.to_radians() => {
+            Some((light, true)) if light.usable_rad < parameters.fit.least_arc_deg.to_radians() => {
                 return Ok(Looked::Faint);
             }
             _ => {}
@@ -135,7 +135,7 @@ impl Sensor<'_> {
         meter.end(Stage::Limb);
         let mut rough = None;
         // Strips only where the orbit is sure of the limb, less than two thirds of it, would leave it ever less sure of the rest.
-        if strips.read < (self.parameters.earth.fewest_points as usize).max(2 * strips.unsure) {
+        if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
             meter.end(Stage::Search);

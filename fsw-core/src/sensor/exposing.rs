@@ -58,7 +58,7 @@ impl Sensor<'_> {
             Mode::Safe => None,
             Mode::Acquisition if self.searching_since.is_some() => None,
             Mode::Acquisition if self.turning.seeks_streaks() => Some(self.line_exposure_us()),
-            _ => Some(self.parameters.exposure_us),
+            _ => Some(self.parameters.imaging.exposure_us),
         }
     }
 

@@ -86,7 +86,7 @@ impl Sensor<'_> {
         meter: &mut impl StageMeter,
         report: &mut Report,
     ) {
-        let mut allowance = self.parameters.pairs_per_cycle;
+        let mut allowance = self.parameters.identification.pairs_per_cycle;
         if self.searching_since.is_none() {
             // The scan has most of this second.
             allowance /= SCANNING_SHARE;
@@ -238,7 +238,7 @@ impl Sensor<'_> {
 
     /// From a row to the next, s.
     pub(super) fn row_time_s(&self) -> f32 {
-        self.parameters.row_time_ns as f32 * 1e-9
+        self.parameters.imaging.row_time_ns as f32 * 1e-9
     }
 
     /// Moves predicted stars to where they are at the time of their rows.

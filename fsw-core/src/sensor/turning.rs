@@ -172,7 +172,7 @@ impl Sensor<'_> {
         let mut streaks = self.streaks_of_scan(detector)?;
         self.turning.leave_moving(&mut streaks);
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
-        self.turn_by(&streaks, self.parameters.exposure_us, report);
+        self.turn_by(&streaks, self.parameters.imaging.exposure_us, report);
         let seeks = report.rate.is_none() || 2 * long >= streaks.len();
         self.turning.next = Next { seeks, ..Next::default() };
         Ok(())

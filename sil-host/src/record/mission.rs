@@ -142,8 +142,8 @@ impl Flight {
         let parameters = hurried(flight_parameters(&scenario)?);
         for clip in others {
             let other = self.scenario(clip)?;
-            let exposure_us = parameters.exposure_us;
-            let needed = Parameters { exposure_us, ..hurried(flight_parameters(&other)?) };
+            let mut needed = hurried(flight_parameters(&other)?);
+            needed.imaging.exposure_us = parameters.imaging.exposure_us;
             if needed != parameters || other.camera.geometry() != geometry {
                 let what = format!("{} needs another instrument than {}", clip.scenario, first.scenario);
                 return Err(HostError::usage(what, "report this"));

@@ -67,7 +67,7 @@ fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, Refusa
     let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
     defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
     let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
-    let sensor = if parameters.calibration_crc == 0 {
+    let sensor = if parameters.imaging.calibration_crc == 0 {
         sensor
     } else {
         let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;

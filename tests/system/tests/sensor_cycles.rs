@@ -87,7 +87,7 @@ impl World {
         scenario.imaging.shutter = Shutter::Rolling { row_time_s };
         let calibration = scenario.calibration().unwrap();
         let mut parameters = scenario.flight_parameters(calibration.as_ref());
-        parameters.row_time_ns *= u32::from(told);
+        parameters.imaging.row_time_ns *= u32::from(told);
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
@@ -367,7 +367,8 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_eac
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
     // Noise alone: no side is ever confirmed, and the work of a second is a small part of the search.
-    let parameters = Parameters { pairs_per_cycle: 10_000, ..star_scene::parameters() };
+    let mut parameters = star_scene::parameters();
+    parameters.identification.pairs_per_cycle = 10_000;
     let mut scene = star_scene::scene().unwrap();
     let mut settings = scene.settings().clone();
     settings.disturbances.false_stars = 60;

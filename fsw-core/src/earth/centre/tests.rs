@@ -19,7 +19,7 @@ fn points(
     noise_px: f64,
     generator: &mut Generator,
 ) -> Vec<LimbPoint, 128> {
-    let height = f64::from(parameters().limb_height_km);
+    let height = f64::from(parameters().limb.height_km);
     let camera = oracle::reference_camera();
     (0..count)
         .map(|index| {
@@ -43,7 +43,8 @@ fn points(
 }
 
 fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<EarthFix, Refusal> {
-    let parameters = EarthParameters { least_arc_deg: 5.0, greatest_range_share: 1.0, ..parameters() };
+    let mut parameters = parameters();
+    (parameters.fit.least_arc_deg, parameters.plausible.range_share) = (5.0, 1.0);
     centre(
         points,
         &camera(),
@@ -230,13 +231,9 @@ proptest::proptest! {
             })
             .collect();
         let world = geostationary(30.0, 1);
-        let parameters = EarthParameters {
-            fewest_points: 3.0,
-            least_arc_deg: 0.0,
-            greatest_sigma_deg: 1e9,
-            greatest_range_share: 1e9,
-            ..parameters()
-        };
+        let mut parameters = parameters();
+        (parameters.fit.fewest_points, parameters.fit.least_arc_deg) = (3, 0.0);
+        (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e9, 1e9);
         let body = world.body(&parameters);
         if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3, alone: true }, None, &parameters, &mut Workspace::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
@@ -266,12 +263,9 @@ impl ShortArc {
         let arc = [-11f64, 11.0].map(|end| end.to_radians() + middle);
         let mut clean = points(&world, arc, 24, 0.0, generator);
         clean.iter_mut().for_each(|point| point.sigma_px = Self::NOISE_PX);
-        let parameters = EarthParameters {
-            least_arc_deg: 5.0,
-            greatest_sigma_deg: 1e3,
-            greatest_range_share: 1e3,
-            ..parameters()
-        };
+        let mut parameters = parameters();
+        parameters.fit.least_arc_deg = 5.0;
+        (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e3, 1e3);
         let (variances, directions) = (Vector3::zeros(), nalgebra::Matrix3::zeros());
         let mut arc = Self { world, clean, parameters, variances, directions };
         let eigen = wide_matrix(&arc.fit(&arc.clean, None).covariance_km2).symmetric_eigen();
@@ -409,7 +403,8 @@ proptest::proptest! {
         let information = nalgebra::Matrix3::from_row_slice(&information);
         for information in [information, nalgebra::Matrix3::identity() * diagonal, information * information.transpose()] {
             let expected = Expected { centre_km: Vector3::from(expected_km), information };
-            let parameters = EarthParameters { greatest_sigma_deg: 1e9, greatest_range_share: 1e9, ..parameters() };
+            let mut parameters = parameters();
+            (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e9, 1e9);
             let body = world.body(&parameters);
             if let Ok(fix) =
                 centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6, alone: true }, Some(&expected), &parameters, &mut Workspace::new())

@@ -14,7 +14,7 @@ fn points(count: usize, wrong: usize, seed: u64) -> (Vec<LimbPoint>, Vec<bool>) 
         .map(|index| {
             let is_wrong = index * 7919 % count < wrong;
             let azimuth = generator.between(0.0, std::f64::consts::TAU);
-            let ray = world.limb(azimuth, f64::from(parameters().limb_height_km));
+            let ray = world.limb(azimuth, f64::from(parameters().limb.height_km));
             let mut at = oracle::project(&oracle::reference_camera(), &ray);
             if is_wrong {
                 at = [generator.between(0.0, 1279.0), generator.between(0.0, 1023.0)];

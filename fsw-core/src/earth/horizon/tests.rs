@@ -22,7 +22,8 @@ fn the_waves_have_the_stated_correlation() {
     // K₁(1) = 0.601907 (Abramowitz and Stegun, table 9.8).
     assert!((matern(1.0) - 0.601_907).abs() < 1e-5);
     let world = low(800.0, 70.0, [40.0, 30.0], 1);
-    let parameters = EarthParameters { horizon_cell_km: 500.0, ..parameters() };
+    let mut parameters = parameters();
+    parameters.horizon.cell_km = 500.0;
     let body = world.body(&parameters);
     let range = world.centre.norm();
     let sine = (6378.0 / range) as f32;
@@ -77,7 +78,7 @@ impl Scene {
 
     fn points(&self, generator: &mut Generator) -> Vec<LimbPoint> {
         let camera = oracle::reference_camera();
-        let mean_km = f64::from(parameters().limb_height_km);
+        let mean_km = f64::from(parameters().limb.height_km);
         let chances: Vec<f64> = self.azimuths.iter().map(|_| generator.gaussian()).collect();
         let heights = self.factor.iter().map(|row| row.iter().zip(&chances).map(|(f, g)| f * g).sum::<f64>());
         let heights: Vec<f64> = heights.collect();
@@ -104,13 +105,9 @@ impl Scene {
 
     /// Mean normalised square of the centre's error with the whole covariance, and with that of the points alone.
     fn nees(&self, sigma_km: f64, cell_km: f64, runs: usize) -> [f64; 2] {
-        let parameters = EarthParameters {
-            horizon_sigma_km: sigma_km as f32,
-            horizon_cell_km: cell_km as f32,
-            greatest_sigma_deg: 1e3,
-            greatest_range_share: 1e3,
-            ..parameters()
-        };
+        let mut parameters = parameters();
+        (parameters.horizon.sigma_km, parameters.horizon.cell_km) = (sigma_km as f32, cell_km as f32);
+        (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e3, 1e3);
         let body = self.world.body(&parameters);
         let demand = Demand { tolerance_px: 30.0, inliers: 6, alone: true };
         let mut generator = Generator::new(77);

@@ -70,9 +70,9 @@ fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 
     let near = square(0.5 * (zone.begin + zone.end) as f32);
     let squares = [near, square(zone.end as f32 + 0.5 * behind.len() as f32)];
     let growth = |slant: f32| zone::growth(slant, squares, rise.parameters);
-    let feigned = (1.0 + SURE * rise.parameters.limb_cloud_share) * growth(0.0);
+    let feigned = (1.0 + SURE * rise.parameters.limb.cloud_share) * growth(0.0);
     // In a low orbit so little of the ground is behind the limb that the light's slant hardly shows.
-    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + rise.parameters.limb_cloud_share) {
+    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + rise.parameters.limb.cloud_share) {
         return 0.0;
     }
     // It grows with the slant.

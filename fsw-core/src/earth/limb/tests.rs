@@ -88,7 +88,8 @@ fn the_limb_from_the_geostationary_orbit_is_found_within_a_twentieth_of_a_pixel(
 #[test]
 fn air_that_fades_more_slowly_than_the_model_is_no_limb() {
     // Every stretch of such air has the limb's share of the brightness behind it: the outermost would stand 30 px outside.
-    let parameters = EarthParameters { scale_height_km: 5.0, ..parameters() };
+    let mut parameters = parameters();
+    parameters.limb.scale_height_km = 5.0;
     let (mut errors, mut asked) = (Vec::new(), 0);
     for seed in 0..WORLDS {
         let world = World { albedo: [0.25, 0.9], ..low(450.0, 90.0, [40.0, 30.0], seed) };
@@ -210,7 +211,7 @@ fn what_is_no_lit_limb_is_refused() {
         "saturated"
     );
     // Half and twice the least contrast, by the brightest pixel.
-    let least = f64::from(parameters.least_contrast_share * f32::from(GEOMETRY.full_scale()));
+    let least = f64::from(parameters.strips.contrast_share * f32::from(GEOMETRY.full_scale()));
     let brightest = f64::from(pixels.iter().max().unwrap() - 30);
     let faint = |contrast: f64| -> Vec<u16> {
         pixels.iter().map(|raw| (40.0 + contrast * f64::from(raw - 30) / brightest) as u16).collect()

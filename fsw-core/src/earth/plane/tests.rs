@@ -10,7 +10,7 @@ fn the_closed_form_has_no_range_bias_on_a_short_arc() {
     let world = geostationary(0.0, 1);
     let body = world.body(&parameters);
     let reference = oracle::reference_camera();
-    let height = f64::from(parameters.limb_height_km);
+    let height = f64::from(parameters.limb.height_km);
     let mut generator = Generator::new(31);
     let [mx, my] = oracle::project(&reference, &world.centre.normalize());
     let (runs, noise) = (400, 0.3);

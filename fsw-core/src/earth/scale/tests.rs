@@ -8,7 +8,8 @@ use std::boxed::Box;
 
 /// Truth: the world's lens has 3000 px. What a camera says whose focal length is wrong by a share, from a picture of the world.
 fn found(world: &World, wrong: f32) -> Scale {
-    let parameters = EarthParameters { limb_height_sigma_km: 1.6, ..parameters() };
+    let mut parameters = parameters();
+    parameters.limb.height_sigma_km = 1.6;
     let mut described = *camera().parameters();
     described.focal_length_px *= 1.0 + wrong;
     let (camera, body) = (Camera::new(described).unwrap(), world.body(&parameters));

@@ -5,7 +5,8 @@ use crate::oracle::Generator;
 #[test]
 fn sphere_space_makes_the_ellipsoid_a_sphere_and_back() {
     let mut generator = Generator::new(3);
-    let parameters = EarthParameters { limb_height_km: 0.0, ..EarthParameters::default() };
+    let mut parameters = EarthParameters::default();
+    parameters.limb.height_km = 0.0;
     for _ in 0..200 {
         let pole = generator.unit();
         let body = Body::new(&direction(&pole), Some(&direction(&generator.unit())), &parameters);

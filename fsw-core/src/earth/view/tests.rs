@@ -10,7 +10,7 @@ fn view(world: &World) -> View {
 
 /// The limb of the world on the detector, finely: position and sine of the Sun's elevation.
 fn true_limb(world: &World) -> List<([f64; 2], f64)> {
-    let height = f64::from(parameters().limb_height_km);
+    let height = f64::from(parameters().limb.height_km);
     let reference = oracle::reference_camera();
     (0..20_000)
         .map(|index| world.limb(f64::from(index) * std::f64::consts::TAU / 20_000.0, height))
@@ -54,7 +54,7 @@ fn expected_points_stand_on_the_lit_limb_to_a_hundredth_of_a_pixel_and_evenly() 
             // Outward a pixel, the ray passes km_per_px higher.
             let ray = World::ray(x + 5.0 * nx, y + 5.0 * ny);
             let passes = |height: f64| world.sun_sine(&ray, height).1;
-            let height = f64::from(parameters().limb_height_km) + 5.0 * f64::from(point.km_per_px);
+            let height = f64::from(parameters().limb.height_km) + 5.0 * f64::from(point.km_per_px);
             assert!(passes(height * 1.02 + 0.05) && !passes(height * 0.98 - 0.05), "{name}: km per px");
         }
         // Neighbours stand apart by about the same distance.
@@ -115,7 +115,7 @@ fn distortion_is_followed_to_a_hundredth_of_a_pixel() {
     let camera = Camera::new(distorted).unwrap();
     let world = low(500.0, 60.0, [40.0, 30.0], 1);
     let found = view(&world).limb(&camera, 10.0, 48, &parameters());
-    let height = f64::from(parameters().limb_height_km);
+    let height = f64::from(parameters().limb.height_km);
     assert!(found.points.len() > 40);
     for point in &found.points {
         // Back through the camera, the ray touches the limb height: within a hundredth of a pixel, about 0.02 km.
@@ -163,8 +163,8 @@ fn no_view_from_inside_the_earth_or_from_nowhere() {
 fn covered_and_lit_directions_agree_with_the_ray_cut_in_f64() {
     let mut generator = Generator::new(12);
     let parameters = parameters();
-    let height = f64::from(parameters.limb_height_km);
-    let twilight = f64::from(parameters.twilight_deg).to_radians().sin();
+    let height = f64::from(parameters.limb.height_km);
+    let twilight = f64::from(parameters.light.twilight_deg).to_radians().sin();
     for (name, world) in scenes() {
         let view = view(&world);
         let (mut covered, mut lit) = (0, 0);

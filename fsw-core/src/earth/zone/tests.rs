@@ -11,7 +11,8 @@ fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> Zone {
         sun_sine,
         sun_facing,
     };
-    let parameters = EarthParameters { limb_lommel_share: 0.5, ..parameters() };
+    let mut parameters = parameters();
+    parameters.limb.lommel_share = 0.5;
     Zone::new(&expected, 1.0, &parameters).unwrap()
 }
 

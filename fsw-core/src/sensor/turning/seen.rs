@@ -64,7 +64,7 @@ pub(super) fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Opti
 impl Sensor<'_> {
     /// Exposure of an image that is searched for lines.
     pub(in crate::sensor) fn line_exposure_us(&self) -> u32 {
-        (self.parameters.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
+        (self.parameters.imaging.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
     }
 
     /// Measures the streaks in the image.
@@ -143,7 +143,7 @@ impl Sensor<'_> {
     ) -> Result<Vec<Streak, MAX_STREAKS>, DetectorError> {
         let mut streaks = Vec::new();
         let mut columns = COLUMNS_AFTER_SCAN;
-        for piece in &self.expected_pieces(self.parameters.exposure_us) {
+        for piece in &self.expected_pieces(self.parameters.imaging.exposure_us) {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }
         for index in 0..MAX_DETECTIONS + MAX_STREAK_PLACES {

@@ -10,7 +10,7 @@
 use crate::world::attitude::{Vector, dot};
 use fsw_core::camera::Camera;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{CLOUD_CELL_KM, EarthParameters, MAX_LIMB_POINTS};
+use fsw_core::earth::{EarthParameters, MAX_LIMB_POINTS};
 use fsw_core::plan;
 use nalgebra::{DMatrix, Matrix3};
 
@@ -64,16 +64,16 @@ pub fn direction_deg(limb: &Limb, parameters: &EarthParameters) -> Option<[f64; 
     let square = |number: f64| number * number;
     let km_per_px = limb.distance_km * limb.rad_per_px;
     let reduction = f64::from(parameters.clouds_reduction(km_per_px as f32));
-    let clouds_km2 = square(f64::from(parameters.horizon_sigma_px) * km_per_px / reduction);
-    let heights_km2 = square(parameters.horizon_sigma_km.into());
-    let mean_km2 = square(parameters.limb_height_sigma_km.into());
+    let clouds_km2 = square(f64::from(parameters.horizon.sigma_px) * km_per_px / reduction);
+    let heights_km2 = square(parameters.horizon.sigma_km.into());
+    let mean_km2 = square(parameters.limb.height_sigma_km.into());
     let own_km2 =
-        square(parameters.limb_scatter_km.into()) + square(f64::from(parameters.limb_floor_px) * km_per_px);
+        square(parameters.limb.scatter_km.into()) + square(f64::from(parameters.strips.floor_px) * km_per_px);
     let count = limb.azimuths.len();
     let covariance = DMatrix::from_fn(count, count, |i, j| {
         let apart_km = 2.0 * limb.radius_km * libm::sin(0.5 * (limb.azimuths[i] - limb.azimuths[j])).abs();
-        let shared = heights_km2 * correlation(apart_km / f64::from(parameters.horizon_cell_km))
-            + clouds_km2 * correlation(apart_km / f64::from(CLOUD_CELL_KM));
+        let shared = heights_km2 * correlation(apart_km / f64::from(parameters.horizon.cell_km))
+            + clouds_km2 * correlation(apart_km / f64::from(parameters.horizon.cloud_cell_km));
         mean_km2 + shared + if i == j { own_km2 } else { 0.0 }
     });
     let rows = DMatrix::from_fn(count, 3, |i, column| {
@@ -100,8 +100,10 @@ mod tests {
     }
 
     fn parameters() -> EarthParameters {
-        let horizon = EarthParameters { horizon_sigma_km: 0.0, horizon_sigma_px: 0.0, ..Default::default() };
-        EarthParameters { limb_scatter_km: 3.0, limb_floor_px: 0.0, ..horizon }
+        let mut parameters = EarthParameters::default();
+        (parameters.horizon.sigma_km, parameters.horizon.sigma_px) = (0.0, 0.0);
+        (parameters.limb.scatter_km, parameters.strips.floor_px) = (3.0, 0.0);
+        parameters
     }
 
     fn limb(count: usize, arc: f64) -> Limb {
@@ -121,7 +123,8 @@ mod tests {
     fn a_short_arc_says_little_along_its_middle_and_neighbours_that_agree_say_less() {
         let [along, across] = direction_deg(&limb(40, 1.0), &parameters()).unwrap();
         assert!(along > 3.0 * across);
-        let shared = EarthParameters { horizon_sigma_km: 3.0, limb_scatter_km: 0.1, ..parameters() };
+        let mut shared = parameters();
+        (shared.horizon.sigma_km, shared.limb.scatter_km) = (3.0, 0.1);
         let [shared_along, shared_across] = direction_deg(&limb(40, 1.0), &shared).unwrap();
         assert!(shared_along > along && shared_across > across);
         // More places on the same arc hardly help then.
