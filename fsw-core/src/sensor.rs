@@ -33,10 +33,13 @@ use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
-use crate::telemetry::{ClockFault, ClockState, EarthStatus, Event, Report, Status};
+use crate::telemetry::{ClockFault, ClockState, EarthStatus, Event, RateSensorFault, Report, Status};
 use exposing::Image;
 use fsw_hal::detector::ByKind;
-use fsw_hal::{Clock, Detector, DetectorError, LocalTime, RateSensor, Stage, StageMeter};
+use fsw_hal::rate_sensor::Error;
+use fsw_hal::{
+    AngularRate, Clock, Detector, DetectorError, LocalTime, RateSensor, RateSensorError, Stage, StageMeter,
+};
 use nalgebra::Vector3;
 pub use timekeeping::INSTANTS_US;
 use timekeeping::{Time, Timekeeper};
@@ -110,6 +113,19 @@ impl core::error::Error for SensorError {}
 struct Ephemeris {
     sun: Direction<Icrs>,
     pole: Direction<Icrs>,
+}
+
+/// A reading of the rate sensor that can serve at `now`, or why there is none.
+fn usable(
+    reading: Result<Option<AngularRate>, RateSensorError>,
+    now: LocalTime,
+) -> Result<AngularRate, RateSensorFault> {
+    let reading = reading?.ok_or(RateSensorFault::Silent)?;
+    if !(0..=READING_AGE_US).contains(&now.us_since(reading.instant)) {
+        return Err(RateSensorFault::Stale);
+    }
+    let finite = reading.rad_s.iter().all(|axis| axis.is_finite());
+    if finite { Ok(reading) } else { Err(RateSensorFault::NotFinite) }
 }
 
 /// The Earth/star sensor.
@@ -218,7 +234,7 @@ impl<'c> Sensor<'c> {
         report.local_us = time.local.as_us();
         (report.instant_us, report.clock, report.clock_fault) = (time.terrestrial_us, time.state, time.fault);
         let ephemeris = self.update_ephemeris(*meter, &time, &mut report);
-        self.propagate_gyro(*rate_sensor);
+        report.rate_sensor_fault = self.propagate_gyro(*rate_sensor);
         self.work(detector, *meter, image, ephemeris.as_ref(), &mut report);
         self.report_orbit(&mut report);
         self.change_mode(&mut report);
@@ -294,17 +310,17 @@ impl<'c> Sensor<'c> {
     }
 
     /// Propagates the attitude to this second by what the rate sensor tells of the one before; a reading that is old or not
-    /// finite is none.
+    /// finite is none. Why there is none is returned.
     #[inline(never)]
-    fn propagate_gyro(&mut self, sensor: &mut impl RateSensor) {
-        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else { return };
-        let reading = sensor.angular_rate().ok().flatten().filter(|reading| {
-            (0..=READING_AGE_US).contains(&self.now.us_since(reading.instant))
-                && reading.rad_s.iter().all(|axis| axis.is_finite())
-        });
+    fn propagate_gyro(&mut self, sensor: &mut impl RateSensor) -> Option<RateSensorFault> {
+        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else {
+            return None;
+        };
+        let reading = usable(sensor.angular_rate().map_err(|error| error.kind()), self.now);
         let to_star_path = self.star_to_earth.inverse();
         let rate_rad_s = reading.map(|reading| to_star_path.matrix() * Vector3::from(reading.rad_s));
-        motion.propagate_gyro(self.now, noise, rate_rad_s);
+        motion.propagate_gyro(self.now, noise, rate_rad_s.ok());
+        reading.err()
     }
 
     /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without aberration, where

@@ -8,7 +8,7 @@ use crate::earth::Refusal;
 use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
-use fsw_hal::{ClockError, DetectorError};
+use fsw_hal::{ClockError, DetectorError, RateSensorError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -110,6 +110,30 @@ impl From<ClockError> for ClockFault {
     fn from(kind: ClockError) -> Self {
         match kind {
             ClockError::NotSynchronised => Self::NotSynchronised,
+            _ => Self::Hardware,
+        }
+    }
+}
+
+/// Why the rate sensor, which the parameters promise, told nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RateSensorFault {
+    /// It had no new reading.
+    Silent,
+    /// Its reading was older than a second and a half, or ahead of the image.
+    Stale,
+    /// Its reading was no number.
+    NotFinite,
+    /// It turns faster than the sensor can tell.
+    Saturated,
+    /// The hardware did not answer.
+    Hardware,
+}
+
+impl From<RateSensorError> for RateSensorFault {
+    fn from(error: RateSensorError) -> Self {
+        match error {
+            RateSensorError::Saturated => Self::Saturated,
             _ => Self::Hardware,
         }
     }
@@ -243,6 +267,8 @@ pub enum Event {
     OrbitConverged,
     /// A fix contradicted the orbit and was not used.
     FixRejected,
+    /// A fix was no position: not finite, or its covariance impossible; it was not used.
+    FixRefused,
     /// So many fixes contradicted the orbit that it was begun anew.
     OrbitRestarted,
     /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never settled and had no fix for a whole turn.
@@ -266,6 +292,8 @@ pub struct Report {
     pub clock: ClockState,
     /// Why the clock did not serve in this second.
     pub clock_fault: Option<ClockFault>,
+    /// Why the rate sensor told nothing in this second; `None` also where none is on board.
+    pub rate_sensor_fault: Option<RateSensorFault>,
     /// Mode in which the second was spent.
     pub mode: Mode,
     /// What came of it.
@@ -278,6 +306,8 @@ pub struct Report {
     pub rate_rad_s: Option<[f32; 3]>,
     /// Star-like spots in the image or its windows.
     pub detections: u16,
+    /// Tiles or windows too crowded to be searched whole: their faintest spots are missing.
+    pub crowded: u16,
     /// Best focal length over the parameter, from this image's stars.
     pub focal_ratio: f32,
     /// The stars recognised, brightest first.
@@ -305,12 +335,14 @@ impl Report {
             instant_us: None,
             clock: ClockState::Unknown,
             clock_fault: None,
+            rate_sensor_fault: None,
             mode,
             status: Status::Waiting,
             attitude: None,
             filtered: None,
             rate_rad_s: None,
             detections: 0,
+            crowded: 0,
             focal_ratio: 1.0,
             stars: Vec::new(),
             earth_status: EarthStatus::NotLooked,

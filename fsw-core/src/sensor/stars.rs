@@ -105,6 +105,7 @@ impl Sensor<'_> {
             self.searching_since = Some(self.now);
         }
         report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
+        report.crowded = self.crowded();
         let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
         let identification = &self.parameters.identification;
@@ -200,6 +201,7 @@ impl Sensor<'_> {
         self.workspace.take_measured(&self.camera, rate_rad_s.as_ref(), self.row_time_s());
         let measured = &self.workspace.measured;
         report.detections = measured.len() as u16;
+        report.crowded = self.crowded();
         let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(&windows))
             .calibrated(self.calibration.as_ref());
         meter.begin(Stage::Confirm);
@@ -234,6 +236,11 @@ impl Sensor<'_> {
             report.status = Status::Tracked;
             few.iter().for_each(|(found, _)| self.tell_star(found, report));
         }
+    }
+
+    /// Tiles or windows of the image that were too crowded to be searched whole.
+    fn crowded(&self) -> u16 {
+        self.workspace.detections.crowded_tiles().min(u16::MAX.into()) as u16
     }
 
     /// From a row to the next, s.

@@ -85,7 +85,8 @@ impl Sensor<'_> {
     /// Where the streaks of the last image go on at the rate that was told, be they ever so faint beside others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
-        let (Some(elapsed_s), Some((rate, _))) = (self.turning.elapsed_s(self.now), self.turning.told) else {
+        let memory = &self.turning.memory;
+        let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
             return Vec::new();
         };
         let half_s = 0.5e-6 * exposure_us as f32;
