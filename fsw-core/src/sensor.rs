@@ -371,7 +371,7 @@ impl<'c> Sensor<'c> {
         let seen = Seen {
             attitude: report.attitude.is_some() && !predicted,
             rate: self.motion.as_ref().is_some_and(|motion| motion.rate().is_some()),
-            carried: self.prediction_is_within_gate(),
+            predicted: self.prediction_is_within_gate(),
             blinded,
             dark: match report.earth_status {
                 EarthStatus::Dark => Some(true),
@@ -383,7 +383,7 @@ impl<'c> Sensor<'c> {
         let before = self.modes.mode();
         let Some(guard) = self.modes.next(self.now, &seen, &self.parameters.modes) else { return };
         report.note(Event::Mode(self.modes.mode(), guard));
-        // An attitude that was lost is not to be trusted again; one that was only carried too long is.
+        // An attitude that was lost is not to be trusted again; one that was only predicted for too long is.
         let lost = guard == Guard::AttitudeLost
             || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition);
         if lost || self.modes.mode() == Mode::Safe {

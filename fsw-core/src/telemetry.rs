@@ -40,7 +40,7 @@ pub enum Status {
     SelfTestPassed,
     /// No image was asked for in this second.
     Waiting,
-    /// The detector failed; nothing was learnt.
+    /// The detector failed; nothing was measured.
     DetectorFault(Fault),
     /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
     TooFast,
@@ -157,7 +157,7 @@ pub struct AttitudeReport {
     pub quaternion: [f32; 4],
     /// Standard deviations about x, y, z of the star path, rad.
     pub sigma_rad: [f32; 3],
-    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where it could not tell: carried on,
+    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where it could not tell: predicted,
     /// or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken.

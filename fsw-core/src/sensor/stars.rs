@@ -234,7 +234,7 @@ impl Sensor<'_> {
         self.motion = Some(motion);
         if self.report_predicted(report) {
             report.status = Status::Tracked;
-            few.iter().for_each(|(found, _)| self.tell_star(found, report));
+            few.iter().for_each(|(found, _)| self.report_star(found, report));
         }
     }
 
@@ -366,11 +366,11 @@ impl Sensor<'_> {
         });
         report.rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into());
         report.focal_ratio = confirmed.focal_ratio;
-        confirmed.matches.iter().for_each(|found| self.tell_star(found, report));
+        confirmed.matches.iter().for_each(|found| self.report_star(found, report));
     }
 
     /// Reports a star with its name.
-    fn tell_star(&self, found: &Match, report: &mut Report) {
+    fn report_star(&self, found: &Match, report: &mut Report) {
         let seen = self.workspace.measured.get(usize::from(found.measured));
         if let (Some(seen), Some(star)) = (seen, self.catalogue.star(found.star)) {
             let recognised =
