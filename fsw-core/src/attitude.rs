@@ -1,14 +1,11 @@
 //! Attitude from pairs of directions.
 //!
-//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] carries it to the next second.
-//! [`rate`] and [`marks`] tell how fast the sensor turns without any attitude.
+//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] propagates it to the next image.
 //! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`Observation`] is what the
 //! methods ask of either.
 
 pub mod covariance;
 pub mod filter;
-pub mod marks;
-pub mod rate;
 pub mod wahba;
 
 use crate::frames::{Direction, Icrs, StarPath};
