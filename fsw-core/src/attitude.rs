@@ -1,15 +1,12 @@
 //! Attitude from pairs of directions.
 //!
-//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] carries it to the next
-//! second. [`rate`] and [`marks`] tell how fast the sensor turns without any attitude.
-//! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`WeightedPair`]
+//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] propagates it to the next
+//! image. [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`WeightedPair`]
 //! is what the methods ask of either.
 
 pub mod comparison;
 pub mod covariance;
 pub mod filter;
-pub mod marks;
-pub mod rate;
 pub mod wahba;
 
 use crate::frames::{Direction, Icrs, StarPath};

@@ -33,7 +33,7 @@ impl Information {
     }
 
     /// From a matrix summed elsewhere, 1 / mrad², of which the lower left half is used.
-    pub(super) fn from_sum(matrix: Matrix3<f32>) -> Self {
+    pub(crate) fn from_sum(matrix: Matrix3<f32>) -> Self {
         Self { matrix }
     }
 

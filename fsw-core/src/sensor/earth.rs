@@ -248,12 +248,12 @@ impl Sensor<'_> {
             Update::Restarted => (None, Some(Event::OrbitRestarted)),
             Update::Accepted { nis } => (Some(nis), None),
             Update::Rejected { nis } => (Some(nis), Some(Event::FixRejected)),
-            Update::Refused(_) => (None, Some(Event::FixRejected)),
+            Update::Refused(_) => (None, Some(Event::FixRefused)),
         };
         if let Some(event) = event {
             report.note(event);
         }
-        if event != Some(Event::FixRejected) {
+        if !matches!(event, Some(Event::FixRejected | Event::FixRefused)) {
             self.fixed_us = instant_us;
         }
         self.nis = nis;
