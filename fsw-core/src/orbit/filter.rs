@@ -11,9 +11,8 @@
 //! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix
 //! measures is in [`super::observation`].
 //!
-//! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.95 M, without one 0.47 M,
-//! ephemeris and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them: 11.3 M
-//! for 51 minutes at once.
+//! Cost on the target (model cycles, `cargo budget`): a second with a fix 1.02 M, without one 0.35 M, ephemeris
+//! and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them, 0.43 M each.
 
 mod estimate;
 
