@@ -15,8 +15,7 @@
 //! of digits in the difference is harmless: variances fall by 1e12 at most (test: every campaign of the
 //! filter ends with a Cholesky factor of all states).
 //!
-//! Kept is the lower left half, 728 bytes. Cost on the target (loops of software f64): propagation and update
-//! 0.1 M cycles each.
+//! Kept is the lower left half, 728 bytes. A propagation takes 600 multiplications with additions, an update 900.
 
 use super::dynamics::Transition;
 use super::noise::ProcessNoise;

@@ -13,7 +13,7 @@
 //! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample
 //! is kept in the tests): see each function. Positions are geometric: neither light time nor aberration. Mean
 //! angles are reduced to one turn in f64, all else is f32, whose rounding (0.05 arcsec, 30 km of the Sun's
-//! distance) is far below these errors. Cost on the target: 6,000 cycles for Sun and Moon together.
+//! distance) is far below these errors. Cost on the target: about 10,000 cycles for Sun and Moon together.
 
 use super::constants::{AU_KM, CENTURY_US, MOON_SHARE};
 use crate::frames::{Direction, Icrs};

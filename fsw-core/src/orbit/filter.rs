@@ -11,9 +11,8 @@
 //! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix
 //! measures is in [`super::observation`].
 //!
-//! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.95 M, without one 0.47 M,
-//! ephemeris and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them: 11.3 M
-//! for 51 minutes at once.
+//! Cost on the target (model cycles, `cargo budget`): a second with a fix 1.02 M, without one 0.35 M, ephemeris
+//! and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them, 0.43 M each.
 
 mod estimate;
 
@@ -235,20 +234,20 @@ impl OrbitFilter {
         self.known().is_some_and(|estimate| estimate.settled)
     }
 
-    /// Moves the epoch by a step of the clock: the satellite is where it was, only the name of the instant is another.
+    /// Moves the epoch by a step of the clock: the same state under another time.
     pub fn shift_epoch(&mut self, step_us: i64) {
         let Some(estimate) = &mut self.estimate else { return };
         estimate.state.time_us = estimate.state.time_us.saturating_add(step_us);
         estimate.begun_us = estimate.begun_us.map(|begun_us| begun_us.saturating_add(step_us));
     }
 
-    /// Whether an orbit that never settled has made one revolution since its last accepted fix, `since_us` microseconds ago.
-    /// On a right orbit fixes come at least once a revolution.
+    /// Whether an orbit that never settled has made one revolution since its last accepted fix, `since_us`
+    /// microseconds ago. On a right orbit fixes come at least once a revolution.
     pub fn is_stale(&self, since_us: i64) -> bool {
         let Some(estimate) = self.known().filter(|estimate| !estimate.settled) else {
             return false;
         };
-        let OrbitState { position_km, .. } = &estimate.state;
+        let position_km = &estimate.state.position_km;
         let since_s = since_us as f64 / MICROSECONDS;
         let square_km2 = dot(position_km, position_km);
         // 4 pi² r³ / mu is the square of a circle's period.
