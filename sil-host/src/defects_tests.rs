@@ -39,7 +39,7 @@ fn scene(defects: bool, quaternion: [f64; 4], stars: &[WorldStar]) -> Scene {
     Scene::new(settings, stars).unwrap()
 }
 
-fn whole(detector: &mut impl Detector) -> Vec<u16> {
+fn whole(detector: &mut impl Detector<Error = DetectorError>) -> Vec<u16> {
     let window = detector.geometry().whole();
     let mut pixels = vec![0; window.area()];
     detector.read(window, &mut pixels).unwrap();
@@ -92,7 +92,7 @@ impl Outcome {
     /// Scans what the detector shows of a scene's sky, identifies it, and holds both against the truth.
     fn take(
         &mut self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         scene: &Scene,
         solver: &mut Solver,
         method: DetectionMethod,
@@ -207,13 +207,21 @@ struct Lit {
 
 const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
 
+impl fsw_hal::detector::ErrorType for Lit {
+    type Error = DetectorError;
+}
+
 impl Detector for Lit {
     fn geometry(&self) -> DetectorGeometry {
         GEOMETRY
     }
 
-    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _: u32) -> Result<(), DetectorError> {
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        Ok(fsw_hal::LocalTime::default())
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
@@ -307,7 +315,7 @@ impl Lit {
 
 /// Square of the distance from a place to the nearest spot within 3 px.
 fn nearest(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     window: Window,
     method: DetectionMethod,
     at: [f64; 2],
