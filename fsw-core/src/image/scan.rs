@@ -219,7 +219,8 @@ fn add_stars(
     Ok(())
 }
 
-/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the detector.
+/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the
+/// detector.
 fn quiet_noise(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
