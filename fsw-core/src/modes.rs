@@ -18,15 +18,21 @@
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | `pause_s` seconds in the mode | self-test |
 //!
-//! Commands are obeyed at once, before the second begins.
+//! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a longer gap
+//! [`LONGEST_STEP_US`] count, because nothing was tried in it.
 
 use crate::parameters::table::parameter_group;
+use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
+
+/// What a call counts for at most, and the first one: two seconds and one, microseconds.
+const LONGEST_STEP_US: i64 = 2 * SECOND_US;
+const SECOND_US: i64 = 1_000_000;
 
 /// Mode of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// Detector and clock are proved before anything is believed.
+    /// Detector and clock are tested before anything is believed.
     #[default]
     SelfTest,
     /// The whole detector is scanned and its stars identified without prior knowledge.
@@ -45,7 +51,7 @@ pub enum Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Guard {
     /// The self-test passed.
-    Proved,
+    SelfTestPassed,
     /// Attitude and rate are known.
     AttitudeKnown,
     /// No attitude for too long.
@@ -104,15 +110,22 @@ pub struct Seen {
     pub fault: bool,
 }
 
-/// The present mode and what its guards count.
+/// The present mode and what its guards count, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
     mode: Mode,
-    seconds_in_mode: u16,
-    seconds_without_attitude: u16,
-    seconds_with_fault: u16,
-    /// Seconds in a row in which the Earth was other than the mode says.
-    seconds_otherwise: u16,
+    /// Of the last call.
+    instant: Option<LocalTime>,
+    in_mode_us: i64,
+    without_attitude_us: i64,
+    with_fault_us: i64,
+    /// For so long without a break the Earth was other than the mode says.
+    otherwise_us: i64,
+}
+
+/// Whether a count has reached `seconds`, to the nearest second: calls are never exactly a second apart.
+fn reached(count_us: i64, seconds: u16) -> bool {
+    count_us.saturating_add(SECOND_US / 2) >= i64::from(seconds) * SECOND_US
 }
 
 impl Modes {
@@ -123,45 +136,48 @@ impl Modes {
 
     /// Goes to a mode; its counts begin anew.
     pub fn enter(&mut self, mode: Mode) {
-        *self = Self { mode, ..Self::default() };
+        *self = Self { mode, instant: self.instant, ..Self::default() };
     }
 
-    /// Takes in what the second brought and goes to the next mode; gives the guard where the mode changes.
-    pub fn next(&mut self, seen: &Seen, parameters: &ModeParameters) -> Option<Guard> {
-        let count = |seconds: u16, goes_on: bool| if goes_on { seconds.saturating_add(1) } else { 0 };
+    /// Takes in what the second that ended at `now` brought and goes to the next mode; gives the guard where the mode changes.
+    pub fn next(&mut self, now: LocalTime, seen: &Seen, parameters: &ModeParameters) -> Option<Guard> {
+        let elapsed_us =
+            self.instant.map_or(SECOND_US, |before| now.us_since(before)).clamp(0, LONGEST_STEP_US);
+        self.instant = Some(now);
+        let count = |us: i64, goes_on: bool| if goes_on { us.saturating_add(elapsed_us) } else { 0 };
         let otherwise = match self.mode {
             Mode::Tracking => seen.dark == Some(true),
             Mode::Eclipse => seen.dark == Some(false),
             _ => false,
         };
-        self.seconds_in_mode = self.seconds_in_mode.saturating_add(1);
-        self.seconds_without_attitude = count(self.seconds_without_attitude, !seen.attitude);
-        self.seconds_with_fault = count(self.seconds_with_fault, seen.fault);
-        self.seconds_otherwise = count(self.seconds_otherwise, otherwise);
+        self.in_mode_us = count(self.in_mode_us, true);
+        self.without_attitude_us = count(self.without_attitude_us, !seen.attitude);
+        self.with_fault_us = count(self.with_fault_us, seen.fault);
+        self.otherwise_us = count(self.otherwise_us, otherwise);
         let (mode, guard) = self.decide(seen, parameters)?;
-        let seconds_with_fault = self.seconds_with_fault;
+        let with_fault_us = self.with_fault_us;
         self.enter(mode);
         // A fault that outlasts a mode still counts.
-        self.seconds_with_fault = seconds_with_fault;
+        self.with_fault_us = with_fault_us;
         Some(guard)
     }
 
     /// The first line of the table whose guard holds.
     fn decide(&self, seen: &Seen, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
         let following = if seen.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
-        if self.mode != Mode::Safe && self.seconds_with_fault >= parameters.fault_patience_s {
+        if self.mode != Mode::Safe && reached(self.with_fault_us, parameters.fault_patience_s) {
             return Some((Mode::Safe, Guard::Faults));
         }
         let looks = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
         if looks && seen.blinded {
             return Some((Mode::SunOutage, Guard::Blinded));
         }
-        let settled = self.seconds_otherwise >= parameters.settle_s;
-        let lost = self.seconds_without_attitude >= parameters.patience_s;
+        let settled = reached(self.otherwise_us, parameters.settle_s);
+        let lost = reached(self.without_attitude_us, parameters.patience_s);
         match self.mode {
-            Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::Proved)),
+            Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
             Mode::Acquisition if seen.attitude && seen.rate => Some((following, Guard::AttitudeKnown)),
-            Mode::Acquisition if self.seconds_in_mode >= parameters.acquisition_timeout_s => {
+            Mode::Acquisition if reached(self.in_mode_us, parameters.acquisition_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
@@ -170,10 +186,10 @@ impl Modes {
             Mode::SunOutage if !seen.blinded && !seen.fault => {
                 Some((if seen.carried { following } else { Mode::Acquisition }, Guard::SunGone))
             }
-            Mode::SunOutage if self.seconds_in_mode >= parameters.outage_timeout_s => {
+            Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
-            Mode::Safe if self.seconds_in_mode >= parameters.pause_s => {
+            Mode::Safe if reached(self.in_mode_us, parameters.pause_s) => {
                 Some((Mode::SelfTest, Guard::PauseOver))
             }
             _ => None,

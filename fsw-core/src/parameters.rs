@@ -22,9 +22,9 @@ use table::{Row, parameter_group};
 pub mod table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
-pub const VERSION: u8 = 7;
+pub const VERSION: u8 = 8;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0x08C3_68D8;
+pub const CHECKSUM: u32 = 0x0386_275A;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
@@ -52,7 +52,7 @@ parameter_group! {
     /// Exposure, and what belongs to the detector.
     pub struct ImagingParameters in "imaging" {
         /// Exposure time.
-        exposure_us: u32 = 100_000, 100..=10_000_000, "us", "thesis 7.1: 0.1 s";
+        exposure_us: u32 = 100_000, 100..=1_000_000, "us", "thesis 7.1: 0.1 s";
         /// From a row's exposure to the next row's.
         row_time_ns: u32 = 0, 0..=500_000, "ns", "a global shutter";
         /// CRC of the calibration that belongs to lens and detector; 0: none.
@@ -117,6 +117,8 @@ pub enum ParameterError {
     Camera(CameraError),
     /// The named value is outside its range (or not finite).
     Range(&'static str),
+    /// Exposure and the readout of all rows do not fit into a second.
+    ExposureBeyondSecond,
 }
 
 impl Parameters {
@@ -173,6 +175,10 @@ impl Parameters {
         if let Some(name) = groups.into_iter().flatten().next() {
             return Err(ParameterError::Range(name));
         }
+        let readout_us = u64::from(self.imaging.row_time_ns) * u64::from(self.camera.height_px) / 1000;
+        if u64::from(self.imaging.exposure_us) + readout_us > 1_000_000 {
+            return Err(ParameterError::ExposureBeyondSecond);
+        }
         let norm = self.mount.star_to_earth.iter().fold(0.0, |sum, q| sum + q * q);
         let star_to_earth = Rotation::from_quaternion(self.mount.star_to_earth);
         match star_to_earth.filter(|_| (0.998..=1.002).contains(&norm)) {
@@ -193,6 +199,9 @@ impl fmt::Display for ParameterError {
         match self {
             Self::Camera(error) => write!(out, "the camera is impossible: {error}"),
             Self::Range(name) => write!(out, "{name} is outside its range"),
+            Self::ExposureBeyondSecond => out.write_str(
+                "imaging.exposure_us and imaging.row_time_ns of all rows are longer than a second: shorten one",
+            ),
         }
     }
 }

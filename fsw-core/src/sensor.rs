@@ -2,21 +2,24 @@
 //!
 //! [`Sensor::cycle`] is called once a second:
 //!
-//! 1. the clock is read; Sun, pole and the observer's velocity (aberration) are those of the instant, the orbit is
-//!    propagated to it;
-//! 2. the mode says what is asked of the detector (`stars`): a self-test, the whole field searched for stars (over
-//!    several seconds if need be, on the stars of that one image, then on those of another), or for streaks and the rate
+//! 1. the image that the mode asks for is taken (`exposing`); its mid-exposure instant is that of the second, the counter's where none
+//!    was asked for or may be used (`timekeeping`);
+//! 2. orbit and attitude are propagated to that instant; Sun, pole and the observer's velocity (aberration) are those of it;
+//! 3. the mode says what is done with the image (`stars`): a self-test, the whole field searched for stars (over several
+//!    seconds if need be, on the stars of that one image, then on those of another), or for streaks and the rate
 //!    (`turning`), predicted stars followed in windows, or only whether the Sun still blinds;
-//! 3. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb where the
+//! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb where the
 //!    orbit predicts it, else on a grid over the whole detector; its centre is a position, which the orbit filter takes in;
-//! 4. the guards decide the next mode; the report is what was seen.
+//! 5. the guards decide the next mode; the report is what was seen.
 //!
 //! Memory: [`Workspace`] holds what is large, the readout buffer of 16 KiB and the chains of identification, and can be
 //! placed in a static; [`Sensor`] itself is small, and the stack serves a few KiB of lists. The parts of a second are not
 //! inlined into it, so that their lists do not lie on the stack together.
 
 mod earth;
+mod exposing;
 mod stars;
+mod timekeeping;
 mod turning;
 mod workspace;
 
@@ -30,16 +33,14 @@ use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
-use crate::telemetry::{EarthStatus, Event, Fault, Report, Status};
-use fsw_hal::{Clock, Detector, RateSensor, Stage, StageMeter};
+use crate::telemetry::{ClockFault, ClockState, EarthStatus, Event, Report, Status};
+use exposing::Image;
+use fsw_hal::detector::ByKind;
+use fsw_hal::{Clock, Detector, DetectorError, LocalTime, RateSensor, Stage, StageMeter};
 use nalgebra::Vector3;
+pub use timekeeping::INSTANTS_US;
+use timekeeping::{Time, Timekeeper};
 pub use workspace::{MAX_BASE_SIDES, MAX_CATALOGUE_STARS, MAX_TRIANGLES, Workspace};
-
-/// Instants between which the clock is believed: the years 2000 and 2100, microseconds since J2000.0.
-pub const INSTANTS_US: (i64, i64) = (0, 3_155_760_000_000_000);
-/// A second is so long, and its instant may be off by as much.
-const SECOND_US: i64 = 1_000_000;
-const SECOND_TOLERANCE_US: i64 = 100_000;
 
 /// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF does not vary
 /// when moving the optical center by one pixel" (thesis §3.1.2.2).
@@ -47,17 +48,20 @@ const CALIBRATED_CENTRE_PX: f32 = 1.5;
 
 /// A reading of the rate sensor is of the second before, its middle at most so long ago, us.
 const READING_AGE_US: i64 = 1_500_000;
+/// Aberration by the Earth's flight about the Sun and a low orbit's about the Earth, (30.3 + 7.9) km/s, rad: 26 arcsec. An attitude
+/// whose stars were not corrected for it may be off by so much.
+const ABERRATION_RAD: f32 = 1.27e-4;
 
 /// The instruments, as the spacecraft lends them for a second.
-pub struct Instruments<'a, D, C, M> {
+pub struct Instruments<'a, D, C, M, R> {
     /// The active-pixel detector behind both paths.
     pub detector: &'a mut D,
-    /// Tells the instant of the second.
+    /// Tells local time and Terrestrial Time.
     pub clock: &'a mut C,
     /// Receives the marks of the stages; `&mut ()` where nothing is measured.
     pub meter: &'a mut M,
-    /// Tells how the body turns, where there is one; heard only where [`Parameters::rate_sensor`] says how good it is.
-    pub rate_sensor: Option<&'a mut dyn RateSensor>,
+    /// Tells how the body turns; `&mut ()` where there is none. Asked only where [`Parameters::rate_sensor`] says how good it is.
+    pub rate_sensor: &'a mut R,
 }
 
 /// What the spacecraft wants of this second.
@@ -85,9 +89,9 @@ pub enum SensorError {
     Calibration,
 }
 
-/// What time alone tells.
+/// Directions that depend on Terrestrial Time alone.
 #[derive(Clone, Copy)]
-struct Sky {
+struct Ephemeris {
     sun: Direction<Icrs>,
     pole: Direction<Icrs>,
 }
@@ -101,19 +105,22 @@ pub struct Sensor<'c> {
     star_to_earth: Rotation<StarPath, EarthPath>,
     modes: Modes,
     cycle: u32,
-    /// Instant of the last second.
-    instant_us: Option<i64>,
+    timekeeper: Timekeeper,
+    /// Local time of this second: of its image, or of the call where none was used.
+    now: LocalTime,
+    /// Whether the catalogue's stars are corrected for aberration.
+    aberration_corrected: bool,
     motion: Option<Filter<2>>,
     orbit: OrbitFilter,
-    /// Instant of the last fix that the orbit accepted.
+    /// Terrestrial Time of the last fix that the orbit accepted.
     fixed_us: i64,
     converged: bool,
     /// Seconds in a row in which the limb's strips gave no centre.
     strip_misses: u8,
     /// Normalised innovation squared of this second's fix.
     nis: Option<f32>,
-    /// Cycle in which the image under search was taken.
-    searching_since: Option<u32>,
+    /// Instant of the image under search.
+    searching_since: Option<LocalTime>,
     /// How it turns while no attitude is known.
     turning: turning::Turning,
     /// Images given up since the last attitude.
@@ -143,7 +150,9 @@ impl<'c> Sensor<'c> {
             star_to_earth,
             modes: Modes::default(),
             cycle: 0,
-            instant_us: None,
+            timekeeper: Timekeeper::default(),
+            now: LocalTime::default(),
+            aberration_corrected: false,
             motion: None,
             orbit: OrbitFilter::new(),
             fixed_us: 0,
@@ -176,18 +185,23 @@ impl<'c> Sensor<'c> {
 
     /// One second.
     #[inline(never)]
-    pub fn cycle<D: Detector, C: Clock, M: StageMeter>(
+    pub fn cycle<D: Detector, C: Clock, M: StageMeter, R: RateSensor>(
         &mut self,
-        instruments: &mut Instruments<D, C, M>,
+        instruments: &mut Instruments<D, C, M, R>,
         command: Command,
     ) -> Report {
         self.obey(command);
-        let instant_us = instruments.clock.instant_us();
-        let mut report = Report::new(self.cycle, instant_us, self.modes.mode());
-        match self.check(instruments, instant_us) {
-            Err(fault) => report.status = Status::DetectorFault(fault),
-            Ok(()) => self.work(instruments, &mut report),
-        }
+        let mut report = Report::new(self.cycle, self.modes.mode());
+        let Instruments { detector, clock, meter, rate_sensor } = instruments;
+        let detector = &mut ByKind(&mut **detector);
+        let (image, time) = self.take_image(detector, *clock, *meter);
+        self.now = time.local;
+        report.local_us = time.local.as_us();
+        (report.instant_us, report.clock, report.clock_fault) = (time.terrestrial_us, time.state, time.fault);
+        let ephemeris = self.update_ephemeris(*meter, &time, &mut report);
+        self.propagate_gyro(*rate_sensor);
+        self.work(detector, *meter, image, ephemeris.as_ref(), &mut report);
+        self.report_orbit(&mut report);
         self.change_mode(&mut report);
         self.cycle = self.cycle.wrapping_add(1);
         report
@@ -226,88 +240,104 @@ impl<'c> Sensor<'c> {
         self.strip_misses = 0;
     }
 
-    /// Refuses a detector that is not the one the parameters were made for, and a clock that is out of its mind.
-    fn check<D: Detector, C: Clock, M>(
-        &self,
-        instruments: &Instruments<D, C, M>,
-        instant_us: i64,
-    ) -> Result<(), Fault> {
-        let (geometry, camera) = (instruments.detector.geometry(), self.camera.parameters());
-        if (geometry.width_px, geometry.height_px) != (camera.width_px, camera.height_px) {
-            return Err(Fault::Geometry);
-        }
-        if !(INSTANTS_US.0..=INSTANTS_US.1).contains(&instant_us) {
-            return Err(Fault::Clock);
-        }
-        Ok(())
-    }
-
-    /// The second's work: time and orbit, then stars, then the Earth.
-    fn work<D: Detector, C: Clock, M: StageMeter>(
+    /// What the mode does with the image: stars first, then the Earth.
+    fn work(
         &mut self,
-        instruments: &mut Instruments<D, C, M>,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        image: Image,
+        ephemeris: Option<&Ephemeris>,
         report: &mut Report,
     ) {
-        let sky = self.tell_time(instruments.meter, report);
-        self.hear_rate(&mut instruments.rate_sensor, report.instant_us);
-        match report.mode {
-            Mode::SelfTest => self.prove(instruments.detector, report),
-            Mode::Acquisition => self.acquire_or_turn(instruments, report),
-            Mode::Tracking | Mode::Eclipse => self.track(instruments, &sky, report),
-            Mode::SunOutage => self.await_sunset(instruments.detector, report),
-            Mode::Safe => report.status = Status::Waiting,
+        let mode = report.mode;
+        match (mode, image) {
+            (Mode::Safe, _) => report.status = Status::Waiting,
+            (_, Image::Failed(fault)) => report.status = Status::DetectorFault(fault),
+            (_, Image::Refused(fault)) => {
+                report.status = Status::ImageRefused(fault);
+                if mode != Mode::Acquisition {
+                    self.report_predicted(report);
+                }
+            }
+            (Mode::SelfTest, _) => self.self_test(detector, report),
+            (_, Image::Blinded) => self.report_blinded(report),
+            (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, report),
+            (Mode::Tracking | Mode::Eclipse, _) => self.track(detector, meter, ephemeris, report),
+            (Mode::SunOutage, _) => report.status = Status::Waiting,
         }
-        if let Some(attitude) = self.attitude_of_this_second(report) {
-            self.look_at_earth(instruments, &sky, &attitude, report);
+        if mode == Mode::SunOutage
+            && let Some(motion) = &mut self.motion
+        {
+            motion.carry(self.now, None);
         }
-        self.report_orbit(report);
+        if let Some((attitude, ephemeris)) = self.attitude_of_this_second(report).zip(ephemeris) {
+            self.look_at_earth(detector, meter, ephemeris, &attitude, report);
+        }
     }
 
-    /// Carries the attitude to this second by what the rate sensor tells of the one before; a reading that is old or not finite is none.
+    /// Propagates the attitude to this second by what the rate sensor tells of the one before; a reading that is old or not
+    /// finite is none.
     #[inline(never)]
-    fn hear_rate(&mut self, sensor: &mut Option<&mut dyn RateSensor>, instant_us: i64) {
+    fn propagate_gyro(&mut self, sensor: &mut impl RateSensor) {
         let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else { return };
-        let told = sensor.as_mut().and_then(|sensor| sensor.angular_rate().ok().flatten());
-        let new = told.filter(|told| {
-            (0..=READING_AGE_US).contains(&instant_us.saturating_sub(told.instant_us))
-                && told.rad_s.iter().all(|axis| axis.is_finite())
+        let reading = sensor.angular_rate().ok().flatten().filter(|reading| {
+            (0..=READING_AGE_US).contains(&self.now.us_since(reading.instant))
+                && reading.rad_s.iter().all(|axis| axis.is_finite())
         });
         let to_star_path = self.star_to_earth.inverse();
-        motion.hear(self.cycle, noise, new.map(|told| to_star_path.matrix() * Vector3::from(told.rad_s)));
+        let rate_rad_s = reading.map(|reading| to_star_path.matrix() * Vector3::from(reading.rad_s));
+        motion.propagate_gyro(self.now, noise, rate_rad_s);
     }
 
-    /// Brings Sun, pole, aberration and orbit to the instant of the second.
+    /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without aberration, where
+    /// Terrestrial Time is not known; the orbit goes on by local time all the same.
     #[inline(never)]
-    fn tell_time(&mut self, meter: &mut impl StageMeter, report: &mut Report) -> Sky {
+    fn update_ephemeris(
+        &mut self,
+        meter: &mut impl StageMeter,
+        time: &Time,
+        report: &mut Report,
+    ) -> Option<Ephemeris> {
         meter.begin(Stage::Orbit);
-        let instant_us = report.instant_us;
-        let expected = self.instant_us.map_or(instant_us, |before| before.saturating_add(SECOND_US));
-        if !(-SECOND_TOLERANCE_US..=SECOND_TOLERANCE_US).contains(&instant_us.saturating_sub(expected)) {
+        if time.fault == Some(ClockFault::CounterReset) {
+            self.forget_attitude();
+        }
+        if let Some(step_us) = time.step_us {
             report.note(Event::ClockJump);
+            self.orbit.shift_epoch(step_us);
+            self.fixed_us = self.fixed_us.saturating_add(step_us);
         }
-        self.instant_us = Some(instant_us);
-        let lost = self.orbit.advance(instant_us, &self.parameters.orbit).is_err();
-        if lost || self.orbit.is_stale(self.fixed_us) {
-            self.forget_orbit();
-            report.note(Event::OrbitForgotten);
+        if let Some(terrestrial_us) = time.terrestrial_us {
+            let lost = self.orbit.advance(terrestrial_us, &self.parameters.orbit).is_err();
+            if lost || self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us)) {
+                self.forget_orbit();
+                report.note(Event::OrbitForgotten);
+            }
         }
+        let known_us = time.terrestrial_us.filter(|_| time.state != ClockState::Unknown);
+        self.aberration_corrected = known_us.is_some();
         // About the Sun, and about the Earth where that is known: up to 5 arcsec of 25.
-        let orbital_km_s = self.orbit.state().map_or(Vector3::zeros(), |state| state.velocity_km_s);
-        let velocity_km_s = ephemeris::earth_velocity_km_s(instant_us) + orbital_km_s;
+        let velocity_km_s = known_us.map_or(Vector3::zeros(), |instant_us| {
+            let orbital_km_s = self.orbit.state().map_or(Vector3::zeros(), |state| state.velocity_km_s);
+            ephemeris::earth_velocity_km_s(instant_us) + orbital_km_s
+        });
         self.catalogue.set_observer_velocity((velocity_km_s / LIGHT_KM_S).map(|axis| axis as f32));
-        let sky = Sky { sun: ephemeris::sun_direction(instant_us), pole: ephemeris::pole(instant_us) };
+        let ephemeris = known_us.map(|instant_us| Ephemeris {
+            sun: ephemeris::sun_direction(instant_us),
+            pole: ephemeris::pole(instant_us),
+        });
         meter.end(Stage::Orbit);
-        sky
+        ephemeris
     }
 
     /// Lets the guards decide what comes next.
     fn change_mode(&mut self, report: &mut Report) {
-        let attitude = report.attitude.as_ref().filter(|_| report.status != Status::Blinded);
         let blinded = report.status == Status::Blinded;
+        let predicted = blinded || matches!(report.status, Status::ImageRefused(_));
         let seen = Seen {
-            attitude: attitude.is_some(),
+            attitude: report.attitude.is_some() && !predicted,
             rate: self.motion.as_ref().is_some_and(|motion| motion.rate().is_some()),
-            carried: self.attitude_was_carried_well(),
+            carried: self.prediction_is_within_gate(),
             blinded,
             dark: match report.earth_status {
                 EarthStatus::Dark => Some(true),
@@ -317,7 +347,7 @@ impl<'c> Sensor<'c> {
             fault: matches!(report.status, Status::DetectorFault(_)),
         };
         let before = self.modes.mode();
-        let Some(guard) = self.modes.next(&seen, &self.parameters.modes) else { return };
+        let Some(guard) = self.modes.next(self.now, &seen, &self.parameters.modes) else { return };
         report.note(Event::Mode(self.modes.mode(), guard));
         // An attitude that was lost is not to be trusted again; one that was only carried too long is.
         let lost = guard == Guard::AttitudeLost

@@ -8,12 +8,12 @@ use crate::earth::Refusal;
 use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
-use fsw_hal::DetectorError;
+use fsw_hal::{ClockError, DetectorError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -37,13 +37,15 @@ pub enum Status {
     /// The detector is blinded.
     Blinded,
     /// The self-test passed.
-    Proved,
+    SelfTestPassed,
     /// No image was asked for in this second.
     Waiting,
     /// The detector failed; nothing was learnt.
     DetectorFault(Fault),
     /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
     TooFast,
+    /// The image was not used for its instant; the attitude, where there is one, is predicted.
+    ImageRefused(ImageFault),
 }
 
 /// A detector's failure in telemetry.
@@ -55,8 +57,6 @@ pub enum Fault {
     Geometry,
     /// The hardware did not deliver, or a window read twice was not the same.
     Hardware,
-    /// The clock tells an instant outside the years it is believed in.
-    Clock,
 }
 
 impl From<DetectorError> for Fault {
@@ -65,7 +65,52 @@ impl From<DetectorError> for Fault {
             DetectorError::OutsideDetector | DetectorError::BufferLength | DetectorError::Exposure => {
                 Self::Request
             }
-            DetectorError::NotExposed | DetectorError::Timeout | DetectorError::Bus => Self::Hardware,
+            _ => Self::Hardware,
+        }
+    }
+}
+
+/// What Terrestrial Time of a second rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ClockState {
+    /// The clock told it.
+    Synchronised,
+    /// The clock told it before, at most a day ago, and local time has gone on since.
+    Holdover,
+    /// Neither: no Sun, no aberration, no Earth.
+    #[default]
+    Unknown,
+}
+
+/// Why an image was not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ImageFault {
+    /// It has the instant of the image before: that image once more.
+    Repeated,
+    /// It is older than what has been seen already.
+    OutOfOrder,
+    /// Its instant lies ahead of the clock, or more than ten seconds behind.
+    Implausible,
+}
+
+/// Why the clock did not serve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ClockFault {
+    /// Not synchronised.
+    NotSynchronised,
+    /// It told an instant outside the years in which it is believed.
+    Implausible,
+    /// The hardware did not answer.
+    Hardware,
+    /// The counter went backwards: local time begins anew.
+    CounterReset,
+}
+
+impl From<ClockError> for ClockFault {
+    fn from(kind: ClockError) -> Self {
+        match kind {
+            ClockError::NotSynchronised => Self::NotSynchronised,
+            _ => Self::Hardware,
         }
     }
 }
@@ -200,9 +245,9 @@ pub enum Event {
     FixRejected,
     /// So many fixes contradicted the orbit that it was begun anew.
     OrbitRestarted,
-    /// The orbit was forgotten: the clock jumped farther than it can be propagated, or it never settled and had no fix for a whole turn.
+    /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never settled and had no fix for a whole turn.
     OrbitForgotten,
-    /// The clock did not go forward by a second.
+    /// Terrestrial Time as the clock tells it differs by more than 0.1 s from what local time makes of what it told before.
     ClockJump,
     /// The Sun is, by attitude and time, in a path, and the detector is blinded.
     SunInPath,
@@ -213,8 +258,14 @@ pub enum Event {
 pub struct Report {
     /// Seconds since start.
     pub cycle: u32,
-    /// Instant of the image, TT, microseconds since J2000.0.
-    pub instant_us: i64,
+    /// Instant of the image, or of the second where none was used: on-board counter, microseconds since power-on.
+    pub local_us: i64,
+    /// The same in Terrestrial Time, microseconds since J2000.0; `None` where the clock has never told it.
+    pub instant_us: Option<i64>,
+    /// What Terrestrial Time rests on. Where it is unknown stars are tracked without correcting their aberration.
+    pub clock: ClockState,
+    /// Why the clock did not serve in this second.
+    pub clock_fault: Option<ClockFault>,
     /// Mode in which the second was spent.
     pub mode: Mode,
     /// What came of it.
@@ -247,10 +298,13 @@ pub struct Report {
 
 impl Report {
     /// A second of which nothing is known yet.
-    pub fn new(cycle: u32, instant_us: i64, mode: Mode) -> Self {
+    pub fn new(cycle: u32, mode: Mode) -> Self {
         Self {
             cycle,
-            instant_us,
+            local_us: 0,
+            instant_us: None,
+            clock: ClockState::Unknown,
+            clock_fault: None,
             mode,
             status: Status::Waiting,
             attitude: None,

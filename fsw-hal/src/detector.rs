@@ -1,7 +1,10 @@
 //! Active-pixel detector with random-access (windowed) readout.
 //!
-//! A second of operation is one [`Detector::expose`] and then any number of [`Detector::read`] calls; all windows
-//! read between two exposures belong to the same image, and a window read twice gives the same values.
+//! A second of operation is one exposure ([`Detector::start_exposure`], [`Detector::finish_exposure`]) and then any number of
+//! [`Detector::read`] calls; all windows read between two exposures belong to the same image, and a window read twice gives the
+//! same values.
+
+use crate::clock::LocalTime;
 
 /// Fixed properties of a detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +58,8 @@ impl Window {
 
 /// Why a detector did not deliver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DetectorError {
+#[non_exhaustive]
+pub enum ErrorKind {
     /// The window leaves the detector.
     OutsideDetector,
     /// The buffer's length is not the window's area.
@@ -70,25 +74,115 @@ pub enum DetectorError {
     Bus,
 }
 
+/// A detector driver's error.
+pub trait Error: core::fmt::Debug {
+    /// What kind of error it is.
+    fn kind(&self) -> ErrorKind;
+}
+
+impl Error for ErrorKind {
+    fn kind(&self) -> ErrorKind {
+        *self
+    }
+}
+
+/// The error of a detector.
+pub trait ErrorType {
+    /// Error type.
+    type Error: Error;
+}
+
+impl<D: ErrorType + ?Sized> ErrorType for &mut D {
+    type Error = D::Error;
+}
+
 /// A detector that exposes an image and hands out windows of it.
-pub trait Detector {
+pub trait Detector: ErrorType {
     /// Size and resolution; the same at every call.
     fn geometry(&self) -> DetectorGeometry;
 
-    /// Takes a new image, integrating for `exposure_us` microseconds.
+    /// Begins a new image, integrating for `exposure_us` microseconds, and returns without waiting for it.
     ///
     /// # Errors
-    /// [`DetectorError::Exposure`] for a time the detector cannot do, [`DetectorError::Timeout`] or
-    /// [`DetectorError::Bus`] when the hardware fails.
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError>;
+    /// [`ErrorKind::Exposure`] for a time the detector cannot do, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the
+    /// hardware fails.
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), Self::Error>;
+
+    /// Waits until the image that was begun can be read and gives the local time of the middle of its exposure (of a
+    /// rolling shutter: of the middle row's).
+    ///
+    /// # Errors
+    /// [`ErrorKind::NotExposed`] when none was begun, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the hardware fails.
+    fn finish_exposure(&mut self) -> Result<LocalTime, Self::Error>;
+
+    /// Takes a new image: both of the above.
+    ///
+    /// # Errors
+    /// Theirs.
+    fn expose(&mut self, exposure_us: u32) -> Result<LocalTime, Self::Error> {
+        self.start_exposure(exposure_us)?;
+        self.finish_exposure()
+    }
 
     /// Reads `window` of the last image into `pixels`, row by row, raw digital numbers.
     ///
     /// # Errors
-    /// [`DetectorError::OutsideDetector`] and [`DetectorError::BufferLength`] for a wrong request (then `pixels` is
-    /// untouched), [`DetectorError::NotExposed`] before the first exposure, [`DetectorError::Timeout`] or
-    /// [`DetectorError::Bus`] when the hardware fails (then `pixels` is not to be used).
-    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError>;
+    /// [`ErrorKind::OutsideDetector`] and [`ErrorKind::BufferLength`] for a wrong request (then `pixels` is untouched),
+    /// [`ErrorKind::NotExposed`] before the first exposure, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the hardware
+    /// fails (then `pixels` is not to be used).
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), Self::Error>;
+}
+
+impl<D: Detector + ?Sized> Detector for &mut D {
+    fn geometry(&self) -> DetectorGeometry {
+        D::geometry(self)
+    }
+
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), Self::Error> {
+        D::start_exposure(self, exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, Self::Error> {
+        D::finish_exposure(self)
+    }
+
+    fn expose(&mut self, exposure_us: u32) -> Result<LocalTime, Self::Error> {
+        D::expose(self, exposure_us)
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), Self::Error> {
+        D::read(self, window, pixels)
+    }
+}
+
+/// Any detector, its errors reduced to their kinds: so the flight code needs one error type inside.
+#[derive(Debug)]
+pub struct ByKind<'a, D: ?Sized>(pub &'a mut D);
+
+impl<D: ?Sized> ErrorType for ByKind<'_, D> {
+    type Error = ErrorKind;
+}
+
+impl<D: Detector + ?Sized> Detector for ByKind<'_, D> {
+    fn geometry(&self) -> DetectorGeometry {
+        self.0.geometry()
+    }
+
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), ErrorKind> {
+        self.0.start_exposure(exposure_us).map_err(|error| error.kind())
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, ErrorKind> {
+        self.0.finish_exposure().map_err(|error| error.kind())
+    }
+
+    fn expose(&mut self, exposure_us: u32) -> Result<LocalTime, ErrorKind> {
+        self.0.expose(exposure_us).map_err(|error| error.kind())
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), ErrorKind> {
+        self.0.read(window, pixels).map_err(|error| error.kind())
+    }
 }
 
 #[cfg(test)]

@@ -6,13 +6,20 @@
 //! | module | instrument | first used by |
 //! |---|---|---|
 //! | [`detector`] | active-pixel detector with windowed readout | acquisition and tracking |
-//! | [`clock`] | the instant of a second | every second |
+//! | [`clock`] | local time since power-on, and Terrestrial Time | every second |
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
-//! | [`rate_sensor`] | angular rate of the body | not yet |
+//! | [`rate_sensor`] | angular rate of the body | every second, where there is one |
 //! | [`magnetometer`] | magnetic field in body axes | not yet |
 //!
 //! Conventions: pixels count x right and y down, the centre of the first pixel read is (0, 0); raw values are
 //! right-aligned in a `u16`.
+//!
+//! Each instrument follows the idiom of `embedded-hal` 1.0: an `ErrorType` whose `Error` tells its `ErrorKind`, and its trait for `&mut`
+//! of whatever has it. A driver keeps its own error type; the flight code looks at the kind alone.
+//!
+//! The traits block. The flight code is one function call a second without interrupts, threads or an executor, and its cost is bounded
+//! by counting cycles; futures would put state machines of unknown size on that stack. Whoever wants to wait elsewhere (DMA, an
+//! executor) calls [`Detector::start_exposure`] of his own driver early and lets [`Detector::finish_exposure`] return what is ready.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(
@@ -29,8 +36,8 @@ pub mod magnetometer;
 pub mod meter;
 pub mod rate_sensor;
 
-pub use clock::{Clock, Instant};
-pub use detector::{Detector, DetectorError, DetectorGeometry, Window};
-pub use magnetometer::{MagneticField, Magnetometer, MagnetometerError};
+pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
+pub use detector::{Detector, DetectorGeometry, ErrorKind as DetectorError, Window};
+pub use magnetometer::{ErrorKind as MagnetometerError, MagneticField, Magnetometer};
 pub use meter::{Stage, StageMeter};
-pub use rate_sensor::{AngularRate, RateSensor, RateSensorError};
+pub use rate_sensor::{AngularRate, ErrorKind as RateSensorError, RateSensor};

@@ -2,18 +2,21 @@
 //!
 //! Asked once a second. Body axes are those of the Earth path, as in [`crate::rate_sensor`].
 
+use crate::clock::LocalTime;
+
 /// A reading of the magnetic flux density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagneticField {
-    /// Middle of the time it was taken over: Terrestrial Time, microseconds since J2000.0.
-    pub instant_us: i64,
+    /// Middle of the time it was taken over.
+    pub instant: LocalTime,
     /// Flux density along x, y, z of the body, microtesla, as the sensor has it: the spacecraft's own field is in it.
     pub ut: [f32; 3],
 }
 
 /// Why a magnetometer did not deliver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MagnetometerError {
+#[non_exhaustive]
+pub enum ErrorKind {
     /// The field along an axis is stronger than the sensor can tell.
     Saturated,
     /// The sensor did not answer in time.
@@ -22,12 +25,58 @@ pub enum MagnetometerError {
     Bus,
 }
 
+/// A magnetometer driver's error.
+pub trait Error: core::fmt::Debug {
+    /// What kind of error it is.
+    fn kind(&self) -> ErrorKind;
+}
+
+impl Error for ErrorKind {
+    fn kind(&self) -> ErrorKind {
+        *self
+    }
+}
+
+/// Never made: the error of `()`, a magnetometer that is not on board.
+impl Error for core::convert::Infallible {
+    fn kind(&self) -> ErrorKind {
+        match *self {}
+    }
+}
+
+/// The error of a magnetometer.
+pub trait ErrorType {
+    /// Error type.
+    type Error: Error;
+}
+
+impl<S: ErrorType + ?Sized> ErrorType for &mut S {
+    type Error = S::Error;
+}
+
 /// A sensor of the magnetic field.
-pub trait Magnetometer {
+pub trait Magnetometer: ErrorType {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///
     /// # Errors
-    /// [`MagnetometerError::Saturated`] beyond the sensor's range, [`MagnetometerError::Timeout`] or
-    /// [`MagnetometerError::Bus`] when the hardware fails.
-    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, MagnetometerError>;
+    /// [`ErrorKind::Saturated`] beyond the sensor's range, [`ErrorKind::Timeout`] or
+    /// [`ErrorKind::Bus`] when the hardware fails.
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error>;
+}
+
+impl<S: Magnetometer + ?Sized> Magnetometer for &mut S {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error> {
+        S::magnetic_field(self)
+    }
+}
+
+impl ErrorType for () {
+    type Error = core::convert::Infallible;
+}
+
+/// None on board: there is never a reading.
+impl Magnetometer for () {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error> {
+        Ok(None)
+    }
 }

@@ -2,11 +2,13 @@
 //!
 //! Asked once a second. Body axes are those of the Earth path: x along +x px, y along +y px, z out along its line of sight.
 
+use crate::clock::LocalTime;
+
 /// A reading of the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngularRate {
-    /// Middle of the time it was taken over: Terrestrial Time, microseconds since J2000.0.
-    pub instant_us: i64,
+    /// Middle of the time it was taken over.
+    pub instant: LocalTime,
     /// Rate of the body against inertial space about its x, y, z axes, rad/s, as the sensor has it: bias, scale and
     /// alignment are not corrected.
     pub rad_s: [f32; 3],
@@ -14,7 +16,8 @@ pub struct AngularRate {
 
 /// Why a rate sensor did not deliver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RateSensorError {
+#[non_exhaustive]
+pub enum ErrorKind {
     /// An axis turns faster than the sensor can tell.
     Saturated,
     /// The sensor did not answer in time.
@@ -23,12 +26,58 @@ pub enum RateSensorError {
     Bus,
 }
 
+/// A rate sensor driver's error.
+pub trait Error: core::fmt::Debug {
+    /// What kind of error it is.
+    fn kind(&self) -> ErrorKind;
+}
+
+impl Error for ErrorKind {
+    fn kind(&self) -> ErrorKind {
+        *self
+    }
+}
+
+/// Never made: the error of `()`, a rate sensor that is not on board.
+impl Error for core::convert::Infallible {
+    fn kind(&self) -> ErrorKind {
+        match *self {}
+    }
+}
+
+/// The error of a rate sensor.
+pub trait ErrorType {
+    /// Error type.
+    type Error: Error;
+}
+
+impl<S: ErrorType + ?Sized> ErrorType for &mut S {
+    type Error = S::Error;
+}
+
 /// A sensor that tells how fast the body turns.
-pub trait RateSensor {
+pub trait RateSensor: ErrorType {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///
     /// # Errors
-    /// [`RateSensorError::Saturated`] beyond the sensor's range, [`RateSensorError::Timeout`] or
-    /// [`RateSensorError::Bus`] when the hardware fails.
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError>;
+    /// [`ErrorKind::Saturated`] beyond the sensor's range, [`ErrorKind::Timeout`] or
+    /// [`ErrorKind::Bus`] when the hardware fails.
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error>;
+}
+
+impl<S: RateSensor + ?Sized> RateSensor for &mut S {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error> {
+        S::angular_rate(self)
+    }
+}
+
+impl ErrorType for () {
+    type Error = core::convert::Infallible;
+}
+
+/// None on board: there is never a reading.
+impl RateSensor for () {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error> {
+        Ok(None)
+    }
 }

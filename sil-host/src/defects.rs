@@ -106,10 +106,7 @@ impl DefectsFile {
         // Checked when it was read.
         let table = Defects::open(&self.bytes).map_err(|_| self.other(name, geometry))?;
         let mut mended = Mended::new(&mut picture, table).map_err(|_| self.other(name, geometry))?;
-        mended
-            .expose(EXPOSURE_US)
-            .and_then(|()| mended.read(geometry.whole(), &mut pixels))
-            .map_err(fault)?;
+        mended.expose(EXPOSURE_US).and_then(|_| mended.read(geometry.whole(), &mut pixels)).map_err(fault)?;
         Ok(Picture::from_pixels(geometry, pixels).unwrap_or(picture))
     }
 

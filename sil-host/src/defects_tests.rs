@@ -39,7 +39,7 @@ fn scene(defects: bool, quaternion: [f64; 4], stars: &[WorldStar]) -> Scene {
     Scene::new(settings, stars).unwrap()
 }
 
-fn whole(detector: &mut impl Detector) -> Vec<u16> {
+fn whole(detector: &mut impl Detector<Error = DetectorError>) -> Vec<u16> {
     let window = detector.geometry().whole();
     let mut pixels = vec![0; window.area()];
     detector.read(window, &mut pixels).unwrap();
@@ -90,7 +90,13 @@ impl Outcome {
     }
 
     /// Scans what the detector shows of a scene's sky, identifies it, and holds both against the truth.
-    fn take(&mut self, detector: &mut impl Detector, scene: &Scene, solver: &mut Solver, method: Method) {
+    fn take(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        scene: &Scene,
+        solver: &mut Solver,
+        method: Method,
+    ) {
         let (mut buffer, mut detections) = (Box::new([0; TILE_PIXELS]), Detections::new());
         scan(detector, &mut buffer, method, &mut detections).unwrap();
         let spots: Vec<_> =
@@ -201,13 +207,21 @@ struct Lit {
 
 const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
 
+impl fsw_hal::detector::ErrorType for Lit {
+    type Error = DetectorError;
+}
+
 impl Detector for Lit {
     fn geometry(&self) -> DetectorGeometry {
         GEOMETRY
     }
 
-    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _: u32) -> Result<(), DetectorError> {
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        Ok(fsw_hal::LocalTime::default())
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
@@ -300,7 +314,12 @@ impl Lit {
 }
 
 /// Square of the distance from a place to the nearest spot within 3 px.
-fn nearest(detector: &mut impl Detector, window: Window, method: Method, at: [f64; 2]) -> Option<f64> {
+fn nearest(
+    detector: &mut impl Detector<Error = DetectorError>,
+    window: Window,
+    method: Method,
+    at: [f64; 2],
+) -> Option<f64> {
     let (mut detections, mut buffer) = (Detections::new(), [0; TILE_PIXELS]);
     read_stars(detector, window, &mut buffer, method, &mut detections).unwrap();
     let square = |[x, y]: [f32; 2]| (f64::from(x) - at[0]).powi(2) + (f64::from(y) - at[1]).powi(2);

@@ -1,12 +1,12 @@
 //! Frames recorded for the emulated target, and their replay on the host.
 //!
-//! All numbers are little-endian. A 16-byte header, then the frames: the instant (i64, TT, microseconds since J2000.0) and
-//! the pixels row by row, a `u16` each:
+//! All numbers are little-endian. A 16-byte header, then the frames: local time (i64, microseconds since power-on) and Terrestrial
+//! Time (i64, microseconds since J2000.0) of the middle of the exposure, and the pixels row by row, a `u16` each:
 //!
 //! | byte | what |
 //! |---|---|
 //! | 0 | magic `SXTF` |
-//! | 4 | version, u16, 2 |
+//! | 4 | version, u16, 3 |
 //! | 6 | width, u16, px |
 //! | 8 | height, u16, px |
 //! | 10 | bits, u8 |
@@ -18,7 +18,7 @@
 
 use crate::error::{io_words, one_line};
 use crate::picture::{check_request, copy_window};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -26,11 +26,11 @@ use std::path::{Path, PathBuf};
 /// The first four bytes of a file of frames.
 pub const MAGIC: [u8; 4] = *b"SXTF";
 /// The version written and read.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
 /// Length of the header, bytes.
 pub const HEADER_BYTES: usize = 16;
-/// Length of a frame's instant, bytes.
-const INSTANT_BYTES: usize = 8;
+/// Length of a frame's two times, bytes.
+const INSTANT_BYTES: usize = 16;
 
 /// What is wrong with a file of frames.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -69,41 +69,39 @@ impl FramesWriter {
         Ok(writer)
     }
 
-    /// Appends a whole frame, row by row, taken at `instant_us` (TT, microseconds since J2000.0).
+    /// Appends a whole frame, row by row, taken at `instant`.
     ///
     /// # Errors
     /// When the frame has another size than the detector or the file cannot be written.
-    pub fn push(&mut self, instant_us: i64, frame: &[u16]) -> Result<(), FramesFileError> {
+    pub fn push(&mut self, instant: Instant, frame: &[u16]) -> Result<(), FramesFileError> {
         if frame.len() != self.geometry.whole().area() {
             let what =
                 format!("a frame of {} px for a detector of {}", frame.len(), self.geometry.whole().area());
             return Err(fault(&self.path, what, "write whole frames"));
         }
-        self.write(&instant_us.to_le_bytes())?;
+        self.write(&instant.local.as_us().to_le_bytes())?;
+        self.write(&instant.terrestrial_us.unwrap_or(NOT_SYNCHRONISED).to_le_bytes())?;
         let bytes: Vec<u8> = frame.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.write(&bytes)?;
         self.count += 1;
         Ok(())
     }
 
-    /// Exposes `detector` and appends its whole frame as that of `instant_us`.
+    /// Exposes `detector` and appends its whole frame as that of `instant`.
     ///
     /// # Errors
     /// When the detector fails or [`Self::push`] does.
-    pub fn record<D: Detector>(
+    pub fn record<D: Detector<Error = DetectorError>>(
         &mut self,
         detector: &mut D,
-        instant_us: i64,
+        instant: Instant,
         exposure_us: u32,
     ) -> Result<(), FramesFileError> {
         let mut frame = vec![0; self.geometry.whole().area()];
-        detector
-            .expose(exposure_us)
-            .and_then(|()| detector.read(self.geometry.whole(), &mut frame))
-            .map_err(|e| {
-                fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time")
-            })?;
-        self.push(instant_us, &frame)
+        detector.expose(exposure_us).and_then(|_| detector.read(self.geometry.whole(), &mut frame)).map_err(
+            |e| fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time"),
+        )?;
+        self.push(instant, &frame)
     }
 
     /// Writes the count and closes the file; gives the number of frames.
@@ -195,11 +193,14 @@ impl Recording {
         Ok(Self { geometry, data: bytes, second: 0, exposed: None })
     }
 
-    /// Instant and pixels of frame `index`, as in the file.
-    fn frame(&self, index: usize) -> Option<(i64, &[u8])> {
+    /// Times and pixels of frame `index`, as in the file.
+    fn frame(&self, index: usize) -> Option<(Instant, &[u8])> {
         let mut frames = self.data.chunks_exact(frame_bytes(&self.geometry));
-        let (instant, pixels) = frames.nth(index)?.split_first_chunk()?;
-        Some((i64::from_le_bytes(*instant), pixels))
+        let (local, rest) = frames.nth(index)?.split_first_chunk()?;
+        let (terrestrial, pixels) = rest.split_first_chunk()?;
+        let terrestrial_us = i64::from_le_bytes(*terrestrial);
+        let terrestrial_us = (terrestrial_us != NOT_SYNCHRONISED).then_some(terrestrial_us);
+        Some((Instant { local: LocalTime::from_us(i64::from_le_bytes(*local)), terrestrial_us }, pixels))
     }
 
     /// Number of frames.
@@ -212,14 +213,18 @@ impl Recording {
         self.data.is_empty()
     }
 
-    /// Turns to a second (past the last frame the last stays) and gives its instant, TT, microseconds since J2000.0.
-    pub fn turn_to(&mut self, second: usize) -> i64 {
+    /// Turns to a second (past the last frame the last stays) and gives its times.
+    pub fn turn_to(&mut self, second: usize) -> Instant {
         self.second = second.min(self.len().saturating_sub(1));
-        self.frame(self.second).map_or(0, |(instant_us, _)| instant_us)
+        let none = Instant { local: LocalTime::default(), terrestrial_us: None };
+        self.frame(self.second).map_or(none, |(instant, _)| instant)
     }
 }
 
-/// Length of a frame in the file: its instant and its pixels.
+/// Terrestrial Time of a frame that was taken without one.
+const NOT_SYNCHRONISED: i64 = i64::MIN;
+
+/// Length of a frame in the file: its times and its pixels.
 fn frame_bytes(geometry: &DetectorGeometry) -> usize {
     INSTANT_BYTES + 2 * geometry.whole().area()
 }
@@ -229,17 +234,26 @@ fn pixels(bytes: &[u8]) -> impl Iterator<Item = u16> {
     bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
 }
 
+impl fsw_hal::detector::ErrorType for Recording {
+    type Error = DetectorError;
+}
+
 impl Detector for Recording {
     fn geometry(&self) -> DetectorGeometry {
         self.geometry
     }
 
     /// The exposure time is that of the recording; any is accepted.
-    fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
         if self.exposed.as_ref().is_none_or(|(second, _)| *second != self.second) {
             self.exposed = self.frame(self.second).map(|(_, bytes)| (self.second, pixels(bytes).collect()));
         }
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        let (second, _) = self.exposed.as_ref().ok_or(DetectorError::NotExposed)?;
+        Ok(self.frame(*second).ok_or(DetectorError::NotExposed)?.0.local)
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
@@ -256,12 +270,16 @@ mod tests {
 
     const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 3, height_px: 2, bits: 10 };
 
+    fn instant(us: i64) -> Instant {
+        Instant::new(LocalTime::from_us(us + 40), us)
+    }
+
     fn written(name: &str) -> PathBuf {
         let path = std::env::temp_dir().join(format!("sextant-{}-{name}.sxtf", std::process::id()));
         let mut writer = FramesWriter::create(&path, GEOMETRY).unwrap();
-        writer.push(-7, &[0, 1, 2, 3, 4, 5]).unwrap();
-        writer.push(1_000_000, &[10, 11, 12, 13, 14, 1023]).unwrap();
-        assert!(writer.push(0, &[1]).is_err());
+        writer.push(instant(-7), &[0, 1, 2, 3, 4, 5]).unwrap();
+        writer.push(instant(1_000_000), &[10, 11, 12, 13, 14, 1023]).unwrap();
+        assert!(writer.push(instant(0), &[1]).is_err());
         assert_eq!(writer.finish(), Ok(2));
         path
     }
@@ -270,8 +288,8 @@ mod tests {
     fn the_bytes_are_those_of_the_table() {
         let path = written("bytes");
         let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(&bytes[..16], b"SXTF\x02\0\x03\0\x02\0\x0a\0\x02\0\0\0");
-        assert_eq!((bytes.len(), &bytes[54..]), (56, &[0xff, 0x03][..]));
+        assert_eq!(&bytes[..16], b"SXTF\x03\0\x03\0\x02\0\x0a\0\x02\0\0\0");
+        assert_eq!((bytes.len(), &bytes[70..]), (72, &[0xff, 0x03][..]));
         std::fs::remove_file(path).unwrap();
     }
 
@@ -285,8 +303,8 @@ mod tests {
         let seconds =
             [(0, -7, [1, 2, 4, 5]), (1, 1_000_000, [11, 12, 14, 1023]), (9, 1_000_000, [11, 12, 14, 1023])];
         for (second, instant_us, expected) in seconds {
-            assert_eq!(recording.turn_to(second), instant_us);
-            recording.expose(1000).unwrap();
+            assert_eq!(recording.turn_to(second), instant(instant_us));
+            assert_eq!(recording.expose(1000), Ok(instant(instant_us).local));
             recording.read(window, &mut pixels).unwrap();
             assert_eq!(pixels, expected);
         }

@@ -147,15 +147,23 @@ impl Picture {
     }
 }
 
+impl fsw_hal::detector::ErrorType for Picture {
+    type Error = DetectorError;
+}
+
 impl Detector for Picture {
     fn geometry(&self) -> DetectorGeometry {
         self.geometry
     }
 
     /// A picture has been exposed long ago; any time is accepted.
-    fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
         self.exposed = true;
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        Ok(fsw_hal::LocalTime::default())
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

@@ -25,7 +25,7 @@ use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
-use fsw_hal::{Detector, DetectorGeometry, Instant};
+use fsw_hal::{Detector, DetectorGeometry, Instant, LocalTime};
 use mission::Flight;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -78,9 +78,9 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     })?;
     let seconds = recording.len();
     let fly = |second: usize| {
-        let clock = &mut Instant(recording.turn_to(second));
+        let clock = &mut recording.turn_to(second);
         sensor.cycle(
-            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor: None },
+            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor: &mut () },
             Command::Continue,
         )
     };
@@ -133,7 +133,9 @@ fn record_picture(
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
     record(picture.geometry(), parameters, folder, |writer| {
         for second in 0..seconds {
-            writer.record(picture, i64::from(second) * 1_000_000, parameters.imaging.exposure_us)?;
+            let us = i64::from(second) * 1_000_000;
+            let instant = Instant::new(LocalTime::from_us(us), us);
+            writer.record(picture, instant, parameters.imaging.exposure_us)?;
         }
         Ok(())
     })

@@ -4,7 +4,9 @@ use crate::run::harness::truth_of;
 use crate::scenario::Scenario;
 use crate::world::attitude::apply;
 use crate::world::noise::{Noise, Stream};
-use fsw_core::telemetry::{AttitudeReport, EarthReport, EarthStatus, Event, OrbitReport, Report, Status};
+use fsw_core::telemetry::{
+    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, OrbitReport, Report, Status,
+};
 
 /// A report of a sensor whose errors are Gaussian with the sigmas it reports; `decay` shrinks those of the orbit.
 fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay: f64) -> Report {
@@ -21,7 +23,10 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
         [nadir[0] + draw(3) * 8.0, nadir[1] + draw(4) * 8.0, nadir[2]].map(|c| (c / distance) as f32);
     Report {
         cycle,
-        instant_us: truth.instant_us,
+        local_us: i64::from(cycle) * 1_000_000,
+        instant_us: Some(truth.instant_us),
+        clock: ClockState::Synchronised,
+        clock_fault: None,
         mode,
         status: if cycle == 0 { Status::Identified } else { Status::Tracked },
         attitude: (!sun).then_some(AttitudeReport {

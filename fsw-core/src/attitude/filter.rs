@@ -1,8 +1,7 @@
 //! The attitude filter: attitude and rate from one image after the other, and where the sensor points next.
 //!
-//! In: attitudes with their sigmas, each of a cycle (second), or single stars where there are too few for one; where there is
-//! a rate sensor, its readings. Out: attitude, rate and their sigmas in that cycle or a later one. Star path's frame, rad,
-//! rad/s.
+//! In: attitudes with their sigmas, each of an instant, or single stars where there are too few for one; where there is a rate
+//! sensor, its readings. Out: attitude, rate and their sigmas at that instant or a later one. Star path's frame, rad, rad/s.
 //!
 //! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is a rotation `exp(-[δ×]) A`, whose
 //! error `δ` every image gives back to it. The rate is `ω = reading + x₁`: without a rate sensor the reading is 0 and `x₁` the
@@ -26,10 +25,15 @@ use super::VectorPair;
 use super::covariance::Information;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::parameters::table::parameter_group;
+use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
 /// Attitudes farther apart than this give no rate, s: the rotation between them must be the short way round.
-pub const MAX_RATE_BASE_S: u32 = 10;
+pub const MAX_RATE_BASE_S: f32 = 10.0;
+/// ... and so near to each other their noise would be taken for a rate, s.
+const MIN_RATE_BASE_S: f32 = 0.05;
+/// Longest time over which the state is propagated in one step, s: an hour, beyond which no rate observed is of use.
+const MAX_STEP_S: f32 = 3600.0;
 /// Largest angle over which an attitude is carried in one step, rad.
 const MAX_ANGLE_RAD: f32 = 1.5;
 /// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of all
@@ -44,7 +48,7 @@ const SHRINKS: (f32, f32) = (1.2, 0.9);
 /// Normalised innovation squared, 3 degrees of freedom, that noise does not reach: chance 1e-8.
 const SURPRISE: f32 = 40.0;
 /// What the rate changes by in the first second of a sensor of which nothing is known: 1 arcsec/s.
-const FIRST_AGILITY_RAD: f32 = 4.8e-6;
+const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;
 /// Variances are kept in mrad², so that f32 has digits and range to spare.
 const MRAD: f32 = 1e3;
 
@@ -73,10 +77,10 @@ parameter_group! {
 #[derive(Clone, Copy, Debug)]
 pub struct Filter<const BLOCKS: usize> {
     attitude: Rotation<Icrs, StarPath>,
-    /// Cycle to which the state has been carried.
-    cycle: u32,
-    /// Cycle of the last attitude observed.
-    observed: u32,
+    /// Instant of the state.
+    instant: LocalTime,
+    /// Instant of the last attitude observed.
+    observed: LocalTime,
     /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
     states: [Vector3<f32>; BLOCKS],
     /// mrad, s.
@@ -89,7 +93,7 @@ pub struct Filter<const BLOCKS: usize> {
     reading: Vector3<f32>,
     sensor: Option<RateSensorNoise>,
     /// Spectral density of the noise that drives the last state, mrad² / s^(2 BLOCKS - 1).
-    agility: f32,
+    process_noise_psd: f32,
     /// Mean square of the normalised innovations, a degree of freedom.
     consistency: f32,
 }
@@ -167,18 +171,18 @@ impl Turn {
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// A first attitude; the rate is not known.
-    pub fn begin(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], cycle: u32) -> Self {
+    pub fn begin(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) -> Self {
         let mut filter = Self {
             attitude,
-            cycle,
-            observed: cycle,
+            instant,
+            observed: instant,
             states: [Vector3::zeros(); BLOCKS],
             covariance: Covariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
             variance: squares(&Vector3::from(sigma_rad)),
             rated: false,
             reading: Vector3::zeros(),
             sensor: None,
-            agility: square(FIRST_AGILITY_RAD),
+            process_noise_psd: square(FIRST_PROCESS_NOISE_RAD),
             consistency: 1.0,
         };
         filter.covariance.put(0, 0, Matrix3::from_diagonal(&filter.variance));
@@ -193,13 +197,18 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         self.covariance.put(0, RATE, Matrix3::zeros());
         self.covariance.put(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
-        self.agility = square(noise.walk_rad_s);
+        self.process_noise_psd = square(noise.walk_rad_s);
         self
     }
 
-    /// Carries the state to `cycle` with what the rate sensor told of the second before it, rad/s. Where it is silent its last reading
-    /// becomes the rate, and the filter goes on as without one.
-    pub fn hear(&mut self, cycle: u32, noise: RateSensorNoise, reading_rad_s: Option<Vector3<f32>>) {
+    /// Propagates the state to `instant` with what the rate sensor told of the time before it, rad/s. Where it is silent its last
+    /// reading becomes the rate, and the filter goes on as without one.
+    pub fn propagate_gyro(
+        &mut self,
+        instant: LocalTime,
+        noise: RateSensorNoise,
+        reading_rad_s: Option<Vector3<f32>>,
+    ) {
         match (reading_rad_s, self.sensor) {
             (Some(_), None) => *self = self.with_rate_sensor(noise),
             (None, Some(noise)) => {
@@ -207,19 +216,19 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 self.add(RATE, &rate);
                 let white = Matrix3::from_diagonal_element(square(noise.white_rad));
                 self.covariance.put(RATE, RATE, self.covariance.at(RATE, RATE) + white);
-                (self.sensor, self.agility) = (None, square(FIRST_AGILITY_RAD));
+                (self.sensor, self.process_noise_psd) = (None, square(FIRST_PROCESS_NOISE_RAD));
             }
             _ => {}
         }
         if reading_rad_s.is_some() {
-            self.carry(cycle, reading_rad_s);
+            self.carry(instant, reading_rad_s);
         }
     }
 
     /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a second, which covers
     /// the changing rate of a nadir law in a low orbit of e = 0.001 through ten minutes of blindness, and 40 arcsec/s. Of the
     /// acceleration: a tenth in a second.
-    fn agilities() -> (f32, f32) {
+    fn process_noise_limits() -> (f32, f32) {
         const LEAST_RAD: f32 = 3.4e-8;
         const GREATEST_RAD: f32 = 2e-4;
         if BLOCKS > 2 {
@@ -229,9 +238,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Cycles since an attitude was observed.
-    pub fn age(&self, cycle: u32) -> u32 {
-        cycle.wrapping_sub(self.observed)
+    /// Microseconds from the last attitude observed to `instant`.
+    pub fn age_us(&self, instant: LocalTime) -> i64 {
+        instant.us_since(self.observed)
     }
 
     /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate sensor.
@@ -242,27 +251,28 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             .then(|| Rate { rad_s: self.reading + self.state(RATE), sigma_rad_s: self.sigma(&variance) })
     }
 
-    /// Attitude and standard deviations, rad, in a later cycle; `None` without a rate, or when it would have to be carried too
-    /// far in one step.
+    /// Attitude and standard deviations, rad, at a later instant; `None` without a rate, for an earlier instant, beyond
+    /// [`MAX_STEP_S`] and [`MAX_ANGLE_RAD`].
     #[inline(never)]
-    pub fn at(&self, cycle: u32) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
+    pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
-        then.carry(cycle, None).then(|| {
+        then.carry(instant, None).then(|| {
             let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
             (then.attitude, then.sigma(&variance).into())
         })
     }
 
-    /// Carries the state to `cycle`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
+    /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
     /// `false`, and nothing changes, where [`Filter::at`] gives nothing.
     #[inline(never)]
-    pub fn carry(&mut self, cycle: u32, reading_rad_s: Option<Vector3<f32>>) -> bool {
-        let elapsed = cycle.wrapping_sub(self.cycle) as f32;
+    pub fn carry(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
+        let elapsed = seconds(instant.us_since(self.instant));
         let reading = reading_rad_s.unwrap_or(self.reading);
-        let Some(turn) = self.turn(&reading, elapsed).filter(|_| self.rated) else { return false };
+        let usable = self.rated && (0.0..=MAX_STEP_S).contains(&elapsed);
+        let Some(turn) = self.turn(&reading, elapsed).filter(|_| usable) else { return false };
         self.attitude = self.attitude.turned(&turn.angle);
         self.spread(&turn, elapsed);
-        (self.cycle, self.reading) = (cycle, reading);
+        (self.instant, self.reading) = (instant, reading);
         true
     }
 
@@ -297,8 +307,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                     sum + passed(column, k, halfway.at(row, k).transpose()).transpose()
                 });
                 let (a, b) = (BLOCKS - 1 - row, BLOCKS - 1 - column);
-                let noise =
-                    self.agility * power(elapsed, a) * power(elapsed, b) * elapsed / (a + b + 1) as f32;
+                let noise = self.process_noise_psd * power(elapsed, a) * power(elapsed, b) * elapsed
+                    / (a + b + 1) as f32;
                 self.covariance.put(row, column, carried + Matrix3::from_diagonal_element(noise));
             }
         }
@@ -319,32 +329,32 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Takes in the attitude of a later cycle.
-    pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], cycle: u32) {
-        let elapsed = cycle.wrapping_sub(self.observed);
+    /// Takes in the attitude of a later instant; one of an earlier instant begins the filter anew.
+    pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) {
+        let elapsed_s = seconds(instant.us_since(self.observed));
         let mut then = *self;
-        let carried = then.carry(cycle, None);
+        let carried = then.carry(instant, None);
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
         if carried && then.correct_all(&innovation, &variance) {
-            then.observed = cycle;
+            then.observed = instant;
             *self = then;
         } else {
             let anew = Self {
                 sensor: self.sensor,
                 reading: self.reading,
-                ..Self::begin(attitude, sigma_rad, cycle)
+                ..Self::begin(attitude, sigma_rad, instant)
             };
-            *self = anew.after(&then, &innovation, elapsed);
+            *self = anew.after(&then, &innovation, elapsed_s);
         }
     }
 
-    /// Takes in a single star of a later cycle: what it says across its direction. `false`, and nothing changes, where the
+    /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing changes, where the
     /// filter cannot be carried there or the star stands where it does not expect it.
     #[inline(never)]
-    pub fn observe_star(&mut self, star: &VectorPair, cycle: u32) -> bool {
+    pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
-        if !then.carry(cycle, None) {
+        if !then.carry(instant, None) {
             return false;
         }
         let expected = then.attitude.apply(&star.reference);
@@ -368,7 +378,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
         then.variance = then.variance.sup(&coloured);
-        then.observed = cycle;
+        then.observed = instant;
         *self = then;
         true
     }
@@ -404,7 +414,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if nis.is_nan() || nis >= SURPRISE {
             return false;
         }
-        self.learn(nis / freedom);
+        self.update_process_noise(nis / freedom);
         let before = self.covariance;
         for row in 0..BLOCKS {
             let gain = product(&before.at(row, 0), inverse);
@@ -430,7 +440,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     }
 
     /// Adapts the noise to the innovations.
-    fn learn(&mut self, square: f32) {
+    fn update_process_noise(&mut self, square: f32) {
         self.consistency += (square - self.consistency) * (1.0 / MEMORY);
         if self.sensor.is_some() {
             return;
@@ -440,15 +450,15 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             below if below < SHRINKS.0 => SHRINKS.1,
             _ => 1.0,
         };
-        let (least, greatest) = Self::agilities();
-        self.agility = (self.agility * factor).clamp(least, greatest);
+        let (least, greatest) = Self::process_noise_limits();
+        self.process_noise_psd = (self.process_noise_psd * factor).clamp(least, greatest);
     }
 
     /// A new beginning after a state of which no noise explains the innovation.
-    fn after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: u32) -> Self {
-        let per_second = 1.0 / elapsed_s.max(1) as f32;
+    fn after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
+        let per_second = 1.0 / elapsed_s.max(MIN_RATE_BASE_S);
         let rate = innovation * per_second;
-        if (1..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
+        if (MIN_RATE_BASE_S..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
             self.add(RATE, &(before.state(RATE) + rate));
             self.covariance.put(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
             let both = (self.variance + before.variance) * (per_second * per_second);
@@ -456,7 +466,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             self.rated = true;
         } else if before.rated {
             // After a longer gap the old rate is as good as any over that gap.
-            let changed = Matrix3::from_diagonal_element(square(FIRST_AGILITY_RAD) * elapsed_s as f32);
+            let changed = Matrix3::from_diagonal_element(
+                square(FIRST_PROCESS_NOISE_RAD) * elapsed_s.clamp(0.0, MAX_STEP_S),
+            );
             self.add(RATE, &before.state(RATE));
             self.covariance.put(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
             self.rated = true;
@@ -465,8 +477,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             self.covariance.put(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
         }
         if before.rated && self.sensor.is_none() {
-            let (least, greatest) = Self::agilities();
-            self.agility = (square(rate.norm()) * per_second).clamp(least, greatest);
+            let (least, greatest) = Self::process_noise_limits();
+            self.process_noise_psd = (square(rate.norm()) * per_second).clamp(least, greatest);
         }
         self
     }
@@ -476,6 +488,11 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let scale = self.consistency.max(1.0);
         variance.map(|variance| libm::sqrtf(variance * scale) * (1.0 / MRAD))
     }
+}
+
+/// Microseconds as seconds.
+pub(crate) fn seconds(us: i64) -> f32 {
+    us as f32 / 1e6
 }
 
 /// A standard deviation in rad as a variance in mrad².

@@ -69,7 +69,7 @@ impl Look<'_> {
     #[inline(never)]
     pub fn search(
         &self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         room: &mut Room,
     ) -> Result<Result<(EarthFix, View), Refusal>, DetectorError> {
         search::search(detector, room.buffer, self.parameters, room.points)?;
@@ -101,7 +101,7 @@ impl Look<'_> {
     #[inline(never)]
     pub fn read_strips(
         &self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         view: &View,
         variance: &HeightVariance,
         choice: &Choice,
@@ -114,7 +114,7 @@ impl Look<'_> {
     #[inline]
     fn read_strips_by(
         &self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         view: &View,
         variance: &HeightVariance,
         choice: &Choice,
@@ -205,7 +205,11 @@ pub struct Found {
 ///
 /// # Errors
 /// Of the detector.
-pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> Result<Found, DetectorError> {
+pub fn anywhere(
+    look: &Look,
+    detector: &mut impl Detector<Error = DetectorError>,
+    room: &mut Room,
+) -> Result<Found, DetectorError> {
     if look.body.knows_sun() {
         anywhere_by(look, detector, room, limb::crossing)
     } else {
@@ -219,7 +223,7 @@ pub fn anywhere(look: &Look, detector: &mut impl Detector, room: &mut Room) -> R
 /// Of the detector.
 pub fn anywhere_by(
     look: &Look,
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     room: &mut Room,
     crossing: impl limb::Crossing,
 ) -> Result<Found, DetectorError> {

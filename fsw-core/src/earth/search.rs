@@ -224,7 +224,7 @@ impl<'a> Thinned<'a> {
 
 /// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector,
 /// whether it is a row, its number and its pixels.
-pub(super) fn each_line<D: Detector>(
+pub(super) fn each_line<D: Detector<Error = DetectorError>>(
     detector: &mut D,
     buffer: &mut [u16],
     [first, step]: [u16; 2],
@@ -251,7 +251,7 @@ pub(super) fn each_line<D: Detector>(
 /// # Errors
 /// Of the detector, at the first line that fails; [`DetectorError::BufferLength`] for a short buffer.
 pub fn search(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16],
     parameters: &EarthParameters,
     points: &mut Points,

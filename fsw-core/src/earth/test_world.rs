@@ -228,13 +228,21 @@ pub struct Picture {
     pub pixels: Vec<u16>,
 }
 
+impl fsw_hal::detector::ErrorType for Picture {
+    type Error = DetectorError;
+}
+
 impl Detector for Picture {
     fn geometry(&self) -> DetectorGeometry {
         GEOMETRY
     }
 
-    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _: u32) -> Result<(), DetectorError> {
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        Ok(fsw_hal::LocalTime::default())
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

@@ -78,7 +78,7 @@ fn place(window: Window, [x, y]: [u16; 2]) -> Option<usize> {
     inside.then_some(usize::from(down) * usize::from(window.width) + usize::from(right))
 }
 
-impl<'a, D: Detector> Mended<'a, D> {
+impl<'a, D: Detector<Error = DetectorError>> Mended<'a, D> {
     /// `detector` without `defects`.
     ///
     /// # Errors
@@ -127,13 +127,21 @@ impl<'a, D: Detector> Mended<'a, D> {
     }
 }
 
-impl<D: Detector> Detector for Mended<'_, D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for Mended<'_, D> {
+    type Error = DetectorError;
+}
+
+impl<D: Detector<Error = DetectorError>> Detector for Mended<'_, D> {
     fn geometry(&self) -> DetectorGeometry {
         self.detector.geometry()
     }
 
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
-        self.detector.expose(exposure_us)
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        self.detector.start_exposure(exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        self.detector.finish_exposure()
     }
 
     /// Reads, takes offsets off, replaces bad pixels. Work is bounded by the window: its rows, its bad pixels, its columns.

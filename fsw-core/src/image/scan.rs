@@ -124,7 +124,7 @@ fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
 /// # Errors
 /// Of the detector; a window that [`condition`] cannot serve gives [`DetectorError::BufferLength`].
 pub fn read_stars<'m>(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
     method: impl Into<Method<'m>>,
@@ -136,7 +136,7 @@ pub fn read_stars<'m>(
 
 /// [`read_stars`] at the cost of `allowance`.
 fn read_stars_within(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
     method: &Method,
@@ -175,7 +175,10 @@ fn read_stars_within(
 }
 
 /// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the detector.
-fn quiet_noise(detector: &mut impl Detector, buffer: &mut [u16; TILE_PIXELS]) -> Result<i32, DetectorError> {
+fn quiet_noise(
+    detector: &mut impl Detector<Error = DetectorError>,
+    buffer: &mut [u16; TILE_PIXELS],
+) -> Result<i32, DetectorError> {
     let geometry = detector.geometry();
     let [columns, rows] = SURVEY;
     let mut noise: heapless::Vec<i32, { SURVEY[0] as usize * SURVEY[1] as usize }> = heapless::Vec::new();
@@ -210,7 +213,7 @@ pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
 /// # Errors
 /// Of the detector, at the first window that fails.
 pub fn scan<'m>(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
     method: impl Into<Method<'m>>,
     detections: &mut Detections,

@@ -27,10 +27,17 @@ fn machine(mode: Mode) -> Modes {
 
 /// Modes after each of the seconds.
 fn after(mode: Mode, seconds: &[Seen]) -> Vec<Mode> {
+    after_steps(mode, seconds, 1_000_000)
+}
+
+/// The same where the seconds are `step_us` apart.
+fn after_steps(mode: Mode, seconds: &[Seen], step_us: i64) -> Vec<Mode> {
     let mut modes = machine(mode);
+    let mut now = LocalTime::from_us(77);
     let step = |seen: &Seen| {
         let before = modes.mode();
-        let guard = modes.next(seen, &PARAMETERS);
+        now = now.plus_us(step_us);
+        let guard = modes.next(now, seen, &PARAMETERS);
         assert_eq!(guard.is_some(), before != modes.mode(), "a guard is told exactly when the mode changes");
         modes.mode()
     };
@@ -113,4 +120,15 @@ fn no_sequence_of_seconds_is_stuck_for_ever() {
     for mode in [SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe] {
         assert_eq!(after(mode, &[LIT; 9]).last(), Some(&Tracking), "{mode:?}");
     }
+}
+
+#[test]
+fn time_outs_are_of_local_time_and_a_gap_counts_for_two_seconds() {
+    // Patience is 3 s: three calls, or six at half the time, or two about long gaps.
+    assert_eq!(after_steps(Tracking, &[NOTHING; 3], 1_040_000)[1..], [Tracking, Acquisition]);
+    assert_eq!(after_steps(Tracking, &[NOTHING; 3], 960_000)[1..], [Tracking, Acquisition]);
+    assert_eq!(after_steps(Tracking, &[NOTHING; 4], 500_000)[2..], [Tracking, Acquisition]);
+    assert_eq!(after_steps(Tracking, &[NOTHING; 2], 3_600_000_000), [Tracking, Acquisition]);
+    // A counter that goes backwards counts for nothing.
+    assert_eq!(after_steps(Tracking, &[NOTHING; 3], -5)[1..], [Tracking, Tracking]);
 }

@@ -280,14 +280,21 @@ impl OrbitFilter {
         self.known().is_some_and(|estimate| estimate.settled)
     }
 
-    /// Whether an orbit that never settled has gone round once since the fix of this time, the last that it accepted: had it been
-    /// right, there would have been another.
-    pub fn is_stale(&self, fixed_us: i64) -> bool {
+    /// Moves the epoch by a step of the clock: the satellite is where it was, only the name of the instant is another.
+    pub fn shift_epoch(&mut self, step_us: i64) {
+        let Some(estimate) = &mut self.estimate else { return };
+        estimate.state.time_us = estimate.state.time_us.saturating_add(step_us);
+        estimate.begun_us = estimate.begun_us.map(|begun_us| begun_us.saturating_add(step_us));
+    }
+
+    /// Whether an orbit that never settled has gone round once since the last fix that it accepted, `since_us` microseconds ago: had
+    /// it been right, there would have been another.
+    pub fn is_stale(&self, since_us: i64) -> bool {
         let Some(estimate) = self.known().filter(|estimate| !estimate.settled) else {
             return false;
         };
-        let OrbitState { time_us, position_km, .. } = &estimate.state;
-        let since_s = time_us.saturating_sub(fixed_us) as f64 / MICROSECONDS;
+        let OrbitState { position_km, .. } = &estimate.state;
+        let since_s = since_us as f64 / MICROSECONDS;
         let square_km2 = position_km.dot(position_km);
         // 4 pi² r³ / mu is the square of a circle's period.
         let period_s2 = FOUR_PI_SQUARED * square_km2 * libm::sqrt(square_km2) / MU_EARTH_KM3_S2;

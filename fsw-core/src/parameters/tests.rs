@@ -171,6 +171,13 @@ fn the_defaults_pass_and_give_their_camera() {
 }
 
 #[test]
+fn an_exposure_that_leaves_no_time_for_the_readout_is_refused() {
+    // 1024 rows of 100 us: 102.4 ms.
+    let with = |us| checked(|p| (p.imaging.row_time_ns, p.imaging.exposure_us) = (100_000, us));
+    assert_eq!((with(897_600), with(897_601)), (Ok(()), Err(ParameterError::ExposureBeyondSecond)));
+}
+
+#[test]
 fn a_value_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
     let places = || PLACES.iter().chain(GYRO_PLACES);
     for (name, low, high, integer) in bounds() {

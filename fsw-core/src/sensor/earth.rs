@@ -1,7 +1,7 @@
 //! The Earth's half of a second: limb, centre, position, orbit.
 
 use super::workspace::Readout;
-use super::{Instruments, Sensor, Sky};
+use super::{Ephemeris, Sensor};
 use crate::earth::centre::Expected;
 use crate::earth::look::{EVENLY, HeightVariance, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
@@ -11,7 +11,7 @@ use crate::orbit::covariance::inverse;
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Report, Status};
-use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
+use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
 
 /// Seconds in a row in which strips gave no centre, after which the whole detector is searched in one second.
@@ -54,9 +54,9 @@ enum Looked {
 
 impl Sensor<'_> {
     /// The Earth's shape, limb and light as the Earth path sees them with this attitude.
-    pub(super) fn body(&self, sky: &Sky, attitude: &Rotation<Icrs, StarPath>) -> Body {
+    pub(super) fn body(&self, ephemeris: &Ephemeris, attitude: &Rotation<Icrs, StarPath>) -> Body {
         let path = attitude.then(&self.star_to_earth);
-        Body::new(&path.apply(&sky.pole), Some(&path.apply(&sky.sun)), &self.parameters.earth)
+        Body::new(&path.apply(&ephemeris.pole), Some(&path.apply(&ephemeris.sun)), &self.parameters.earth)
     }
 
     /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it hides.
@@ -68,19 +68,20 @@ impl Sensor<'_> {
     #[inline(never)]
     pub(super) fn look_at_earth(
         &mut self,
-        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
-        sky: &Sky,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        ephemeris: &Ephemeris,
         attitude: &Rotation<Icrs, StarPath>,
         report: &mut Report,
     ) {
-        let body = self.body(sky, attitude);
-        match self.find_earth(instruments, &body, attitude) {
+        let body = self.body(ephemeris, attitude);
+        match self.find_earth(detector, meter, &body, attitude) {
             Ok(Looked::Found(fix)) => {
                 self.strip_misses = 0;
-                instruments.meter.begin(Stage::Orbit);
+                meter.begin(Stage::Orbit);
                 self.report_earth(&fix, report);
                 self.update_orbit(&fix, attitude, report);
-                instruments.meter.end(Stage::Orbit);
+                meter.end(Stage::Orbit);
             }
             Ok(Looked::Refused(refusal)) => {
                 self.strip_misses =
@@ -98,11 +99,11 @@ impl Sensor<'_> {
     #[inline(never)]
     fn find_earth(
         &mut self,
-        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
         body: &Body,
         attitude: &Rotation<Icrs, StarPath>,
     ) -> Result<Looked, DetectorError> {
-        let meter = &mut *instruments.meter;
         meter.begin(Stage::Limb);
         let predicted = self.prediction(body, attitude);
         let parameters = &self.parameters.earth;
@@ -125,14 +126,14 @@ impl Sensor<'_> {
         {
             let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: *covariance_km2 };
             let (look, mut room) = self.looking(body)?;
-            strips = look.read_strips(instruments.detector, view, &variance, &EVENLY, &mut room)?;
+            strips = look.read_strips(detector, view, &variance, &EVENLY, &mut room)?;
         }
         meter.end(Stage::Limb);
         let mut rough = None;
         // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
-            let searched = self.search(instruments.detector, body);
+            let searched = self.search(detector, body);
             meter.end(Stage::Search);
             match searched? {
                 Ok((read, expected)) => (strips, rough) = (read, expected),
@@ -168,7 +169,7 @@ impl Sensor<'_> {
     #[inline(never)]
     fn search(
         &mut self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         body: &Body,
     ) -> Result<Result<(Strips, Option<Expected>), Refusal>, DetectorError> {
         let (look, mut room) = self.looking(body)?;
@@ -229,7 +230,7 @@ impl Sensor<'_> {
     /// Takes the Earth's centre into the orbit (eq. 5.4).
     #[inline(never)]
     fn update_orbit(&mut self, fix: &EarthFix, attitude: &Rotation<Icrs, StarPath>, report: &mut Report) {
-        let Some(found) = report.attitude else { return };
+        let (Some(found), Some(instant_us)) = (report.attitude, report.instant_us) else { return };
         let [x, y, z] = found.sigma_rad.map(|sigma| sigma * sigma);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();
@@ -241,20 +242,19 @@ impl Sensor<'_> {
             position = position.without_aberration(&state.velocity_km_s);
         }
         let to_icrs = earth_to_icrs(attitude, &mounting);
-        let (nis, event) =
-            match self.orbit.update(report.instant_us, &position, &to_icrs, &self.parameters.orbit) {
-                Update::Begun => (None, None),
-                Update::Started => (None, Some(Event::OrbitStarted)),
-                Update::Restarted => (None, Some(Event::OrbitRestarted)),
-                Update::Accepted { nis } => (Some(nis), None),
-                Update::Rejected { nis } => (Some(nis), Some(Event::FixRejected)),
-                Update::Refused(_) => (None, Some(Event::FixRejected)),
-            };
+        let (nis, event) = match self.orbit.update(instant_us, &position, &to_icrs, &self.parameters.orbit) {
+            Update::Begun => (None, None),
+            Update::Started => (None, Some(Event::OrbitStarted)),
+            Update::Restarted => (None, Some(Event::OrbitRestarted)),
+            Update::Accepted { nis } => (Some(nis), None),
+            Update::Rejected { nis } => (Some(nis), Some(Event::FixRejected)),
+            Update::Refused(_) => (None, Some(Event::FixRejected)),
+        };
         if let Some(event) = event {
             report.note(event);
         }
         if event != Some(Event::FixRejected) {
-            self.fixed_us = report.instant_us;
+            self.fixed_us = instant_us;
         }
         self.nis = nis;
     }

@@ -18,14 +18,15 @@
 
 mod seen;
 
-use super::{Instruments, Sensor};
+use super::Sensor;
+use crate::attitude::filter::seconds;
 use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
 use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
 use crate::image::streaks::Streak;
 use crate::stars::identify::NotIdentified;
 use crate::stars::{Measured, row_delay_s};
 use crate::telemetry::{RateReport, RateSource, Report, Status};
-use fsw_hal::{Clock, Detector, DetectorError, Stage, StageMeter};
+use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 use seen::{MAX_STREAKS, SAME_PX, arc_of, mark_of};
@@ -47,8 +48,8 @@ const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
 /// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
 const FEWEST_SPARE: usize = 3;
-/// Longest time between two images that are compared, s.
-const LONGEST_S: u32 = 4;
+/// Shortest and longest time between two images that are compared, s.
+const BETWEEN_S: (f32, f32) = (0.1, 4.5);
 /// Largest standard deviation of a rate that is reported, as a share of it.
 const LARGEST_SHARE: f32 = 0.4;
 /// Expected number of chance encounters up to which one encounter settles the sense.
@@ -63,8 +64,8 @@ pub(super) struct Turning {
     marks: Vec<Mark, MAX_MARKS>,
     /// Middles of its streaks, px.
     middles_px: Vec<[f32; 2], MAX_STREAKS>,
-    /// Cycle of both.
-    taken: u32,
+    /// Instant of both.
+    taken: LocalTime,
     /// Rate by the streaks of that image, of the sense that is believed more.
     streaks: Option<Rate>,
     /// Encounters that spoke for this sense less those against.
@@ -118,10 +119,15 @@ impl Turning {
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
-    /// Seconds since the marks were taken, where they can be compared with an image of `cycle`.
-    fn elapsed_s(&self, cycle: u32) -> Option<f32> {
-        let elapsed = cycle.wrapping_sub(self.taken);
-        (!self.marks.is_empty() && (1..=LONGEST_S).contains(&elapsed)).then_some(elapsed as f32)
+    /// Whether the next image is searched for lines.
+    pub(super) fn seeks_streaks(&self) -> bool {
+        self.next.seeks
+    }
+
+    /// Seconds since the marks were taken, where they can be compared with an image of the instant `now`.
+    fn elapsed_s(&self, now: LocalTime) -> Option<f32> {
+        let elapsed_s = seconds(now.us_since(self.taken));
+        (!self.marks.is_empty() && (BETWEEN_S.0..=BETWEEN_S.1).contains(&elapsed_s)).then_some(elapsed_s)
     }
 }
 
@@ -130,18 +136,19 @@ impl Sensor<'_> {
     /// so that their lists do not lie on the stack together.)
     pub(super) fn acquire_or_turn(
         &mut self,
-        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
         report: &mut Report,
     ) {
         let new_image = self.searching_since.is_none();
         if new_image && self.turning.next.seeks {
-            return self.seek_streaks(instruments, report);
+            return self.seek_streaks(detector, meter, report);
         }
-        self.acquire(instruments, report);
+        self.acquire(detector, meter, report);
         match report.status {
             Status::Identified => self.turning.forget(),
             Status::TooFast => {
-                if let Err(error) = self.turn_by_scan(instruments.detector, report) {
+                if let Err(error) = self.turn_by_scan(detector, report) {
                     report.status = Status::DetectorFault(error.into());
                 }
             }
@@ -154,15 +161,15 @@ impl Sensor<'_> {
     #[inline(never)]
     fn seek_streaks(
         &mut self,
-        instruments: &mut Instruments<impl Detector, impl Clock, impl StageMeter>,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
         report: &mut Report,
     ) {
-        instruments.meter.begin(Stage::Scan);
-        let found = self.lines(instruments.detector);
-        instruments.meter.end(Stage::Scan);
+        meter.begin(Stage::Scan);
+        let found = self.lines(detector);
+        meter.end(Stage::Scan);
         let mut streaks = match found {
-            Ok(Some(streaks)) => streaks,
-            Ok(None) => return report.status = Status::Blinded,
+            Ok(streaks) => streaks,
             Err(error) => return report.status = Status::DetectorFault(error.into()),
         };
         self.turning.leave_moving(&mut streaks);
@@ -184,7 +191,7 @@ impl Sensor<'_> {
     #[inline(never)]
     fn turn_by_scan(
         &mut self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         report: &mut Report,
     ) -> Result<(), DetectorError> {
         let mut streaks = self.streaks_of_scan(detector)?;
@@ -215,10 +222,10 @@ impl Sensor<'_> {
             }
         }
         let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
-        let elapsed_s = self.turning.elapsed_s(self.cycle);
+        let elapsed_s = self.turning.elapsed_s(self.now);
         let mut before = core::mem::take(&mut self.turning);
         let (next, middles_px) = (before.next, core::mem::take(&mut before.middles_px));
-        self.turning = Turning { marks, middles_px, taken: self.cycle, next, ..Turning::default() };
+        self.turning = Turning { marks, middles_px, taken: self.now, next, ..Turning::default() };
         let Some(rate) = rate else { return };
         let agree = |index: usize| (rate.arcs >> index) & 1 == 1;
         let agreeing = arcs.iter().enumerate().filter(|(index, _)| agree(*index));
@@ -335,10 +342,10 @@ impl Sensor<'_> {
             late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
         };
         let marks: Vec<Mark, MAX_MARKS> = self.workspace.measured.iter().take(MAX_MARKS).map(mark).collect();
-        let elapsed_s = self.turning.elapsed_s(self.cycle);
+        let elapsed_s = self.turning.elapsed_s(self.now);
         let rate = elapsed_s.and_then(|elapsed_s| matched(&self.turning.marks, &marks, elapsed_s));
         let next = Next { seeks, ..Next::default() };
-        self.turning = Turning { marks, taken: self.cycle, next, ..Turning::default() };
+        self.turning = Turning { marks, taken: self.now, next, ..Turning::default() };
         if let Some(rate) = rate {
             let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s.unwrap_or(1.0);
             report_rate(

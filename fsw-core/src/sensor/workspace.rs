@@ -142,7 +142,7 @@ impl Workspace {
     /// Reads the windows of the present image and finds their stars; how many of them are too bright to show one.
     pub(super) fn read_windows(
         &mut self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         windows: &[Window],
         method: &Method,
     ) -> Result<usize, DetectorError> {

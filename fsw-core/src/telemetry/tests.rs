@@ -3,7 +3,7 @@ use crate::checksum::crc32;
 use proptest::prelude::*;
 
 fn fault() -> impl Strategy<Value = Fault> {
-    prop::sample::select(&[Fault::Request, Fault::Geometry, Fault::Hardware, Fault::Clock])
+    prop::sample::select(&[Fault::Request, Fault::Geometry, Fault::Hardware])
 }
 
 fn status() -> impl Strategy<Value = Status> {
@@ -16,11 +16,13 @@ fn status() -> impl Strategy<Value = Status> {
             Status::Lost,
             Status::TooFast,
             Status::Blinded,
-            Status::Proved,
+            Status::SelfTestPassed,
             Status::Waiting,
         ]),
         prop::sample::select(reasons.to_vec()).prop_map(Status::NotIdentified),
         fault().prop_map(Status::DetectorFault),
+        prop::sample::select(&[ImageFault::Repeated, ImageFault::OutOfOrder, ImageFault::Implausible])
+            .prop_map(Status::ImageRefused),
     ]
 }
 
@@ -115,14 +117,25 @@ fn earth_status() -> impl Strategy<Value = EarthStatus> {
 prop_compose! {
     /// The half of a report about the Earth and the orbit: one strategy takes no more than so many.
     fn whereabouts()(
-        instant_us in any::<i64>(),
+        times in times(),
         earth_status in earth_status(),
         earth in prop::option::of(earth()),
         limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
         orbit in prop::option::of(orbit()),
         events in prop::collection::vec(event(), 0..=MAX_EVENTS),
-    ) -> (i64, EarthStatus, Option<EarthReport>, Vec<[f32; 2], MAX_LIMB_POINTS>, Option<OrbitReport>, Vec<Event, MAX_EVENTS>) {
-        (instant_us, earth_status, earth, Vec::from_slice(&limb_px).unwrap(), orbit, Vec::from_slice(&events).unwrap())
+    ) -> ((i64, Option<i64>, ClockState, Option<ClockFault>), EarthStatus, Option<EarthReport>, Vec<[f32; 2], MAX_LIMB_POINTS>, Option<OrbitReport>, Vec<Event, MAX_EVENTS>) {
+        (times, earth_status, earth, Vec::from_slice(&limb_px).unwrap(), orbit, Vec::from_slice(&events).unwrap())
+    }
+}
+
+prop_compose! {
+    fn times()(
+        local_us in any::<i64>(),
+        instant_us in prop::option::of(any::<i64>()),
+        clock in prop::sample::select(&[ClockState::Synchronised, ClockState::Holdover, ClockState::Unknown]),
+        clock_fault in prop::option::of(prop::sample::select(&[ClockFault::Implausible, ClockFault::Hardware])),
+    ) -> (i64, Option<i64>, ClockState, Option<ClockFault>) {
+        (local_us, instant_us, clock, clock_fault)
     }
 }
 
@@ -155,9 +168,9 @@ prop_compose! {
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
         let (rate_rad_s, rate) = rates;
-        let (instant_us, earth_status, earth, limb_px, orbit, events) = whereabouts;
+        let ((local_us, instant_us, clock, clock_fault), earth_status, earth, limb_px, orbit, events) = whereabouts;
         Report {
-            cycle, instant_us, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
+            cycle, local_us, instant_us, clock, clock_fault, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, events, rate,
         }
     }
@@ -194,7 +207,10 @@ fn largest() -> Report {
     };
     Report {
         cycle: u32::MAX,
-        instant_us: i64::MIN,
+        local_us: i64::MIN,
+        instant_us: Some(i64::MIN),
+        clock: ClockState::Unknown,
+        clock_fault: Some(ClockFault::CounterReset),
         mode: Mode::Tracking,
         status: Status::DetectorFault(Fault::Hardware),
         attitude: Some(attitude),

@@ -118,13 +118,21 @@ struct Drawn {
     pixels: Vec<u16>,
 }
 
+impl fsw_hal::detector::ErrorType for Drawn {
+    type Error = DetectorError;
+}
+
 impl Detector for Drawn {
     fn geometry(&self) -> DetectorGeometry {
         DetectorGeometry { width_px: u16::MAX, height_px: u16::MAX, bits: self.bits }
     }
 
-    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _: u32) -> Result<(), DetectorError> {
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        Ok(fsw_hal::LocalTime::default())
     }
 
     fn read(&mut self, _: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

@@ -1,7 +1,8 @@
 //! What the emulated computer flies: clips of scenarios, one after the other.
 //!
-//! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the clock jumps; what the
-//! flight code makes of that (a gap that it crosses, one too long, a step backwards) is part of the flight.
+//! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the sensor is not asked for as long as
+//! the clips are apart; where the next one is earlier, for [`PAUSE_US`], and the clock is set back. What the flight code makes of
+//! that (a gap that it crosses, one too long, a step backwards) is part of the flight.
 //!
 //! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
 //! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the scan and the identification.
@@ -29,7 +30,7 @@ use crate::world::protons::Protons;
 use fsw_core::modes::ModeParameters;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
-use fsw_hal::DetectorGeometry;
+use fsw_hal::{DetectorGeometry, Instant, LocalTime};
 use std::path::Path;
 
 /// A piece of an embedded scenario.
@@ -92,6 +93,9 @@ fn storm() -> Disturbances {
         ..Disturbances::default()
     }
 }
+
+/// Local time between a clip and one of an earlier date: longer than any orbit is propagated over.
+const PAUSE_US: i64 = 3 * 3_600_000_000;
 
 /// The mission's time-outs.
 const MODES: ModeParameters = ModeParameters {
@@ -159,13 +163,21 @@ impl Flight {
     /// # Errors
     /// When the file cannot be written.
     pub fn draw(&self, writer: &mut FramesWriter) -> Result<(), HostError> {
+        let mut last: Option<(i64, i64)> = None;
         for clip in self.clips {
             let scenario = self.scenario(clip)?;
             let mut scene = scenario.scene()?;
             for cycle in (clip.from_s..).take(clip.seconds as usize) {
                 let instant_us = scenario.instant_us(cycle);
-                let mut detector = ThisSecond { scene: &mut scene, cycle: cycle.into() };
-                writer.record(&mut detector, instant_us, scenario.exposure_us)?;
+                let local_us = last.map_or(0, |(local_us, before_us)| match instant_us - before_us {
+                    elapsed_us @ 1.. => local_us + elapsed_us,
+                    _ => local_us + PAUSE_US,
+                });
+                last = Some((local_us, instant_us));
+                let instant = Instant::new(LocalTime::from_us(local_us), instant_us);
+                let mut detector =
+                    ThisSecond { scene: &mut scene, cycle: cycle.into(), instant: instant.local };
+                writer.record(&mut detector, instant, scenario.exposure_us)?;
             }
         }
         Ok(())

@@ -98,9 +98,10 @@ pub fn status_word(status: Status) -> &'static str {
         Status::Lost => "lost",
         Status::TooFast => "too-fast",
         Status::Blinded => "blinded",
-        Status::Proved => "proved",
+        Status::SelfTestPassed => "self-test-passed",
         Status::Waiting => "waiting",
         Status::DetectorFault(_) => "detector-fault",
+        Status::ImageRefused(_) => "image-refused",
     }
 }
 
@@ -130,7 +131,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     let Second { report, truth, judged, .. } = *second;
     let mut row = Row { text, first: true };
     row.put(format_args!("{}", second.cycle));
-    row.number(report.instant_us as f64 * 1e-6, 3);
+    row.optional(report.instant_us.map(|us| us as f64 * 1e-6), 3);
     row.word(word(report.mode));
     row.word(word(mode_of(truth.state)));
     row.put(format_args!("{}", state_number(truth.state)));

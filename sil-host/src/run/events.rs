@@ -7,7 +7,7 @@ use fsw_core::telemetry::Event;
 /// Why a mode was left.
 fn reason(guard: Guard) -> &'static str {
     match guard {
-        Guard::Proved => "self-test passed",
+        Guard::SelfTestPassed => "self-test passed",
         Guard::AttitudeKnown => "attitude and rate known",
         Guard::AttitudeLost => "attitude lost",
         Guard::EarthDark => "no lit limb in the field",

@@ -1,6 +1,6 @@
-//! Faults of the detector, injected through the detector's own trait.
+//! Faults of detector and clock, injected through their own traits.
 //!
-//! In: any [`Detector`], the [`Fault`]s of a scenario, a second. Out: the same detector, broken as the scenario says. The flight
+//! In: any [`Detector`], any clock's reading, the [`Fault`]s of a scenario, a second. Out: the same, broken as the scenario says. The flight
 //! code cannot tell a fault from the real thing, and the world knows nothing of it. What happens is a pure function of (seed,
 //! second, pixel), like the frames themselves: a window read twice has the same faults.
 //!
@@ -8,14 +8,18 @@
 //! |---|---|
 //! | `time-out` | the exposure is not acknowledged: [`DetectorError::Timeout`] |
 //! | `dropped-window` | a readout breaks off: [`DetectorError::Bus`] |
-//! | `late-frame` | the exposure is not made, and the image before it is handed out as if it were new |
+//! | `late-frame` | the exposure is not made, and the image before it is handed out with the instant of a new one |
+//! | `doubled-image` | the exposure is not made, and the image before it is handed out with its own instant |
+//! | `late-image` | the second begins, and its exposure is made, so many seconds late; those after it follow in haste |
+//! | `clock-step` | Terrestrial Time is off by so many seconds |
+//! | `clock-invalid` | the clock is not synchronised |
 //! | `wrong-geometry` | the detector says it has half its columns |
 //! | `stuck-row` | a row (or more) reads full scale |
 //! | `bit-flips` | a bit of a pixel is turned over |
 //! | `noise-burst` | Gaussian noise on every pixel, cut at the ends of the scale |
 
 use crate::world::noise::{Noise, Stream};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 
 /// What is broken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +28,16 @@ pub enum FaultKind {
     TimeOut(f64),
     /// A readout breaks off, with this probability a window.
     DroppedWindow(f64),
-    /// The image before is handed out again, with this probability a second.
+    /// The image before is handed out again as a new one, with this probability a second.
     LateFrame(f64),
+    /// The same with its own instant.
+    DoubledImage(f64),
+    /// The second is late by so much, s.
+    LateImage(f64),
+    /// The clock tells a time that is off by so much, s.
+    ClockStep(f64),
+    /// The clock tells no time.
+    ClockInvalid,
     /// Half the columns are reported, with this probability a second.
     WrongGeometry(f64),
     /// The row reads full scale.
@@ -43,6 +55,10 @@ impl FaultKind {
             Self::TimeOut(_) => "time-out",
             Self::DroppedWindow(_) => "dropped-window",
             Self::LateFrame(_) => "late-frame",
+            Self::DoubledImage(_) => "doubled-image",
+            Self::LateImage(_) => "late-image",
+            Self::ClockStep(_) => "clock-step",
+            Self::ClockInvalid => "clock-invalid",
             Self::WrongGeometry(_) => "wrong-geometry",
             Self::StuckRow(_) => "stuck-row",
             Self::BitFlips(_) => "bit-flips",
@@ -75,19 +91,50 @@ pub fn words(faults: &[Fault], cycle: u32) -> String {
     acting.map(|fault| fault.kind.word()).collect::<Vec<_>>().join("+")
 }
 
+/// By how much a second is late, s.
+pub fn lateness_s(faults: &[Fault], cycle: u32) -> f64 {
+    let late = faults.iter().filter(|fault| fault.acts_in(cycle)).map(|fault| match fault.kind {
+        FaultKind::LateImage(late_s) => late_s,
+        _ => 0.0,
+    });
+    late.sum()
+}
+
+/// What the clock tells in a second.
+pub fn told(faults: &[Fault], cycle: u32, clock: Instant) -> Instant {
+    let acting = faults.iter().filter(|fault| fault.acts_in(cycle));
+    acting.fold(clock, |Instant { local, terrestrial_us }, fault| match fault.kind {
+        FaultKind::ClockStep(step_s) => {
+            Instant { local, terrestrial_us: terrestrial_us.map(|us| us + (step_s * 1e6) as i64) }
+        }
+        FaultKind::ClockInvalid => Instant { local, terrestrial_us: None },
+        _ => Instant { local, terrestrial_us },
+    })
+}
+
 /// A detector with faults, for one second.
 #[derive(Debug)]
 pub struct Faulty<'a, D> {
     detector: &'a mut D,
     faults: &'a [Fault],
     cycle: u32,
+    /// Instant of a new image of this second.
+    instant: LocalTime,
     noise: Noise,
+    /// What is handed out instead of a new image: the last one, with a new instant or its own.
+    instead: Option<FaultKind>,
 }
 
-impl<'a, D: Detector> Faulty<'a, D> {
-    /// Breaks `detector` as `faults` say for the second `cycle` of the run `seed`.
-    pub fn new(detector: &'a mut D, faults: &'a [Fault], seed: u64, cycle: u32) -> Self {
-        Self { detector, faults, cycle, noise: Noise::new(seed, cycle.into(), Stream::Fault) }
+impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
+    /// Breaks `detector` as `faults` say for the second `cycle` of the run `seed`, whose image is of `instant`.
+    pub fn new(
+        detector: &'a mut D,
+        faults: &'a [Fault],
+        seed: u64,
+        (cycle, instant): (u32, LocalTime),
+    ) -> Self {
+        let noise = Noise::new(seed, cycle.into(), Stream::Fault);
+        Self { detector, faults, cycle, instant, noise, instead: None }
     }
 
     /// The faults of this second, each with noise of its own.
@@ -103,7 +150,11 @@ impl<'a, D: Detector> Faulty<'a, D> {
     }
 }
 
-impl<D: Detector> Detector for Faulty<'_, D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for Faulty<'_, D> {
+    type Error = DetectorError;
+}
+
+impl<D: Detector<Error = DetectorError>> Detector for Faulty<'_, D> {
     fn geometry(&self) -> DetectorGeometry {
         let geometry = self.detector.geometry();
         let wrong = |(kind, noise): (FaultKind, Noise)| matches!(kind, FaultKind::WrongGeometry(share) if Self::happens(&noise, share));
@@ -113,17 +164,27 @@ impl<D: Detector> Detector for Faulty<'_, D> {
         geometry
     }
 
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
-        for (kind, noise) in self.acting() {
-            match kind {
-                FaultKind::TimeOut(share) if Self::happens(&noise, share) => {
-                    return Err(DetectorError::Timeout);
-                }
-                FaultKind::LateFrame(share) if Self::happens(&noise, share) => return Ok(()),
-                _ => {}
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        let happening = |(kind, noise): &(FaultKind, Noise)| match kind {
+            FaultKind::TimeOut(share) | FaultKind::LateFrame(share) | FaultKind::DoubledImage(share) => {
+                Self::happens(noise, *share)
             }
+            _ => false,
+        };
+        let first = self.acting().find(happening).map(|(kind, _)| kind);
+        self.instead = first;
+        match first {
+            Some(FaultKind::TimeOut(_)) => Err(DetectorError::Timeout),
+            Some(_) => Ok(()),
+            None => self.detector.start_exposure(exposure_us),
         }
-        self.detector.expose(exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        match self.instead {
+            Some(FaultKind::LateFrame(_)) => Ok(self.instant),
+            _ => self.detector.finish_exposure(),
+        }
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

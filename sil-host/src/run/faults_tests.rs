@@ -8,14 +8,22 @@ struct Counting {
     exposures: u16,
 }
 
+impl fsw_hal::detector::ErrorType for Counting {
+    type Error = DetectorError;
+}
+
 impl Detector for Counting {
     fn geometry(&self) -> DetectorGeometry {
         GEOMETRY
     }
 
-    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _: u32) -> Result<(), DetectorError> {
         self.exposures += 1;
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+        Ok(fsw_hal::LocalTime::default())
     }
 
     fn read(&mut self, _: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
@@ -32,7 +40,7 @@ fn always(kind: FaultKind) -> [Fault; 1] {
 fn image(kind: FaultKind, cycle: u32, window: Window) -> Result<Vec<u16>, DetectorError> {
     let mut detector = Counting { exposures: 1 };
     let faults = always(kind);
-    let mut faulty = Faulty::new(&mut detector, &faults, 3, cycle);
+    let mut faulty = Faulty::new(&mut detector, &faults, 3, (cycle, LocalTime::default()));
     faulty.expose(1)?;
     let mut pixels = vec![0; window.area()];
     faulty.read(window, &mut pixels).map(|()| pixels)
@@ -48,10 +56,36 @@ fn a_fault_acts_in_its_seconds_only() {
         assert!(late.iter().all(|pixel| *pixel == if acts { 100 } else { 200 }));
         let mut detector = Counting::default();
         let faults = always(FaultKind::WrongGeometry(1.0));
-        let width = Faulty::new(&mut detector, &faults, 3, cycle).geometry().width_px;
+        let width = Faulty::new(&mut detector, &faults, 3, (cycle, LocalTime::default())).geometry().width_px;
         assert_eq!(width, if acts { 100 } else { 200 });
         assert_eq!(words(&faults, cycle), if acts { "wrong-geometry" } else { "" });
     }
+}
+
+#[test]
+fn a_doubled_image_has_its_own_instant_and_a_late_frame_that_of_a_new_one() {
+    let new = LocalTime::from_us(6_000_000);
+    for (kind, instant) in
+        [(FaultKind::LateFrame(1.0), new), (FaultKind::DoubledImage(1.0), LocalTime::default())]
+    {
+        let mut detector = Counting { exposures: 1 };
+        let faults = always(kind);
+        assert_eq!(Faulty::new(&mut detector, &faults, 3, (6, new)).expose(1), Ok(instant), "{kind:?}");
+        assert_eq!(detector.exposures, 1);
+    }
+}
+
+#[test]
+fn the_clock_is_off_silent_or_late_in_its_seconds_only() {
+    let clock = Instant::new(LocalTime::from_us(7), 1_000_000_000);
+    let tell = |kind, cycle| told(&always(kind), cycle, clock).terrestrial_us;
+    assert_eq!(tell(FaultKind::ClockStep(-600.0), 5), Some(400_000_000));
+    assert_eq!(
+        (tell(FaultKind::ClockInvalid, 5), tell(FaultKind::ClockInvalid, 8)),
+        (None, Some(1_000_000_000))
+    );
+    let late = |cycle| lateness_s(&always(FaultKind::LateImage(0.2)), cycle);
+    assert_eq!([late(4), late(5), late(8)], [0.0, 0.2, 0.0]);
 }
 
 #[test]
@@ -59,7 +93,7 @@ fn a_share_is_the_share_of_seconds_and_of_windows() {
     let late = |cycle: &u32| {
         let faults = [Fault { kind: FaultKind::LateFrame(0.3), from_s: 0, until_s: u32::MAX }];
         let mut detector = Counting { exposures: 1 };
-        Faulty::new(&mut detector, &faults, 9, *cycle).expose(1).unwrap();
+        Faulty::new(&mut detector, &faults, 9, (*cycle, LocalTime::default())).expose(1).unwrap();
         detector.exposures == 1
     };
     // 10,000 draws: a standard deviation of 46; five of them fail a right generator once in two million.
@@ -67,7 +101,7 @@ fn a_share_is_the_share_of_seconds_and_of_windows() {
     assert!((2_770..3_230).contains(&count), "{count}");
     let faults = [Fault { kind: FaultKind::DroppedWindow(0.3), from_s: 0, until_s: 1 }];
     let mut detector = Counting::default();
-    let mut faulty = Faulty::new(&mut detector, &faults, 9, 0);
+    let mut faulty = Faulty::new(&mut detector, &faults, 9, (0, LocalTime::default()));
     let mut dropped = |place: u32| {
         let window = Window { x: (place % 200) as u16, y: (place / 200) as u16, width: 1, height: 1 };
         let first = faulty.read(window, &mut [0]).is_err();

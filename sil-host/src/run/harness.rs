@@ -7,7 +7,7 @@ use crate::error::HostError;
 use crate::flight;
 use crate::judge::Judged;
 use crate::judge::second::image_cycle;
-use crate::run::faults::{Fault, Faulty};
+use crate::run::faults::{self, Fault, Faulty};
 use crate::scenario::Scenario;
 use crate::world::gyro::Gyro;
 use crate::world::magnetometer::BodyMagnetometer;
@@ -16,8 +16,8 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, MagneticField, Magnetometer, RateSensor,
-    Window,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
+    RateSensor, Window,
 };
 
 /// A second that was flown.
@@ -48,6 +48,12 @@ pub struct ThisSecond<'a> {
     pub scene: &'a mut Scene,
     /// The second.
     pub cycle: u64,
+    /// Its image's instant.
+    pub instant: LocalTime,
+}
+
+impl fsw_hal::detector::ErrorType for ThisSecond<'_> {
+    type Error = DetectorError;
 }
 
 impl Detector for ThisSecond<'_> {
@@ -55,14 +61,27 @@ impl Detector for ThisSecond<'_> {
         self.scene.geometry()
     }
 
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
         self.scene.expose_cycle(self.cycle, exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        // An image of another second is one that was exposed before: its instant is as far back.
+        let exposed = self.scene.cycle().ok_or(DetectorError::NotExposed)?;
+        Ok(self.instant.plus_us((exposed as i64 - self.cycle as i64).saturating_mul(SECOND_US)))
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         self.scene.read(window, pixels)
     }
 }
+
+/// A second, us.
+const SECOND_US: i64 = 1_000_000;
+/// After a late second those that follow are called in haste, so far apart, until they are on time again, us.
+const HASTE_US: i64 = 500_000;
+/// The counter in the first second: the sensor is not the first that is switched on, us.
+const POWERED_US: i64 = 10 * SECOND_US;
 
 /// The truth of a second; a scenario's scene always has one.
 pub fn truth_of(scene: &Scene, cycle: u32) -> Result<Truth, HostError> {
@@ -76,6 +95,8 @@ pub struct Flight<'a> {
     scene: &'a mut Scene,
     sensor: Sensor<'a>,
     cycle: u32,
+    /// By how much the second before was late, us.
+    late_us: i64,
 }
 
 impl<'a> Flight<'a> {
@@ -95,7 +116,7 @@ impl<'a> Flight<'a> {
             let what = format!("the flight code refuses the scenario ({error:?})");
             HostError::input(&scenario.file, None, what, "change what it names")
         })?;
-        Ok(Self { scenario, scene, sensor, cycle: 0 })
+        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0 })
     }
 
     /// The next second, handed to `listen`.
@@ -107,18 +128,31 @@ impl<'a> Flight<'a> {
         listen: impl FnOnce(Second<'_>) -> Result<(), HostError>,
     ) -> Result<(), HostError> {
         let (scenario, cycle) = (self.scenario, self.cycle);
+        let late_us = (faults::lateness_s(&scenario.faults, cycle) * 1e6) as i64;
+        self.late_us = late_us.max(self.late_us - SECOND_US + HASTE_US).max(0);
+        self.scene.delay(self.late_us as f64 * 1e-6);
         let truth = truth_of(self.scene, cycle)?;
-        let mut clock = Instant(scenario.instant_us(cycle));
-        let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into() };
-        let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, cycle);
-        let mut gyro = gyro_of(scenario, cycle, &truth);
-        let mut instruments = Instruments {
-            detector: &mut detector,
-            clock: &mut clock,
-            meter: &mut (),
-            rate_sensor: gyro.as_mut().map(|gyro| gyro as &mut dyn RateSensor),
+        let local = LocalTime::from_us(POWERED_US + i64::from(cycle) * SECOND_US + self.late_us);
+        let clock = Instant::new(local, scenario.instant_us(cycle) + self.late_us);
+        let mut clock = faults::told(&scenario.faults, cycle, clock);
+        let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
+        let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, (cycle, local));
+        let mut gyro = gyro_of(scenario, (cycle, local), &truth);
+        let report = match &mut gyro {
+            Some(rate_sensor) => self.sensor.cycle(
+                &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor },
+                Command::Continue,
+            ),
+            None => self.sensor.cycle(
+                &mut Instruments {
+                    detector: &mut detector,
+                    clock: &mut clock,
+                    meter: &mut (),
+                    rate_sensor: &mut (),
+                },
+                Command::Continue,
+            ),
         };
-        let report = self.sensor.cycle(&mut instruments, Command::Continue);
         let image = image_cycle(&report);
         let judged = if image == cycle {
             Judged::new(&report, &truth, &truth)
@@ -131,7 +165,7 @@ impl<'a> Flight<'a> {
             truth: &truth,
             judged: &judged,
             rate: gyro.and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
-            field: field_of(scenario, cycle, &truth),
+            field: field_of(scenario, (cycle, local), &truth),
             scene: self.scene,
             faults: &scenario.faults,
         })?;
@@ -141,15 +175,19 @@ impl<'a> Flight<'a> {
 }
 
 /// The gyro in a second, where there is one.
-fn gyro_of<'t>(scenario: &'t Scenario, cycle: u32, truth: &'t Truth) -> Option<Gyro<'t>> {
+fn gyro_of<'t>(
+    scenario: &'t Scenario,
+    (cycle, instant): (u32, LocalTime),
+    truth: &'t Truth,
+) -> Option<Gyro<'t>> {
     let model = scenario.gyro.as_ref()?;
-    Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), truth })
+    Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
 }
 
 /// What the magnetometer tells in a second.
-fn field_of(scenario: &Scenario, cycle: u32, truth: &Truth) -> Option<MagneticField> {
+fn field_of(scenario: &Scenario, (cycle, instant): (u32, LocalTime), truth: &Truth) -> Option<MagneticField> {
     let model = scenario.magnetometer.as_ref()?;
-    BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), truth }
+    BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth }
         .magnetic_field()
         .ok()
         .flatten()

@@ -1,8 +1,8 @@
 //! The `[[faults]]` of a scenario: what is broken, from when to when.
 //!
 //! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`, `late-frame`,
-//! `wrong-geometry` and `bit-flips` take `share`, a probability (default 1; bit flips have none); `stuck-row` takes `row`;
-//! `noise-burst` takes `sigma_dn`. See [`crate::run::faults`] for what each does.
+//! `doubled-image`, `wrong-geometry` and `bit-flips` take `share`, a probability (default 1; bit flips have none); `stuck-row`
+//! takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s` and `clock-step` `step_s`; `clock-invalid` nothing. See [`crate::run::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;
@@ -14,6 +14,8 @@ use toml::Spanned;
 const FAULTS_MAX: usize = 100;
 const SHARE: (f64, f64) = (0.0, 1.0);
 const SIGMA_DN: (f64, f64) = (0.0, 65_535.0);
+const LATE_S: (f64, f64) = (0.0, 60.0);
+const STEP_S: (f64, f64) = (-86_400.0, 86_400.0);
 const ROW: (i64, i64) = (0, u16::MAX as i64);
 
 #[derive(Deserialize)]
@@ -25,6 +27,8 @@ pub(super) struct RawFault {
     share: Option<Spanned<f64>>,
     row: Option<Spanned<i64>>,
     sigma_dn: Option<Spanned<f64>>,
+    late_s: Option<Spanned<f64>>,
+    step_s: Option<Spanned<f64>>,
 }
 
 /// Reads the `[[faults]]` of a run of `duration_s`.
@@ -49,11 +53,17 @@ fn fault(text: &Text<'_>, raw: &RawFault, duration_s: u32) -> Result<Fault, Host
 fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
     let word = raw.kind.get_ref().as_str();
     let own = match word {
-        "time-out" | "dropped-window" | "late-frame" | "wrong-geometry" | "bit-flips" => "share",
+        "time-out" | "dropped-window" | "late-frame" | "doubled-image" | "wrong-geometry" | "bit-flips" => {
+            "share"
+        }
+        "late-image" => "late_s",
+        "clock-step" => "step_s",
+        "clock-invalid" => "",
         "stuck-row" => "row",
         "noise-burst" => "sigma_dn",
         _ => {
-            let to_do = "use time-out, dropped-window, late-frame, wrong-geometry, stuck-row, bit-flips or noise-burst";
+            let to_do = "use time-out, dropped-window, late-frame, doubled-image, late-image, clock-step, clock-invalid, \
+                         wrong-geometry, stuck-row, bit-flips or noise-burst";
             let what = format!("`{word}` is no fault");
             return Err(text.fault(raw.kind.span().start, "faults.kind", &what, to_do));
         }
@@ -62,6 +72,8 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         ("share", raw.share.as_ref().map(Spanned::span)),
         ("row", raw.row.as_ref().map(Spanned::span)),
         ("sigma_dn", raw.sigma_dn.as_ref().map(Spanned::span)),
+        ("late_s", raw.late_s.as_ref().map(Spanned::span)),
+        ("step_s", raw.step_s.as_ref().map(Spanned::span)),
     ];
     for (key, span) in given {
         match span {
@@ -81,6 +93,14 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         "time-out" => FaultKind::TimeOut(share),
         "dropped-window" => FaultKind::DroppedWindow(share),
         "late-frame" => FaultKind::LateFrame(share),
+        "doubled-image" => FaultKind::DoubledImage(share),
+        "late-image" => {
+            FaultKind::LateImage(text.number("faults.late_s", raw.late_s.as_ref(), 0.0, LATE_S)?)
+        }
+        "clock-step" => {
+            FaultKind::ClockStep(text.number("faults.step_s", raw.step_s.as_ref(), 0.0, STEP_S)?)
+        }
+        "clock-invalid" => FaultKind::ClockInvalid,
         "wrong-geometry" => FaultKind::WrongGeometry(share),
         "bit-flips" => FaultKind::BitFlips(share),
         "stuck-row" => FaultKind::StuckRow(text.whole("faults.row", raw.row.as_ref(), 0, ROW)? as u16),

@@ -12,7 +12,7 @@ use super::journey::Truth;
 use super::noise::{Noise, Stream};
 use super::random_walk;
 use fsw_core::attitude::filter::RateSensorNoise;
-use fsw_hal::{AngularRate, RateSensor, RateSensorError};
+use fsw_hal::{AngularRate, LocalTime, RateSensor, RateSensorError};
 
 /// A slow turn, deg/s.
 const SLOW_DEG_S: f64 = 0.1;
@@ -99,8 +99,14 @@ pub struct Gyro<'a> {
     pub seed: u64,
     /// The cycle.
     pub cycle: u64,
+    /// Its instant.
+    pub instant: LocalTime,
     /// The truth of that cycle.
     pub truth: &'a Truth,
+}
+
+impl fsw_hal::rate_sensor::ErrorType for Gyro<'_> {
+    type Error = RateSensorError;
 }
 
 impl RateSensor for Gyro<'_> {
@@ -108,7 +114,7 @@ impl RateSensor for Gyro<'_> {
         let rate_deg_s = self.truth.body_rate_rad_s().map(f64::to_degrees);
         let reading = self.model.reading_deg_s(rate_deg_s, self.seed, self.cycle);
         let rad_s = reading.ok_or(RateSensorError::Saturated)?.map(|value| value.to_radians() as f32);
-        Ok(Some(AngularRate { instant_us: self.truth.instant_us, rad_s }))
+        Ok(Some(AngularRate { instant: self.instant, rad_s }))
     }
 }
 

@@ -10,7 +10,7 @@ use super::geomagnetism::field_ut;
 use super::journey::Truth;
 use super::noise::{Noise, Stream};
 use super::random_walk;
-use fsw_hal::{MagneticField, Magnetometer, MagnetometerError};
+use fsw_hal::{LocalTime, MagneticField, Magnetometer, MagnetometerError};
 
 /// Steps of the zero's walk in the time its drift is given for.
 const STEPS_AN_HOUR: f64 = 3600.0;
@@ -62,8 +62,14 @@ pub struct BodyMagnetometer<'a> {
     pub seed: u64,
     /// The cycle.
     pub cycle: u64,
+    /// Its instant.
+    pub instant: LocalTime,
     /// The truth of that cycle.
     pub truth: &'a Truth,
+}
+
+impl fsw_hal::magnetometer::ErrorType for BodyMagnetometer<'_> {
+    type Error = MagnetometerError;
 }
 
 impl Magnetometer for BodyMagnetometer<'_> {
@@ -72,7 +78,7 @@ impl Magnetometer for BodyMagnetometer<'_> {
         let field = apply(earth_path, field_ut(*position_km, *instant_us));
         let reading = self.model.reading_ut(field, self.seed, self.cycle);
         let ut = reading.ok_or(MagnetometerError::Saturated)?.map(|value| value as f32);
-        Ok(Some(MagneticField { instant_us: *instant_us, ut }))
+        Ok(Some(MagneticField { instant: self.instant, ut }))
     }
 }
 

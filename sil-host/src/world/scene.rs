@@ -33,7 +33,7 @@ use super::spots::{Brush, Spot, Spots};
 use super::sun;
 use super::vignetting::Vignetting;
 use crate::picture::check_request;
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
 use std::sync::Arc;
 
 mod placing;
@@ -82,6 +82,8 @@ pub struct Scene {
     /// Place, and whether full scale is read; sorted by row.
     dead_pixels: Vec<(u16, u16, bool)>,
     exposure: Option<Exposure>,
+    /// By how much the seconds are late, s.
+    late_s: f64,
     // Kept from call to call so that a small window costs no allocation.
     scratch: Option<Box<Scratch>>,
 }
@@ -127,6 +129,7 @@ impl Scene {
             settings,
             optics,
             exposure: None,
+            late_s: 0.0,
             scratch: None,
         })
     }
@@ -164,12 +167,22 @@ impl Scene {
     /// The truth of a cycle, whether it has been exposed or not; journeys only.
     pub fn truth_at(&self, cycle: u64) -> Option<Truth> {
         let journey = self.settings.motion.journey()?;
-        Some(journey.truth(cycle as f64 * CYCLE_S, &self.optics))
+        Some(journey.truth(self.middle_s(cycle), &self.optics))
+    }
+
+    /// From now on the middle of a cycle's exposure is so much later, s.
+    pub fn delay(&mut self, late_s: f64) {
+        self.late_s = late_s;
+    }
+
+    /// Time of the middle of a cycle's exposure, s.
+    fn middle_s(&self, cycle: u64) -> f64 {
+        cycle as f64 * CYCLE_S + self.late_s
     }
 
     /// Time of the middle of the current exposure, s; 0 before the first.
     fn time_s(&self) -> f64 {
-        self.cycle().map_or(0.0, |cycle| cycle as f64 * CYCLE_S)
+        self.cycle().map_or(0.0, |cycle| self.middle_s(cycle))
     }
 
     /// The stars whose image at the middle of the current exposure is centred on the detector, in the order of the
@@ -352,13 +365,22 @@ fn star_e_s(settings: &SceneSettings, v: f64, b_v: f64) -> [f64; BANDS] {
     colour::shares(colour).map(|share| share * white)
 }
 
+impl fsw_hal::detector::ErrorType for Scene {
+    type Error = DetectorError;
+}
+
 impl Detector for Scene {
     fn geometry(&self) -> DetectorGeometry {
         self.settings.camera.geometry()
     }
 
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
         self.expose_cycle(self.cycle().map_or(0, |cycle| cycle + 1), exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        let exposure = self.exposure.as_ref().ok_or(DetectorError::NotExposed)?;
+        Ok(LocalTime::from_us((exposure.cycle as i64).saturating_mul((CYCLE_S * 1e6) as i64)))
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

@@ -14,7 +14,7 @@ pub mod seconds;
 pub mod tables;
 
 use fsw_core::checksum::crc32;
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
 
 /// The packet of a body under this version, its checksum right: else hardly anything gets past the door.
 fn sealed_packet(version: u8, body: &[u8]) -> Vec<u8> {
@@ -39,6 +39,8 @@ struct Bytes<'a> {
     geometry: DetectorGeometry,
     /// Its pixels: a byte each for the first bits, the rest of the bits after a hash of the place.
     pixels: &'a [u8],
+    /// Instant of its images.
+    instant: LocalTime,
 }
 
 impl Bytes<'_> {
@@ -51,13 +53,21 @@ impl Bytes<'_> {
     }
 }
 
+impl fsw_hal::detector::ErrorType for Bytes<'_> {
+    type Error = DetectorError;
+}
+
 impl Detector for Bytes<'_> {
     fn geometry(&self) -> DetectorGeometry {
         self.geometry
     }
 
-    fn expose(&mut self, _: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _: u32) -> Result<(), DetectorError> {
         if self.pixels.first() == Some(&0xFF) { Err(DetectorError::Bus) } else { Ok(()) }
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        Ok(self.instant)
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

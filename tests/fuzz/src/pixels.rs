@@ -3,14 +3,14 @@
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::image::streaks::search::{Pieces, search};
-use fsw_hal::DetectorGeometry;
+use fsw_hal::{DetectorGeometry, LocalTime};
 
 /// Tries the bytes.
 pub fn try_bytes(bytes: &[u8]) {
     let [width, height, bits, pixels @ ..] = bytes else { return };
     let (width, height) = (32 + u16::from(*width), 32 + u16::from(*height));
     let geometry = DetectorGeometry { width_px: width, height_px: height, bits: 8 + bits % 9 };
-    let mut detector = crate::Bytes { geometry, pixels };
+    let mut detector = crate::Bytes { geometry, pixels, instant: LocalTime::default() };
     let mut buffer = Box::new([0; TILE_PIXELS]);
     let mut detections = Detections::new();
     if scan(&mut detector, &mut buffer, &DetectionParameters::default(), &mut detections).is_ok() {

@@ -5,7 +5,7 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES};
-use fsw_hal::{DetectorGeometry, Instant};
+use fsw_hal::{DetectorGeometry, Instant, LocalTime};
 
 /// The camera that sees them.
 pub const CAMERA: CameraParameters = CameraParameters {
@@ -19,8 +19,8 @@ pub const CAMERA: CameraParameters = CameraParameters {
 };
 /// Side of the detector, px: wide enough for limb and stars, small enough for many seconds in one.
 pub const SIDE_PX: u16 = 160;
-/// Bytes that a second has before its pixels: clock and command.
-pub const HEAD: usize = 3;
+/// Bytes that a second has before its pixels: clock, command, counter and image.
+pub const HEAD: usize = 5;
 
 /// Tries the bytes: how many seconds, and what is seen in each. Gives the number of seconds with an attitude.
 pub fn try_bytes(bytes: &[u8]) -> usize {
@@ -33,21 +33,27 @@ pub fn try_bytes(bytes: &[u8]) -> usize {
     let geometry = DetectorGeometry { width_px: SIDE_PX, height_px: SIDE_PX, bits: 10 };
     let mut attitudes = 0;
     let mut time_us = 1_800_000_000_000_000_i64;
+    let mut local_us = 0_i64;
     for bytes in bytes.chunks(bytes.len().div_ceil(seconds).max(1)) {
         let (head, pixels) = bytes.split_at(HEAD.min(bytes.len()));
-        let [step, scale, command] = [0, 1, 2].map(|k| head.get(k).copied().unwrap_or(0));
+        let [step, scale, command, counter, image] =
+            [0, 1, 2, 3, 4].map(|k| head.get(k).copied().unwrap_or(0));
         // Mostly a second; sometimes hours, backwards too.
-        time_us += if step < 200 { 1_000_000 } else { i64::from(step as i8) << (scale % 40) };
+        let off = |byte: u8| if byte < 200 { 1_000_000 } else { i64::from(byte as i8) << (scale % 40) };
+        time_us += off(step);
+        local_us = local_us.saturating_add(off(counter));
+        let terrestrial_us = (scale % 7 != 6).then_some(time_us);
         let command = match command {
             250 => Command::Reacquire,
             251 => Command::Restart,
             252 => Command::Safe,
             _ => Command::Continue,
         };
-        let mut detector = crate::Bytes { geometry, pixels };
-        let mut clock = Instant(time_us);
+        let instant = LocalTime::from_us(local_us.saturating_add(off(image) - 1_000_000));
+        let mut detector = crate::Bytes { geometry, pixels, instant };
+        let mut clock = Instant { local: LocalTime::from_us(local_us), terrestrial_us };
         let mut instruments =
-            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: None };
+            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
         let report = sensor.cycle(&mut instruments, command);
         if let Some(attitude) = &report.attitude {
             attitudes += 1;

@@ -11,7 +11,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry;
-use fsw_hal::{Instant, Stage, StageMeter};
+use fsw_hal::{Instant, LocalTime, Stage, StageMeter};
 use static_cell::{ConstStaticCell, StaticCell};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
@@ -90,10 +90,11 @@ pub fn fly(
     let frame = FRAME.try_take().ok_or(Refusal::FlownBefore)?;
     let mut flight = Flight::default();
     for second in 0..seconds {
-        // A file that breaks off gives an impossible instant, which the sensor refuses.
-        let clock = &mut Instant(detector.turn_to(second).unwrap_or(i64::MIN));
+        // A file that breaks off gives an instant before all others, which the sensor reports.
+        let broken = Instant { local: LocalTime::from_us(i64::MIN), terrestrial_us: None };
+        let clock = &mut detector.turn_to(second).unwrap_or(broken);
         let mut instruments =
-            Instruments { detector: &mut *detector, clock, meter: &mut Marks, rate_sensor: None };
+            Instruments { detector: &mut *detector, clock, meter: &mut Marks, rate_sensor: &mut () };
         let report = marks::cycle(|| sensor.cycle(&mut instruments, Command::Continue));
         flight.seconds += 1;
         defmt::info!(

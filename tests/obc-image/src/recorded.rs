@@ -3,19 +3,20 @@
 //! In: the file. Out: windows of its frames through [`Detector`]. The frame is that of the second the detector was
 //! [turned to](RecordedDetector::turn_to). Exposure times are not looked at: the picture is taken.
 //!
-//! # The file, version 2, little-endian
+//! # The file, version 3, little-endian
 //!
 //! | offset | type | content |
 //! |---|---|---|
 //! | 0 | `[u8; 4]` | magic `SXTF` |
-//! | 4 | u16 | version, 2 |
+//! | 4 | u16 | version, 3 |
 //! | 6 | u16 | width W, px, 1 to 32,767 |
 //! | 8 | u16 | height H, px, at least 1 |
 //! | 10 | u8 | bits of the converter, 1 to 16 |
 //! | 11 | u8 | zero |
 //! | 12 | u32 | number of frames N, at least 1 |
-//! | 16 | N x (i64, H x W x u16) | frames one after the other: the instant (TT, microseconds since J2000.0), then the pixels
-//! row by row from the top left, digital numbers right-aligned |
+//! | 16 | N x (i64, i64, H x W x u16) | frames one after the other: local time (microseconds since power-on) and Terrestrial Time
+//! (microseconds since J2000.0; the least i64: not known) of the middle of the exposure, then the pixels row by row from the top
+//! left, digital numbers right-aligned |
 //!
 //! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has 2.6 MB, so
 //! 800 of them fit.
@@ -25,13 +26,14 @@
 
 use crate::host::{File, HostError, Mode};
 use crate::marks;
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 
 const MAGIC: [u8; 4] = *b"SXTF";
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 const HEADER_BYTES: usize = 16;
 const PIXEL_BYTES: usize = size_of::<u16>();
-const INSTANT_BYTES: usize = size_of::<i64>();
+const INSTANT_BYTES: usize = 2 * size_of::<i64>();
+const NOT_SYNCHRONISED: i64 = i64::MIN;
 const LARGEST_FILE_BYTES: u64 = i32::MAX as u64;
 
 /// Why a frame file was refused.
@@ -54,6 +56,8 @@ pub struct RecordedDetector {
     geometry: DetectorGeometry,
     frames: u32,
     second: u32,
+    /// Local time of that second's frame.
+    local: LocalTime,
     exposed: Option<u32>,
 }
 
@@ -83,7 +87,7 @@ impl RecordedDetector {
             return Err(FrameFileError::Geometry);
         }
         let geometry = DetectorGeometry { width_px, height_px, bits };
-        Ok(Self { file, geometry, frames, second: 0, exposed: None })
+        Ok(Self { file, geometry, frames, second: 0, local: LocalTime::default(), exposed: None })
     }
 
     /// Number of frames in the file.
@@ -91,16 +95,20 @@ impl RecordedDetector {
         self.frames
     }
 
-    /// Turns to a second (past the last frame the last stays) and gives its instant, TT, microseconds since J2000.0.
+    /// Turns to a second (past the last frame the last stays) and gives its times.
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub fn turn_to(&mut self, second: u32) -> Result<i64, HostError> {
+    pub fn turn_to(&mut self, second: u32) -> Result<Instant, HostError> {
         self.second = second.min(self.frames.saturating_sub(1));
-        let mut instant = [0; INSTANT_BYTES];
+        let (mut local, mut terrestrial) = ([0; size_of::<i64>()], [0; size_of::<i64>()]);
         self.file.seek(self.frame_offset(self.second))?;
-        self.file.read(&mut instant)?;
-        Ok(i64::from_le_bytes(instant))
+        self.file.read(&mut local)?;
+        self.file.read(&mut terrestrial)?;
+        self.local = LocalTime::from_us(i64::from_le_bytes(local));
+        let terrestrial_us = i64::from_le_bytes(terrestrial);
+        let terrestrial_us = (terrestrial_us != NOT_SYNCHRONISED).then_some(terrestrial_us);
+        Ok(Instant { local: self.local, terrestrial_us })
     }
 
     /// Where `frame` begins in the file, bytes. Fits: [`RecordedDetector::open`] bounds the file.
@@ -138,14 +146,22 @@ impl RecordedDetector {
     }
 }
 
+impl fsw_hal::detector::ErrorType for RecordedDetector {
+    type Error = DetectorError;
+}
+
 impl Detector for RecordedDetector {
     fn geometry(&self) -> DetectorGeometry {
         self.geometry
     }
 
-    fn expose(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
         self.exposed = Some(self.second);
         Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        Ok(self.local)
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

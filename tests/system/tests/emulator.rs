@@ -88,7 +88,7 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
     assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
 
     let reports = reports(&target);
-    assert_eq!([reports[0].status, reports[1].status], [Status::Proved, Status::Identified]);
+    assert_eq!([reports[0].status, reports[1].status], [Status::SelfTestPassed, Status::Identified]);
     let (first, tracking) = reports.split_at(3);
     assert!(tracking.iter().all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked));
     for report in first.iter().skip(1).chain(tracking) {

@@ -7,7 +7,8 @@ use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{Report, Status};
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, RateSensor, RateSensorError, Window,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
+    Window,
 };
 use sil_host::camera_file::CameraFile;
 use sil_host::judge::{arcsec, attitude_error};
@@ -33,12 +34,20 @@ struct Sky {
     second: u32,
 }
 
+impl fsw_hal::detector::ErrorType for Sky {
+    type Error = DetectorError;
+}
+
 impl Detector for Sky {
     fn geometry(&self) -> DetectorGeometry {
         self.scene.geometry()
     }
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
         self.scene.expose_cycle(self.second.into(), exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        self.scene.finish_exposure()
     }
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         self.scene.read(window, pixels)?;
@@ -52,6 +61,10 @@ impl Detector for Sky {
 /// The gyro in a second.
 struct Gyro {
     told: Result<Option<AngularRate>, RateSensorError>,
+}
+
+impl fsw_hal::rate_sensor::ErrorType for Gyro {
+    type Error = RateSensorError;
 }
 
 impl RateSensor for Gyro {
@@ -100,16 +113,17 @@ fn fly(
             sky.scene = resting(&attitude);
         }
         sky.second = second;
-        let instant_us = star_scene::epoch_us() + i64::from(second) * 1_000_000;
+        let local = LocalTime::from_us(i64::from(second) * 1_000_000);
         let white = [0, 1, 2].map(|axis| f64::from(NOISE.white_rad) * noise.gaussian(second, axis));
         let rad_s = [0, 1, 2].map(|axis| (rate[axis] + BIAS_RAD_S[axis] + white[axis]) as f32);
-        let reading = AngularRate { instant_us: instant_us - 500_000, rad_s };
-        let mut gyro = answers(second, reading).map(|told| Gyro { told });
+        let reading = AngularRate { instant: local.plus_us(-500_000), rad_s };
+        // One that is not on board answers as a silent one does.
+        let mut gyro = Gyro { told: answers(second, reading).unwrap_or(Ok(None)) };
         let mut instruments = Instruments {
             detector: &mut sky,
-            clock: &mut Instant(instant_us),
+            clock: &mut Instant::new(local, star_scene::epoch_us() + local.as_us()),
             meter: &mut (),
-            rate_sensor: gyro.as_mut().map(|gyro| gyro as &mut dyn RateSensor),
+            rate_sensor: &mut gyro,
         };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         let truth = attitude.quaternion().map(f64::from);
@@ -162,8 +176,8 @@ fn a_silent_or_mad_rate_sensor_is_none() {
         10..14 => Ok(None),
         14..18 => Err(RateSensorError::Bus),
         18..22 => Ok(Some(AngularRate { rad_s: [f32::NAN; 3], ..reading })),
-        22..26 => Ok(Some(AngularRate { instant_us: reading.instant_us - 5_000_000, ..reading })),
-        26..30 => Ok(Some(AngularRate { instant_us: i64::MIN, ..reading })),
+        22..26 => Ok(Some(AngularRate { instant: reading.instant.plus_us(-5_000_000), ..reading })),
+        26..30 => Ok(Some(AngularRate { instant: LocalTime::from_us(i64::MIN), ..reading })),
         _ => Ok(Some(reading)),
     };
     let seconds = fly(Some(NOISE), |second, reading| Some(mad(second, reading)));

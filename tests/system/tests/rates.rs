@@ -2,7 +2,7 @@
 
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{RateReport, Report, Status};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::{normalised, uniform};
@@ -58,13 +58,14 @@ impl World {
         let start_us = star_scene::epoch_us();
         (0..seconds)
             .map(|second| {
-                let mut clock = Instant(start_us + i64::from(second) * 1_000_000);
+                let local = LocalTime::from_us(i64::from(second) * 1_000_000);
+                let mut clock = Instant::new(local, start_us + local.as_us());
                 let mut detector = Frame { scene: &mut self.scene, cycle: second.into(), pixels: Vec::new() };
                 let mut instruments = Instruments {
                     detector: &mut detector,
                     clock: &mut clock,
                     meter: &mut (),
-                    rate_sensor: None,
+                    rate_sensor: &mut (),
                 };
                 sensor.cycle(&mut instruments, Command::Continue)
             })
@@ -79,15 +80,23 @@ struct Frame<'a> {
     pixels: Vec<u16>,
 }
 
+impl fsw_hal::detector::ErrorType for Frame<'_> {
+    type Error = DetectorError;
+}
+
 impl Detector for Frame<'_> {
     fn geometry(&self) -> DetectorGeometry {
         self.scene.geometry()
     }
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
         self.scene.expose_cycle(self.cycle, exposure_us)?;
         let whole = self.geometry().whole();
         self.pixels.resize(whole.area(), 0);
         self.scene.read(whole, &mut self.pixels)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        self.scene.finish_exposure()
     }
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         if !window.fits(&self.geometry()) {

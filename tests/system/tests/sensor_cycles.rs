@@ -4,10 +4,11 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, INSTANTS_US, Instruments, Sensor, Workspace};
-use fsw_core::telemetry::{self, EarthStatus, Event, Fault, Report, Status};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, Window};
+use fsw_core::telemetry::{self, ClockFault, ClockState, EarthStatus, Event, Fault, Report, Status};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::judge::attitude_error;
+use sil_host::run::harness::ThisSecond;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::uniform;
 use sil_host::world::journey;
@@ -90,17 +91,30 @@ impl World {
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
+    /// The counter in this second.
+    fn local(&self) -> LocalTime {
+        LocalTime::from_us(self.second as i64 * 1_000_000)
+    }
+
     fn truth(&self, second: usize) -> journey::Truth {
         self.scene.truth_at(second as u64).expect("a clip is a journey")
     }
+}
+
+impl fsw_hal::detector::ErrorType for World {
+    type Error = DetectorError;
 }
 
 impl Detector for World {
     fn geometry(&self) -> DetectorGeometry {
         self.geometry.unwrap_or(self.scene.geometry())
     }
-    fn expose(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
         self.scene.expose_cycle(self.second, exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        Ok(self.local())
     }
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         let is_strip = window.width.min(window.height) == STRIP_BREADTH;
@@ -137,9 +151,9 @@ fn fly(
     (0..seconds)
         .map(|second| {
             let command = before(second, world);
-            let mut clock = Instant(world.instant_us);
+            let mut clock = Instant::new(world.local(), world.instant_us);
             let mut instruments =
-                Instruments { detector: world, clock: &mut clock, meter: &mut (), rate_sensor: None };
+                Instruments { detector: world, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
             let report = sensor.cycle(&mut instruments, command);
             after(&report, world);
             world.second += 1;
@@ -169,7 +183,7 @@ fn two_identified_images_lead_to_tracking_and_the_rate_is_known() {
         modes(&reports),
         [Mode::SelfTest, Mode::Acquisition, Mode::Acquisition, Mode::Tracking, Mode::Tracking]
     );
-    assert_eq!(reports[0].status, Status::Proved);
+    assert_eq!(reports[0].status, Status::SelfTestPassed);
     assert!(reports[1].rate_rad_s.is_none());
     let truth = world.scene.rate_rad_s();
     for report in &reports[2..] {
@@ -363,9 +377,11 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_eac
     let mut sensor = Sensor::new(catalogue, parameters, &mut workspace).unwrap();
     let mut cycles = Vec::new();
     for second in 0..61 {
-        let mut clock = Instant(star_scene::epoch_us() + second * 1_000_000);
+        let local = LocalTime::from_us(second * 1_000_000);
+        let mut clock = Instant::new(local, star_scene::epoch_us() + local.as_us());
+        let mut detector = ThisSecond { scene: &mut scene, cycle: second as u64, instant: local };
         let mut instruments =
-            Instruments { detector: &mut scene, clock: &mut clock, meter: &mut (), rate_sensor: None };
+            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         if report.mode == Mode::SelfTest {
             continue;
@@ -478,33 +494,58 @@ fn a_clock_out_of_its_mind_is_a_fault_that_loses_nothing() {
             Command::Continue
         };
         let reports = fly(&mut world, 14, before, |_, _| {});
-        assert_eq!(reports[12].status, Status::DetectorFault(Fault::Clock), "{wrong}");
-        assert!(
-            reports[12].attitude.is_none() && reports[12].orbit.is_none(),
-            "nothing is said of such an instant"
-        );
-        assert_eq!((reports[13].mode, reports[13].status), (Mode::Tracking, Status::Tracked));
-        // The orbit went on over both seconds; for the clock there was one step of two.
-        assert!(reports[13].orbit.is_some() && !has(&reports[13], Event::OrbitStarted));
-        assert!(has(&reports[13], Event::ClockJump) && !has(&reports[11], Event::ClockJump));
+        // Terrestrial Time goes on by the counter.
+        assert_eq!(reports[12].clock_fault, Some(ClockFault::Implausible), "{wrong}");
+        assert_eq!(reports[12].instant_us, Some(start_us + 12_000_000));
+        assert_eq!((reports[12].clock, reports[13].clock), (ClockState::Holdover, ClockState::Synchronised));
+        for report in &reports[12..] {
+            assert_eq!((report.mode, report.status), (Mode::Tracking, Status::Tracked));
+            assert!(report.orbit.is_some() && !has(report, Event::OrbitStarted));
+            assert!(!has(report, Event::ClockJump));
+        }
     }
 }
 
 #[test]
-fn a_jump_of_the_clock_is_told_and_one_beyond_two_hours_forgets_the_orbit() {
-    for (jump_s, forgets) in [(3, false), (7_100, false), (7_300, true), (-3, true)] {
+fn a_step_of_the_clock_is_told_and_moves_neither_attitude_nor_orbit() {
+    for step_s in [3, -3, 600, -600, 3_600, -3_600] {
         let mut world = World::clip("geo-eclipse");
         let before = |second: u32, world: &mut World| {
             if second == 12 {
                 // The world goes on as it did; its clock does not.
-                world.instant_us += jump_s * 1_000_000;
+                world.instant_us += step_s * 1_000_000;
+            }
+            Command::Continue
+        };
+        let reports = fly(&mut world, 16, before, |_, _| {});
+        for (second, report) in reports.iter().enumerate().skip(SETTLED_S) {
+            assert_eq!(has(report, Event::ClockJump), second == 12, "{step_s}");
+            assert_eq!((report.mode, report.status), (Mode::Tracking, Status::Tracked), "{step_s}");
+            assert!(!has(report, Event::OrbitForgotten) && !has(report, Event::OrbitStarted), "{step_s}");
+            let (error, sigma) = orbit_error_km(report, &world.truth(second));
+            assert!(error < 5.0 * sigma, "{step_s}, {second}: off by {error} km of {sigma}");
+            let attitude = report.attitude.as_ref().expect("tracked");
+            let error = attitude_error(attitude.quaternion, world.truth(second).quaternion);
+            let sigmas = (0..3).map(|axis| (error[axis] / f64::from(attitude.sigma_rad[axis])).abs());
+            assert!(sigmas.fold(0.0, f64::max) < 5.0, "{step_s}, {second}: {error:?}");
+        }
+    }
+}
+
+#[test]
+fn an_orbit_is_propagated_over_a_gap_of_two_hours_and_forgotten_after_a_longer_one() {
+    for (gap_s, forgets) in [(7_100, false), (7_300, true)] {
+        let mut world = World::clip("geo-eclipse");
+        let before = |second: u32, world: &mut World| {
+            if second == 12 {
+                world.second += gap_s;
+                world.instant_us += gap_s as i64 * 1_000_000;
             }
             Command::Continue
         };
         let reports = fly(&mut world, 13, before, |_, _| {});
-        assert!(reports[11].orbit.is_some());
-        assert!(has(&reports[12], Event::ClockJump), "{jump_s}");
-        assert_eq!(has(&reports[12], Event::OrbitForgotten), forgets, "{jump_s}");
+        assert!(reports[11].orbit.is_some() && !has(&reports[12], Event::ClockJump), "{gap_s}");
+        assert_eq!(has(&reports[12], Event::OrbitForgotten), forgets, "{gap_s}");
     }
 }
 
@@ -528,7 +569,7 @@ fn a_command_to_restart_forgets_attitude_and_orbit_and_begins_with_the_self_test
     let before = |second: u32, _: &mut World| if second == 12 { Command::Restart } else { Command::Continue };
     let reports = fly(&mut World::clip("geo-eclipse"), 24, before, |_, _| {});
     assert!(reports[11].orbit.is_some());
-    assert_eq!((reports[12].mode, reports[12].status), (Mode::SelfTest, Status::Proved));
+    assert_eq!((reports[12].mode, reports[12].status), (Mode::SelfTest, Status::SelfTestPassed));
     assert!(reports[12].attitude.is_none() && reports[12].orbit.is_none());
     assert_eq!(reports[13].mode, Mode::Acquisition);
     assert!(reports[13..15].iter().any(|report| report.status == Status::Identified));

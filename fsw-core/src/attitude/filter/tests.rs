@@ -41,6 +41,10 @@ impl Turning {
         self.lasting = self.lasting * kept + vector(&mut self.generator) * (1.0 - kept * kept).sqrt();
     }
 
+    fn now(&self) -> LocalTime {
+        LocalTime::from_us(i64::from(self.cycle) * 1_000_000)
+    }
+
     fn truth(&self) -> Rotation<Icrs, StarPath> {
         Rotation::from_orthogonal(self.attitude.matrix().map(|element| element as f32))
     }
@@ -51,16 +55,16 @@ impl Turning {
     }
 
     fn begin<const BLOCKS: usize>(&mut self) -> Filter<BLOCKS> {
-        Filter::begin(self.image(), SIGMA, self.cycle)
+        Filter::begin(self.image(), SIGMA, self.now())
     }
 
     fn observe<const BLOCKS: usize>(&mut self, filter: &mut Filter<BLOCKS>) {
-        filter.observe(self.image(), SIGMA, self.cycle);
+        filter.observe(self.image(), SIGMA, self.now());
     }
 
-    /// Error of a filter's attitude in this cycle over its sigma, and over that of an image.
+    /// Error of a filter's attitude now over its sigma, and over that of an image.
     fn errors<const BLOCKS: usize>(&self, filter: &Filter<BLOCKS>) -> (Vector3<f32>, Vector3<f32>) {
-        let (attitude, sigma) = filter.at(self.cycle).unwrap();
+        let (attitude, sigma) = filter.at(self.now()).unwrap();
         let error = attitude.angle_from(&self.truth());
         (error.component_div(&Vector3::from(sigma)), error.component_div(&Vector3::from(SIGMA)))
     }
@@ -73,7 +77,10 @@ fn mean_square(of: &[Vector3<f32>]) -> f32 {
 #[test]
 fn one_attitude_gives_no_rate_and_no_prediction() {
     let filter: Filter<2> = Turning::new(1).begin();
-    assert!(filter.rate().is_none() && filter.at(0).is_none() && filter.at(1).is_none());
+    assert!(
+        filter.rate().is_none()
+            && [0, 1].iter().all(|us| filter.at(LocalTime::from_us(us * 1_000_000)).is_none())
+    );
 }
 
 #[test]
@@ -119,7 +126,7 @@ fn the_attitude_is_carried_for_twenty_minutes_within_its_sigma() {
         }
         for _ in 0..1200 {
             truth.turn(&rate);
-            filter.carry(truth.cycle, None);
+            filter.carry(truth.now(), None);
         }
         errors.push(truth.errors(&filter).0);
     }
@@ -177,8 +184,8 @@ fn a_third_state_follows_a_steady_acceleration_more_closely_and_rest_less_so() {
                 truth.turn(&(rate + step * 0.5));
                 rate += step;
                 let image = truth.image();
-                two.observe(image, SIGMA, truth.cycle);
-                three.observe(image, SIGMA, truth.cycle);
+                two.observe(image, SIGMA, truth.now());
+                three.observe(image, SIGMA, truth.now());
             }
             for (sum, told) in sums.iter_mut().zip([two.rate().unwrap(), three.rate().unwrap()]) {
                 *sum += (told.rad_s - rate).norm_squared() / (50.0 * ARCSEC * ARCSEC);
@@ -208,13 +215,13 @@ fn a_rate_sensor_bears_a_slew_in_the_dark_and_its_bias_is_found() {
             let rate = if second < 200 { Vector3::zeros() } else { axis * (0.5 * DEG) };
             truth.turn(&rate);
             let white = vector(&mut truth.generator) * noise.white_rad;
-            filter.carry(truth.cycle, Some(rate + bias + white));
+            filter.carry(truth.now(), Some(rate + bias + white));
             if second < 200 {
                 let image = truth.image();
-                filter.observe(image, SIGMA, truth.cycle);
-                alone.observe(image, SIGMA, truth.cycle);
+                filter.observe(image, SIGMA, truth.now());
+                alone.observe(image, SIGMA, truth.now());
             } else {
-                alone.carry(truth.cycle, None);
+                alone.carry(truth.now(), None);
             }
             if second == 199 {
                 let error = filter.state(RATE) + bias;
@@ -245,7 +252,7 @@ fn a_gap_does_not_spoil_the_rate() {
         truth.turn(&rate);
     }
     truth.observe(&mut filter);
-    assert_eq!(filter.age(truth.cycle), 0);
+    assert_eq!(filter.age_us(truth.now()), 0);
     assert!((filter.rate().unwrap().rad_s - rate).norm() < 3.0 * ARCSEC);
     let (over_sigma, _) = truth.errors(&filter);
     assert!(over_sigma.amax() < 4.0, "{over_sigma}");
@@ -259,7 +266,8 @@ fn a_turn_too_far_is_not_predicted() {
         truth.turn(&Vector3::new(0.0, 0.01, 0.0));
         truth.observe(&mut filter);
     }
-    assert!(filter.at(100).is_some() && filter.at(5 + 200).is_none());
+    let after = |second: i64| filter.at(LocalTime::from_us(second * 1_000_000));
+    assert!(after(100).is_some() && after(5 + 200).is_none() && after(4).is_none());
 }
 
 #[test]
@@ -308,11 +316,11 @@ fn one_star_holds_its_direction_and_a_second_the_roll() {
                 turning.turn(&rate);
                 for place in places.iter().take(count) {
                     let seen = star(&mut turning, *place, STAR_SIGMA);
-                    assert!(filter.observe_star(&seen, turning.cycle));
+                    assert!(filter.observe_star(&seen, turning.now()));
                 }
             }
             errors.push(turning.errors(&filter).0);
-            let error = filter.at(turning.cycle).unwrap().0.angle_from(&turning.truth()) / ARCSEC;
+            let error = filter.at(turning.now()).unwrap().0.angle_from(&turning.truth()) / ARCSEC;
             rolls.push(error.z.abs());
             across.push(error.cross(&places[0].normalize()).norm());
         }
@@ -338,9 +346,38 @@ fn a_star_where_none_is_expected_changes_nothing() {
     }
     turning.turn(&rate);
     let mut seen = star(&mut turning, Vector3::new(0.0, 0.1, 1.0), 1.0 * ARCSEC);
-    let before = filter.at(turning.cycle).unwrap();
+    let before = filter.at(turning.now()).unwrap();
     seen.measured = Direction::new(seen.measured.vector() + Vector3::new(60.0 * ARCSEC, 0.0, 0.0)).unwrap();
-    assert!(!filter.observe_star(&seen, turning.cycle));
-    assert_eq!(filter.at(turning.cycle).unwrap().1, before.1);
-    assert_eq!(filter.age(turning.cycle), 1);
+    assert!(!filter.observe_star(&seen, turning.now()));
+    assert_eq!(filter.at(turning.now()).unwrap().1, before.1);
+    assert_eq!(filter.age_us(turning.now()), 1_000_000);
+}
+
+#[test]
+fn images_late_early_and_out_of_order_are_taken_for_what_their_instants_say() {
+    // 0.5 deg/s; images 0.2 to 6 s apart, then one of an instant long ago.
+    let rate = Vector3::new(3.0e-3, -6.0e-3, 5.0e-3);
+    let mut truth = Turning::new(12);
+    let mut filter: Filter<2> = truth.begin();
+    let start = truth.attitude;
+    let mut now_us = 0;
+    for (index, step_us) in
+        [1_000_000, 200_000, 6_000_000, 1_000_000, 350_000, 1_800_000].iter().cycle().take(60).enumerate()
+    {
+        now_us += step_us;
+        let now = LocalTime::from_us(now_us);
+        truth.attitude = nalgebra::Rotation3::new(-rate.map(f64::from) * (now_us as f64 * 1e-6)) * start;
+        filter.observe(truth.image(), SIGMA, now);
+        if index > 3 {
+            let (attitude, sigma) = filter.at(now).unwrap();
+            let error = attitude.angle_from(&truth.truth()).component_div(&Vector3::from(sigma));
+            assert!(error.amax() < 5.0, "image {index}: {error}");
+            assert!((filter.rate().unwrap().rad_s - rate).norm() < 10.0 * ARCSEC);
+        }
+    }
+    assert!(filter.at(LocalTime::from_us(now_us - 1)).is_none());
+    assert!(
+        filter.at(LocalTime::from_us(i64::MAX)).is_none()
+            && filter.at(LocalTime::from_us(i64::MIN)).is_none()
+    );
 }

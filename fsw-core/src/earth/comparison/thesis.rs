@@ -60,7 +60,7 @@ pub struct Circle {
 /// # Errors
 /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.
 pub fn limb_points(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16],
     points: &mut Points,
 ) -> Result<(), DetectorError> {
@@ -89,7 +89,7 @@ pub fn limb_points(
 /// The crossing in the region about a pixel, after the region has been moved there once.
 fn limb_point(
     middle: [usize; 2],
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     geometry: &DetectorGeometry,
     region: &mut [u16],
     full_scale: f32,

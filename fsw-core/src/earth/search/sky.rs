@@ -37,7 +37,11 @@ pub(super) fn level(sum: u32) -> i32 {
 
 /// Level of the darkest sky of a picture searched with this step, fine counts: of the darkest blocks of the
 /// lines the second, in case that a line is broken.
-pub(super) fn sky(detector: &mut impl Detector, buffer: &mut [u16], step: u16) -> Result<i32, DetectorError> {
+pub(super) fn sky(
+    detector: &mut impl Detector<Error = DetectorError>,
+    buffer: &mut [u16],
+    step: u16,
+) -> Result<i32, DetectorError> {
     let mut least = [BRIGHTEST_BLOCK; 2];
     each_line(detector, buffer, [step / 2, step.saturating_mul(LINES)], |_, _, _, pixels| {
         let (of_line, _) = darkest(pixels);

@@ -129,7 +129,7 @@ fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
 /// Of the detector, at the first window that fails.
 #[inline(never)]
 pub fn follow(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
     piece: &Piece,
     columns: &mut usize,
@@ -210,7 +210,7 @@ fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<
 /// Of the detector.
 #[inline(never)]
 pub fn piece_at(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
     [x, y]: [u16; 2],
 ) -> Result<Option<Piece>, DetectorError> {

@@ -167,7 +167,7 @@ fn level_of(values: &[f32], sigma: f32) -> f32 {
 /// Samples `2 half` columns of a line, those from -half on.
 #[inline(never)]
 pub(super) fn sample<'b>(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &'b mut [u16; TILE_PIXELS],
     line: &Line,
     half: usize,

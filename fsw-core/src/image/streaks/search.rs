@@ -96,7 +96,7 @@ fn keep(pieces: &mut Pieces, piece: Piece) {
 /// Of the detector, at the first window that fails.
 #[inline(never)]
 pub fn search(
-    detector: &mut impl Detector,
+    detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
     pieces: &mut Pieces,
 ) -> Result<(), DetectorError> {

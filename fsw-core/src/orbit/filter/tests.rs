@@ -152,10 +152,10 @@ fn an_orbit_that_never_settled_is_stale_after_a_turn_without_a_fix() {
         assert!(filter.start(state, position_sigma_km, 1e-3, &parameters));
         assert_eq!(filter.settled(), !stale);
         filter.advance(state.time_us + period_us - 60_000_000, &parameters).unwrap();
-        assert!(!filter.is_stale(state.time_us));
+        assert!(!filter.is_stale(period_us - 60_000_000));
         filter.advance(state.time_us + period_us + 60_000_000, &parameters).unwrap();
-        assert_eq!(filter.is_stale(state.time_us), stale);
-        assert!(!filter.is_stale(state.time_us + period_us));
+        assert_eq!(filter.is_stale(period_us + 60_000_000), stale);
+        assert!(!filter.is_stale(60_000_000));
     }
 }
 
@@ -292,4 +292,19 @@ proptest! {
             assert_finite(&filter);
         }
     }
+}
+
+#[test]
+fn a_step_of_the_clock_moves_the_epoch_and_not_the_satellite() {
+    let parameters = OrbitParameters::default();
+    let mut filter = OrbitFilter::new();
+    assert!(filter.start(circular(7_000.0, 51.0), 1.0, 1e-3, &parameters));
+    let before = *filter.state().unwrap();
+    for step_us in [3_600_000_000, -600_000_000] {
+        filter.shift_epoch(step_us);
+    }
+    let after = *filter.state().unwrap();
+    assert_eq!(after.time_us, before.time_us + 3_000_000_000);
+    assert_eq!((after.position_km, after.velocity_km_s), (before.position_km, before.velocity_km_s));
+    assert!(filter.advance(after.time_us + 1_000_000, &parameters).is_ok());
 }

@@ -63,18 +63,15 @@ pub(super) fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Opti
 
 impl Sensor<'_> {
     /// Exposure of an image that is searched for lines.
-    pub(super) fn line_exposure_us(&self) -> u32 {
+    pub(in crate::sensor) fn line_exposure_us(&self) -> u32 {
         (self.parameters.imaging.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
     }
 
-    /// Takes an image and measures the streaks in it; `None` where it is blinded.
+    /// Measures the streaks in the image.
     pub(super) fn lines(
         &mut self,
-        detector: &mut impl Detector,
-    ) -> Result<Option<Vec<Streak, MAX_STREAKS>>, DetectorError> {
-        if self.expose_for(detector, self.line_exposure_us())? {
-            return Ok(None);
-        }
+        detector: &mut impl Detector<Error = DetectorError>,
+    ) -> Result<Vec<Streak, MAX_STREAKS>, DetectorError> {
         let mut pieces = search::Pieces::new();
         search::search(detector, &mut self.workspace.shared.readout()?.buffer, &mut pieces)?;
         let mut streaks = Vec::new();
@@ -82,14 +79,13 @@ impl Sensor<'_> {
         for piece in pieces.iter().chain(&self.expected_pieces(self.line_exposure_us())) {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }
-        Ok(Some(streaks))
+        Ok(streaks)
     }
 
     /// Where the streaks of the last image go on at the rate that was told, be they ever so faint beside others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
-        let (Some(elapsed_s), Some((rate, _))) = (self.turning.elapsed_s(self.cycle), self.turning.told)
-        else {
+        let (Some(elapsed_s), Some((rate, _))) = (self.turning.elapsed_s(self.now), self.turning.told) else {
             return Vec::new();
         };
         let half_s = 0.5e-6 * exposure_us as f32;
@@ -117,7 +113,7 @@ impl Sensor<'_> {
     #[inline(never)]
     fn measure(
         &mut self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
         piece: &Piece,
         streaks: &mut Vec<Streak, MAX_STREAKS>,
         columns: &mut usize,
@@ -143,7 +139,7 @@ impl Sensor<'_> {
     /// Of the detector.
     pub(super) fn streaks_of_scan(
         &mut self,
-        detector: &mut impl Detector,
+        detector: &mut impl Detector<Error = DetectorError>,
     ) -> Result<Vec<Streak, MAX_STREAKS>, DetectorError> {
         let mut streaks = Vec::new();
         let mut columns = COLUMNS_AFTER_SCAN;

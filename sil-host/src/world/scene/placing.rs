@@ -3,7 +3,7 @@
 //! In: a scene, a cycle, its exposure and truth. Out: images ([`Spot`]) of stars, planets and satellites at the places where they are
 //! at the times of the steps of their smear, and the stars on the detector at mid-exposure.
 
-use super::{CYCLE_S, Scene, Truth, VisibleStar, star_e_s};
+use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
 use crate::world::scene_settings::SceneSettings;
 use crate::world::shutter::Way;
@@ -36,7 +36,7 @@ impl Scene {
         spots: &mut Vec<Spot>,
     ) -> Vec<VisibleStar> {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
-        let middle_s = cycle as f64 * CYCLE_S;
+        let middle_s = self.middle_s(cycle);
         let rate_rad_s = length(motion.rate_rad_s(middle_s));
         let (exposure, rows) = ((middle_s, time_s), camera.height_px);
         let way = |steps| Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, rows, rate_rad_s);

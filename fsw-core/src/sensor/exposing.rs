@@ -1,0 +1,95 @@
+//! The image of a second: whether one is asked for, taken, and may be used, and when the second is.
+
+use super::Sensor;
+use super::timekeeping::Time;
+use crate::image::blinding::blinded;
+use crate::modes::Mode;
+use crate::plan;
+use crate::telemetry::{Fault, ImageFault};
+use fsw_hal::{Clock, Detector, DetectorError, LocalTime, Stage, StageMeter};
+
+/// The image of a second.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Image {
+    /// None was asked for: safe mode, or a search that goes on with an image before.
+    NotAsked,
+    /// It can be read.
+    Taken,
+    /// It can be read, and the Sun blinds it.
+    Blinded,
+    /// Its instant is not one that this second can have; it is not read.
+    Refused(ImageFault),
+    /// The detector did not deliver it, or is not the one the parameters were made for.
+    Failed(Fault),
+}
+
+impl Sensor<'_> {
+    /// Takes the image that the mode asks for and gives the times of the second with it.
+    #[inline(never)]
+    pub(super) fn take_image(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        clock: &mut impl Clock,
+        meter: &mut impl StageMeter,
+    ) -> (Image, Time) {
+        let stage = match self.modes.mode() {
+            Mode::Acquisition => Stage::Scan,
+            _ => Stage::Windows,
+        };
+        meter.begin(stage);
+        let exposed = self.exposure_asked_us().map(|exposure_us| self.expose(detector, exposure_us));
+        // After the exposure: no image can be later than the counter.
+        let now = self.timekeeper.read_counter(clock);
+        let (image, instant) = match exposed {
+            None => (Image::NotAsked, None),
+            Some(Err(fault)) => (Image::Failed(fault), None),
+            Some(Ok(instant)) => match self.timekeeper.accept(instant, &now) {
+                Ok(()) => (self.probe(detector), Some(instant)),
+                Err(fault) => (Image::Refused(fault), None),
+            },
+        };
+        meter.end(stage);
+        (image, self.timekeeper.tell(clock, &now, instant))
+    }
+
+    /// The exposure that this second needs, us.
+    fn exposure_asked_us(&self) -> Option<u32> {
+        match self.modes.mode() {
+            Mode::Safe => None,
+            Mode::Acquisition if self.searching_since.is_some() => None,
+            Mode::Acquisition if self.turning.seeks_streaks() => Some(self.line_exposure_us()),
+            _ => Some(self.parameters.imaging.exposure_us),
+        }
+    }
+
+    /// Exposes an image; the instant of its middle.
+    fn expose(
+        &self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        exposure_us: u32,
+    ) -> Result<LocalTime, Fault> {
+        let (geometry, camera) = (detector.geometry(), self.camera.parameters());
+        if (geometry.width_px, geometry.height_px) != (camera.width_px, camera.height_px) {
+            return Err(Fault::Geometry);
+        }
+        detector.expose(exposure_us).map_err(Fault::from)
+    }
+
+    /// Whether the Sun blinds the image: all probes stand at full scale.
+    fn probe(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Image {
+        let geometry = detector.geometry();
+        let mut blind = 0;
+        for probe in &plan::probes(&geometry) {
+            let read = self.workspace.shared.readout().and_then(|readout| {
+                let pixels = readout.buffer.get_mut(..probe.area()).ok_or(DetectorError::BufferLength)?;
+                detector.read(*probe, pixels)?;
+                Ok(blinded(pixels, geometry.bits))
+            });
+            match read {
+                Ok(is_blind) => blind += usize::from(is_blind),
+                Err(error) => return Image::Failed(error.into()),
+            }
+        }
+        if blind == plan::PROBES { Image::Blinded } else { Image::Taken }
+    }
+}
