@@ -94,9 +94,6 @@ impl core::fmt::Display for SensorError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Parameters(error) => write!(f, "parameters refused: {error}"),
-            Self::CatalogueTooLarge => {
-                write!(f, "the catalogue holds more than {MAX_CATALOGUE_STARS} stars: build one with fewer")
-            }
             Self::Calibration => f.write_str(
                 "the calibration is not the one that the parameters name, or of another detector or optical centre",
             ),

@@ -190,9 +190,7 @@ fn a_value_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
             set(p, value);
             // The two axes of the ellipsoid are tried as a sphere's.
             if name.starts_with("earth.ellipsoid") {
-                // `max` and `min` leave NaN out, `clamp` does not.
-                #[allow(clippy::manual_clamp)]
-                let axis = value.max(100.0).min(100_000.0);
+                let axis = if value.is_nan() { 6378.0 } else { value.clamp(100.0, 100_000.0) };
                 p.earth.ellipsoid = earth::Ellipsoid { equatorial_km: axis, polar_km: axis };
                 set(p, value);
             }
