@@ -551,11 +551,12 @@ fn an_orbit_is_propagated_over_a_gap_of_two_hours_and_forgotten_after_a_longer_o
 
 #[test]
 fn the_sun_in_a_path_is_told_when_it_blinds_and_another_light_is_not_called_the_sun() {
-    // It enters the star path after 12 minutes.
+    // Begun 30 seconds before it enters the star path.
     let mut world = World::clip("sun-crossing");
-    world.second = 690;
-    world.instant_us += 690_000_000;
-    let reports = quietly(&mut world, 60);
+    let enters = (0..).find(|second| world.truth(*second).state.is_blinded()).expect("it does");
+    world.second = enters as u64 - 30;
+    world.instant_us += world.second as i64 * 1_000_000;
+    let reports = quietly(&mut world, 40);
     let blinded = reports.iter().position(|report| report.status == Status::Blinded).expect("an outage");
     assert!(blinded > 5 && reports[blinded - 1].mode == Mode::Tracking);
     for (second, report) in reports.iter().enumerate() {
