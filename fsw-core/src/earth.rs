@@ -1,36 +1,35 @@
 //! From the limb's pixels to the Earth's centre (thesis §3.2).
 //!
-//! Terms. The *limb* is the edge of the Earth as seen; it is *lit* where the Sun stands above the horizon there. A *limb
-//! point* is a place on the detector where brightness passes half of its local rise. The *limb height* is the height
-//! above the ellipsoid at which that happens. The *dark side* of a limb point, *outward*, is space. A *strip* is a thin
-//! window across an expected limb. *Sphere space* is space stretched along the pole so that the ellipsoid, limb height
-//! included, becomes the unit sphere (the matrix B = Q T of Christian and Robinson 2016); there the limb is a circular
-//! cone about the centre, from low orbits as well as from high ones. The *arc* is the part of that circle's azimuth
-//! which points span.
+//! Terms. The *limb* is the edge of the Earth as seen; it is *lit* where the Sun stands above the horizon
+//! there. A *limb point* is a place on the detector where brightness passes half of its local rise. The *limb
+//! height* is the height above the ellipsoid at which that happens. The *dark side* of a limb point,
+//! *outward*, is space. A *strip* is a thin window across an expected limb. *Sphere space* is space stretched
+//! along the pole so that the ellipsoid, limb height included, becomes the unit sphere (the matrix B = Q T of
+//! Christian and Robinson 2016); there the limb is a circular cone about the centre, from low orbits as well
+//! as from high ones. The *arc* is the part of that circle's azimuth which points span.
 //!
-//! In: windows of raw pixels, the camera, the pole and the Sun in the Earth path's frame. Out: the vector to the Earth's
-//! centre, km, with its covariance. All f32.
+//! In: windows of raw pixels, the camera, the pole and the Sun in the Earth path's frame. Out: the vector to
+//! the Earth's centre, km, with its covariance. All f32.
 //!
-//! [`view`] tells where the limb must stand, [`limb`] finds it in strips, [`search`] without prediction; [`consensus`]
-//! says which points belong to one body, [`centre`] fits it, `horizon` says what heights that neighbouring points share make of it,
-//! and [`look`] puts these together. For comparison, and not in flight: [`thesis`] is the way of the thesis, [`filters`] are its other
-//! filters across the limb, [`scale`] checks the focal length.
+//! [`view`] tells where the limb must stand, [`reach`] how long a strip across it must be, [`limb`] finds it
+//! in strips, [`search`] without prediction; [`consensus`] says which points belong to one body, [`centre`]
+//! fits it, `horizon` adds the covariance of heights that neighbouring points share, and [`look`] takes these
+//! steps one after the other. [`comparison`] holds what does not fly.
 
 pub mod centre;
+pub mod comparison;
 pub mod consensus;
-pub mod filters;
 mod horizon;
 pub mod limb;
 pub mod look;
 pub mod parameters;
 mod plane;
 mod rays;
-pub mod scale;
+pub mod reach;
 pub mod search;
 mod shape;
 #[cfg(test)]
 mod test_world;
-pub mod thesis;
 pub mod view;
 mod zone;
 
@@ -80,8 +79,8 @@ pub struct EarthFix {
     pub place_km: Vector3<f32>,
     /// Covariance of `centre_km`, km², what is not known of the limb's height included.
     pub covariance_km2: Matrix3<f32>,
-    /// The part of it that is new with every picture, km²: the points' own errors. The other is shared by neighbouring points, and
-    /// for some time by pictures that follow each other.
+    /// The part of it that is new with every picture, km²: the points' own errors. The other is shared by
+    /// neighbouring points, and for some time by pictures that follow each other.
     pub noise_km2: Matrix3<f32>,
     /// Azimuth about the centre that the points span, rad, up to a turn.
     pub arc_rad: f32,
@@ -97,12 +96,13 @@ impl EarthFix {
         self.inliers.checked_shr(point as u32).unwrap_or(0) & 1 != 0
     }
 
-    /// Standard deviation of the direction to the centre, the greater of the two across it, rad, and of the distance, km.
+    /// Standard deviation of the direction to the centre, the greater of the two across it, rad, and of the
+    /// distance, km.
     pub fn sigmas(&self) -> (f32, f32) {
         let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
         let axis = self.centre_km * (1.0 / range_km);
         let (first, second) = shape::across(&axis);
-        let variance = |one: &Vector3<f32>, other: &Vector3<f32>| one.dot(&(self.covariance_km2 * other));
+        let variance = |one, other| shape::between(one, &self.covariance_km2, other);
         let (xx, xy, yy) = (variance(&first, &first), variance(&first, &second), variance(&second, &second));
         let half = 0.5 * (xx - yy);
         let greatest = 0.5 * (xx + yy) + libm::sqrtf(half * half + xy * xy);

@@ -86,7 +86,8 @@ parameter_group! {
         /// Longest acquisition.
         acquisition_timeout_s: u16 = 300, 5..=10_000, "s", "chosen: five minutes";
         /// Longest Sun outage.
-        outage_timeout_s: u16 = 7200, 10..=60_000, "s", "the longest outage in GEO, 75 min, and half as much again";
+        outage_timeout_s: u16 = 7200, 10..=60_000, "s",
+            "the longest outage in GEO, 75 min, and half as much again";
         /// Pause in safe mode before the next self-test.
         pause_s: u16 = 60, 1..=10_000, "s", "chosen";
     }

@@ -20,6 +20,12 @@ pub(crate) fn sort<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
     }
 }
 
+/// Orders numbers, least first.
+#[inline(never)]
+pub(crate) fn sort_numbers(numbers: &mut [f32]) {
+    sort(numbers, |one, other| one < other);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

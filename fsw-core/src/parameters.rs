@@ -1,8 +1,9 @@
 //! The one table of everything that is set for a mission, checked before it is used.
 //!
 //! Each room declares its parameters where they are used, by the macro of [`table`]; this table gathers them.
-//! [`Parameters::check`] refuses a table with a value outside its range and names it; the table in force stays. A table travels
-//! as a [`packet`] of version [`VERSION`]. The page `PARAMETERS.md` lists all of them (`sil-host parameters` writes it).
+//! [`Parameters::check`] refuses a table with a value outside its range and names it; the table in force
+//! stays. A table travels as a [`packet`] of version [`VERSION`]. The page `PARAMETERS.md` lists all of them
+//! (`sil-host parameters` writes it).
 
 use crate::attitude::filter::RateSensorNoise;
 use crate::camera::{Camera, CameraError, CameraParameters};
@@ -55,16 +56,18 @@ parameter_group! {
         /// From a row's exposure to the next row's.
         row_time_ns: u32 = 0, 0..=500_000, "ns", "a global shutter";
         /// CRC of the calibration that belongs to lens and detector; 0: none.
-        calibration_crc: u32 = 0, one of "0, the CRC of a calibration", "", "told by the ground with the calibration";
+        calibration_crc: u32 = 0, one of "0, the CRC of a calibration", "",
+            "told by the ground with the calibration";
     }
 }
 
 parameter_group! {
     /// Star tracking.
     pub struct TrackingParameters in "tracking" {
-        /// Half the side of the area searched about a predicted star. A star is taken within half of it once the others have
-        /// corrected the prediction.
-        gate_px: u16 = 5, 3..=24, "px", "3 sigma of the prediction with margin; a larger one takes wrong stars";
+        /// Half the side of the area searched about a predicted star. A star is taken within half of it once
+        /// the others have corrected the prediction.
+        gate_px: u16 = 5, 3..=24, "px",
+            "3 sigma of the prediction with margin; a larger one takes wrong stars";
         /// Fewest stars that make an attitude.
         fewest_stars: u16 = 3, 3..=16, "", "two fix an attitude, the third shows a wrong one";
         /// Largest standard deviation with which an attitude that is only carried on is reported.
@@ -95,9 +98,9 @@ pub struct Parameters {
     pub identification: IdentificationParameters,
     /// Star tracking.
     pub tracking: TrackingParameters,
-    /// The rate sensor that carries the attitude from image to image; none (the default): the filter's own rate does. What it
-    /// loses in a second must be less than a third of the gate, else no star would be found where it is predicted: a gyro
-    /// of a car (0.2 deg/s) is no such sensor.
+    /// The rate sensor that carries the attitude from image to image; none (the default): the filter's own
+    /// rate does. What it loses in a second must be less than a third of the gate, else no star would be
+    /// found where it is predicted: a gyro of a car (0.2 deg/s) is no such sensor.
     pub rate_sensor: Option<RateSensorNoise>,
     /// The Earth's figure, limb and centre.
     pub earth: EarthParameters,

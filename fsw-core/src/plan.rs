@@ -1,16 +1,11 @@
-//! Which windows to read next.
+//! Which windows to read for stars, and to see whether the detector works.
 //!
 //! Stars. In: predicted stars, the gate about each, and which places the lit Earth hides. Out: windows, brightest star
 //! first. A window is the gate and the margin that a centroid needs; windows that leave the detector are dropped rather
 //! than cut, because a cut window has no whole region at its edge.
 //!
-//! Limb. In: how many km of height a pixel spans at the limb, how well the limb's height is known there. Out: how far a strip
-//! must reach to hold the limb whole, or that it would have to reach too far.
-//!
 //! Probes: small windows that tell whether the detector works and whether the Sun blinds it.
 
-use crate::earth::EarthParameters;
-use crate::earth::limb::{MAX_LENGTH, Reach};
 use crate::image::patch::MARGIN;
 use crate::stars::predict::Predicted;
 use fsw_hal::{DetectorGeometry, Window};
@@ -45,32 +40,6 @@ pub fn star_windows(
         }
     }
     windows
-}
-
-/// Most strips across the limb in a second.
-pub const MAX_LIMB_STRIPS: usize = 24;
-/// The limb's glow is faint beyond so many scale heights: 1 %.
-const GLOW_SCALES: f32 = 4.5;
-/// Inside the limb so many scale heights are looked at.
-const BRIGHT_SCALES: f32 = 1.5;
-/// Beyond the glow a strip reaches so far: over the edge that the lens spreads, and to brightness and darkness on its
-/// sides, px.
-pub const STRIP_MARGIN_PX: f32 = 9.0;
-
-/// Height over which the limb's glow fades, km.
-pub fn glow_km(parameters: &EarthParameters) -> f32 {
-    GLOW_SCALES * parameters.limb.scale_height_km
-}
-
-/// How far a strip must reach from the expected limb, when its height there is known to `sigma_km` (3 sigma are allowed
-/// for); `None` when the strip would be longer than one can be.
-pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<Reach> {
-    let reach_px = |km: f32| libm::ceilf(STRIP_MARGIN_PX + (km + 3.0 * sigma_km) / km_per_px);
-    let outward = reach_px(glow_km(parameters));
-    let inward = reach_px(BRIGHT_SCALES * parameters.limb.scale_height_km);
-    // Also refuses what is no number.
-    let fits = outward + inward < MAX_LENGTH as f32;
-    fits.then_some(Reach { outward_px: outward as u16, inward_px: inward as u16 })
 }
 
 /// Number of probes.

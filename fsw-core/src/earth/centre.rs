@@ -1,21 +1,25 @@
-//! The Earth's centre from limb points (thesis §3.2.2; Christian and Robinson 2016), from low orbits to high ones.
+//! The Earth's centre from limb points (thesis §3.2.2; Christian and Robinson 2016), from low orbits to high
+//! ones.
 //!
 //! In: limb points, the camera, the [`Body`] as it stands. Out: an [`EarthFix`], or why there is none.
 //!
-//! After [`consensus`](super::consensus) the limb cone (axis `w`, half angle `θ`) is fitted to the residuals across the limb by
-//! [`STEPS`] Gauss-Newton steps with Tukey's weights. For a small turn of the axis by `(a1, a2)` along `e1, e2` and a cone
-//! narrower by `a3`, a ray at azimuth `φ` changes its residual by `-a1 cos φ - a2 sin φ + a3`. With `e1` in the middle of the arc
-//! and `r = a3 - a1` that is `α (1 - cos φ) - a2 sin φ + r`: the three columns stay apart for any arc, and `1 - cos φ = |t -
-//! e1|² / 2` loses no digit, so normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so
-//! noise does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the same derivatives.
+//! After [`consensus`](super::consensus) the limb cone (axis `w`, half angle `θ`) is fitted to the residuals
+//! across the limb by [`STEPS`] Gauss-Newton steps with Tukey's weights. For a small turn of the axis by
+//! `(a1, a2)` along `e1, e2` and a cone narrower by `a3`, a ray at azimuth `φ` changes its residual by `-a1
+//! cos φ - a2 sin φ + a3`. With `e1` in the middle of the arc and `r = a3 - a1` that is `α (1 - cos φ) - a2
+//! sin φ + r`: the three columns stay apart for any arc, and `1 - cos φ = |t - e1|² / 2` loses no digit, so
+//! normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so noise
+//! does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the
+//! same derivatives.
 //!
-//! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the steps ([`Expected`]) but
-//! not in the result: a short arc alone would lead the fit far along a curve on which the limb hardly changes. About the place so
-//! found the limb is linear in the centre, and the fix is what the points alone say in that linear picture.
+//! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the
+//! steps ([`Expected`]) but not in the result: a short arc alone would lead the fit far along a curve on
+//! which the limb hardly changes. About the place so found the limb is linear in the centre, and the fix is
+//! what the points alone say in that linear picture.
 //!
-//! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it is added what
-//! `horizon` says of errors that neighbouring points share, which no residual shows.
-//! Direction, rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
+//! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it
+//! is added what `horizon` says of errors that neighbouring points share, which no residual shows. Direction,
+//! rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
 use super::consensus::agree;
 use super::horizon::{Horizon, Response};
@@ -23,6 +27,7 @@ use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
 use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
+use crate::matrix::symmetric_product;
 use crate::orbit::covariance::inverse_f32;
 use crate::order;
 use heapless::Vec;
@@ -38,9 +43,10 @@ const TUKEY: f32 = 4.685;
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
 /// Root mean square of what is spread evenly from -1 to 1: `1 / sqrt(3)`.
 const CHANCE_SHARE: f32 = 0.577_35;
-/// Longest step of an angle, rad.
+/// Longest step of an angle, rad: as far as the polynomials of `stepped` hold to 1e-9.
 const LONGEST_STEP_RAD: f32 = 0.1;
-/// Least determinant of the normal equations when their diagonal is brought to one.
+/// Least determinant of the normal equations when their diagonal is brought to one: f32 leaves an error of
+/// 1e-3 in such an inverse.
 const LEAST_DETERMINANT: f32 = 1e-4;
 
 /// Room for the rays of a second, 5 KiB.
@@ -138,7 +144,7 @@ fn scale(rays: &Rays, cone: &Cone) -> f32 {
         count += 1;
     }
     let sizes = sizes.get_mut(..count).unwrap_or(&mut []);
-    order::sort(sizes, |one, other| one < other);
+    order::sort_numbers(sizes);
     (SIGMA_PER_MEDIAN * sizes.get(count / 2).copied().unwrap_or(0.0)).max(1.0)
 }
 
@@ -178,8 +184,8 @@ fn normal(rays: &Rays, cone: &Cone, axes: &[Vector3<f32>; 2], step: &Vector3<f32
     normal
 }
 
-/// Covariance of the unknowns for the heights that neighbours share: what a least-squares solution with these weights (of a step of
-/// (α, a2, r)) and this inverse matrix makes of them.
+/// Covariance of the unknowns for the heights that neighbours share: what a least-squares solution with these
+/// weights (of a step of (α, a2, r)) and this inverse matrix makes of them.
 fn shared(
     rays: &Rays,
     cone: &Cone,
@@ -224,7 +230,7 @@ fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32
         *azimuth = libm::atan2f(second.dot(&radial), first.dot(&radial));
     }
     let azimuths = azimuths.get_mut(..rays.len()).unwrap_or(&mut []);
-    order::sort(azimuths, |one, other| one < other);
+    order::sort_numbers(azimuths);
     let (Some(least), Some(greatest)) = (azimuths.first(), azimuths.last()) else { return 0.0 };
     let turn = core::f32::consts::TAU;
     let across_back = turn - (greatest - least);
@@ -281,10 +287,6 @@ fn fix(
     let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
     let horizon = Horizon::new(cone, body, rad_per_px, parameters);
     let shared = shared(rays, cone, &axes, &step, &inverse, &horizon);
-    let covariance = |of: Matrix3<f32>| {
-        let km2 = columns * of * columns.transpose();
-        (km2 + km2.transpose()) * 0.5
-    };
     let noise = inverse * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
@@ -296,16 +298,16 @@ fn fix(
     Ok(EarthFix {
         centre_km: place_km + shift_km,
         place_km,
-        covariance_km2: covariance(noise + shared),
-        noise_km2: covariance(noise),
+        covariance_km2: symmetric_product(&columns, &(noise + shared)),
+        noise_km2: symmetric_product(&columns, &noise),
         arc_rad: arc_rad(rays, cone, &axes),
         rms_px: libm::sqrtf(squares / f32::max(count, 1.0)),
         inliers,
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the centre is `expected` the
-/// fit is linear about the place that suits both.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the
+/// centre is `expected` the fit is linear about the place that suits both.
 ///
 /// # Errors
 /// The first [`Refusal`] that holds.
@@ -337,8 +339,8 @@ pub fn centre(
         cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
-    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use. Points that agree by
-    // chance are spread evenly over the tolerance.
+    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
+    // Points that agree by chance are spread evenly over the tolerance.
     let greatest_px = if demand.alone { CHANCE_SHARE * demand.tolerance_px } else { demand.tolerance_px };
     if fix.rms_px.is_nan() || fix.rms_px > greatest_px {
         return Err(Refusal::NoConsensus);

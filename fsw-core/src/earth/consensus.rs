@@ -1,9 +1,10 @@
 //! Which limb points belong to one body (thesis §3.2.1 step 5, global criterion).
 //!
-//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are tried in an order that is
-//! always the same; the rays are sorted along the detector's side on which they spread more, and a triplet takes one of each
-//! third, so that it is never crowded. A ray agrees when it lies within the tolerance of the cone, its bright side faces the centre,
-//! and the Sun lights the limb there. The best cone is fitted to those that agree, twice over.
+//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are tried
+//! in an order that is always the same; the rays are sorted along the detector's side on which they spread
+//! more, and a triplet takes one of each third, so that it is never crowded. A ray agrees when it lies within
+//! the tolerance of the cone, its bright side faces the centre, and the Sun lights the limb there. The best
+//! cone is fitted to those that agree, twice over.
 
 use super::plane;
 use super::rays::{Cone, Ray, Rays};
@@ -13,11 +14,12 @@ use crate::order;
 
 /// Most triplets tried: with half of the points wrong, the chance that all miss is 2e-4.
 pub const MAX_TRIPLETS: u32 = 64;
-/// Fits to those that agree.
+/// Fits to those that agree: the second takes in what the first brought near.
 const ROUNDS: usize = 2;
 /// Least sine of the Sun's elevation at a limb point: it stands a scale height and more above the ground.
 const LEAST_SUN_SINE: f32 = -0.05;
-/// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018), 2^-32.
+/// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018),
+/// 2^-32.
 pub(super) const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
 
 /// Whether a ray agrees with a cone.
@@ -28,8 +30,11 @@ fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
         && body.sun_sine(&cone.surface(&radial)).is_none_or(|sine| sine > LEAST_SUN_SINE)
 }
 
-fn count(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> usize {
-    rays.iter().filter(|ray| agrees(ray, cone, body, tolerance_px)).count()
+/// The rays that agree with a cone: bit i is that of ray i.
+#[inline(never)]
+fn agreeing(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> u128 {
+    let bit = |ray| u128::from(agrees(ray, cone, body, tolerance_px));
+    rays.iter().rev().fold(0, |bits, ray| (bits << 1) | bit(ray))
 }
 
 /// The cone through a ray of each third.
@@ -66,45 +71,42 @@ pub(super) fn agree(
         });
         high - low
     };
-    if range(|ray| ray.unit.x) > range(|ray| ray.unit.y) {
-        order::sort(rays, |one, other| one.unit.x < other.unit.x);
-    } else {
-        order::sort(rays, |one, other| one.unit.y < other.unit.y);
-    }
+    let along_x = range(|ray| ray.unit.x) > range(|ray| ray.unit.y);
+    let place = |ray: &Ray| if along_x { ray.unit.x } else { ray.unit.y };
+    order::sort(rays, |one, other| place(one) < place(other));
 
-    let mut best: Option<(usize, Cone)> = None;
+    let mut best: Option<(u128, Cone)> = None;
     for number in 0..MAX_TRIPLETS {
         let Some(cone) = hypothesis(rays, number) else { continue };
-        let agreeing = count(rays, &cone, body, tolerance_px);
-        if best.is_none_or(|(most, _)| agreeing > most) {
-            best = Some((agreeing, cone));
+        let with_it = agreeing(rays, &cone, body, tolerance_px);
+        if best.is_none_or(|(most, _)| with_it.count_ones() > most.count_ones()) {
+            best = Some((with_it, cone));
         }
-        if agreeing as f32 >= parameters.fit.enough_share * all as f32 {
+        if with_it.count_ones() as f32 >= parameters.fit.enough_share * all as f32 {
             break;
         }
     }
-    let (mut agreeing, mut cone) = best.ok_or(Refusal::Degenerate)?;
+    let (mut inliers, mut cone) = best.ok_or(Refusal::Degenerate)?;
     for _ in 0..ROUNDS {
-        let kept = rays.iter().filter(|ray| agrees(ray, &cone, body, tolerance_px));
-        let Some(fitted) = plane::fit(kept) else { break };
-        let with_fitted = count(rays, &fitted, body, tolerance_px);
-        if with_fitted < agreeing {
+        let Some(fitted) = plane::fit(rays, inliers) else { break };
+        let with_fitted = agreeing(rays, &fitted, body, tolerance_px);
+        if with_fitted.count_ones() < inliers.count_ones() {
             break;
         }
-        (agreeing, cone) = (with_fitted, fitted);
+        (inliers, cone) = (with_fitted, fitted);
     }
-    if agreeing < demand.inliers {
+    if (inliers.count_ones() as usize) < demand.inliers {
         return Err(Refusal::NoConsensus);
     }
-    keep(rays, |ray| agrees(ray, &cone, body, tolerance_px));
+    keep(rays, inliers);
     Ok(cone)
 }
 
-/// Keeps the rays that qualify, in their order.
-fn keep(rays: &mut Rays, qualifies: impl Fn(&Ray) -> bool) {
+/// Keeps the chosen rays, in their order.
+fn keep(rays: &mut Rays, chosen: u128) {
     let mut kept = 0;
     for at in 0..rays.len() {
-        if rays.get(at).is_some_and(&qualifies) {
+        if (chosen >> (at % 128)) & 1 != 0 {
             if let Ok([kept, moved]) = rays.get_disjoint_mut([kept, at]) {
                 core::mem::swap(kept, moved);
             }

@@ -1,28 +1,32 @@
 //! Heights that neighbouring limb points share.
 //!
-//! A point's own sigma says how well its place is measured, and how the limb scatters from one point to the next. Clouds and air
-//! masses lift the limb by kilometres over hundreds and thousands of kilometres besides, and a slant of the light moves half its
-//! brightness alike. Over a long arc that is averaged out; over a short one it looks like another radius, and the centre moves by
-//! many sigmas of the points, the residuals being as small as ever.
+//! A point's own sigma says how well its place is measured, and how the limb scatters from one point to the
+//! next. Clouds and air masses lift the limb by kilometres over hundreds and thousands of kilometres besides,
+//! and a slant of the light moves half its brightness alike. Over a long arc that is averaged out; over a
+//! short one it looks like another radius, and the centre moves by many sigmas of the points, the residuals
+//! being as small as ever.
 //!
-//! In: the fitted limb, and how the fit answers to a point that is displaced. Out: the covariance of its unknowns for such heights.
-//! They are a Fourier series in the azimuth about the centre, up to [`MODES`] waves a turn, of the variance
+//! In: the fitted limb, and how the fit answers to a point that is displaced. Out: the covariance of its
+//! unknowns for such heights. They are a Fourier series in the azimuth about the centre, up to [`MODES`]
+//! waves a turn, of the variance
 //!
 //! `σ_k² = σ² s_k / Σ s`, `s_0 = 1`, `s_k = 2 (1 + (k L / ρ)²)^(-3/2)`
 //!
-//! for cosine and sine alike: a field of the standard deviation `σ` whose correlation over the distance `d` is `x K₁(x)`, `x = d / L`
-//! (Matérn's of order one: 0.6 at `L`), along a circle of the radius `ρ`, the limb's. Waves shorter than the last are left to the
-//! points' own sigmas. There are two such fields: the heights themselves, and what clouds do to the place of half brightness in a limb
-//! no wider than a pixel, which is a part of a pixel, and less the wider the limb is. To the mean is added what is not known of the
-//! limb's mean height; to mean and first wave what the slant of the light does where the Sun is not known: at noon it draws the whole
-//! disc towards the Sun and makes it smaller. Test: `horizon/tests.rs`; fitted to the frames of `sil-host campaign earth` of the seeds 1
-//! and 2, and judged by those of others.
+//! for cosine and sine alike: a field of the standard deviation `σ` whose correlation over the distance `d`
+//! is `x K₁(x)`, `x = d / L` (Matérn's of order one: 0.6 at `L`), along a circle of the radius `ρ`, the
+//! limb's. Waves shorter than the last are left to the points' own sigmas. There are two such fields: the
+//! heights themselves, and what clouds do to the place of half brightness in a limb no wider than a pixel,
+//! which is a part of a pixel, and less the wider the limb is. To the mean is added what is not known of the
+//! limb's mean height; to mean and first wave what the slant of the light does where the Sun is not known: at
+//! noon it draws the whole disc towards the Sun and makes it smaller. Test: `horizon/tests.rs`; fitted to the
+//! frames of `sil-host campaign earth` of the seeds 1 and 2, and judged by those of others.
 //!
 //! Cost: 18 operations a point and wave, 20,000 for 24 points.
 
 use super::EarthParameters;
 use super::rays::Cone;
 use super::shape::Body;
+use crate::matrix::add_product_transposed;
 use nalgebra::{Matrix3, Vector3};
 
 /// Waves about the whole limb: 570 km in a low orbit, 1250 km in the geostationary one are the shortest.
@@ -79,6 +83,24 @@ impl Horizon {
     }
 }
 
+impl Horizon {
+    /// Variance of every wave.
+    fn variances(&self) -> [f32; MODES] {
+        let mut variances = [0.0; MODES];
+        for field in &self.fields {
+            let shares: f32 = (0..MODES).map(|wave| field.share(wave)).sum();
+            let scale = field.variance / shares;
+            for (wave, variance) in variances.iter_mut().enumerate() {
+                *variance += scale * field.share(wave);
+            }
+        }
+        for (variance, more) in variances.iter_mut().zip([self.mean + self.sunless, self.sunless]) {
+            *variance += more;
+        }
+        variances
+    }
+}
+
 /// How the unknowns of a fit answer to a wave of height, by its cosine and its sine.
 pub(super) struct Response {
     waves: [[Vector3<f32>; 2]; MODES],
@@ -91,7 +113,8 @@ impl Default for Response {
 }
 
 impl Response {
-    /// Takes in a point whose azimuth has this cosine and sine, by which the unknowns change by `gain` for a radian.
+    /// Takes in a point whose azimuth has this cosine and sine, by which the unknowns change by `gain` for a
+    /// radian.
     pub(super) fn add(&mut self, azimuth: [f32; 2], gain: &Vector3<f32>) {
         let [c1, s1] = azimuth;
         let [mut c, mut s] = [1.0, 0.0];
@@ -104,23 +127,13 @@ impl Response {
 
     /// The covariance of the unknowns.
     pub(super) fn covariance(&self, horizon: &Horizon) -> Matrix3<f32> {
-        let waves = || {
-            let both =
-                |[cosine, sine]: &[Vector3<f32>; 2]| cosine * cosine.transpose() + sine * sine.transpose();
-            self.waves.iter().map(both).enumerate()
-        };
-        let besides = [horizon.mean + horizon.sunless, horizon.sunless];
-        let known = waves().zip(besides).fold(Matrix3::zeros(), |sum, ((_, both), more)| sum + both * more);
-        horizon.fields.iter().fold(known, |known, field| {
-            let (mut sum, mut shares) = (Matrix3::zeros(), 0.0);
-            for (wave, both) in waves() {
-                let share = field.share(wave);
-                sum += both * share;
-                shares += share;
+        let mut sum = Matrix3::zeros();
+        for (both, variance) in self.waves.iter().zip(horizon.variances()) {
+            for gain in both {
+                add_product_transposed(&mut sum, &(gain * variance), gain);
             }
-            // The first share is one.
-            known + sum * (field.variance / shares)
-        })
+        }
+        sum
     }
 }
 

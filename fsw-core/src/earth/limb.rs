@@ -1,18 +1,22 @@
-//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7 tracking).
+//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7
+//! tracking).
 //!
 //! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] and its sigma, or nothing.
 //!
-//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the greatest and
-//! the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the median of the outer end. The
-//! limb is the outermost place that reaches the share `Zone::level` of the brightness which stands just inside *it*, a mean over
-//! a few pixels behind the end of the rise, in to which clouds and the terminator hardly reach. The share, near one half, is that
-//! of a limb in `zone`'s model at its half-brightness height. Where the air fades more slowly than in the model, the share may be
-//! reached anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both alike and is not
-//! taken off: a lens that loses half of its light in the corner moves the limb by less than a twentieth of a pixel.
+//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the
+//! greatest and the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the
+//! median of the outer end. The limb is the outermost place that reaches the share `Zone::level` of the
+//! brightness which stands just inside *it*, a mean over a few pixels behind the end of the rise, in to which
+//! clouds and the terminator hardly reach. The share, near one half, is that of a limb in `zone`'s model at
+//! its half-brightness height. Where the air fades more slowly than in the model, the share may be reached
+//! anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both
+//! alike and is not taken off: a lens that loses half of its light in the corner moves the limb by less than
+//! a twentieth of a pixel.
 //!
-//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its shading, the floor, and
-//! the scatter of the limb's height. Bias against the half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a
-//! pixel of length, and some exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
+//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its
+//! shading, the floor, and the scatter of the limb's height. Bias against the half-brightness height in
+//! rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some exponentials of the model;
+//! 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
 
 use super::view::ExpectedLimb;
 use super::zone::Zone;
@@ -31,11 +35,13 @@ pub const MAX_LENGTH: usize = 161;
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
-/// Steps against the rise may take back this share of it.
+/// Steps against the rise may take back this share of it: noise and clouds do, a star or an occluder takes
+/// more. Chosen.
 const GREATEST_FALL: f32 = 0.15;
-/// Clouds between the limb and the bright side change brightness this much more than within it.
+/// Clouds between the limb and the bright side change brightness this much more than within it. Chosen.
 const REACH: f32 = 2.0;
-/// Greatest sigma of a point, px, and share of the rise's length.
+/// Greatest sigma of a point, the greater of px and a share of the rise's length: a worse one says nothing
+/// that the prediction does not. Chosen.
 pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
 pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
 
@@ -61,8 +67,8 @@ pub struct Strip {
     space_beyond: bool,
 }
 
-/// The strip about an expected limb, along the detector's axis nearest to the limb's normal; `None` where it leaves the detector
-/// or is longer than [`MAX_LENGTH`].
+/// The strip about an expected limb, along the detector's axis nearest to the limb's normal; `None` where it
+/// leaves the detector or is longer than [`MAX_LENGTH`].
 pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry) -> Option<Strip> {
     let [nx, ny] = expected.outward_px;
     let along_x = libm::fabsf(nx) >= libm::fabsf(ny);
@@ -112,7 +118,7 @@ impl Strip {
     }
 }
 
-/// A way to find the limb in a strip: that of [`crossing`], or of one of the [`filters`](super::filters).
+/// A way to find the limb in a strip: that of [`crossing`], or one in [`comparison`](super::comparison).
 pub trait Crossing:
     Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
 {
@@ -134,7 +140,7 @@ struct Passage {
 }
 
 /// A strip's joined line, and what it is held against.
-struct Rise<'a> {
+struct JoinedLine<'a> {
     lines: &'a Lines<'a>,
     /// Without the inner end.
     profile: &'a [f32],
@@ -143,7 +149,7 @@ struct Rise<'a> {
     parameters: &'a EarthParameters,
 }
 
-impl<'a> Rise<'a> {
+impl<'a> JoinedLine<'a> {
     /// `None` where the outer side is bright.
     fn new(
         lines: &'a Lines,
@@ -189,8 +195,9 @@ impl<'a> Rise<'a> {
         found.filter(|_| !saturated && rises(profile, place, zone, bright))
     }
 
-    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that fades more slowly than the
-    /// model's has its share all the way out. The outer end itself must be dark; a rise ends at least half way up.
+    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that
+    /// fades more slowly than the model's has its share all the way out. The outer end itself must be dark; a
+    /// rise ends at least half way up.
     fn outward(&self, zone: &Zone, place: usize, outermost: usize, bright: f32) -> Option<Passage> {
         let excess = |place: usize| Some(self.profile.get(place)? - self.dark - zone.level * bright);
         let mut inner = excess(place)?;
@@ -231,8 +238,8 @@ impl<'a> Rise<'a> {
     }
 }
 
-/// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise is too weak,
-/// not a rise, saturated, at the strip's end, or where the outer side is bright.
+/// The limb in a strip. `pixels` are the window's, of a converter with this full scale. `None` where the rise
+/// is too weak, not a rise, saturated, at the strip's end, or where the outer side is bright.
 pub fn crossing(
     pixels: &[u16],
     strip: &Strip,
@@ -241,9 +248,9 @@ pub fn crossing(
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile()?;
-    let rise = Rise::new(&lines, &profile, geometry, parameters)?;
+    let joined = JoinedLine::new(&lines, &profile, geometry, parameters)?;
     let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
-    rise.point(&rise.passage(&zone)?, &zone, strip)
+    joined.point(&joined.passage(&zone)?, &zone, strip)
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.

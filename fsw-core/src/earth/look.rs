@@ -1,23 +1,29 @@
-//! Looking for the Earth in the present image: a search of the whole detector, and strips across a limb that is expected.
+//! Looking for the Earth in the present image: a search of the whole detector, and strips across a limb that
+//! is expected.
 //!
-//! In: an exposed detector, the camera, the [`Body`], room to work. Out: limb points and their centre. A search alone gives a centre
-//! only good enough to say where strips must lie; strips give the centre that counts. The flight cycle takes the steps one by one,
-//! because an orbit may replace the search; [`anywhere`] takes all of them, for a picture of which nothing is known.
+//! In: an exposed detector, the camera, the [`Body`], room to work. Out: limb points and their centre. A
+//! search alone gives a centre only good enough to say where strips must lie; strips give the centre that
+//! counts. The flight cycle takes the steps one by one, because an orbit may replace the search; [`anywhere`]
+//! takes all of them, for a picture of which nothing is known.
 
 use super::centre::{self, Expected};
+use super::reach::{MAX_LIMB_STRIPS, STRIP_MARGIN_PX, limb_reach};
+use super::shape::between;
 use super::view::View;
-use super::{Body, Demand, EarthFix, EarthParameters, MAX_LIMB_POINTS, Refusal, Strips, limb, search};
+use super::{Body, Demand, EarthFix, EarthParameters, LimbPoint, MAX_LIMB_POINTS};
+use super::{Refusal, Strips, limb, search};
 use crate::camera::Camera;
-use crate::plan;
 use fsw_hal::{Detector, DetectorError};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
-/// Sigma of the limb's place after a search, px.
+/// Sigma of the limb's place after a search, px: twice the floor of its points, for a rim extrapolated beyond
+/// them. Chosen.
 pub const SEARCH_SIGMA_PX: f32 = 3.0;
-/// The same after strips. They are read twice: where the limb is known better a strip is shorter, and more of them fit between it
-/// and the detector's edge (the second search along the rim, thesis §3.2.1).
+/// The same after strips. They are read twice: where the limb is known better a strip is shorter, and more of
+/// them fit between it and the detector's edge (the second search along the rim, thesis §3.2.1).
 const STRIPS_SIGMA_PX: f32 = 0.5;
-/// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts as lit.
+/// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts
+/// as lit. Chosen.
 const LIT_STEPS: f32 = 6.0;
 
 /// Where the work is done; all of it is written over.
@@ -79,14 +85,16 @@ impl Look<'_> {
         view.limb_distance_km() * self.camera.rad_per_px()
     }
 
-    /// Variance of the limb's height where a smooth limb is known to `sigma_px`, km²: the horizon's unevenness comes to it.
-    pub fn height_variance_km2(&self, view: &View, sigma_px: f32) -> f32 {
+    /// Variance of the limb's height where a smooth limb is known to `sigma_px`: the horizon's unevenness
+    /// comes to it.
+    pub fn height_variance(&self, view: &View, sigma_px: f32) -> HeightVariance {
         let (sigma_km, uneven_km) = (sigma_px * self.km_per_px(view), self.parameters.horizon.sigma_km);
-        sigma_km * sigma_km + uneven_km * uneven_km
+        let everywhere_km2 = sigma_km * sigma_km + uneven_km * uneven_km;
+        HeightVariance { everywhere_km2, centre_km2: Matrix3::zeros() }
     }
 
-    /// Fills the room with limb points from strips across the limb where it is expected; `variance` gives that of its height for a
-    /// normal, km², and `choice` which strips.
+    /// Fills the room with limb points from strips across the limb where it is expected, its height known to
+    /// `variance`; `choice` says which strips.
     ///
     /// # Errors
     /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.
@@ -95,8 +103,8 @@ impl Look<'_> {
         &self,
         detector: &mut impl Detector<Error = DetectorError>,
         view: &View,
-        variance: impl Fn(&Vector3<f32>) -> f32,
-        choice: &Choice<impl Fn([f32; 2]) -> bool>,
+        variance: &HeightVariance,
+        choice: &Choice,
         room: &mut Room,
     ) -> Result<Strips, DetectorError> {
         self.read_strips_by(detector, view, variance, choice, room, limb::crossing)
@@ -108,8 +116,8 @@ impl Look<'_> {
         &self,
         detector: &mut impl Detector<Error = DetectorError>,
         view: &View,
-        variance: impl Fn(&Vector3<f32>) -> f32,
-        choice: &Choice<impl Fn([f32; 2]) -> bool>,
+        variance: &HeightVariance,
+        choice: &Choice,
         room: &mut Room,
         crossing: impl limb::Crossing,
     ) -> Result<Strips, DetectorError> {
@@ -117,12 +125,12 @@ impl Look<'_> {
         let geometry = detector.geometry();
         room.points.clear();
         let mut strips = Strips { km_per_px: self.km_per_px(view), ..Strips::default() };
-        for expected in &view.limb(camera, plan::STRIP_MARGIN_PX, choice.most, parameters).points {
-            if !(choice.wanted)(expected.at_px) {
+        for expected in &view.limb(camera, STRIP_MARGIN_PX, choice.most, parameters).points {
+            if !choice.wants(expected.at_px) {
                 continue;
             }
-            let sigma_km = libm::sqrtf(variance(&expected.normal).max(0.0));
-            let Some(reach) = plan::limb_reach(expected.km_per_px, sigma_km, parameters) else {
+            let sigma_km = libm::sqrtf(variance.along_km2(&expected.normal).max(0.0));
+            let Some(reach) = limb_reach(expected.km_per_px, sigma_km, parameters) else {
                 strips.unsure += 1;
                 continue;
             };
@@ -139,13 +147,43 @@ impl Look<'_> {
     }
 }
 
+/// How well the limb's height is known where it is expected.
+#[derive(Clone, Copy, Debug)]
+pub struct HeightVariance {
+    /// Alike along the whole limb, km².
+    pub everywhere_km2: f32,
+    /// Covariance of the centre, km², which counts along the limb's normal.
+    pub centre_km2: Matrix3<f32>,
+}
+
+impl HeightVariance {
+    /// At the place of this normal, km².
+    pub fn along_km2(&self, normal: &Vector3<f32>) -> f32 {
+        self.everywhere_km2 + between(normal, &self.centre_km2, normal)
+    }
+}
+
 /// Which of the expected limb points get a strip.
 #[derive(Clone, Copy, Debug)]
-pub struct Choice<F> {
+pub struct Choice<'a> {
     /// So many, spread evenly over the limb that is lit as far as is known.
     pub most: usize,
-    /// Of these the ones whose place on the detector, px, is wanted.
-    pub wanted: F,
+    /// Of these the ones that stand within so many px of one of these points; all where there is no list.
+    pub near: Option<(&'a [LimbPoint], f32)>,
+}
+
+/// Strips evenly along the lit limb, as many as a second has time for.
+pub const EVENLY: Choice = Choice { most: MAX_LIMB_STRIPS, near: None };
+
+impl Choice<'_> {
+    fn wants(&self, [x, y]: [f32; 2]) -> bool {
+        self.near.is_none_or(|(points, px)| {
+            points.iter().any(|point| {
+                let (dx, dy) = (point.centre_px[0] - x, point.centre_px[1] - y);
+                dx * dx + dy * dy < px * px
+            })
+        })
+    }
 }
 
 /// What became of a picture of which nothing is known.
@@ -155,14 +193,15 @@ pub struct Found {
     pub searched: usize,
     /// Strips read after it.
     pub strips: usize,
-    /// The centre, or why there is none. The room holds the points of the last step taken: the strips' where any was read.
+    /// The centre, or why there is none. The room holds the points of the last step taken: the strips' where
+    /// any was read.
     pub fix: Result<EarthFix, Refusal>,
 }
 
 /// Looks for the Earth without any prediction: a search, strips across the limb that it found, their centre.
 ///
-/// Where the Sun is not known nothing says how far round the limb is lit. Then strips are read only where the search found the limb
-/// too, because strips across the night side would count as missed.
+/// Where the Sun is not known nothing says how far round the limb is lit. Then strips are read only where the
+/// search found the limb too, because strips across the night side would count as missed.
 ///
 /// # Errors
 /// Of the detector.
@@ -202,22 +241,16 @@ pub fn anywhere_by(
         }
     }
     let near_px = LIT_STEPS * f32::from(look.parameters.search.step_px);
-    let is_lit = |[x, y]: [f32; 2]| {
-        lit.iter().any(|point| {
-            let (dx, dy) = (point.centre_px[0] - x, point.centre_px[1] - y);
-            dx * dx + dy * dy < near_px * near_px
-        })
-    };
-    let sun_known = look.body.knows_sun();
-    let choice = Choice {
-        most: if sun_known { plan::MAX_LIMB_STRIPS } else { MAX_LIMB_POINTS },
-        wanted: |at_px| sun_known || is_lit(at_px),
+    let choice = if look.body.knows_sun() {
+        EVENLY
+    } else {
+        Choice { most: MAX_LIMB_POINTS, near: Some((&lit, near_px)) }
     };
     let mut found = refused(Refusal::TooFewPoints);
     let (mut about, mut view) = (rough, view);
     for sigma_px in [SEARCH_SIGMA_PX, STRIPS_SIGMA_PX] {
-        let variance_km2 = look.height_variance_km2(&view, sigma_px);
-        let strips = look.read_strips_by(detector, &view, |_| variance_km2, &choice, room, crossing)?;
+        let variance = look.height_variance(&view, sigma_px);
+        let strips = look.read_strips_by(detector, &view, &variance, &choice, room, crossing)?;
         found.strips = strips.read;
         let demand = look.parameters.in_strips(&strips, true);
         found.fix = look.fit(&demand, Expected::after(&about).as_ref(), room);

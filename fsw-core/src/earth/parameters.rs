@@ -20,17 +20,21 @@ parameter_group! {
         /// Height above the ellipsoid at which the limb is half bright.
         height_km: f32 = 5.5, 0.0..=60.0, "km",
             "within the 3 to 6 km of half brightness, which depend on wavelength and season (thesis 4.2)";
-        /// Standard deviation of that height: season, wavelength, and that a limb narrower than a pixel seems 2 km higher
-        /// than a wide one.
-        height_sigma_km: f32 = 1.4, 0.0..=20.0, "km", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
+        /// Standard deviation of that height: season, wavelength, and that a limb narrower than a pixel seems
+        /// 2 km higher than a wide one.
+        height_sigma_km: f32 = 1.4, 0.0..=20.0, "km",
+            "fitted to `campaign earth`, seeds 1 and 2; judged on others";
         /// Height over which the brightness above the surface falls to 1/e.
         scale_height_km: f32 = 8.0, 0.5..=50.0, "km", "thesis eq. 4.1; scale height of the air's density";
         /// Scatter of the limb's height from one limb point to the next.
-        scatter_km: f32 = 0.6, 0.0..=10.0, "km", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
-        /// Difference of brightness between the limb and the bright side just inside that is not known, share of it: clouds.
+        scatter_km: f32 = 0.6, 0.0..=10.0, "km",
+            "fitted to `campaign earth`, seeds 1 and 2; judged on others";
+        /// Difference of brightness between the limb and the bright side just inside that is not known, share
+        /// of it: clouds.
         cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
         /// Share of the surface's brightness that follows the law of Lommel and Seeliger, the rest Lambert's.
-        lommel_share: f32 = 0.5, 0.0..=1.0, "", "half way between the two laws: cloud tops follow the one, bare ground the other";
+        lommel_share: f32 = 0.5, 0.0..=1.0, "",
+            "half way between the two laws: cloud tops follow the one, bare ground the other";
         /// Standard deviation of the point spread.
         psf_sigma_px: f32 = 0.9, 0.2..=5.0, "px", "thesis 3.1: spots of 3 px across";
     }
@@ -40,10 +44,12 @@ parameter_group! {
     /// Where the Sun must stand.
     pub struct LightParameters in "earth.light" {
         /// Elevation of the Sun above which a limb counts as lit: below it the mode is eclipse.
-        lit_deg: f32 = 3.0, 0.0..=45.0, "deg", "a degree below `usable_deg`: where a limb can be measured it counts as lit";
-        /// Least elevation of the Sun at a limb point. Lower, the slant of the light moves the place of half brightness. At
-        /// the terminator every degree makes the arc longer.
-        usable_deg: f32 = 4.0, 0.0..=45.0, "deg", "with 8 deg the Earth is never found from a dawn-dusk orbit";
+        lit_deg: f32 = 3.0, 0.0..=45.0, "deg",
+            "a degree below `usable_deg`: where a limb can be measured it counts as lit";
+        /// Least elevation of the Sun at a limb point. Lower, the slant of the light moves the place of half
+        /// brightness. At the terminator every degree makes the arc longer.
+        usable_deg: f32 = 4.0, 0.0..=45.0, "deg",
+            "with 8 deg the Earth is never found from a dawn-dusk orbit";
         /// How far below the horizon the Sun still lights the air so that stars are not seen.
         twilight_deg: f32 = 6.0, 0.0..=18.0, "deg", "civil twilight: the brightest stars come out";
     }
@@ -53,17 +59,19 @@ parameter_group! {
     /// Limb points in strips across an expected limb.
     pub struct StripParameters in "earth.strips" {
         /// Least rise of brightness across the limb, share of full scale.
-        contrast_share: f32 = 0.01, 0.005..=0.5, "", "chosen: 10 counts of 10 bits; thesis 12 %, which misses a limb in low light";
+        contrast_share: f32 = 0.01, 0.005..=0.5, "",
+            "chosen: 10 counts of 10 bits; thesis 12 %, which misses a limb in low light";
         /// Brightest dark side of a limb point, share of full scale; in a search too.
         dark_share: f32 = 0.12, 0.01..=0.5, "", "thesis 3.2.1: 11 %";
         /// Brightness that counts as saturated, share of full scale.
-        saturated_share: f32 = 0.95, 0.5..=1.0, "", "chosen: with 5 % left the place of half brightness is not cut";
+        saturated_share: f32 = 0.95, 0.5..=1.0, "",
+            "chosen: with 5 % left the place of half brightness is not cut";
         /// Least standard deviation of a limb point.
         floor_px: f32 = 0.05, 0.005..=2.0, "px", "chosen: what blur and pixel grid leave without noise";
         /// Farthest that an inlier may lie from the limb, besides four times its scatter.
         tolerance_px: f32 = 2.0, 0.2..=20.0, "px", "half of the thesis's 4 px: a strip joins nine lines";
-        /// Least share of the strips read that must hold an inlier. Where they lie across the limb most do; a few that agree
-        /// by chance give a centre that is wrong by many sigmas.
+        /// Least share of the strips read that must hold an inlier. Where they lie across the limb most do; a
+        /// few that agree by chance give a centre that is wrong by many sigmas.
         inlier_share: f32 = 0.5, 0.2..=1.0, "", "thesis 3.2.1";
     }
 }
@@ -72,7 +80,8 @@ parameter_group! {
     /// Limb points anywhere on the detector.
     pub struct SearchParameters in "earth.search" {
         /// Distance between the rows and columns that are read.
-        step_px: u16 = 16, 4..=64, "px", "thesis 10; with 16 a search costs 40 % less and reaches as many points as the list holds";
+        step_px: u16 = 16, 4..=64, "px",
+            "thesis 10; with 16 a search costs 40 % less and reaches as many points as the list holds";
         /// Least rise of brightness, share of full scale; in noise more.
         contrast_share: f32 = 0.02, 0.01..=0.5, "", "thesis 12 %, which misses a limb in low light";
         /// Brightest dark side above the darkest sky, share of full scale.
@@ -80,9 +89,11 @@ parameter_group! {
         /// Least length of the bright side.
         run_px: u16 = 12, 4..=64, "px", "chosen: longer than the image of a star";
         /// Greatest length of the rise: a terminator is longer.
-        rise_px: u16 = 64, 4..=250, "px", "chosen: a limb seen from 400 km rises over some 40 px of the reference camera, a terminator over more";
+        rise_px: u16 = 64, 4..=250, "px",
+            "chosen: a limb seen from 400 km rises over some 40 px of the reference camera, a terminator over more";
         /// Least standard deviation of a limb point: clouds move neighbours alike.
-        floor_px: f32 = 1.5, 0.01..=5.0, "px", "searches of rendered Earths: normalised squares of the centre's error near 3";
+        floor_px: f32 = 1.5, 0.01..=5.0, "px",
+            "searches of rendered Earths: normalised squares of the centre's error near 3";
         /// Farthest that an inlier may lie from the limb.
         tolerance_px: f32 = 4.0, 0.2..=20.0, "px", "thesis 3.2.1";
         /// Least share of inliers of the best hypothesis.
@@ -107,17 +118,21 @@ parameter_group! {
     /// Heights that neighbouring points of the limb share.
     pub struct HorizonParameters in "earth.horizon" {
         /// Standard deviation of the height: clouds and air masses.
-        sigma_km: f32 = 1.8, 0.0..=20.0, "km", "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+        sigma_km: f32 = 1.8, 0.0..=20.0, "km",
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Distance over which it is shared.
-        cell_km: f32 = 400.0, 50.0..=10_000.0, "km", "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
-        /// Standard deviation of the place on the detector: clouds in a limb no wider than a pixel; in a wider one the less
-        /// the wider it is.
-        sigma_px: f32 = 0.48, 0.0..=5.0, "px", "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+        cell_km: f32 = 400.0, 50.0..=10_000.0, "km",
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+        /// Standard deviation of the place on the detector: clouds in a limb no wider than a pixel; in a
+        /// wider one the less the wider it is.
+        sigma_px: f32 = 0.48, 0.0..=5.0, "px",
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Distance over which it is shared.
         cloud_cell_km: f32 = 300.0, 50.0..=10_000.0, "km",
             "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Standard deviation of mean and first wave where the Sun is not known.
-        sunless_px: f32 = 0.8, 0.0..=5.0, "px", "fitted to `campaign earth` solved without the Sun, seeds 1 and 2";
+        sunless_px: f32 = 0.8, 0.0..=5.0, "px",
+            "fitted to `campaign earth` solved without the Sun, seeds 1 and 2";
     }
 }
 
@@ -125,11 +140,14 @@ parameter_group! {
     /// What a centre must be that no orbit helps to find.
     pub struct PlausibleParameters in "earth.plausible" {
         /// Greatest standard deviation of the direction.
-        sigma_deg: f32 = 10.0, 0.001..=10.0, "deg", "chosen: a rough centre places strips, and an orbit helps at once";
+        sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
+            "chosen: a rough centre places strips, and an orbit helps at once";
         /// Greatest standard deviation of the distance, share of it.
-        range_share: f32 = 0.5, 0.001..=1.0, "", "chosen: the orbit filter converges from up to three radii off";
+        range_share: f32 = 0.5, 0.001..=1.0, "",
+            "chosen: the orbit filter converges from up to three radii off";
         /// Farthest that the body can be: a lit cloud in the night side is a small crescent.
-        distance_km: f32 = 100_000.0, 10_000.0..=1e9, "km", "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at 549,000 km";
+        distance_km: f32 = 100_000.0, 10_000.0..=1e9, "km",
+            "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at 549,000 km";
     }
 }
 
@@ -154,7 +172,8 @@ pub struct EarthParameters {
     pub plausible: PlausibleParameters,
 }
 
-/// How many of its scatters ([`LimbParameters::scatter_km`]) a limb point may be off: one good point in 16,000 is lost.
+/// How many of its scatters ([`LimbParameters::scatter_km`]) a limb point may be off: one good point in
+/// 16,000 is lost.
 const TOLERATED_SCATTERS: f32 = 4.0;
 /// Least and greatest polar over equatorial half axis.
 const AXES_SHARE: [f32; 2] = [0.8, 1.2];
@@ -184,8 +203,8 @@ impl EarthParameters {
         Demand { tolerance_px: self.search.tolerance_px, inliers, alone: true }
     }
 
-    /// What is demanded of these strips; `alone` where no orbit says what the limb does not. Where a pixel spans less than
-    /// the limb scatters, inliers may lie farther apart.
+    /// What is demanded of these strips; `alone` where no orbit says what the limb does not. Where a pixel
+    /// spans less than the limb scatters, inliers may lie farther apart.
     pub fn in_strips(&self, strips: &Strips, alone: bool) -> Demand {
         let inliers = self.fewest(self.strips.inlier_share, strips.read);
         let tolerance_px = self.strips.tolerance_px;
@@ -194,7 +213,8 @@ impl EarthParameters {
         Demand { tolerance_px, inliers, alone }
     }
 
-    /// By how many times less clouds move a limb of which a pixel spans so many km than one that is no wider than a pixel.
+    /// By how many times less clouds move a limb of which a pixel spans so many km than one that is no wider
+    /// than a pixel.
     pub fn clouds_reduction(&self, km_per_px: f32) -> f32 {
         let wide = self.limb.scale_height_km / km_per_px.max(1e-3);
         libm::sqrtf(1.0 + wide * wide)

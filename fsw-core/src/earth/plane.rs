@@ -1,18 +1,19 @@
 //! The limb cone in closed form: the plane in which the rays' unit vectors end.
 //!
-//! Christian and Robinson (2016) solve `H n = 1` with a ray `s` a row: the unit vectors of a cone end in a plane. Here the plane is
-//! fitted about the rays' mean, `z = z0 + g · (x, y)` with z along the mean ray, so that f32 suffices for an arc of 20 deg, for
-//! which `H' H` has a condition number of 1e6.
+//! Christian and Robinson (2016) solve `H n = 1` with a ray `s` a row: the unit vectors of a cone end in a
+//! plane. Here the plane is fitted about the rays' mean, `z = z0 + g · (x, y)` with z along the mean ray, so
+//! that f32 suffices for an arc of 20 deg, for which `H' H` has a condition number of 1e6.
 //!
-//! Noise of the rays is noise of x and y too, which flattens the fitted plane: 20 deg of a limb seen from the geostationary orbit
-//! come out 2 % too far. A second pass therefore takes the noise's own covariance off the scatter.
+//! Noise of the rays is noise of x and y too, which flattens the fitted plane: 20 deg of a limb seen from the
+//! geostationary orbit come out 2 % too far. A second pass therefore takes the noise's own covariance off the
+//! scatter.
 
 use super::rays::{Cone, Ray};
 use super::shape::across;
 use nalgebra::Vector3;
 
-/// Share of the scatter's determinant that must be left when the noise is taken off; else the arc is all noise, and the first
-/// pass stands.
+/// Share of the scatter's determinant that must be left when the noise is taken off; else the arc is all
+/// noise, and the first pass stands. Chosen.
 const LEAST_LEFT: f32 = 0.2;
 
 /// Sums of second moments about the mean ray, in its frame.
@@ -52,8 +53,14 @@ impl Scatter {
     }
 }
 
-/// The cone through the rays, least squares; `None` for fewer than three or those that fix none.
-pub(super) fn fit<'a>(rays: impl Iterator<Item = &'a Ray> + Clone) -> Option<Cone> {
+/// The cone through the rays whose bits are `chosen`, least squares; `None` for fewer than three or those that fix none.
+pub(super) fn fit(rays: &[Ray], chosen: u128) -> Option<Cone> {
+    let mut bits = chosen;
+    let rays = rays.iter().filter(move |_| {
+        let is_chosen = bits & 1 != 0;
+        bits >>= 1;
+        is_chosen
+    });
     let first = rays.clone().next()?.unit;
     // Weights against the first pixel's, so that sums stay near one.
     let weight = |ray: &Ray| 1.0 / (ray.sigma_px * ray.sigma_px);

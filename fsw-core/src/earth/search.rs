@@ -2,19 +2,21 @@
 //!
 //! In: a [`Detector`] and a buffer as long as its longer side. Out: up to [`MAX_SEARCH_POINTS`] limb points.
 //!
-//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright. Dark is a level that
-//! falls quickly with the pixels and rises slowly. Where a pixel leaves it after [`LEAST_DARK_PX`] dark ones, the line is followed to
-//! the first plateau: 8 px after which the next 8 are hardly brighter. The limb is where the line passes half of that plateau, going
-//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
-//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand. What gets through,
-//! [`consensus`](super::consensus) is for.
+//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright.
+//! Dark is a level that falls quickly with the pixels and rises slowly. Where a pixel leaves it after
+//! [`LEAST_DARK_PX`] dark ones, the line is followed to the first plateau: 8 px after which the next 8 are
+//! hardly brighter. The limb is where the line passes half of that plateau, going outward from it. Stars and
+//! hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
+//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand.
+//! What gets through, [`consensus`](super::consensus) is for.
 //!
 //! What counts as a rise and as a plateau follows the noise of the line, which its darkest block tells.
 //!
-//! Where there are more points than the list holds, every second one is dropped, then only every second one is taken.
+//! Where there are more points than the list holds, every second one is dropped, then only every second one
+//! is taken.
 //!
-//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at most three times
-//! more along a rise: bounded by the lines alone.
+//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at
+//! most three times more along a rise: bounded by the lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
@@ -39,11 +41,13 @@ const BEGIN_SHIFT: u32 = 2;
 const PLATEAU_SHIFT: u32 = 3;
 /// The dark side is brighter than the sky by less than a share of 2^-3 of the plateau.
 const SKY_SHIFT: u32 = 3;
-/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two below the mean.
+/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two
+/// below the mean.
 const BEGIN_SIGMAS: i32 = 4;
-/// A plateau is so many times that above the dark level.
+/// A plateau is so many times that above the dark level: half of it then still is a beginning rise.
 const LEAST_BEGINS: i32 = 2;
-/// Sigma of a point as a share of its rise's length.
+/// Sigma of a point as a share of its rise's length: the plateau's height is known to an eighth, half of it
+/// to a sixteenth.
 const SIGMA_SHARE: f32 = 0.05;
 
 /// Limb points of a search.
@@ -94,14 +98,14 @@ impl Line<'_> {
 }
 
 /// Where a line passes the limb.
-struct Found {
+struct LimbOnLine {
     /// Place of the limb, px from the line's end.
     place: f32,
     sigma_px: f32,
 }
 
 /// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
-fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<Found, usize> {
+fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<LimbOnLine, usize> {
     let begin = thresholds.begin;
     let block = |place: usize| line.block(place, dark).ok_or(place);
     let mut plateau = start;
@@ -134,7 +138,8 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             return Err(plateau + 2 * BLOCK);
         }
     }
-    // Outward from the plateau; `start` itself is a quarter of the contrast above dark, or less than half a plateau.
+    // Outward from the plateau; `start` itself is a quarter of the contrast above dark, or less than half a
+    // plateau.
     let mut inner = line.at(plateau + 2 * BLOCK).ok_or(plateau)?;
     for back in 1..=thresholds.rise + 4 * BLOCK {
         let Some(place) = (plateau + 2 * BLOCK).checked_sub(back) else { break };
@@ -148,7 +153,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
             let sigma = libm::sqrtf(
                 thresholds.floor_px * thresholds.floor_px + SIGMA_SHARE * SIGMA_SHARE * length * length,
             );
-            return Ok(Found { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma });
+            return Ok(LimbOnLine { place: place as f32 + part.clamp(0.0, 1.0), sigma_px: sigma });
         }
         inner = outer;
     }
@@ -156,7 +161,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
 }
 
 /// The first passage from dark to bright along a line.
-fn walk(line: &Line, thresholds: &Thresholds) -> Option<Found> {
+fn walk(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
     let mut dark = line.at(0)?;
     let (mut dark_run, mut resume) = (0, 0);
     for place in 0..line.pixels.len() {
@@ -217,8 +222,8 @@ impl<'a> Thinned<'a> {
     }
 }
 
-/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector, whether it is a row, its number
-/// and its pixels.
+/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector,
+/// whether it is a row, its number and its pixels.
 pub(super) fn each_line<D: Detector<Error = DetectorError>>(
     detector: &mut D,
     buffer: &mut [u16],

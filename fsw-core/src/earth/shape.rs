@@ -1,14 +1,15 @@
 //! The body's shape: between space and sphere space.
 //!
-//! `S v = v + (a / b - 1) p (p · v)` with the pole `p` and the half axes `a`, `b`, limb height included, turns the
-//! ellipsoid into a sphere of radius `a`. Up to a rotation `S / a` is the matrix B of Christian and Robinson ("Noniterative
-//! horizon-based optical navigation by Cholesky factorization", J. Guidance 39, 2016), but it is symmetric and needs no
-//! axes on the equator. Lengths in sphere space are in units of `a`. A surface at constant height over the ellipsoid is
-//! taken for an ellipsoid: error 0.0002 of the height for the Earth.
+//! `S v = v + (a / b - 1) p (p · v)` with the pole `p` and the half axes `a`, `b`, limb height included,
+//! turns the ellipsoid into a sphere of radius `a`. Up to a rotation `S / a` is the matrix B of Christian and
+//! Robinson ("Noniterative horizon-based optical navigation by Cholesky factorization", J. Guidance 39,
+//! 2016), but it is symmetric and needs no axes on the equator. Lengths in sphere space are in units of `a`.
+//! A surface at constant height over the ellipsoid is taken for an ellipsoid: error 0.0002 of the height for
+//! the Earth.
 
 use super::{EarthParameters, Ellipsoid};
 use crate::frames::{Direction, EarthPath};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// The body as it stands in the Earth path's frame: shape, limb, pole and Sun.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +69,9 @@ impl Body {
         vector + self.pole * (self.shrink * self.pole.dot(vector))
     }
 
-    /// The centre in sphere space, radii, and sine and cosine of the limb cone's half angle, from the vector to the centre,
-    /// km. `None` when that is not finite, inside the body, or more than a thousand radii away.
+    /// The centre in sphere space, radii, and sine and cosine of the limb cone's half angle, from the vector
+    /// to the centre, km. `None` when that is not finite, inside the body, or more than a thousand radii
+    /// away.
     pub(super) fn horizon(&self, centre_km: &Vector3<f32>) -> Option<(Vector3<f32>, f32, f32)> {
         let centre = self.stretched(&(centre_km * (1.0 / self.radius_km)));
         let square = centre.dot(&centre);
@@ -81,14 +83,15 @@ impl Body {
         Some((centre, sine, libm::sqrtf(square - 1.0) * sine))
     }
 
-    /// Upward normal, of any length, at the surface point whose vector from the centre is `point` in sphere space.
+    /// Upward normal, of any length, at the surface point whose vector from the centre is `point` in sphere
+    /// space.
     pub(super) fn upward(&self, point: &Vector3<f32>) -> Vector3<f32> {
         // The gradient of x² + y² + (a z / b)² is S S x, and S x is the point of sphere space.
         self.stretched(point)
     }
 
-    /// Sine of the Sun's elevation at the surface point whose vector from the centre is `point` in sphere space; `None`
-    /// where the Sun is not known.
+    /// Sine of the Sun's elevation at the surface point whose vector from the centre is `point` in sphere
+    /// space; `None` where the Sun is not known.
     pub(super) fn sun_sine(&self, point: &Vector3<f32>) -> Option<f32> {
         let normal = self.upward(point);
         self.sun.map(|sun| normal.dot(&sun) / libm::sqrtf(normal.dot(&normal).max(1e-12)))
@@ -104,6 +107,12 @@ impl Body {
 pub(super) fn unit(vector: &Vector3<f32>, otherwise: &Vector3<f32>) -> Vector3<f32> {
     let square = vector.dot(vector);
     if square > 1e-20 { vector * (1.0 / libm::sqrtf(square)) } else { *otherwise }
+}
+
+/// `one · (matrix other)`.
+#[inline(never)]
+pub(super) fn between(one: &Vector3<f32>, matrix: &Matrix3<f32>, other: &Vector3<f32>) -> f32 {
+    one.dot(&(matrix * other))
 }
 
 /// Two unit vectors across a unit vector, right-handed with it.

@@ -1,6 +1,6 @@
-//! The Earth for the tests of this room, in f64 and apart from the flight code: a ray is cut with the ellipsoid in the body's own
-//! axes; brightness is Lambert's law times clouds, above the surface exp(-h / H); the picture is sampled finely near the limb,
-//! blurred by a Gaussian and rounded to counts.
+//! The Earth for the tests of this room, in f64 and apart from the flight code: a ray is cut with the
+//! ellipsoid in the body's own axes; brightness is Lambert's law times clouds, above the surface exp(-h / H);
+//! the picture is sampled finely near the limb, blurred by a Gaussian and rounded to counts.
 
 use super::limb::Reach;
 use super::{Body, EarthParameters};
@@ -98,7 +98,8 @@ impl World {
         ((turn * -self.centre).component_mul(&scale), (turn * ray).component_mul(&scale))
     }
 
-    /// The point where a ray meets the surface at `height`, or else passes nearest: scaled, and whether it meets.
+    /// The point where a ray meets the surface at `height`, or else passes nearest: scaled, and whether it
+    /// meets.
     fn nearest(&self, ray: &Vector3<f64>, height: f64) -> (Vector3<f64>, bool) {
         let (eye, step) = self.scaled(ray, height);
         let (a, b, c) = (step.dot(&step), eye.dot(&step), eye.dot(&eye) - 1.0);
@@ -140,7 +141,8 @@ impl World {
         Vector3::new((x - 639.5) / 3000.0, (y - 511.5) / 3000.0, 1.0).normalize()
     }
 
-    /// Direction of the limb at `height` and an azimuth about the centre (from an arbitrary zero): by bisection.
+    /// Direction of the limb at `height` and an azimuth about the centre (from an arbitrary zero): by
+    /// bisection.
     pub fn limb(&self, azimuth: f64, height: f64) -> Vector3<f64> {
         let axis = self.centre.normalize();
         let aside = if axis.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
@@ -265,8 +267,8 @@ pub fn geostationary(phase_deg: f64, seed: u64) -> World {
     World::new(Vector3::new(120.0, -90.0, GEO_KM), pole, Vector3::new(sine, 0.2, -cosine), seed)
 }
 
-/// The horizon across the middle of the field from a low orbit, the Earth's centre `azimuth_deg` from +x towards +y; at the limb
-/// there the Sun stands `sun_deg` high, `aside_deg` from the side of the camera.
+/// The horizon across the middle of the field from a low orbit, the Earth's centre `azimuth_deg` from +x
+/// towards +y; at the limb there the Sun stands `sun_deg` high, `aside_deg` from the side of the camera.
 pub fn low(altitude_km: f64, azimuth_deg: f64, [sun_deg, aside_deg]: [f64; 2], seed: u64) -> World {
     let range = A_KM + altitude_km;
     let off: f64 = (A_KM / range).asin();

@@ -1,15 +1,16 @@
 //! The Earth as it must look from a predicted position.
 //!
-//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: what the disc covers, where
-//! its lit side blinds the camera to stars, and where on the detector a lit limb must stand.
+//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: what the disc
+//! covers, where its lit side blinds the camera to stars, and where on the detector a lit limb must stand.
 //!
-//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are
-//! `w cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos - w sin`. A coarse
-//! pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine pass of [`FINE`] azimuths over those
-//! cells gives points evenly along whatever arc there is, 20 degrees or a turn. No sine is called: azimuths advance by a
-//! constant rotation.
+//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are `w
+//! cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos - w
+//! sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine pass of
+//! [`FINE`] azimuths over those cells gives points evenly along whatever arc there is, 20 degrees or a turn.
+//! No sine is called: azimuths advance by a constant rotation.
 //!
-//! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 270 projections.
+//! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 270
+//! projections.
 
 use super::shape::{Body, across, unit};
 use super::{EarthParameters, MAX_LIMB_POINTS};
@@ -21,13 +22,13 @@ use nalgebra::Vector3;
 
 /// Azimuths of the coarse pass; an arc shorter than a cell, 2.8 deg, may be missed.
 pub const COARSE: usize = 128;
-/// Azimuths of the fine pass.
+/// Azimuths of the fine pass: twice as many as strips at most, so that these stand evenly to half a step.
 pub const FINE: usize = 96;
 /// A cell of the coarse pass, rad.
 const CELL_RAD: f32 = core::f32::consts::TAU / COARSE as f32;
 /// Cosine and sine of a cell.
 const CELL: [f32; 2] = [0.998_795_45, 0.049_067_676];
-/// Half of the distance over which slopes on the detector are taken, px.
+/// Half of the distance over which slopes on the detector are taken, px: f32 leaves an error of 3e-5 of them.
 const SLOPE_BASE_PX: f32 = 3.0;
 
 const _: () = assert!(FINE <= 128 && COARSE <= 128 && MAX_LIMB_POINTS <= FINE);
@@ -39,14 +40,15 @@ pub struct ExpectedLimb {
     pub at_px: [f32; 2],
     /// Unit vector on the detector across the limb, towards space.
     pub outward_px: [f32; 2],
-    /// Unit vector along which height is counted there, Earth path's frame: a centre displaced by `d` lowers the limb by
-    /// `normal · d` less.
+    /// Unit vector along which height is counted there, Earth path's frame: a centre displaced by `d` lowers
+    /// the limb by `normal · d` less.
     pub normal: Vector3<f32>,
     /// Height above the limb that a pixel across it spans, km.
     pub km_per_px: f32,
     /// Sine of the Sun's elevation there; one where the Sun is not known.
     pub sun_sine: f32,
-    /// Cosine of the angle at the limb between the directions to the Sun and to the camera; zero where the Sun is not known.
+    /// Cosine of the angle at the limb between the directions to the Sun and to the camera; zero where the
+    /// Sun is not known.
     pub sun_facing: f32,
 }
 
@@ -84,8 +86,8 @@ pub struct View {
 }
 
 impl View {
-    /// From the vector to the Earth's centre, km. `None` when it is not finite, inside the body, or more than a thousand
-    /// radii away.
+    /// From the vector to the Earth's centre, km. `None` when it is not finite, inside the body, or more than
+    /// a thousand radii away.
     pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
         let (centre, sine, cosine) = body.horizon(centre_km)?;
         let axis = centre * sine;
@@ -99,9 +101,9 @@ impl View {
     }
 
     /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
-    pub fn veil(&self, margin_rad: f32, parameters: &EarthParameters) -> Veil<'_> {
+    pub fn mask(&self, margin_rad: f32, parameters: &EarthParameters) -> EarthMask<'_> {
         let twilight_sine = sine_cosine(parameters.light.twilight_deg.to_radians()).0;
-        Veil { view: self, margin_sine: sine_cosine(margin_rad).0, twilight_sine }
+        EarthMask { view: self, margin_sine: sine_cosine(margin_rad).0, twilight_sine }
     }
 
     /// Radial unit vector of an azimuth given by its cosine and sine.
@@ -110,7 +112,8 @@ impl View {
         first * cosine + second * sine
     }
 
-    /// Direction of the limb at an azimuth about the centre, given by its cosine and sine; where azimuth begins is arbitrary.
+    /// Direction of the limb at an azimuth about the centre, given by its cosine and sine; where azimuth
+    /// begins is arbitrary.
     pub fn limb_ray(&self, azimuth: [f32; 2]) -> Option<Direction<EarthPath>> {
         let [axis, ..] = self.axes;
         Direction::new(self.body.shrunk(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
@@ -121,7 +124,8 @@ impl View {
         self.sine
     }
 
-    /// Place on the detector and sine of the Sun's elevation of the limb at an azimuth; `None` outside the field.
+    /// Place on the detector and sine of the Sun's elevation of the limb at an azimuth; `None` outside the
+    /// field.
     fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
         let ray = self.limb_ray(azimuth)?;
@@ -170,9 +174,11 @@ impl View {
         let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
         let least = least_sun_sine(parameters);
         let mut light = Light::default();
-        let mut cells = 0u128;
+        // Bit i belongs to azimuth i.
+        let mut usable = 0u128;
         let mut azimuth = [1.0, 0.0];
-        for cell in 0..COARSE as u32 {
+        for _ in 0..COARSE {
+            usable >>= 1;
             if let Some((_, sun_sine)) = self.seen(azimuth, camera, margin_px) {
                 light.arc_rad += CELL_RAD;
                 if sun_sine > lit {
@@ -180,17 +186,17 @@ impl View {
                 }
                 if sun_sine > least {
                     light.usable_rad += CELL_RAD;
-                    // A limb that stands here may begin in the cell before and end in this one.
-                    let before = (cell + COARSE as u32 - 1) % COARSE as u32;
-                    cells |= 1u128.wrapping_shl(cell) | 1u128.wrapping_shl(before);
+                    usable |= 1 << (COARSE - 1);
                 }
             }
             azimuth = turned(azimuth, CELL);
         }
-        (light, cells)
+        // A limb that stands at an azimuth may begin in the cell before and end in the one after.
+        (light, usable | usable.rotate_right(1))
     }
 
-    /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit well enough to be measured.
+    /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit well enough to
+    /// be measured.
     pub fn limb(
         &self,
         camera: &Camera,
@@ -201,74 +207,90 @@ impl View {
         let least = least_sun_sine(parameters);
         let (light, cells) = self.coarse(camera, margin_px, parameters);
         let mut limb = LimbInField { points: Vec::new(), light };
-        let usable = self.fine(cells, |azimuth| {
-            self.seen(azimuth, camera, margin_px).is_some_and(|(_, sun_sine)| sun_sine > least)
-        });
+        let mut usable = 0u128;
+        for azimuth in FineAzimuths::over(cells) {
+            let seen = self.seen(azimuth, camera, margin_px);
+            usable = (usable >> 1) | (u128::from(seen.is_some_and(|(_, sine)| sine > least)) << (FINE - 1));
+        }
         let all = usable.count_ones() as usize;
         let most = most.min(MAX_LIMB_POINTS).min(all);
         let mut rank = 0;
-        let mut candidate = 0;
-        self.fine(cells, |azimuth| {
-            let is_usable = usable & 1u128.wrapping_shl(candidate) != 0;
-            candidate += 1;
+        for azimuth in FineAzimuths::over(cells) {
+            let is_usable = usable & 1 != 0;
+            usable >>= 1;
             if !is_usable {
-                return false;
+                continue;
             }
             let before = rank;
             rank += most;
-            // Of `all` points every one at which the count passes a multiple: evenly spread. `all` is not zero here.
+            // Of `all` points every one at which the count passes a multiple: evenly spread. `all` is not
+            // zero here.
             let chosen = (before + all / 2) / all.max(1) != (rank + all / 2) / all.max(1);
-            match self.expected(azimuth, camera, margin_px) {
-                Some(expected) if chosen => limb.points.push(expected).is_ok(),
-                _ => false,
+            if !chosen {
+                continue;
             }
-        });
+            if let Some(expected) = self.expected(azimuth, camera, margin_px) {
+                let _ = limb.points.push(expected);
+            }
+        }
         limb
     }
+}
 
-    /// Asks about [`FINE`] azimuths spread evenly over the chosen cells of the coarse pass; bit i of the answer belongs to the
-    /// i-th.
-    fn fine(&self, cells: u128, mut ask: impl FnMut([f32; 2]) -> bool) -> u128 {
-        let count = cells.count_ones();
-        let mut answers = 0u128;
-        let mut next = 0;
-        let mut passed = 0;
-        let mut start = [1.0, 0.0];
-        for cell in 0..COARSE as u32 {
-            if cells & 1u128.wrapping_shl(cell) != 0 {
-                passed += FINE as u32;
-                // Candidate i stands at (i + 1/2) count / FINE of a cell; at most FINE in all.
-                for _ in 0..FINE {
-                    if next >= FINE as u32 || (2 * next + 1) * count >= 2 * passed {
-                        break;
-                    }
-                    let offset = (2 * next + 1) * count + 2 * FINE as u32 - 2 * passed;
-                    let angle = CELL_RAD * offset as f32 * (0.5 / FINE as f32);
-                    let square = angle * angle;
-                    // Up to 0.05 rad: error 2e-10.
-                    let small =
-                        [1.0 - square * (0.5 - square * (1.0 / 24.0)), angle * (1.0 - square * (1.0 / 6.0))];
-                    if ask(turned(start, small)) {
-                        answers |= 1u128.wrapping_shl(next);
-                    }
-                    next += 1;
-                }
+/// [`FINE`] azimuths spread evenly over the chosen cells of the coarse pass: candidate i stands at `(i + 1/2)
+/// count / FINE` cells.
+struct FineAzimuths {
+    /// The cells from the present one on, in the lowest bits.
+    cells: u128,
+    /// How many there are in all, and how many have been passed with the present one, times [`FINE`].
+    count: u32,
+    passed: u32,
+    /// The present cell, and the azimuth at which it begins.
+    cell: usize,
+    start: [f32; 2],
+    /// The next candidate.
+    candidate: u32,
+}
+
+impl FineAzimuths {
+    fn over(cells: u128) -> Self {
+        let passed = if cells & 1 != 0 { FINE as u32 } else { 0 };
+        Self { cells, count: cells.count_ones(), passed, cell: 0, start: [1.0, 0.0], candidate: 0 }
+    }
+}
+
+impl Iterator for FineAzimuths {
+    type Item = [f32; 2];
+
+    #[inline(never)]
+    fn next(&mut self) -> Option<[f32; 2]> {
+        while (2 * self.candidate + 1) * self.count >= 2 * self.passed {
+            (self.cell, self.cells) = (self.cell + 1, self.cells >> 1);
+            if self.cell >= COARSE {
+                return None;
             }
-            start = turned(start, CELL);
+            self.start = turned(self.start, CELL);
+            self.passed += if self.cells & 1 != 0 { FINE as u32 } else { 0 };
         }
-        answers
+        let offset = (2 * self.candidate + 1) * self.count + 2 * FINE as u32 - 2 * self.passed;
+        self.candidate += 1;
+        let angle = CELL_RAD * offset as f32 * (0.5 / FINE as f32);
+        let square = angle * angle;
+        // Up to 0.05 rad: error 2e-10.
+        let small = [1.0 - square * (0.5 - square * (1.0 / 24.0)), angle * (1.0 - square * (1.0 / 6.0))];
+        Some(turned(self.start, small))
     }
 }
 
 /// What the Earth and its glow hide.
 #[derive(Clone, Copy, Debug)]
-pub struct Veil<'v> {
+pub struct EarthMask<'v> {
     view: &'v View,
     margin_sine: f32,
     twilight_sine: f32,
 }
 
-impl Veil<'_> {
+impl EarthMask<'_> {
     /// Whether no star can be seen in this direction: the Earth shines there.
     pub fn hides(&self, direction: &Direction<EarthPath>) -> bool {
         self.covers(direction) && self.is_lit(direction)
@@ -286,8 +308,8 @@ impl Veil<'_> {
         past < 0.0 && along > 0.0 || (facing > 0.0 && past < self.margin_sine * length)
     }
 
-    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below the horizon by
-    /// no more than the twilight.
+    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below
+    /// the horizon by no more than the twilight.
     fn is_lit(&self, direction: &Direction<EarthPath>) -> bool {
         let View { body, centre, .. } = self.view;
         let ray = unit(&body.stretched(direction.vector()), direction.vector());

@@ -1,34 +1,39 @@
 //! What brightness does across a limb: where its bright side begins, and what share of it stands at the limb.
 //!
-//! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the limb by a depth `d` of a
-//! sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera, so that by Lambert's law the brightness is `1 -
-//! d / R + sqrt(2 d / R) facing / sine`, with the sine of the Sun's elevation and the cosine `facing` of its angle from the camera at
-//! the limb; a share of the light follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs
-//! this by a Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness height; it is one
-//! half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
+//! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the
+//! limb by a depth `d` of a sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera,
+//! so that by Lambert's law the brightness is `1 - d / R + sqrt(2 d / R) facing / sine`, with the sine of the
+//! Sun's elevation and the cosine `facing` of its angle from the camera at the limb; a share of the light
+//! follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs this by a
+//! Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness height;
+//! it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
 
 use super::EarthParameters;
 use super::view::ExpectedLimb;
 
-/// The bright side begins this many spreads inside the surface.
+/// The bright side begins this many spreads inside the surface: there the blurred edge has 70 % of its
+/// height, and the rest is in the model.
 const SPREADS_INSIDE: f32 = 0.5;
-/// Length of the bright side: at least px, and scale heights.
+/// Length of the bright side, the longer of px and scale heights: two pixels to average noise, half a scale
+/// height so that clouds and the terminator hardly reach in. Chosen.
 const LEAST_BRIGHT_PX: f32 = 2.0;
 const BRIGHT_SCALES: f32 = 0.5;
-/// Most pixels of the bright side.
+/// Most pixels of the bright side: noise is averaged by five, more only costs.
 const MOST_BRIGHT_PX: f32 = 24.0;
-/// Longest rise and bright side together, px.
+/// Longest rise and bright side together, px: what a strip of 161 px holds inside its dark end and its
+/// margin.
 const LONGEST_PX: f32 = 120.0;
 /// Variance of a pixel's own width, a twelfth, and of the joined lines' shifts between pixels, a sixth, px².
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0 + 1.0 / 6.0;
 /// Cosine of the view that is added in squares: haze blurs the surface's last 30 km.
 const HAZE: f32 = 0.1;
-/// What the laws may make of the bright side against the limb.
+/// Least and greatest brightness of ground over that of its limb: beyond, the laws do not hold. Chosen.
 const LEAST_SHADE: f32 = 0.3;
 const GREATEST_SHADE: f32 = 4.0;
-/// Share of the shading that may be wrong: the ground is no perfect matt surface.
+/// Share of the shading that may be wrong, because ground is no perfect matt surface. Chosen.
 const SHADING_ERROR: f32 = 0.1;
-/// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides, is one.
+/// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides,
+/// is one.
 const WEIGHTS: [f32; 11] = [
     0.133_039,
     0.125_849_5,
@@ -44,9 +49,10 @@ const WEIGHTS: [f32; 11] = [
 ];
 /// Least fall of the air's brightness, px: below, the lens alone shapes the limb.
 const LEAST_SCALE_PX: f32 = 0.1;
-/// Air brightens by e over a scale height, slowly fading air by less; ground by less than so many times.
+/// Greatest rise of ground over a scale height: between air, which brightens by 2.7, and ground, which hardly
+/// does.
 const GREATEST_RISE: f32 = 1.7;
-/// Places of the bright side at which the model is taken.
+/// Places of the bright side at which the model is taken; against a fine mean in `zone/tests.rs`.
 const SAMPLES: usize = 4;
 
 /// How long the rise and the bright side are, in places along the lines.
@@ -81,8 +87,8 @@ struct Model {
 }
 
 impl Model {
-    /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens; `air` is that of
-    /// the air there.
+    /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens;
+    /// `air` is that of the air there.
     fn clear(&self, place: f32, air: f32) -> f32 {
         if place < self.surface {
             return air;
@@ -111,8 +117,8 @@ impl Model {
     }
 }
 
-/// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share` of it is Lommel's and
-/// Seeliger's.
+/// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share`
+/// of it is Lommel's and Seeliger's.
 fn law(share: f32, sunlight: f32, square: f32) -> f32 {
     let view = libm::sqrtf(square + HAZE * HAZE);
     sunlight * (share * 2.0 / (sunlight + view) + 1.0 - share)
@@ -124,8 +130,8 @@ pub(super) fn elevation(slant: f32) -> (f32, f32) {
     (sine, slant * sine)
 }
 
-/// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of the cosine of the view there,
-/// under a light of this slant.
+/// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of
+/// the cosine of the view there, under a light of this slant.
 pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
     let (sine, facing) = elevation(slant);
     let at = |square: f32| law(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
@@ -133,7 +139,8 @@ pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParame
 }
 
 impl Zone {
-    /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer than a strip.
+    /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer
+    /// than a strip.
     pub(super) fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
         let km_per_px = (expected.km_per_px * steepness).max(1e-3);
         let scale = (parameters.limb.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
@@ -177,8 +184,8 @@ impl Zone {
         Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
     }
 
-    /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it is hardly brighter. A line
-    /// that ends before that cannot tell.
+    /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it
+    /// is hardly brighter. A line that ends before that cannot tell.
     pub(super) fn has_risen(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
         let farther = self.bright(profile, place + self.scale as usize, dark);
         farther.is_none_or(|farther| farther < GREATEST_RISE * bright)

@@ -1,9 +1,10 @@
-//! One declaration a parameter: [`parameter_group!`] makes of it the field, its default, its check and its row in the
-//! table of all parameters.
+//! One declaration a parameter: [`parameter_group!`] makes of it the field, its default, its check and its
+//! row in the table of all parameters.
 //!
-//! In: a group's name and, for every parameter, what it is, its type, default, range, unit and source. Out: a struct with
-//! documented fields, `Default`, `first_out_of_range` and `ROWS`. The flight code uses the first three. Only the host reads
-//! `ROWS` (the page `PARAMETERS.md`, the checksum of the table), so the linker leaves their text out of the image.
+//! In: a group's name and, for every parameter, what it is, its type, default, range, unit and source. Out: a
+//! struct with documented fields, `Default`, `first_out_of_range` and `ROWS`. The flight code uses the first
+//! three. Only the host reads `ROWS` (the page `PARAMETERS.md`, the checksum of the table), so the linker
+//! leaves their text out of the image.
 
 /// A row of the table of all parameters, as text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +32,9 @@ pub type Bounds = (&'static str, f32, f32);
 
 /// A value that has a range: a number, or an array of numbers.
 pub trait Ranged {
-    /// The number that the range is asked about: the value itself; of an array the first that is not within `low..=high`,
-    /// else the last. Integers are exact up to 2^24, which no range of this table exceeds but that of a CRC.
+    /// The number that the range is asked about: the value itself; of an array the first that is not within
+    /// `low..=high`, else the last. Integers are exact up to 2^24, which no range of this table exceeds but
+    /// that of a CRC.
     fn tested(&self, low: f32, high: f32) -> f32;
 }
 
@@ -80,17 +82,10 @@ pub fn first_out_of_range(values: &[f32], bounds: &[Bounds]) -> Option<&'static 
 
 /// Declares a group of parameters, see [the module](crate::parameters::table):
 ///
-/// ```text
-/// parameter_group! {
-///     /// What the group is.
-///     pub struct TrackingParameters in "tracking" {
-///         /// What the parameter is.
-///         gate_px: u16 = 5, 3..=24, "px", "source; what set it";
-///         /// A choice between values of a type has no range.
-///         observation: Observation = Observation::Position, one of "Position, UnitVector, Combined", "", "source";
-///     }
-/// }
-/// ```
+/// ```text parameter_group! { /// What the group is. pub struct TrackingParameters in "tracking" { /// What
+/// the parameter is. gate_px: u16 = 5, 3..=24, "px", "source; what set it"; /// A choice between values of a
+/// type has no range. observation: Observation = Observation::Position, one of "Position, UnitVector,
+/// Combined", "", "source"; } } ```
 macro_rules! parameter_group {
     (
         $(#[doc = $group_doc:literal])*

@@ -190,8 +190,7 @@ fn a_value_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
             set(p, value);
             // The two axes of the ellipsoid are tried as a sphere's.
             if name.starts_with("earth.ellipsoid") {
-                // `max` and `min` leave NaN out.
-                let axis = value.max(100.0).min(100_000.0);
+                let axis = if value.is_nan() { 6378.0 } else { value.clamp(100.0, 100_000.0) };
                 p.earth.ellipsoid = earth::Ellipsoid { equatorial_km: axis, polar_km: axis };
                 set(p, value);
             }
@@ -228,8 +227,8 @@ fn axes_that_are_more_than_a_fifth_apart_are_refused() {
 
 #[test]
 fn no_field_of_the_table_escapes_the_rows() {
-    // Postcard writes a field after the other: those of the rows, and the camera's, which have their own check. A real has four
-    // bytes, an integer of one byte and a choice one.
+    // Postcard writes a field after the other: those of the rows, and the camera's, which have their own
+    // check. A real has four bytes, an integer of one byte and a choice one.
     let mut parameters = Parameters::for_camera(reference_camera());
     gyro(&mut parameters);
     for ((name, .., integer), (_, set)) in bounds().iter().filter_map(|bounds| {

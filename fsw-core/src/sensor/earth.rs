@@ -3,14 +3,13 @@
 use super::workspace::Readout;
 use super::{Ephemeris, Sensor};
 use crate::earth::centre::Expected;
-use crate::earth::look::{Choice, Look, Room, SEARCH_SIGMA_PX};
+use crate::earth::look::{EVENLY, HeightVariance, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
 use crate::earth::{Body, Demand, EarthFix, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::covariance::inverse;
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
-use crate::plan;
 use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Report, Status};
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
@@ -23,9 +22,6 @@ const VIEW_SIGMA_RAD: f32 = 0.06;
 /// ... and to say that no limb in the field is lit, rad: there the Sun's height at the limb counts, which changes little with the
 /// place.
 const DARK_SIGMA_RAD: f32 = 0.3;
-
-/// Strips evenly along the lit limb, as many as a second has time for.
-const EVENLY: Choice<fn([f32; 2]) -> bool> = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
 
 /// The Earth as the orbit predicts it.
 struct Prediction {
@@ -128,13 +124,13 @@ impl Sensor<'_> {
         if let Some(Prediction { view, covariance_km2, .. }) = &predicted
             && self.strip_misses < STRIP_PATIENCE
         {
-            let variance = |normal: &Vector3<f32>| normal.dot(&(covariance_km2 * normal));
+            let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: *covariance_km2 };
             let (look, mut room) = self.looking(body)?;
-            strips = look.read_strips(detector, view, variance, &EVENLY, &mut room)?;
+            strips = look.read_strips(detector, view, &variance, &EVENLY, &mut room)?;
         }
         meter.end(Stage::Limb);
         let mut rough = None;
-        // Strips only where the orbit is sure of the limb, less than two thirds of it, would leave it ever less sure of the rest.
+        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
@@ -181,8 +177,8 @@ impl Sensor<'_> {
             Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        let variance_km2 = look.height_variance_km2(&view, SEARCH_SIGMA_PX);
-        let read = look.read_strips(detector, &view, |_| variance_km2, &EVENLY, &mut room)?;
+        let variance = look.height_variance(&view, SEARCH_SIGMA_PX);
+        let read = look.read_strips(detector, &view, &variance, &EVENLY, &mut room)?;
         Ok(Ok((read, Expected::after(&rough))))
     }
 

@@ -3,6 +3,7 @@
 use super::timekeeping::SECOND_US;
 use super::{ABERRATION_RAD, Ephemeris, Sensor};
 use crate::attitude::filter::Filter;
+use crate::earth::reach;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::Method;
 use crate::image::scan;
@@ -165,13 +166,13 @@ impl Sensor<'_> {
                 let earth = ephemeris
                     .and_then(|ephemeris| self.known_view(&self.body(ephemeris, &attitude), &attitude));
                 // A window that the limb's glow reaches is no good either.
-                let margin_rad = (f32::from(gate_px) + plan::STRIP_MARGIN_PX) * self.camera.rad_per_px();
-                let veil = earth.as_ref().map(|earth| {
-                    let glow_rad = plan::glow_km(&self.parameters.earth) / earth.limb_distance_km();
-                    earth.veil(glow_rad + margin_rad, &self.parameters.earth)
+                let margin_rad = (f32::from(gate_px) + reach::STRIP_MARGIN_PX) * self.camera.rad_per_px();
+                let mask = earth.as_ref().map(|earth| {
+                    let glow_rad = reach::glow_km(&self.parameters.earth) / earth.limb_distance_km();
+                    earth.mask(glow_rad + margin_rad, &self.parameters.earth)
                 });
                 let hidden = |at_px| {
-                    let seen = veil.as_ref().zip(self.camera.earth_direction(at_px));
+                    let seen = mask.as_ref().zip(self.camera.earth_direction(at_px));
                     seen.is_some_and(|(veil, direction)| veil.hides(&direction))
                 };
                 let windows = plan::star_windows(&predicted, &geometry, gate_px, hidden);

@@ -3,8 +3,8 @@
 //! Truth: the README beside the pictures (projections of the products, reference fits). The thesis's own method runs on the same
 //! pictures and stands beside ours in the printed table.
 
+use fsw_core::earth::comparison::thesis;
 use fsw_core::earth::search::Points;
-use fsw_core::earth::thesis;
 use fsw_hal::Detector;
 use serde_json::Value;
 use sil_host::picture::Picture;

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 /// What a fix in tracking demands.
 const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 6, alone: true };
 
-/// Half of the range in which the mean of `runs` normalised squares of three unknowns lies, 3.3 sigmas (99.9 %).
+/// Half of the range in which the mean of `runs` normalised squares of three unknowns lies, 3.3 sigmas (99.9
+/// %).
 fn band(runs: usize) -> f64 {
     3.3 * (6.0 / runs as f64).sqrt()
 }
@@ -322,8 +323,8 @@ fn about_an_expected_centre_a_short_arc_scatters_in_every_direction_as_its_covar
 
 #[test]
 fn a_fix_does_not_lean_towards_the_expected_centre() {
-    // The same points about centres that are expected on either side along the arc's worst direction, and known to a kilometre
-    // there: the filter would otherwise take its own prediction for news.
+    // The same points about centres that are expected on either side along the arc's worst direction, and
+    // known to a kilometre there: the filter would otherwise take its own prediction for news.
     let mut generator = Generator::new(24);
     let arc = ShortArc::new(&mut generator);
     let worst: Vector3<f64> = arc.directions.column(arc.variances.imax()).into();

@@ -103,7 +103,8 @@ impl Scene {
         self.azimuths.iter().zip(&heights).map(point).collect()
     }
 
-    /// Mean normalised square of the centre's error with the whole covariance, and with that of the points alone.
+    /// Mean normalised square of the centre's error with the whole covariance, and with that of the points
+    /// alone.
     fn nees(&self, sigma_km: f64, cell_km: f64, runs: usize) -> [f64; 2] {
         let mut parameters = parameters();
         (parameters.horizon.sigma_km, parameters.horizon.cell_km) = (sigma_km as f32, cell_km as f32);
@@ -146,8 +147,9 @@ fn a_centre_is_as_good_as_its_covariance_where_neighbours_share_their_height() {
         let scene = Scene::new(world, arc, count, sigma_km, cell_km);
         let [whole, points_alone] = scene.nees(sigma_km, cell_km, runs);
         std::println!("{name}: NEES {whole:.2}, with the points' own errors alone {points_alone:.1}");
-        // 99.9 % of the mean of so many chi-squares of three degrees of freedom; the waves left out, Tukey's weights and the
-        // enlargement by residuals that are part of the shared heights may take and give a sixth.
+        // 99.9 % of the mean of so many chi-squares of three degrees of freedom; the waves left out, Tukey's
+        // weights and the enlargement by residuals that are part of the shared heights may take and give a
+        // sixth.
         let band = 3.3 * (6.0 / runs as f64).sqrt() + 0.5;
         assert!((whole - 3.0).abs() < band, "{name}: {whole}");
         assert!(points_alone > whole);

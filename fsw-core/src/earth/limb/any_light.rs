@@ -1,34 +1,39 @@
 //! The limb in a strip where the Sun is not known.
 
-use super::{Lines, Passage, Rise, Strip};
+use super::{JoinedLine, Lines, Passage, Strip};
 use crate::earth::view::ExpectedLimb;
 use crate::earth::zone::{self, Zone};
 use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
-/// Depth behind the limb at which a body must still shine where the Sun is not known, km, and the length looked at there, px.
+/// Depth behind the limb at which a body must still shine where the Sun is not known, km: below a layer of
+/// airglow, 12 km thick.
 const DEPTH_KM: f32 = 25.0;
+/// The length looked at there, px.
 const BEHIND: usize = 3;
-/// Least brightness there, share of that at the limb.
+/// Least brightness there, share of that at the limb: between a layer of airglow, 0.4 (`goes_on`), and
+/// ground, about 1.
 const LEAST_BEHIND: f32 = 0.6;
-/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the bright side.
+/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the
+/// bright side.
 const FAR_PX: usize = 12;
 const LEAST_BEHIND_PX: usize = 4;
-/// A slant is believed when the line brightens by so many times what clouds may do.
+/// A slant is believed when the line brightens by so many times what clouds may do: two sigmas.
 const SURE: f32 = 2.0;
-/// Halvings in which it is found.
+/// Halvings in which it is found: to a hundredth.
 const SLANT_STEPS: usize = 10;
 /// Greatest slant, cotangent of the Sun's elevation: 5 deg, about the least elevation where the Sun is known.
 const GREATEST_SLANT: f32 = 11.0;
-/// So many times as much of the shading may be wrong as where the Sun is known.
+/// So many times as much of the shading may be wrong as where the Sun is known: half of it. Chosen.
 const UNKNOWN_LIGHT: f32 = 5.0;
 
-/// [`crossing`](super::crossing) where the Sun is not known: the slant of its light is taken from the line itself, and a body must go on
-/// behind its limb.
+/// [`crossing`](super::crossing) where the Sun is not known: the slant of its light is taken from the line
+/// itself, and a body must go on behind its limb.
 ///
-/// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with `w` the cotangent of the
-/// Sun's elevation, be it white or grey; two stretches of the line give `w`, as far as clouds let them: where it brightens by less than
-/// twice what clouds may do, the Sun is taken to stand high. Not in flight, which knows the Sun with its attitude.
+/// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with
+/// `w` the cotangent of the Sun's elevation, be it white or grey; two stretches of the line give `w`, as far
+/// as clouds let them: where it brightens by less than twice what clouds may do, the Sun is taken to stand
+/// high. Not in flight, which knows the Sun with its attitude.
 pub fn crossing_in_any_light(
     pixels: &[u16],
     strip: &Strip,
@@ -37,42 +42,43 @@ pub fn crossing_in_any_light(
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile()?;
-    let rise = Rise::new(&lines, &profile, geometry, parameters)?;
+    let joined = JoinedLine::new(&lines, &profile, geometry, parameters)?;
     let overhead = ExpectedLimb { sun_sine: 1.0, sun_facing: 0.0, ..strip.expected };
     let zone = Zone::new(&overhead, strip.steepness(), parameters)?;
-    let passage = rise.passage(&zone)?;
+    let passage = joined.passage(&zone)?;
     let km_per_place = strip.expected.km_per_px * strip.steepness();
-    if !goes_on(rise.profile, passage.place, &zone, km_per_place, [rise.dark, passage.bright]) {
+    if !goes_on(joined.profile, passage.place, &zone, km_per_place, [joined.dark, passage.bright]) {
         return None;
     }
-    let slant = slant(&rise, &passage, &zone, km_per_place);
+    let slant = slant(&joined, &passage, &zone, km_per_place);
     let (sun_sine, sun_facing) = zone::elevation(slant);
     let slanted = ExpectedLimb { sun_sine, sun_facing, ..strip.expected };
     let zone = Zone::new(&slanted, strip.steepness(), parameters)?;
     let zone = Zone { shading: UNKNOWN_LIGHT * zone.shading, ..zone };
-    rise.point(&rise.passage(&zone)?, &zone, strip)
+    joined.point(&joined.passage(&zone)?, &zone, strip)
 }
 
 /// Cotangent of the Sun's elevation at the limb, zero where the line does not tell it from clouds.
-fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 {
-    let Some(behind) = rise.profile.get(passage.place + zone.end..) else { return 0.0 };
+fn slant(joined: &JoinedLine, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 {
+    let Some(behind) = joined.profile.get(passage.place + zone.end..) else { return 0.0 };
     let behind = behind.get(..behind.len().min(FAR_PX)).unwrap_or(behind);
     if behind.len() < LEAST_BEHIND_PX {
         return 0.0;
     }
-    let far = behind.iter().sum::<f32>() / behind.len() as f32 - rise.dark;
+    let far = behind.iter().sum::<f32>() / behind.len() as f32 - joined.dark;
     let ratio = far / passage.bright.max(1.0);
-    // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its light is passed.
+    // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its
+    // light is passed.
     let square = |places: f32| {
         let depth_km = (places - zone.scale * core::f32::consts::LN_2).max(0.0) * km_per_place;
-        2.0 * depth_km / rise.parameters.ellipsoid.equatorial_km.max(1.0)
+        2.0 * depth_km / joined.parameters.ellipsoid.equatorial_km.max(1.0)
     };
     let near = square(0.5 * (zone.begin + zone.end) as f32);
     let squares = [near, square(zone.end as f32 + 0.5 * behind.len() as f32)];
-    let growth = |slant: f32| zone::growth(slant, squares, rise.parameters);
-    let feigned = (1.0 + SURE * rise.parameters.limb.cloud_share) * growth(0.0);
+    let growth = |slant: f32| zone::growth(slant, squares, joined.parameters);
+    let feigned = (1.0 + SURE * joined.parameters.limb.cloud_share) * growth(0.0);
     // In a low orbit so little of the ground is behind the limb that the light's slant hardly shows.
-    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + rise.parameters.limb.cloud_share) {
+    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + joined.parameters.limb.cloud_share) {
         return 0.0;
     }
     // It grows with the slant.
@@ -84,8 +90,8 @@ fn slant(rise: &Rise, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 
     high
 }
 
-/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two and a half times as
-/// bright as 25 km below.
+/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two
+/// and a half times as bright as 25 km below.
 fn goes_on(profile: &[f32], place: usize, zone: &Zone, km_per_place: f32, [dark, bright]: [f32; 2]) -> bool {
     let depth = (DEPTH_KM / km_per_place.max(1e-3)) as usize;
     let end = (place + depth.max(zone.end)).min(profile.len());

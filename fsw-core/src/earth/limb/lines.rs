@@ -1,8 +1,8 @@
 //! The pixels of a strip as lines from space inwards, shifted onto the middle one by the limb's known slope.
 //!
-//! In: a strip and its pixels. Out: the joined line, its dark level, and how much the lines scatter about it. Shifts and the values
-//! between two pixels are integers of [`FINE_SHIFT`] fractional bits: joining is most of a strip's cost. A shift is rounded by at most
-//! 1/512 px.
+//! In: a strip and its pixels. Out: the joined line, its dark level, and how much the lines scatter about it.
+//! Shifts and the values between two pixels are integers of [`FINE_SHIFT`] fractional bits: joining is most
+//! of a strip's cost. A shift is rounded by at most 1/512 px.
 
 use super::{BREADTH, MAX_LENGTH, MIDDLE, Strip};
 use crate::order;
@@ -72,8 +72,8 @@ impl<'a> Lines<'a> {
         Some(value)
     }
 
-    /// The joined line, counts: at each place the mean of the lines without the least and the greatest; zero at both ends, which not
-    /// every line reaches.
+    /// The joined line, counts: at each place the mean of the lines without the least and the greatest; zero
+    /// at both ends, which not every line reaches.
     pub(in crate::earth) fn profile(&self) -> Option<[f32; MAX_LENGTH]> {
         let mut walks = [Walk::default(); BREADTH];
         for (line, walk) in walks.iter_mut().enumerate() {
@@ -94,8 +94,8 @@ impl<'a> Lines<'a> {
         Some(profile)
     }
 
-    /// Standard deviation of the mean of the lines' own crossings, px: how each departs from the profile over the rise, `half` places to
-    /// either side of `at`.
+    /// Standard deviation of the mean of the lines' own crossings, px: how each departs from the profile over
+    /// the rise, `half` places to either side of `at`.
     pub(in crate::earth) fn scatter_px(&self, profile: &[f32], at: usize, half: usize) -> Option<f32> {
         let first = at.checked_sub(half)?;
         let places = 2 * half + 1;
@@ -118,8 +118,8 @@ impl<'a> Lines<'a> {
             squares += square;
             greatest = if square > greatest { square } else { greatest };
         }
-        // Without the line that departs most, for a star or a hot pixel; the mean rests on seven lines. Of nine squares of
-        // Gaussian chance all but the greatest make 0.64 of the sum.
+        // Without the line that departs most, for a star or a hot pixel; the mean rests on seven lines. Of
+        // nine squares of Gaussian chance all but the greatest make 0.64 of the sum.
         const KEPT: f32 = 0.64;
         let variance = (squares - greatest) / (KEPT * (BREADTH as f32 - 1.0));
         Some(libm::sqrtf(variance.max(0.0) / (BREADTH as f32 - 2.0)))
@@ -134,7 +134,7 @@ pub(in crate::earth) fn dark_of(profile: &[f32], length: usize) -> f32 {
         *dark = *value;
     }
     if let Some(outer) = outer.get_mut(..count) {
-        order::sort(outer, |one, other| one < other);
+        order::sort_numbers(outer);
     }
     outer.get(count / 2).copied().unwrap_or(0.0)
 }

@@ -87,7 +87,8 @@ fn the_limb_from_the_geostationary_orbit_is_found_within_a_twentieth_of_a_pixel(
 
 #[test]
 fn air_that_fades_more_slowly_than_the_model_is_no_limb() {
-    // Every stretch of such air has the limb's share of the brightness behind it: the outermost would stand 30 px outside.
+    // Every stretch of such air has the limb's share of the brightness behind it: the outermost would stand
+    // 30 px outside.
     let mut parameters = parameters();
     parameters.limb.scale_height_km = 5.0;
     let (mut errors, mut asked) = (Vec::new(), 0);
@@ -123,8 +124,8 @@ fn through_a_dark_lens(pixels: &mut [u16], window: &Window) {
 
 #[test]
 fn vignetting_moves_the_limb_by_less_than_a_twentieth_of_a_pixel() {
-    // The limb is a share of the brightness beside it, which the lens dims alike: why nothing is taken off before. A threshold of so
-    // many counts cost the thesis 45 km of orbit height (§7.2.2.4).
+    // The limb is a share of the brightness beside it, which the lens dims alike: why nothing is taken off
+    // before. A threshold of so many counts cost the thesis 45 km of orbit height (§7.2.2.4).
     let parameters = parameters();
     for (name, world) in
         [("geostationary", geostationary(30.0, 3)), ("450 km", low(450.0, 90.0, [40.0, 30.0], 3))]

@@ -96,8 +96,8 @@ fn what_is_no_measurable_earth_is_refused_with_its_reason() {
     // Night all over the limb in sight.
     let leo_night = World { sun: -leo.sun, ..leo.clone() };
     let airglow = |x: f64, y: f64| {
-        // A layer 12 km thick about the limb of a low orbit, a px a km: a sharp outer edge, and below it the two passages through a
-        // thin shell, 80 counts where they join.
+        // A layer 12 km thick about the limb of a low orbit, a px a km: a sharp outer edge, and below it the
+        // two passages through a thin shell, 80 counts where they join.
         let depth = 4800.0 - (x - 639.5).hypot(y - 5300.0);
         let path = |depth: f64| depth.max(0.0).sqrt();
         80.0 * (path(depth) - path(depth - 12.0)) / path(12.0)

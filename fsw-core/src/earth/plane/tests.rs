@@ -33,7 +33,7 @@ fn the_closed_form_has_no_range_bias_on_a_short_arc() {
         let mut rays = Rays::new();
         rays::fill(&mut rays, &points, &camera(), &body);
         let range =
-            |rays: &Rays| f64::from(body.radius_km() / super::fit(rays.iter()).unwrap().sine) - GEO_KM;
+            |rays: &Rays| f64::from(body.radius_km() / super::fit(rays, u128::MAX).unwrap().sine) - GEO_KM;
         with += range(&rays) / f64::from(runs);
         // Told of no noise, it takes none off.
         rays.iter_mut().for_each(|ray| ray.sigma_px = 1e-3);

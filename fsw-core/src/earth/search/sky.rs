@@ -9,7 +9,8 @@ const LINES: u16 = 4;
 const BLOCK: usize = 16;
 /// Sum of a block of the brightest pixels there can be.
 const BRIGHTEST_BLOCK: u32 = u16::MAX as u32 * BLOCK as u32;
-/// Sigma of white noise over the sum of its steps in a block, in 256ths of a count of [`FINE_SHIFT`]: sqrt(pi) / 2 of the mean step.
+/// Sigma of white noise over the sum of its steps in a block, in 256ths of a count of [`FINE_SHIFT`]:
+/// sqrt(pi) / 2 of the mean step.
 const SIGMA_OF_STEPS: u32 = 968;
 
 /// Sum of the darkest block of a line and sigma of the noise in it, fine counts.
@@ -34,8 +35,8 @@ pub(super) fn level(sum: u32) -> i32 {
     ((sum >> BLOCK.ilog2()) << FINE_SHIFT) as i32
 }
 
-/// Level of the darkest sky of a picture searched with this step, fine counts: of the darkest blocks of the lines the second, in case
-/// that a line is broken.
+/// Level of the darkest sky of a picture searched with this step, fine counts: of the darkest blocks of the
+/// lines the second, in case that a line is broken.
 pub(super) fn sky(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16],

@@ -141,7 +141,8 @@ fn noise_hides_few_points_and_makes_none() {
 
 #[test]
 fn a_dark_sea_is_no_sky() {
-    // From left to right: sky, a bright limb, dark sea, clouds. From the right a line first meets the clouds, then the sea, then the limb.
+    // From left to right: sky, a bright limb, dark sea, clouds. From the right a line first meets the clouds,
+    // then the sea, then the limb.
     let mut generator = Generator::new(5);
     let level = |x: usize| match x {
         0..500 => 33.0,

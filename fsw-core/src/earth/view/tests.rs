@@ -118,7 +118,8 @@ fn distortion_is_followed_to_a_hundredth_of_a_pixel() {
     let height = f64::from(parameters().limb.height_km);
     assert!(found.points.len() > 40);
     for point in &found.points {
-        // Back through the camera, the ray touches the limb height: within a hundredth of a pixel, about 0.02 km.
+        // Back through the camera, the ray touches the limb height: within a hundredth of a pixel, about 0.02
+        // km.
         let seen = camera.earth_direction(point.at_px).unwrap().vector().map(f64::from);
         let [inner, outer] = [-0.02, 0.02].map(|km| world.sun_sine(&seen, height + km).1);
         assert!(!inner && outer);
@@ -174,9 +175,9 @@ fn covered_and_lit_directions_agree_with_the_ray_cut_in_f64() {
             let ahead = ray.dot(&world.centre) > 0.0;
             // Not within a thousandth of a degree of the edge.
             let margin = 2e-5;
-            let outer = view.veil(margin, &parameters).covers(&direction(&ray));
+            let outer = view.mask(margin, &parameters).covers(&direction(&ray));
             assert!(outer || !(meets && ahead), "{name}");
-            let within = view.veil(-margin, &parameters);
+            let within = view.mask(-margin, &parameters);
             let inner = within.covers(&direction(&ray));
             assert!(!inner || (meets && ahead), "{name}");
             if meets && ahead {

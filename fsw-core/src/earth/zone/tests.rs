@@ -39,7 +39,8 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
             if place < surface {
                 return 0.5 * (place / scale).exp();
             }
-            // Half Lambert's law, half Lommel and Seeliger's, with the exact turn of the normal, over those at the limb.
+            // Half Lambert's law, half Lommel and Seeliger's, with the exact turn of the normal, over those
+            // at the limb.
             let turn = (1.0 - (place - surface) / radius).acos();
             let law = |turn: f64| {
                 let sunlight = turn.cos() * f64::from(sine) + turn.sin() * f64::from(facing);

@@ -9,9 +9,9 @@
 
 use crate::world::attitude::{Vector, dot};
 use fsw_core::camera::Camera;
+use fsw_core::earth::reach::STRIP_MARGIN_PX;
 use fsw_core::earth::view::View;
 use fsw_core::earth::{EarthParameters, MAX_LIMB_POINTS};
-use fsw_core::plan;
 use nalgebra::{DMatrix, Matrix3};
 
 /// Step and end of the integral that gives the correlation.
@@ -47,7 +47,7 @@ pub struct Limb {
 impl Limb {
     /// That of a view, azimuth counting from the first of these axes across the line to the centre.
     pub fn of(view: &View, camera: &Camera, [x, y]: [Vector; 2], parameters: &EarthParameters) -> Self {
-        let seen = view.limb(camera, plan::STRIP_MARGIN_PX, MAX_LIMB_POINTS, parameters);
+        let seen = view.limb(camera, STRIP_MARGIN_PX, MAX_LIMB_POINTS, parameters);
         let azimuth = |normal: Vector| libm::atan2(dot(normal, y), dot(normal, x));
         let azimuths = seen.points.iter().map(|point| azimuth(point.normal.map(f64::from).into()));
         Self {

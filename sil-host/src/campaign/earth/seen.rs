@@ -19,16 +19,16 @@ use crate::world::noise::Noise;
 use crate::world::vector::{cross, length, minus, plus, times, unit};
 use fsw_core::camera::Camera;
 use fsw_core::earth::centre::{self, Expected};
+use fsw_core::earth::comparison::scale::{LimbPoints, Scale};
+use fsw_core::earth::comparison::{filters, thesis};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
-use fsw_core::earth::look::{self, Choice, Look, Room};
-use fsw_core::earth::scale::{Measured, Scale};
+use fsw_core::earth::look::{self, EVENLY, HeightVariance, Look, Room};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips, filters, thesis};
+use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::orbit::covariance::inverse;
 use fsw_core::orbit::point::PositionFix;
-use fsw_core::plan;
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -387,9 +387,9 @@ impl Tracked {
         picture: &mut Picture,
         room: &mut Room,
     ) -> Result<Result<EarthFix, Refusal>, DetectorError> {
-        let variance_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
-        let choice = Choice { most: plan::MAX_LIMB_STRIPS, wanted: |_| true };
-        let strips = look.read_strips(picture, &self.view, |_| variance_km2, &choice, room)?;
+        let everywhere_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
+        let variance = HeightVariance { everywhere_km2, centre_km2: Matrix3::zeros() };
+        let strips = look.read_strips(picture, &self.view, &variance, &EVENLY, room)?;
         Ok(look.fit(&look.parameters.in_strips(&strips, false), Some(&self.expected), room))
     }
 
@@ -397,7 +397,7 @@ impl Tracked {
     fn scale(&self, look: &Look, room: &mut Room) -> Option<Scale> {
         let Look { camera, body, parameters } = *look;
         let (points, demand, expected) = (room.points.as_slice(), &self.demand, Some(&self.expected));
-        let measured = Measured { points, camera, body, demand, expected, parameters };
+        let measured = LimbPoints { points, camera, body, demand, expected, parameters };
         let known = [self.expected.centre_km.norm(), ORBIT_SIGMA_KM as f32];
         Scale::by_the_earth(&measured, known, room.rays).ok()
     }

@@ -6,7 +6,8 @@ use crate::earth::test_world::{World, camera, geostationary, low, parameters};
 use crate::oracle::Generator;
 use std::boxed::Box;
 
-/// Truth: the world's lens has 3000 px. What a camera says whose focal length is wrong by a share, from a picture of the world.
+/// Truth: the world's lens has 3000 px. What a camera says whose focal length is wrong by a share, from a
+/// picture of the world.
 fn found(world: &World, wrong: f32) -> Scale {
     let mut parameters = parameters();
     parameters.limb.height_sigma_km = 1.6;
@@ -19,7 +20,7 @@ fn found(world: &World, wrong: f32) -> Scale {
     let fix = look::anywhere(&look, &mut world.picture(1.0, 3), &mut room).unwrap().fix.unwrap();
     let strips = Strips { read: fix.inliers.count_ones() as usize, unsure: 0, km_per_px: f32::INFINITY };
     let (demand, expected) = (parameters.in_strips(&strips, true), Expected::after(&fix));
-    let measured = Measured {
+    let measured = LimbPoints {
         points: &points,
         camera: &camera,
         body: &body,

@@ -1,23 +1,25 @@
-//! The focal length checked in flight (ALGORITHMS part 3): by the Earth's apparent size where its distance is known, and by the stars
-//! of the same frame.
+//! The focal length checked in flight (ALGORITHMS part 3): by the Earth's apparent size where its distance is
+//! known, and by the stars of the same frame.
 //!
-//! In: limb points and the distance that the orbit says, or stars as seen and as predicted. Out: a [`Scale`], by what share the lens is
-//! longer than the camera says, with its sigma. Both see the detector through the same lens; [`Scale::apart`] tells whether they agree.
+//! In: limb points and the distance that the orbit says, or stars as seen and as predicted. Out: a [`Scale`],
+//! by what share the lens is longer than the camera says, with its sigma. Both see the detector through the
+//! same lens; [`Scale::apart`] tells whether they agree.
 //!
-//! The distance `d` of the centre is fitted for the focal length `f` and for `f (1 + δ)`; with the slope `D` between them the share is
-//! `(d_known - d) / D`, and its sigma that of the difference over `|D|`: the horizon's common height, 1.4 km of 6378, leaves 2e-4 at the
-//! least. Stars have it ten times better: with the sigma `s` of a centroid, `s / sqrt(Σ (r - r̄)²)` over their places `r`, 4e-5 for ten of
-//! 0.05 px. A share that the Earth shows and the stars do not is therefore the limb's height, or the orbit's; one that both show is
-//! the lens. Not in flight: the calibration is the ground's.
+//! The distance `d` of the centre is fitted for the focal length `f` and for `f (1 + δ)`; with the slope `D`
+//! between them the share is `(d_known - d) / D`, and its sigma that of the difference over `|D|`: the
+//! horizon's common height, 1.4 km of 6378, leaves 2e-4 at the least. Stars have it ten times better: with
+//! the sigma `s` of a centroid, `s / sqrt(Σ (r - r̄)²)` over their places `r`, 4e-5 for ten of 0.05 px. A
+//! share that the Earth shows and the stars do not is therefore the limb's height, or the orbit's; one that
+//! both show is the lens. Not in flight: the calibration is the ground's.
 
-use super::centre::{self, Expected, Workspace};
-use super::shape::Body;
-use super::{Demand, EarthParameters, LimbPoint, Refusal};
 use crate::camera::Camera;
+use crate::earth::centre::{self, Expected, Workspace};
+use crate::earth::{Body, Demand, EarthParameters, LimbPoint, Refusal};
 
 /// Step of the focal length, share.
 const STEP: f32 = 2e-3;
-/// Least change of the distance for that step, share of the distance over the step: less says nothing of the lens.
+/// Least change of the distance for that step, share of the distance over the step: less says nothing of the
+/// lens.
 const LEAST_SLOPE: f32 = 0.01;
 /// Fewest stars.
 const FEWEST_STARS: usize = 3;
@@ -33,7 +35,7 @@ pub struct Scale {
 
 /// Limb points, and whom to ask about them.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured<'a> {
+pub struct LimbPoints<'a> {
     /// The points.
     pub points: &'a [LimbPoint],
     /// The camera.
@@ -54,11 +56,11 @@ impl Scale {
     /// # Errors
     /// As [`centre::centre`]; [`Refusal::Degenerate`] where the distance does not depend on the focal length.
     pub fn by_the_earth(
-        measured: &Measured,
+        measured: &LimbPoints,
         [known_km, sigma_km]: [f32; 2],
         workspace: &mut Workspace,
     ) -> Result<Self, Refusal> {
-        let Measured { points, camera, body, demand, expected, parameters } = *measured;
+        let LimbPoints { points, camera, body, demand, expected, parameters } = *measured;
         let mut longer = *camera.parameters();
         longer.focal_length_px *= 1.0 + STEP;
         let longer = Camera::new(longer).map_err(|_| Refusal::Degenerate)?;
@@ -75,8 +77,9 @@ impl Scale {
         Ok(Self { share: (known_km - distance_km) / slope_km, sigma: both_km / libm::fabsf(slope_km) })
     }
 
-    /// By stars: places as predicted with the attitude of the same frame and as measured, px, and the sigma of a measured one. An
-    /// attitude takes up a shift and a turn, but no stretch. `None` for fewer than three.
+    /// By stars: places as predicted with the attitude of the same frame and as measured, px, and the sigma
+    /// of a measured one. An attitude takes up a shift and a turn, but no stretch. `None` for fewer than
+    /// three.
     pub fn by_stars(stars: &[([f32; 2], [f32; 2])], sigma_px: f32) -> Option<Self> {
         if stars.len() < FEWEST_STARS {
             return None;

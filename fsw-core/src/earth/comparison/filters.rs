@@ -1,19 +1,21 @@
 //! The thesis's two other filters across the limb (§4.2, §7.2.2.1), for comparison with [`limb::crossing`]:
 //! they find the limb by the shape of its rise, not by a share of the brightness behind it. They do not fly.
 //!
-//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both look at the joined
-//! line of [`limb`] from three scale heights outside a first guess, the outermost place above half of the
-//! strip's range, to one and a half inside it. The thesis names the filters and no more; what is fitted is this project's choice:
+//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both
+//! look at the joined line of [`limb`] from three scale heights outside a first guess, the outermost place
+//! above half of the strip's range, to one and a half inside it. The thesis names the filters and no more;
+//! what is fitted is this project's choice:
 //!
 //! | filter | fitted | the limb |
 //! |---|---|---|
 //! | [`exponential`] | `b exp(-h / H)` above an edge, `b` below, the edge moved until the squares are least | the edge, and `H ln 2` outward of it: half of `b` |
 //! | [`polynomial`] | a polynomial of the fifth order | where it first passes half of the rise to its first maximum |
 //!
-//! The sigma is the residuals' root mean square over the slope there, with the floors of the flight's crossing.
+//! The sigma is the residuals' root mean square over the slope there, with the floors of the flight's
+//! crossing.
 
-use super::limb::{self, Lines, Strip};
-use super::{EarthParameters, LimbPoint};
+use crate::earth::limb::{self, Lines, Strip};
+use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
 /// How far outside and inside the first guess a line is looked at, scale heights.
@@ -27,7 +29,7 @@ const STEPS: usize = 8;
 const ORDER: usize = 5;
 
 /// The part of a joined line about the limb.
-struct Rise {
+struct LimbProfile {
     profile: [f32; limb::MAX_LENGTH],
     /// First place, and the one after the last.
     from: usize,
@@ -41,7 +43,7 @@ struct Rise {
     scale: f32,
 }
 
-impl Rise {
+impl LimbProfile {
     /// `None` where there is none, or it is too weak, saturated, or outer space bright.
     fn new(
         pixels: &[u16],
@@ -97,7 +99,7 @@ impl Rise {
 }
 
 /// Sum of squares about the best exponential whose edge is at a place, and its brightness over the dark.
-fn misfit(rise: &Rise, edge: f32) -> (f32, f32) {
+fn misfit(rise: &LimbProfile, edge: f32) -> (f32, f32) {
     let shape = |place: f32| if place >= edge { 1.0 } else { libm::expf((place - edge) / rise.scale) };
     let (mut squares, mut products, mut shapes) = (0.0, 0.0, 0.0);
     for (place, value) in rise.values() {
@@ -117,7 +119,7 @@ pub fn exponential(
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
-    let rise = Rise::new(pixels, strip, geometry, parameters)?;
+    let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
     let step = 1.0 / STEPS as f32;
     let edge_at = |step_count: usize| rise.from as f32 + step * step_count as f32;
     let mut best: Option<(f32, usize)> = None;
@@ -140,7 +142,8 @@ pub fn exponential(
     rise.point(inward, rms, 0.5 * bright / rise.scale, strip, parameters)
 }
 
-/// A polynomial as a sum of those that are orthogonal over the places (Forsythe 1957): no matrix, no loss of digits.
+/// A polynomial as a sum of those that are orthogonal over the places (Forsythe 1957): no matrix, no loss of
+/// digits.
 struct Polynomial {
     /// Middle and half length of the places.
     middle: f32,
@@ -151,7 +154,7 @@ struct Polynomial {
 
 impl Polynomial {
     /// Least squares through a rise.
-    fn through(rise: &Rise) -> Self {
+    fn through(rise: &LimbProfile) -> Self {
         let (from, to) = (rise.from as f32, rise.to as f32 - 1.0);
         let mut fit =
             Self { middle: 0.5 * (from + to), half: 0.5 * (to - from), terms: [(0.0, 0.0, 0.0); ORDER + 1] };
@@ -197,7 +200,7 @@ pub fn polynomial(
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
-    let rise = Rise::new(pixels, strip, geometry, parameters)?;
+    let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
     let fit = Polynomial::through(&rise);
     // From the guess inwards to the first maximum, then outwards to half of it.
     let step = 1.0 / STEPS as f32;

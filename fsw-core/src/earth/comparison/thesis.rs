@@ -1,15 +1,17 @@
-//! The thesis's own way to the Earth's centre (§3.2.1 and §3.2.2), for comparison: local criteria, a circle through three points,
-//! Gander's algebraic circle on circularised points. It does not fly: it knows discs only, and needs no camera.
+//! The thesis's own way to the Earth's centre (§3.2.1 and §3.2.2), for comparison: local criteria, a circle
+//! through three points, Gander's algebraic circle on circularised points. It does not fly: it knows discs
+//! only, and needs no camera.
 //!
-//! In: a [`Detector`], or limb points; the direction of the Earth's pole on the detector. Out: a [`Circle`], px, or why there is
-//! none. Constants are the thesis's for a scale of 255, scaled to the converter's.
+//! In: a [`Detector`], or limb points; the direction of the Earth's pole on the detector. Out: a [`Circle`],
+//! px, or why there is none. Constants are the thesis's for a scale of 255, scaled to the converter's.
 //!
-//! Two things are ours, because they must be: the thesis's least distance of 10 px between the dark and the bright centre cannot
-//! occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets [`MAX_TRIPLETS`] are tried. Of the pixels of a line above
-//! the threshold those next to one below it are looked at; any other region has no dark side.
+//! Two things are ours, because they must be: the thesis's least distance of 10 px between the dark and the
+//! bright centre cannot occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets
+//! [`MAX_TRIPLETS`] are tried. Of the pixels of a line above the threshold those next to one below it are
+//! looked at; any other region has no dark side.
 
-use super::search::{Points, Thinned, each_line};
-use super::{LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use crate::earth::search::{Points, Thinned, each_line};
+use crate::earth::{LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use nalgebra::{Matrix4, Vector4};
 
@@ -37,7 +39,8 @@ pub const MAX_TRIPLETS: u32 = 512;
 pub const ECCENTRICITY: f32 = 0.081;
 /// Rounds of the fit; each is linear, and the second changes what the rounding of the first left.
 const ROUNDS: usize = 4;
-/// Steps of the inverse iteration; each shrinks the error by the ratio of the two least singular values squared.
+/// Steps of the inverse iteration; each shrinks the error by the ratio of the two least singular values
+/// squared.
 const STEPS: usize = 6;
 
 /// A circle found.
@@ -51,7 +54,8 @@ pub struct Circle {
     pub inliers: usize,
 }
 
-/// Looks for limb points on the grid. `buffer` must hold the detector's longer side and a region of 13 x 13 px.
+/// Looks for limb points on the grid. `buffer` must hold the detector's longer side and a region of 13 x 13
+/// px.
 ///
 /// # Errors
 /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.
@@ -238,7 +242,7 @@ fn triplet(points: &[LimbPoint], number: u32) -> Option<[[f32; 2]; 3]> {
         let offset = ((u64::from(chance) * (end - start) as u64) >> 32) as usize;
         points.get(start + offset).map(|point| point.centre_px)
     };
-    let [f0, f1, f2] = super::consensus::FRACTIONS;
+    let [f0, f1, f2] = crate::earth::consensus::FRACTIONS;
     Some([pick(0, f0)?, pick(1, f1)?, pick(2, f2)?])
 }
 
@@ -267,7 +271,8 @@ impl Axes {
     }
 }
 
-/// Gander's algebraic circle: the least singular vector of the rows `x² + y², x, y, 1`, by inverse iteration on their normal matrix.
+/// Gander's algebraic circle: the least singular vector of the rows `x² + y², x, y, 1`, by inverse iteration
+/// on their normal matrix.
 fn gander(points: impl Iterator<Item = [f32; 2]>) -> Option<([f32; 2], f32)> {
     let mut normal = Matrix4::zeros();
     let mut count = 0.0;

@@ -25,7 +25,8 @@ fn ellipse(arc_deg: f64, noise_px: f64, generator: &mut Generator) -> List<LimbP
 #[test]
 fn an_ellipse_is_fitted_whole_and_by_half() {
     let mut generator = Generator::new(4);
-    // Whole: three sigma of sqrt(2 / n) times the noise, per axis. By half the centre along the arc's middle is three times worse.
+    // Whole: three sigma of sqrt(2 / n) times the noise, per axis. By half the centre along the arc's middle
+    // is three times worse.
     for (arc_deg, noise_px, limit_px) in
         [(360.0, 0.0, 0.01), (180.0, 0.0, 0.02), (360.0, 0.3, 0.13), (180.0, 0.3, 0.4)]
     {

@@ -1,0 +1,36 @@
+//! How far a strip must reach to hold the limb whole.
+//!
+//! In: how many km of height a pixel spans at the limb, how well the limb's height is known there. Out: the
+//! strip's [`Reach`], or that it would be longer than a strip can be.
+
+use super::EarthParameters;
+use super::limb::{MAX_LENGTH, Reach};
+
+/// Most strips across the limb in a second: 0.08 M cycles each, 2 of the 4 M that the Earth may take.
+pub const MAX_LIMB_STRIPS: usize = 24;
+/// The limb's glow is faint beyond so many scale heights: 1 %.
+const GLOW_SCALES: f32 = 4.5;
+/// Inside the limb so many scale heights are looked at: the end of the rise, 0.7, and the bright side, 0.5.
+const BRIGHT_SCALES: f32 = 1.5;
+/// Beyond the glow a strip reaches so far: over the edge that the lens spreads, and to brightness and
+/// darkness on its sides, px.
+pub const STRIP_MARGIN_PX: f32 = 9.0;
+
+/// Height over which the limb's glow fades, km.
+pub fn glow_km(parameters: &EarthParameters) -> f32 {
+    GLOW_SCALES * parameters.limb.scale_height_km
+}
+
+/// How far a strip must reach from the expected limb, when its height there is known to `sigma_km` (3 sigma
+/// are allowed for); `None` when the strip would be longer than one can be.
+pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<Reach> {
+    let reach_px = |km: f32| libm::ceilf(STRIP_MARGIN_PX + (km + 3.0 * sigma_km) / km_per_px);
+    let outward = reach_px(glow_km(parameters));
+    let inward = reach_px(BRIGHT_SCALES * parameters.limb.scale_height_km);
+    // Also refuses what is no number.
+    let fits = outward + inward < MAX_LENGTH as f32;
+    fits.then_some(Reach { outward_px: outward as u16, inward_px: inward as u16 })
+}
+
+#[cfg(test)]
+mod tests;
