@@ -1,21 +1,19 @@
 //! Attitude from pairs of directions.
 //!
-//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] carries it to the next second.
-//! [`rate`] and [`marks`] tell how fast the sensor turns without any attitude.
-//! [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`Observation`] is what the
-//! methods ask of either.
+//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] propagates it to the next
+//! image. [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`WeightedPair`]
+//! is what the methods ask of either.
 
+pub mod comparison;
 pub mod covariance;
 pub mod filter;
-pub mod marks;
-pub mod rate;
 pub mod wahba;
 
 use crate::frames::{Direction, Icrs, StarPath};
 use nalgebra::Matrix3;
 use wahba::WahbaError;
 
-/// One star seen: where it was measured, where the catalogue has it, and how well it was measured.
+/// A star with its measured direction, its catalogue direction and the sigma of the measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct VectorPair {
     /// Measured direction `b`.
@@ -34,8 +32,9 @@ impl VectorPair {
     }
 }
 
-/// What a method of [`wahba`] asks of a star.
-pub trait Observation {
+/// A measured and a catalogue direction with their weight, as the methods of [`wahba`] and [`comparison`]
+/// take them.
+pub trait WeightedPair {
     /// The two directions, and one sigma for all axes across the line of sight.
     fn pair(&self) -> &VectorPair;
 
@@ -43,7 +42,7 @@ pub trait Observation {
     fn information(&self) -> Matrix3<f32>;
 }
 
-impl Observation for VectorPair {
+impl WeightedPair for VectorPair {
     fn pair(&self) -> &VectorPair {
         self
     }
@@ -54,10 +53,12 @@ impl Observation for VectorPair {
     }
 }
 
-/// Least z of a direction whose error is given by its x and y: 87 deg off the line of sight, as far as a camera sees.
+/// Least z of a direction whose error is given by its x and y: 87 deg off the line of sight, as far as a
+/// camera sees.
 const LEAST_FORWARD: f32 = 0.05;
 
-/// A star whose error differs from one axis to the other: smeared by a rate, or seen through a lens off its axis.
+/// A star whose error differs from one axis to the other: smeared by a rate, or seen through a lens off its
+/// axis.
 #[derive(Clone, Copy, Debug)]
 pub struct ExtendedPair {
     pair: VectorPair,
@@ -66,12 +67,12 @@ pub struct ExtendedPair {
 }
 
 impl ExtendedPair {
-    /// A pair (whose sigma serves the methods that know one only) and the covariance `[xx, xy, yy]`, rad², of the x and y
-    /// of its measured direction; z follows from them, as the vector is of unit length.
+    /// A pair (whose sigma serves the methods that know one only) and the covariance `[xx, xy, yy]`, rad², of
+    /// the x and y of its measured direction; z follows from them, as the vector is of unit length.
     ///
     /// # Errors
-    /// [`WahbaError::NotFinite`], or [`WahbaError::Weight`] where the covariance is not positive definite or the
-    /// direction lies more than 87 deg off the line of sight.
+    /// [`WahbaError::NotFinite`], or [`WahbaError::Weight`] where the covariance is not positive definite or
+    /// the direction lies more than 87 deg off the line of sight.
     pub fn new(pair: VectorPair, covariance_rad2: [f32; 3]) -> Result<Self, WahbaError> {
         let [xx, xy, yy] = covariance_rad2.map(|value| value * 1e6);
         if !(xx.is_finite() && xy.is_finite() && yy.is_finite()) {
@@ -90,7 +91,7 @@ impl ExtendedPair {
     }
 }
 
-impl Observation for ExtendedPair {
+impl WeightedPair for ExtendedPair {
     fn pair(&self) -> &VectorPair {
         &self.pair
     }

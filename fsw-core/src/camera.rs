@@ -1,19 +1,21 @@
 //! From pixels to directions in the frames of the two paths, and back (thesis eq. 3.2).
 //!
-//! In: pixel coordinates (x right, y down, first pixel's centre (0, 0)). Out: unit vectors, x along +x px, y along
-//! +y px, z out along the line of sight. Rectilinear: the undistorted direction of a pixel is `((x - cx) / f,
-//! (y - cy) / f, 1)`; equiangular: the distance from the optical centre is `f` times the angle from the line of sight.
+//! In: pixel coordinates (x right, y down, first pixel's centre (0, 0)). Out: unit vectors, x along +x px, y
+//! along +y px, z out along the line of sight. Rectilinear: the undistorted direction of a pixel is `((x -
+//! cx) / f, (y - cy) / f, 1)`; equiangular: the distance from the optical centre is `f` times the angle from
+//! the line of sight.
 //!
-//! Both paths share lens and detector; the Earth path is transmitted by the partial mirror, the star path reflected, which
-//! turns its image over (determinant -1). Where the camera is `mirrored`, x of the star path therefore runs along -x px,
-//! so that its frame is right-handed and an attitude is a rotation.
+//! Both paths share lens and detector; the Earth path is transmitted by the partial mirror, the star path
+//! reflected, which turns its image over (determinant -1). Where the camera is `mirrored`, x of the star path
+//! therefore runs along -x px, so that its frame is right-handed and an attitude is a rotation.
 //!
-//! Distortion is Brown's model on the normalised plane, `distorted = undistorted (1 + k1 r² + k2 r⁴ + k3 r⁶) +
-//! tangential(p1, p2)`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of which shrinks the error to about
-//! `2 |k1| r²` of it; lenses with more than 10 % distortion at the corner need a correction table instead.
+//! Distortion is Brown's model on the normalised plane: `distorted = undistorted radial + tangential(p1, p2)`
+//! with `radial = 1 + k1 r² + k2 r⁴ + k3 r⁶`. It is undone by [`UNDISTORT_STEPS`] fixed-point steps, each of
+//! which shrinks the error to about `2 |k1| r²` of it; lenses with more than 10 % distortion at the corner
+//! need a correction table instead.
 //!
-//! Error of a pixel's direction and back again, greatest over the whole reference detector: 1e-4 px without and with
-//! distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
+//! Error of a pixel's direction and back again, greatest over the whole reference detector: 1e-4 px without
+//! and with distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
 
 use crate::frames::{Direction, EarthPath, StarPath};
 use crate::trigonometry::sine_cosine;
@@ -22,11 +24,12 @@ use serde::{Deserialize, Serialize};
 
 /// Fixed-point steps that undo the distortion.
 pub const UNDISTORT_STEPS: usize = 8;
-/// Least z of a direction that can be seen: 87 deg off the line of sight.
+/// Least z of a direction in the field: 87 deg off the line of sight.
 const LEAST_FORWARD: f32 = 0.05;
-/// Error with which the distortion may be undone at the detector's corners, px.
+/// Greatest error of undoing the distortion that is accepted at the detector's corners, px.
 const UNDISTORT_ERROR_PX: f32 = 0.5;
-/// By so much less than the corners' the cosine may be of what falls on the detector: rounding, and what a tangential distortion does.
+/// How far below the corners' cosine that of a direction on the detector may fall: by rounding, and by a
+/// tangential distortion, which bends the detector's edges.
 const CORNER_ROUNDING: f32 = 1e-3;
 
 /// How a direction falls on the detector.
@@ -53,7 +56,7 @@ pub struct Distortion {
     pub p2: f32,
 }
 
-/// What is known of the lens and its detector.
+/// Lens and detector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraParameters {
     /// Columns, px.
@@ -137,8 +140,8 @@ impl Camera {
         Ok(Self { corner_forward, ..camera })
     }
 
-    /// Cosine of the angle from the line of sight to the farthest corner; `None` unless every corner has a direction that falls on
-    /// it again: a distortion that folds the field over has none.
+    /// Cosine of the angle from the line of sight to the farthest corner; `None` unless every corner has a
+    /// direction that falls on it again: a distortion that folds the field over has none.
     fn forward_of_corners(&self) -> Option<f32> {
         self.corners_px().into_iter().try_fold(1.0f32, |least, corner| {
             let direction = self.direction(corner)?;
@@ -194,8 +197,8 @@ impl Camera {
         (radial, shift_x, shift_y)
     }
 
-    /// The star path's direction that falls on a pixel position; `None` when it is not finite, or that direction would be
-    /// more than 87 deg off the line of sight.
+    /// The star path's direction that falls on a pixel position; `None` when it is not finite, or that
+    /// direction would be more than 87 deg off the line of sight.
     pub fn direction(&self, at_px: [f32; 2]) -> Option<Direction<StarPath>> {
         self.ray(at_px).map(|ray| self.turned_over(ray)).and_then(Direction::new)
     }
@@ -205,8 +208,8 @@ impl Camera {
         self.ray(at_px).and_then(Direction::new)
     }
 
-    /// Where a direction of the star path falls, px (perhaps outside the detector); `None` behind the camera and more
-    /// than 87 deg off its line of sight.
+    /// Where a direction of the star path falls, px (perhaps outside the detector); `None` behind the camera
+    /// and more than 87 deg off its line of sight.
     pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
         self.image(self.turned_over(*direction.vector()))
     }
@@ -216,7 +219,8 @@ impl Camera {
         self.image(*direction.vector())
     }
 
-    /// Where on the detector, `margin_px` inside its edge, a direction of the Earth path falls; `None` where it does not.
+    /// Where on the detector, `margin_px` inside its edge, a direction of the Earth path falls; `None` where
+    /// it does not.
     pub fn sees_earth(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
         // A distortion's polynomial may fold directions far outside the field back into it.
         if direction.vector().z < self.corner_forward - CORNER_ROUNDING {
@@ -225,7 +229,7 @@ impl Camera {
         self.project_earth(direction).filter(|at_px| self.contains(*at_px, margin_px))
     }
 
-    /// What the mirror, if there is one, makes of a vector of the star path, and back.
+    /// A vector of the star path in detector axes, or back: a mirror changes the sign of x.
     fn turned_over(&self, vector: Vector3<f32>) -> Vector3<f32> {
         if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }
     }

@@ -1,8 +1,9 @@
-//! CRC-32 (ISO-HDLC), the checksum of everything that is stored or sent: catalogue, calibration, parameter tables, telemetry.
+//! CRC-32 (ISO-HDLC), the checksum of everything that is stored or sent: catalogue, calibration, parameter
+//! tables, telemetry.
 //!
-//! Reflected polynomial `0xEDB8_8320`, register all ones at first, inverted at the end. Four bits a step with a table of 16
-//! words: 64 bytes of flash instead of 1 KiB for a table of bytes, at about 18 cycles a byte on the target (a catalogue
-//! of 217 KB: 4 M cycles, once, when it is opened).
+//! Reflected polynomial `0xEDB8_8320`, register all ones at first, inverted at the end. Four bits a step with
+//! a table of 16 words: 64 bytes of flash instead of 1 KiB for a table of bytes, at about 18 cycles a byte on
+//! the target (a catalogue of 217 KB: 4 M cycles, once, when it is opened).
 
 /// Remainder of the polynomial's division for each value of the four low bits.
 #[rustfmt::skip]

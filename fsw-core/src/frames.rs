@@ -1,11 +1,12 @@
-//! Directions and rotations typed by the frame they are given in: the words every room speaks.
+//! Directions and rotations typed by their frame, which every room uses.
 //!
-//! A quaternion is `[x, y, z, w]`, scalar last (thesis eq. 3.3), and its matrix is `A(q) = (w² - |v|²) I + 2 v vᵀ -
-//! 2 w [v×]` (eq. 2.4), which takes components in the `From` frame to components in the `To` frame: `b = A r` (eq.
-//! 2.2). Frames are empty types, so that a direction on the sky cannot be fed where one on the detector is meant.
+//! A quaternion is `[x, y, z, w]`, scalar last (thesis eq. 3.3). Its matrix (eq. 2.4) is
+//! `A(q) = (w² - |v|²) I + 2 v vᵀ - 2 w [v×]`; it takes components in the `From` frame to components in the
+//! `To` frame, `b = A r` (eq. 2.2). Frames are empty types, so that a direction on the sky cannot be fed
+//! where one on the detector is meant.
 //!
-//! Rounding (greatest over 20,000 random rotations): an element of the matrix of a quaternion 7e-7, a quaternion through
-//! its matrix and back 5e-7, half turns included.
+//! Rounding (greatest over 20,000 random rotations): an element of the matrix of a quaternion 7e-7, a
+//! quaternion through its matrix and back 5e-7, half turns included.
 
 use core::marker::PhantomData;
 use nalgebra::{Matrix3, Vector3};
@@ -14,8 +15,8 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Icrs;
 
-/// The sensor's star path: x along +x px (along -x px where a mirror turns the image over), y along +y px, z out along the
-/// line of sight.
+/// The sensor's star path: x along +x px (along -x px where a mirror turns the image over), y along +y px, z
+/// out along the line of sight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StarPath;
 
@@ -128,8 +129,8 @@ impl<From, To> Rotation<From, To> {
         )))
     }
 
-    /// The quaternion `[x, y, z, w]` with `w >= 0`, by the largest of the four squared components (no loss of digits
-    /// near 180 degrees).
+    /// The quaternion `[x, y, z, w]` with `w >= 0`, by the largest of the four squared components (no loss of
+    /// digits near 180 degrees).
     pub fn quaternion(&self) -> [f32; 4] {
         let m = &self.matrix;
         let squares = [
@@ -174,12 +175,12 @@ impl<From, To> Rotation<From, To> {
         Rotation::from_orthogonal(next.matrix * self.matrix)
     }
 
-    /// Follows this rotation by the rotation of the `To` frame about `angle_rad` (a rotation vector of up to 180
-    /// degrees): `A' = exp(-[θ×]) A`. A vector that is not finite turns nothing.
+    /// Follows this rotation by the rotation of the `To` frame about `angle_rad` (a rotation vector of up to
+    /// 180 degrees): `A' = exp(-[θ×]) A`. A vector that is not finite turns nothing.
     ///
-    /// No sine: `tan(x) / x` of half the angle is `(945 - 105 x² + x⁴) / (945 - 420 x² + 15 x⁴)`, whose numerator and
-    /// denominator make a quaternion. Error 3e-7 rad (rounding) up to 109 degrees, 2e-5 rad at 180 degrees. Orthogonality
-    /// drifts by 2e-6 in a thousand turns.
+    /// No sine: `tan(x) / x` of half the angle is `(945 - 105 x² + x⁴) / (945 - 420 x² + 15 x⁴)`, whose
+    /// numerator and denominator make a quaternion. Error 3e-7 rad (rounding) up to 109 degrees, 2e-5 rad at
+    /// 180 degrees. Orthogonality drifts by 2e-6 in a thousand turns.
     pub fn turned(&self, angle_rad: &Vector3<f32>) -> Self {
         let half = angle_rad * 0.5;
         let square = half.dot(&half);

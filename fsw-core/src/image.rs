@@ -1,22 +1,23 @@
 //! From windows of raw pixels to star centroids, in integers.
 //!
-//! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from it,
-//! [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`] a better one
-//! ([`matched`]), [`scan`] walks the whole detector in
-//! tiles and `detections` keeps the brightest spots. `allowance` bounds what crowded pictures cost, [`blinding`] knows a
-//! detector at full scale. Before all of them [`mended`] may stand, a detector without its known [`defects`].
+//! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from
+//! it, [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`]
+//! a better one ([`matched`]), [`scan`] walks the whole detector in tiles and `detections` keeps the
+//! brightest spots. Loops over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost,
+//! [`blinding`] knows a detector at full scale. Before all of them [`bad_pixels`] may correct the known
+//! [`defects`].
 //!
-//! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
-//! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
+//! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the
+//! converter's resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
 mod allowance;
+pub mod bad_pixels;
 pub mod blinding;
 pub mod calibration;
 pub mod centroid;
 pub mod defects;
 mod detections;
 pub mod matched;
-pub mod mended;
 mod peaks;
 pub mod scan;
 mod shape;
@@ -51,17 +52,16 @@ parameter_group! {
     }
 }
 
-/// How stars are found and centred: thresholds, and what is known of the lens, if anything. Thresholds alone are a method
-/// too.
+/// How stars are found and centred: by thresholds, and by the calibration of the lens where there is one.
 #[derive(Clone, Copy, Debug)]
-pub struct Method<'a> {
+pub struct DetectionMethod<'a> {
     /// The thresholds.
     pub parameters: &'a DetectionParameters,
     /// The lens's profiles and corrections.
     pub calibration: Option<&'a Calibration<'a>>,
 }
 
-impl<'a> From<&'a DetectionParameters> for Method<'a> {
+impl<'a> From<&'a DetectionParameters> for DetectionMethod<'a> {
     fn from(parameters: &'a DetectionParameters) -> Self {
         Self { parameters, calibration: None }
     }
@@ -76,8 +76,9 @@ pub struct Detection {
     pub y_q16: i32,
     /// Sum over the region above the noise floor, scaled counts.
     pub flux: i32,
-    /// Sum over the 3 x 3 pixels about the maximum above the noise floor, scaled counts; the largest number there is
-    /// for a saturated spot. It orders faint spots better than `flux`, to which the noise of a larger area adds.
+    /// Sum over the 3 x 3 pixels about the maximum above the noise floor, scaled counts; the largest number
+    /// there is for a saturated spot. It orders faint spots better than `flux`, to which the noise of a
+    /// larger area adds.
     pub core_flux: i32,
     /// Standard deviation of the centre per axis, Q16.16 px.
     pub sigma_q16: i32,
@@ -85,15 +86,16 @@ pub struct Detection {
     pub saturated: bool,
     /// It stands on or beside an extended bright object (clouds, a limb), far above whose texture it rises.
     pub extended: bool,
-    /// Length to which the sensor's turning has drawn it out, its centre being that of all its light, px; 0 of what is round.
+    /// Length to which the sensor's turning has drawn it out, its centre being that of all its light, px; 0
+    /// of what is round.
     pub drawn_px: u8,
     /// A second maximum stands so close that its light draws the centre along; the sigma holds by how much.
     pub blended: bool,
 }
 
 impl Detection {
-    /// Sorts by brightness, brightest first, those on extended objects behind all others; equal spots by position, so that
-    /// the order is the same everywhere.
+    /// Sorts by brightness, brightest first, those on extended objects behind all others; equal spots by
+    /// position, so that the order is the same everywhere.
     pub fn rank(&self) -> impl Ord + use<> {
         (self.extended, core::cmp::Reverse((self.core_flux, self.flux)), self.y_q16, self.x_q16)
     }

@@ -23,6 +23,7 @@ mod order;
 pub mod packet;
 pub mod parameters;
 pub mod plan;
+pub mod rate;
 pub mod sensor;
 pub mod stars;
 pub mod telemetry;

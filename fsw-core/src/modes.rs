@@ -100,8 +100,8 @@ pub struct Seen {
     pub attitude: bool,
     /// The rate is known: two attitudes in a row.
     pub rate: bool,
-    /// An attitude carried on by the last rate is still good enough for tracking.
-    pub carried: bool,
+    /// The attitude predicted by the last rate is still good enough for tracking.
+    pub predicted: bool,
     /// The detector is blinded.
     pub blinded: bool,
     /// Whether no limb in the field is lit; `None` where it is not known.
@@ -184,7 +184,7 @@ impl Modes {
             Mode::Tracking if settled => Some((Mode::Eclipse, Guard::EarthDark)),
             Mode::Eclipse if settled => Some((Mode::Tracking, Guard::EarthLit)),
             Mode::SunOutage if !seen.blinded && !seen.fault => {
-                Some((if seen.carried { following } else { Mode::Acquisition }, Guard::SunGone))
+                Some((if seen.predicted { following } else { Mode::Acquisition }, Guard::SunGone))
             }
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))

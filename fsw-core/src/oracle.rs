@@ -1,5 +1,6 @@
-//! What the tests hold the flight code against: a seeded generator and the same mathematics in f64, written apart from
-//! the flight code and by other methods where there are any (Rodrigues for rotations, Davenport's q for attitude).
+//! What the tests hold the flight code against: a seeded generator and the same mathematics in f64, written
+//! apart from the flight code and by other methods where there are any (Rodrigues for rotations, Davenport's
+//! q for attitude).
 
 use crate::camera::{CameraParameters, Distortion, Projection};
 use nalgebra::{Matrix3, Matrix4, Vector3};
@@ -105,8 +106,8 @@ pub fn skewness(matrix: &Matrix3<f32>) -> f64 {
     (wide * wide.transpose() - Matrix3::identity()).abs().max()
 }
 
-/// Wahba's problem by Davenport's q (thesis §3.1.4): the eigenvector of K with the largest eigenvalue, by Jacobi
-/// rotations. Each item is (measured, reference, weight).
+/// Wahba's problem by Davenport's q (thesis §3.1.4): the eigenvector of K with the largest eigenvalue, by
+/// Jacobi rotations. Each item is (measured, reference, weight).
 pub fn wahba(items: &[(Vector3<f64>, Vector3<f64>, f64)]) -> Matrix3<f64> {
     let b = items.iter().fold(Matrix3::zeros(), |sum, (b, r, a)| sum + b * r.transpose() * *a);
     let s = b + b.transpose();

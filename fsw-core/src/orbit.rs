@@ -1,21 +1,20 @@
 //! From Earth vectors to position, velocity and the frame of the orbit (thesis chapter 5).
 //!
-//! In come the vector to the Earth's centre in the Earth path, the attitude of the stars of the same second and the time;
-//! out go position and velocity with their covariance, km and km/s along the ICRS axes, f64 throughout. Time is TT in
-//! microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
+//! In come the vector to the Earth's centre in the Earth path, the attitude of the stars of the same second
+//! and the time; out go position and velocity with their covariance, km and km/s along the ICRS axes, f64
+//! throughout. Time is TT in microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
 //!
 //! | file | idea |
 //! |---|---|
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
-//! | [`observation`] | what a fix says of the state |
+//! | [`observation`] | what a fix measures: innovation, noise, sensitivity |
 //! | `bend` | differences of position that bend with the orbit |
-//! | `noise` | what disturbs orbit and fixes between two seconds |
-//! | [`covariance`] | the filter's covariance, in blocks |
+//! | `noise` | process noise, and the slow errors of the fixes |
+//! | [`covariance`] | the filter's covariance |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
-//! | `matrix` | small steps with matrices |
 
 mod bend;
 pub mod constants;
@@ -24,7 +23,6 @@ pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;
 pub mod lvlh;
-mod matrix;
 pub mod noise;
 pub mod observation;
 pub mod parameters;

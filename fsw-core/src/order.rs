@@ -1,8 +1,8 @@
-//! Ordered short lists without a panic path (the library's sorts and insertions have some).
+//! Sorting of short lists without a panic path (the library's sorts and insertions have some).
 
-/// Moves the last element of an otherwise ordered list to its place; equal elements keep their order. At most one swap an
-/// element.
-pub(crate) fn settle_last<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
+/// Moves the last element of an otherwise ordered list to its place; equal elements keep their order. At most
+/// one swap an element.
+pub(crate) fn insert_last<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
     for at in (1..list.len()).rev() {
         match list.get_mut(at - 1..=at) {
             Some([before, after]) if comes_before(after, before) => core::mem::swap(before, after),
@@ -11,11 +11,11 @@ pub(crate) fn settle_last<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bo
     }
 }
 
-/// Orders a list by [`settle_last`] of ever longer pieces; equal elements keep their order.
+/// Orders a list by [`insert_last`] of ever longer pieces; equal elements keep their order.
 pub(crate) fn sort<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
     for end in 1..=list.len() {
         if let Some(piece) = list.get_mut(..end) {
-            settle_last(piece, &comes_before);
+            insert_last(piece, &comes_before);
         }
     }
 }
@@ -34,24 +34,27 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_list_settled_element_by_element_is_sorted_stably(keys in prop::collection::vec(0u8..12, 0..80)) {
+        fn a_list_filled_element_by_element_is_sorted_stably(keys in prop::collection::vec(0u8..12, 0..80)) {
             let arrivals: Vec<(u8, usize)> = keys.into_iter().zip(0..).collect();
-            let mut settled = Vec::new();
+            let mut list = Vec::new();
             for arrival in &arrivals {
-                settled.push(*arrival);
-                settle_last(&mut settled, |one, other| one.0 < other.0);
+                list.push(*arrival);
+                insert_last(&mut list, |one, other| one.0 < other.0);
             }
             let mut sorted = arrivals;
             sorted.sort_by_key(|arrival| arrival.0);
-            prop_assert_eq!(settled, sorted);
+            prop_assert_eq!(list, sorted);
         }
 
         #[test]
-        fn only_the_last_element_moves(mut list in prop::collection::vec(any::<i16>(), 0..40), last in any::<i16>()) {
+        fn only_the_last_element_moves(
+            mut list in prop::collection::vec(any::<i16>(), 0..40),
+            last in any::<i16>(),
+        ) {
             list.sort_unstable_by(|one, other| other.cmp(one));
             let others = list.clone();
             list.push(last);
-            settle_last(&mut list, |one, other| one > other);
+            insert_last(&mut list, |one, other| one > other);
             let place = list.iter().rposition(|value| *value == last).unwrap();
             list.remove(place);
             prop_assert_eq!(list, others);
@@ -59,10 +62,10 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_compared_stays_where_it_came() {
+    fn a_nan_stays_where_it_is() {
         let mut list = [1.0, 2.0, f32::NAN];
-        settle_last(&mut list, |one, other| one < other);
+        insert_last(&mut list, |one, other| one < other);
         assert!(list[0] == 1.0 && list[1] == 2.0 && list[2].is_nan());
-        settle_last::<f32>(&mut [], |_, _| true);
+        insert_last::<f32>(&mut [], |_, _| true);
     }
 }

@@ -33,10 +33,13 @@ use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
-use crate::telemetry::{ClockFault, ClockState, EarthStatus, Event, Report, Status};
+use crate::telemetry::{ClockFault, ClockState, EarthStatus, Event, RateSensorFault, Report, Status};
 use exposing::Image;
 use fsw_hal::detector::ByKind;
-use fsw_hal::{Clock, Detector, DetectorError, LocalTime, RateSensor, Stage, StageMeter};
+use fsw_hal::rate_sensor::Error;
+use fsw_hal::{
+    AngularRate, Clock, Detector, DetectorError, LocalTime, RateSensor, RateSensorError, Stage, StageMeter,
+};
 use nalgebra::Vector3;
 pub use timekeeping::INSTANTS_US;
 use timekeeping::{Time, Timekeeper};
@@ -78,7 +81,7 @@ pub enum Command {
     Safe,
 }
 
-/// Why a sensor could not be made.
+/// Why a sensor could not be made; its `Display` says what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorError {
     /// The parameters were refused.
@@ -87,11 +90,37 @@ pub enum SensorError {
     Calibration,
 }
 
+impl core::fmt::Display for SensorError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Parameters(error) => write!(f, "parameters refused: {error}"),
+            Self::Calibration => f.write_str(
+                "the calibration is not the one that the parameters name, or of another detector or optical centre",
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SensorError {}
+
 /// Directions that depend on Terrestrial Time alone.
 #[derive(Clone, Copy)]
 struct Ephemeris {
     sun: Direction<Icrs>,
     pole: Direction<Icrs>,
+}
+
+/// A reading of the rate sensor that can serve at `now`, or why there is none.
+fn usable(
+    reading: Result<Option<AngularRate>, RateSensorError>,
+    now: LocalTime,
+) -> Result<AngularRate, RateSensorFault> {
+    let reading = reading?.ok_or(RateSensorFault::Silent)?;
+    if !(0..=READING_AGE_US).contains(&now.us_since(reading.instant)) {
+        return Err(RateSensorFault::Stale);
+    }
+    let finite = reading.rad_s.iter().all(|axis| axis.is_finite());
+    if finite { Ok(reading) } else { Err(RateSensorFault::NotFinite) }
 }
 
 /// The Earth/star sensor.
@@ -185,8 +214,11 @@ impl<'c> Sensor<'c> {
         instruments: &mut Instruments<D, C, M, R>,
         command: Command,
     ) -> Report {
-        self.obey(command);
+        let commanded = self.obey(command);
         let mut report = Report::new(self.cycle, self.modes.mode());
+        if commanded {
+            report.note(Event::Mode(self.modes.mode(), Guard::Commanded));
+        }
         let Instruments { detector, clock, meter, rate_sensor } = instruments;
         let detector = &mut ByKind(&mut **detector);
         let (image, time) = self.take_image(detector, *clock, *meter);
@@ -194,7 +226,7 @@ impl<'c> Sensor<'c> {
         report.local_us = time.local.as_us();
         (report.instant_us, report.clock, report.clock_fault) = (time.terrestrial_us, time.state, time.fault);
         let ephemeris = self.update_ephemeris(*meter, &time, &mut report);
-        self.propagate_gyro(*rate_sensor);
+        report.rate_sensor_fault = self.propagate_gyro(*rate_sensor);
         self.work(detector, *meter, image, ephemeris.as_ref(), &mut report);
         self.report_orbit(&mut report);
         self.change_mode(&mut report);
@@ -202,24 +234,20 @@ impl<'c> Sensor<'c> {
         report
     }
 
-    /// Does what the spacecraft wants before the second begins.
-    fn obey(&mut self, command: Command) {
-        match command {
-            Command::Continue => {}
-            Command::Reacquire => {
-                self.forget_attitude();
-                self.modes.enter(Mode::Acquisition);
-            }
+    /// Does what the spacecraft wants before the second begins; whether it wants another mode.
+    fn obey(&mut self, command: Command) -> bool {
+        let mode = match command {
+            Command::Continue => return false,
+            Command::Reacquire => Mode::Acquisition,
             Command::Restart => {
-                self.forget_attitude();
                 self.forget_orbit();
-                self.modes.enter(Mode::SelfTest);
+                Mode::SelfTest
             }
-            Command::Safe => {
-                self.forget_attitude();
-                self.modes.enter(Mode::Safe);
-            }
-        }
+            Command::Safe => Mode::Safe,
+        };
+        self.forget_attitude();
+        self.modes.enter(mode);
+        true
     }
 
     fn forget_attitude(&mut self) {
@@ -255,33 +283,36 @@ impl<'c> Sensor<'c> {
                 }
             }
             (Mode::SelfTest, _) => self.self_test(detector, report),
-            (_, Image::Blinded) => self.report_blinded(report),
+            (_, Image::Blinded) => self.report_blinded(ephemeris, report),
             (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, report),
             (Mode::Tracking | Mode::Eclipse, _) => self.track(detector, meter, ephemeris, report),
             (Mode::SunOutage, _) => report.status = Status::Waiting,
         }
-        if mode == Mode::SunOutage
-            && let Some(motion) = &mut self.motion
-        {
-            motion.carry(self.now, None);
-        }
+        self.check_sun_outage(mode);
         if let Some((attitude, ephemeris)) = self.attitude_of_this_second(report).zip(ephemeris) {
             self.look_at_earth(detector, meter, ephemeris, &attitude, report);
         }
     }
 
+    /// In a Sun outage the filter's state is propagated every second: no step is longer, whatever the outage lasts.
+    fn check_sun_outage(&mut self, mode: Mode) {
+        if let (Mode::SunOutage, Some(motion)) = (mode, &mut self.motion) {
+            motion.propagate(self.now, None);
+        }
+    }
+
     /// Propagates the attitude to this second by what the rate sensor tells of the one before; a reading that is old or not
-    /// finite is none.
+    /// finite is none. Why there is none is returned.
     #[inline(never)]
-    fn propagate_gyro(&mut self, sensor: &mut impl RateSensor) {
-        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else { return };
-        let reading = sensor.angular_rate().ok().flatten().filter(|reading| {
-            (0..=READING_AGE_US).contains(&self.now.us_since(reading.instant))
-                && reading.rad_s.iter().all(|axis| axis.is_finite())
-        });
+    fn propagate_gyro(&mut self, sensor: &mut impl RateSensor) -> Option<RateSensorFault> {
+        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else {
+            return None;
+        };
+        let reading = usable(sensor.angular_rate().map_err(|error| error.kind()), self.now);
         let to_star_path = self.star_to_earth.inverse();
         let rate_rad_s = reading.map(|reading| to_star_path.matrix() * Vector3::from(reading.rad_s));
-        motion.propagate_gyro(self.now, noise, rate_rad_s);
+        motion.propagate_gyro(self.now, noise, rate_rad_s.ok());
+        reading.err()
     }
 
     /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without aberration, where
@@ -332,7 +363,7 @@ impl<'c> Sensor<'c> {
         let seen = Seen {
             attitude: report.attitude.is_some() && !predicted,
             rate: self.motion.as_ref().is_some_and(|motion| motion.rate().is_some()),
-            carried: self.prediction_is_within_gate(),
+            predicted: self.prediction_is_within_gate(),
             blinded,
             dark: match report.earth_status {
                 EarthStatus::Dark => Some(true),
@@ -344,7 +375,7 @@ impl<'c> Sensor<'c> {
         let before = self.modes.mode();
         let Some(guard) = self.modes.next(self.now, &seen, &self.parameters.modes) else { return };
         report.note(Event::Mode(self.modes.mode(), guard));
-        // An attitude that was lost is not to be trusted again; one that was only carried too long is.
+        // An attitude that was lost is not to be trusted again; one that was only predicted for too long is.
         let lost = guard == Guard::AttitudeLost
             || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition);
         if lost || self.modes.mode() == Mode::Safe {

@@ -8,7 +8,7 @@ use crate::earth::Refusal;
 use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
-use fsw_hal::{ClockError, DetectorError};
+use fsw_hal::{ClockError, DetectorError, RateSensorError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,7 @@ pub enum Status {
     SelfTestPassed,
     /// No image was asked for in this second.
     Waiting,
-    /// The detector failed; nothing was learnt.
+    /// The detector failed; nothing was measured.
     DetectorFault(Fault),
     /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
     TooFast,
@@ -115,6 +115,30 @@ impl From<ClockError> for ClockFault {
     }
 }
 
+/// Why the rate sensor, which the parameters promise, told nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RateSensorFault {
+    /// It had no new reading.
+    Silent,
+    /// Its reading was older than a second and a half, or ahead of the image.
+    Stale,
+    /// Its reading was no number.
+    NotFinite,
+    /// It turns faster than the sensor can tell.
+    Saturated,
+    /// The hardware did not answer.
+    Hardware,
+}
+
+impl From<RateSensorError> for RateSensorFault {
+    fn from(error: RateSensorError) -> Self {
+        match error {
+            RateSensorError::Saturated => Self::Saturated,
+            _ => Self::Hardware,
+        }
+    }
+}
+
 /// A star that was recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StarReport {
@@ -133,7 +157,7 @@ pub struct AttitudeReport {
     pub quaternion: [f32; 4],
     /// Standard deviations about x, y, z of the star path, rad.
     pub sigma_rad: [f32; 3],
-    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where it could not tell: carried on,
+    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where it could not tell: predicted,
     /// or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken.
@@ -235,7 +259,7 @@ pub struct OrbitReport {
 /// Something that happened in a second and is worth a line in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
-    /// The next second has another mode, and why.
+    /// The next second has another mode, and why; for [`Guard::Commanded`]: this one has.
     Mode(Mode, Guard),
     /// Two fixes agree: the orbit is known from now on.
     OrbitStarted,
@@ -243,13 +267,15 @@ pub enum Event {
     OrbitConverged,
     /// A fix contradicted the orbit and was not used.
     FixRejected,
+    /// A fix was no position: not finite, or its covariance impossible; it was not used.
+    FixRefused,
     /// So many fixes contradicted the orbit that it was begun anew.
     OrbitRestarted,
     /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never settled and had no fix for a whole turn.
     OrbitForgotten,
     /// Terrestrial Time as the clock tells it differs by more than 0.1 s from what local time makes of what it told before.
     ClockJump,
-    /// The Sun is, by attitude and time, in a path, and the detector is blinded.
+    /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; told when an outage begins.
     SunInPath,
 }
 
@@ -266,6 +292,8 @@ pub struct Report {
     pub clock: ClockState,
     /// Why the clock did not serve in this second.
     pub clock_fault: Option<ClockFault>,
+    /// Why the rate sensor told nothing in this second; `None` also where none is on board.
+    pub rate_sensor_fault: Option<RateSensorFault>,
     /// Mode in which the second was spent.
     pub mode: Mode,
     /// What came of it.
@@ -278,6 +306,8 @@ pub struct Report {
     pub rate_rad_s: Option<[f32; 3]>,
     /// Star-like spots in the image or its windows.
     pub detections: u16,
+    /// Tiles or windows too crowded to be searched whole: their faintest spots are missing.
+    pub crowded: u16,
     /// Best focal length over the parameter, from this image's stars.
     pub focal_ratio: f32,
     /// The stars recognised, brightest first.
@@ -305,12 +335,14 @@ impl Report {
             instant_us: None,
             clock: ClockState::Unknown,
             clock_fault: None,
+            rate_sensor_fault: None,
             mode,
             status: Status::Waiting,
             attitude: None,
             filtered: None,
             rate_rad_s: None,
             detections: 0,
+            crowded: 0,
             focal_ratio: 1.0,
             stars: Vec::new(),
             earth_status: EarthStatus::NotLooked,

@@ -2,7 +2,7 @@
 //! 100 sets of 3, 5 and 10 stars; covariance and loss included. The throughput counts solutions.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fsw_core::attitude::wahba::{self, Method};
+use fsw_core::attitude::comparison::{self, WahbaMethod};
 use sil_host::attitude::name;
 use sil_host::attitude_table::Sky;
 use std::hint::black_box;
@@ -16,11 +16,11 @@ fn attitude(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(u64::from(SETS)));
     for count in [3, 5, 10] {
         let sets: Vec<_> = (0..SETS).filter_map(|direction| sky.set(direction, count, 4, 1.0)).collect();
-        for method in Method::ALL {
+        for method in WahbaMethod::ALL {
             group.bench_function(BenchmarkId::new(name(method), count), |bencher| {
                 bencher.iter(|| {
                     for set in &sets {
-                        let _ = black_box(wahba::solve(method, black_box(&set.pairs)));
+                        let _ = black_box(comparison::solve(method, black_box(&set.pairs)));
                     }
                 });
             });

@@ -69,13 +69,13 @@ fn light(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &Scene, window
         transmission: 1.0,
     };
     let image = journey.earth_image(&truth, scene.optics(), &look);
-    let mut desk = sil_host::world::earth::image::Desk::EMPTY;
+    let mut cell_buffer = sil_host::world::earth::image::CellBuffer::EMPTY;
     let mut electrons: Vec<Vec<f64>> = windows.iter().map(|window| vec![0.0; window.area()]).collect();
     group.throughput(Throughput::Elements(windows.iter().map(Window::area).sum::<usize>() as u64));
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
             for (window, electrons) in windows.iter().zip(&mut electrons) {
-                image.add_to(black_box(*window), electrons, &mut desk);
+                image.add_to(black_box(*window), electrons, &mut cell_buffer);
             }
         });
     });

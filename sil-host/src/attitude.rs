@@ -16,8 +16,9 @@ use crate::attitude_table;
 use crate::cli::AttitudeArguments;
 use crate::error::{Faults, HostError};
 use crate::json;
+use fsw_core::attitude::comparison::{self, WahbaMethod};
 use fsw_core::attitude::covariance::sigmas_rad;
-use fsw_core::attitude::wahba::{self, Method, Solution, WahbaError};
+use fsw_core::attitude::wahba::{Solution, WahbaError};
 use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::frames::{ARCSEC_PER_RAD, Direction};
 use serde::{Deserialize, Serialize};
@@ -35,15 +36,15 @@ the x and y of each b.
 Out, a line a set and method: {\"id\",\"method\",\"status\":\"solved|refused\",\"reason\",\"q\",\"sigma_arcsec\",\"loss\",\"us\"}.";
 
 /// The methods and their names here.
-pub const NAMES: [(Method, &str); 8] = [
-    (Method::Svd, "svd"),
-    (Method::Davenport, "q"),
-    (Method::Quest, "quest"),
-    (Method::Foam, "foam"),
-    (Method::Esoq, "esoq"),
-    (Method::Esoq2, "esoq2"),
-    (Method::LeastSquares, "lsq"),
-    (Method::Anisotropic, "anisotropic"),
+pub const NAMES: [(WahbaMethod, &str); 8] = [
+    (WahbaMethod::Svd, "svd"),
+    (WahbaMethod::Davenport, "q"),
+    (WahbaMethod::Quest, "quest"),
+    (WahbaMethod::Foam, "foam"),
+    (WahbaMethod::Esoq, "esoq"),
+    (WahbaMethod::Esoq2, "esoq2"),
+    (WahbaMethod::LeastSquares, "lsq"),
+    (WahbaMethod::Anisotropic, "anisotropic"),
 ];
 
 /// How far from one the length of a unit vector may be.
@@ -53,7 +54,7 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 ///
 /// # Errors
 /// A list of the names there are.
-pub fn method(name: &str) -> Result<Method, String> {
+pub fn method(name: &str) -> Result<WahbaMethod, String> {
     let known = NAMES.iter().find(|(_, known)| *known == name.trim());
     known.map(|(method, _)| *method).ok_or_else(|| {
         let names: Vec<_> = NAMES.iter().map(|(_, name)| *name).collect();
@@ -62,7 +63,7 @@ pub fn method(name: &str) -> Result<Method, String> {
 }
 
 /// The name of a method.
-pub fn name(method: Method) -> &'static str {
+pub fn name(method: WahbaMethod) -> &'static str {
     NAMES.iter().find(|(known, _)| *known == method).map_or("", |(_, name)| name)
 }
 
@@ -165,11 +166,11 @@ fn pairs(set: &SetInput) -> Result<Pairs, String> {
 }
 
 /// Solves one set by one method.
-fn answer(id: &serde_json::Value, method: Method, pairs: &Pairs) -> SetAnswer {
+fn answer(id: &serde_json::Value, method: WahbaMethod, pairs: &Pairs) -> SetAnswer {
     let begin = Instant::now();
     let found = match pairs {
-        Pairs::Plain(pairs) => wahba::solve(method, pairs),
-        Pairs::Extended(Ok(pairs)) => wahba::solve(method, pairs),
+        Pairs::Plain(pairs) => comparison::solve(method, pairs),
+        Pairs::Extended(Ok(pairs)) => comparison::solve(method, pairs),
         Pairs::Extended(Err(reason)) => Err(*reason),
     };
     let us = begin.elapsed().as_secs_f64() * 1e6;
@@ -196,7 +197,12 @@ fn answer(id: &serde_json::Value, method: Method, pairs: &Pairs) -> SetAnswer {
 }
 
 /// Answers the set on one line.
-fn answers(path: &Path, number: usize, text: &str, methods: &[Method]) -> Result<Vec<SetAnswer>, HostError> {
+fn answers(
+    path: &Path,
+    number: usize,
+    text: &str,
+    methods: &[WahbaMethod],
+) -> Result<Vec<SetAnswer>, HostError> {
     let refuse = |what: String| {
         HostError::input(
             path,

@@ -25,8 +25,8 @@ use crate::world::attitude::{Vector, apply, compose, dot, matrix, normalised};
 use crate::world::noise::{Noise, Stream};
 use crate::world::optics::Optics;
 use crate::world::scene::WorldStar;
+use fsw_core::attitude::comparison::{self, WahbaMethod};
 use fsw_core::attitude::covariance::sigmas_rad;
-use fsw_core::attitude::wahba::{self, Method};
 use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::camera::Camera;
 use fsw_core::frames::Direction;
@@ -189,8 +189,8 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(&mut self, method: Method, set: &Set) {
-        let Ok(found) = wahba::solve(method, &set.pairs) else {
+    fn add(&mut self, method: WahbaMethod, set: &Set) {
+        let Ok(found) = comparison::solve(method, &set.pairs) else {
             self.refused += 1;
             return;
         };
@@ -207,7 +207,7 @@ impl Tally {
         }
     }
 
-    fn row(&self, method: Method, stretch: f64, level: Option<u32>) -> Row {
+    fn row(&self, method: WahbaMethod, stretch: f64, level: Option<u32>) -> Row {
         let mean = |sum: f64| (sum / f64::from(self.solved.max(1))).sqrt();
         Row {
             method: name(method),
@@ -251,10 +251,10 @@ pub struct Row {
 
 /// Standard deviations of thesis table 3.9. Its least squares are those with the ordinary pseudo-inverse; a "different" one,
 /// which may leave out three badly conditioned cases, has 3.1845 and 15.7602.
-fn thesis_arcsec(method: Method) -> [f64; 2] {
+fn thesis_arcsec(method: WahbaMethod) -> [f64; 2] {
     match method {
-        Method::LeastSquares => [11.858, 91.8672],
-        Method::Anisotropic => [3.3816, 17.5822],
+        WahbaMethod::LeastSquares => [11.858, 91.8672],
+        WahbaMethod::Anisotropic => [3.3816, 17.5822],
         _ => [3.2243, 16.0],
     }
 }
@@ -265,14 +265,14 @@ fn thesis_arcsec(method: Method) -> [f64; 2] {
 /// As [`Sky::new`].
 pub fn rows(directions: u32) -> Result<Vec<Row>, HostError> {
     let sky = Sky::new()?;
-    let mut methods = Method::ALL.map(|_| Tally::default());
+    let mut methods = WahbaMethod::ALL.map(|_| Tally::default());
     let mut levels = vec![Tally::default(); *LEVELS.end() as usize];
     let mut unequal = STRETCHES.map(|_| [Tally::default(), Tally::default()]);
     for direction in 0..directions.min(DIRECTIONS) {
         for (count, level) in COUNTS.flat_map(|count| LEVELS.map(move |level| (count, level))) {
             if let Some(set) = sky.set(direction, count, level, 1.0) {
-                methods.iter_mut().zip(Method::ALL).for_each(|(tally, method)| tally.add(method, &set));
-                levels[level as usize - 1].add(Method::Svd, &set);
+                methods.iter_mut().zip(WahbaMethod::ALL).for_each(|(tally, method)| tally.add(method, &set));
+                levels[level as usize - 1].add(WahbaMethod::Svd, &set);
             }
             for (stretch, tallies) in STRETCHES.iter().zip(&mut unequal) {
                 if let Some(set) = sky.set(direction, count, level, *stretch) {
@@ -282,8 +282,10 @@ pub fn rows(directions: u32) -> Result<Vec<Row>, HostError> {
         }
     }
     let mut rows: Vec<Row> =
-        methods.iter().zip(Method::ALL).map(|(tally, method)| tally.row(method, 1.0, None)).collect();
-    rows.extend(levels.iter().zip(LEVELS).map(|(tally, level)| tally.row(Method::Svd, 1.0, Some(level))));
+        methods.iter().zip(WahbaMethod::ALL).map(|(tally, method)| tally.row(method, 1.0, None)).collect();
+    rows.extend(
+        levels.iter().zip(LEVELS).map(|(tally, level)| tally.row(WahbaMethod::Svd, 1.0, Some(level))),
+    );
     for (stretch, tallies) in STRETCHES.iter().zip(&unequal) {
         rows.extend(tallies.iter().zip(UNEQUAL).map(|(tally, method)| tally.row(method, *stretch, None)));
     }
@@ -291,7 +293,7 @@ pub fn rows(directions: u32) -> Result<Vec<Row>, HostError> {
 }
 
 /// The methods that are shown under unequal noise.
-const UNEQUAL: [Method; 2] = [Method::Svd, Method::Anisotropic];
+const UNEQUAL: [WahbaMethod; 2] = [WahbaMethod::Svd, WahbaMethod::Anisotropic];
 
 /// The row's name, with the section it belongs to.
 fn label(row: &Row) -> String {

@@ -6,7 +6,7 @@
 use crate::error::{HostError, one_line};
 use crate::scenario;
 use clap::{Args, Parser, Subcommand};
-use fsw_core::attitude::wahba::Method;
+use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
 
 /// Software in the loop for the Sextant Earth and star sensor.
@@ -181,7 +181,7 @@ pub struct AttitudeArguments {
     pub sets: Option<PathBuf>,
     /// Methods, separated by commas: svd, q, quest, foam, esoq, esoq2, lsq, anisotropic
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::attitude::method)]
-    pub method: Vec<Method>,
+    pub method: Vec<WahbaMethod>,
     /// All methods on the stars of the sky, beside the thesis's table 3.9 and the Cramer-Rao bound
     #[arg(long, conflicts_with_all = ["sets", "method"])]
     pub table: bool,

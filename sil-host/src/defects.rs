@@ -4,7 +4,7 @@
 //! Out: the file that [`fsw_core::image::defects`] describes, and how many defects of which kind ([`survey`] says how they are
 //! known). A picture that cannot be used ends the command: a table from fewer pictures is not the one that was asked for.
 //!
-//! With the file `solve` and `earth` mend a picture as the flight code mends windows ([`fsw_core::image::mended`]).
+//! With the file `solve` and `earth` mend a picture as the flight code mends windows ([`fsw_core::image::bad_pixels`]).
 
 pub mod survey;
 
@@ -13,8 +13,8 @@ use crate::error::HostError;
 use crate::json;
 use crate::picture::{EXPOSURE_US, Picture};
 use fsw_core::checksum::crc32;
+use fsw_core::image::bad_pixels::{BadPixelDetector, is_replaceable};
 use fsw_core::image::defects::{CRC_FROM, Defects, DefectsError, HEADER_BYTES, MAGIC, VERSION};
-use fsw_core::image::mended::{Mended, is_mendable};
 use fsw_hal::{Detector, DetectorGeometry};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -105,7 +105,8 @@ impl DefectsFile {
         let fault = |error| HostError::detector(name, error);
         // Checked when it was read.
         let table = Defects::open(&self.bytes).map_err(|_| self.other(name, geometry))?;
-        let mut mended = Mended::new(&mut picture, table).map_err(|_| self.other(name, geometry))?;
+        let mut mended =
+            BadPixelDetector::new(&mut picture, table).map_err(|_| self.other(name, geometry))?;
         mended.expose(EXPOSURE_US).and_then(|_| mended.read(geometry.whole(), &mut pixels)).map_err(fault)?;
         Ok(Picture::from_pixels(geometry, pixels).unwrap_or(picture))
     }
@@ -156,7 +157,7 @@ fn file(geometry: DetectorGeometry, survey: &Survey) -> Option<(Vec<u8>, usize)>
     let bad: Vec<_> = survey.bad.iter().map(|(at, _)| *at).collect();
     let bytes = table([geometry.width_px, geometry.height_px], &bad, &survey.offsets);
     let opened = Defects::open(&bytes).ok()?;
-    let left = bad.iter().filter(|[x, y]| !is_mendable(&opened, *x, *y)).count();
+    let left = bad.iter().filter(|[x, y]| !is_replaceable(&opened, *x, *y)).count();
     Some((bytes, left))
 }
 

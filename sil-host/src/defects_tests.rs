@@ -19,7 +19,7 @@ use crate::world::stars::DetectorModel;
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars, scan};
-use fsw_core::image::{DetectionParameters, Method};
+use fsw_core::image::{DetectionMethod, DetectionParameters};
 use fsw_hal::{DetectorError, Window};
 
 /// The world's seed.
@@ -95,7 +95,7 @@ impl Outcome {
         detector: &mut impl Detector<Error = DetectorError>,
         scene: &Scene,
         solver: &mut Solver,
-        method: Method,
+        method: DetectionMethod,
     ) {
         let (mut buffer, mut detections) = (Box::new([0; TILE_PIXELS]), Detections::new());
         scan(detector, &mut buffer, method, &mut detections).unwrap();
@@ -167,7 +167,7 @@ fn a_sky_with_two_thousand_hot_pixels_is_measured_as_on_a_detector_without() {
     // The skies.
     let calibration = Calibration::open(REFERENCE_CALIBRATION).unwrap();
     let parameters = DetectionParameters::default();
-    let method = Method { parameters: &parameters, calibration: Some(&calibration) };
+    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration) };
     let [mut clean, mut raw, mut mended] = [0; 3].map(|_| Outcome::default());
     let mut solver = Solver::default();
     let noise = Noise::new(SEED, 0, Stream::Attitude);
@@ -185,7 +185,7 @@ fn a_sky_with_two_thousand_hot_pixels_is_measured_as_on_a_detector_without() {
         clean.take(&mut picture, &scene, &mut solver, method);
         let (scene, mut picture) = expose(true);
         raw.take(&mut picture, &scene, &mut solver, method);
-        mended.take(&mut Mended::new(&mut picture, defects).unwrap(), &scene, &mut solver, method);
+        mended.take(&mut BadPixelDetector::new(&mut picture, defects).unwrap(), &scene, &mut solver, method);
     }
     clean.print("clean");
     raw.print("raw");
@@ -242,7 +242,7 @@ fn a_star_on_a_bad_pixel_keeps_its_place() {
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &detector).unwrap();
     let calibration = Calibration::open(REFERENCE_CALIBRATION).unwrap();
     let parameters = DetectionParameters::default();
-    let method = Method { parameters: &parameters, calibration: Some(&calibration) };
+    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration) };
     let dark_e = detector.dark_now_e_s() * 0.4;
     let (converter, places) = (detector.converter(10), Noise::new(1, 0, Stream::Attitude));
     const STARS: u32 = 300;
@@ -277,7 +277,7 @@ fn a_star_on_a_bad_pixel_keeps_its_place() {
                     lit.frame[place] = value;
                     let mut mended;
                     let seen = if kind == 3 {
-                        mended = Mended::new(&mut lit, Defects::open(&bytes).unwrap()).unwrap();
+                        mended = BadPixelDetector::new(&mut lit, Defects::open(&bytes).unwrap()).unwrap();
                         nearest(&mut mended, window, method, at)
                     } else {
                         nearest(&mut lit, window, method, at)
@@ -317,7 +317,7 @@ impl Lit {
 fn nearest(
     detector: &mut impl Detector<Error = DetectorError>,
     window: Window,
-    method: Method,
+    method: DetectionMethod,
     at: [f64; 2],
 ) -> Option<f64> {
     let (mut detections, mut buffer) = (Detections::new(), [0; TILE_PIXELS]);

@@ -27,6 +27,8 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
         instant_us: Some(truth.instant_us),
         clock: ClockState::Synchronised,
         clock_fault: None,
+        rate_sensor_fault: None,
+        crowded: 0,
         mode,
         status: if cycle == 0 { Status::Identified } else { Status::Tracked },
         attitude: (!sun).then_some(AttitudeReport {

@@ -1,20 +1,23 @@
 //! Local background and noise of a window, and what rises above it.
 //!
-//! In: raw pixels of a window, any resolution. Out: [`Residuals`], the same pixels seen above a background in scaled
-//! counts, and the window's noise. The background is a level for every row plus a level for every cell ([`levels`](crate::levels)). The
-//! noise is the mean absolute residual, x 1.2533 (Gaussian), of sampled pixels, at least a third of a raw count; and the
-//! same of sums over 3 x 3 pixels, because interpolated colour and compression correlate neighbours. Of tall windows every
-//! cell's noise is known by itself ([`noise`](crate::noise)).
+//! In: raw pixels of a window, any resolution. Out: [`Residuals`], the same pixels seen above a background in
+//! scaled counts, and the window's noise. The background is a level for every row plus a level for every cell
+//! ([`levels`](crate::levels)). The noise is the mean absolute residual, x 1.2533 (Gaussian), of sampled
+//! pixels, at least a third of a raw count; and the same of sums over 3 x 3 pixels, because interpolated
+//! colour and compression correlate neighbours. Of tall windows every cell's noise is known by itself
+//! ([`noise`](crate::noise)).
 //!
-//! The pixels are not rewritten: a reading less on the target is worth more than the subtraction done again for the few
-//! that matter. For the same reason what is looked at is held against the level of one cell, that of its middle
-//! ([`Residuals::about`]): the pixels around a place have no steps in them that the levels made.
+//! The pixels are not rewritten: a reading less on the target is worth more than the subtraction done again
+//! for the few that matter. For the same reason what is looked at is held against the level of one cell, that
+//! of its middle ([`Residuals::about`]): the pixels around a place have no steps in them that the levels
+//! made.
 //!
-//! Error of the noise on Gaussian noise, window of 120 x 62 px: sigma comes out 2 % low and the noise of sums 2 % high.
-//! Source: thesis §2.1 (row and column offsets); in its §3.1.1 the threshold is fixed and no background is taken off.
+//! Error of the noise on Gaussian noise, window of 120 x 62 px: sigma comes out 2 % low and the noise of sums
+//! 2 % high. Source: thesis §2.1 (row and column offsets); in its §3.1.1 the threshold is fixed and no
+//! background is taken off.
 //!
-//! Cost: 19 cycles a pixel of the window (119 x 62 px, 10 bit; Cortex-M4 model, zero wait states). More than 14 bits
-//! cost one more reading and writing of the pixels.
+//! Cost: 19 cycles a pixel of the window (119 x 62 px, 10 bit; Cortex-M4 model, zero wait states). More than
+//! 14 bits cost one more reading and writing of the pixels.
 
 use crate::levels::{Levels, Shape};
 use crate::median::least;
@@ -24,9 +27,11 @@ use crate::window::{
     rows_of, saturation,
 };
 
-/// The sums at the sides of a cell that slopes are held to be so many sigmas: no threshold is lower than that many.
+/// The sums at the sides of a cell that slopes are held to be so many sigmas: no threshold is lower than that
+/// many.
 const LEAN_SIGMAS: i32 = 5;
-/// Windows at least this tall are sampled for their noise in every [`NOISE_ROW_STEP`]th row, lower ones in all.
+/// Windows at least this tall are sampled for their noise in every [`NOISE_ROW_STEP`]th row, lower ones in
+/// all.
 const TALL: usize = 48;
 const NOISE_ROW_STEP: usize = 4;
 
@@ -46,8 +51,8 @@ pub struct Residuals<'a> {
     saturation: u16,
     /// Noise of a pixel, scaled counts, at least 1.
     pub sigma: i32,
-    /// Noise of a sum over 3 x 3 pixels, scaled counts: three times that of a pixel, or more where neighbours go
-    /// together.
+    /// Noise of a sum over 3 x 3 pixels, scaled counts: three times that of a pixel, or more where neighbours
+    /// go together.
     pub sum_sigma: i32,
 }
 
@@ -94,8 +99,8 @@ impl<'a> Residuals<'a> {
         &self.noise
     }
 
-    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are noisier than
-    /// `noise`, else 0: clouds are told by what is around them.
+    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are
+    /// noisier than `noise`, else 0: clouds are told by what is around them.
     pub fn noise_around(&self, x: usize, y: usize, noise: i32) -> i32 {
         let from = |middle: usize| middle.saturating_sub(2);
         let (band, block) = (self.band(y), x / BLOCK);
@@ -113,20 +118,22 @@ impl<'a> Residuals<'a> {
         self.row_level(y) + self.cell_levels(self.band(y)).get(x / BLOCK).copied().unwrap_or(0)
     }
 
-    /// The window as it is to be looked at about a place: against the level of its cell, with the noise of its cell.
+    /// The window as it is to be looked at about a place: against the level of its cell, with the noise of
+    /// its cell.
     pub fn about(&self, x: usize, y: usize) -> Place<'_> {
         let noise = self.noise.get(self.band(y)).and_then(|band| band.get(x / BLOCK));
         let sum_sigma = noise.copied().unwrap_or(self.sum_sigma);
         Place { window: self, cell_level: self.level(x, y) - self.row_level(y), sum_sigma }
     }
 
-    /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to compression and
-    /// to colours of which only some were full.
+    /// Whether the pixel may have been at full scale: a twentieth is left to the converter's last counts, to
+    /// compression and to colours of which only some were full.
     pub fn saturated(&self, [x, y]: [usize; 2]) -> bool {
         self.raw_row(y).get(x).is_some_and(|raw| *raw >= self.saturation)
     }
 
-    /// The sums of the pixels at (x + i, y - 1), (x + i, y) and (x + i, y + 1) above the rows' levels, 0 outside the window.
+    /// The sums of the pixels at (x + i, y - 1), (x + i, y) and (x + i, y + 1) above the rows' levels, 0
+    /// outside the window.
     pub fn column_sums<const N: usize>(&self, x: usize, y: usize) -> [i32; N] {
         let above = y.wrapping_sub(1);
         let level = self.row_level(above) + self.row_level(y) + self.row_level(y + 1);
@@ -144,9 +151,9 @@ impl<'a> Residuals<'a> {
         sums
     }
 
-    /// By how much the background rises across each cell of a band, along the rows and down beyond what the rows' levels
-    /// do: the lesser of the steps to its neighbours on either side where both go the same way. A glow slopes so; a limb is a
-    /// step on one side.
+    /// By how much the background rises across each cell of a band, along the rows and down beyond what the
+    /// rows' levels do: the lesser of the steps to its neighbours on either side where both go the same way.
+    /// A glow slopes so; a limb is a step on one side.
     fn slopes(&self, band: usize) -> [[i32; 2]; BLOCKS] {
         let cells = self.cell_levels(band);
         let last = (self.width.div_ceil(BLOCK)).min(BLOCKS).saturating_sub(1);
@@ -178,8 +185,8 @@ impl<'a> Residuals<'a> {
             };
             [along, down]
         });
-        // The rows' levels have taken what the quiet cells have in common: the middle, for of a cell at the edge a cloud beside it
-        // speaks.
+        // The rows' levels have taken what the quiet cells have in common: the middle, for of a cell at the
+        // edge a cloud beside it speaks.
         let quiet = self.levels.quiet.get(band).copied().unwrap_or(0);
         let of_quiet =
             slopes.iter().take(last + 1).enumerate().filter(|(block, _)| (quiet >> block) & 1 == 1);
@@ -191,8 +198,8 @@ impl<'a> Residuals<'a> {
         slopes
     }
 
-    /// Noise of pixels and of 3 x 3 sums, from three places in each whole block of the sampled rows; what is farther
-    /// than `clip` (a sum: four times) is no background.
+    /// Noise of pixels and of 3 x 3 sums, from three places in each whole block of the sampled rows; what is
+    /// farther than `clip` (a sum: four times) is no background.
     fn measure_noise(&mut self, clip: i32, floor: i32) {
         let (mut pixels, mut sums) = (Deviation::default(), Deviation::default());
         let tall = self.height >= TALL;
@@ -253,8 +260,8 @@ impl<'a> Residuals<'a> {
         self.sum_sigma = most.max(least);
         self.noise = noise;
         for (sigma, [along, down]) in self.noise.as_flattened_mut().iter_mut().zip(slopes.as_flattened()) {
-            // At the sides of a cell that slopes the sums stand as much above its level as the slope makes them; what the
-            // levels' own errors feign is not counted.
+            // At the sides of a cell that slopes the sums stand as much above its level as the slope makes
+            // them; what the levels' own errors feign is not counted.
             let lean = (along.abs() + down.abs() - self.sigma / 2).max(0);
             *sigma = (*sigma).max(3 * floor) + 9 * lean / (2 * LEAN_SIGMAS);
         }
@@ -290,8 +297,8 @@ impl Place<'_> {
         place
     }
 
-    /// Residuals of the `N` pixels of row `y` from column `x` on, above the rows' levels and the one cell's that is looked
-    /// at; `None` where they leave the window.
+    /// Residuals of the `N` pixels of row `y` from column `x` on, above the rows' levels and the one cell's
+    /// that is looked at; `None` where they leave the window.
     #[inline(always)]
     pub fn run<const N: usize>(&self, x: usize, y: usize) -> Option<impl Iterator<Item = i32>> {
         let raw = self.raw_row(y).get(x..)?.first_chunk::<N>()?;
@@ -343,11 +350,11 @@ impl Deviation {
     }
 }
 
-/// Conditions a window. `pixels` holds whole rows of `width` raw values of `bits` resolution; values of more than 14
-/// bits lose their last ones in place.
+/// Conditions a window. `pixels` holds whole rows of `width` raw values of `bits` resolution; values of more
+/// than 14 bits lose their last ones in place.
 ///
-/// `None` when the window is narrower than [`MIN_WIDTH`], wider than [`MAX_WIDTH`], taller than [`MAX_HEIGHT`] or not
-/// whole rows.
+/// `None` when the window is narrower than [`MIN_WIDTH`], wider than [`MAX_WIDTH`], taller than
+/// [`MAX_HEIGHT`] or not whole rows.
 #[inline(never)]
 pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals<'_>> {
     let height = pixels.len().checked_div(width)?;

@@ -1,24 +1,26 @@
 //! The background of a window: a level for every row plus a level for every cell.
 //!
-//! In: raw pixels. Out: [`Levels`], scaled counts. A cell is [`BLOCK`] columns of [`BAND`] rows: small enough that a limb, a
-//! glow or the vignetting that crosses a window moves the levels of the cells it crosses and leaves those beside it. Rows
-//! have levels of their own because readouts band them (thesis §2.1).
+//! In: raw pixels. Out: [`Levels`], scaled counts. A cell is [`BLOCK`] columns of [`BAND`] rows: small enough
+//! that a limb, a glow or the vignetting that crosses a window moves the levels of the cells it crosses and
+//! leaves those beside it. Rows have levels of their own because readouts band them (thesis §2.1).
 //!
-//! 1. rough levels: the median (`median`) of 15 pixels spread over the cell; then of 15 spread over the row, each less its
-//!    cell's. Their spread gives a rough sigma;
-//! 2. levels: the mean distance `d` from the rough levels of all pixels with `|d|` at most [`CLIP_SIGMAS`] rough sigmas
-//!    (and half a raw count). In a table of rows and columns the least-squares levels are the row's mean plus the cell's
-//!    mean less the mean of all, so one reading of a band gives both.
+//! 1. rough levels: the median (`median`) of 15 pixels spread over the cell; then of 15 spread over the row,
+//!    each less its cell's. Their spread gives a rough sigma;
+//! 2. levels: the mean distance `d` from the rough levels of all pixels with `|d|` at most [`CLIP_SIGMAS`]
+//!    rough sigmas (and half a raw count). In a table of rows and columns the least-squares levels are the
+//!    row's mean plus the cell's mean less the mean of all, so one reading of a band gives both.
 //!
-//! The rows' levels are those of the quiet cells alone, where there are any: clouds have different pixels in every row, and a
-//! row that took them for its level would carry them into the open sky beside the Earth.
+//! The rows' levels are those of the quiet cells alone, where there are any: clouds have different pixels in
+//! every row, and a row that took them for its level would carry them into the open sky beside the Earth.
 //!
-//! 3. once the noise is known, rows are drawn towards a line through their band as far as chance explains their scatter about it
-//!    ([`Levels::calm_rows`]): where the readout does not band them their levels are known by the band's pixels, not by a row's.
+//! 3. once the noise is known, rows are drawn towards a line through their band as far as chance explains
+//!    their scatter about it ([`Levels::calm_rows`]): where the readout does not band them their levels are
+//!    known by the band's pixels, not by a row's.
 //!
-//! A star covers few pixels of a row or a cell, so the medians ignore it whatever its brightness. Error on Gaussian noise,
-//! window of 120 x 62 px: 0.13 sigma for a row before the last step, 0.09 sigma for a cell; window of 27 x 27 px: 0.20 sigma for a
-//! row before, 0.10 after. What slopes or bends within a cell stays in the residuals.
+//! A star covers few pixels of a row or a cell, so the medians ignore it whatever its brightness. Error on
+//! Gaussian noise, window of 120 x 62 px: 0.13 sigma for a row before the last step, 0.09 sigma for a cell;
+//! window of 27 x 27 px: 0.20 sigma for a row before, 0.10 after. What slopes or bends within a cell stays in
+//! the residuals.
 
 use crate::median::{SAMPLES, least, middle_and_spread};
 use crate::window::{BANDS, BLOCK, BLOCKS, Cells, MAX_HEIGHT, MAX_WIDTH, bands, rows_of};
@@ -27,8 +29,9 @@ use crate::window::{BANDS, BLOCK, BLOCKS, Cells, MAX_HEIGHT, MAX_WIDTH, bands, r
 pub const CLIP_SIGMAS: i32 = 3;
 /// Of windows at least this wide half of the pixels serve the levels.
 const WIDE: usize = 64;
-/// A cell is quiet whose spread is at most so many times the mean of the [`FEW`] least of 15 cells spread over the window, and
-/// four raw counts: of Gaussian noise that mean is half of the mean of all, and the greatest of 32 is 2.4 times that.
+/// A cell is quiet whose spread is at most so many times the mean of the [`FEW`] least of 15 cells spread
+/// over the window, and four raw counts: of Gaussian noise that mean is half of the mean of all, and the
+/// greatest of 32 is 2.4 times that.
 const QUIET_FACTOR: i32 = 7;
 const FEW: usize = 4;
 /// The window has texture where it is not quiet in one cell of so many.
@@ -56,7 +59,8 @@ pub struct Levels {
     pub cells: Cells<i32>,
     /// Pixels that a row's level rests on, the mean of all rows.
     row_pixels: i32,
-    /// For each band a bit for each quiet cell, whose pixels the rows' levels rest on; for each of its cells where none is quiet.
+    /// For each band a bit for each quiet cell, whose pixels the rows' levels rest on; for each of its cells
+    /// where none is quiet.
     pub quiet: [u32; BANDS],
 }
 
@@ -90,8 +94,8 @@ impl Tally {
 const ONE: u32 = 1 << 24;
 const _: () = assert!(MAX_WIDTH / 2 <= 64 && WIDE <= 64);
 
-/// Tallies the pixels of one block's row within `clip` of `level`, all raw counts: no pixel needs scaling. The sum is that by which
-/// they exceed the clip's lower end, plus [`ONE`] for each.
+/// Tallies the pixels of one block's row within `clip` of `level`, all raw counts: no pixel needs scaling.
+/// The sum is that by which they exceed the clip's lower end, plus [`ONE`] for each.
 #[inline(always)]
 fn tally<'p>(pixels: impl IntoIterator<Item = &'p u16>, level: i32, clip: u32) -> u32 {
     let lowest = level.wrapping_sub(clip as i32) as u32;
@@ -103,8 +107,8 @@ fn tally<'p>(pixels: impl IntoIterator<Item = &'p u16>, level: i32, clip: u32) -
     both
 }
 
-/// Tallies row `y`, each block into its own and the quiet ones, whose mask is all ones, into the row's tally. `level` and `levels`
-/// are the rough ones of the row and the cells, raw counts.
+/// Tallies row `y`, each block into its own and the quiet ones, whose mask is all ones, into the row's tally.
+/// `level` and `levels` are the rough ones of the row and the cells, raw counts.
 fn tally_row(
     (y, row): (usize, &[u16]),
     level: i32,
@@ -132,8 +136,8 @@ fn tally_row(
     Tally::unpacked(of_row)
 }
 
-/// The spread up to which a cell is quiet, and the sum of the spreads of 15 cells that lie all over the window, none counted for
-/// more than twice their middle: an object does not move it.
+/// The spread up to which a cell is quiet, and the sum of the spreads of 15 cells that lie all over the
+/// window, none counted for more than twice their middle: an object does not move it.
 fn quiet_spread(spreads: &[i32]) -> (i32, i32) {
     let mut some = [0; SAMPLES];
     for (index, sample) in some.iter_mut().enumerate() {
@@ -181,6 +185,29 @@ fn quiet_columns(quiet: u32, width: usize) -> [usize; SAMPLES] {
         let place = (stride / 2 + index * stride).checked_rem(columns).unwrap_or(0);
         starts.get(place / BLOCK).copied().unwrap_or(0) + place % BLOCK
     })
+}
+
+/// The rough levels of a band's rows from the pixels in some columns, less the rough levels of their cells;
+/// gives the sum of their spreads. A function of its own: inside the larger one its numbers would not stay in
+/// registers.
+#[inline(never)]
+fn rough_rows(
+    pixels: &[u16],
+    (width, full_scale): (usize, i32),
+    (columns, beneath): (&[usize; SAMPLES], &[i32; SAMPLES]),
+    levels: &mut [i32],
+) -> i32 {
+    let mut spreads = 0;
+    for (row, level) in pixels.chunks_exact(width.max(1)).zip(levels) {
+        let mut samples = [0; SAMPLES];
+        for (sample, (x, level)) in samples.iter_mut().zip(columns.iter().zip(beneath)) {
+            *sample = row.get(*x).map_or(0, |raw| i32::from(*raw) - level);
+        }
+        let (middle, spread) = middle_and_spread(&samples);
+        *level = middle.max(-full_scale).min(full_scale);
+        spreads += spread;
+    }
+    spreads
 }
 
 /// A straight line through the levels of a band's rows.
@@ -258,25 +285,23 @@ impl Levels {
         levels.quiet = quiet_cells(spreads, used, limit);
         let mut row_spreads = 0;
         for (band, (cells, quiet)) in levels.cells.iter().zip(&levels.quiet).enumerate().take(bands(height)) {
-            let beneath =
-                quiet_columns(*quiet, width).map(|x| (x, cells.get(x / BLOCK).copied().unwrap_or(0)));
+            let columns = quiet_columns(*quiet, width);
+            let beneath = columns.map(|x| cells.get(x / BLOCK).copied().unwrap_or(0));
             let rows = rows_of(band, height);
-            let of_band = pixels.chunks_exact(width.max(1)).skip(rows.start);
-            for (row, level) in of_band.zip(levels.rows.iter_mut().skip(rows.start)).take(rows.len()) {
-                let samples = beneath.map(|(x, level)| row.get(x).map_or(0, |raw| i32::from(*raw) - level));
-                let (middle, spread) = middle_and_spread(&samples);
-                *level = middle.clamp(-full_scale, full_scale);
-                row_spreads += spread;
-            }
+            let of_band = pixels.get(rows.start * width..).unwrap_or(&[]);
+            let levels = levels.rows.get_mut(rows).unwrap_or(&mut []);
+            row_spreads += rough_rows(of_band, (width, full_scale), (&columns, &beneath), levels);
         }
-        // The spread of a Gaussian is 0.66 sigma (see `median`). What the cells leave widens the rows' spread; the cells'
-        // does not see it, but rests on fewer samples, so half of its size is left to chance.
+        // The spread of a Gaussian is 0.66 sigma (see `median`). What the cells leave widens the rows'
+        // spread; the cells' does not see it, but rests on fewer samples, so half of its size is left to
+        // chance.
         let in_rows = 24 * row_spreads / (height as i32).max(1);
         let in_cells = 36 * in_some / SAMPLES as i32;
         (levels, in_rows.min(in_cells))
     }
 
-    /// The levels of a window and the clip about them, raw counts, within which pixels were taken for background.
+    /// The levels of a window and the clip about them, raw counts, within which pixels were taken for
+    /// background.
     pub fn of(pixels: &[u16], shape: &Shape) -> (Self, u32) {
         let Shape { width, height, shift, full_scale } = *shape;
         let (mut levels, rough_sigma) = Self::rough(pixels, shape);
@@ -300,7 +325,8 @@ impl Levels {
             for (cell, tally) in cells.iter_mut().zip(&tallies) {
                 *cell = (*cell << shift) + tally.mean(clip, shift) - all.mean(clip, shift);
             }
-            // What the quiet cells of a band have in common belongs to its rows, so that rows of two bands compare.
+            // What the quiet cells of a band have in common belongs to its rows, so that rows of two bands
+            // compare.
             let pixels = |tally: &Tally| tally.count as i32;
             let of_quiet = cells.iter().zip(&tallies).enumerate().filter(|(block, _)| is_quiet(*block));
             let sum = of_quiet.fold(0, |sum, (_, (cell, tally))| sum + cell * pixels(tally));
@@ -314,9 +340,10 @@ impl Levels {
         (levels, clip)
     }
 
-    /// Draws the rows' levels towards a straight line through each band, by that part of their scatter about the lines that the
-    /// noise of their pixels, `sigma` scaled counts, would leave (James and Stein 1961). Where the readout bands its rows that part is
-    /// small; where it does not it is all, and would move centroids across the rows.
+    /// Draws the rows' levels towards a straight line through each band, by that part of their scatter about
+    /// the lines that the noise of their pixels, `sigma` scaled counts, would leave (James and Stein 1961).
+    /// Where the readout bands its rows that part is small; where it does not it is all, and would move
+    /// centroids across the rows.
     pub fn calm_rows(&mut self, height: usize, sigma: i32) {
         let mut lines = [Line::default(); BANDS];
         let (mut scatter, mut freedom) = (0.0, 0.0);

@@ -1,7 +1,8 @@
 //! Second moments of the light about a place, and a glance at whether it is more than a single pixel.
 //!
-//! In: a patch and its floor, scaled counts. Out: the variances of the light along and across the axis in which it is widest,
-//! px², and that axis; `shape` of `fsw-core` says what they mean. Single precision: sums of at most 169 values of 15 bits.
+//! In: a patch and its floor, scaled counts. Out: the variances of the light along and across the axis in
+//! which it is widest, px², and that axis; `shape` of `fsw-core` says what they mean. Single precision: sums
+//! of at most 169 values of 15 bits.
 
 use crate::condition::Place;
 use crate::patch::{MARGIN, Patch};
@@ -74,7 +75,8 @@ pub fn of_all(patch: &Patch, floor: i32) -> Option<Moments> {
     moments::<{ MARGIN - 1 }>(patch, floor)
 }
 
-/// The moments of the light up to `HALF` from the middle; `None` of no light.
+/// Second moments of the pixels up to `HALF` from the patch's middle above a floor, about the centre of their
+/// own light; `None` where that sums to less than a count.
 #[inline(always)]
 fn moments<const HALF: usize>(patch: &Patch, floor: i32) -> Option<Moments> {
     let mut light = Light::default();
@@ -82,7 +84,8 @@ fn moments<const HALF: usize>(patch: &Patch, floor: i32) -> Option<Moments> {
     light.moments()
 }
 
-/// The moments of light under the weight about the middle.
+/// The same under the Gaussian weight of 2 px sigma, which stands on the patch's middle: it narrows the
+/// moments of wide light.
 #[inline(never)]
 pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
     let weight = |at: i32| WEIGHT.get(at.unsigned_abs() as usize).copied().unwrap_or(0.0) / 16.0;
@@ -93,8 +96,8 @@ pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
     light.moments()
 }
 
-/// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance, before anything is
-/// measured: of a star's nine brightest pixels one holds half of the light at most.
+/// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance,
+/// before anything is measured: of a star's nine brightest pixels one holds half of the light at most.
 #[inline(never)]
 pub fn is_single_pixel(window: &Place, x: usize, y: usize) -> bool {
     let (Some(left), Some(top)) = (x.checked_sub(2), y.checked_sub(2)) else { return false };

@@ -1,11 +1,12 @@
 //! Middle and spread of a few samples, at a constant cost.
 //!
-//! In: [`SAMPLES`] values. Out: the median of five medians of three, and the distance between the second and the
-//! fourth of the five. Every fifth sample goes into the same three, so that an object that covers neighbouring samples
-//! is spread over all: it takes eight of fifteen in a row to move the middle.
+//! In: [`SAMPLES`] values. Out: the median of five medians of three, and the distance between the second and
+//! the fourth of the five. Every fifth sample goes into the same three, so that an object that covers
+//! neighbouring samples is spread over all: it takes eight of fifteen in a row to move the middle.
 //!
-//! On a Gaussian the middle's error is 0.36 sigma (a true median of fifteen: 0.32) and the spread is 0.66 sigma on
-//! average: a median of three has 0.67 sigma, and the second and fourth of five stand 0.99 of their sigma apart.
+//! On a Gaussian the middle's error is 0.36 sigma (a true median of fifteen: 0.32) and the spread is 0.66
+//! sigma on average: a median of three has 0.67 sigma, and the second and fourth of five stand 0.99 of their
+//! sigma apart.
 
 /// Samples taken.
 pub const SAMPLES: usize = 15;
@@ -35,8 +36,8 @@ pub fn middle_and_spread(samples: &[i32; SAMPLES]) -> (i32, i32) {
     (middle, fourth - second)
 }
 
-/// The `N` least of some values, least first; the greatest number there is in place of what is missing. For few: every value is
-/// compared with all `N`.
+/// The `N` least of some values, least first; the greatest number there is in place of what is missing. For
+/// few: every value is compared with all `N`.
 pub fn least<const N: usize>(values: impl Iterator<Item = i32>) -> [i32; N] {
     let mut least = [i32::MAX; N];
     for mut value in values {

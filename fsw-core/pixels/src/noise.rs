@@ -1,18 +1,20 @@
 //! The noise of each cell of a window: what stands there besides stars.
 //!
-//! In: sums over 3 x 3 pixels, sampled over a cell. Out: their standard deviation from the cell's background. Clouds, a limb
-//! or glare widen it where they are and nowhere else, so that the threshold can rise there alone.
+//! In: sums over 3 x 3 pixels, sampled over a cell. Out: their standard deviation from the cell's background.
+//! Clouds, a limb or glare widen it where they are and nowhere else, so that the threshold can rise there
+//! alone.
 //!
-//! Of the sums of a cell the [`TRIMMED`] farthest from the background are left out, because a star, a hot pixel or a hit
-//! must not hide itself; the mean distance of the others, x 1.64 (Gaussian, 12 sums), is the deviation. Its error is 25 %
-//! for a single cell, which is why cells that look alike share what the quieter half of the window shows.
+//! Of the sums of a cell the [`TRIMMED`] farthest from the background are left out, because a star, a hot
+//! pixel or a hit must not hide itself; the mean distance of the others, x 1.64 (Gaussian, 12 sums), is the
+//! deviation. Its error is 25 % for a single cell, which is why cells that look alike share what the quieter
+//! half of the window shows.
 
 use crate::window::{BANDS, BLOCKS, Cells};
 
 /// Sums of a cell that are left out.
 const TRIMMED: usize = 2;
-/// A mean of the 10 least of 12 absolute Gaussian deviates is 1 / 1.642, and the least noisy cells make the mean of those
-/// alike 4 % too small; in 256ths.
+/// A mean of the 10 least of 12 absolute Gaussian deviates is 1 / 1.642, and the least noisy cells make the
+/// mean of those alike 4 % too small; in 256ths.
 const TRIMMED_TO_SIGMA: u32 = 436;
 /// More than a sum over 3 x 3 pixels can be.
 const LARGEST: u32 = 1 << 20;
@@ -26,7 +28,8 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    /// Takes in distances. Values with more bits than promised may wrap; none of the sums they make is a star.
+    /// Takes in distances. Values with more bits than promised may wrap; none of the sums they make is a
+    /// star.
     pub fn add(&mut self, sizes: [u32; 3]) {
         let [mut first, mut second] = self.largest;
         for size in sizes {
@@ -68,11 +71,11 @@ fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
     most
 }
 
-/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they show; and what
-/// most are.
+/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they
+/// show; and what most are.
 ///
-/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their mean, but none for
-/// more than twice the cell itself.
+/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their
+/// mean, but none for more than twice the cell itself.
 pub fn noise_of(scatters: &Cells<Scatter>) -> (Cells<i32>, i32) {
     let mut sigmas: Cells<Option<i32>> = [[None; BLOCKS]; BANDS];
     for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {

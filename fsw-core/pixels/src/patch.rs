@@ -1,7 +1,7 @@
 //! The pixels about a maximum, and what is summed over them.
 //!
-//! In: a window as it is looked at about a place. Out: sums over squares, rings and sides, which `centroid` judges, and light pixel by
-//! pixel, of which `shape` says what it is.
+//! In: a window as it is looked at about a place. Out: sums over squares, rings and sides, which `centroid`
+//! judges, and light pixel by pixel, of which `shape` says what it is.
 //!
 //! All sums are exact: residuals have at most 15 bits and a patch 225 pixels.
 
@@ -62,8 +62,8 @@ impl Patch {
         row.zip(column).and_then(|(row, column)| row.get(column)).copied().unwrap_or(0)
     }
 
-    /// The rows up to `HALF` from the middle with their offsets, and in each the pixels with theirs. A length known to the compiler
-    /// makes sums over them three times as fast on the target.
+    /// The rows up to `HALF` from the middle with their offsets, and in each the pixels with theirs. A length
+    /// known to the compiler makes sums over them three times as fast on the target.
     #[inline(always)]
     fn rows<const HALF: usize>(&self) -> impl Iterator<Item = (i32, impl Iterator<Item = (i32, i32)>)> {
         let first = -(HALF as i32);
@@ -129,7 +129,8 @@ impl Patch {
         moments
     }
 
-    /// Sums over the four sides of the ring just outside the region: left, right, top, bottom, corners in two of them.
+    /// Sums over the four sides of the ring just outside the region: left, right, top, bottom, corners in two
+    /// of them.
     #[inline(never)]
     pub fn sides(&self, half: usize) -> [i32; 4] {
         match half {

@@ -1,7 +1,7 @@
 //! A star's image over the pixels, and the sums of a least-squares fit of it.
 //!
-//! In: the pixels about a star above its floor, where the star is thought to stand, the lens's [`Profile`] there. Out: [`Sums`],
-//! from which `matched` of `fsw-core` takes the next step of the fit.
+//! In: the pixels about a star above its floor, where the star is thought to stand, the lens's [`Profile`]
+//! there. Out: [`Sums`], from which `matched` of `fsw-core` takes the next step of the fit.
 
 /// Points of a profile a pixel.
 pub const POINTS_PER_PX: usize = 4;
@@ -11,7 +11,8 @@ pub const PROFILE_REACH_PX: usize = 4;
 pub const RADIAL_POINTS: usize = 2 * PROFILE_REACH_PX * POINTS_PER_PX + 1;
 /// Points of a profile across it, one half: the other is its mirror image.
 pub const TANGENTIAL_POINTS: usize = PROFILE_REACH_PX * POINTS_PER_PX + 1;
-/// Half the side of the square whose pixels are asked, px: the profile's reach and the centre's distance from the middle.
+/// Half the side of the square whose pixels are asked, px: the profile's reach and the centre's distance from
+/// the middle.
 pub const HALF: usize = 4;
 /// Its side.
 pub const SIDE: usize = 2 * HALF + 1;
@@ -21,11 +22,11 @@ pub type Entry = [u8; 2];
 /// A row of a profile.
 pub type ProfileRow = [Entry; RADIAL_POINTS];
 
-/// A star's light over pixels that are sensitive throughout, at one distance from the optical centre: the share of it that a
-/// pixel gets, by the pixel's place from the star. It is a quadratic B-spline.
+/// A star's light over pixels that are sensitive throughout, at one distance from the optical centre: the
+/// share of it that a pixel gets, by the pixel's place from the star. It is a quadratic B-spline.
 ///
-/// [`TANGENTIAL_POINTS`] rows of [`RADIAL_POINTS`] i16, the spline's coefficients, along the field's radius from the inside out, the
-/// first row on the radius itself, points [`POINTS_PER_PX`] a pixel.
+/// [`TANGENTIAL_POINTS`] rows of [`RADIAL_POINTS`] i16, the spline's coefficients, along the field's radius
+/// from the inside out, the first row on the radius itself, points [`POINTS_PER_PX`] a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Profile<'a> {
     /// What a point of 1 is worth.
@@ -34,7 +35,8 @@ pub struct Profile<'a> {
     pub rows: &'a [ProfileRow],
 }
 
-/// The point of a quadratic B-spline nearest to `at`, and how far `at` is from half a point before it and from half a point after.
+/// The point of a quadratic B-spline nearest to `at`, and how far `at` is from half a point before it and
+/// from half a point after.
 #[inline(always)]
 fn nearest(at: f32) -> (usize, [f32; 2]) {
     let index = (at + 0.5) as usize;
@@ -50,9 +52,9 @@ fn spline(middle: f32, to_middle: f32, from_middle: f32, [before, after]: [f32; 
 }
 
 impl Profile<'_> {
-    /// Share of a star's light in each pixel of a line, and its change along and across the field's radius, a pixel; zero
-    /// beyond the reach. `first_px` is how far from the star the first pixel is along and across the radius, `step_px` how much farther
-    /// each is than the one before.
+    /// Share of a star's light in each pixel of a line, and its change along and across the field's radius, a
+    /// pixel; zero beyond the reach. `first_px` is how far from the star the first pixel is along and across
+    /// the radius, `step_px` how much farther each is than the one before.
     #[inline(always)]
     pub fn light_of_line(&self, first_px: [f32; 2], step_px: [f32; 2], lights: &mut [[f32; 3]]) {
         const POINTS: f32 = POINTS_PER_PX as f32;
@@ -99,7 +101,8 @@ pub struct Star {
     pub beta: f32,
 }
 
-/// What is summed over the pixels: value `s`, share of light `f`, `g = -∇f`, weight `q = 1 / (f + β)`. As `q (f + β) = 1`, the sums with `q f` follow from these.
+/// What is summed over the pixels: value `s`, share of light `f`, `g = -∇f`, weight `q = 1 / (f + β)`. As
+/// `q (f + β) = 1`, the sums with `q f` follow from these.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sums {
     /// Pixels, and `f`.
@@ -127,7 +130,8 @@ impl Sums {
         let rows = pixels.iter().skip(HALF - half).take(2 * half + 1);
         for (dy, row) in (-(half as i32)..).zip(rows) {
             let from_y = dy as f32 - y;
-            // First the light of the row, then its sums: together they need more numbers at hand than there are registers.
+            // First the light of the row, then its sums: together they need more numbers at hand than there
+            // are registers.
             let from_x = -(half as f32) - x;
             let first_px = [from_x * cos + from_y * sin, from_y * cos - from_x * sin];
             profile.light_of_line(first_px, [cos, -sin], lights);
@@ -141,7 +145,8 @@ impl Sums {
         sums
     }
 
-    /// Adds a pixel with this share of the light and its change along and across the radius, value, and the star's `β`.
+    /// Adds a pixel with this share of the light and its change along and across the radius, value, and the
+    /// star's `β`.
     #[inline(always)]
     fn add(&mut self, [f, along, across]: &[f32; 3], value: f32, beta: f32) {
         let q = 1.0 / (f + beta);

@@ -1,9 +1,10 @@
-//! Sums along all lines of a block of bins: Brady's fast discrete Radon transform (A fast discrete approximation algorithm for
-//! the Radon transform, SIAM J. Comput. 27, 1998).
+//! Sums along all lines of a block of bins: Brady's fast discrete Radon transform (A fast discrete
+//! approximation algorithm for the Radon transform, SIAM J. Comput. 27, 1998).
 //!
-//! In: 16 x 16 bins in units of their noise. Out: the strongest [`Line`]. The recursion sums all lines of 64 directions, and those
-//! of half a block's width: lines of 2^k columns that rise by t are two of half the length that rise by t / 2. Lines that rise
-//! and lines that fall are summed at once, in the halves of a word.
+//! In: 16 x 16 bins in units of their noise. Out: the strongest [`Line`]. The recursion sums all lines of 64
+//! directions, and those of half a block's width: lines of 2^k columns that rise by t are two of half the
+//! length that rise by t / 2. Lines that rise and lines that fall are summed at once, in the halves of a
+//! word.
 
 use core::cell::Cell;
 
@@ -18,8 +19,8 @@ const ROWS: usize = 2 * SIDE;
 pub const SIGMA: i32 = 16;
 /// A bin counts for so many sigmas at most.
 pub const CLIP: i32 = 3 * SIGMA;
-/// A line must rise so many sixteenths of a sigma above the noise: 4.25 sigma. Of 100,000 independent lines of an image one
-/// does so by chance.
+/// A line must rise so many sixteenths of a sigma above the noise: 4.25 sigma. Of 100,000 independent lines
+/// of an image one does so by chance.
 pub const THRESHOLD_SIGMAS: i32 = 68;
 /// Fewest bins of a line.
 const FEWEST_BINS: usize = 6;
@@ -33,9 +34,10 @@ const PER_ROOT: [i32; SIDE + 1] =
 
 /// Bins of a block in units of their noise, by row and column.
 pub type Bins = [[i16; SIDE]; SIDE];
-/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: in the lower half of a word the sum along the line that
-/// rises, in the upper half that of its mirror image in a block upside down. A bin adds its value + [`CLIP`], one outside the
-/// block `CLIP`, so that no half is ever negative and none carries into the other.
+/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: in the lower half of a word the sum
+/// along the line that rises, in the upper half that of its mirror image in a block upside down. A bin adds
+/// its value + [`CLIP`], one outside the block `CLIP`, so that no half is ever negative and none carries into
+/// the other.
 type Lines = [[u32; ROWS]; SIDE];
 /// One in both halves.
 const BOTH: u32 = 0x1_0001;
@@ -65,7 +67,8 @@ pub fn bin_sums(pixels: &[u16]) -> [[i32; SIDE]; SIDE] {
     sums
 }
 
-/// The strongest line of a block, of half its width or all of it, that rises by 0 to 15 rows, and the strongest that falls.
+/// The strongest line of a block, of half its width or all of it, that rises by 0 to 15 rows, and the
+/// strongest that falls.
 #[inline(never)]
 fn strongest_of_both(bins: &Bins) -> [Option<Line>; 2] {
     const NOTHING: u32 = CLIP as u32 * BOTH;
@@ -90,8 +93,8 @@ fn strongest_of_both(bins: &Bins) -> [Option<Line>; 2] {
     best
 }
 
-/// Lines of twice the width, 2^step before, in place: those of two strips that rise by t become those of both together that
-/// rise by 2 t and 2 t + 1.
+/// Lines of twice the width, 2^step before, in place: those of two strips that rise by t become those of both
+/// together that rise by 2 t and 2 t + 1.
 #[inline(never)]
 fn double(lines: &mut Lines, step: u32) {
     let half = 1usize << step;
@@ -123,18 +126,21 @@ fn double(lines: &mut Lines, step: u32) {
     }
 }
 
-/// By how many rows the line at a place within its strip of 2^steps rises: the bits of the place the other way round.
+/// By how many rows the line at a place within its strip of 2^steps rises: the bits of the place the other
+/// way round.
 fn rise_of(index: usize, steps: u32) -> usize {
     (index << (usize::BITS - 1 - steps)).reverse_bits() >> 1 & ((1 << steps) - 1)
 }
 
-/// Bins of the block on a line `width` wide that begins at `row` (16: the first of the block) and rises by `rise`.
+/// Bins of the block on a line `width` wide that begins at `row` (16: the first of the block) and rises by
+/// `rise`.
 fn bins_on(width: usize, row: usize, rise: usize) -> usize {
     let (from, to) = (row.max(SIDE), (row + rise).min(2 * SIDE - 1));
     (width * (to + 1).saturating_sub(from)).checked_div(rise + 1).unwrap_or(0)
 }
 
-/// How far a line rises from the noise, sixteenths of a sigma; 0 of lines that are too short. `half` says which.
+/// How far a line rises from the noise, sixteenths of a sigma; 0 of lines that are too short. `half` says
+/// which.
 fn strength(lines: &Lines, half: usize, (steps, index, row): (u32, usize, usize)) -> i32 {
     let width = 1usize << steps;
     let word = lines.get(index).and_then(|line| line.get(row)).copied().unwrap_or(0);
@@ -153,8 +159,8 @@ fn strongest(lines: &Lines, steps: u32, best: &mut [Option<Line>; 2]) {
     let width = 1usize << steps;
     let mut most = best.map(|line| line.map_or(THRESHOLD_SIGMAS - 1, |line| line.strength));
     let mut found = [None; 2];
-    // A line of the fewest bins must have a greater sum than this, one of more bins a still greater: what is added makes
-    // such a half negative.
+    // A line of the fewest bins must have a greater sum than this, one of more bins a still greater: what is
+    // added makes such a half negative.
     let least = |most: i32| 0x7fff - (width as i32 * CLIP + ((most * PER_ROOT_FEWEST) >> 10)) as u32;
     let mut added = least(most[0]) | least(most[1]) << 16;
     for (index, line) in lines.iter().enumerate() {

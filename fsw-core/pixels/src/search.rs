@@ -1,13 +1,14 @@
 //! Where something may rise from the background: local maxima of the sums over 3 x 3 pixels.
 //!
-//! In: conditioned pixels, the part of the window to search, a threshold for each cell. Out: [`Views`], the rows of blocks that may
-//! hold a sum above its cell's threshold, by octave of how far it may rise; then, on request, the sums of such a row.
+//! In: conditioned pixels, the part of the window to search, a threshold for each cell. Out: [`Views`], the
+//! rows of blocks that may hold a sum above its cell's threshold, by octave of how far it may rise; then, on
+//! request, the sums of such a row.
 //!
-//! Nearly all of the sky is empty, so every pixel is only asked a question that many share: with `h(x, y)` the sum of
-//! three neighbours in a row, a 3 x 3 sum is `h(x, y-1) + h(x, y) + h(x, y+1)`, hence at most the sum of the three
-//! rows' greatest `h` in the same block of columns. Where even that stays below the threshold, no pixel of the block's
-//! row is looked at again. On noise the bound lies 4 sigma below the default threshold. Nothing is lost: the bound is
-//! never smaller than a sum.
+//! Nearly all of the sky is empty, so every pixel is only asked a question that many share: with `h(x, y)`
+//! the sum of three neighbours in a row, a 3 x 3 sum is `h(x, y-1) + h(x, y) + h(x, y+1)`, hence at most the
+//! sum of the three rows' greatest `h` in the same block of columns. Where even that stays below the
+//! threshold, no pixel of the block's row is looked at again. On noise the bound lies 4 sigma below the
+//! default threshold. Nothing is lost: the bound is never smaller than a sum.
 
 use crate::condition::Residuals;
 use crate::window::{BANDS, BLOCK, BLOCKS, Cells, MAX_HEIGHT};
@@ -19,12 +20,12 @@ pub const SPAN: usize = BLOCK + 4;
 /// Classes of brightness in which the rows of blocks are looked at, each twice the one before.
 const OCTAVES: usize = 8;
 
-/// The lowest octave is what exceeds the threshold by less than this part of it, nearly all of it noise; the highest begins
-/// at 17 thresholds.
+/// The lowest octave is what exceeds the threshold by less than this part of it, nearly all of it noise; the
+/// highest begins at 17 thresholds.
 const LEAST_EXCESS_DIVISOR: i32 = 8;
 
-/// Which rows of blocks are to be looked at, by octave of what they may hold: a bit for each row that has any, and for each row
-/// a bit a block.
+/// Which rows of blocks are to be looked at, by octave of what they may hold: a bit for each row that has
+/// any, and for each row a bit a block.
 #[derive(Debug)]
 pub struct Views {
     rows: [u64; OCTAVES],
@@ -43,7 +44,8 @@ fn bits(mut set: u64) -> impl Iterator<Item = usize> {
 }
 
 impl Views {
-    /// Marks the block's row `row`, whose sums may exceed the threshold by `excess`. The octaves count from `least`.
+    /// Marks the block's row `row`, whose sums may exceed the threshold by `excess`. The octaves count from
+    /// `least`.
     fn mark(&mut self, row: usize, block: usize, excess: u32, least: u32) {
         let octave = least.leading_zeros().saturating_sub(excess.leading_zeros()) as usize;
         let octave = octave.min(OCTAVES - 1);
@@ -83,12 +85,13 @@ fn greatest_triple(pixels: &[u16; BLOCK + 2]) -> u32 {
 struct Block {
     /// Bounds of `h` in the two rows read last, above the rows' levels.
     bounds: [i32; 2],
-    /// A sum of three bounds must exceed this for the middle row to be looked at: its cell's threshold and background.
+    /// A sum of three bounds must exceed this for the middle row to be looked at: its cell's threshold and
+    /// background.
     enough: i32,
 }
 
-/// Takes in the next row and calls `exceeds` with the blocks whose row before it may hold a peak, and by how much. `level` is
-/// three times the row's, scaled counts.
+/// Takes in the next row and calls `exceeds` with the blocks whose row before it may hold a peak, and by how
+/// much. `level` is three times the row's, scaled counts.
 #[inline(always)]
 fn next_row(row: &[u16], level: i32, shift: u32, blocks: &mut [Block], mut exceeds: impl FnMut(usize, u32)) {
     let last = row.len().saturating_sub(BLOCK + 2);
@@ -128,13 +131,15 @@ pub struct Searched {
     pub columns: core::ops::Range<usize>,
     /// Rows.
     pub rows: core::ops::Range<usize>,
-    /// What a sum outside must exceed one inside by to be the greater. The neighbouring tile sees the same pixels above
-    /// slightly other levels: without this each of two tiles could leave a star on their seam to the other.
+    /// What a sum outside must exceed one inside by to be the greater. The neighbouring tile sees the same
+    /// pixels above slightly other levels: without this each of two tiles could leave a star on their seam to
+    /// the other.
     pub tolerance: i32,
 }
 
 impl Searched {
-    /// The 3 x 3 sums above the rows' levels centred at `SUMS` places from (x, y) to the right, those outside less the tolerance.
+    /// The 3 x 3 sums above the rows' levels centred at `SUMS` places from (x, y) to the right, those outside
+    /// less the tolerance.
     #[inline(always)]
     fn sums<const COLUMNS: usize, const SUMS: usize>(
         &self,
@@ -160,7 +165,8 @@ impl Searched {
         self.sums::<{ SPAN + 2 }, SPAN>(window, x, y)
     }
 
-    /// Whether no sum of the two rows above and below and within two columns is larger; an equal one above is first.
+    /// Whether no sum of the two rows above and below and within two columns is larger; an equal one above is
+    /// first.
     #[inline(never)]
     pub fn tops_its_rows(&self, window: &Residuals, x: usize, y: usize, sum: i32) -> bool {
         let row = |y: usize| self.sums::<7, 5>(window, x - 2, y);

@@ -1,7 +1,7 @@
 //! Size of a window and of the cells into which its background is divided; the scale of its pixels.
 //!
-//! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the converter's
-//! resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
+//! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the
+//! converter's resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.
 
 /// Full scale of a pixel in scaled counts.
 pub const FULL_SCALE: i32 = 1 << 14;
@@ -39,8 +39,8 @@ pub fn rows_of(band: usize, height: usize) -> core::ops::Range<usize> {
     first.min(height)..if band + 1 < bands(height) { first + BAND } else { height }
 }
 
-/// The raw value from which on a pixel may have been at full scale: 0.95 of it. A twentieth is left to the converter's last
-/// counts, to compression and to colours of which only some were full.
+/// The raw value from which on a pixel may have been at full scale: 0.95 of it. A twentieth is left to the
+/// converter's last counts, to compression and to colours of which only some were full.
 pub const fn saturation(bits: u8) -> u16 {
     let bits = if bits < 1 {
         1

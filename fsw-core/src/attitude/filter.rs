@@ -13,7 +13,7 @@
 //! | 3 | attitude, rate, angular acceleration | eq. 3.20 |
 //!
 //! Over `t` the sensor turns by `φ = ω t`, and `δ' = R δ + t J x₁ + t² / 2 J x₂` with `R = exp(-[φ×])` and `J` its mean over
-//! the turn: exact for any rate. White noise drives the last state. How much of it, the innovations teach: it grows
+//! the turn: exact for any rate. White noise drives the last state. Its density follows the innovations: it grows
 //! while their mean square is too large and shrinks while it is not. So one tuning serves rest, 10 deg/s, slews and a wheel's jitter,
 //! which a fixed one cannot (thesis §3.1.4.2). What no noise explains is a manoeuvre: the filter begins
 //! anew from the last two attitudes. No attitude is refused; whether it is right was decided when its stars were identified.
@@ -34,7 +34,7 @@ pub const MAX_RATE_BASE_S: f32 = 10.0;
 const MIN_RATE_BASE_S: f32 = 0.05;
 /// Longest time over which the state is propagated in one step, s: an hour, beyond which no rate observed is of use.
 const MAX_STEP_S: f32 = 3600.0;
-/// Largest angle over which an attitude is carried in one step, rad.
+/// Largest angle over which an attitude is propagated in one step, rad.
 const MAX_ANGLE_RAD: f32 = 1.5;
 /// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of all
 /// scenarios (autocorrelation of `cycles.csv`).
@@ -189,7 +189,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         filter
     }
 
-    /// The same with a rate sensor, whose readings come with every [`Filter::carry`]; for two blocks.
+    /// The same with a rate sensor, whose readings come with every [`Filter::propagate`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
         (self.sensor, self.rated) = (Some(noise), true);
         if let Some(state) = self.states.get_mut(RATE) {
@@ -221,7 +221,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             _ => {}
         }
         if reading_rad_s.is_some() {
-            self.carry(instant, reading_rad_s);
+            self.propagate(instant, reading_rad_s);
         }
     }
 
@@ -256,7 +256,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     #[inline(never)]
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
-        then.carry(instant, None).then(|| {
+        then.propagate(instant, None).then(|| {
             let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
             (then.attitude, then.sigma(&variance).into())
         })
@@ -265,7 +265,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
     /// `false`, and nothing changes, where [`Filter::at`] gives nothing.
     #[inline(never)]
-    pub fn carry(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
+    pub fn propagate(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
         let elapsed = seconds(instant.us_since(self.instant));
         let reading = reading_rad_s.unwrap_or(self.reading);
         let usable = self.rated && (0.0..=MAX_STEP_S).contains(&elapsed);
@@ -285,7 +285,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         near.then(|| Turn::by(angle))
     }
 
-    /// Carries states and covariance: `Φ P Φᵀ + Q`, block by block.
+    /// Propagates states and covariance: `Φ P Φᵀ + Q`, block by block.
     fn spread(&mut self, turn: &Turn, elapsed: f32) {
         for k in 1..BLOCKS {
             let added =
@@ -303,13 +303,13 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         });
         for row in 0..BLOCKS {
             for column in row..BLOCKS {
-                let carried = (column..BLOCKS).fold(Matrix3::zeros(), |sum, k| {
+                let propagated = (column..BLOCKS).fold(Matrix3::zeros(), |sum, k| {
                     sum + passed(column, k, halfway.at(row, k).transpose()).transpose()
                 });
                 let (a, b) = (BLOCKS - 1 - row, BLOCKS - 1 - column);
                 let noise = self.process_noise_psd * power(elapsed, a) * power(elapsed, b) * elapsed
                     / (a + b + 1) as f32;
-                self.covariance.put(row, column, carried + Matrix3::from_diagonal_element(noise));
+                self.covariance.put(row, column, propagated + Matrix3::from_diagonal_element(noise));
             }
         }
         if let Some(sensor) = self.sensor {
@@ -333,10 +333,10 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) {
         let elapsed_s = seconds(instant.us_since(self.observed));
         let mut then = *self;
-        let carried = then.carry(instant, None);
+        let propagated = then.propagate(instant, None);
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
-        if carried && then.correct_all(&innovation, &variance) {
+        if propagated && then.correct_all(&innovation, &variance) {
             then.observed = instant;
             *self = then;
         } else {
@@ -350,11 +350,11 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     }
 
     /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing changes, where the
-    /// filter cannot be carried there or the star stands where it does not expect it.
+    /// filter cannot be propagated there or the star stands where it does not expect it.
     #[inline(never)]
     pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
-        if !then.carry(instant, None) {
+        if !then.propagate(instant, None) {
             return false;
         }
         let expected = then.attitude.apply(&star.reference);

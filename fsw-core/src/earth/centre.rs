@@ -27,8 +27,7 @@ use super::rays::{self, Cone, Ray, Rays};
 use super::shape::{Body, across, unit};
 use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
 use crate::camera::Camera;
-use crate::matrix::symmetric_product;
-use crate::orbit::covariance::inverse_f32;
+use crate::matrix::{inverse_by_f64, symmetric_product};
 use crate::order;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -80,7 +79,7 @@ pub struct Expected {
 impl Expected {
     /// What a rough fix says; `None` where its covariance has no inverse.
     pub fn after(rough: &EarthFix) -> Option<Self> {
-        Some(Self { centre_km: rough.centre_km, information: inverse_f32(&rough.covariance_km2)? })
+        Some(Self { centre_km: rough.centre_km, information: inverse_by_f64(&rough.covariance_km2)? })
     }
 }
 

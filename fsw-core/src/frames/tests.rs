@@ -206,7 +206,10 @@ proptest! {
     }
 
     #[test]
-    fn a_rotation_and_its_inverse_cancel(q in prop::array::uniform4(-1.0f32..1.0), v in prop::array::uniform3(-1.0f32..1.0)) {
+    fn a_rotation_and_its_inverse_cancel(
+        q in prop::array::uniform4(-1.0f32..1.0),
+        v in prop::array::uniform3(-1.0f32..1.0),
+    ) {
         let (Some(turn), Some(star)) = (Turn::from_quaternion(q), Direction::new(Vector3::from(v))) else {
             return Ok(());
         };

@@ -1,16 +1,18 @@
 //! How much work a crowded picture may cost.
 //!
-//! In: what each step of a search is about to cost. Out: whether it may be done. Levels and bounds cost the same whatever
-//! the pixels show; what depends on them is paid from here, in cycles of the Cortex-M4 model, at prices that hold for the
-//! dearest of each step. So many steps, and no more, can be done:
+//! In: what each step of a search is about to cost. Out: whether it may be done. Levels and bounds cost the
+//! same whatever the pixels show; what depends on them is paid from here, in cycles of the Cortex-M4 model,
+//! at prices that hold for the dearest of each step. So many steps, and no more, can be done:
 //!
-//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 76.6 million for the 252 tiles of the
-//! reference detector, whose converter has 10 bits (more than 14 cost one more pass over the pixels).
+//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 76.6 million for the
+//! 252 tiles of the reference detector, whose converter has 10 bits (more than 14 cost one more pass over the
+//! pixels).
 //!
-//! Every tile has an income of its own, [`TILE_CYCLES`], that nothing seen elsewhere can use up: whatever a cloud field
-//! has cost, the brightest spots of the tiles below it are still measured. What a tile leaves goes into savings, of which
-//! each tile may take a quarter ([`LOAN_DIVISOR`]): dense tiles get much, and no one all. Within a tile the brightest
-//! is looked at first (`peaks`), so what is left out are its faintest spots.
+//! Every tile has an income of its own, [`TILE_CYCLES`], that nothing seen elsewhere can use up: whatever a
+//! cloud field has cost, the brightest spots of the tiles below it are still measured. What a tile leaves
+//! goes into savings, of which each tile may take a quarter ([`LOAN_DIVISOR`]): dense tiles get much, and no
+//! one all. Within a tile the brightest is looked at first (`peaks`), so what is left out are its faintest
+//! spots.
 //!
 //! No clock is read: the same pixels get the same work everywhere.
 
@@ -34,7 +36,8 @@ pub const WINDOW_CYCLES: u32 = 160_000;
 pub const RESERVE_CYCLES: u32 = 4_000_000;
 /// A tile may take the savings divided by this.
 pub const LOAN_DIVISOR: u32 = 4;
-/// What a tile of the largest size costs whatever it shows: measured 210,000, and 8,000 to mark every block's row.
+/// What a tile of the largest size costs whatever it shows: measured 210,000, and 8,000 to mark every block's
+/// row.
 pub const TILE_FIXED_CYCLES: u32 = 218_000;
 
 /// The most that a scan in so many tiles can cost, cycles, the reading of the pixels not counted.

@@ -1,5 +1,5 @@
-//! What is known of a lens and its pixels: star profiles and correction tables, version 1, little-endian, and the door at
-//! which they are checked.
+//! What is known of a lens and its pixels: star profiles and correction tables, version 1, little-endian, and
+//! the door at which they are checked.
 //!
 //! | offset | type | content |
 //! |---|---|---|
@@ -24,10 +24,11 @@
 //! | 64 | P x [`PROFILE_BYTES`] | profiles, see [`Profile`] |
 //! | | C R x [`TABLE_BYTES`] | tables row by row of the detector: 11 rows of 11 pairs (i8, i8), correction in x and y at every tenth of a pixel, from one pixel's centre to the next |
 //!
-//! Corrections (thesis §3.1.2, tab. 3.6) are interpolated between the four tables about a centroid, and between the four
-//! entries about its place within the pixel (the thesis rounds that to a tenth). Of one quadrant the others are mirror
-//! images: coordinates, phase and correction change their signs. That holds for the lens; where pixels are not
-//! symmetric (an L, fig. 3.7) it does not, and the tables are those of the whole detector.
+//! Corrections (thesis §3.1.2, tab. 3.6) are interpolated between the four tables about a centroid, and
+//! between the four entries about its place within the pixel (the thesis rounds that to a tenth). Of one
+//! quadrant the others are mirror images: coordinates, phase and correction change their signs. That holds
+//! for the lens; where pixels are not symmetric (an L, fig. 3.7) it does not, and the tables are those of the
+//! whole detector.
 
 use crate::checksum::crc32;
 use fsw_pixels::profile::Entry;
@@ -99,8 +100,8 @@ fn f32_at(bytes: &[u8], offset: usize) -> Option<f32> {
     u32_at(bytes, offset).map(f32::from_bits).filter(|value| value.is_finite())
 }
 
-/// Two neighbours of a line of `count` points about `at`, and how far beyond the first, in shares of their distance; beyond
-/// the ends a line goes straight on, for one step.
+/// Two neighbours of a line of `count` points about `at`, and how far beyond the first, in shares of their
+/// distance; beyond the ends a line goes straight on, for one step.
 fn between(at: f32, count: usize) -> (usize, f32) {
     let last = count.saturating_sub(2);
     let index = (at.max(0.0) as usize).min(last);
@@ -205,7 +206,8 @@ impl<'a> Calibration<'a> {
         self.nearest_profile(radius_px).map(|(profile, _)| profile)
     }
 
-    /// The profile nearest to a distance from the optical centre, and how far it is displaced by colour, px a magnitude of B-V.
+    /// The profile nearest to a distance from the optical centre, and how far it is displaced by colour, px a
+    /// magnitude of B-V.
     fn nearest_profile(&self, radius_px: f32) -> Option<(Profile<'a>, f32)> {
         let nearest = (radius_px * self.profiles_per_px + 0.5) as usize;
         let last = self.profiles.len().saturating_sub(1);
@@ -268,8 +270,8 @@ fn interpolated(table: &[u8; TABLE_BYTES], (x, right): (usize, f32), (y, below):
     [mix(a[0], b[0], c[0], d[0]), mix(a[1], b[1], c[1], d[1])]
 }
 
-/// A profile: f32, what a point of 1 is worth; f32, how far a star is displaced outwards for each magnitude that its B-V exceeds
-/// the header's, px (lateral colour); then the points. Gives it and that displacement.
+/// A profile: f32, what a point of 1 is worth; f32, how far a star is displaced outwards for each magnitude
+/// that its B-V exceeds the header's, px (lateral colour); then the points. Gives it and that displacement.
 fn read_profile(bytes: &[u8; PROFILE_BYTES]) -> Option<(Profile<'_>, f32)> {
     let scale = f32_at(bytes, 0).filter(|scale| *scale > 0.0 && *scale < 1.0)?;
     let points = bytes.get(PROFILE_HEADER_BYTES..)?.as_chunks::<2>().0;

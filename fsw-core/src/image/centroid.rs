@@ -2,26 +2,28 @@
 //!
 //! In: conditioned pixels and the position of a local maximum. Out: a [`Detection`], or `None`.
 //!
-//! The region is square about the maximum, 5 x 5 to 13 x 13: it grows until the ring around it falls below a share of
-//! the maximum, so sharp, blunt and saturated stars are all taken whole; what never falls off is an extended object
-//! (Moon, Earth's rim, comet) and refused. The thesis's ratios are then taken between the maximum, the region, the
-//! inner ring (half way) and the outer ring (edge); for the 5 x 5 region they are its 3 x 3 and 5 x 5 rings.
+//! The region is square about the maximum, 5 x 5 to 13 x 13: it grows until the ring around it falls below a
+//! share of the maximum, so sharp, blunt and saturated stars are all taken whole; what never falls off is an
+//! extended object (Moon, Earth's rim, comet) and refused. The thesis's ratios are then taken between the
+//! maximum, the region, the inner ring (half way) and the outer ring (edge); for the 5 x 5 region they are
+//! its 3 x 3 and 5 x 5 rings.
 //!
-//! The maximum of a saturated star is the first corner of its plateau, so the region is first moved to the middle of the
-//! light.
+//! The maximum of a saturated star is the first corner of its plateau, so the region is first moved to the
+//! middle of the light.
 //!
-//! What stands on something else is no star: around a cloud's hill, on a limb or a terminator the four sides of the
-//! ring outside differ, a hill fills the region instead of its middle, and the ring may not be brighter than half of full
-//! scale.
+//! What stands on something else is no star: around a cloud's hill, on a limb or a terminator the four sides
+//! of the ring outside differ, a hill fills the region instead of its middle, and the ring may not be
+//! brighter than half of full scale.
 //!
-//! Centre of intensity: `c = Σ (s - floor) x / Σ (s - floor)` over the region, floor = mean of the ring just outside.
-//! Its variance from background noise is `sigma² Σ dx² / flux²`, to which the parameter `centroid_floor_millipx` adds
-//! what photon noise and pixel phase leave, and what a floor that slopes may have drawn the centre along.
+//! Centre of intensity: `c = Σ (s - floor) x / Σ (s - floor)` over the region, floor = mean of the ring just
+//! outside. Its variance from background noise is `sigma² Σ dx² / flux²`, to which the parameter
+//! `centroid_floor_millipx` adds what photon noise and pixel phase leave, and what a floor that slopes may
+//! have drawn the centre along.
 //!
-//! Error of a bright star (Gaussian PSF, any phase): 0.02 px for a PSF sigma of 0.7 px, 0.03 px for 0.9 px, 0.07 px for
-//! 1.2 px, 0.11 px for 1.5 px, whose wings the floor cuts. Of faint stars the squared error is 1.0 reported variances on
-//! average, and 1 % lie beyond 3 sigma. Cost: about 8,000 cycles a candidate, 14,000 when saturated
-//! (Cortex-M4 model, zero wait states).
+//! Error of a bright star (Gaussian PSF, any phase): 0.02 px for a PSF sigma of 0.7 px, 0.03 px for 0.9 px,
+//! 0.07 px for 1.2 px, 0.11 px for 1.5 px, whose wings the floor cuts. Of faint stars the squared error is
+//! 1.0 reported variances on average, and 1 % lie beyond 3 sigma. Cost: about 8,000 cycles a candidate,
+//! 14,000 when saturated (Cortex-M4 model, zero wait states).
 
 use super::calibration::Calibration;
 use super::matched;
@@ -31,19 +33,19 @@ use fsw_pixels::patch::Patch;
 
 /// Half the region's side, smallest to largest.
 pub const HALF_SIDES: [usize; 4] = [2, 3, 4, 6];
-/// The sides of the ring around a star may differ by this share of its maximum, percent; around what stands on the Earth,
-/// on its limb or on a terminator they differ by more.
+/// The sides of the ring around a star may differ by this share of its maximum, percent; around what stands
+/// on the Earth, on its limb or on a terminator they differ by more.
 const UNEVEN_FLOOR_PERCENT: i32 = 25;
-/// The 3 x 3 px about the maximum hold at least this share of a star's flux, percent: a Gaussian PSF of 2.0 px sigma does.
-/// Clouds and hills that fill the largest region hold less.
+/// The 3 x 3 px about the maximum hold at least this share of a star's flux, percent: a Gaussian PSF of 2.0
+/// px sigma does. Clouds and hills that fill the largest region hold less.
 const CORE_SHARE_PERCENT: i64 = 30;
-/// Of a side of n pixels (7 to 15) the sum may differ from another's by (n + 5) / 3 noises of a 3 x 3 sum: of four sides of
-/// a flat floor the greatest difference stays within 4.4 sqrt(n) / 3, in 999 of 1000 places.
+/// Of a side of n pixels (7 to 15) the sum may differ from another's by (n + 5) / 3 noises of a 3 x 3 sum: of
+/// four sides of a flat floor the greatest difference stays within 4.4 sqrt(n) / 3, in 999 of 1000 places.
 const SIDE_NOISE_ADDEND: i32 = 5;
 
 /// A spot and what it stands on.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured {
+pub struct MeasuredSpot {
     /// The spot, counted from the window's first pixel.
     pub spot: Detection,
     /// Its floor, scaled counts above the window's levels.
@@ -52,9 +54,10 @@ pub struct Measured {
     slope_per_flux: f32,
 }
 
-impl Measured {
-    /// The spot with the centre and the sigma of the lens's profile fitted to it, and whether nothing but a single star is
-    /// seen; `origin` is the window's first pixel on the detector. `None` where the profile does not fit.
+impl MeasuredSpot {
+    /// The spot with the centre and the sigma of the lens's profile fitted to it, and whether nothing but a
+    /// single star is seen; `origin` is the window's first pixel on the detector. `None` where the profile
+    /// does not fit.
     pub fn fitted(
         &self,
         window: &Place,
@@ -88,14 +91,15 @@ impl Measured {
     }
 }
 
-/// Judges the local maximum at a pixel of the window and centres it. The position returned counts from the window's
-/// first pixel. Leaves the pixels about the maximum in `patch`; of a saturated star those about its light.
+/// Judges the local maximum at a pixel of the window and centres it. The position returned counts from the
+/// window's first pixel. Leaves the pixels about the maximum in `patch`; of a saturated star those about its
+/// light.
 pub fn measure(
     window: &Place,
     at: [usize; 2],
     parameters: &DetectionParameters,
     patch: &mut Patch,
-) -> Option<Measured> {
+) -> Option<MeasuredSpot> {
     if !patch.take(window, at) {
         return None;
     }
@@ -195,5 +199,5 @@ pub fn measure(
         drawn_px: 0,
         blended: false,
     };
-    Some(Measured { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
+    Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
 }

@@ -1,5 +1,5 @@
-//! What is known of a detector's defects: bad pixels and offsets of columns, version 1, little-endian, and the door at which
-//! the table is checked. [`super::mended`] applies it.
+//! What is known of a detector's defects: bad pixels and offsets of columns, version 1, little-endian, and
+//! the door at which the table is checked. [`super::bad_pixels`] applies it.
 //!
 //! | offset | type | content |
 //! |---|---|---|
@@ -16,13 +16,14 @@
 //! | | P x 2 | u16: columns of the bad pixels, row by row, rising within a row |
 //! | | C x 4 | (u16, i16): column, and what its pixels read too much, digital numbers; columns rising |
 //!
-//! Of 2,000 bad pixels on the reference detector the table has 6,078 bytes. The rows' index is shorter than a row number with
-//! every bad pixel where there are more of them than rows, and a window costs no search through the whole list.
+//! Of 2,000 bad pixels on the reference detector the table has 6,078 bytes. The rows' index is shorter than a
+//! row number with every bad pixel where there are more of them than rows, and a window costs no search
+//! through the whole list.
 //!
-//! Offsets are the converter's own numbers, because they are taken off before the pixels are scaled: a scaled count is less
-//! than a digital number of 10 bits and more than one of 16. Columns without an offset are not listed and cost nothing. Rows
-//! have no offsets here: in an active-pixel detector those are new in every readout (reset and supply noise), which no table
-//! knows; the local background follows them.
+//! Offsets are the converter's own numbers, because they are taken off before the pixels are scaled: a scaled
+//! count is less than a digital number of 10 bits and more than one of 16. Columns without an offset are not
+//! listed and cost nothing. Rows have no offsets here: in an active-pixel detector those are new in every
+//! readout (reset and supply noise), which no table knows; the local background follows them.
 
 use crate::checksum::crc32;
 

@@ -1,6 +1,7 @@
 //! The spots of an image, the brightest of them kept.
 //!
-//! In: spots, in any order. Out: at most [`MAX_DETECTIONS`], brightest first once sorted, and how many there were.
+//! In: spots, in any order. Out: at most [`MAX_DETECTIONS`], brightest first once sorted, and how many there
+//! were.
 
 use super::Detection;
 use heapless::Vec;
@@ -37,7 +38,8 @@ impl Detections {
         self.found
     }
 
-    /// Windows that were too crowded to be searched whole within their allowance: their faintest spots are missing.
+    /// Windows that were too crowded to be searched whole within their allowance: their faintest spots are
+    /// missing.
     pub fn crowded_tiles(&self) -> u32 {
         self.crowded_tiles
     }
@@ -61,7 +63,15 @@ impl Detections {
         Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0, streak_places: Vec::new() }
     }
 
-    /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept once.
+    /// Whether the spot would be kept whatever its centre and flux: there is room, or it outshines the
+    /// faintest of those kept.
+    pub(super) fn keeps(&self, spot: &Detection) -> bool {
+        let brightness = |spot: &Detection| (spot.extended, core::cmp::Reverse(spot.core_flux));
+        !self.spots.is_full() || self.spots.iter().any(|kept| brightness(spot) <= brightness(kept))
+    }
+
+    /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept
+    /// once.
     pub(super) fn insert(&mut self, spot: Detection) {
         const ONE_PX: u32 = 1 << 16;
         let same = |kept: &Detection| {
@@ -90,8 +100,9 @@ impl Detections {
         )
     }
 
-    /// Whether the sensor turned so fast that many of its stars are streaks: those that leave the square in which a centre is
-    /// measured show parts only, of which some look round and some whole. None of them is to be believed.
+    /// Whether the sensor turned so fast that many of its stars are streaks: those that leave the square in
+    /// which a centre is measured show parts only, of which some look round and some whole. None of them is
+    /// to be believed.
     pub fn too_fast(&self) -> bool {
         let (drawn, round) = self.drawn_and_round();
         let all = drawn + self.streaks;

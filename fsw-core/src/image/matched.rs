@@ -1,45 +1,49 @@
 //! The centre of a star whose image is known: its profile is fitted, then the correction table is applied.
 //!
-//! In: the pixels about a star above its floor, a first centre, where on the detector it stands, the [`Calibration`]. Out: the
-//! centre and its standard deviation, px.
+//! In: the pixels about a star above its floor, a first centre, where on the detector it stands, the
+//! [`Calibration`]. Out: the centre and its standard deviation, px.
 //!
-//! The thesis takes the centre of intensity (§3.1.2), which weighs a pixel by its distance: far ones, in which there is only
-//! noise, most. Here the light `N f(x - c) + b` of a star of flux `N` at `c` on a floor `b` is fitted by two steps of Gauss
-//! and Newton, each pixel weighed with `q = 1 / (f + β)`; first `N` and `b` by least squares, then
+//! The thesis takes the centre of intensity (§3.1.2), which weighs a pixel by its distance: far ones, in
+//! which there is only noise, most. Here the light `N f(x - c) + b` of a star of flux `N` at `c` on a floor
+//! `b` is fitted by two steps of Gauss and Newton, each pixel weighed with `q = 1 / (f + β)`; first `N` and
+//! `b` by least squares, then
 //!
 //! `c += G⁻¹ Σ q g (s - N f - b) / N`, `g = -∇f`, `G = Σ q g gᵀ`.
 //!
-//! With the true variance for `f + β` no unbiased estimate has less scatter (Cramer-Rao). `β` is that of the star, as the first step
-//! has it, but never below [`BETA`]: so the error without noise is the same for all stars in which it shows, and one table corrects
-//! it. The profile is that of the nearest radius, turned to the star's place in the field.
+//! With the true variance for `f + β` no unbiased estimate has less scatter (Cramer-Rao). `β` is that of the
+//! star, as the first step has it, but never below [`BETA`]: so the error without noise is the same for all
+//! stars in which it shows, and one table corrects it. The profile is that of the nearest radius, turned to
+//! the star's place in the field.
 //!
-//! What the fit leaves, over what noise alone would, also says whether anything else than a single star is there: of faint stars
-//! better than moments do, in which noise feigns a shape.
+//! What the fit leaves, over what noise alone would, also says whether anything else than a single star is
+//! there: of faint stars better than moments do, in which noise feigns a shape.
 //!
-//! Variance an axis: `Σ q² g² (noise² + N f / e) / (N G)²`, `e` electrons a count, times what the fit leaves over what noise
-//! would leave, where that is more (a proton, a hot pixel or another star is in it), and the square of what the table leaves.
+//! Variance an axis: `Σ q² g² (noise² + N f / e) / (N G)²`, `e` electrons a count, times what the fit leaves
+//! over what noise would leave, where that is more (a proton, a hot pixel or another star is in it), and the
+//! square of what the table leaves.
 
 use super::calibration::Calibration;
 pub use fsw_pixels::profile::{HALF, SIDE};
 use fsw_pixels::profile::{Star, Sums};
 
-/// Gauss-Newton steps from the centre of intensity: half the side of the square that each asks, px. The first only has to come
-/// near.
+/// Gauss-Newton steps from the centre of intensity: half the side of the square that each asks, px. The first
+/// only has to come near.
 pub const STEPS: [usize; 2] = [3, HALF];
-/// Least variance of a pixel over the flux, both in electrons: that of a star of V = 4 in the reference camera. Of the brightest
-/// stars photon noise would have less, at the price of a table for every brightness.
+/// Least variance of a pixel over the flux, both in electrons: that of a star of V = 4 in the reference
+/// camera. Of the brightest stars photon noise would have less, at the price of a table for every brightness.
 pub const BETA: f32 = 0.08;
 /// Most of it: fainter stars are lost in the noise.
 const BETA_MOST: f32 = 0.4;
-/// What a floor that slopes draws a fitted centre along by, over the slope and the flux, as `Σ dx²` over the region does a centre of
-/// intensity: `8 π sigma⁴` of a Gaussian of 1.1 px.
+/// What a floor that slopes draws a fitted centre along by, over the slope and the flux, as `Σ dx²` over the
+/// region does a centre of intensity: `8 π sigma⁴` of a Gaussian of 1.1 px.
 pub const SPREAD: f32 = 40.0;
-/// Error that a profile may have in a pixel, share of its light: pixels that are not sensitive throughout, other colours.
+/// Error that a profile may have in a pixel, share of its light: pixels that are not sensitive throughout,
+/// other colours.
 const PROFILE_ERROR: f32 = 0.15;
 /// The fit is bad where it leaves so many times what noise would: of 60 pixels chance does it once in 1,000.
 const BAD_FIT: f32 = 1.6;
-/// By how much more than its linear part says the variance of a faint star grows with itself, 1/px²: the slopes are taken where the
-/// noise has moved the profile to. Measured on the reference lens: V = 5 and 6.
+/// By how much more than its linear part says the variance of a faint star grows with itself, 1/px²: the
+/// slopes are taken where the noise has moved the profile to. Measured on the reference lens: V = 5 and 6.
 const FAINT_PER_PX2: f32 = 40.0;
 /// Longest step, px.
 const STEP_MAX_PX: f32 = 0.5;
@@ -65,7 +69,8 @@ pub struct Centre {
     pub at_px: [f32; 2],
     /// Standard deviation an axis, px.
     pub sigma_px: f32,
-    /// Whether what the fit leaves is no more than noise alone would leave: that it is a single star at rest, and nothing beside it.
+    /// Whether what the fit leaves is no more than noise alone would leave: that it is a single star at rest,
+    /// and nothing beside it.
     pub all_is_star: bool,
 }
 

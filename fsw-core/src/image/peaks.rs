@@ -1,16 +1,17 @@
 //! Local maxima of the sums over 3 x 3 pixels, the brightest first.
 //!
-//! In: conditioned pixels, the part of the window to search, a threshold for each cell. Out: the positions of the pixels whose 3 x 3
-//! sum exceeds its cell's threshold and is a local maximum in 5 x 5; of equal sums the first in reading order. The sum, rather
-//! than the pixel, is what noise of single pixels and the star's phase disturb least (thesis §3.1.1, step 1, where the
-//! pixel itself is compared).
+//! In: conditioned pixels, the part of the window to search, a threshold for each cell. Out: the positions of
+//! the pixels whose 3 x 3 sum exceeds its cell's threshold and is a local maximum in 5 x 5; of equal sums the
+//! first in reading order. The sum, rather than the pixel, is what noise of single pixels and the star's
+//! phase disturb least (thesis §3.1.1, step 1, where the pixel itself is compared).
 //!
-//! [`search`](fsw_pixels::search) marks what is to be looked at, in octaves of how far a sum may exceed the threshold. It is looked at
-//! from the highest octave down as long as the allowance lasts: of a crowded window the faintest is left out.
+//! [`search`](fsw_pixels::search) marks what is to be looked at, in octaves of how far a sum may exceed the
+//! threshold. It is looked at from the highest octave down as long as the allowance lasts: of a crowded
+//! window the faintest is left out.
 //!
-//! Exact: integers, and a test compares with the plain search. Cost on the reference frame: 12 cycles a pixel of the
-//! detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's row looked at costs
-//! up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
+//! Exact: integers, and a test compares with the plain search. Cost on the reference frame: 12 cycles a pixel
+//! of the detector, of which the bounds take 11 (Cortex-M4 model, zero wait states); every further block's
+//! row looked at costs up to 1,700 cycles, every maximum of a row up to 1,000 (`allowance`).
 
 use super::allowance::{Allowance, GLANCE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES};
 use fsw_hal::Window;
@@ -19,8 +20,9 @@ use fsw_pixels::light::is_single_pixel;
 use fsw_pixels::search::{REACH, SPAN, Searched, views};
 use fsw_pixels::window::{BLOCK, BLOCKS, Cells};
 
-/// Calls `found` with every peak in `core` that is no single pixel, those in the brightest neighbourhood first, as long as the allowance lasts;
-/// it pays for what it does and says whether to go on. Gives whether all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
+/// Calls `found` with every peak in `core` that is no single pixel, those in the brightest neighbourhood
+/// first, as long as the allowance lasts; it pays for what it does and says whether to go on. Gives whether
+/// all was searched. `core` counts from the window's first pixel and stays [`REACH`] inside the window.
 pub fn for_each_peak(
     window: &Residuals,
     core: Window,

@@ -1,86 +1,106 @@
 //! Finds the stars of a window, and of a whole detector read tile by tile.
 //!
-//! In: a [`Detector`] and a buffer of [`TILE_PIXELS`]. Out: the brightest [`MAX_DETECTIONS`] star-like spots, brightest
-//! first. Tiles are at most [`MAX_WIDTH`] x [`MAX_HEIGHT`] px and overlap by the margin a centroid needs, their cores
-//! partition the detector, so each star is found once and the image is never held whole. A tile's threshold is that of
-//! its own noise: 0.4 false stars a megapixel of Gaussian noise at the default (thesis §3.1.1 fixes 6 % of full scale).
+//! In: a [`Detector`] and a buffer of [`TILE_PIXELS`]. Out: the brightest [`MAX_DETECTIONS`] star-like spots,
+//! brightest first. Tiles are at most [`MAX_WIDTH`] x [`MAX_HEIGHT`] px and overlap by the margin a centroid
+//! needs, their cores partition the detector, so each star is found once and the image is never held whole. A
+//! tile's threshold is that of its own noise: 0.4 false stars a megapixel of Gaussian noise at the default
+//! (thesis §3.1.1 fixes 6 % of full scale).
 //!
-//! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a limb) its
-//! threshold is `TEXTURE_FACTOR` times higher.
+//! A window at full scale (`blinding`) is left at once. Where it shows texture instead of noise (clouds, a
+//! limb) its threshold is `TEXTURE_FACTOR` times higher.
 //!
-//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the reading): 52.8
-//! million cycles, 40 a pixel, of a frame without anything. Structure costs more, up to [`bound_cycles`] = 76.6 million
-//! (`allowance`).
+//! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the
+//! reading): 52.8 million cycles, 40 a pixel, of a frame without anything. Structure costs more, up to
+//! [`bound_cycles`] = 76.6 million (`allowance`).
 
 use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
-use super::blinding::blinded;
-use super::centroid::measure;
+use super::blinding::{blinded, is_washed};
+use super::centroid::{MeasuredSpot, measure};
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
-use super::{Detection, FULL_SCALE, Method};
+use super::{Detection, DetectionMethod, FULL_SCALE};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
-use fsw_pixels::condition::{Residuals, condition};
+use fsw_pixels::condition::{Place, Residuals, condition};
 use fsw_pixels::patch::{MARGIN, Patch};
-use fsw_pixels::window::{MAX_HEIGHT, MAX_WIDTH};
+use fsw_pixels::window::{Cells, MAX_HEIGHT, MAX_WIDTH};
 
 /// Length of the readout buffer, px.
 pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
 
 /// Texture is what is more than so many times as noisy as quiet sky ...
 const NOISY: i32 = 2;
-/// ... and where neighbours go together. Of white noise a 3 x 3 sum has 3 sigmas of a pixel, of real skies after
-/// interpolation and compression up to 5; in halves.
+/// ... and where neighbours go together. Of white noise a 3 x 3 sum has 3 sigmas of a pixel, of real skies
+/// after interpolation and compression up to 5; in halves.
 const CORRELATED_HALVES: i32 = 11;
 /// In texture the threshold is that many times higher: it has no Gaussian's tails.
 const TEXTURE_FACTOR: i32 = 3;
 /// What rises so many times the noise around it above its own is no hill of a texture.
 const HILL_FACTOR: i32 = 8;
-/// Of a star with less light than so many noises of a pixel noise feigns a shape, one in a hundred: where the lens's profile
-/// leaves nothing of it, it is a single star.
+/// Of a star with less light than so many noises of a pixel noise feigns a shape, one in a hundred: where the
+/// lens's profile leaves nothing of it, it is a single star.
 const FAINT_SIGMAS: i32 = 200;
 /// Largest threshold: whatever is around it, a saturated star exceeds it.
 const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
-/// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a pixel.
+/// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a
+/// pixel.
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
-/// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each, px.
+/// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each,
+/// px.
 const SURVEY: [u16; 2] = [8, 6];
 const SURVEY_PX: u16 = 16;
 /// Of these places the share that is surely quiet: a limb, a Moon or clouds may take the others.
 const QUIET_SHARE: usize = 6;
 
-/// Calls `found` for every spot of a conditioned window whose maximum lies in the core: `core` in window pixels, at
-/// least [`MARGIN`] inside the window; `origin` is the window's first pixel on the detector. Returns whether all candidates
-/// were examined.
-fn for_each_star(
-    window: &Residuals,
-    core: Window,
-    (origin, method): ([u16; 2], &Method),
+/// A conditioned window whose stars are searched.
+struct Tile<'w> {
+    residuals: &'w Residuals<'w>,
+    /// The window's first pixel on the detector.
+    origin: [u16; 2],
+    method: &'w DetectionMethod<'w>,
+    /// Noise of 3 x 3 sums of quiet sky, scaled counts.
     quiet: i32,
-    allowance: &mut Allowance,
-    mut found: impl FnMut(Shape, [usize; 2]),
-) -> bool {
-    let tenths = i32::from(method.parameters.threshold_sigma_tenths);
-    let texture = (NOISY * quiet).max(CORRELATED_HALVES * window.sigma / 2);
-    let thresholds = window.noise().map(|band| {
-        let tenths_at = |noise| if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
-        band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
-    });
-    for_each_peak(window, core, &thresholds, allowance, |x, y, allowance| {
+}
+
+impl Tile<'_> {
+    /// What a 3 x 3 sum must exceed in each cell, scaled counts.
+    fn thresholds(&self) -> Cells<i32> {
+        let tenths = i32::from(self.method.parameters.threshold_sigma_tenths);
+        let texture = (NOISY * self.quiet).max(CORRELATED_HALVES * self.residuals.sigma / 2);
+        self.residuals.noise().map(|band| {
+            let tenths_at = |noise| if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
+            band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
+        })
+    }
+
+    /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
+    /// the window.
+    fn search(&self, core: Window, allowance: &mut Allowance, detections: &mut Detections) {
+        let complete =
+            for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
+                self.judge([x, y], allowance, detections)
+            });
+        if !complete {
+            detections.note_crowded();
+        }
+    }
+
+    /// Judges a maximum and adds what it is; whether the allowance sufficed.
+    fn judge(&self, [x, y]: [usize; 2], allowance: &mut Allowance, detections: &mut Detections) -> bool {
         if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
             return false;
         }
-        let around = window.noise_around(x, y, quiet * 5 / 2);
-        let window = window.about(x, y);
+        let around = self.residuals.noise_around(x, y, self.quiet * 5 / 2);
+        let window = self.residuals.about(x, y);
         let mut patch = Patch::EMPTY;
-        let mut look = |at: [usize; 2]| Some((at, measure(&window, at, method.parameters, &mut patch)?));
+        let mut look = |at: [usize; 2]| Some((at, measure(&window, at, self.method.parameters, &mut patch)?));
         let at_once = look([x, y]);
         let again = at_once.is_none();
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
         let seen = at_once.or_else(|| look(window.brightest_near(x, y)));
-        let Some(([x, y], measured)) = seen else {
+        let Some((at, measured)) = seen else {
             if around == 0 && is_streak(&window, x, y) {
-                found(Shape::Streak, [x, y]);
+                detections.note_streak(self.on_detector([x, y]));
             }
             return true;
         };
@@ -91,24 +111,46 @@ fn for_each_star(
         }
         match shape {
             // What is drawn out among clouds is a cloud's, and none of a star.
-            Shape::Streak if extended => {}
+            Shape::Streak if !extended => detections.note_streak(self.on_detector(at)),
             Shape::Star(star) => {
-                let single = star.is_single();
-                let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
-                let fitted = method
-                    .calibration
-                    .filter(|_| (single || feigned) && allowance.spend(FIT_CYCLES))
-                    .and_then(|calibration| measured.fitted(&window, origin, calibration))
-                    .filter(|(_, all_is_star)| single || *all_is_star);
-                found(Shape::Star(fitted.map_or(star, |(star, _)| star)), [x, y]);
+                // Its centre matters to none where it is too faint to be kept.
+                let kept = detections.keeps(&star);
+                let star = if kept { self.fitted(&window, star, &measured, allowance) } else { star };
+                let [x, y] = self.origin.map(|at| i32::from(at) << 16);
+                detections.insert(Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star });
             }
-            shape => found(shape, [x, y]),
+            Shape::Streak | Shape::Hit => {}
         }
         true
-    })
+    }
+
+    /// The star with its centre by the lens's profile, where that is known, fits and can be paid for.
+    fn fitted(
+        &self,
+        window: &Place,
+        star: Detection,
+        measured: &MeasuredSpot,
+        allowance: &mut Allowance,
+    ) -> Detection {
+        let single = star.is_single();
+        let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
+        self.method
+            .calibration
+            .filter(|_| (single || feigned) && allowance.spend(FIT_CYCLES))
+            .and_then(|calibration| measured.fitted(window, self.origin, calibration))
+            .filter(|(_, all_is_star)| single || *all_is_star)
+            .map_or(star, |(star, _)| star)
+    }
+
+    /// A window's pixel counted on the detector.
+    fn on_detector(&self, [x, y]: [usize; 2]) -> [u16; 2] {
+        let [left, top] = self.origin;
+        [left + x as u16, top + y as u16]
+    }
 }
 
-/// Starts and lengths of the tiles' cores along one side of the detector: as few as fit, all about equally long.
+/// Starts and lengths of the tiles' cores along one side of the detector: as few as fit, all about equally
+/// long.
 fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
     let margin = MARGIN as u32;
     let searched = u32::from(length).saturating_sub(2 * margin);
@@ -119,7 +161,8 @@ fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
     })
 }
 
-/// Reads a window and adds its stars to `detections`, in detector coordinates. The margin of the window is not searched.
+/// Reads a window and adds its stars to `detections`, in detector coordinates. The margin of the window is
+/// not searched. Gives whether the window is [washed out](is_washed).
 ///
 /// # Errors
 /// Of the detector; a window that [`condition`] cannot serve gives [`DetectorError::BufferLength`].
@@ -127,26 +170,39 @@ pub fn read_stars<'m>(
     detector: &mut impl Detector<Error = DetectorError>,
     window: Window,
     buffer: &mut [u16; TILE_PIXELS],
-    method: impl Into<Method<'m>>,
+    method: impl Into<DetectionMethod<'m>>,
     detections: &mut Detections,
-) -> Result<(), DetectorError> {
-    let mut allowance = Allowance::of_a_window();
-    read_stars_within(detector, window, buffer, &method.into(), detections, QUIET, &mut allowance)
+) -> Result<bool, DetectorError> {
+    let bits = detector.geometry().bits;
+    let pixels = read(detector, window, buffer)?;
+    // Before they are conditioned: values of more than 14 bits lose their last ones then.
+    let washed = is_washed(pixels, bits);
+    let sky = (&method.into(), QUIET);
+    add_stars((pixels, bits), window, sky, &mut Allowance::of_a_window(), detections)?;
+    Ok(washed)
 }
 
-/// [`read_stars`] at the cost of `allowance`.
-fn read_stars_within(
+/// The pixels of a window.
+fn read<'b>(
     detector: &mut impl Detector<Error = DetectorError>,
     window: Window,
-    buffer: &mut [u16; TILE_PIXELS],
-    method: &Method,
-    detections: &mut Detections,
-    quiet: i32,
-    allowance: &mut Allowance,
-) -> Result<(), DetectorError> {
+    buffer: &'b mut [u16; TILE_PIXELS],
+) -> Result<&'b mut [u16], DetectorError> {
     let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
     detector.read(window, pixels)?;
-    let bits = detector.geometry().bits;
+    Ok(pixels)
+}
+
+/// Adds the stars of a window that was read, at the cost of `allowance`; none of one at full scale. `quiet`
+/// is the noise of 3 x 3 sums of quiet sky, scaled counts.
+#[inline(never)]
+fn add_stars(
+    (pixels, bits): (&mut [u16], u8),
+    window: Window,
+    (method, quiet): (&DetectionMethod, i32),
+    allowance: &mut Allowance,
+    detections: &mut Detections,
+) -> Result<(), DetectorError> {
     if blinded(pixels, bits) {
         return Ok(());
     }
@@ -158,23 +214,13 @@ fn read_stars_within(
         width: window.width.saturating_sub(2 * margin),
         height: window.height.saturating_sub(2 * margin),
     };
-    let method = ([window.x, window.y], method);
-    let complete = for_each_star(&residuals, core, method, quiet, allowance, |shape, [x, y]| match shape {
-        Shape::Star(mut spot) => {
-            spot.x_q16 += i32::from(window.x) << 16;
-            spot.y_q16 += i32::from(window.y) << 16;
-            detections.insert(spot);
-        }
-        Shape::Streak => detections.note_streak([window.x + x as u16, window.y + y as u16]),
-        Shape::Hit => {}
-    });
-    if !complete {
-        detections.note_crowded();
-    }
+    Tile { residuals: &residuals, origin: [window.x, window.y], method, quiet }
+        .search(core, allowance, detections);
     Ok(())
 }
 
-/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the detector.
+/// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the
+/// detector.
 fn quiet_noise(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
@@ -202,7 +248,8 @@ fn quiet_noise(
     Ok(noise.get(noise.len() / QUIET_SHARE).copied().unwrap_or(QUIET))
 }
 
-/// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels not counted.
+/// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels
+/// not counted.
 pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
     let tiles = cores(geometry.width_px, MAX_WIDTH).count() * cores(geometry.height_px, MAX_HEIGHT).count();
     allowance::bound_cycles(tiles as u32)
@@ -215,7 +262,7 @@ pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
 pub fn scan<'m>(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
-    method: impl Into<Method<'m>>,
+    method: impl Into<DetectionMethod<'m>>,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
     let method = method.into();
@@ -233,7 +280,8 @@ pub fn scan<'m>(
                 height: height + 2 * margin,
             };
             let mut allowance = savings.next_tile();
-            read_stars_within(detector, window, buffer, &method, detections, quiet, &mut allowance)?;
+            let pixels = read(detector, window, buffer)?;
+            add_stars((pixels, geometry.bits), window, (&method, quiet), &mut allowance, detections)?;
             savings.put_back(allowance);
         }
     }

@@ -1,18 +1,19 @@
 //! What a spot is by its shape: a star, two of them, a streak, or a hit.
 //!
-//! In: conditioned pixels and a spot that `centroid` took for a star. Out: the [`Shape`], and of a star that the sensor's
-//! turning has drawn out the centre anew.
+//! In: conditioned pixels and a spot that `centroid` took for a star. Out: the [`Shape`], and of a star that
+//! the sensor's turning has drawn out the centre anew.
 //!
-//! - Hit: a proton's track and hot pixels are sharper across than any lens: the lesser second moment of the 3 x 3 px about
-//!   the maximum stays below [`THIN_PX2`]; that of a Gaussian of 0.5 px sigma, integrated over pixels, is 0.29 px² or more
-//!   wherever it stands in its pixel.
+//! - Hit: a proton's track and hot pixels are sharper across than any lens: the lesser second moment of the 3
+//!   x 3 px about the maximum stays below [`THIN_PX2`]; that of a Gaussian of 0.5 px sigma, integrated over
+//!   pixels, is 0.29 px² or more wherever it stands in its pixel.
 //! - Streak: light shines at both ends of the patch along the spot's axis. Only part of it was seen, so where
 //!   its middle is is not known: no centre is given.
-//! - Drawn out: the greater of the second moments under a Gaussian weight of 2 px sigma exceeds that of a star
-//!   clearly, but all light is inside the patch, which is moved until the light stands in its middle. Its centre is taken instead
-//!   of that of a region chosen for a star; its larger area makes the sigma grow with it.
-//! - Blend: a second maximum within [`BLEND_PX`]; the spot is flagged, and its sigma holds by how much the other draws the
-//!   centre along.
+//! - Drawn out: the greater of the second moments under a Gaussian weight of 2 px sigma exceeds that of a
+//!   star clearly, but all light is inside the patch, which is moved until the light stands in its middle.
+//!   Its centre is taken instead of that of a region chosen for a star; its larger area makes the sigma grow
+//!   with it.
+//! - Blend: a second maximum within [`BLEND_PX`]; the spot is flagged, and its sigma holds by how much the
+//!   other draws the centre along.
 //!
 //! Each moment is judged with the noise that it has: a faint star is given the benefit of the doubt.
 //!
@@ -27,7 +28,8 @@ use fsw_pixels::patch::{MARGIN, Patch};
 /// Lesser second moment of the 3 x 3 px about a star's maximum, at least, px².
 const THIN_PX2: f32 = 0.22;
 
-/// Second moment under the weight from which on a spot is drawn out: a uniform streak 5 px long, or a Gaussian of 1.5 px sigma.
+/// Second moment under the weight from which on a spot is drawn out: a uniform streak 5 px long, or a
+/// Gaussian of 1.5 px sigma.
 const DRAWN_PX2: f32 = 1.5;
 /// ... and it must exceed the lesser one by this factor: a lens that is blunt all around is none.
 const DRAWN_RATIO: f32 = 1.6;
@@ -43,7 +45,8 @@ const LIGHT_SIGMAS: i32 = 2;
 const BLEND_SIGMAS: i32 = 5;
 /// Farthest second maximum that makes a blend, px.
 const BLEND_PX: usize = 4;
-/// Share of the maximum that a second one must have, percent, and how far it must rise above what lies between.
+/// Share of the maximum that a second one must have, percent, and how far it must rise above what lies
+/// between.
 const BLEND_PERCENT: i32 = 20;
 /// Second moment of a star's image, px².
 const IMAGE_PX2: f32 = 1.0;
@@ -73,7 +76,8 @@ fn shines(end: i32, middle: i32, window: &Place) -> bool {
     end > (middle / 100 * LIGHT_PERCENT).max(LIGHT_SIGMAS * window.sum_sigma)
 }
 
-/// The centre of all light inside the ring; `None` where it ends nowhere. Moves the patch to the middle of the light.
+/// The centre of all light inside the ring; `None` where it ends nowhere. Moves the patch to the middle of
+/// the light.
 fn whole(window: &Place, spot: &Detection, patch: &mut Patch, axis: [f32; 2]) -> Option<Detection> {
     const HALF: usize = MARGIN - 1;
     for step in 0..=MOVES {
@@ -150,7 +154,8 @@ fn second_maximum(patch: &Patch, floor: i32, peak: i32, sigma: i32) -> Option<(i
     Some(((100 * light).checked_div(light.saturating_add(peak)).unwrap_or(50), libm::sqrtf(square_px as f32)))
 }
 
-/// Says what a spot is, with the patch about its maximum; of one that is drawn out the patch is moved to the middle of its light.
+/// Says what a spot is, with the patch about its maximum; of one that is drawn out the patch is moved to the
+/// middle of its light.
 pub fn shape(window: &Place, patch: &mut Patch, spot: &Detection) -> Shape {
     if spot.saturated {
         // Its plateau and skirt are no image of the lens.

@@ -1,12 +1,12 @@
 //! Streaks: stars whose light the sensor's turning has drawn out over many pixels.
 //!
-//! [`search`] finds pieces of lines in the whole image, [`follow`] measures the streak to which a piece belongs. Both read
-//! windows of the image and hold none of it.
+//! [`search`] finds pieces of lines in the whole image, [`follow`] measures the streak to which a piece
+//! belongs. Both read windows of the image and hold none of it.
 //!
-//! Why lines are summed (thesis §3.1.5 sums 5 x 11 px on a grid of lines): the light of a pixel falls with the rate, that of
-//! the whole streak does not. With 0.4 s, 3000 px and 29 electrons of noise a star of V = 3 gives a pixel's length 870
-//! electrons at 1 deg/s and 58 at 15 deg/s, twice the noise of such a length, where nothing that looks at 3 x 3 px sees
-//! it.
+//! Why lines are summed (thesis §3.1.5 sums 5 x 11 px on a grid of lines): the light of a pixel falls with
+//! the rate, that of the whole streak does not. With 0.4 s, 3000 px and 29 electrons of noise a star of V = 3
+//! gives a pixel's length 870 electrons at 1 deg/s and 58 at 15 deg/s, twice the noise of such a length,
+//! where nothing that looks at 3 x 3 px sees it.
 
 pub mod follow;
 mod profile;

@@ -12,7 +12,7 @@ const PARAMETERS: ModeParameters = ModeParameters {
 };
 
 const NOTHING: Seen =
-    Seen { attitude: false, rate: false, carried: false, blinded: false, dark: None, fault: false };
+    Seen { attitude: false, rate: false, predicted: false, blinded: false, dark: None, fault: false };
 const ATTITUDE: Seen = Seen { attitude: true, rate: true, ..NOTHING };
 const LIT: Seen = Seen { dark: Some(false), ..ATTITUDE };
 const DARK: Seen = Seen { dark: Some(true), ..ATTITUDE };
@@ -97,10 +97,10 @@ fn the_sun_interrupts_every_mode_that_looks() {
 }
 
 #[test]
-fn after_the_sun_an_attitude_that_was_carried_well_saves_the_acquisition() {
+fn after_the_sun_an_attitude_that_was_predicted_well_saves_the_acquisition() {
     assert_eq!(after(SunOutage, &[BLINDED, NOTHING]), [SunOutage, Acquisition]);
-    assert_eq!(after(SunOutage, &[Seen { carried: true, ..NOTHING }]), [Tracking]);
-    assert_eq!(after(SunOutage, &[Seen { carried: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
+    assert_eq!(after(SunOutage, &[Seen { predicted: true, ..NOTHING }]), [Tracking]);
+    assert_eq!(after(SunOutage, &[Seen { predicted: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
     assert_eq!(after(SunOutage, &[BLINDED; 30])[28..], [SunOutage, Safe]);
 }
 

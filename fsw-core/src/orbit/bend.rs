@@ -1,12 +1,12 @@
 //! Differences of position that bend with the orbit.
 //!
-//! A satellite that is farther along its orbit by 300 km stands 6 km below the tangent. What one fix after a long outage
-//! says of so long a difference is right along the arc, not along the tangent, and the covariance, which knows straight lines
-//! only, would take the 6 km for a sure height. So differences of position are counted as height and as arc from the
-//! predicted place, and a correction moves the state along the arc and turns velocity and covariance with it. For small
-//! differences this is the plain filter.
+//! A satellite that is farther along its orbit by 300 km stands 6 km below the tangent. A Kalman filter's
+//! differences are straight: after a long outage it would take these 6 km for a height error, known to
+//! metres. So a difference of positions is counted as height and as arc from the predicted position, and a
+//! correction moves the state along the arc and rotates velocity and covariance with it. Below
+//! [`STRAIGHT_RAD`] this is the plain filter.
 
-use super::matrix::{applied, cross_matrix, product, scaled, sum};
+use crate::matrix::{add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled};
 use crate::trigonometry::sine_cosine_f64;
 use nalgebra::{Matrix3, Vector3};
 
@@ -21,63 +21,77 @@ const FARTHEST_RAD: f64 = core::f64::consts::FRAC_PI_3;
 pub(super) struct Bent {
     /// Height and arc between them, km, as a vector at the first.
     pub(super) difference_km: Vector3<f64>,
-    /// The turn that brings the first one's direction to the other's.
-    pub(super) turn: Matrix3<f64>,
+    /// The rotation that brings the first one's direction to the other's.
+    pub(super) rotation: Matrix3<f64>,
     /// Distance of the other from the Earth's centre over that of the first.
     pub(super) scale: f64,
 }
 
 impl Bent {
     /// `None` beyond 60 degrees, and when a position is zero or not finite.
+    #[inline(never)]
     pub(super) fn between(first: &Vector3<f64>, other: &Vector3<f64>) -> Option<Self> {
-        let (near, far) = (libm::sqrt(first.dot(first)), libm::sqrt(other.dot(other)));
-        let (u, d) = (first / near, other / far);
-        let cosine = u.dot(&d);
+        let (near, far) = (libm::sqrt(dot(first, first)), libm::sqrt(dot(other, other)));
+        let (u, d) = (scaled(first, 1.0 / near), scaled(other, 1.0 / far));
+        let cosine = dot(&u, &d);
         // Also refuses what is no number.
         if !(near > 0.0 && far > 0.0 && cosine > 0.5) {
             return None;
         }
-        let axis = u.cross(&d);
-        let sine = libm::sqrt(axis.dot(&axis));
+        let axis = product(&cross_matrix(&u), &d);
+        let sine = libm::sqrt(dot(&axis, &axis));
         let stretch = if sine < STRAIGHT_RAD { 1.0 } else { libm::atan2(sine, cosine) / sine };
-        let arc = (d - u * cosine) * (stretch * near);
-        Some(Self { difference_km: arc + u * (far - near), turn: turn(&axis, cosine), scale: far / near })
+        let arc = scaled(&plus_scaled(&d, -cosine, &u), stretch * near);
+        Some(Self {
+            difference_km: plus_scaled(&arc, far - near, &u),
+            rotation: rotation(&axis, cosine),
+            scale: far / near,
+        })
     }
 }
 
-/// Moves position and velocity by a correction, along the arc, and gives the turn that the covariance makes with them; none
-/// where the correction is straight.
+/// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance
+/// makes with them; none where the arc is shorter than [`STRAIGHT_RAD`] or longer than [`FARTHEST_RAD`], and
+/// the correction is added as it is.
+#[inline(never)]
 pub(super) fn correct_state(
     position_km: &mut Vector3<f64>,
     velocity_km_s: &mut Vector3<f64>,
     by_km: &Vector3<f64>,
     by_km_s: &Vector3<f64>,
 ) -> Option<Matrix3<f64>> {
-    let distance = libm::sqrt(position_km.dot(position_km));
-    let u = *position_km / distance;
-    let height = u.dot(by_km);
-    let across = (by_km - u * height) / distance;
-    let angle = libm::sqrt(across.dot(&across));
+    let distance = libm::sqrt(dot(position_km, position_km));
+    let u = scaled(position_km, 1.0 / distance);
+    let height = dot(&u, by_km);
+    let across = scaled(&plus_scaled(by_km, -height, &u), 1.0 / distance);
+    let angle = libm::sqrt(dot(&across, &across));
     // Also what is no number is straight.
     let bends = angle > STRAIGHT_RAD && angle < FARTHEST_RAD;
     if !bends {
-        *position_km += by_km;
-        *velocity_km_s += by_km_s;
+        add_scaled(position_km, 1.0, by_km);
+        add_scaled(velocity_km_s, 1.0, by_km_s);
         return None;
     }
     let (sine, cosine) = sine_cosine_f64(angle);
-    let rate = u.cross(&across);
-    let turn = turn(&(rate * (sine / angle)), cosine);
-    *velocity_km_s = applied(&turn, &(*velocity_km_s + by_km_s - rate.cross(velocity_km_s)));
-    *position_km = applied(&turn, &u) * (distance + height);
-    Some(turn)
+    let turn = product(&cross_matrix(&u), &across);
+    let rotation = rotation(&scaled(&turn, sine / angle), cosine);
+    // The correction of the velocity holds in axes that do not turn: less what the rotation adds.
+    let turned = product(&cross_matrix(&turn), velocity_km_s);
+    add_scaled(velocity_km_s, 1.0, by_km_s);
+    add_scaled(velocity_km_s, -1.0, &turned);
+    *velocity_km_s = product(&rotation, velocity_km_s);
+    *position_km = scaled(&product(&rotation, &u), distance + height);
+    Some(rotation)
 }
 
-/// The turn about an axis whose length is the sine.
+/// The rotation about an axis whose length is the sine.
 #[inline(never)]
-fn turn(axis: &Vector3<f64>, cosine: f64) -> Matrix3<f64> {
+fn rotation(axis: &Vector3<f64>, cosine: f64) -> Matrix3<f64> {
     let cross = cross_matrix(axis);
-    sum(&sum(&Matrix3::identity(), &cross), &scaled(&product(&cross, &cross), 1.0 / (1.0 + cosine)))
+    let mut rotation = scaled(&product(&cross, &cross), 1.0 / (1.0 + cosine));
+    add_scaled(&mut rotation, 1.0, &cross);
+    add_to_diagonal(&mut rotation, 1.0);
+    rotation
 }
 
 #[cfg(test)]

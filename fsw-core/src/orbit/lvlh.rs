@@ -1,5 +1,5 @@
-//! Local vertical, local horizontal (thesis fig. 2.3, §5.2): z down to the Earth's centre, y against the orbit's normal,
-//! x along the flight (exactly so on a circle).
+//! Local vertical, local horizontal (thesis fig. 2.3, §5.2): z down to the Earth's centre, y against the
+//! orbit's normal, x along the flight (exactly so on a circle).
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,20 +1,20 @@
-//! What disturbs an orbit and its fixes between two seconds: white acceleration, and slow errors that are forgotten and
-//! renewed (Gauss-Markov).
+//! Process noise: white acceleration, and two slow errors (limb height, bias) as Gauss-Markov processes.
 //!
-//! In: where the satellite is, how long it takes, the parameters. Out: [`ProcessNoise`], and the variances of the slow errors.
+//! In: position, span and parameters. Out: [`ProcessNoise`], and the steady variances of the slow errors.
 
 use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MU_EARTH_KM3_S2};
 use super::parameters::OrbitParameters;
+use crate::matrix::dot;
 use nalgebra::Vector3;
 
-/// What drives the state: white noise, and what slow errors lose and gain.
+/// Process noise of one span.
 #[derive(Clone, Copy, Debug)]
 pub struct ProcessNoise {
     /// Spectral density of the acceleration, km²/s³.
     pub acceleration: f64,
     /// Share of the limb height that is kept over the span.
     pub height_kept: f64,
-    /// Variance of the limb height that is new after the span, km².
+    /// Variance added to the limb height over the span, km².
     pub height_renewed: f64,
     /// Share of the bias that is kept over the span.
     pub bias_kept: f64,
@@ -23,7 +23,7 @@ pub struct ProcessNoise {
 impl ProcessNoise {
     /// Over `dt` seconds at a place.
     pub(super) fn over(position_km: &Vector3<f64>, dt: f64, parameters: &OrbitParameters) -> Self {
-        let square_km2 = position_km.dot(position_km).max(1.0);
+        let square_km2 = dot(position_km, position_km).max(1.0);
         let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / square_km2;
         // Square of the time in which the satellite goes a radian of a circle.
         let radian_s2 = square_km2 * libm::sqrt(square_km2) / MU_EARTH_KM3_S2;
@@ -48,12 +48,12 @@ pub(super) fn bias_share(parameters: &OrbitParameters) -> f64 {
 
 /// Variance of the limb height as seen from a place, km².
 pub(super) fn height_variance_km2(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> f64 {
-    let to_limb_km2 = (position_km.dot(position_km) - EARTH_RADIUS_KM * EARTH_RADIUS_KM).max(0.0);
+    let to_limb_km2 = (dot(position_km, position_km) - EARTH_RADIUS_KM * EARTH_RADIUS_KM).max(0.0);
     square(parameters.limb_height_sigma_km) + square(parameters.limb_height_sigma_rad) * to_limb_km2
 }
 
-/// Share of a slow error that is left after `dt` when it lasts for `lasting`: e^-x to 1 % up to a half, and tending to
-/// nothing beyond.
+/// Share of a slow error that is left after `dt` when it lasts for `lasting`: e^-x to 1 % up to a half, and
+/// tending to nothing beyond.
 fn kept(dt: f64, lasting: f64) -> f64 {
     let spans = dt / lasting.max(1e-3);
     1.0 / (1.0 + spans * (1.0 + 0.5 * spans))

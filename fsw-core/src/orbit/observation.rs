@@ -1,33 +1,37 @@
-//! What a fix says of the state: its model, its noise at the predicted place, its innovation.
+//! What a fix measures: its model, its noise at the predicted position, its innovation.
 //!
-//! In: a [`PositionFix`], the predicted position and limb height, the rotation from the Earth path to ICRS; out: an
-//! [`Innovation`], km.
+//! In: a [`PositionFix`], the predicted position and limb height, the rotation from the Earth path to ICRS;
+//! out: an [`Innovation`], km.
 //!
-//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + b + noise`. A limb that stands higher by `h` makes the Earth look larger by
-//! the same factor at every point of the limb, hence nearer, `a` being the equatorial radius. `m` is the misalignment of the
-//! two paths, a rotation vector in the Earth path: `R (I + [m×])` is the true rotation to ICRS. `b` is what clouds and the
-//! slant of the light do to the limb: it has the shape of the fix's own covariance and changes slowly.
+//! A fix is modelled as `z = r (1 - h/a) + r × (R m) + b + noise`. A limb that stands higher by `h` makes the
+//! Earth look larger by the same factor at every point of the limb, hence nearer, `a` being the equatorial
+//! radius. `m` is the misalignment of the two paths, a rotation vector in the Earth path: `R (I + [m×])` is
+//! the true rotation to ICRS. `b` is the bias from clouds and the slant of the light on the limb: its
+//! covariance is that of the fix times a constant, and it changes slowly.
 //!
-//! The covariance of a fix is found by whoever measured it, at some place: that measured, or one that was expected. It is long
-//! along the line to that place and scales with its distance, so the weights of a measured place are correlated with its errors
-//! and would pull the estimate by about `sigma² / r` of the single fix. It is therefore turned and scaled to the predicted place
-//! first.
+//! The covariance of a fix belongs to the place at which the fit was linear ([`PositionFix::place_km`]). It is
+//! long along the line to the Earth and scales with the distance, so a covariance at the measured place is
+//! correlated with the error of the fix and would bias the estimate by about `sigma² / r`. It is therefore
+//! rotated and scaled to the predicted position first.
 
 use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
-use super::covariance::{Sensitivity, is_covariance};
+use super::covariance::{BIAS, LIMB_HEIGHT, MISALIGNMENT, POSITION, Sensitivity, is_covariance};
 use super::dynamics::plausible;
-use super::matrix::{applied, cross_matrix, outer, product, scaled, symmetric, turned};
 use super::point::PositionFix;
+use crate::matrix::{
+    add_product, add_scaled, add_to_diagonal, cross_matrix, dot, identity, plus_scaled, product,
+    product_transposed, scaled, symmetric_product,
+};
 use nalgebra::{Matrix3, Vector3};
 
-/// No element of a rotation is greater than one.
+/// An element of a rotation is at most 1; 10 % for rounding.
 const GREATEST_ELEMENT: f64 = 1.1;
 
-/// Why a fix was refused.
+/// What is wrong with a fix that is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
-    /// Something in it is not finite, or no satellite can be there.
+pub enum FixError {
+    /// A value is not finite, or the position is outside 5,000 to 600,000 km.
     Impossible,
     /// Its covariance is not positive definite.
     Covariance,
@@ -36,7 +40,7 @@ pub enum Refusal {
 /// A measured less a predicted position.
 #[derive(Clone, Copy, Debug)]
 pub struct Innovation {
-    /// What it depends on.
+    /// What the measured position depends on.
     pub sensitivity: Sensitivity,
     /// Covariance of its noise, km².
     pub noise_km2: Matrix3<f64>,
@@ -54,85 +58,108 @@ impl Innovation {
         unit: bool,
     ) -> Self {
         let mut sensitivity = sensitivity(position_km, limb_height_km, earth_to_icrs);
-        let predicted = applied(&sensitivity.position, position_km);
+        let predicted = scaled(position_km, shrink(limb_height_km));
         let Carried { mut noise_km2, mut innovation_km } =
             Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
         if unit {
-            // Only what lies across the line. The component along the line is made a measurement of nothing, with unit variance
-            // and no innovation.
-            let along = outer(&predicted, &predicted) / predicted.dot(&predicted);
-            let across = Matrix3::identity() - along;
-            innovation_km = applied(&across, &innovation_km);
-            noise_km2 = symmetric(&turned(&across, &noise_km2)) + along;
-            sensitivity.position = product(&across, &sensitivity.position);
-            sensitivity.limb_height = Vector3::zeros();
-            sensitivity.bias = across;
+            // Only what lies across the line. The component along the line gets sensitivity 0, innovation 0 and
+            // variance 1 km², so that S stays regular.
+            let along =
+                product_transposed(&scaled(&predicted, 1.0 / dot(&predicted, &predicted)), &predicted);
+            let mut across = identity();
+            add_scaled(&mut across, -1.0, &along);
+            innovation_km = product(&across, &innovation_km);
+            noise_km2 = symmetric_product(&across, &noise_km2);
+            add_scaled(&mut noise_km2, 1.0, &along);
+            set_columns(&mut sensitivity, POSITION, &scaled(&across, shrink(limb_height_km)));
+            set_columns(&mut sensitivity, BIAS, &across);
+            if let Some(column) = sensitivity.data.0.get_mut(LIMB_HEIGHT) {
+                *column = [0.0; 3];
+            }
         }
         Self { sensitivity, noise_km2, innovation_km }
     }
 }
 
-/// Whether this can be a fix.
-pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), Refusal> {
+/// Whether a fix is finite, possible and has a covariance.
+pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), FixError> {
     let at_rest = Vector3::zeros();
     if !plausible(&fix.position_km, &at_rest)
         || !plausible(&fix.place_km, &at_rest)
         // Also refuses what is no number.
         || !earth_to_icrs.iter().all(|x| libm::fabs(*x) < GREATEST_ELEMENT)
     {
-        return Err(Refusal::Impossible);
+        return Err(FixError::Impossible);
     }
-    if is_covariance(&fix.covariance_km2) { Ok(()) } else { Err(Refusal::Covariance) }
+    if is_covariance(&fix.covariance_km2) { Ok(()) } else { Err(FixError::Covariance) }
+}
+
+/// By how much a limb that stands higher than assumed makes the distance appear shorter.
+fn shrink(limb_height_km: f64) -> f64 {
+    1.0 - limb_height_km / EARTH_RADIUS_KM
+}
+
+/// Sets three columns, from that of the state `first` on.
+fn set_columns(sensitivity: &mut Sensitivity, first: usize, block: &Matrix3<f64>) {
+    for (to, from) in sensitivity.data.0.iter_mut().skip(first).zip(&block.data.0) {
+        *to = *from;
+    }
 }
 
 /// What a fix at `position_km` depends on.
+#[inline(never)]
 pub(super) fn sensitivity(
     position_km: &Vector3<f64>,
     limb_height_km: f64,
     earth_to_icrs: &Matrix3<f64>,
 ) -> Sensitivity {
-    let shrink = 1.0 - limb_height_km / EARTH_RADIUS_KM;
-    Sensitivity {
-        position: Matrix3::identity() * shrink,
-        limb_height: position_km * (-1.0 / EARTH_RADIUS_KM),
-        misalignment: product(&cross_matrix(&(position_km * shrink)), earth_to_icrs),
-        bias: Matrix3::identity(),
+    let shrink = shrink(limb_height_km);
+    let lever = cross_matrix(&scaled(position_km, shrink));
+    let height = scaled(position_km, -1.0 / EARTH_RADIUS_KM);
+    let mut sensitivity = Sensitivity::zeros();
+    set_columns(&mut sensitivity, POSITION, &scaled(&identity(), shrink));
+    set_columns(&mut sensitivity, MISALIGNMENT, &product(&lever, earth_to_icrs));
+    set_columns(&mut sensitivity, BIAS, &identity());
+    if let Some(column) = sensitivity.data.0.get_mut(LIMB_HEIGHT) {
+        *column = height.into();
     }
+    sensitivity
 }
 
-/// A fix as seen from the predicted place.
+/// A fix carried to the predicted position.
 struct Carried {
     noise_km2: Matrix3<f64>,
     innovation_km: Vector3<f64>,
 }
 
 impl Carried {
-    /// The difference as height and arc; the covariance as it would be had it been made at the predicted place: turned from
-    /// the one line to the other, scaled with the distance across and with its square along (a distance is found from an
-    /// angle). `None` where prediction and fix are so far apart that this means nothing.
+    /// The difference as height and arc; the covariance rotated from one line to the other, scaled with the
+    /// distance across the line and with its square along it (the distance is measured as an angle). `None` if
+    /// the two are more than 60 degrees apart, or one is twice as far as the other.
     fn of(fix: &PositionFix, predicted: &Vector3<f64>) -> Option<Self> {
         let bent = Bent::between(predicted, &fix.place_km)?;
         let scale = 1.0 / bent.scale;
         if !(scale > 0.5 && scale < 2.0) {
             return None;
         }
-        let up = predicted / libm::sqrt(predicted.dot(predicted));
-        let stretch = Matrix3::identity() * scale + scaled(&outer(&up, &up), scale * scale - scale);
-        let carry = product(&stretch, &bent.turn.transpose());
-        Some(Self {
-            noise_km2: symmetric(&turned(&carry, &fix.covariance_km2)),
-            innovation_km: bent.difference_km + applied(&carry, &(fix.position_km - fix.place_km)),
-        })
+        let up = scaled(predicted, 1.0 / libm::sqrt(dot(predicted, predicted)));
+        let mut stretch = product_transposed(&scaled(&up, scale * scale - scale), &up);
+        add_to_diagonal(&mut stretch, scale);
+        let carry = product_transposed(&stretch, &bent.rotation);
+        let off_place = plus_scaled(&fix.position_km, -1.0, &fix.place_km);
+        let mut innovation_km = bent.difference_km;
+        add_product(&mut innovation_km, &carry, &off_place);
+        Some(Self { noise_km2: symmetric_product(&carry, &fix.covariance_km2), innovation_km })
     }
 
-    /// The plain difference where the two are too far apart to be carried. A direction alone says nothing of the distance: the
-    /// fix then counts as one at the predicted distance.
+    /// The plain difference, where [`Carried::of`] gives none. A direction alone has no distance: it counts as
+    /// a fix at the predicted distance.
     fn far(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
-        let distance_ratio = predicted.dot(predicted) / fix.position_km.dot(&fix.position_km);
-        let scale = if unit { libm::sqrt(distance_ratio) } else { 1.0 };
+        let square_ratio = dot(predicted, predicted) / dot(&fix.position_km, &fix.position_km);
+        let scale = if unit { libm::sqrt(square_ratio) } else { 1.0 };
         Self {
-            noise_km2: fix.covariance_km2 * (scale * scale),
-            innovation_km: fix.position_km * scale - predicted,
+            noise_km2: scaled(&fix.covariance_km2, scale * scale),
+            innovation_km: plus_scaled(&scaled(&fix.position_km, scale), -1.0, predicted),
         }
     }
 }

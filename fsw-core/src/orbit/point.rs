@@ -1,18 +1,23 @@
-//! One Earth vector and one attitude make a position (thesis §5.1).
+//! A position from one Earth vector and one attitude (thesis §5.1).
 //!
-//! In: the vector from the satellite to the Earth's centre in the Earth path (km, with covariance), the attitude of the
-//! star path (with covariance) and the mounting of the paths; out: position and covariance, km and km², ICRS axes.
-//! `r = -A_SIᵀ T_SE r_E` (eq. 5.4). Its covariance (eq. 5.9) has two parts, turned into ICRS: that of the Earth vector, and
-//! that of the attitude, `[s×] P [s×]ᵀ` with `s` the Earth vector in the star path: together eq. 5.12 for any attitude and axis. The
-//! term of the second order ([`second_order_km2`], eq. 5.13) is the product of both errors, 1e-3 of these, and not in the fix. Both
+//! In: the vector from the satellite to the Earth's centre in the Earth path (km, with covariance), the
+//! attitude of the star path (with covariance) and the mounting of the paths; out: position and covariance,
+//! km and km², ICRS axes. `r = -A_SIᵀ T_SE r_E` (eq. 5.4). Its covariance (eq. 5.9) has two parts, turned
+//! into ICRS: that of the Earth vector, and that of the attitude, `[s×] P [s×]ᵀ` with `s` the Earth vector in
+//! the star path: together eq. 5.12 for any attitude and axis. The term of the second order
+//! ([`second_order_km2`], eq. 5.13) is the product of both errors, 1e-3 of these, and not in the fix. Both
 //! are within 5 % of Monte Carlo (`point/tests.rs`).
 //!
-//! Rounding: f32 in the attitude costs up to 7e-7 of the distance (30 m in GEO), changing from second to second.
+//! Rounding: f32 in the attitude costs up to 7e-7 of the distance (30 m in GEO), changing from second to
+//! second.
 
 use super::constants::LIGHT_KM_S;
 use super::finite;
-use super::matrix::{cross_matrix, product, symmetric, turned};
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
+use crate::matrix::{
+    add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, product_transposed, scaled,
+    symmetric_product, transposed_product,
+};
 use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
 
@@ -23,14 +28,16 @@ pub struct PositionFix {
     pub position_km: Vector3<f64>,
     /// Its covariance, km².
     pub covariance_km2: Matrix3<f64>,
-    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made linear.
+    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made
+    /// linear.
     pub place_km: Vector3<f64>,
 }
 
 impl PositionFix {
-    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the vector
-    /// `place_km` for which that was made, the attitude with the covariance of its rotation vector in the star path (rad²), and
-    /// the mounting. `None` when anything is not finite.
+    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the
+    /// vector `place_km` for which that was made, the attitude with the covariance of its rotation vector in
+    /// the star path (rad²), and the mounting. `None` when anything is not finite.
+    #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,
         earth_covariance_km2: &Matrix3<f32>,
@@ -41,15 +48,16 @@ impl PositionFix {
     ) -> Option<Self> {
         let to_icrs = earth_to_icrs(attitude, mounting);
         let place_km = place_km.map(f64::from);
-        // In the Earth path throughout: the attitude's covariance is turned there, then all at once into ICRS.
+        // In the Earth path: the attitude's covariance is rotated there, then the sum into ICRS.
         let mounting = mounting.matrix().map(f64::from);
-        let attitude_part = turned(&mounting.transpose(), &attitude_covariance_rad2.map(f64::from));
-        let lever = cross_matrix(&place_km);
-        let covariance = earth_covariance_km2.map(f64::from) + turned(&lever, &attitude_part);
+        let lever = product_transposed(&cross_matrix(&place_km), &mounting);
+        let mut covariance_km2 = symmetric_product(&lever, &attitude_covariance_rad2.map(f64::from));
+        add_scaled(&mut covariance_km2, 1.0, &earth_covariance_km2.map(f64::from));
+        let to_satellite = scaled(&to_icrs, -1.0);
         let fix = Self {
-            position_km: -(to_icrs * earth_km.map(f64::from)),
-            covariance_km2: symmetric(&turned(&to_icrs, &covariance)),
-            place_km: -(to_icrs * place_km),
+            position_km: product(&to_satellite, &earth_km.map(f64::from)),
+            covariance_km2: symmetric_product(&to_icrs, &covariance_km2),
+            place_km: product(&to_satellite, &place_km),
         };
         (finite(&fix.position_km)
             && finite(&fix.place_km)
@@ -59,20 +67,23 @@ impl PositionFix {
 }
 
 impl PositionFix {
-    /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about the Earth sees
-    /// it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself displaced backwards.
+    /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about
+    /// the Earth sees it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself
+    /// displaced backwards.
     pub fn without_aberration(mut self, velocity_km_s: &Vector3<f64>) -> Self {
-        let distance_km = libm::sqrt(self.place_km.dot(&self.place_km));
-        let up = self.place_km / distance_km.max(1.0);
-        let shift_km = (velocity_km_s - up * up.dot(velocity_km_s)) * (distance_km / LIGHT_KM_S);
-        self.position_km += shift_km;
-        self.place_km += shift_km;
+        let distance_km = libm::sqrt(dot(&self.place_km, &self.place_km));
+        let up = scaled(&self.place_km, 1.0 / distance_km.max(1.0));
+        let across_km_s = plus_scaled(velocity_km_s, -dot(&up, velocity_km_s), &up);
+        for position_km in [&mut self.position_km, &mut self.place_km] {
+            add_scaled(position_km, distance_km / LIGHT_KM_S, &across_km_s);
+        }
         self
     }
 }
 
-/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ × δ`, the attitude's error
-/// times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. In flight it is left out.
+/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ × δ`,
+/// the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. In flight
+/// it is left out.
 pub fn second_order_km2(
     earth_covariance_km2: &Matrix3<f32>,
     attitude: &Rotation<Icrs, StarPath>,
@@ -85,7 +96,8 @@ pub fn second_order_km2(
     let p = attitude_covariance_rad2.map(f64::from);
     let own = |axis: &Matrix3<f64>, variance: f64| axis * earth * axis.transpose() * variance;
     let mixed = |one: &Matrix3<f64>, other: &Matrix3<f64>, covariance: f64| {
-        symmetric(&(one * earth * other.transpose())) * (2.0 * covariance)
+        let product = one * earth * other.transpose();
+        (product + product.transpose()) * covariance
     };
     let in_star = own(&x, p.m11)
         + own(&y, p.m22)
@@ -94,17 +106,20 @@ pub fn second_order_km2(
         + mixed(&x, &z, p.m13)
         + mixed(&y, &z, p.m23);
     let to_icrs = attitude.matrix().map(f64::from).transpose();
-    symmetric(&(to_icrs * in_star * to_icrs.transpose()))
+    symmetric_product(&to_icrs, &in_star)
 }
 
-/// The rotation from the Earth path to ICRS, f64, made orthogonal again after f32 by one step of Newton's iteration
-/// `A (3 I - Aᵀ A) / 2`, so that it does not scale distances.
+/// The rotation from the Earth path to ICRS, f64, made orthogonal again after f32 by one step of Newton's
+/// iteration `A (3 I - Aᵀ A) / 2`, so that it does not scale distances.
+#[inline(never)]
 pub fn earth_to_icrs(
     attitude: &Rotation<Icrs, StarPath>,
     mounting: &Rotation<EarthPath, StarPath>,
 ) -> Matrix3<f64> {
-    let a = product(&attitude.matrix().map(f64::from).transpose(), &mounting.matrix().map(f64::from));
-    product(&a, &(Matrix3::identity() * 3.0 - product(&a.transpose(), &a))) * 0.5
+    let a = transposed_product(&attitude.matrix().map(f64::from), &mounting.matrix().map(f64::from));
+    let mut factor = scaled(&transposed_product(&a, &a), -0.5);
+    add_to_diagonal(&mut factor, 1.5);
+    product(&a, &factor)
 }
 
 /// Distance from the Earth's centre at which a sphere of `radius_km` fills a cone of this half angle, km:

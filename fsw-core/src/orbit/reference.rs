@@ -1,5 +1,5 @@
-//! Truth for the orbit's tests, written apart from the flight code: the Earth's field to degree and order four by Cunningham's
-//! recursion in the turning Earth, small steps, and the files of reference orbits.
+//! Truth for the orbit's tests, written apart from the flight code: the Earth's field to degree and order
+//! four by Cunningham's recursion in the turning Earth, small steps, and the files of reference orbits.
 
 use super::OrbitState;
 use super::constants::{EARTH_RADIUS_KM, MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};

@@ -7,7 +7,7 @@ use crate::earth::look::{EVENLY, HeightVariance, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
 use crate::earth::{Body, Demand, EarthFix, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::orbit::covariance::inverse;
+use crate::matrix::inverse;
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Report, Status};
@@ -248,12 +248,12 @@ impl Sensor<'_> {
             Update::Restarted => (None, Some(Event::OrbitRestarted)),
             Update::Accepted { nis } => (Some(nis), None),
             Update::Rejected { nis } => (Some(nis), Some(Event::FixRejected)),
-            Update::Refused(_) => (None, Some(Event::FixRejected)),
+            Update::Refused(_) => (None, Some(Event::FixRefused)),
         };
         if let Some(event) = event {
             report.note(event);
         }
-        if event != Some(Event::FixRejected) {
+        if !matches!(event, Some(Event::FixRejected | Event::FixRefused)) {
             self.fixed_us = instant_us;
         }
         self.nis = nis;

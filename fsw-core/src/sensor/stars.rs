@@ -5,8 +5,9 @@ use super::{ABERRATION_RAD, Ephemeris, Sensor};
 use crate::attitude::filter::Filter;
 use crate::earth::reach;
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::image::Method;
+use crate::image::DetectionMethod;
 use crate::image::scan;
+use crate::modes::Mode;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::parameters::TrackingParameters;
 use crate::plan;
@@ -14,7 +15,7 @@ use crate::stars::confirm::{Confirmed, Match, confirm_among, expected_stars};
 use crate::stars::identify::Progress;
 use crate::stars::predict::{Predicted, field_stars};
 use crate::stars::{Field, row_delay_s, seen_later};
-use crate::telemetry::{AttitudeReport, Fault, FilteredAttitude, Report, StarReport, Status};
+use crate::telemetry::{AttitudeReport, Event, Fault, FilteredAttitude, Report, StarReport, Status};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
@@ -25,6 +26,8 @@ const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
 const ORBITAL_KM_S: f64 = 7.9;
+/// Angular radius of the Sun, rad: 0.267 deg.
+const SUN_RADIUS_RAD: f32 = 4.66e-3;
 /// Variance of an attitude whose stars were not corrected for aberration, rad².
 const UNCORRECTED: f32 = ABERRATION_RAD * ABERRATION_RAD;
 
@@ -103,6 +106,7 @@ impl Sensor<'_> {
             self.searching_since = Some(self.now);
         }
         report.detections = self.workspace.detections.spots().len().min(usize::from(u16::MAX)) as u16;
+        report.crowded = self.crowded();
         let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
         let identification = &self.parameters.identification;
@@ -141,8 +145,10 @@ impl Sensor<'_> {
 
     /// Searches the whole image for stars.
     fn scan(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Result<(), DetectorError> {
-        let method =
-            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+        let method = DetectionMethod {
+            parameters: &self.parameters.detection,
+            calibration: self.calibration.as_ref(),
+        };
         let buffer = &mut self.workspace.shared.readout()?.buffer;
         scan::scan(detector, buffer, method, &mut self.workspace.detections)
     }
@@ -182,8 +188,10 @@ impl Sensor<'_> {
         let Some((attitude, predicted, windows)) = prediction else { return report.status = Status::Lost };
 
         meter.begin(Stage::Windows);
-        let method =
-            Method { parameters: &self.parameters.detection, calibration: self.calibration.as_ref() };
+        let method = DetectionMethod {
+            parameters: &self.parameters.detection,
+            calibration: self.calibration.as_ref(),
+        };
         let read = self.workspace.read_windows(detector, &windows, &method);
         meter.end(Stage::Windows);
         let washed = match read {
@@ -198,6 +206,7 @@ impl Sensor<'_> {
         self.workspace.take_measured(&self.camera, rate_rad_s.as_ref(), self.row_time_s());
         let measured = &self.workspace.measured;
         report.detections = measured.len() as u16;
+        report.crowded = self.crowded();
         let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(&windows))
             .calibrated(self.calibration.as_ref());
         meter.begin(Stage::Confirm);
@@ -230,8 +239,13 @@ impl Sensor<'_> {
         self.motion = Some(motion);
         if self.report_predicted(report) {
             report.status = Status::Tracked;
-            few.iter().for_each(|(found, _)| self.tell_star(found, report));
+            few.iter().for_each(|(found, _)| self.report_star(found, report));
         }
+    }
+
+    /// Tiles or windows of the image that were too crowded to be searched whole.
+    fn crowded(&self) -> u16 {
+        self.workspace.detections.crowded_tiles().min(u16::MAX.into()) as u16
     }
 
     /// From a row to the next, s.
@@ -255,10 +269,29 @@ impl Sensor<'_> {
         }
     }
 
-    /// Reports a blinded second, with the attitude that the last rate gives.
-    pub(super) fn report_blinded(&self, report: &mut Report) {
+    /// Reports a blinded second, with the attitude that the last rate gives; at the begin of an outage also whether the Sun is where
+    /// it can blind.
+    pub(super) fn report_blinded(&self, ephemeris: Option<&Ephemeris>, report: &mut Report) {
         report.status = Status::Blinded;
         self.report_predicted(report);
+        if report.mode != Mode::SunOutage && ephemeris.is_some_and(|ephemeris| self.sun_is_in_path(ephemeris))
+        {
+            report.note(Event::SunInPath);
+        }
+    }
+
+    /// Whether the Sun's disc touches the field of a path, by the predicted attitude.
+    fn sun_is_in_path(&self, ephemeris: &Ephemeris) -> bool {
+        let Some((attitude, _)) = self.motion.as_ref().and_then(|motion| motion.at(self.now)) else {
+            return false;
+        };
+        let in_star_path = attitude.apply(&ephemeris.sun);
+        let in_earth_path = self.star_to_earth.apply(&in_star_path);
+        let radius_px = SUN_RADIUS_RAD / self.camera.rad_per_px();
+        [self.camera.project(&in_star_path), self.camera.project_earth(&in_earth_path)]
+            .into_iter()
+            .flatten()
+            .any(|at_px| self.camera.contains(at_px, -radius_px))
     }
 
     /// Reports the filter's attitude as the second's, as long as its sigma is worth something; whether it is.
@@ -338,11 +371,11 @@ impl Sensor<'_> {
         });
         report.rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into());
         report.focal_ratio = confirmed.focal_ratio;
-        confirmed.matches.iter().for_each(|found| self.tell_star(found, report));
+        confirmed.matches.iter().for_each(|found| self.report_star(found, report));
     }
 
     /// Reports a star with its name.
-    fn tell_star(&self, found: &Match, report: &mut Report) {
+    fn report_star(&self, found: &Match, report: &mut Report) {
         let seen = self.workspace.measured.get(usize::from(found.measured));
         if let (Some(seen), Some(star)) = (seen, self.catalogue.star(found.star)) {
             let recognised =

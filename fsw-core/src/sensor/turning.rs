@@ -1,34 +1,24 @@
-//! How fast the sensor turns while no attitude is known (thesis §3.1.5: HARM and LARM).
+//! How fast the sensor turns while no attitude is known: what is asked of the image, and what of the room [`crate::rate`].
 //!
-//! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate in the report, and what
-//! must be remembered for the next image.
-//!
-//! - HARM. The ends of the streaks and the exposure give the rate but for its sense. It is settled by the next image: the
-//!   streaks' middles are carried on by the one and the other sense, and the one counts that finds streaks there. A star
-//!   that is seen twice also gives the rate over the time between the images, better than the ends of its streak do, but as a
-//!   mean over that time: two such means tell the rate now, one alone is believed as far as a free body may have changed
-//!   ([`CHANGE`]).
-//! - LARM. Stars that were measured but not identified are matched with those of the image before by their separations.
+//! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate in the report, and what must be
+//! remembered for the next image: whether it is searched for lines, and how long it is exposed.
 //!
 //! Lines that stand where lines stood in the last image are the Earth's limb, its clouds and spacecraft parts: a star moves by
 //! twice its streak and more.
-//!
-//! What is not known is not said: no rate where too few streaks agree and no other image has confirmed it, none that
-//! contradicts the last one; either sense where no streak went on.
 
 mod seen;
 
 use super::Sensor;
 use crate::attitude::filter::seconds;
-use crate::attitude::marks::{CHANGE, FASTEST_RAD_S, MAX_MARKS, Mark, encounters, matched};
-use crate::attitude::rate::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
 use crate::image::streaks::Streak;
+use crate::rate::arcs::{Arc, MAX_ARCS, widened};
+use crate::rate::marks::{CHANGE, Field, MAX_MARKS, Mark, matched};
+use crate::rate::sense::{Estimate, Memory};
 use crate::stars::identify::NotIdentified;
 use crate::stars::{Measured, row_delay_s};
 use crate::telemetry::{RateReport, RateSource, Report, Status};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 use heapless::Vec;
-use nalgebra::{Matrix3, Vector3};
 use seen::{MAX_STREAKS, SAME_PX, arc_of, mark_of};
 
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
@@ -46,35 +36,19 @@ const MOST_MISSES: u8 = 3;
 const GOOD_PX: f32 = 100.0;
 const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
-/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
-const FEWEST_SPARE: usize = 3;
 /// Shortest and longest time between two images that are compared, s.
 const BETWEEN_S: (f32, f32) = (0.1, 4.5);
 /// Largest standard deviation of a rate that is reported, as a share of it.
 const LARGEST_SHARE: f32 = 0.4;
-/// Expected number of chance encounters up to which one encounter settles the sense.
-const BY_CHANCE: f32 = 0.03;
-/// The sense is known from so many encounters on, and so many are counted at most.
-const SURE: i8 = 2;
-const MOST_SURE: i8 = 4;
-
 /// What is remembered from image to image.
 #[derive(Debug, Default)]
 pub(super) struct Turning {
-    marks: Vec<Mark, MAX_MARKS>,
-    /// Middles of its streaks, px.
+    memory: Memory,
+    /// Middles of the image's streaks, px.
     middles_px: Vec<[f32; 2], MAX_STREAKS>,
-    /// Instant of both.
+    /// Instant of the image.
     taken: LocalTime,
-    /// Rate by the streaks of that image, of the sense that is believed more.
-    streaks: Option<Rate>,
-    /// Encounters that spoke for this sense less those against.
-    sense: i8,
-    /// Mean rate up to that image from the one before, if that was a second before.
-    mean: Option<(Vector3<f32>, Matrix3<f32>)>,
-    /// The rate that was told, where its sense was known, and its covariance, rad/s.
-    told: Option<(Vector3<f32>, Matrix3<f32>)>,
-    /// What to do with the next image.
+    /// What to do with the next one.
     next: Next,
 }
 
@@ -127,7 +101,8 @@ impl Turning {
     /// Seconds since the marks were taken, where they can be compared with an image of the instant `now`.
     fn elapsed_s(&self, now: LocalTime) -> Option<f32> {
         let elapsed_s = seconds(now.us_since(self.taken));
-        (!self.marks.is_empty() && (BETWEEN_S.0..=BETWEEN_S.1).contains(&elapsed_s)).then_some(elapsed_s)
+        (!self.memory.marks.is_empty() && (BETWEEN_S.0..=BETWEEN_S.1).contains(&elapsed_s))
+            .then_some(elapsed_s)
     }
 }
 
@@ -203,6 +178,11 @@ impl Sensor<'_> {
         Ok(())
     }
 
+    /// What the room of the rate needs to know of the camera.
+    fn rate_field(&self) -> Field {
+        Field { rad_per_px: self.camera.rad_per_px(), area_px: self.camera.area_px() }
+    }
+
     /// The rate from the streaks of this second's image and what is remembered of the last.
     #[inline(never)]
     fn turn_by(&mut self, streaks: &[Streak], exposure_us: u32, report: &mut Report) {
@@ -221,110 +201,11 @@ impl Sensor<'_> {
                 let _ = marks.push(mark);
             }
         }
-        let rate = rate::solve(&arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
-        let elapsed_s = self.turning.elapsed_s(self.now);
-        let mut before = core::mem::take(&mut self.turning);
-        let (next, middles_px) = (before.next, core::mem::take(&mut before.middles_px));
-        self.turning = Turning { marks, middles_px, taken: self.now, next, ..Turning::default() };
-        let Some(rate) = rate else { return };
-        let agree = |index: usize| (rate.arcs >> index) & 1 == 1;
-        let agreeing = arcs.iter().enumerate().filter(|(index, _)| agree(*index));
-        let (whole, cut) = agreeing.fold(
-            (0, 0),
-            |(whole, cut), (_, arc)| {
-                if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) }
-            },
-        );
-
-        // The sense of the last image's rate, which cannot have turned over in a few seconds.
-        let last = before.streaks.as_ref().filter(|_| elapsed_s.is_some());
-        let turned = |rate: &Rate| rate::opposite(&arcs, rate);
-        let against = last.is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
-        let Some(mut rate) = (if against { turned(&rate) } else { Some(rate) }) else { return };
-        let elapsed_s = elapsed_s.unwrap_or(1.0);
-        let change = CHANGE * rate.rad_s.norm_squared();
-        let like = last.and_then(|last| is_like(&rate, last, change * elapsed_s));
-        let repeats = like == Some(true);
-        let mut sense = if last.is_some() { before.sense } else { 0 };
-        if last.is_some() && !repeats {
-            // One of the two is wrong; whatever was concluded from them is not kept.
-            sense = 0;
-        }
-        let images = (&before.marks[..], &self.turning.marks[..]);
-        let mut there = Vec::new();
-        let mut meet = |rate: &Rate, sign: f32| {
-            // Between two images the mean of both rates counts, and what a body may do beside it.
-            let (mean, covariance, off) = match last.filter(|_| repeats) {
-                Some(last) => {
-                    ((rate.rad_s + last.rad_s * sign) * 0.5, (rate.covariance + last.covariance) * 0.25, 0.1)
-                }
-                None => (rate.rad_s, rate.covariance, 0.5),
-            };
-            let off = off * change * elapsed_s;
-            let covariance = widened(covariance, off);
-            let chance = encounters(&mut there, images, (&mean, &covariance), elapsed_s, &self.camera);
-            (there.len(), chance)
-        };
-        let other = turned(&rate);
-        let (back, _) = other.as_ref().map_or((0, 0.0), |other| meet(other, -1.0));
-        let (_, chance) = meet(&rate, 1.0);
-        let gain = there.len() as i8 - back as i8;
-        // One encounter settles it where chance would hardly bring one about.
-        let weight = if chance < BY_CHANCE { SURE } else { 1 };
-        sense = (sense + weight * gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
-        let mut mean = None;
-        if sense < 0 {
-            let Some(other) = other else { return };
-            (rate, sense) = (other, -sense);
-        } else if gain > 0 {
-            mean = rate::solve(&there).filter(|mean| is_like(mean, &rate, change * elapsed_s) == Some(true));
-        }
-        let sure = sense >= SURE;
-        let off = 0.5 * change * elapsed_s;
-        let (mut best, mut source) = ((rate.rad_s, rate.covariance), RateSource::Streaks);
-        if let Some(mean) = mean.as_ref().filter(|_| sure) {
-            // The mean is that of half the time before: as it is, with what may have changed since, or carried on by the mean
-            // before it.
-            let mut now = (mean.rad_s, widened(mean.covariance, off));
-            if let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < 1.5) {
-                let wander = change * rate.rad_s.norm();
-                let carried = (
-                    mean.rad_s * 1.5 - last * 0.5,
-                    widened(mean.covariance * 2.25 + covariance * 0.25, wander),
-                );
-                if carried.1.trace() < now.1.trace() {
-                    now = carried;
-                }
-            }
-            if let Some(both) = joined(best, now) {
-                (best, source) = (both, RateSource::Both);
-            }
-        } else if sure
-            && gain > 0
-            && chance < BY_CHANCE
-            && let Some(both) = corrected(best, &there, off)
-        {
-            // Too few for a mean of their own.
-            (best, source) = (both, RateSource::Both);
-        }
-        if sure
-            && repeats
-            && let Some((told, covariance)) = before.told
-        {
-            // What was told of the last image, with what may have changed since.
-            best = joined(best, (told, widened(covariance, change * elapsed_s))).unwrap_or(best);
-        }
-        self.turning.sense = sense;
-        self.turning.told = sure.then_some(best);
-        let confirmed = mean.is_some() || repeats;
-        self.turning.mean = mean.map(|mean| (mean.rad_s, mean.covariance));
-        self.turning.streaks = Some(rate);
-        // A contradiction is none of the last image's if that one had less to say.
-        let contradicts = like == Some(false) && before.sense >= SURE;
-        // Among many lines of which most disagree, some agree by chance.
-        let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && 2 * (whole + cut) >= arcs.len();
-        if confirmed || alone && !contradicts {
-            report_rate(report, best, (source, !sure, whole as u32));
+        let (elapsed_s, field) = (self.turning.elapsed_s(self.now), self.rate_field());
+        self.turning.taken = self.now;
+        if let Some(found) = self.turning.memory.take_streaks(&arcs, marks, elapsed_s, field) {
+            let source = if found.from_both { RateSource::Both } else { RateSource::Streaks };
+            report_rate(report, found.estimate, (source, found.either_sense, found.whole));
         }
     }
 
@@ -343,9 +224,10 @@ impl Sensor<'_> {
         };
         let marks: Vec<Mark, MAX_MARKS> = self.workspace.measured.iter().take(MAX_MARKS).map(mark).collect();
         let elapsed_s = self.turning.elapsed_s(self.now);
-        let rate = elapsed_s.and_then(|elapsed_s| matched(&self.turning.marks, &marks, elapsed_s));
+        let rate = elapsed_s.and_then(|elapsed_s| matched(&self.turning.memory.marks, &marks, elapsed_s));
         let next = Next { seeks, ..Next::default() };
-        self.turning = Turning { marks, taken: self.now, next, ..Turning::default() };
+        self.turning =
+            Turning { memory: Memory::of_marks(marks), taken: self.now, next, ..Turning::default() };
         if let Some(rate) = rate {
             let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s.unwrap_or(1.0);
             report_rate(
@@ -361,7 +243,7 @@ impl Sensor<'_> {
 #[inline(never)]
 fn report_rate(
     report: &mut Report,
-    (rate, covariance): (Vector3<f32>, Matrix3<f32>),
+    (rate, covariance): Estimate,
     (source, either_sense, stars): (RateSource, bool, u32),
 ) {
     let sigma = covariance.diagonal().map(|variance| libm::sqrtf(variance.max(0.0)));

@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::earth::LimbPoint;
 use crate::earth::centre;
 use crate::earth::search::Points;
-use crate::image::Method;
+use crate::image::DetectionMethod;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, Measured};
@@ -18,11 +18,6 @@ pub const BASE_SIDE_CHAINS: usize = 1024;
 pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.
 pub const MAX_TRIANGLES: usize = 512;
-
-/// A window whose mean is above full scale over this shows the Earth, the Moon or stray light, and hardly a star.
-const WASHED: u32 = 4;
-/// Of its pixels one in so many tells.
-const WASHED_STEP: usize = 7;
 
 /// The identifier with the capacities above.
 type OnboardIdentifier = Identifier<BASE_SIDE_CHAINS, MAX_BASE_SIDES, MAX_TRIANGLES>;
@@ -144,20 +139,16 @@ impl Workspace {
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         windows: &[Window],
-        method: &Method,
+        method: &DetectionMethod,
     ) -> Result<usize, DetectorError> {
         self.detections.clear();
-        let washed = u32::from(detector.geometry().full_scale()) / WASHED;
-        let mut bright = 0;
+        let mut washed = 0;
         let buffer = &mut self.shared.readout()?.buffer;
         for window in windows {
-            scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
-            let pixels = buffer.get(..window.area()).unwrap_or(&[]);
-            let some = pixels.iter().step_by(WASHED_STEP);
-            let limit = washed * some.len() as u32;
-            bright += usize::from(some.fold(0u32, |sum, pixel| sum + u32::from(*pixel)) > limit);
+            let is_washed = scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
+            washed += usize::from(is_washed);
         }
         self.detections.settle();
-        Ok(bright)
+        Ok(washed)
     }
 }

@@ -1,7 +1,7 @@
 //! Polygons of measured and catalogue stars that agree in all their separations (thesis §3.1.3, steps 4 and
 //! 5).
 
-use crate::order::settle_last;
+use crate::order::insert_last;
 use heapless::Vec;
 
 /// Most stars of a polygon.
@@ -56,7 +56,7 @@ impl Candidates {
             self.kept.pop();
         }
         if self.kept.push(polygon).is_ok() {
-            settle_last(&mut self.kept, Polygon::better_than);
+            insert_last(&mut self.kept, Polygon::better_than);
         }
     }
 }

@@ -91,6 +91,7 @@ fn event() -> impl Strategy<Value = Event> {
         Event::OrbitStarted,
         Event::OrbitConverged,
         Event::FixRejected,
+        Event::FixRefused,
         Event::OrbitRestarted,
         Event::OrbitForgotten,
         Event::ClockJump,
@@ -160,7 +161,10 @@ prop_compose! {
         attitude in prop::option::of(attitude()),
         filtered in prop::option::of(attitude()),
         rates in (prop::option::of(prop::array::uniform3(real())), prop::option::of(rate())),
-        detections in any::<u16>(),
+        (detections, crowded) in any::<(u16, u16)>(),
+        rate_sensor_fault in prop::option::of(prop::sample::select(&[
+            RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite, RateSensorFault::Saturated,
+        ])),
         focal_ratio in real(),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
     ) -> Report {
@@ -170,7 +174,7 @@ prop_compose! {
         let (rate_rad_s, rate) = rates;
         let ((local_us, instant_us, clock, clock_fault), earth_status, earth, limb_px, orbit, events) = whereabouts;
         Report {
-            cycle, local_us, instant_us, clock, clock_fault, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
+            cycle, local_us, instant_us, clock, clock_fault, rate_sensor_fault, crowded, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, events, rate,
         }
     }
@@ -211,6 +215,8 @@ fn largest() -> Report {
         instant_us: Some(i64::MIN),
         clock: ClockState::Unknown,
         clock_fault: Some(ClockFault::CounterReset),
+        rate_sensor_fault: Some(RateSensorFault::Hardware),
+        crowded: u16::MAX,
         mode: Mode::Tracking,
         status: Status::DetectorFault(Fault::Hardware),
         attitude: Some(attitude),

@@ -16,7 +16,7 @@ use crate::world::stars::DetectorModel;
 use fsw_core::checksum::crc32;
 use fsw_core::image::calibration::{Calibration, VERSION};
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
-use fsw_core::image::{DetectionParameters, Method};
+use fsw_core::image::{DetectionMethod, DetectionParameters};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
 /// Electrons of the stars: bright, but no pixel near its full well.
@@ -157,7 +157,7 @@ pub fn find(
         inner_share_percent: 0,
         ..DetectionParameters::default()
     };
-    let method = Method { parameters: &parameters, calibration };
+    let method = DetectionMethod { parameters: &parameters, calibration };
     let (mut detections, mut buffer) = (Detections::new(), [0; TILE_PIXELS]);
     read_stars(&mut Drawn { bits, pixels }, window, &mut buffer, method, &mut detections).ok()?;
     let place = |x: i32| f64::from(x) / 65_536.0;

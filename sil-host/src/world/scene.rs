@@ -19,7 +19,7 @@ use super::bodies::{BodyLight, Exposing};
 use super::cells::Cells;
 use super::colour::{self, BANDS};
 use super::disturbances::Deposits;
-use super::earth::image::{Desk, EarthImage};
+use super::earth::image::{CellBuffer, EarthImage};
 use super::fixed_pattern::{Darks, FixedPattern};
 use super::journey::{Journey, Look};
 pub use super::journey::{SensorState, Truth};
@@ -92,7 +92,7 @@ pub struct Scene {
 #[derive(Debug, Clone)]
 struct Scratch {
     electrons: Vec<f64>,
-    desk: Desk,
+    cell_buffer: CellBuffer,
 }
 
 impl Scene {
@@ -276,9 +276,15 @@ impl Scene {
 
     /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
     /// before the vignetting.
-    fn add_light(&self, exposure: &Exposure, window: Window, light: &mut [f64], desk: &mut Desk) {
+    fn add_light(
+        &self,
+        exposure: &Exposure,
+        window: Window,
+        light: &mut [f64],
+        cell_buffer: &mut CellBuffer,
+    ) {
         for earth in &exposure.earths {
-            earth.add_to(window, light, desk);
+            earth.add_to(window, light, cell_buffer);
         }
         exposure.bodies.add_to(window, exposure.time_s, light);
         exposure.spots.add_to(window, light);
@@ -318,10 +324,10 @@ impl Scene {
 
     /// Draws the `numbers` of `window`; `scratch` is room for them.
     fn read_band(&self, exposure: &Exposure, window: Window, scratch: &mut Scratch, numbers: &mut [u16]) {
-        let Scratch { electrons, desk } = scratch;
+        let Scratch { electrons, cell_buffer } = scratch;
         electrons.clear();
         electrons.resize(numbers.len(), 0.0);
-        self.add_light(exposure, window, electrons, desk);
+        self.add_light(exposure, window, electrons, cell_buffer);
         self.add_charge(exposure, window, electrons);
         let SceneSettings { detector, camera, seed, .. } = &self.settings;
         let [photon, readout] =
@@ -392,7 +398,7 @@ impl Detector for Scene {
         let mut scratch = self
             .scratch
             .take()
-            .unwrap_or_else(|| Box::new(Scratch { electrons: Vec::new(), desk: Desk::EMPTY }));
+            .unwrap_or_else(|| Box::new(Scratch { electrons: Vec::new(), cell_buffer: CellBuffer::EMPTY }));
         // A band of the window is a window, and stays near the processor.
         let rows = (BAND_PX / usize::from(window.width)).max(1);
         let bands = pixels.chunks_mut(rows * usize::from(window.width));

@@ -7,7 +7,7 @@ use fsw_hal::Window;
 use sil_host::camera_file::CameraFile;
 use sil_host::picture::Picture;
 use sil_host::world::earth::EarthModel;
-use sil_host::world::earth::image::Desk;
+use sil_host::world::earth::image::CellBuffer;
 use sil_host::world::journey::{Journey, Look};
 use sil_host::world::optics::Optics;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
@@ -74,8 +74,8 @@ impl Disc {
         let image = journey.earth_image(&truth, &optics, &look);
         let (width, height) = (1280, 1024);
         let mut electrons = vec![0.0; usize::from(width) * usize::from(height)];
-        let mut desk = Desk::EMPTY;
-        image.add_to(Window { x: 0, y: 0, width, height }, &mut electrons, &mut desk);
+        let mut cell_buffer = CellBuffer::EMPTY;
+        image.add_to(Window { x: 0, y: 0, width, height }, &mut electrons, &mut cell_buffer);
         let path = optics.earth_path();
         Self::new(|east, north| {
             // Scan angles: about the north axis, then about the turned one.

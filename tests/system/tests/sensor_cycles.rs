@@ -550,6 +550,46 @@ fn an_orbit_is_propagated_over_a_gap_of_two_hours_and_forgotten_after_a_longer_o
 }
 
 #[test]
+fn the_sun_in_a_path_is_told_when_it_blinds_and_another_light_is_not_called_the_sun() {
+    // It enters the star path after 12 minutes.
+    let mut world = World::clip("sun-crossing");
+    world.second = 690;
+    world.instant_us += 690_000_000;
+    let reports = quietly(&mut world, 60);
+    let blinded = reports.iter().position(|report| report.status == Status::Blinded).expect("an outage");
+    assert!(blinded > 5 && reports[blinded - 1].mode == Mode::Tracking);
+    for (second, report) in reports.iter().enumerate() {
+        assert_eq!(has(report, Event::SunInPath), second == blinded, "{second}");
+    }
+    let mut world = World::clip("geo-eclipse");
+    let before = |second: u32, world: &mut World| {
+        if second >= 12 {
+            (world.only, world.elsewhere) = (vec![[-1e6; 2]], world.geometry().full_scale());
+        }
+        Command::Continue
+    };
+    let reports = fly(&mut world, 15, before, |_, _| {});
+    assert_eq!((reports[12].mode, reports[12].status), (Mode::Tracking, Status::Blinded));
+    assert!(reports.iter().all(|report| !has(report, Event::SunInPath)));
+}
+
+/// Modes that were commanded, and in which seconds.
+fn commanded(reports: &[Report]) -> Vec<(usize, Mode)> {
+    let modes = |report: &Report| {
+        let commanded = report.events.iter().filter_map(|event| match event {
+            Event::Mode(mode, Guard::Commanded) => Some(*mode),
+            _ => None,
+        });
+        commanded.collect::<Vec<_>>()
+    };
+    let told = reports
+        .iter()
+        .enumerate()
+        .flat_map(|(second, report)| modes(report).into_iter().map(move |mode| (second, mode)));
+    told.collect()
+}
+
+#[test]
 fn a_command_to_reacquire_forgets_the_attitude_and_keeps_the_orbit() {
     let before =
         |second: u32, _: &mut World| if second == 12 { Command::Reacquire } else { Command::Continue };
@@ -559,6 +599,7 @@ fn a_command_to_reacquire_forgets_the_attitude_and_keeps_the_orbit() {
     // The scan leaves little of its second to identification, which may need the next one too.
     assert!(reports[12..14].iter().any(|report| report.status == Status::Identified));
     assert!(reports[12].rate_rad_s.is_none(), "the rate belongs to the attitude");
+    assert_eq!(commanded(&reports), [(12, Mode::Acquisition)]);
     assert!(reports[12].orbit.is_some());
     assert_eq!(reports[17].mode, Mode::Tracking);
     assert!(reports[12..].iter().all(|report| !has(report, Event::OrbitStarted)));
@@ -570,6 +611,7 @@ fn a_command_to_restart_forgets_attitude_and_orbit_and_begins_with_the_self_test
     let reports = fly(&mut World::clip("geo-eclipse"), 24, before, |_, _| {});
     assert!(reports[11].orbit.is_some());
     assert_eq!((reports[12].mode, reports[12].status), (Mode::SelfTest, Status::SelfTestPassed));
+    assert_eq!(commanded(&reports), [(12, Mode::SelfTest)]);
     assert!(reports[12].attitude.is_none() && reports[12].orbit.is_none());
     assert_eq!(reports[13].mode, Mode::Acquisition);
     assert!(reports[13..15].iter().any(|report| report.status == Status::Identified));
@@ -589,6 +631,7 @@ fn a_command_to_safe_mode_forgets_the_attitude_propagates_the_orbit_and_comes_ba
         assert_eq!(orbit.since_fix_s, second as u32 - 11);
     }
     assert!(has(&reports[16], Event::Mode(Mode::SelfTest, Guard::PauseOver)));
+    assert_eq!(commanded(&reports), [(12, Mode::Safe)]);
     assert_eq!(
         modes(&reports[17..21]),
         [Mode::SelfTest, Mode::Acquisition, Mode::Acquisition, Mode::Tracking]

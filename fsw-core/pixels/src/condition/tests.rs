@@ -103,7 +103,8 @@ fn clouds_do_not_make_the_sky_beside_them_noisy() {
             *condition(&mut pixels, 120, 12).unwrap().noise()
         };
         let (clear, beside) = (noise_of(&sky), noise_of(&sky.clone().add(cloud)));
-        // The rim's neighbours may feel it; a cell's own noise is known to a quarter, and a chance hill doubles it.
+        // The rim's neighbours may feel it; a cell's own noise is known to a quarter, and a chance hill
+        // doubles it.
         let first = clouded.div_ceil(BLOCK) + 1;
         for (clear, beside) in clear.iter().zip(&beside) {
             for block in first..BLOCKS {

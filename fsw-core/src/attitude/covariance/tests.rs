@@ -15,7 +15,8 @@ fn direction<F>(vector: &V3<f64>) -> Direction<F> {
     Direction::new(vector.map(|x| x as f32)).unwrap()
 }
 
-/// Stars in the reference field with sigmas of 10 to 60 arcsec, measured with exactly such errors, and the truth.
+/// Stars in the reference field with sigmas of 10 to 60 arcsec, measured with exactly such errors, and the
+/// truth.
 fn noisy_field(generator: &mut Generator) -> (Vec<VectorPair>, M3<f64>) {
     let attitude = generator.rotation();
     let count = 3 + generator.bits() % 8;

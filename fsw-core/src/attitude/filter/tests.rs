@@ -126,7 +126,7 @@ fn the_attitude_is_carried_for_twenty_minutes_within_its_sigma() {
         }
         for _ in 0..1200 {
             truth.turn(&rate);
-            filter.carry(truth.now(), None);
+            filter.propagate(truth.now(), None);
         }
         errors.push(truth.errors(&filter).0);
     }
@@ -215,13 +215,13 @@ fn a_rate_sensor_bears_a_slew_in_the_dark_and_its_bias_is_found() {
             let rate = if second < 200 { Vector3::zeros() } else { axis * (0.5 * DEG) };
             truth.turn(&rate);
             let white = vector(&mut truth.generator) * noise.white_rad;
-            filter.carry(truth.now(), Some(rate + bias + white));
+            filter.propagate(truth.now(), Some(rate + bias + white));
             if second < 200 {
                 let image = truth.image();
                 filter.observe(image, SIGMA, truth.now());
                 alone.observe(image, SIGMA, truth.now());
             } else {
-                alone.carry(truth.now(), None);
+                alone.propagate(truth.now(), None);
             }
             if second == 199 {
                 let error = filter.state(RATE) + bias;

@@ -1,4 +1,5 @@
-//! Artificial calibrations for the tests, written from the layout's description: Gaussian stars, any corrections.
+//! Artificial calibrations for the tests, written from the layout's description: Gaussian stars, any
+//! corrections.
 
 use super::{POINTS_PER_PX, PROFILE_REACH_PX, RADIAL_POINTS, TANGENTIAL_POINTS};
 use crate::checksum::crc32;
@@ -39,8 +40,9 @@ pub struct Tables {
     pub first_px: Option<[i16; 2]>,
 }
 
-/// A calibration for a detector of 1280 x 1024 px with one Gaussian profile; `correction` gives the entries of a table (column,
-/// row) at a phase (column, row). Without a first table's place the tables are those of one quadrant.
+/// A calibration for a detector of 1280 x 1024 px with one Gaussian profile; `correction` gives the entries
+/// of a table (column, row) at a phase (column, row). Without a first table's place the tables are those of
+/// one quadrant.
 pub fn bytes(sigma_px: f64, tables: Tables, correction: impl Fn([u16; 2], [usize; 2]) -> [i8; 2]) -> Vec<u8> {
     let mut bytes = b"SXCC\x01\x00\x40\x00".to_vec();
     bytes.extend([0; 8]);
@@ -61,7 +63,8 @@ pub fn bytes(sigma_px: f64, tables: Tables, correction: impl Fn([u16; 2], [usize
     bytes.extend(COLOUR_PX.to_le_bytes());
     for v in 0..TANGENTIAL_POINTS {
         for u in 0..RADIAL_POINTS {
-            // A spline through values: less an eighth of their second differences, to the fourth order of the step.
+            // A spline through values: less an eighth of their second differences, to the fourth order of the
+            // step.
             let at = |du: f64, dv: f64| {
                 let per_px = POINTS_PER_PX as f64;
                 light(sigma_px, (u as f64 + du) / per_px - PROFILE_REACH_PX as f64, (v as f64 + dv) / per_px)

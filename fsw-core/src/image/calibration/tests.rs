@@ -20,7 +20,8 @@ const QUADRANT: Tables = Tables { columns: 14, rows: 12, step_px: 50, first_px: 
 
 #[test]
 fn the_worked_example_of_table_3_6_comes_out() {
-    // The four tables about the example's star, at every phase, px / 1000 each; the thesis gives what is between them.
+    // The four tables about the example's star, at every phase, px / 1000 each; the thesis gives what is
+    // between them.
     let bytes = sample::bytes(1.0, QUADRANT, |[column, row], _| {
         let [dx, dy]: [f32; 2] = match (column, row) {
             (7, 4) => [45.0, -29.0],

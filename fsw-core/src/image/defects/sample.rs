@@ -9,7 +9,8 @@ pub fn seal(bytes: &mut [u8]) {
     bytes[8..12].copy_from_slice(&crc.to_le_bytes());
 }
 
-/// A table of bad pixels (column, row) in any order, and of columns' offsets, which are written as they are given.
+/// A table of bad pixels (column, row) in any order, and of columns' offsets, which are written as they are
+/// given.
 pub fn bytes([width, height]: [u16; 2], bad: &[[u16; 2]], offsets: &[(u16, i16)]) -> Vec<u8> {
     let mut bad: Vec<[u16; 2]> = bad.iter().map(|[x, y]| [*y, *x]).collect();
     bad.sort();

@@ -4,7 +4,7 @@ use super::*;
 use crate::image::calibration::sample;
 use crate::image::scan::{Detections, TILE_PIXELS, read_stars};
 use crate::image::test_sky::{Chance, Sky};
-use crate::image::{DetectionParameters, FULL_SCALE, Method};
+use crate::image::{DetectionMethod, DetectionParameters, FULL_SCALE};
 use fsw_hal::Window;
 
 const SIGMA_PX: f64 = 1.0;
@@ -16,7 +16,7 @@ fn found(sky: &Sky, calibration: Option<&Calibration>) -> Option<([f64; 2], f64)
     let parameters = DetectionParameters::default();
     let window = Window { x: 0, y: 0, width: SIDE_PX as u16, height: SIDE_PX as u16 };
     let mut detections = Detections::new();
-    let method = Method { parameters: &parameters, calibration };
+    let method = DetectionMethod { parameters: &parameters, calibration };
     read_stars(&mut sky.expose(BITS), window, &mut [0; TILE_PIXELS], method, &mut detections).unwrap();
     let spot = detections.spots().first()?;
     Some((spot.centre_px().map(f64::from), f64::from(spot.sigma_px())))
@@ -39,8 +39,8 @@ fn without_noise_a_star_is_found_at_every_phase() {
     }
 }
 
-/// Noise of background and photons: mean square error an axis by either method, px², and mean of (error / sigma)² with the
-/// profile.
+/// Noise of background and photons: mean square error an axis by either method, px², and mean of (error /
+/// sigma)² with the profile.
 fn errors(flux: f64, noise: f64) -> (f64, f64, f64) {
     let bytes = sample::gaussian(SIGMA_PX);
     let calibration = Calibration::open(&bytes).unwrap();
@@ -90,8 +90,8 @@ fn bound(flux: f64, noise: f64) -> f64 {
 
 #[test]
 fn scatter_is_near_the_cramer_rao_bound_and_the_sigma_honest() {
-    // From a star that drowns nearly in the background to one of photon noise alone. 3000 errors: the mean of their squares
-    // is known to 2.6 %, one sigma.
+    // From a star that drowns nearly in the background to one of photon noise alone. 3000 errors: the mean of
+    // their squares is known to 2.6 %, one sigma.
     for (flux, noise, most) in
         [(700.0, 12.0, 1.30), (1200.0, 12.0, 1.15), (10_000.0, 12.0, 1.12), (40_000.0, 12.0, 1.15)]
     {

@@ -19,7 +19,8 @@ fn everywhere(threshold: i32) -> Cells<i32> {
     [[threshold; BLOCKS]; BANDS]
 }
 
-/// Whether (x, y) is a peak of more than a pixel, by definition; sums outside the core count less the tolerance.
+/// Whether (x, y) is a peak of more than a pixel, by definition; sums outside the core count less the
+/// tolerance.
 fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: i32) -> bool {
     let inside = |x: usize, y: usize| {
         (usize::from(core.x)..usize::from(core.x + core.width)).contains(&x)

@@ -59,7 +59,8 @@ fn a_cloudy_disc_its_limb_and_its_terminator_show_hardly_a_star_and_misplace_non
     }
     std::println!("{seen} of {drawn} stars, {false_stars} false, {beyond} centres beyond 4 sigma");
     assert!(false_stars <= 4, "one in two frames");
-    // The rest stands in tiles that the limb crosses: the lit part's texture raises the threshold of the whole tile.
+    // The rest stands in tiles that the limb crosses: the lit part's texture raises the threshold of the
+    // whole tile.
     assert!(seen * 100 >= drawn * 88 && beyond == 0);
 }
 

@@ -1,16 +1,17 @@
 //! Measures the streak to which a piece of a line belongs.
 //!
-//! In: a detector whose image is exposed, a [`Piece`]. Out: the [`Streak`], its ends to a fraction of a pixel, or nothing
-//! where the light is none of a streak.
+//! In: a detector whose image is exposed, a [`Piece`]. Out: the [`Streak`], its ends to a fraction of a
+//! pixel, or nothing where the light is none of a streak.
 //!
-//! The light along the piece's line (`profile`) shows the streak's part and sets the line right. Where the part
-//! reaches the end of what was sampled, twice as much is. Last, ends, light and blur are fitted together: the profile is a
-//! box with smooth edges, and the best one maximises `(Σ l m)² / Σ m²` over its shape `m`.
+//! The light along the piece's line (`profile`) shows the streak's part and sets the line right. Where the
+//! part reaches the end of what was sampled, twice as much is. Last, ends, light and blur are fitted
+//! together: the profile is a box with smooth edges, and the best one maximises `(Σ l m)² / Σ m²` over its
+//! shape `m`.
 //!
 //! Errors, `q` being the noise of a pixel's length over its light: an end is known along the streak to
-//! `sqrt((EDGE_PX2 q² + FLOOR_PX2) (1 + SHORT_PX2 / L²) + WALK_PX2 q⁴)`, L being its length. The first term is the Cramer-Rao
-//! bound of an edge with a blur of 1.1 px, the last that of a faint one, which noise alone displaces (Yao, Ann. Statist. 15,
-//! 1987).
+//! `sqrt((EDGE_PX2 q² + FLOOR_PX2) (1 + SHORT_PX2 / L²) + WALK_PX2 q⁴)`, L being its length. The first term
+//! is the Cramer-Rao bound of an edge with a blur of 1.1 px, the last that of a faint one, which noise alone
+//! displaces (Yao, Ann. Statist. 15, 1987).
 
 use super::profile::{DRIFT_NOISE, Line, Part, Profile, sample};
 use super::{Piece, Streak, scaled};
@@ -122,8 +123,8 @@ fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
     (shape, best.1)
 }
 
-/// Measures the streak of a piece; `None` where there is none, or where `columns`, those that may still be sampled (2,300
-/// cycles of the Cortex-M4 model each), do not suffice.
+/// Measures the streak of a piece; `None` where there is none, or where `columns`, those that may still be
+/// sampled (2,300 cycles of the Cortex-M4 model each), do not suffice.
 ///
 /// # Errors
 /// Of the detector, at the first window that fails.
@@ -203,8 +204,8 @@ fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<
     })
 }
 
-/// The piece about a place whose direction is not known: the light within 10 px that rises from the noise, its principal
-/// axis (thesis eq. 3.21 to 3.26).
+/// The piece about a place whose direction is not known: the light within 10 px that rises from the noise,
+/// its principal axis (thesis eq. 3.21 to 3.26).
 ///
 /// # Errors
 /// Of the detector.

@@ -1,10 +1,12 @@
 //! The light of an image along a line.
 //!
-//! In: a detector whose image is exposed, a line. Out: its [`Profile`], and the part of it that is a streak's.
+//! In: a detector whose image is exposed, a line. Out: its [`Profile`], and the part of it that is a
+//! streak's.
 //!
-//! The image is sampled along the line, pixel by pixel, and up to `REACH` px across it; the sides are the background.
-//! The light within `HALF_WIDTH` px of the line is its profile, of which the streak is the part whose light stands best
-//! above half its own mean (the likeliest box in white noise); the drift of the light across the line corrects the line.
+//! The image is sampled along the line, pixel by pixel, and up to `REACH` px across it; the sides are the
+//! background. The light within `HALF_WIDTH` px of the line is its profile, of which the streak is the part
+//! whose light stands best above half its own mean (the likeliest box in white noise); the drift of the light
+//! across the line corrects the line.
 
 use super::scaled;
 use crate::image::scan::TILE_PIXELS;
@@ -147,8 +149,8 @@ fn window_of(line: &Line, first: f32, geometry: &DetectorGeometry) -> Option<Win
     Some(Window { x, y, width, height })
 }
 
-/// The level of some values: the mean of those within three sigmas of the median of some, so that stars beside the line do
-/// not lift it.
+/// The level of some values: the mean of those within three sigmas of the median of some, so that stars
+/// beside the line do not lift it.
 #[inline(never)]
 fn level_of(values: &[f32], sigma: f32) -> f32 {
     let mut some = [0.0; 9];
@@ -307,7 +309,8 @@ impl Profile<'_> {
         Some(part)
     }
 
-    /// By how much the light lies across the line at its origin, column `half`, px, and how this changes along it.
+    /// By how much the light lies across the line at its origin, column `half`, px, and how this changes
+    /// along it.
     pub(super) fn drift(&self, part: &Part, half: usize) -> (f32, f32) {
         let most = self.most(part.light);
         let middle = 0.5 * (part.start + part.end - 1) as f32;

@@ -1,20 +1,22 @@
 //! Finds pieces of lines in the whole image: a fast discrete Radon transform of binned blocks.
 //!
-//! In: a detector whose image is exposed, and the readout buffer. Out: the strongest [`MAX_PIECES`] pieces, the strongest
-//! first, at most one a block of [`BLOCK_PX`] px.
+//! In: a detector whose image is exposed, and the readout buffer. Out: the strongest [`MAX_PIECES`] pieces,
+//! the strongest first, at most one a block of [`BLOCK_PX`] px.
 //!
-//! A block becomes 16 x 16 sums of 4 x 4 px, each in units of the block's own noise above its own median, cut at
-//! `CLIP`, 3 sigmas: a hot pixel or a hit lifts a line by a sigma, no more. The scatter of what remains is the unit. Brady's
-//! recursion (A fast discrete approximation algorithm for the Radon transform, SIAM J. Comput. 27, 1998) then sums all lines
-//! of 64 directions, and those of half a block's width: lines of 2^k columns that rise by t are two of half the length that
-//! rise by t / 2. Lines that rise and lines that fall are summed at once, in the halves of a word. A line counts if it rises
-//! `THRESHOLD_SIGMAS` above the noise, and the parallel lines 20 px to either side do not: a limb is an edge, not a line.
-//! Blocks that are bright or noisy in many places are left.
+//! A block becomes 16 x 16 sums of 4 x 4 px, each in units of the block's own noise above its own median, cut
+//! at `CLIP`, 3 sigmas: a hot pixel or a hit lifts a line by a sigma, no more. The scatter of what remains is
+//! the unit. Brady's recursion (A fast discrete approximation algorithm for the Radon transform, SIAM J.
+//! Comput. 27, 1998) then sums all lines of 64 directions, and those of half a block's width: lines of 2^k
+//! columns that rise by t are two of half the length that rise by t / 2. Lines that rise and lines that fall
+//! are summed at once, in the halves of a word. A line counts if it rises `THRESHOLD_SIGMAS` above the noise,
+//! and the parallel lines 20 px to either side do not: a limb is an edge, not a line. Blocks that are bright
+//! or noisy in many places are left.
 //!
-//! What is seen: 4.5 sigma of 64 px with 0.6 of the light in the line of bins, 870 electrons at V = 3 and 1 deg/s shared
-//! out with the rate: V = 5.6 at 1 deg/s (if the streak were that long; one of 21 px reaches 4.4), 4.5 at 4, 3.5 at
-//! 10 and 3.1 at 15 deg/s in every block, and half a magnitude fainter in one of the several blocks of a long streak. A
-//! matched filter of the whole streak would reach V = 4.3 at 15 deg/s, the sums of 3 x 3 px of a star scan reach 1.8.
+//! What is seen: 4.5 sigma of 64 px with 0.6 of the light in the line of bins, 870 electrons at V = 3 and 1
+//! deg/s shared out with the rate: V = 5.6 at 1 deg/s (if the streak were that long; one of 21 px reaches
+//! 4.4), 4.5 at 4, 3.5 at 10 and 3.1 at 15 deg/s in every block, and half a magnitude fainter in one of the
+//! several blocks of a long streak. A matched filter of the whole streak would reach V = 4.3 at 15 deg/s, the
+//! sums of 3 x 3 px of a star scan reach 1.8.
 
 use super::{Piece, scaled};
 use crate::image::scan::TILE_PIXELS;
@@ -40,9 +42,9 @@ fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
     (at(2), (at(3) - at(1)) * 3 / 4)
 }
 
-/// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in the blocks so
-/// far, sixteenths, 0 before the first: the spread of a few bins may come out too small by chance, and then everything seems
-/// to rise.
+/// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in
+/// the blocks so far, sixteenths, 0 before the first: the spread of a few bins may come out too small by
+/// chance, and then everything seems to rise.
 #[inline(never)]
 fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     let sums = bin_sums(pixels);
@@ -86,7 +88,7 @@ fn keep(pieces: &mut Pieces, piece: Piece) {
         let _ = pieces.pop();
     }
     if pieces.push(piece).is_ok() {
-        crate::order::settle_last(pieces, |a, b| a.strength > b.strength);
+        crate::order::insert_last(pieces, |a, b| a.strength > b.strength);
     }
 }
 

@@ -27,7 +27,7 @@ fn a_correction_by_the_bent_difference_arrives() {
         let bent = Bent::between(&first, &other).unwrap();
         let (position, _, _) = moved(&first, &velocity, &bent.difference_km, &Vector3::zeros());
         assert!(close(&position, &other, 1e-6), "{position} {other}");
-        let direction = bent.turn * first * bent.scale;
+        let direction = bent.rotation * first * bent.scale;
         assert!(close(&direction, &other, 1e-7));
     }
 }

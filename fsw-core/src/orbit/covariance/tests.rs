@@ -1,47 +1,30 @@
 //! Against the same algebra with full matrices of all thirteen states.
 
 use super::*;
+use crate::matrix::inverse;
 use crate::oracle::Generator;
-use crate::orbit::dynamics::Dynamics;
+use crate::orbit::dynamics::{Dynamics, transition};
 use crate::orbit::reference::circular;
-use nalgebra::SMatrix;
+use nalgebra::Matrix6;
 
 type Full = SMatrix<f64, 13, 13>;
 
-/// A random covariance: the product of a random matrix with itself, its axes stretched by up to `spread` to either side.
+/// A random covariance: the product of a random matrix with itself, its axes stretched by up to `spread` to
+/// either side.
 fn random(generator: &mut Generator, spread: f64) -> Matrix3<f64> {
     let scale = |generator: &mut Generator| spread.powf(generator.between(-1.0, 1.0));
     let turn = generator.rotation();
     let axes = Vector3::new(scale(generator), scale(generator), scale(generator));
-    symmetric(&(turn * Matrix3::from_diagonal(&axes) * turn.transpose()))
+    let product = turn * Matrix3::from_diagonal(&axes) * turn.transpose();
+    (product + product.transpose()) * 0.5
 }
 
 fn full(p: &Covariance) -> Full {
-    let mut m = Full::zeros();
-    let mut put = |row: usize, column: usize, block: &Matrix3<f64>| {
-        m.fixed_view_mut::<3, 3>(row, column).copy_from(block);
-        m.fixed_view_mut::<3, 3>(column, row).copy_from(&block.transpose());
-    };
-    put(0, 0, &p.rr);
-    put(0, 3, &p.rv);
-    put(3, 3, &p.vv);
-    put(0, 7, &p.rm);
-    put(3, 7, &p.vm);
-    put(7, 7, &(Matrix3::identity() * p.mm));
-    put(0, 10, &p.rb);
-    put(3, 10, &p.vb);
-    put(10, 10, &p.bb);
-    for axis in 0..3 {
-        for (row, vector) in [(0, &p.rh), (3, &p.vh), (7, &p.hm), (10, &p.hb)] {
-            m[(row + axis, 6)] = vector[axis];
-            m[(6, row + axis)] = vector[axis];
-        }
-    }
-    m[(6, 6)] = p.hh;
-    m
+    Full::from_fn(|row, column| p.at(row, column))
 }
 
-/// A covariance in which everything hangs together, as the filter's does after some fixes: misalignment and bias apart.
+/// A covariance in which everything hangs together, as the filter's does after some fixes: misalignment and
+/// bias apart.
 fn entangled(generator: &mut Generator) -> Covariance {
     let root = |generator: &mut Generator| Matrix3::from_fn(|_, _| generator.gaussian());
     let shared = [root(generator), root(generator)];
@@ -59,22 +42,26 @@ fn entangled(generator: &mut Generator) -> Covariance {
             + bias[i] * b * bias[j].transpose()
     };
     let with_height = |i: usize| slow[i] + tilt[i] * height_tilt * m + bias[i] * b * height_bias;
-    Covariance {
-        rr: symmetric(&block(0, 0)),
-        rv: block(0, 1),
-        vv: symmetric(&block(1, 1)),
-        rh: with_height(0),
-        vh: with_height(1),
-        hh: 1.0 + height_tilt.dot(&height_tilt) * m + height_bias.dot(&(b * height_bias)),
-        rm: tilt[0] * m,
-        vm: tilt[1] * m,
-        hm: height_tilt * m,
-        mm: m,
-        rb: bias[0] * b,
-        vb: bias[1] * b,
-        hb: b * height_bias,
-        bb: b,
+    let mut p = Covariance::ZERO;
+    p.set_block(POSITION, POSITION, &block(0, 0));
+    p.set_block(POSITION, VELOCITY, &block(0, 1));
+    p.set_block(VELOCITY, VELOCITY, &block(1, 1));
+    p.set_block(MISALIGNMENT, MISALIGNMENT, &(Matrix3::identity() * m));
+    p.set_block(BIAS, BIAS, &b);
+    let height_variance = 1.0 + height_tilt.dot(&height_tilt) * m + height_bias.dot(&(b * height_bias));
+    p.set(LIMB_HEIGHT, LIMB_HEIGHT, height_variance);
+    for (i, first) in [POSITION, VELOCITY].into_iter().enumerate() {
+        p.set_block(first, MISALIGNMENT, &(tilt[i] * m));
+        p.set_block(first, BIAS, &(bias[i] * b));
+        let height = with_height(i);
+        (0..3).for_each(|axis| p.set(first + axis, LIMB_HEIGHT, height[axis]));
     }
+    let (tilted, biased) = (height_tilt * m, b * height_bias);
+    for axis in 0..3 {
+        p.set(LIMB_HEIGHT, MISALIGNMENT + axis, tilted[axis]);
+        p.set(LIMB_HEIGHT, BIAS + axis, biased[axis]);
+    }
+    p
 }
 
 fn assert_alike(found: &Full, expected: &Full, tolerance: f64) {
@@ -111,21 +98,12 @@ fn a_correction_is_schmidts_with_full_matrices() {
     let mut generator = Generator::new(13);
     for _ in 0..100 {
         let p = entangled(&mut generator);
-        let sensitivity = Sensitivity {
-            position: symmetric(&random(&mut generator, 2.0)),
-            limb_height: generator.gaussian_vector(),
-            misalignment: Matrix3::from_fn(|_, _| generator.gaussian()),
-            bias: random(&mut generator, 2.0),
-        };
+        let mut h = Sensitivity::from_fn(|_, _| generator.gaussian());
+        h.fixed_view_mut::<3, 3>(0, VELOCITY).fill(0.0);
         let (noise, innovation) = (random(&mut generator, 4.0), generator.gaussian_vector());
         let mut corrected = p;
-        let found = corrected.correct(&sensitivity, &noise, &innovation).unwrap();
+        let found = corrected.correct(&h, &noise, &innovation).unwrap();
 
-        let mut h = SMatrix::<f64, 3, 13>::zeros();
-        h.fixed_view_mut::<3, 3>(0, 0).copy_from(&sensitivity.position);
-        h.fixed_view_mut::<3, 1>(0, 6).copy_from(&sensitivity.limb_height);
-        h.fixed_view_mut::<3, 3>(0, 7).copy_from(&sensitivity.misalignment);
-        h.fixed_view_mut::<3, 3>(0, 10).copy_from(&sensitivity.bias);
         let before = full(&p);
         assert!(before.cholesky().is_some(), "the test's own covariance");
         let s = h * before * h.transpose() + noise;
@@ -152,15 +130,12 @@ fn propagation_is_that_of_full_matrices() {
     let start = circular(7_000.0, 51.0);
     let dt = 60.0;
     let end = Dynamics::Full.propagate(&start, 60_000_000).unwrap();
-    let transition = Transition::between(&start, &end);
+    let motion = transition(&start, &end);
     let noise = ProcessNoise { acceleration: 1e-3, height_kept: 0.9, height_renewed: 0.2, bias_kept: 0.7 };
     for _ in 0..100 {
         let p = entangled(&mut generator);
         let mut phi = Full::identity();
-        phi.fixed_view_mut::<3, 3>(0, 0).copy_from(&transition.rr);
-        phi.fixed_view_mut::<3, 3>(0, 3).copy_from(&transition.rv);
-        phi.fixed_view_mut::<3, 3>(3, 0).copy_from(&transition.vr);
-        phi.fixed_view_mut::<3, 3>(3, 3).copy_from(&transition.vv);
+        phi.fixed_view_mut::<6, 6>(0, 0).copy_from(&Matrix6::from_fn(|row, column| motion[row][column]));
         phi[(6, 6)] = 0.9;
         let mut q = Full::zeros();
         q[(6, 6)] = 0.2;
@@ -172,6 +147,29 @@ fn propagation_is_that_of_full_matrices() {
             q[(3 + axis, 3 + axis)] = 1e-3 * dt;
         }
         let expected = phi * full(&p) * phi.transpose() + q;
-        assert_alike(&full(&p.propagated(&transition, &noise, dt)), &expected, 1e-11);
+        let mut propagated = p;
+        propagated.propagate(&motion, &noise, dt);
+        assert_alike(&full(&propagated), &expected, 1e-11);
     }
+}
+
+#[test]
+fn a_rotation_and_an_inflation_touch_position_and_velocity_alone() {
+    let mut generator = Generator::new(15);
+    let p = entangled(&mut generator);
+    let turn = generator.rotation();
+    let mut both = Full::identity();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
+    both.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+    let mut rotated = p;
+    rotated.rotate(&turn);
+    assert_alike(&full(&rotated), &(both * full(&p) * both.transpose()), 1e-14);
+    let mut inflated = p;
+    inflated.inflate_motion(16.0);
+    let expected = Full::from_fn(|row, column| match (row.min(column), row / 3 == column / 3) {
+        (0..6, true) => 16.0 * p.at(row, column),
+        (0..6, false) => 0.0,
+        _ => p.at(row, column),
+    });
+    assert_eq!(full(&inflated), expected);
 }

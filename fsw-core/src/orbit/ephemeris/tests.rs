@@ -2,8 +2,8 @@ use super::*;
 use crate::oracle::wide;
 use crate::orbit::reference::time_us;
 
-/// Time (TT, us); Sun (km), Moon (km), barycentric velocity of the Earth (km/s) by ERFA's `epv00` and `moon98`; pole of date
-/// with nutation (X, Y) by `xys06a`.
+/// Time (TT, us); Sun (km), Moon (km), barycentric velocity of the Earth (km/s) by ERFA's `epv00` and
+/// `moon98`; pole of date with nutation (X, Y) by `xys06a`.
 type Row = (i64, [f64; 3], [f64; 3], [f64; 3], [f64; 2]);
 const ERFA: [Row; 5] = [
     (
@@ -70,7 +70,7 @@ fn the_seasons_begin_on_time() {
     ] {
         let time = time_us(days + hours / 24.0 - 0.5, 67.0);
         let sun = Bodies::at(time).sun_km;
-        let Angle { cosine, sine } = OBLIQUITY;
+        let (sine, cosine) = (84_381.406 * RAD_PER_ARCSEC).sin_cos();
         let of_j2000 = (cosine * sun.y + sine * sun.z).atan2(sun.x).to_degrees();
         // General precession 50.29 arcsec a year, aberration 20.5 arcsec.
         let apparent = of_j2000 + (5_029.0 * centuries(time) - 20.5) / 3600.0;
@@ -79,8 +79,8 @@ fn the_seasons_begin_on_time() {
     }
 }
 
-/// Greatest eclipse (TT): the axis of the shadow misses the Earth's centre by `gamma` radii, so the directions to Sun and Moon
-/// are apart by about `gamma` horizontal parallaxes of the Moon.
+/// Greatest eclipse (TT): the axis of the shadow misses the Earth's centre by `gamma` radii, so the
+/// directions to Sun and Moon are apart by about `gamma` horizontal parallaxes of the Moon.
 #[test]
 fn eclipses_happen() {
     for (days, hours, gamma, opposite) in [

@@ -96,7 +96,8 @@ fn the_covariance_is_within_five_percent_of_monte_carlo_and_its_second_order_cou
     for (name, distance_km, [across_km, along_km], sigmas, first_is_enough) in [
         ("LEO", 6_828.0, [40.0, 100.0], [1.5 * arcsec, 1.5 * arcsec, 5.0 * arcsec], true),
         ("GEO", 42_164.0, [5.0, 25.0], [1.5 * arcsec, 1.5 * arcsec, 5.0 * arcsec], true),
-        // A degree and two, and the distance all but known: what there is along the line is the product of both errors.
+        // A degree and two, and the distance all but known: what there is along the line is the product of
+        // both errors.
         ("large, by direction alone", 42_164.0, [800.0, 2.0], [0.02, 0.03, 0.04], false),
     ] {
         let (attitude, mounting) = (generator.quaternion(), generator.quaternion());
@@ -156,7 +157,8 @@ fn distance_is_eq_2_8() {
     }
 }
 
-/// Where a source at rest in direction `s` is seen from a frame that moves with `beta` (Lorentz's transformation of a light ray).
+/// Where a source at rest in direction `s` is seen from a frame that moves with `beta` (Lorentz's
+/// transformation of a light ray).
 fn seen_in_flight(s: &Vector3<f64>, beta: &Vector3<f64>) -> Vector3<f64> {
     let gamma = 1.0 / (1.0 - beta.norm_squared()).sqrt();
     let along = s.dot(beta);

@@ -3,12 +3,12 @@
 //! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that only the last image tells where to
 //! seek; each streak's arc, which tells the rate, and its mark, which the next image may show again.
 
-use crate::attitude::marks::{MAX_MARKS, Mark, carried};
-use crate::attitude::rate::{Arc, MAX_ARCS};
 use crate::camera::Camera;
 use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
+use crate::rate::arcs::{Arc, MAX_ARCS};
+use crate::rate::marks::{MAX_MARKS, Mark, carried};
 use crate::sensor::Sensor;
 use crate::stars::row_delay_s;
 use fsw_hal::{Detector, DetectorError};
@@ -85,13 +85,14 @@ impl Sensor<'_> {
     /// Where the streaks of the last image go on at the rate that was told, be they ever so faint beside others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
-        let (Some(elapsed_s), Some((rate, _))) = (self.turning.elapsed_s(self.now), self.turning.told) else {
+        let memory = &self.turning.memory;
+        let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
             return Vec::new();
         };
         let half_s = 0.5e-6 * exposure_us as f32;
         let row_time_s = self.row_time_s();
         let piece = |mark: &Mark| {
-            let place = |after_s: f32| self.place(&carried(mark, &rate, after_s - mark.late_s));
+            let place = |after_s: f32| self.place(&carried(mark, rate, after_s - mark.late_s));
             // Its row's delay hardly depends on itself.
             let middle_s = elapsed_s + row_delay_s(&self.camera, place(elapsed_s)?, row_time_s);
             let ([from_x, from_y], [to_x, to_y]) = (place(middle_s - half_s)?, place(middle_s + half_s)?);
@@ -100,7 +101,7 @@ impl Sensor<'_> {
             let piece = Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0 };
             self.camera.contains(piece.at_px, 0.0).then_some(piece)
         };
-        self.turning.marks.iter().filter_map(piece).take(MAX_MARKS).collect()
+        memory.marks.iter().filter_map(piece).take(MAX_MARKS).collect()
     }
 
     /// Where a direction of the star path falls, px.

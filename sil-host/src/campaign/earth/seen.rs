@@ -27,7 +27,7 @@ use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
 use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
-use fsw_core::orbit::covariance::inverse;
+use fsw_core::matrix::inverse;
 use fsw_core::orbit::point::PositionFix;
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};

@@ -30,7 +30,7 @@ use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
 use super::lattice::smooth;
 use super::limb::REACH_SIGMAS;
 use super::looks::Looks;
-use super::map::{AlbedoMap, MapDesk};
+use super::map::{AlbedoMap, MapBuffer};
 pub use super::sight::View;
 use super::sight::{Pose, Sight, Sights, limb_motion_px};
 use super::{EQUATOR_KM, EarthModel, POLE_KM};
@@ -99,7 +99,7 @@ const HIGHEST_KM: f64 = 20.0;
 
 /// Room for the pixels that are drawn at once: those of a cell that lie in the window.
 #[derive(Debug, Clone)]
-pub struct Desk {
+pub struct CellBuffer {
     places: Places,
     /// Those that see something of the surface, and their numbers.
     seen: Places,
@@ -118,10 +118,10 @@ pub struct Desk {
     lit: Lane,
     view: Lane,
     albedo: Lane,
-    map: MapDesk,
+    map: MapBuffer,
 }
 
-impl Desk {
+impl CellBuffer {
     /// Nothing on it.
     pub const EMPTY: Self = Self {
         places: Places::EMPTY,
@@ -139,7 +139,7 @@ impl Desk {
         lit: [0.0; AREA],
         view: [0.0; AREA],
         albedo: [0.0; AREA],
-        map: MapDesk::EMPTY,
+        map: MapBuffer::EMPTY,
     };
 }
 
@@ -184,11 +184,11 @@ impl EarthImage {
     }
 
     /// Adds the electrons of the exposure to `electrons`, the pixels of `window` row by row.
-    pub fn add_to(&self, window: Window, electrons: &mut [f64], desk: &mut Desk) {
+    pub fn add_to(&self, window: Window, electrons: &mut [f64], cell_buffer: &mut CellBuffer) {
         let Some(lit) = self.lit(window) else { return };
         for step in 0..self.steps {
             let t_s = self.step_s * (f64::from(step) + 0.5 - 0.5 * f64::from(self.steps));
-            self.add_part(lit, t_s, (window, electrons), desk);
+            self.add_part(lit, t_s, (window, electrons), cell_buffer);
         }
     }
 
@@ -218,7 +218,13 @@ impl EarthImage {
 
     /// Adds the light that falls into `window` in the part of the exposure about `t_s` after its middle, to the pixels of the
     /// window around it.
-    fn add_part(&self, window: Window, t_s: f64, (around, electrons): (Window, &mut [f64]), desk: &mut Desk) {
+    fn add_part(
+        &self,
+        window: Window,
+        t_s: f64,
+        (around, electrons): (Window, &mut [f64]),
+        cell_buffer: &mut CellBuffer,
+    ) {
         let [left, top, width, height] = [window.x, window.y, window.width, window.height].map(usize::from);
         let stride = usize::from(around.width);
         let first = usize::from(window.y - around.y) * stride + usize::from(window.x - around.x);
@@ -257,9 +263,11 @@ impl EarthImage {
                 }
                 let (from, to) = ((column * WIDTH).max(left), ((column + 1) * WIDTH).min(left + width));
                 let (left_px, top_px) = (column * WIDTH, row * HEIGHT);
-                desk.places.fill(from - left_px..to - left_px, lines.start - top_px..lines.end - top_px);
-                self.light(&cell, content, desk);
-                let lights = desk.light.chunks_exact(to - from);
+                cell_buffer
+                    .places
+                    .fill(from - left_px..to - left_px, lines.start - top_px..lines.end - top_px);
+                self.light(&cell, content, cell_buffer);
+                let lights = cell_buffer.light.chunks_exact(to - from);
                 for (y, lights) in lines.clone().zip(lights) {
                     let start = first + (y - top) * stride + from - left;
                     for (pixel, light) in electrons[start..start + to - from].iter_mut().zip(lights) {
@@ -349,10 +357,11 @@ impl EarthImage {
         }
     }
 
-    /// Brightness of the pixels on the desk, relative to a white surface with the Sun in the zenith.
-    fn light(&self, cell: &Cell, content: Content, desk: &mut Desk) {
-        let Desk { places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, .. } =
-            desk;
+    /// Brightness of the pixels in the buffer, relative to a white surface with the Sun in the zenith.
+    fn light(&self, cell: &Cell, content: Content, cell_buffer: &mut CellBuffer) {
+        let CellBuffer {
+            places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, ..
+        } = cell_buffer;
         let count = places.count();
         places.depth(cell, depth);
         places.values(cell, CUBE, cube);
@@ -379,9 +388,9 @@ impl EarthImage {
             glow[..count].fill(0.0);
         }
         if seen.count() > 0 {
-            self.surface(cell, desk);
+            self.surface(cell, cell_buffer);
         }
-        let Desk { light, glow, cube, numbers, albedo, .. } = desk;
+        let CellBuffer { light, glow, cube, numbers, albedo, .. } = cell_buffer;
         if content == Content::Limb {
             for (number, albedo) in numbers[..seeing].iter().zip(&*albedo) {
                 light[usize::from(*number) % AREA] = *albedo;
@@ -395,8 +404,8 @@ impl EarthImage {
     }
 
     /// Brightness of the surface at which the seeing lines arrive, `depth` deep, times `share`: in `albedo`.
-    fn surface(&self, cell: &Cell, desk: &mut Desk) {
-        let Desk { seen, depth, share, sight, place, lit, view, albedo, map, .. } = desk;
+    fn surface(&self, cell: &Cell, cell_buffer: &mut CellBuffer) {
+        let CellBuffer { seen, depth, share, sight, place, lit, view, albedo, map, .. } = cell_buffer;
         let count = seen.count();
         for (k, lane) in sight.iter_mut().enumerate() {
             match k {

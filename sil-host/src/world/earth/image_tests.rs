@@ -86,8 +86,8 @@ fn even() -> EarthModel {
 
 fn drawn(image: &EarthImage, window: Window) -> Vec<f64> {
     let mut electrons = vec![0.0; window.area()];
-    let mut desk = Desk::EMPTY;
-    image.add_to(window, &mut electrons, &mut desk);
+    let mut cell_buffer = CellBuffer::EMPTY;
+    image.add_to(window, &mut electrons, &mut cell_buffer);
     electrons
 }
 
@@ -323,11 +323,11 @@ fn a_long_exposure_is_the_mean_of_short_ones() {
         assert!(image.steps > 4, "{}", image.steps);
         let found = drawn(&image, window);
         let parts = 120;
-        let (mut mean, mut desk) = (vec![0.0; window.area()], Desk::EMPTY);
+        let (mut mean, mut cell_buffer) = (vec![0.0; window.area()], CellBuffer::EMPTY);
         for k in 0..parts {
             let at_s = 0.4 * ((f64::from(k) + 0.5) / f64::from(parts) - 0.5);
             let short = Seen { at_s, exposure_s: 0.4 / f64::from(parts), ..long };
-            short.image().add_to(window, &mut mean, &mut desk);
+            short.image().add_to(window, &mut mean, &mut cell_buffer);
         }
         let full = mean.iter().copied().fold(0.0, f64::max);
         let error = |(a, b): (&f64, &f64)| (a - b).abs() / full;

@@ -72,7 +72,7 @@ fn unfold([x, y, z]: [&[f32]; 3], u: &mut [f32], v: &mut [f32]) {
 
 /// Room for [`AlbedoMap::read`].
 #[derive(Debug, Clone)]
-pub struct MapDesk {
+pub struct MapBuffer {
     at: Corners,
     u: [f32; AREA],
     v: [f32; AREA],
@@ -82,7 +82,7 @@ pub struct MapDesk {
     blend: [f32; AREA],
 }
 
-impl MapDesk {
+impl MapBuffer {
     /// Nothing on it.
     pub const EMPTY: Self = Self {
         at: Corners { tile: [0; AREA], corner: [0; AREA], x: [0.0; AREA], y: [0.0; AREA] },
@@ -125,8 +125,8 @@ impl AlbedoMap {
     }
 
     /// The albedo at places `[x, y, z]`, at most [`AREA`] of them: takes levels between 0 and the last, and gives albedos.
-    pub fn read(&self, places: [&[f32]; 3], levels: &mut [f32], desk: &mut MapDesk) {
-        let MapDesk { at, blended, above, u, v, blend } = desk;
+    pub fn read(&self, places: [&[f32]; 3], levels: &mut [f32], cell_buffer: &mut MapBuffer) {
+        let MapBuffer { at, blended, above, u, v, blend } = cell_buffer;
         let count = levels.len().min(AREA);
         unfold(places, &mut u[..count], &mut v[..count]);
         let mut blending = 0;
@@ -208,8 +208,8 @@ fn whole(x: f32) -> f32 {
 impl AlbedoMap {
     /// The albedo at one place.
     pub(super) fn at(&self, [x, y, z]: [f32; 3], level: f32) -> f32 {
-        let (mut albedo, mut desk) = ([level], MapDesk::EMPTY);
-        self.read([&[x], &[y], &[z]], &mut albedo, &mut desk);
+        let (mut albedo, mut cell_buffer) = ([level], MapBuffer::EMPTY);
+        self.read([&[x], &[y], &[z]], &mut albedo, &mut cell_buffer);
         albedo[0]
     }
 }

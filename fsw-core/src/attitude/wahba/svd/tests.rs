@@ -1,8 +1,8 @@
-//! What is the SVD's own; what every method must do is tested in `wahba/tests.rs`.
+//! What is the SVD's own; what every method must do is tested in `comparison/tests.rs`.
 
-use super::super::tests::{field, optimum, pair, sky};
 use super::*;
 use crate::attitude::VectorPair;
+use crate::attitude::comparison::tests::{field, optimum, pair, sky};
 use crate::oracle::{ARCSEC, Generator, skewness, small_turn, wide, wide_matrix};
 use std::vec::Vec;
 

@@ -1,14 +1,14 @@
-//! Attitude by Davenport's q-method (thesis §3.1.4, eq. 3.9-3.13): the quaternion is the eigenvector of the symmetric
-//! 4 x 4 matrix K with the largest eigenvalue.
+//! Attitude by Davenport's q-method (thesis §3.1.4, eq. 3.9-3.13): the quaternion is the eigenvector of the
+//! symmetric 4 x 4 matrix K with the largest eigenvalue.
 //!
-//! `I - K` has no negative eigenvalue, so its singular vectors are its eigenvectors, and the one looked for belongs to the
-//! smallest. They come from one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no convergence test, and small
-//! eigenvalues as exact as large ones. Rounding error: see [`super`].
+//! `I - K` has no negative eigenvalue, so its singular vectors are its eigenvectors, and the one looked for
+//! belongs to the smallest. They come from one-sided Jacobi with [`SWEEPS`] sweeps: constant cost, no
+//! convergence test, and small eigenvalues as exact as large ones. Rounding error: see [`super`].
 
-use super::super::Observation;
-use super::WahbaError;
 use super::profile::{MIN_SPREAD, Profile};
-use super::svd::orthogonalise;
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::WahbaError;
+use crate::attitude::wahba::svd::orthogonalise;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::Vector4;
 
@@ -19,7 +19,7 @@ pub const SWEEPS: usize = 6;
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     let profile = Profile::of(pairs)?;
     let k = -profile.shifted_k();
     // The columns of I - K, each with what has been done to it.

@@ -1,14 +1,13 @@
 //! Stars and streaks of one image in another: where they must be at a rate, and the rate from where they are.
 //!
 //! In: the [`Mark`]s of two images, the seconds between them, and a rate that is to be tried or none. Out: arcs for
-//! [`rate::solve`], or the mean rate between the two images itself.
+//! [`arcs::solve`], or the mean rate between the two images itself.
 //!
 //! A rate says where each mark must be in the other image ([`encounters`]); without one the marks are matched by their
 //! separations ([`matched`], thesis §3.1.5, LARM): every two of one image that are as far apart as two of the other propose a
 //! rate, and that on which most marks agree counts.
 
-use super::rate::{self, Arc, MAX_ARCS, Rate};
-use crate::camera::Camera;
+use super::arcs::{self, Arc, MAX_ARCS, Rate};
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -24,6 +23,15 @@ pub const FASTEST_RAD_S: f32 = 0.35;
 const FEWEST_MATCHES: u32 = 4;
 /// Farthest from its predicted place that a streak may go on, px.
 const FARTHEST_PX: f32 = 60.0;
+
+/// What is known of the camera: radians a pixel at the optical centre, and pixels of the detector.
+#[derive(Clone, Copy, Debug)]
+pub struct Field {
+    /// Angle of a pixel, rad.
+    pub rad_per_px: f32,
+    /// Pixels of the detector.
+    pub area_px: f32,
+}
 
 /// A star, or a streak's middle.
 #[derive(Clone, Copy, Debug)]
@@ -79,11 +87,11 @@ pub fn encounters(
     (before, now): (&[Mark], &[Mark]),
     (rate, covariance): (&Vector3<f32>, &Matrix3<f32>),
     elapsed_s: f32,
-    camera: &Camera,
+    field: Field,
 ) -> f32 {
     arcs.clear();
     let mut chance = 0.0;
-    let farthest = FARTHEST_PX * camera.rad_per_px();
+    let farthest = FARTHEST_PX * field.rad_per_px;
     // The rate's change since.
     let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
     for mark in before {
@@ -92,8 +100,8 @@ pub fn encounters(
         if reach.is_nan() || reach > farthest {
             continue;
         }
-        let per_px = reach / camera.rad_per_px();
-        chance += now.len() as f32 * core::f32::consts::PI * per_px * per_px / camera.area_px();
+        let per_px = reach / field.rad_per_px;
+        chance += now.len() as f32 * core::f32::consts::PI * per_px * per_px / field.area_px;
         let distance = |mark: &&Mark| (mark.direction - there).norm_squared();
         let nearest = now.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         if let Some(found) = nearest.filter(|found| distance(found) < reach * reach) {
@@ -118,7 +126,7 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
                         continue;
                     }
                     for (c, d) in [(c, d), (d, c)] {
-                        let proposed = rate::solve(&[way(a, c, elapsed_s), way(b, d, elapsed_s)]);
+                        let proposed = arcs::solve(&[way(a, c, elapsed_s), way(b, d, elapsed_s)]);
                         let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else {
                             continue;
                         };
@@ -151,5 +159,5 @@ fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Opti
     if (arcs.len() as u32) < FEWEST_MATCHES {
         return None;
     }
-    rate::solve(&arcs)
+    arcs::solve(&arcs)
 }

@@ -1,12 +1,12 @@
 //! The largest root of Davenport's characteristic polynomial, which QUEST, FOAM, ESOQ and ESOQ2 share.
 //!
-//! `psi(lambda) = (lambda² - |B|²)² - 8 lambda det B - 4 |adj B|²` (Markley 1993), weights summing to one. The root is one
-//! less the loss: what is solved for is the loss `x = 1 - lambda` itself, by [`NEWTON_STEPS`] of Newton from `x = 0`, which
-//! is at or above every root. With `t = 1 - B33` and `n` the sum of squares of the other elements,
-//! `lambda² - |B|² = (t - x)(2 - x - t) - n` loses no digits in the axis frames.
+//! `psi(lambda) = (lambda² - |B|²)² - 8 lambda det B - 4 |adj B|²` (Markley 1993), weights summing to one.
+//! The root is one less the loss: what is solved for is the loss `x = 1 - lambda` itself, by [`NEWTON_STEPS`]
+//! of Newton from `x = 0`, which is at or above every root. With `t = 1 - B33` and `n` the sum of squares of
+//! the other elements, `lambda² - |B|² = (t - x)(2 - x - t) - n` loses no digits in the axis frames.
 
-use super::WahbaError;
 use super::profile::{MIN_SPREAD, Profile, cofactors};
+use crate::attitude::wahba::WahbaError;
 use nalgebra::Matrix3;
 
 /// Steps of Newton; one is enough for a star sensor's noise, a degree of noise takes four.
@@ -21,7 +21,8 @@ pub(super) struct Root {
     pub loss: f32,
     /// `kappa = ½ (lambda² - |B|²)`.
     pub kappa: f32,
-    /// `zeta = kappa lambda - det B`, an eighth of the polynomial's slope: the product of the sums of two singular values.
+    /// `zeta = kappa lambda - det B`, an eighth of the polynomial's slope: the product of the sums of two
+    /// singular values.
     pub zeta: f32,
     /// The cofactors of `B`.
     pub cofactors: Matrix3<f32>,

@@ -1,26 +1,29 @@
-//! A detector without its known defects: bad pixels replaced, offsets of columns taken off (thesis §2.1).
+//! Replaces bad pixels and subtracts the offsets of columns (thesis §2.1).
 //!
-//! In: a [`Detector`] and its table of [`Defects`]. Out: the same [`Detector`] with every window mended as it is read, so that
-//! stars, limb, streaks and self-test need not know.
+//! In: a [`Detector`] and its table of [`Defects`]. Out: a [`Detector`] whose windows are corrected as they
+//! are read, so that stars, limb, streaks and self-test need not know.
 //!
-//! A bad pixel gets the mean of its two neighbours in the row, or the one of them that is good, as in the thesis: "their
-//! individual values can be substituted by their predecessor, successor, or their mean value". Where neither is good, those in
-//! the column serve, then those at twice the distance, and so on to [`REACH_PX`]. A pixel with no good one on its four sides that near
-//! is left as it was read.
+//! A bad pixel gets the mean of its two neighbours in the row, or the one of them that is good, as in the
+//! thesis: "their individual values can be substituted by their predecessor, successor, or their mean value".
+//! Where neither is good, those in the column serve, then those at twice the distance, and so on to
+//! [`REACH_PX`]. A pixel with no good one on its four sides that near is left as it was read.
 //!
-//! What is mended depends on the detector's pixels alone, not on the window: a neighbour that lies outside the window is read by
-//! itself, a window of one pixel. Taking what is inside would cost no such reading, but a star at a window's edge would be
-//! measured otherwise than in another window. Only bad pixels in the first and last column need it.
+//! What replaces a pixel depends on the detector's pixels alone, not on the window: a neighbour that lies
+//! outside the window is read by itself, a window of one pixel. Taking what is inside would cost no such
+//! reading, but a star at a window's edge would be measured otherwise than in another window. Only bad pixels
+//! in the first and last column need it.
 //!
-//! What remains: a star of V = 3.5 whose middle pixel is bad is centred to 0.17 px an axis (rms; 0.017 on sound pixels), 0.09 where the one
-//! beside is bad, 0.02 from the corner on; of V = 5 to 0.19, 0.11 and 0.06 (0.055). Its reported sigma does not know. Without mending a hot
-//! pixel there costs the star (`sil-host`, `defects_tests.rs`).
+//! What remains: a star of V = 3.5 whose middle pixel is bad is centred to 0.17 px an axis (rms; 0.017 on
+//! sound pixels), 0.09 where the one beside is bad, 0.02 from the corner on; of V = 5 to 0.19, 0.11 and 0.06
+//! (0.055). Its reported sigma does not know. Uncorrected, a hot pixel there costs the star (`sil-host`,
+//! `defects_tests.rs`).
 //!
 //! An offset never takes a pixel off full scale, by which a saturated star and a blinded detector are known.
 //!
-//! Cost beside the reading (Cortex-M4 model, zero wait states): 100 cycles a row of the window, 700 a bad pixel, 21 a pixel of a
-//! column with an offset. With 2,000 bad pixels on the reference detector that is 4,000 for a star's window of 27 x 27 px and 2.4
-//! million for all the tiles of a scan; offsets of all columns would add 27.5 million to the scan, those of a few dozen hardly a million.
+//! Cost beside the reading (Cortex-M4 model, zero wait states): 100 cycles a row of the window, 700 a bad
+//! pixel, 21 a pixel of a column with an offset. With 2,000 bad pixels on the reference detector that is
+//! 4,000 for a star's window of 27 x 27 px and 2.4 million for all the tiles of a scan; offsets of all
+//! columns would add 27.5 million to the scan, those of a few dozen hardly a million.
 
 use super::defects::{Defects, DefectsError};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
@@ -28,9 +31,9 @@ use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 /// A neighbour so far away may still take a bad pixel's place, px.
 pub const REACH_PX: u16 = 8;
 
-/// A detector whose windows are mended.
+/// A detector whose bad pixels are replaced and whose column offsets are subtracted.
 #[derive(Debug)]
-pub struct Mended<'a, D> {
+pub struct BadPixelDetector<'a, D> {
     detector: &'a mut D,
     defects: Defects<'a>,
     full_scale: u16,
@@ -59,8 +62,8 @@ fn neighbours(defects: &Defects, x: u16, y: u16) -> Option<Neighbours> {
     })
 }
 
-/// Whether a bad pixel can be mended: a good one is within [`REACH_PX`] in its row or column.
-pub fn is_mendable(defects: &Defects, x: u16, y: u16) -> bool {
+/// Whether a bad pixel can be replaced: a good one is within [`REACH_PX`] in its row or column.
+pub fn is_replaceable(defects: &Defects, x: u16, y: u16) -> bool {
     neighbours(defects, x, y).is_some()
 }
 
@@ -78,7 +81,7 @@ fn place(window: Window, [x, y]: [u16; 2]) -> Option<usize> {
     inside.then_some(usize::from(down) * usize::from(window.width) + usize::from(right))
 }
 
-impl<'a, D: Detector<Error = DetectorError>> Mended<'a, D> {
+impl<'a, D: Detector<Error = DetectorError>> BadPixelDetector<'a, D> {
     /// `detector` without `defects`.
     ///
     /// # Errors
@@ -91,7 +94,7 @@ impl<'a, D: Detector<Error = DetectorError>> Mended<'a, D> {
         Ok(Self { detector, defects, full_scale: geometry.full_scale() })
     }
 
-    fn take_offsets(&self, window: Window, pixels: &mut [u16]) {
+    fn subtract_offsets(&self, window: Window, pixels: &mut [u16]) {
         let (width, full_scale) = (usize::from(window.width).max(1), self.full_scale);
         for (x, offset) in self.defects.offsets_from(window.x) {
             // The first column beyond the window ends it.
@@ -115,7 +118,7 @@ impl<'a, D: Detector<Error = DetectorError>> Mended<'a, D> {
         Ok(offset.map_or(value, |(_, offset)| without_offset(value, offset, self.full_scale)))
     }
 
-    fn mend(&mut self, at: [u16; 2], window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+    fn replace(&mut self, at: [u16; 2], window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         let [x, y] = at;
         let Some(Neighbours(one, other)) = neighbours(&self.defects, x, y) else { return Ok(()) };
         let first = self.good_value(one, window, pixels)?;
@@ -127,11 +130,11 @@ impl<'a, D: Detector<Error = DetectorError>> Mended<'a, D> {
     }
 }
 
-impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for Mended<'_, D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for BadPixelDetector<'_, D> {
     type Error = DetectorError;
 }
 
-impl<D: Detector<Error = DetectorError>> Detector for Mended<'_, D> {
+impl<D: Detector<Error = DetectorError>> Detector for BadPixelDetector<'_, D> {
     fn geometry(&self) -> DetectorGeometry {
         self.detector.geometry()
     }
@@ -144,14 +147,15 @@ impl<D: Detector<Error = DetectorError>> Detector for Mended<'_, D> {
         self.detector.finish_exposure()
     }
 
-    /// Reads, takes offsets off, replaces bad pixels. Work is bounded by the window: its rows, its bad pixels, its columns.
+    /// Reads, takes offsets off, replaces bad pixels. Work is bounded by the window: its rows, its bad
+    /// pixels, its columns.
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         self.detector.read(window, pixels)?;
-        self.take_offsets(window, pixels);
+        self.subtract_offsets(window, pixels);
         let end = window.x.saturating_add(window.width);
         for y in window.y..window.y.saturating_add(window.height) {
             for x in self.defects.row_from(window.x, y).take_while(|x| *x < end) {
-                self.mend([x, y], window, pixels)?;
+                self.replace([x, y], window, pixels)?;
             }
         }
         Ok(())

@@ -13,7 +13,7 @@
 //! Sense. An image alone does not say which end of a streak was first; arcs that are [`undirected`](Arc::directed) are
 //! turned as the proposal wants them, and the rate is one of two, opposite ones.
 
-use super::covariance::Information;
+use crate::attitude::covariance::Information;
 use nalgebra::{Matrix3, Vector3};
 
 /// Most arcs.

@@ -1,14 +1,15 @@
-//! The extended Wahba problem (thesis eq. A.2, A.3): the rotation that minimises `½ Σ (b - A r)ᵀ W (b - A r)` with a
-//! weight *matrix* a star.
+//! The extended Wahba problem (thesis eq. A.2, A.3): the rotation that minimises `½ Σ (b - A r)ᵀ W (b - A r)`
+//! with a weight *matrix* a star.
 //!
-//! It has no closed solution (the term quadratic in `A` no longer drops out). It is solved on the manifold: from the SVD's
-//! solution with scalar weights, Gauss-Newton steps `θ = [Σ GᵀWG]⁻¹ Σ GᵀW (b - A r)`, `G = [(A r)×]`, each taken as a
-//! rotation `A' = exp(-[θ×]) A`; a step that makes the loss larger is not taken but damped (Levenberg and Marquardt). At
-//! most [`STEPS`] steps. The inverse of the last `Σ GᵀWG` is the covariance: the Cramer-Rao bound where the ellipses
-//! are true.
+//! It has no closed solution (the term quadratic in `A` no longer drops out). It is solved on the manifold:
+//! from the SVD's solution with scalar weights, Gauss-Newton steps `θ = [Σ GᵀWG]⁻¹ Σ GᵀW (b - A r)`, `G = [(A
+//! r)×]`, each taken as a rotation `A' = exp(-[θ×]) A`; a step that makes the loss larger is not taken but
+//! damped (Levenberg and Marquardt). At most [`STEPS`] steps. The inverse of the last `Σ GᵀWG` is the
+//! covariance: the Cramer-Rao bound where the ellipses are true.
 //!
-//! What it is worth (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the line of sight and
-//! about it; test `ellipses_are_worth_what_the_bound_says`); its own are 0.99 to 1.01 in all cases:
+//! What it is worth (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the
+//! line of sight and about it; test `ellipses_are_worth_what_the_bound_says`); its own are 0.99 to 1.01 in
+//! all cases:
 //!
 //! | images | SVD |
 //! |---|---|
@@ -17,21 +18,23 @@
 //! | drawn out off the axis, up to 4 : 1 | 1.27, 1.17 |
 //! | 1 : 1 to 10 : 1 in any direction | 2.05, 2.16 |
 //!
-//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain next to nothing in pitch and yaw: the
-//! means along x and y are the best there whatever the weights, and only the roll between them profits.
+//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain next to nothing in
+//! pitch and yaw: the means along x and y are the best there whatever the weights, and only the roll between
+//! them profits.
 //!
-//! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside the field.
+//! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside
+//! the field.
 
-use super::super::Observation;
-use super::super::covariance::Information;
-use super::{Solution, WahbaError, svd};
+use crate::attitude::WeightedPair;
+use crate::attitude::covariance::Information;
+use crate::attitude::wahba::{Solution, WahbaError, svd};
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3};
 
 /// Most steps.
 pub const STEPS: usize = 8;
-/// A step smaller than a thousandth of a sigma is the last, for the next would be smaller by the square: what a step gains
-/// in the loss, relative to a sigma of 1 mrad.
+/// A step smaller than a thousandth of a sigma is the last, for the next would be smaller by the square: what
+/// a step gains in the loss, relative to a sigma of 1 mrad.
 const SMALL_GAIN: f32 = 1e-12;
 /// Damping after a first step that made things worse, as a share of the diagonal.
 const FIRST_DAMPING: f32 = 1e-3;
@@ -46,7 +49,7 @@ struct Linearised {
     right: Vector3<f32>,
 }
 
-fn linearise<O: Observation>(pairs: &[O], attitude: Rotation<Icrs, StarPath>) -> Linearised {
+fn linearise<O: WeightedPair>(pairs: &[O], attitude: Rotation<Icrs, StarPath>) -> Linearised {
     let (mut twice_loss, mut sum, mut right) = (0.0, Matrix3::zeros(), Vector3::zeros());
     for item in pairs {
         let expected = attitude.apply(&item.pair().reference);
@@ -65,7 +68,7 @@ fn linearise<O: Observation>(pairs: &[O], attitude: Rotation<Icrs, StarPath>) ->
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Solution, WahbaError> {
     let mut here = linearise(pairs, svd::solve(pairs)?);
     let mut damping = 0.0;
     for _ in 0..STEPS {

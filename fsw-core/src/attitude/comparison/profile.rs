@@ -1,25 +1,27 @@
-//! The attitude profile matrix `B = Σ a b rᵀ` and Davenport's K (thesis eq. 3.9), in frames that keep their digits.
+//! The attitude profile matrix `B = Σ a b rᵀ` and Davenport's K (thesis eq. 3.9), in frames that keep their
+//! digits.
 //!
 //! In a narrow field the largest singular value of `B` is near one and the others, which carry the roll, are
-//! `(field radius)²`: summed as it stands, `B` in f32 has lost them to 6e-8 / 1e-2, and a root of the characteristic
-//! polynomial, which divides by the same gap once more, is worse still. Both sets of directions are therefore turned
-//! to *axis frames* first, whose z is the mean direction. There the small singular values are sums of small numbers, and
-//! what is near one is only `B33`, whose shortfall `1 - B33` is again a sum of small numbers.
+//! `(field radius)²`: summed as it stands, `B` in f32 has lost them to 6e-8 / 1e-2, and a root of the
+//! characteristic polynomial, which divides by the same gap once more, is worse still. Both sets of
+//! directions are therefore turned to *axis frames* first, whose z is the mean direction. There the small
+//! singular values are sums of small numbers, and what is near one is only `B33`, whose shortfall `1 - B33`
+//! is again a sum of small numbers.
 //!
-//! In: pairs. Out: `B`, the shortfall, `K - I` (weights sum to one, so the eigenvalue looked for is near zero), and the
-//! way back. Directions opposite to the first are turned over for the mean, so that two stars on opposite sides are as
-//! good as two side by side.
+//! In: pairs. Out: `B`, the shortfall, `K - I` (weights sum to one, so the eigenvalue looked for is near
+//! zero), and the way back. Directions opposite to the first are turned over for the mean, so that two stars
+//! on opposite sides are as good as two side by side.
 
-use super::super::Observation;
-use super::{WahbaError, check};
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::{WahbaError, check};
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Smallest ratio of the singular values that carry the roll to the largest: two directions 0.1 deg apart.
 pub const MIN_SPREAD: f32 = 1e-6;
 
-/// Half turns of the reference about x, y, z (Shuster's sequential rotations): how the components of the quaternion change
-/// places, `q = P q'`, and so `K' = Pᵀ K P`. No turn leaves them where they are.
+/// Half turns of the reference about x, y, z (Shuster's sequential rotations): how the components of the
+/// quaternion change places, `q = P q'`, and so `K' = Pᵀ K P`. No turn leaves them where they are.
 #[rustfmt::skip]
 const HALF_TURNS: [Matrix4<f32>; 3] = [
     Matrix4::new(
@@ -91,7 +93,7 @@ impl Profile {
     ///
     /// # Errors
     /// Too few pairs, or weights that are none.
-    pub fn of<O: Observation>(pairs: &[O]) -> Result<Self, WahbaError> {
+    pub fn of<O: WeightedPair>(pairs: &[O]) -> Result<Self, WahbaError> {
         check(pairs)?;
         let first = pairs.first().ok_or(WahbaError::TooFew)?.pair().measured;
         let zero = (0.0, Vector3::zeros(), Vector3::zeros());
@@ -184,7 +186,8 @@ pub(super) fn half_turn(k: &Matrix4<f32>, better: impl Fn(f32, f32) -> bool) -> 
     best.1
 }
 
-/// The upper left 3 x 3 part of `-(K - I) - x I` and the last column of K: `[(lambda + tr B) I - S]` and `z` of QUEST.
+/// The upper left 3 x 3 part of `-(K - I) - x I` and the last column of K: `[(lambda + tr B) I - S]` and `z`
+/// of QUEST.
 pub(super) fn partition(k: &Matrix4<f32>, loss: f32) -> (Matrix3<f32>, Vector3<f32>) {
     let m = Matrix3::new(
         -k.m11 - loss,

@@ -58,7 +58,7 @@ impl Detector for Frame {
 
 fn read(frame: &Frame, table: &[u8], window: Window) -> Vec<u16> {
     let mut frame = frame.clone();
-    let mut mended = Mended::new(&mut frame, Defects::open(table).unwrap()).unwrap();
+    let mut mended = BadPixelDetector::new(&mut frame, Defects::open(table).unwrap()).unwrap();
     let mut pixels = std::vec![0; window.area()];
     mended.read(window, &mut pixels).unwrap();
     pixels
@@ -110,7 +110,7 @@ fn a_pixel_far_from_all_good_ones_is_left_and_the_largest_block_is_mended() {
     let left: Vec<_> = values.iter().enumerate().filter(|(_, value)| **value != 7).collect();
     assert_eq!(left, [(28 * 60 + 28, &900)], "the middle of 17 x 17");
     let defects = Defects::open(&table).unwrap();
-    assert!(!is_mendable(&defects, 28, 28) && is_mendable(&defects, 28, 27));
+    assert!(!is_replaceable(&defects, 28, 28) && is_replaceable(&defects, 28, 27));
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn only_the_windows_border_columns_read_more_and_one_pixel_each() {
     let mut frame = Frame::new([40, 30], uneven);
     let mut pixels = [0; 100];
     let window = Window { x: 10, y: 0, width: 10, height: 10 };
-    let mut mended = Mended::new(&mut frame, Defects::open(&table).unwrap()).unwrap();
+    let mut mended = BadPixelDetector::new(&mut frame, Defects::open(&table).unwrap()).unwrap();
     mended.read(window, &mut pixels).unwrap();
     assert_eq!(frame.reads, 3);
 }
@@ -144,7 +144,7 @@ fn errors_and_the_exposure_are_the_detectors() {
     let table = bytes([9, 7], &[[0, 0]], &[(0, 1)]);
     let mut frame = Frame::new([9, 7], uneven);
     let geometry = frame.geometry;
-    let mut mended = Mended::new(&mut frame, Defects::open(&table).unwrap()).unwrap();
+    let mut mended = BadPixelDetector::new(&mut frame, Defects::open(&table).unwrap()).unwrap();
     assert_eq!(mended.geometry(), geometry);
     assert_eq!(mended.expose(1), Err(DetectorError::Exposure));
     let whole = geometry.whole();
@@ -157,7 +157,7 @@ fn errors_and_the_exposure_are_the_detectors() {
 fn a_table_of_another_detector_is_refused() {
     let table = bytes([9, 8], &[], &[]);
     let mut frame = Frame::new([9, 7], uneven);
-    let refused = Mended::new(&mut frame, Defects::open(&table).unwrap()).map(|_| ());
+    let refused = BadPixelDetector::new(&mut frame, Defects::open(&table).unwrap()).map(|_| ());
     assert_eq!(refused, Err(DefectsError::OtherDetector));
 }
 
@@ -198,7 +198,7 @@ proptest! {
             if !defects.is_bad(x, y) && !listed.contains(&x) {
                 prop_assert_eq!(one[k], quiet.at(x, y));
             }
-            if !defects.is_bad(x, y) || is_mendable(&defects, x, y) {
+            if !defects.is_bad(x, y) || is_replaceable(&defects, x, y) {
                 prop_assert_eq!(one[k], other[k]);
             }
         }

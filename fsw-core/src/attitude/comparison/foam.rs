@@ -1,13 +1,13 @@
-//! Attitude by FOAM (Markley 1993): `A = [(kappa + |B|²) B + lambda adj Bᵀ - B Bᵀ B] / zeta`, lambda the largest root of
-//! the characteristic polynomial (`characteristic.rs`).
+//! Attitude by FOAM (Markley 1993): `A = [(kappa + |B|²) B + lambda adj Bᵀ - B Bᵀ B] / zeta`, lambda the
+//! largest root of the characteristic polynomial (`characteristic.rs`).
 //!
-//! `|B|² B - B Bᵀ B` is formed as `(|B|² I - B Bᵀ) B`, whose diagonal is a sum of the squares of the *other* rows: the
-//! square of the element near one never has to cancel. Rounding error: see [`super`].
+//! `|B|² B - B Bᵀ B` is formed as `(|B|² I - B Bᵀ) B`, whose diagonal is a sum of the squares of the *other*
+//! rows: the square of the element near one never has to cancel. Rounding error: see [`super`].
 
-use super::super::Observation;
-use super::WahbaError;
 use super::characteristic::root;
 use super::profile::Profile;
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::WahbaError;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     let profile = Profile::of(pairs)?;
     let root = root(&profile)?;
     let b = &profile.b;

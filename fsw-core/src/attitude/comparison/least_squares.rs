@@ -1,14 +1,14 @@
-//! Attitude by unconstrained least squares (thesis eq. 3.5): `M = Σ a b rᵀ [Σ a r rᵀ]⁻¹`, nine free elements, made a
-//! rotation afterwards, `A = M (MᵀM)^(-1/2)` (eq. 3.6). Two stars get a third, their vector product.
+//! Attitude by unconstrained least squares (thesis eq. 3.5): `M = Σ a b rᵀ [Σ a r rᵀ]⁻¹`, nine free elements,
+//! made a rotation afterwards, `A = M (MᵀM)^(-1/2)` (eq. 3.6). Two stars get a third, their vector product.
 //!
-//! Not optimal: the constraint comes too late, and stars near one great circle leave `M` open across it however well
-//! they fix a rotation. The covariance is therefore the method's own, not eq. 3.27: to first order the rotation vector is
-//! `½ Σ a (δb × c)` with `c = M [Σ a r rᵀ]⁻¹ r`.
+//! Not optimal: the constraint comes too late, and stars near one great circle leave `M` open across it
+//! however well they fix a rotation. The covariance is therefore the method's own, not eq. 3.27: to first
+//! order the rotation vector is `½ Σ a (δb × c)` with `c = M [Σ a r rᵀ]⁻¹ r`.
 
-use super::super::Observation;
 use super::profile::Profile;
-use super::svd::decompose;
-use super::{Solution, WahbaError, loss};
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::svd::decompose;
+use crate::attitude::wahba::{Solution, WahbaError, loss};
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -17,8 +17,8 @@ const MIN_WIDTH: f32 = 1e-4;
 /// Least sine of the angle between two stars, 0.1 deg.
 const MIN_SINE: f32 = 1.7e-3;
 
-/// The inverse of a symmetric positive matrix, z eliminated first, so that the small sums of x and y keep their digits;
-/// `None` when what is left of these is nearly singular.
+/// The inverse of a symmetric positive matrix, z eliminated first, so that the small sums of x and y keep
+/// their digits; `None` when what is left of these is nearly singular.
 fn inverse(m: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     let (u, v) = (m.m13 / m.m33, m.m23 / m.m33);
     let (xx, xy, yy) = (m.m11 - u * m.m13, m.m12 - u * m.m23, m.m22 - v * m.m23);
@@ -62,7 +62,8 @@ impl Third {
         })
     }
 
-    /// What an error of either star does to twice the rotation vector by way of the third direction, whose `c` this is.
+    /// What an error of either star does to twice the rotation vector by way of the third direction, whose
+    /// `c` this is.
     fn maps(&self, c: &Vector3<f32>) -> [Matrix3<f32>; 2] {
         let across = Matrix3::identity() - self.measured * self.measured.transpose();
         let map = c.cross_matrix() * across * (self.weight / self.sine);
@@ -75,7 +76,7 @@ impl Third {
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Solution, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Solution, WahbaError> {
     let profile = Profile::of(pairs)?;
     if !profile.is_wide() {
         return Err(WahbaError::Parallel);

@@ -6,7 +6,8 @@ const CASES: usize = 10_000;
 /// 95 % of a normal distribution lie within so many sigmas.
 const BAND_95: f64 = 1.96;
 
-/// What makes a star's image longer than wide: covariance `[xx, xy, yy]` of the x and y of its direction, rad².
+/// What makes a star's image longer than wide: covariance `[xx, xy, yy]` of the x and y of its direction,
+/// rad².
 type Shape = fn(&mut Generator, &V3<f64>) -> [f64; 3];
 
 /// An ellipse with its longer axis along `(x, y)`.
@@ -71,8 +72,8 @@ fn noisy_stars(generator: &mut Generator, stars: &[V3<f64>], shape: Shape) -> (V
     (stars.iter().map(see).collect(), attitude)
 }
 
-/// Cramer-Rao bound of the attitude's covariance from the true ellipses, f64: `[Σ Jᵀ C⁻¹ J]⁻¹`, J the change of the x and
-/// y of `A r` with the rotation vector.
+/// Cramer-Rao bound of the attitude's covariance from the true ellipses, f64: `[Σ Jᵀ C⁻¹ J]⁻¹`, J the change
+/// of the x and y of `A r` with the rotation vector.
 fn bound_rad2(pairs: &[ExtendedPair], truth: &M3<f64>) -> M3<f64> {
     let sum = pairs.iter().fold(M3::zeros(), |sum, item| {
         let b = truth * wide(item.pair().reference.vector());
@@ -97,12 +98,12 @@ struct Tally {
 }
 
 impl Tally {
-    fn of(method: Method, seed: u64, shape: Shape) -> Self {
+    fn of(method: WahbaMethod, seed: u64, shape: Shape) -> Self {
         Self::over(method, seed, |generator| noisy_field(generator, shape))
     }
 
     fn over(
-        method: Method,
+        method: WahbaMethod,
         seed: u64,
         mut draw: impl FnMut(&mut Generator) -> (Vec<ExtendedPair>, M3<f64>),
     ) -> Self {
@@ -140,12 +141,12 @@ impl Tally {
 
 #[test]
 fn the_nees_of_single_frames_lies_within_its_95_percent_band() {
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let tally = Tally::of(method, 1, circle);
         std::println!("circles, {method:?}: NEES {:.3} of 3, {} cases", tally.nees, tally.cases);
         assert!(tally.is_honest(), "{method:?}: {}", tally.nees);
     }
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let tally = Tally::over(method, 7, |generator| {
             let first = generator.unit_in_cap(0.1);
             let axis = first.cross(&generator.unit()).normalize();
@@ -161,7 +162,7 @@ fn the_nees_of_single_frames_lies_within_its_95_percent_band() {
         ("off axis", 4, off_axis),
         ("any", 5, any_shape),
     ] {
-        let tally = Tally::of(Method::Anisotropic, seed, shape);
+        let tally = Tally::of(WahbaMethod::Anisotropic, seed, shape);
         std::println!("{name}, anisotropic: NEES {:.3} of 3, {} cases", tally.nees, tally.cases);
         assert!(tally.is_honest(), "{name}: {}", tally.nees);
         assert_eq!(tally.cases as usize, CASES);
@@ -177,12 +178,13 @@ fn ellipses_are_worth_what_the_bound_says() {
         ("drawn out off the axis", 4, off_axis, 1.1, 1.1),
         ("any shape", 5, any_shape, 1.2, 1.2),
     ] {
-        let [svd, extended] = [Method::Svd, Method::Anisotropic].map(|method| Tally::of(method, seed, shape));
+        let [svd, extended] =
+            [WahbaMethod::Svd, WahbaMethod::Anisotropic].map(|method| Tally::of(method, seed, shape));
         let [[s, t], [e, f]] = [&svd, &extended].map(|tally| tally.rms(tally.error).map(|rad| rad * ARCSEC));
         let [svd, extended] = [svd, extended].map(|tally| tally.rms(tally.in_sigmas));
         std::println!(
-            "{name}: rms SVD {s:.1} {t:.0}, extended {e:.1} {f:.0} arcsec; in sigmas of the bound SVD {:.3} {:.3}, \
-             extended {:.3} {:.3}",
+            "{name}: rms SVD {s:.1} {t:.0}, extended {e:.1} {f:.0} arcsec; \
+             in sigmas of the bound SVD {:.3} {:.3}, extended {:.3} {:.3}",
             svd[0],
             svd[1],
             extended[0],
@@ -202,7 +204,8 @@ fn ellipses_that_are_circles_are_wahbas_problem() {
     let mut worst = (0.0f64, 0.0f64, 0.0f64);
     for _ in 0..3000 {
         let (pairs, _) = noisy_field(&mut generator, circle);
-        let [svd, extended] = [Method::Svd, Method::Anisotropic].map(|method| solve(method, &pairs).unwrap());
+        let [svd, extended] =
+            [WahbaMethod::Svd, WahbaMethod::Anisotropic].map(|method| solve(method, &pairs).unwrap());
         let off = small_turn(&wide_matrix(svd.attitude.matrix()), &wide_matrix(extended.attitude.matrix()));
         worst.0 = worst.0.max(off.x.hypot(off.y) * ARCSEC);
         worst.1 = worst.1.max(off.z.abs() * ARCSEC);

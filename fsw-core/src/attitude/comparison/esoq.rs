@@ -2,13 +2,13 @@
 //! four-dimensional vector product of three of them, lambda the largest root of the characteristic polynomial
 //! (`characteristic.rs`).
 //!
-//! All four choices of three rows are formed and the longest product is taken; no rotation of the reference is needed.
-//! Rounding error: see [`super`].
+//! All four choices of three rows are formed and the longest product is taken; no rotation of the reference
+//! is needed. Rounding error: see [`super`].
 
-use super::super::Observation;
-use super::WahbaError;
 use super::characteristic::root;
 use super::profile::Profile;
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::WahbaError;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Vector3, Vector4};
 
@@ -27,7 +27,7 @@ fn product(a: &Vector4<f32>, b: &Vector4<f32>, c: &Vector4<f32>) -> Vector4<f32>
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     let profile = Profile::of(pairs)?;
     let loss = root(&profile)?.loss;
     let k = profile.shifted_k();

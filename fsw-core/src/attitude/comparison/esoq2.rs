@@ -1,14 +1,15 @@
-//! Attitude by ESOQ2 (Mortari 1997): the Euler axis `e` is the null vector of `M = (lambda - tr B) [(lambda + tr B) I - S] -
-//! z zᵀ`, found as the longest product of two of its rows, and `q = [(lambda - tr B) e, z·e]`, lambda the largest root of
-//! the characteristic polynomial (`characteristic.rs`).
+//! Attitude by ESOQ2 (Mortari 1997): the Euler axis `e` is the null vector of `M = (lambda - tr B) [(lambda +
+//! tr B) I - S] - z zᵀ`, found as the longest product of two of its rows, and `q = [(lambda - tr B) e, z·e]`,
+//! lambda the largest root of the characteristic polynomial (`characteristic.rs`).
 //!
-//! `M` vanishes with the angle of rotation, so the reference is turned by 180 deg about the axis that leaves the
+//! `M` vanishes with the angle of rotation, so the reference is turned by 180 deg about the axis that leaves
+//! the
 //! *largest* angle: the one with the least element on the diagonal of K. Rounding error: see [`super`].
 
-use super::super::Observation;
-use super::WahbaError;
 use super::characteristic::root;
 use super::profile::{Profile, half_turn, partition};
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::WahbaError;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::{Vector3, Vector4};
 
@@ -16,7 +17,7 @@ use nalgebra::{Vector3, Vector4};
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     let profile = Profile::of(pairs)?;
     let loss = root(&profile)?.loss;
     let k = profile.shifted_k();

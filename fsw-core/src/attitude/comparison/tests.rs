@@ -1,28 +1,29 @@
-//! Every method on the one interface: against an f64 oracle of its own, against the SVD, and against the truth.
+//! Every method on the one interface: against an f64 oracle of its own, against the SVD, and against the
+//! truth.
 
 use super::*;
 use crate::attitude::{ExtendedPair, VectorPair};
 use crate::frames::Direction;
 use crate::oracle::{self, ARCSEC, Generator, skewness, small_turn, turn, wide, wide_matrix};
 use core::f64::consts::PI;
-use nalgebra::Matrix3 as M3;
+use nalgebra::{Matrix3, Matrix3 as M3};
 use nalgebra::{Vector3, Vector3 as V3};
 use proptest::prelude::*;
 use std::vec::Vec;
 
 /// Those that solve Wahba's problem itself.
-const OPTIMAL: [Method; 7] = [
-    Method::Svd,
-    Method::Davenport,
-    Method::Quest,
-    Method::Foam,
-    Method::Esoq,
-    Method::Esoq2,
-    Method::Anisotropic,
+const OPTIMAL: [WahbaMethod; 7] = [
+    WahbaMethod::Svd,
+    WahbaMethod::Davenport,
+    WahbaMethod::Quest,
+    WahbaMethod::Foam,
+    WahbaMethod::Esoq,
+    WahbaMethod::Esoq2,
+    WahbaMethod::Anisotropic,
 ];
 const SIGMA_RAD: f32 = 1e-4;
 
-pub(super) fn pair(measured: &V3<f64>, reference: &V3<f64>, sigma_rad: f32) -> VectorPair {
+pub(in crate::attitude) fn pair(measured: &V3<f64>, reference: &V3<f64>, sigma_rad: f32) -> VectorPair {
     VectorPair {
         measured: Direction::new(measured.map(|x| x as f32)).unwrap(),
         reference: Direction::new(reference.map(|x| x as f32)).unwrap(),
@@ -31,7 +32,7 @@ pub(super) fn pair(measured: &V3<f64>, reference: &V3<f64>, sigma_rad: f32) -> V
 }
 
 /// Stars at these places in the star path, each off by a gaussian of `noise_rad` per axis.
-pub(super) fn sky(
+pub(in crate::attitude) fn sky(
     generator: &mut Generator,
     attitude: &M3<f64>,
     stars: &[V3<f64>],
@@ -44,12 +45,12 @@ pub(super) fn sky(
     stars.iter().map(see).collect()
 }
 
-pub(super) fn field(generator: &mut Generator, count: usize, radius_deg: f64) -> Vec<V3<f64>> {
+pub(in crate::attitude) fn field(generator: &mut Generator, count: usize, radius_deg: f64) -> Vec<V3<f64>> {
     (0..count).map(|_| generator.unit_in_cap(radius_deg.to_radians())).collect()
 }
 
 /// Optimum in f64 for exactly the values that the flight code was given.
-pub(super) fn optimum(pairs: &[VectorPair]) -> M3<f64> {
+pub(in crate::attitude) fn optimum(pairs: &[VectorPair]) -> M3<f64> {
     let items: Vec<_> = pairs
         .iter()
         .map(|pair| {
@@ -61,7 +62,7 @@ pub(super) fn optimum(pairs: &[VectorPair]) -> M3<f64> {
 }
 
 /// Angle, arcsec, across the line of sight and about it, by which a method misses an attitude.
-fn miss_arcsec(method: Method, pairs: &[VectorPair], attitude: &M3<f64>) -> (f64, f64) {
+fn miss_arcsec(method: WahbaMethod, pairs: &[VectorPair], attitude: &M3<f64>) -> (f64, f64) {
     let found =
         solve(method, pairs).unwrap_or_else(|error| panic!("{method:?}: {error:?} {pairs:?}")).attitude;
     assert!(skewness(found.matrix()) < 2e-6, "{method:?}: {:e}", skewness(found.matrix()));
@@ -76,10 +77,10 @@ fn spread_rad(stars: &[V3<f64>]) -> f64 {
     stars.iter().map(chord).fold(0.0, f64::max)
 }
 
-/// Rounding against that of the optimal methods: least squares magnify it, up to a hundredfold for three stars close to a
-/// great circle.
-fn rounding_of(method: Method) -> f64 {
-    if method == Method::LeastSquares { 100.0 } else { 1.0 }
+/// Rounding against that of the optimal methods: least squares magnify it, up to a hundredfold for three
+/// stars close to a great circle.
+fn rounding_of(method: WahbaMethod) -> f64 {
+    if method == WahbaMethod::LeastSquares { 100.0 } else { 1.0 }
 }
 
 #[test]
@@ -112,7 +113,7 @@ fn every_optimal_method_finds_the_optimum() {
 
 #[test]
 fn two_stars_are_enough_for_every_method() {
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let mut generator = Generator::new(5);
         let mut worst = (0.0f64, 0.0f64);
         for _ in 0..5000 {
@@ -122,7 +123,7 @@ fn two_stars_are_enough_for_every_method() {
             let apart = generator.between(2.0, 10.0).to_radians();
             let stars = [first, turn(&(axis * apart)) * first];
             // Without noise, so that what is no optimum has nothing to be wrong about.
-            let noise = if method == Method::LeastSquares { 0.0 } else { 1e-4 };
+            let noise = if method == WahbaMethod::LeastSquares { 0.0 } else { 1e-4 };
             let pairs = sky(&mut generator, &attitude, &stars, noise);
             let (across, roll) = miss_arcsec(method, &pairs, &optimum(&pairs));
             worst = (worst.0.max(across), worst.1.max(roll * apart));
@@ -155,7 +156,7 @@ fn nearly_parallel_stars_keep_the_roll_to_rounding_over_separation() {
 
 #[test]
 fn half_turns_are_found_by_every_method() {
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let mut generator = Generator::new(7);
         for index in 0..2000 {
             let axis = match index % 4 {
@@ -170,7 +171,7 @@ fn half_turns_are_found_by_every_method() {
                 continue;
             }
             let pairs = sky(&mut generator, &attitude, &stars, 0.0);
-            if method == Method::LeastSquares
+            if method == WahbaMethod::LeastSquares
                 && solve(method, &pairs).map(|_| ()) == Err(WahbaError::Collinear)
             {
                 continue;
@@ -255,7 +256,7 @@ fn few_stars_with_a_degree_of_noise_still_give_the_optimum() {
 #[test]
 fn directions_all_over_the_sky_are_as_good() {
     // Two heads back to back among them: the mean direction says nothing.
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let mut generator = Generator::new(9);
         let mut worst = 0.0f64;
         for case in 0..5000 {
@@ -314,7 +315,7 @@ fn the_loss_is_half_a_chi_square() {
 
 #[test]
 fn directions_that_fix_no_attitude_are_refused_with_the_reason() {
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         let mut generator = Generator::new(12);
         let refused = |pairs: &[VectorPair]| match solve(method, pairs) {
             Err(reason) => reason,
@@ -340,7 +341,7 @@ fn directions_that_fix_no_attitude_are_refused_with_the_reason() {
 
 #[test]
 fn weights_that_are_none_are_refused_with_the_reason() {
-    for method in Method::ALL {
+    for method in WahbaMethod::ALL {
         for (bad, reason) in [
             (f32::NAN, WahbaError::NotFinite),
             (f32::INFINITY, WahbaError::NotFinite),
@@ -372,7 +373,9 @@ fn pairs_that_contradict_each_other_are_ambiguous() {
     // A triangle seen in a mirror: the attitude may be turned about the line of sight at will.
     let star = |x: f64, y: f64| pair(&V3::new(-x, y, 5.0), &V3::new(x, y, 5.0), SIGMA_RAD);
     let pairs = [star(0.0, 1.0), star(-0.75f64.sqrt(), -0.5), star(0.75f64.sqrt(), -0.5)];
-    for method in [Method::Davenport, Method::Quest, Method::Foam, Method::Esoq, Method::Esoq2] {
+    for method in
+        [WahbaMethod::Davenport, WahbaMethod::Quest, WahbaMethod::Foam, WahbaMethod::Esoq, WahbaMethod::Esoq2]
+    {
         assert_eq!(solve(method, &pairs).map(|_| ()).unwrap_err(), WahbaError::Ambiguous, "{method:?}");
     }
 }
@@ -386,7 +389,7 @@ fn stars_on_a_great_circle_are_refused_by_least_squares_alone() {
         let axis = centre.cross(&generator.unit()).normalize();
         let stars = [-0.08, 0.01, 0.05].map(|angle| turn(&(axis * angle)) * centre);
         let pairs = sky(&mut generator, &attitude, &stars, 1e-5);
-        assert_eq!(solve(Method::LeastSquares, &pairs).map(|_| ()).unwrap_err(), WahbaError::Collinear);
+        assert_eq!(solve(WahbaMethod::LeastSquares, &pairs).map(|_| ()).unwrap_err(), WahbaError::Collinear);
         OPTIMAL.iter().for_each(|method| assert!(solve(*method, &pairs).is_ok(), "{method:?}"));
     }
 }
@@ -402,14 +405,19 @@ fn any_pair() -> impl Strategy<Value = VectorPair> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { rng_seed: prop::test_runner::RngSeed::Fixed(14), cases: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        rng_seed: prop::test_runner::RngSeed::Fixed(14),
+        cases: 2000,
+        ..ProptestConfig::default()
+    })]
 
     /// Pairs that agree in nothing, with weights that differ by many powers of ten.
     #[test]
     fn any_pairs_give_a_rotation_or_a_refusal(pairs in prop::collection::vec(any_pair(), 0..12)) {
         let usable = |pair: &VectorPair| pair.sigma_rad > 1e-9 && pair.sigma_rad < 1.0;
         let good: Vec<_> = pairs.iter().copied().filter(usable).collect();
-        for (method, pairs) in Method::ALL.into_iter().flat_map(|method| [(method, &pairs), (method, &good)]) {
+        let both = |method| [(method, &pairs), (method, &good)];
+        for (method, pairs) in WahbaMethod::ALL.into_iter().flat_map(both) {
             if let Ok(found) = solve(method, pairs) {
                 let matrix = found.attitude.matrix();
                 prop_assert!(skewness(matrix) < 1e-5, "{method:?} {matrix:?}");
@@ -421,14 +429,18 @@ proptest! {
 
     /// Whatever the noise, from none to degrees.
     #[test]
-    fn every_method_agrees_with_the_svd(seed in any::<u64>(), count in 2usize..10, noise_power in -6.0f64..-1.5) {
+    fn every_method_agrees_with_the_svd(
+        seed in any::<u64>(),
+        count in 2usize..10,
+        noise_power in -6.0f64..-1.5,
+    ) {
         let mut generator = Generator::new(seed);
         let attitude = generator.rotation();
         let stars = field(&mut generator, count, 11.0);
         prop_assume!(spread_rad(&stars) > 0.1);
         let noise = 10f64.powf(noise_power);
         let pairs = sky(&mut generator, &attitude, &stars, noise);
-        let svd = wide_matrix(solve(Method::Svd, &pairs).unwrap().attitude.matrix());
+        let svd = wide_matrix(solve(WahbaMethod::Svd, &pairs).unwrap().attitude.matrix());
         for method in OPTIMAL {
             let (across, roll) = miss_arcsec(method, &pairs, &svd);
             // Rounding, and what Gauss-Newton leaves of errors of degrees.

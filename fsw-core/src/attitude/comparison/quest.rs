@@ -1,15 +1,15 @@
-//! Attitude by QUEST (thesis §3.1.4; Shuster and Oh 1981): the Gibbs vector `y = [(lambda + tr B) I - S]⁻¹ z`, lambda the
-//! largest root of the characteristic polynomial (`characteristic.rs`).
+//! Attitude by QUEST (thesis §3.1.4; Shuster and Oh 1981): the Gibbs vector `y = [(lambda + tr B) I - S]⁻¹
+//! z`, lambda the largest root of the characteristic polynomial (`characteristic.rs`).
 //!
-//! The Gibbs vector is infinite at half turns, so the reference is turned by 180 deg about the axis that makes the scalar
-//! component large (sequential rotation): the one with the greatest element on the diagonal of K, which is `tr B` of
-//! each choice. A half turn only permutes K, so none of its digits are lost. Adjugate and determinant instead
-//! of the inverse, no division. Rounding error: see [`super`].
+//! The Gibbs vector is infinite at half turns, so the reference is turned by 180 deg about the axis that
+//! makes the scalar component large (sequential rotation): the one with the greatest element on the diagonal
+//! of K, which is `tr B` of each choice. A half turn only permutes K, so none of its digits are lost.
+//! Adjugate and determinant instead of the inverse, no division. Rounding error: see [`super`].
 
-use super::super::Observation;
-use super::WahbaError;
 use super::characteristic::root;
 use super::profile::{Profile, cofactors, half_turn, partition};
+use crate::attitude::WeightedPair;
+use crate::attitude::wahba::WahbaError;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::Vector4;
 
@@ -17,7 +17,7 @@ use nalgebra::Vector4;
 ///
 /// # Errors
 /// [`WahbaError`].
-pub fn solve<O: Observation>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
+pub fn solve<O: WeightedPair>(pairs: &[O]) -> Result<Rotation<Icrs, StarPath>, WahbaError> {
     let profile = Profile::of(pairs)?;
     let loss = root(&profile)?.loss;
     let k = profile.shifted_k();
