@@ -13,7 +13,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 
 /// Chains of the base sides. Of the directed pairs of a separation, 100 to 500 as a rule, few share one.
-pub const BASE_SIDE_CHAINS: usize = 1024;
+pub const BASE_SIDE_CHAINS: usize = 4096;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
 /// Most triangles over one base side.

@@ -46,12 +46,8 @@ pub fn field_stars(
     let (cosine, middle) = circumscribed_cone(camera)?;
     let boresight = attitude.inverse().apply(&middle);
     let mut field = Vec::new();
-    for (index, star) in catalogue.stars().enumerate() {
-        // Most stars are far off; what the observer's velocity does to those need not be known.
-        if star.direction().dot(&boresight) < cosine - MOST_ABERRATION {
-            continue;
-        }
-        let direction = catalogue.seen(&star);
+    for (index, direction) in catalogue.near(&boresight, cosine - MOST_ABERRATION) {
+        let direction = catalogue.aberrated(&direction);
         if direction.dot(&boresight) < cosine {
             continue;
         }
@@ -59,7 +55,7 @@ pub fn field_stars(
         if !camera.contains(centre_px, 0.0) {
             continue;
         }
-        if field.push(Predicted { star: index as u16, centre_px }).is_err() {
+        if field.push(Predicted { star: index, centre_px }).is_err() {
             break;
         }
     }
