@@ -64,13 +64,13 @@ impl Light {
 }
 
 /// The moments of the light of the 3 x 3 px in the middle above a floor; `None` of no light.
-#[inline(never)]
+#[inline]
 pub fn of_core(patch: &Patch, floor: i32) -> Option<Moments> {
     moments::<1>(patch, floor)
 }
 
 /// The moments of all light inside the outermost ring; `None` of no light.
-#[inline(never)]
+#[inline]
 pub fn of_all(patch: &Patch, floor: i32) -> Option<Moments> {
     moments::<{ MARGIN - 1 }>(patch, floor)
 }
@@ -86,7 +86,7 @@ fn moments<const HALF: usize>(patch: &Patch, floor: i32) -> Option<Moments> {
 
 /// The same under the Gaussian weight of 2 px sigma, which stands on the patch's middle: it narrows the
 /// moments of wide light.
-#[inline(never)]
+#[inline]
 pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
     let weight = |at: i32| WEIGHT.get(at.unsigned_abs() as usize).copied().unwrap_or(0.0) / 16.0;
     let mut light = Light::default();
@@ -98,7 +98,7 @@ pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
 
 /// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance,
 /// before anything is measured: of a star's nine brightest pixels one holds half of the light at most.
-#[inline(never)]
+#[inline]
 pub fn is_single_pixel(window: &Place, x: usize, y: usize) -> bool {
     let (Some(left), Some(top)) = (x.checked_sub(2), y.checked_sub(2)) else { return false };
     let (mut all, mut nine, mut peak) = (0, 0, i32::MIN);

@@ -27,7 +27,7 @@ impl Patch {
 
     /// Takes the pixels about (x, y); whether they are in the window. If not, nothing has changed.
     #[must_use]
-    #[inline(never)]
+    #[inline]
     pub fn take(&mut self, window: &Place, [x, y]: [usize; 2]) -> bool {
         if x.min(y) < MARGIN || x + MARGIN >= window.width() || y + MARGIN >= window.height() {
             return false;
@@ -104,7 +104,7 @@ impl Patch {
     }
 
     /// Sum over the square up to `half` from the middle and its first moments, in x and y.
-    #[inline(never)]
+    #[inline]
     pub fn moments(&self, half: usize) -> [i32; 3] {
         match half {
             2 => self.moments_of::<2>(),
@@ -131,7 +131,7 @@ impl Patch {
 
     /// Sums over the four sides of the ring just outside the region: left, right, top, bottom, corners in two
     /// of them.
-    #[inline(never)]
+    #[inline]
     pub fn sides(&self, half: usize) -> [i32; 4] {
         match half {
             2 => self.sides_of::<3>(),

@@ -160,14 +160,14 @@ impl Searched {
     }
 
     /// The sums centred at the places of a block's row, two more on either side, from `x` on.
-    #[inline(never)]
+    #[inline]
     pub fn block_sums(&self, window: &Residuals, x: usize, y: usize) -> [i32; SPAN] {
         self.sums::<{ SPAN + 2 }, SPAN>(window, x, y)
     }
 
     /// Whether no sum of the two rows above and below and within two columns is larger; an equal one above is
     /// first.
-    #[inline(never)]
+    #[inline]
     pub fn tops_its_rows(&self, window: &Residuals, x: usize, y: usize, sum: i32) -> bool {
         let row = |y: usize| self.sums::<7, 5>(window, x - 2, y);
         row(y - 1).iter().all(|other| *other < sum)

@@ -19,8 +19,8 @@ parameter_group! {
         /// Largest accepted common logarithm of the false-identification probability.
         log10_false_limit: f32 = -9.0, -30.0..=-2.0, "", "one wrong sky in thirty years of an image a second";
         /// Catalogue pairs that may be looked at in one second, confirmations counted in proportion.
-        pairs_per_cycle: u32 = 560_000, 10_000..=4_000_000, "",
-            "130 cycles a pair on the target: 73 M cycles";
+        pairs_per_cycle: u32 = 460_000, 10_000..=4_000_000, "",
+            "175 cycles a pair on the target: 80 M cycles";
     }
 }
 
