@@ -157,7 +157,9 @@ impl BuildParameters {
     ) -> Result<Self, BuildError> {
         let field_deg = width_deg.max(height_deg);
         let rounded_deg = (field_deg * 10.0).round() / 10.0;
-        if !(FLIGHT_FIELD_DEG.contains(&rounded_deg) && width_deg.min(height_deg) >= SHORTEST_SIDE_DEG) {
+        // Of a number and NaN `max` and `min` give the number: each side is held against its bound.
+        let wide_enough = width_deg >= SHORTEST_SIDE_DEG && height_deg >= SHORTEST_SIDE_DEG;
+        if !(FLIGHT_FIELD_DEG.contains(&rounded_deg) && wide_enough) {
             return Err(BuildError::NoFlightField(field_deg));
         }
         let reference = Self::reference();

@@ -111,7 +111,7 @@ fn catalogues_of_a_wrong_version_or_checksum() {
     let mut bytes = catalog_gen::REFERENCE.to_vec();
     bytes[4] = 9;
     with(&bytes, &["some.cat", "version 9"]);
-    bytes[4] = 1;
+    bytes[4] = catalog_gen::REFERENCE[4];
     bytes[1000] ^= 1;
     with(&bytes, &["some.cat", "checksum"]);
     with(&catalog_gen::REFERENCE[..5000], &["some.cat"]);
