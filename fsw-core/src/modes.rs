@@ -19,7 +19,7 @@
 //! | safe | `pause_s` seconds in the mode | self-test |
 //!
 //! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a longer gap
-//! [`LONGEST_STEP_US`] count, because nothing was tried in it.
+//! `LONGEST_STEP_US` count, because nothing was tried in it.
 
 use crate::parameters::table::parameter_group;
 use fsw_hal::LocalTime;

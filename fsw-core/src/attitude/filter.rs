@@ -252,7 +252,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     }
 
     /// Attitude and standard deviations, rad, at a later instant; `None` without a rate, for an earlier instant, beyond
-    /// [`MAX_STEP_S`] and [`MAX_ANGLE_RAD`].
+    /// `MAX_STEP_S` and `MAX_ANGLE_RAD`.
     #[inline(never)]
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;

@@ -1,4 +1,4 @@
-//! One declaration a parameter: [`parameter_group!`] makes of it the field, its default, its check and its
+//! One declaration a parameter: `parameter_group!` makes of it the field, its default, its check and its
 //! row in the table of all parameters.
 //!
 //! In: a group's name and, for every parameter, what it is, its type, default, range, unit and source. Out: a

@@ -1,7 +1,7 @@
 //! What the emulated computer flies: clips of scenarios, one after the other.
 //!
 //! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the sensor is not asked for as long as
-//! the clips are apart; where the next one is earlier, for [`PAUSE_US`], and the clock is set back. What the flight code makes of
+//! the clips are apart; where the next one is earlier, for `PAUSE_US`, and the clock is set back. What the flight code makes of
 //! that (a gap that it crosses, one too long, a step backwards) is part of the flight.
 //!
 //! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
