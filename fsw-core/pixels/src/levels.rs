@@ -1,6 +1,6 @@
 //! The background of a window: a level for every row plus a level for every cell.
 //!
-//! In: raw pixels. Out: [`Levels`], scaled counts. A cell is [`BLOCK`] columns of [`BAND`] rows: small enough
+//! In: raw pixels. Out: [`Levels`], scaled counts. A cell is [`BLOCK`] columns of `BAND` rows: small enough
 //! that a limb, a glow or the vignetting that crosses a window moves the levels of the cells it crosses and
 //! leaves those beside it. Rows have levels of their own because readouts band them (thesis §2.1).
 //!

@@ -4,7 +4,7 @@
 //! Clouds, a limb or glare widen it where they are and nowhere else, so that the threshold can rise there
 //! alone.
 //!
-//! Of the sums of a cell the [`TRIMMED`] farthest from the background are left out, because a star, a hot
+//! Of the sums of a cell the `TRIMMED` farthest from the background are left out, because a star, a hot
 //! pixel or a hit must not hide itself; the mean distance of the others, x 1.64 (Gaussian, 12 sums), is the
 //! deviation. Its error is 25 % for a single cell, which is why cells that look alike share what the quieter
 //! half of the window shows.
