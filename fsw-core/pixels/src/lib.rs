@@ -1,5 +1,4 @@
-//! The loops over pixels, in a crate of their own so that they alone are built for speed and all other flight
-//! code for size.
+//! The loops over pixels, in a crate of their own.
 //!
 //! In: slices of raw pixels. Out: background levels, noise, marked places, sums, fits' normal equations. What
 //! these mean for a star, a limb or a streak is decided by `fsw-core`, which is the only user.
@@ -17,8 +16,7 @@
 //! | [`profile`] | a star's image and its profile | sums of a least-squares fit |
 //! | [`radon`] | a block of pixels | sums along all its lines |
 //!
-//! Arrows point up that table only. The functions that other crates call are not generic and never inlined: a
-//! copy inside a function that is built for size would be built for size too. Small accessors are exceptions.
+//! Arrows point up that table only. The functions that other crates call are not generic.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]

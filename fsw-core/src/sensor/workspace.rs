@@ -12,7 +12,7 @@ use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// Chains of the base sides. Of the directed pairs of a separation, 100 to 500 as a rule, few share one.
+/// Chains of the base sides: up to so many stars of a catalogue have one each, and it costs no RAM beside the readout.
 pub const BASE_SIDE_CHAINS: usize = 4096;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
