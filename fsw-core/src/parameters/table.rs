@@ -82,10 +82,18 @@ pub fn first_out_of_range(values: &[f32], bounds: &[Bounds]) -> Option<&'static 
 
 /// Declares a group of parameters, see [the module](crate::parameters::table):
 ///
-/// ```text parameter_group! { /// What the group is. pub struct TrackingParameters in "tracking" { /// What
-/// the parameter is. gate_px: u16 = 5, 3..=24, "px", "source; what set it"; /// A choice between values of a
-/// type has no range. observation: Observation = Observation::Position, one of "Position, UnitVector,
-/// Combined", "", "source"; } } ```
+/// ```text
+/// parameter_group! {
+///     /// What the group is.
+///     pub struct TrackingParameters in "tracking" {
+///         /// What the parameter is.
+///         gate_px: u16 = 5, 3..=24, "px", "source; what set it";
+///         /// A choice between values of a type has no range.
+///         observation: Observation = Observation::Position,
+///             one of "Position, UnitVector, Combined", "", "source";
+///     }
+/// }
+/// ```
 macro_rules! parameter_group {
     (
         $(#[doc = $group_doc:literal])*
