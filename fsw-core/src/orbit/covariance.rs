@@ -75,6 +75,11 @@ fn place(row: usize, column: usize) -> usize {
     below * (below + 1) / 2 + above
 }
 
+/// Whether a factor is 0 or -0, which spares its product: integers instead of a call of software arithmetic.
+fn is_zero(factor: f64) -> bool {
+    factor.to_bits() << 1 == 0
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
@@ -166,25 +171,29 @@ impl Covariance {
     #[inline(never)]
     fn transform(&mut self, motion: &Transition, kept: &[f64; SLOW]) {
         let mut rows = [[0.0; STATES]; MOTION];
-        for (row, factors) in rows.iter_mut().zip(motion) {
-            for (column, element) in row.iter_mut().enumerate() {
-                for (k, factor) in factors.iter().enumerate() {
-                    *element += factor * self.at(k, column);
+        for k in 0..MOTION {
+            let line: [f64; STATES] = core::array::from_fn(|column| self.at(k, column));
+            for (row, factors) in rows.iter_mut().zip(motion) {
+                let Some(factor) = factors.get(k).filter(|factor| !is_zero(**factor)) else { continue };
+                for (sum, element) in row.iter_mut().zip(&line) {
+                    *sum += factor * element;
                 }
             }
         }
         for (i, (row, factors)) in rows.iter().zip(motion).enumerate() {
             for (j, above) in rows.iter().enumerate().take(i + 1) {
-                self.set(i, j, dot(above, factors));
+                let nonzero = above.iter().zip(factors).filter(|(_, factor)| !is_zero(**factor));
+                self.set(i, j, nonzero.fold(0.0, |sum, (above, factor)| sum + above * factor));
             }
-            for ((state, element), kept) in row.iter().enumerate().skip(MOTION).zip(kept) {
-                self.set(state, i, element * kept);
+            for (state, element) in row.iter().enumerate().skip(MOTION) {
+                self.set(state, i, *element);
             }
         }
-        for (i, one) in (MOTION..).zip(kept) {
-            for (j, other) in (MOTION..=i).zip(kept) {
-                self.set(i, j, self.at(i, j) * one * other);
+        for (state, kept) in (MOTION..STATES).zip(kept).rev().filter(|(_, kept)| **kept != 1.0) {
+            for other in 0..STATES {
+                self.set(state, other, self.at(state, other) * kept);
             }
+            self.set(state, state, self.at(state, state) * kept);
         }
     }
 
@@ -202,7 +211,7 @@ impl Covariance {
         for (state, sums) in carried.data.0.iter_mut().enumerate() {
             for (other, factors) in sensitivity.data.0.iter().enumerate() {
                 let element = self.at(other, state);
-                for (sum, factor) in sums.iter_mut().zip(factors) {
+                for (sum, factor) in sums.iter_mut().zip(factors).filter(|(_, factor)| !is_zero(**factor)) {
                     *sum += factor * element;
                 }
             }

@@ -178,24 +178,24 @@ pub fn transition(before: &OrbitState, after: &OrbitState) -> Transition {
     let change = plus_scaled(&before.velocity_km_s, -1.0, &after.velocity_km_s);
     let middle = plus_scaled(&mean, 0.125 * dt, &change);
     let gradients = [&before.position_km, &middle, &after.position_km].map(gravity_gradient);
-    let square = product(&gradients[1], &gradients[1]);
+    let [first, middle, last] = &gradients;
+    let square = product(middle, middle);
     let mut rows = [[0.0; 6]; 6];
-    for (i, row) in rows.iter_mut().enumerate() {
-        for (j, element) in row.iter_mut().enumerate() {
-            let at = (i % 3, j % 3);
-            let of = |matrix: &Matrix3<f64>| matrix.get(at).copied().unwrap_or(0.0);
-            let [first, middle, last] = &gradients;
-            // Simpson's weights 1/6, 4/6, 1/6; the middle one is shared by the first half and the second.
-            let (first, third, last) = (of(first) / 6.0, of(middle) / 3.0, of(last) / 6.0);
-            let square = of(&square) * (dt * dt / 6.0);
-            let one = if at.0 == at.1 { 1.0 } else { 0.0 };
-            *element = match (i < 3, j < 3) {
-                (true, true) => one + (first + third + 0.25 * square) * dt * dt,
-                (true, false) => (one + (0.5 * third + 0.05 * square) * dt * dt) * dt,
-                (false, true) => (first + 2.0 * third + last + square) * dt,
-                (false, false) => one + (third + last + 0.25 * square) * dt * dt,
-            };
+    let mut set = |i: usize, j: usize, value: f64| {
+        if let Some(element) = rows.get_mut(i).and_then(|row| row.get_mut(j)) {
+            *element = value;
         }
+    };
+    for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+        let of = |matrix: &Matrix3<f64>| matrix.get((i, j)).copied().unwrap_or(0.0);
+        // Simpson's weights 1/6, 4/6, 1/6; the middle one is shared by the first half and the second.
+        let (first, third, last) = (of(first) / 6.0, of(middle) / 3.0, of(last) / 6.0);
+        let square = of(&square) * (dt * dt / 6.0);
+        let one = if i == j { 1.0 } else { 0.0 };
+        set(i, j, one + (first + third + 0.25 * square) * dt * dt);
+        set(i, j + 3, (one + (0.5 * third + 0.05 * square) * dt * dt) * dt);
+        set(i + 3, j, (first + 2.0 * third + last + square) * dt);
+        set(i + 3, j + 3, one + (third + last + 0.25 * square) * dt * dt);
     }
     rows
 }

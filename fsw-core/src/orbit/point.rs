@@ -35,28 +35,28 @@ pub struct PositionFix {
 
 impl PositionFix {
     /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the
-    /// vector `place_km` for which that was made, the attitude with the covariance of its rotation vector in
-    /// the star path (rad²), and the mounting. `None` when anything is not finite.
+    /// vector `place_km` for which that was made, the rotation from the Earth path to ICRS ([`earth_to_icrs`]),
+    /// the covariance of the attitude's rotation vector in the star path (rad²), and the mounting. `None` when
+    /// anything is not finite.
     #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,
         earth_covariance_km2: &Matrix3<f32>,
         place_km: &Vector3<f32>,
-        attitude: &Rotation<Icrs, StarPath>,
+        to_icrs: &Matrix3<f64>,
         attitude_covariance_rad2: &Matrix3<f32>,
         mounting: &Rotation<EarthPath, StarPath>,
     ) -> Option<Self> {
-        let to_icrs = earth_to_icrs(attitude, mounting);
         let place_km = place_km.map(f64::from);
         // In the Earth path: the attitude's covariance is rotated there, then the sum into ICRS.
         let mounting = mounting.matrix().map(f64::from);
         let lever = product_transposed(&cross_matrix(&place_km), &mounting);
         let mut covariance_km2 = symmetric_product(&lever, &attitude_covariance_rad2.map(f64::from));
         add_scaled(&mut covariance_km2, 1.0, &earth_covariance_km2.map(f64::from));
-        let to_satellite = scaled(&to_icrs, -1.0);
+        let to_satellite = scaled(to_icrs, -1.0);
         let fix = Self {
             position_km: product(&to_satellite, &earth_km.map(f64::from)),
-            covariance_km2: symmetric_product(&to_icrs, &covariance_km2),
+            covariance_km2: symmetric_product(to_icrs, &covariance_km2),
             place_km: product(&to_satellite, &place_km),
         };
         (finite(&fix.position_km)

@@ -7,7 +7,7 @@ use crate::earth::look::{EVENLY, HeightVariance, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
 use crate::earth::{Body, Demand, EarthFix, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::matrix::inverse;
+use crate::matrix::{inverse, product, product_transposed};
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Report, Status};
@@ -30,7 +30,7 @@ struct Prediction {
     covariance_km2: Matrix3<f32>,
     /// Sigma of its place in all, rad.
     sigma_rad: f32,
-    expected: Expected,
+    centre_km: Vector3<f32>,
 }
 
 impl Prediction {
@@ -50,6 +50,11 @@ enum Looked {
     Found(EarthFix),
     /// None, and why.
     Refused(Refusal),
+}
+
+/// A symmetric matrix in the axes to which `path` rotates.
+fn rotated(path: &Matrix3<f64>, matrix: &Matrix3<f64>) -> Matrix3<f32> {
+    product_transposed(&product(path, matrix), path).map(|element| element as f32)
 }
 
 impl Sensor<'_> {
@@ -143,7 +148,7 @@ impl Sensor<'_> {
         meter.begin(Stage::Centre);
         // After fixes that failed or disagreed with the orbit the next is made without it.
         let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
-        let orbit = predicted.filter(|_| believed).map(|predicted| predicted.expected);
+        let orbit = predicted.filter(|_| believed).and_then(|predicted| self.expected(&predicted, attitude));
         let demand = self.parameters.earth.in_strips(&strips, orbit.is_none());
         // Strips that agree on another body than the search do not agree with what is expected either.
         let fix = self.fit(body, &demand, orbit.or(rough).as_ref());
@@ -154,14 +159,25 @@ impl Sensor<'_> {
     /// The Earth as the orbit predicts it; `None` without an orbit.
     fn prediction(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<Prediction> {
         let (state, covariance) = (self.orbit.state()?, self.orbit.position_covariance_km2()?);
-        let path = attitude.then(&self.star_to_earth).matrix().map(f64::from);
-        let turned = |m: &Matrix3<f64>| (path * m * path.transpose()).map(|element| element as f32);
-        let centre_km = (path * state.position_km).map(|axis| -axis as f32);
+        let path = self.earth_path(attitude);
+        let centre_km = product(&path, &state.position_km).map(|axis| -axis as f32);
         let view = View::new(&centre_km, body)?;
-        let covariance_km2 = turned(&covariance);
+        let covariance_km2 = rotated(&path, &covariance);
         let sigma_rad = libm::sqrtf(covariance_km2.trace().max(0.0)) / view.limb_distance_km();
-        let expected = Expected { centre_km, information: turned(&inverse(&covariance)?) };
-        Some(Prediction { view, covariance_km2, sigma_rad, expected })
+        Some(Prediction { view, covariance_km2, sigma_rad, centre_km })
+    }
+
+    /// What the fit of the centre expects by a prediction with the same attitude.
+    #[inline(never)]
+    fn expected(&self, predicted: &Prediction, attitude: &Rotation<Icrs, StarPath>) -> Option<Expected> {
+        let information = inverse(&self.orbit.position_covariance_km2()?)?;
+        let information = rotated(&self.earth_path(attitude), &information);
+        Some(Expected { centre_km: predicted.centre_km, information })
+    }
+
+    /// From ICRS to the Earth path.
+    fn earth_path(&self, attitude: &Rotation<Icrs, StarPath>) -> Matrix3<f64> {
+        attitude.then(&self.star_to_earth).matrix().map(f64::from)
     }
 
     /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the strips, and
@@ -236,12 +252,12 @@ impl Sensor<'_> {
         let mounting = self.star_to_earth.inverse();
         // The filter has its own account of errors that last.
         let EarthFix { centre_km, noise_km2, place_km, .. } = fix;
-        let fix = PositionFix::new(centre_km, noise_km2, place_km, attitude, &attitude_covariance, &mounting);
+        let to_icrs = earth_to_icrs(attitude, &mounting);
+        let fix = PositionFix::new(centre_km, noise_km2, place_km, &to_icrs, &attitude_covariance, &mounting);
         let Some(mut position) = fix else { return };
         if let Some(state) = self.orbit.state() {
             position = position.without_aberration(&state.velocity_km_s);
         }
-        let to_icrs = earth_to_icrs(attitude, &mounting);
         let (nis, event) = match self.orbit.update(instant_us, &position, &to_icrs, &self.parameters.orbit) {
             Update::Begun => (None, None),
             Update::Started => (None, Some(Event::OrbitStarted)),

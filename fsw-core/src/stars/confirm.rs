@@ -92,18 +92,58 @@ pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     (first + libm::log10f(series)).min(0.0)
 }
 
-/// The one measured star within `radius_px` of a position, with its offset; `None` when there is none, or
-/// more than one: which of two close stars carries the name would be a guess.
-fn only_star_near([x, y]: [f32; 2], measured: &[Measured], radius_px: f32) -> Option<(u8, [f32; 2])> {
-    let mut only = None;
-    for (index, seen) in (0u8..).zip(measured) {
-        let [dx, dy] = [seen.centre_px[0] - x, seen.centre_px[1] - y];
-        if dx * dx + dy * dy < radius_px * radius_px && only.replace((index, [dx, dy])).is_some() {
-            return None;
-        }
-    }
-    only
+/// Columns in which measured stars are looked up.
+const COLUMNS: usize = 32;
+/// By so much a star's columns reach beyond its radius, px: more than positions round.
+const COLUMN_MARGIN_PX: f32 = 0.01;
+
+/// Which measured stars may be near a position: a bit each, by columns of the detector.
+struct Columns<'a> {
+    measured: &'a [Measured],
+    stars: [u64; COLUMNS],
+    per_px: f32,
 }
+
+impl<'a> Columns<'a> {
+    fn new(field: &Field<'a>, radius_px: f32) -> Self {
+        let width_px = f32::from(field.camera.parameters().width_px);
+        let measured = field.measured();
+        let mut columns = Self { measured, stars: [0; COLUMNS], per_px: COLUMNS as f32 / width_px };
+        let reach_px = radius_px + COLUMN_MARGIN_PX;
+        for (index, seen) in measured.iter().enumerate() {
+            let x = seen.centre_px[0];
+            let (first, last) = (columns.column(x - reach_px), columns.column(x + reach_px));
+            for stars in columns.stars.get_mut(first..=last).unwrap_or(&mut []) {
+                *stars |= 1u64.wrapping_shl(index as u32);
+            }
+        }
+        columns
+    }
+
+    /// The column of a position; what is beside the detector counts to its edge.
+    fn column(&self, x: f32) -> usize {
+        ((x * self.per_px) as usize).min(COLUMNS - 1)
+    }
+
+    /// The one measured star within `radius_px` of a position, no more than that of [`Columns::new`], with its offset;
+    /// `None` when there is none, or more than one: which of two close stars carries the name would be a guess.
+    fn only_star_near(&self, [x, y]: [f32; 2], radius_px: f32) -> Option<(u8, [f32; 2])> {
+        let mut stars = self.stars.get(self.column(x)).copied().unwrap_or(0);
+        let mut only = None;
+        for _ in 0..MAX_MEASURED {
+            let index = stars.trailing_zeros();
+            let Some(seen) = self.measured.get(index as usize) else { break };
+            stars &= stars.wrapping_sub(1);
+            let [dx, dy] = [seen.centre_px[0] - x, seen.centre_px[1] - y];
+            if dx * dx + dy * dy < radius_px * radius_px && only.replace((index as u8, [dx, dy])).is_some() {
+                return None;
+            }
+        }
+        only
+    }
+}
+
+const _: () = assert!(MAX_MEASURED <= u64::BITS as usize);
 
 /// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that
 /// claims it.
@@ -113,6 +153,7 @@ fn match_stars(
     attitude: &Rotation<Icrs, StarPath>,
     radius_px: f32,
 ) -> Vec<Match, MAX_FIELD_STARS> {
+    let columns = Columns::new(field, radius_px);
     let mut taken = [false; MAX_MEASURED];
     let mut matches = Vec::new();
     for (rank, star) in (0u8..).zip(expected) {
@@ -123,7 +164,7 @@ fn match_stars(
                 let [dx, dy] = field.colour_shift_px([x, y], &named);
                 Some([x + dx, y + dy])
             })
-            .and_then(|at| only_star_near(at, field.measured(), radius_px));
+            .and_then(|at| columns.only_star_near(at, radius_px));
         let Some((index, residual_px)) = near else { continue };
         if let Some(taken @ false) = taken.get_mut(usize::from(index)) {
             *taken = true;

@@ -23,7 +23,7 @@
 //! Bounds: [`MAX_SIDES`] sides, each at most `SEARCHED` passes over the pairs of one separation and
 //! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left
 //! out. Work is counted in catalogue pairs looked at, which is what the allowance of a call limits, to the
-//! star k; a confirmation counts as `CONFIRMATION_PAIRS`.
+//! star k; base sides, triangles and confirmations count in proportion to what they cost.
 
 use super::Field;
 use super::agenda::{Agenda, MAX_SIDES, SEARCHED, Task};
@@ -39,11 +39,14 @@ use heapless::Vec;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
-/// What a confirmation counts for in an allowance, catalogue pairs: 0.4 million cycles on the target with the
-/// reference catalogue, where a pair costs 130 with all that goes with it.
-const CONFIRMATION_PAIRS: usize = 3000;
-/// Stars of a catalogue for which that holds: it projects each one. One star more counts as a pair more and
-/// costs less.
+// What an allowance counts, in catalogue pairs looked at for a star k: one costs 47 cycles on the target.
+/// A catalogue pair of a base side: 330 cycles.
+const BASE_PAIR_PAIRS: usize = 7;
+/// A triangle looked at because a pair has a star of a base side: 240 cycles, few of them more.
+const TRIANGLE_PAIRS: usize = 6;
+/// A confirmation: 0.21 million cycles with the reference catalogue.
+const CONFIRMATION_PAIRS: usize = 4500;
+/// Stars of a catalogue for which that holds: it looks at each one. One star more counts as a pair more and costs less.
 const CONFIRMATION_STARS: usize = 3328;
 
 /// Why a field was not identified.
@@ -108,8 +111,7 @@ struct OpenSide {
 
 impl OpenSide {
     /// No side. All zero, as what is to be made in a static must be.
-    const NONE: Self =
-        Self { task: Task { i: 0, j: 0, side: Side { chord: 0.0, tolerance: 0.0 } }, tried: 0 };
+    const NONE: Self = Self { task: Task { i: 0, j: 0, side: Side::NONE }, tried: 0 };
 
     fn is_none(&self) -> bool {
         self.tried == 0
@@ -189,7 +191,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         self.triangles.begin(field.catalogue, &task.side);
         let directed = self.triangles.sides.len();
         self.hypotheses += directed as f32;
-        work.add(directed);
+        let pairs = field.catalogue.count_between(task.side.low(), task.side.high());
+        work.add(BASE_PAIR_PAIRS * pairs);
         self.open = OpenSide { task, tried: bit(task.i) | bit(task.j) };
         true
     }
@@ -213,8 +216,9 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
             }
             tried |= bit(k);
             let Some((corner, pairs)) = self.corner(field, parameters, &task, k) else { continue };
-            work.add(pairs);
-            if self.triangles.add(field.catalogue, &corner) >= EARLY_CORNERS
+            let most_corners = self.triangles.add(field.catalogue, &corner);
+            work.add(pairs + TRIANGLE_PAIRS * self.triangles.tried as usize);
+            if most_corners >= EARLY_CORNERS
                 && let Some(found) = self.propose_best(field, parameters, (i, j), EARLY_CORNERS, work)
             {
                 self.keep_rest(field, parameters, (i, j));
@@ -340,7 +344,6 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         parameters: &IdentificationParameters,
     ) -> Option<f32> {
         let seen = field.measured().get(usize::from(k))?;
-        let unit = field.catalogue.unit(r)?;
         others.iter().try_fold(0.0, |sum, (other, name)| {
             if *other == k || *name == r {
                 return None;
@@ -351,7 +354,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 field.measured().get(usize::from(*other))?,
                 field.camera,
             );
-            Some(sum + side.fit((unit - field.catalogue.unit(*name)?).norm())?)
+            Some(sum + side.fit_between(field.catalogue, r, *name)?)
         })
     }
 

@@ -5,6 +5,7 @@
 
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
+use crate::catalog::lookup::MOST_ABERRATION;
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use heapless::Vec;
 
@@ -13,10 +14,6 @@ pub const MAX_FIELD_STARS: usize = 48;
 /// The cone is wider by this than the corners' cosine says: in a field narrower than 0.3 deg rounding of the
 /// cosine alone would lose stars in the corners.
 const COSINE_ROUNDING: f32 = 1e-6;
-
-/// Aberration moves a direction by no more than this (the catalogue takes no observer that is faster), and
-/// rounding.
-const MOST_ABERRATION: f32 = 1.001e-3;
 
 /// A catalogue star that should be on the detector.
 #[derive(Clone, Copy, Debug)]

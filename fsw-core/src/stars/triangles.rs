@@ -12,7 +12,7 @@
 //! Work per star k: one pass over the pairs of one side.
 
 use super::parameters::Side;
-use crate::catalog::Catalogue;
+use crate::catalog::{Catalogue, Pair};
 use heapless::Vec;
 use nalgebra::Vector3;
 
@@ -49,10 +49,12 @@ pub(super) struct Hit {
 /// side. A catalogue may hold any number of stars: with more than `CHAINS` some share a chain.
 #[derive(Clone, Debug)]
 pub(super) struct Triangles<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
-    /// First base side of each chain.
+    /// First base side of each chain. A list, because an array would be made on the stack first.
     heads: Vec<u16, CHAINS>,
     pub sides: Vec<BaseSide, SIDES>,
     pub hits: Vec<Hit, HITS>,
+    /// Triangles that were looked at for the star k added last.
+    pub tried: u32,
 }
 
 /// A measured star k with its sides to the base stars i and j.
@@ -67,6 +69,16 @@ pub(super) struct Corner {
     pub sense: f32,
 }
 
+impl Corner {
+    /// Whether three catalogue stars have the sense of rotation of (i, j, k).
+    fn turns_like(&self, catalogue: &Catalogue, stars: [u16; 3]) -> bool {
+        match stars.map(|star| catalogue.unit(star)) {
+            [Some(p), Some(q), Some(r)] => self.sense * triple_product(&p, &q, &r) >= 0.0,
+            _ => false,
+        }
+    }
+}
+
 /// Six times the volume spanned by three directions, from differences so that small triangles keep their
 /// digits.
 pub(super) fn triple_product(a: &Vector3<f32>, b: &Vector3<f32>, c: &Vector3<f32>) -> f32 {
@@ -77,7 +89,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
     pub const fn new() -> Self {
         const { assert!(CHAINS.is_power_of_two(), "the chain of a star is the low bits of its index") };
         const { assert!(SIDES.is_multiple_of(2), "the two directions of a pair stand side by side") };
-        Self { heads: Vec::new(), sides: Vec::new(), hits: Vec::new() }
+        Self { heads: Vec::new(), sides: Vec::new(), hits: Vec::new(), tried: 0 }
     }
 
     /// Takes the catalogue pairs that fit `side` as the base.
@@ -87,23 +99,19 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
         let _ = self.heads.resize(CHAINS, NONE);
         self.sides.clear();
         self.hits.clear();
-        for pair in catalogue.pairs_between(side.low(), side.high()) {
-            let (Some(first), Some(second)) = (catalogue.unit(pair.first), catalogue.unit(pair.second))
-            else {
-                continue;
-            };
-            if side.fit((first - second).norm()).is_none() {
-                continue;
+        catalogue.pairs_between(side.low(), side.high()).for_each(|Pair { first, second }| {
+            if side.fit_between(catalogue, first, second).is_none() {
+                return;
             }
             // Both directions or none: the number of entries is even.
-            for p in [pair.first, pair.second] {
+            for p in [first, second] {
                 let Some(head) = self.heads.get_mut(usize::from(p) % CHAINS) else { continue };
                 let entry = BaseSide { p, next: *head, corners: 0, last_k: NO_CORNER };
                 if self.sides.push(entry).is_ok() {
                     *head = (self.sides.len() - 1) as u16;
                 }
             }
-        }
+        });
     }
 
     /// The catalogue stars p and q of a base side.
@@ -116,41 +124,71 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
     /// side has now.
     pub fn add(&mut self, catalogue: &Catalogue, corner: &Corner) -> u8 {
         let mut most = 0;
+        self.tried = 0;
         let reach = if corner.by_j { &corner.to_j } else { &corner.to_i };
-        for pair in catalogue.pairs_between(reach.low(), reach.high()) {
-            for (p, r) in [(pair.first, pair.second), (pair.second, pair.first)] {
-                let mut side = self.heads.get(usize::from(p) % CHAINS).copied().unwrap_or(NONE);
-                // A chain is no longer than the list of sides.
-                for _ in 0..SIDES {
-                    let Some(base) = self.sides.get(usize::from(side)) else { break };
-                    let next = base.next;
-                    if base.p == p {
-                        // Looked up by its q, the pair is meant the other way round.
-                        let meant = if corner.by_j { side ^ 1 } else { side };
-                        most = most.max(self.close(catalogue, corner, meant, r));
-                    }
-                    side = next;
+        // Most pairs have no star of a base side: this loop is what a pair costs.
+        catalogue.pairs_between(reach.low(), reach.high()).for_each(|Pair { first, second }| {
+            let head = |star: u16| self.heads.get(usize::from(star) % CHAINS).copied().unwrap_or(NONE);
+            let (of_first, of_second) = (head(first), head(second));
+            if of_first != NONE {
+                most = most.max(self.close_chain(catalogue, corner, of_first, (first, second)));
+            }
+            if of_second != NONE {
+                most = most.max(self.close_chain(catalogue, corner, of_second, (second, first)));
+            }
+        });
+        most
+    }
+
+    /// Closes the triangles of `r` over every base side of p in the chain that begins with `side`; gives the
+    /// most corners that any of these has then.
+    #[inline(never)]
+    fn close_chain(
+        &mut self,
+        catalogue: &Catalogue,
+        corner: &Corner,
+        mut side: u16,
+        (p, r): (u16, u16),
+    ) -> u8 {
+        let mut most = 0;
+        // A chain is no longer than the list of sides.
+        for _ in 0..SIDES {
+            let Some(base) = self.sides.get(usize::from(side)) else { break };
+            let next = base.next;
+            if base.p == p {
+                // Looked up by its q, the pair is meant the other way round.
+                let meant = if corner.by_j { side ^ 1 } else { side };
+                self.tried += 1;
+                if self.may_close(catalogue, corner, meant, r) {
+                    most = most.max(self.close(catalogue, corner, meant, r));
                 }
             }
+            side = next;
         }
         most
     }
 
+    /// Whether the triangle of a base side and `r` may fit by its side that was not looked up, and the base side
+    /// takes corners. Few do.
+    fn may_close(&self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) -> bool {
+        let rejected = self.sides.get(usize::from(side)).is_none_or(|base| base.last_k == REJECTED);
+        let Some((p, q)) = self.stars_of(side) else { return false };
+        // Where stars stand nearer than the tolerance the third could be one of the two.
+        if p == r || q == r || rejected {
+            return false;
+        }
+        if corner.by_j { corner.to_i.may_fit(catalogue, p, r) } else { corner.to_j.may_fit(catalogue, q, r) }
+    }
+
     /// Records the triangle of a base side and `r` if it fits; gives the corners of the base side then, else
     /// 0.
+    #[inline(never)]
     fn close(&mut self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) -> u8 {
         let Some((p, q)) = self.stars_of(side) else { return 0 };
         let Some(base) = self.sides.get_mut(usize::from(side)) else { return 0 };
-        // Where stars stand nearer than the tolerance the third could be one of the two.
-        if p == r || q == r || base.last_k == REJECTED {
-            return 0;
-        }
-        let [Some(unit_p), Some(unit_q), Some(unit_r)] = [p, q, r].map(|star| catalogue.unit(star)) else {
-            return 0;
-        };
-        if corner.to_j.fit((unit_q - unit_r).norm()).is_none()
-            || corner.to_i.fit((unit_p - unit_r).norm()).is_none()
-            || corner.sense * triple_product(&unit_p, &unit_q, &unit_r) < 0.0
+        if corner.to_j.fit_between(catalogue, q, r).is_none()
+            || corner.to_i.fit_between(catalogue, p, r).is_none()
+            || !corner.turns_like(catalogue, [p, q, r])
         {
             return 0;
         }

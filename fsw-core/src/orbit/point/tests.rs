@@ -18,7 +18,7 @@ fn the_position_is_eq_5_4() {
             &earth.map(|x| x as f32),
             &Matrix3::identity(),
             &earth.map(|x| x as f32),
-            &attitude,
+            &earth_to_icrs(&attitude, &mounting),
             &Matrix3::zeros(),
             &mounting,
         )
@@ -39,13 +39,14 @@ fn covariance_is_the_scatter_of_the_position() {
     let sigma_earth = Vector3::new(10.0, 20.0, 90.0);
     // Large on purpose, and unequal: the roll counts.
     let sigma_attitude = Vector3::new(4e-4, 6e-4, 3e-3);
+    let single = |quaternion| Rotation::from_quaternion(narrow(quaternion)).unwrap();
     let fix = PositionFix::new(
         &earth.map(|x| x as f32),
         &Matrix3::from_diagonal(&sigma_earth.component_mul(&sigma_earth)).map(|x| x as f32),
         &earth.map(|x| x as f32),
-        &Rotation::from_quaternion(narrow(attitude)).unwrap(),
+        &earth_to_icrs(&single(attitude), &single(mounting)),
         &Matrix3::from_diagonal(&sigma_attitude.component_mul(&sigma_attitude)).map(|x| x as f32),
-        &Rotation::from_quaternion(narrow(mounting)).unwrap(),
+        &single(mounting),
     )
     .unwrap();
     let inverse = fix.covariance_km2.try_inverse().unwrap();
@@ -115,8 +116,9 @@ fn the_covariance_is_within_five_percent_of_monte_carlo_and_its_second_order_cou
         let attitude = Rotation::from_quaternion(narrow(attitude)).unwrap();
         let mounting = Rotation::from_quaternion(narrow(mounting)).unwrap();
         let seen = earth.map(|x| x as f32);
+        let to_icrs = earth_to_icrs(&attitude, &mounting);
         let fix =
-            PositionFix::new(&seen, &earth_covariance, &seen, &attitude, &attitude_covariance, &mounting)
+            PositionFix::new(&seen, &earth_covariance, &seen, &to_icrs, &attitude_covariance, &mounting)
                 .unwrap();
         let second = second_order_km2(&earth_covariance, &attitude, &attitude_covariance, &mounting);
         let mut off = |covariance: &Matrix3<f64>| {
@@ -137,7 +139,7 @@ fn what_is_not_finite_makes_no_position() {
             &Vector3::new(x, 0.0, 0.0),
             &Matrix3::from_element(c),
             &Vector3::new(x, 0.0, 0.0),
-            &attitude,
+            &earth_to_icrs(&attitude, &mounting),
             &Matrix3::zeros(),
             &mounting,
         )

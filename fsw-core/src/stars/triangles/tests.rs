@@ -45,7 +45,7 @@ impl Scene {
     }
 
     fn side(&self, one: usize, other: usize) -> Side {
-        Side { chord: (self.seen[one] - self.seen[other]).norm(), tolerance: TOLERANCE as f32 }
+        Side::new((self.seen[one] - self.seen[other]).norm(), TOLERANCE as f32)
     }
 
     fn corner(&self, k: u8, sense: f32) -> Corner {

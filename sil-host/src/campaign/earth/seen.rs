@@ -295,9 +295,9 @@ impl Frame {
         let variances = ATTITUDE_ARCSEC.map(|sigma| (ARCSEC_RAD * sigma).powi(2) as f32);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::from(variances));
         let EarthFix { centre_km, covariance_km2, place_km, .. } = fix;
-        let (attitude, mounting) = (&self.attitude, &self.mounting);
+        let to_icrs = earth_to_icrs(&self.attitude, &self.mounting);
         let fix =
-            PositionFix::new(centre_km, covariance_km2, place_km, attitude, &attitude_covariance, mounting)?
+            PositionFix::new(centre_km, covariance_km2, place_km, &to_icrs, &attitude_covariance, &self.mounting)?
                 .without_aberration(&self.velocity_km_s.into());
         let up = Vector3::from(unit(self.position_km));
         let error = fix.position_km - Vector3::from(self.position_km);
