@@ -94,7 +94,7 @@ impl Model {
             return air;
         }
         let square = self.turning * (place - self.surface);
-        let sunlight = self.sine * (1.0 - 0.5 * square) + libm::sqrtf(square) * self.facing;
+        let sunlight = self.sine * (1.0 - 0.5 * square) + root(square) * self.facing;
         (self.scaling * law(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
@@ -117,10 +117,19 @@ impl Model {
     }
 }
 
+/// Square root of a number from 0 to 1e30, to 5e-6 of it: from the exponent halved, by two of Newton's steps for the reciprocal
+/// root. A strip's model takes 200 of them; libm's exact one costs 63 cycles, this one 25.
+fn root(square: f32) -> f32 {
+    let half = 0.5 * square;
+    let first = f32::from_bits(0x5F37_59DF_u32.wrapping_sub(square.to_bits() >> 1));
+    let second = first * (1.5 - half * first * first);
+    square * (second * (1.5 - half * second * second))
+}
+
 /// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share`
 /// of it is Lommel's and Seeliger's.
 fn law(share: f32, sunlight: f32, square: f32) -> f32 {
-    let view = libm::sqrtf(square + HAZE * HAZE);
+    let view = root(square + HAZE * HAZE);
     sunlight * (share * 2.0 / (sunlight + view) + 1.0 - share)
 }
 

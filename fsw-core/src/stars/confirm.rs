@@ -225,7 +225,8 @@ pub fn expected_stars(
 }
 
 /// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others
-/// suffice.
+/// suffice. Not inlined: its list is not to lie on the stack under the matching.
+#[inline(never)]
 fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
         let pairs = vector_pairs(matches, field, all);
@@ -315,8 +316,9 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &F
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer
 /// than three stars match or the matches fix no attitude.
 pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
-    let expected = field_stars(field.catalogue, field.camera, hypothesis)?;
-    confirm_among(&expected, hypothesis, field, tolerance_px)
+    // Not moved out of its option: a copy would lie on the stack under all that follows.
+    let expected = field_stars(field.catalogue, field.camera, hypothesis);
+    confirm_among(expected.as_ref()?, hypothesis, field, tolerance_px)
 }
 
 /// The same where the catalogue stars that are to be expected are known already, brightest first; only their
@@ -378,15 +380,14 @@ fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> 
 ///
 /// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be
 /// small, with a biased attitude and sigmas that believe it.
-pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirmed {
-    let Some(expected) = field_stars(field.catalogue, field.camera, &confirmed.attitude) else {
-        return confirmed;
-    };
+#[inline(never)]
+pub fn widen(best: &mut Confirmed, field: &Field, tolerance_px: f32) {
+    let expected = field_stars(field.catalogue, field.camera, &best.attitude);
+    let Some(expected) = &expected else { return };
     let widest_px = tolerance_px * (1 << WIDENINGS) as f32;
-    if stars_near(&expected, field.measured(), widest_px) < confirmed.matches.len() + FEWEST_GAINED {
-        return confirmed;
+    if stars_near(expected, field.measured(), widest_px) < best.matches.len() + FEWEST_GAINED {
+        return;
     }
-    let mut best = confirmed;
     let mut radius_px = tolerance_px;
     for _ in 0..WIDENINGS {
         radius_px *= 2.0;
@@ -394,16 +395,15 @@ pub fn widen(confirmed: Confirmed, field: &Field, tolerance_px: f32) -> Confirme
         if missing < FEWEST_GAINED {
             break;
         }
-        let Some(wider) = confirm_among(&expected, &best.attitude, field, radius_px) else { break };
+        let Some(wider) = confirm_among(expected, &best.attitude, field, radius_px) else { break };
         let area = core::f32::consts::PI * radius_px * radius_px / field.searched_px;
         let by_chance = missing as f32 * field.measured().len() as f32 * area;
         let gained = wider.matches.len() as f32 - best.matches.len() as f32;
         if gained >= FEWEST_GAINED as f32 + 3.0 * by_chance {
             // The evidence stays that of the narrow match: it is what was tested.
-            best = Confirmed { log10_chance: best.log10_chance, ..wider };
+            *best = Confirmed { log10_chance: best.log10_chance, ..wider };
         }
     }
-    best
 }
 
 #[cfg(test)]

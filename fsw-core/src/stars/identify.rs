@@ -33,6 +33,7 @@ pub use super::parameters::{IdentificationParameters, TOLERANCES};
 use super::polygon::{Candidates, MAX_POLYGON, Polygon};
 use super::triangles::{Corner, Triangles, triple_product};
 use crate::attitude::{VectorPair, wahba};
+use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
 
 /// Polygons of one base side that are handed to confirmation.
@@ -174,10 +175,10 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
             if self.open.is_none() && !self.begin_side(field, parameters, &mut work) {
                 break;
             }
-            if let Some((confirmed, log10_false)) = self.try_side(field, parameters, &mut work) {
+            if let Some((mut confirmed, log10_false)) = self.try_side(field, parameters, &mut work) {
                 // Here, where the lists of the search are off the stack.
-                let tolerance_px = parameters.tolerance_px(self.agenda.step());
-                return Progress::Identified(widen(confirmed, field, tolerance_px), log10_false);
+                widen(&mut confirmed, field, parameters.tolerance_px(self.agenda.step()));
+                return Progress::Identified(confirmed, log10_false);
             }
         }
         let reason = if self.agenda.any { NotIdentified::NoMatch } else { NotIdentified::NoSides };
@@ -358,19 +359,14 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         })
     }
 
-    /// Solves the attitude of a polygon and confirms it.
+    /// Confirms a polygon.
     fn propose(
         &self,
         polygon: &Polygon,
         field: &Field,
         parameters: &IdentificationParameters,
     ) -> Option<(Confirmed, f32)> {
-        let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();
-        for (seen, name) in &polygon.corners {
-            let (seen, star) = (field.measured().get(usize::from(*seen))?, field.catalogue.star(*name)?);
-            pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera)).ok()?;
-        }
-        let attitude = wahba::svd::solve(&pairs).ok()?;
+        let attitude = attitude_of(polygon, field)?;
         let tolerance_px = parameters.tolerance_px(self.agenda.step());
         let confirmed = confirm(&attitude, field, tolerance_px)?;
         let log10_false = (confirmed.log10_chance + libm::log10f(self.hypotheses.max(1.0))).min(0.0);
@@ -379,6 +375,17 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         }
         Some((confirmed, log10_false))
     }
+}
+
+/// The attitude that a polygon's stars have. Not inlined: its list is not to lie on the stack under the confirmation.
+#[inline(never)]
+fn attitude_of(polygon: &Polygon, field: &Field) -> Option<Rotation<Icrs, StarPath>> {
+    let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();
+    for (seen, name) in &polygon.corners {
+        let (seen, star) = (field.measured().get(usize::from(*seen))?, field.catalogue.star(*name)?);
+        pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera)).ok()?;
+    }
+    wahba::svd::solve(&pairs).ok()
 }
 
 /// The bit of a star among the [`SEARCHED`].

@@ -147,7 +147,9 @@ impl Scene {
         let (catalogue, camera) = (Catalogue::open(&self.bytes).unwrap(), camera());
         let field = Field::whole(measured, &catalogue, &camera);
         let narrow = confirm(&self.picture.attitude_turned(&Vector3::zeros()), &field, tolerance_px)?;
-        Some((narrow.clone(), widen(narrow, &field, tolerance_px)))
+        let mut widened = narrow.clone();
+        widen(&mut widened, &field, tolerance_px);
+        Some((narrow, widened))
     }
 }
 

@@ -28,7 +28,7 @@ use fsw_core::earth::view::View;
 use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::matrix::inverse;
-use fsw_core::orbit::point::PositionFix;
+use fsw_core::orbit::point::{PositionFix, earth_to_icrs};
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -296,9 +296,15 @@ impl Frame {
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::from(variances));
         let EarthFix { centre_km, covariance_km2, place_km, .. } = fix;
         let to_icrs = earth_to_icrs(&self.attitude, &self.mounting);
-        let fix =
-            PositionFix::new(centre_km, covariance_km2, place_km, &to_icrs, &attitude_covariance, &self.mounting)?
-                .without_aberration(&self.velocity_km_s.into());
+        let fix = PositionFix::new(
+            centre_km,
+            covariance_km2,
+            place_km,
+            &to_icrs,
+            &attitude_covariance,
+            &self.mounting,
+        )?
+        .without_aberration(&self.velocity_km_s.into());
         let up = Vector3::from(unit(self.position_km));
         let error = fix.position_km - Vector3::from(self.position_km);
         let along_km = up.dot(&error);
