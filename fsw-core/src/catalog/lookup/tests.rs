@@ -57,6 +57,18 @@ fn is_complete(low: f32, high: f32) -> Result<(), std::string::String> {
 }
 
 #[test]
+fn a_coarse_chord_errs_by_less_than_it_says() {
+    let catalogue = catalogue();
+    let unit = 0.5f64.powi(30);
+    for (Pair { first, second }, chord) in &SKY.pairs {
+        let coarse = (f64::from(catalogue.coarse_square(*first, *second)) * unit).sqrt();
+        // Squares of nearly opposite stars pass 2^32.
+        assert!(*chord > 1.999 || (coarse - chord).abs() < COARSE_CHORD_ERROR.into(), "{coarse} for {chord}");
+    }
+    assert_eq!(catalogue.coarse_square(0, u16::MAX), 0);
+}
+
+#[test]
 fn a_range_gives_every_pair_inside_and_no_other_to_the_bin() {
     let mut generator = Generator::new(3);
     for _ in 0..300 {

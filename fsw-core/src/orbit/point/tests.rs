@@ -39,14 +39,15 @@ fn covariance_is_the_scatter_of_the_position() {
     let sigma_earth = Vector3::new(10.0, 20.0, 90.0);
     // Large on purpose, and unequal: the roll counts.
     let sigma_attitude = Vector3::new(4e-4, 6e-4, 3e-3);
-    let single = |quaternion| Rotation::from_quaternion(narrow(quaternion)).unwrap();
+    let seen_from = Rotation::from_quaternion(narrow(attitude)).unwrap();
+    let mounted = Rotation::from_quaternion(narrow(mounting)).unwrap();
     let fix = PositionFix::new(
         &earth.map(|x| x as f32),
         &Matrix3::from_diagonal(&sigma_earth.component_mul(&sigma_earth)).map(|x| x as f32),
         &earth.map(|x| x as f32),
-        &earth_to_icrs(&single(attitude), &single(mounting)),
+        &earth_to_icrs(&seen_from, &mounted),
         &Matrix3::from_diagonal(&sigma_attitude.component_mul(&sigma_attitude)).map(|x| x as f32),
-        &single(mounting),
+        &mounted,
     )
     .unwrap();
     let inverse = fix.covariance_km2.try_inverse().unwrap();

@@ -513,3 +513,37 @@ fn an_outlier_within_the_tolerance_hardly_turns_the_attitude() {
         assert!(hit.sigma_rad[0] < 2.5 * clean.sigma_rad[0], "{:?} {:?}", hit.sigma_rad, clean.sigma_rad);
     }
 }
+
+#[test]
+fn the_columns_find_what_a_look_at_every_star_finds() {
+    let mut generator = Generator::new(78);
+    let camera = camera();
+    let bytes = sample::bytes(&[], 26, 0);
+    let catalogue = Catalogue::open(&bytes).unwrap();
+    let [width, height] = [camera.parameters().width_px, camera.parameters().height_px].map(f64::from);
+    for radius_px in [0.3, 3.0, 40.0, 400.0] {
+        let mut found = 0;
+        for _ in 0..40 {
+            let mut place =
+                |margin: f64| [width, height].map(|side| generator.between(-margin, side + margin) as f32);
+            let stars: List<Measured> =
+                (0..MAX_MEASURED).map(|_| Measured::new(&camera, place(0.0), 0.1).unwrap()).collect();
+            let columns = Columns::new(&Field::whole(&stars, &catalogue, &camera), radius_px);
+            for star in &stars {
+                let [x, y] = place(1.5 * f64::from(radius_px));
+                let [near_x, near_y] = star.centre_px;
+                for at in [[x, y], [near_x + 0.7 * radius_px, near_y], [near_x - radius_px, near_y]] {
+                    let offsets = (0u8..)
+                        .zip(&stars)
+                        .map(|(index, star)| (index, [star.centre_px[0] - at[0], star.centre_px[1] - at[1]]));
+                    let near: List<_> =
+                        offsets.filter(|(_, [dx, dy])| dx * dx + dy * dy < radius_px * radius_px).collect();
+                    let only = if let [only] = near[..] { Some(only) } else { None };
+                    assert_eq!(columns.only_star_near(at, radius_px), only);
+                    found += usize::from(only.is_some());
+                }
+            }
+        }
+        assert!(found > 100 || radius_px > 100.0, "{found} at {radius_px}");
+    }
+}

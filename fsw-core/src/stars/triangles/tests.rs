@@ -276,3 +276,25 @@ fn the_triple_product_of_a_small_triangle_keeps_its_digits() {
         assert!(error.abs() < 1e-6 * u.norm() * v.norm(), "{error:e}");
     }
 }
+
+#[test]
+fn what_fits_exactly_is_never_refused_by_the_coarse_look() {
+    let mut generator = Generator::new(77);
+    for seed in 0..8 {
+        let scene = Scene::new(seed);
+        let mut catalogue = scene.catalogue();
+        catalogue.set_observer_velocity(generator.unit().map(|axis| 9.9e-4 * axis as f32));
+        let mut fitting = 0;
+        for (a, b) in (0..70).flat_map(|a| (0..a).map(move |b| (a, b))) {
+            let chord = (catalogue.unit(a).unwrap() - catalogue.unit(b).unwrap()).norm();
+            // From no tolerance to a wide one, the chord at its very edge now and then.
+            let tolerance = 10f64.powf(generator.between(-7.0, -2.0)) as f32;
+            let side = Side::new(chord + tolerance * generator.between(-1.05, 1.05) as f32, tolerance);
+            if side.fit_between(&catalogue, a, b).is_some() {
+                fitting += 1;
+                assert!(side.may_fit(&catalogue, a, b), "{chord} for {side:?}");
+            }
+        }
+        assert!(fitting > 2000);
+    }
+}
