@@ -244,7 +244,7 @@ fn quiet_noise(
             }
         }
     }
-    crate::order::sort(&mut noise, |a, b| a < b);
+    crate::order::sort_numbers(&mut noise);
     Ok(noise.get(noise.len() / QUIET_SHARE).copied().unwrap_or(QUIET))
 }
 

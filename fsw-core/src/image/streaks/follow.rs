@@ -229,7 +229,7 @@ pub fn piece_at(
     for (index, slot) in some.iter_mut().enumerate() {
         *slot = raw.get(index * 9).map_or(0, |raw| scaled(*raw, geometry.bits));
     }
-    crate::order::sort(&mut some, |a, b| a < b);
+    crate::order::sort_numbers(&mut some);
     let [low, level] = [12, 22].map(|at: usize| some.get(at).copied().unwrap_or(0));
     let floor = level + 5 * (level - low).max(scaled(1, geometry.bits));
     let radius = i32::from(RADIUS);

@@ -94,6 +94,8 @@ struct Pixels<'a> {
     raw: &'a [u16],
     window: Window,
     bits: u8,
+    /// Scaled counts a raw count.
+    scale: f32,
 }
 
 impl Pixels<'_> {
@@ -110,11 +112,11 @@ impl Pixels<'_> {
         }
         let two = |row: usize| {
             let start = row * width + column;
-            let [a, b] = self.raw.get(start..)?.first_chunk::<2>()?.map(|raw| scaled(raw, self.bits) as f32);
+            let [a, b] = self.raw.get(start..)?.first_chunk::<2>()?.map(f32::from);
             Some(a + (b - a) * (x - column as f32))
         };
         let (above, below) = (two(row)?, two(row + 1)?);
-        Some(above + (below - above) * (y - row as f32))
+        Some((above + (below - above) * (y - row as f32)) * self.scale)
     }
 
     /// Standard deviation of a pixel by the spread of the middle half of some.
@@ -124,7 +126,7 @@ impl Pixels<'_> {
             let at = index * self.raw.len() / 24;
             *slot = self.raw.get(at).map_or(0, |raw| scaled(*raw, self.bits));
         }
-        crate::order::sort(&mut some, |a, b| a < b);
+        crate::order::sort_numbers(&mut some);
         let [low, high] = [6, 18].map(|at: usize| some.get(at).copied().unwrap_or(0));
         (high - low) as f32 * 0.741
     }
@@ -157,7 +159,7 @@ fn level_of(values: &[f32], sigma: f32) -> f32 {
     for (index, slot) in some.iter_mut().enumerate() {
         *slot = values.get(index * values.len() / 9).copied().unwrap_or(0.0);
     }
-    crate::order::sort(&mut some, |a, b| a < b);
+    crate::order::sort_numbers(&mut some);
     let (median, reach) = (some[4], 3.0 * sigma);
     let (sum, count) = values
         .iter()
@@ -182,6 +184,7 @@ pub(super) fn sample<'b>(
         .ok_or(DetectorError::BufferLength)?;
     // Never below the noise of quantisation.
     let least = 0.3 * scaled(1, geometry.bits).max(1) as f32;
+    let scale = crate::image::FULL_SCALE as f32 / (1u32 << geometry.bits.clamp(1, 16)) as f32;
     let (mut sigmas, mut chunks) = (0.0, 0.0);
     let mut first = -(half as f32);
     for (light, drift) in light.chunks_mut(CHUNK).zip(drift.chunks_mut(CHUNK)) {
@@ -189,7 +192,7 @@ pub(super) fn sample<'b>(
         if let Some(window) = window_of(line, first, &geometry) {
             let raw = pixels.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(window, raw)?;
-            let pixels = Pixels { raw, window, bits: geometry.bits };
+            let pixels = Pixels { raw, window, bits: geometry.bits, scale };
             let mut sides: heapless::Vec<f32, { CHUNK / 2 * ACROSS }> = heapless::Vec::new();
             let mut samples = [[0.0f32; 2 * DRIFT_WIDTH as usize + 1]; CHUNK];
             let mut inside = [false; CHUNK];
@@ -248,7 +251,11 @@ impl Profile<'_> {
 
     /// Light of a column, at most `most`; none off the detector.
     pub(super) fn at(&self, column: usize, most: f32) -> f32 {
-        self.light.get(column).filter(|kept| **kept != NONE).map_or(0.0, |kept| value(*kept).min(most))
+        self.light.get(column).filter(|kept| **kept != NONE).map_or(0.0, |kept| {
+            // `f32::min` is a call on the target.
+            let light = value(*kept);
+            if light < most { light } else { most }
+        })
     }
 
     /// The light that may still be the streak's: hits beside others must not carry it away.

@@ -37,7 +37,7 @@ const NOISY: i32 = 4;
 
 /// Median, and sigma by the spread of the middle half, of some values.
 fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
-    crate::order::sort(values, |a, b| a < b);
+    crate::order::sort_numbers(values);
     let at = |quarter: usize| values.get(quarter * values.len() / 4).copied().unwrap_or(0);
     (at(2), (at(3) - at(1)) * 3 / 4)
 }
