@@ -35,8 +35,8 @@ use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
 use crate::telemetry::{ClockFault, ClockState, EarthStatus, Event, RateSensorFault, Report, Status};
 use exposing::Image;
+use fsw_hal::Error;
 use fsw_hal::detector::ByKind;
-use fsw_hal::rate_sensor::Error;
 use fsw_hal::{
     AngularRate, Clock, Detector, DetectorError, LocalTime, RateSensor, RateSensorError, Stage, StageMeter,
 };

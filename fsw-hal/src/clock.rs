@@ -3,6 +3,8 @@
 //! Local time counts microseconds since power-on and never steps: all elapsed times (filters, streaks, time-outs) come from it.
 //! Terrestrial Time says where Sun and Earth stand; it is local time through a correlation that the spacecraft may correct or lose.
 
+use crate::error::{self, Error, ErrorType};
+
 /// An instant on the on-board counter, microseconds since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LocalTime(i64);
@@ -41,30 +43,10 @@ pub enum ErrorKind {
     Bus,
 }
 
-/// A clock driver's error.
-pub trait Error: core::fmt::Debug {
-    /// What kind of error it is.
-    fn kind(&self) -> ErrorKind;
-}
-
-impl Error for ErrorKind {
-    fn kind(&self) -> ErrorKind {
-        *self
-    }
-}
-
-/// The error of a clock.
-pub trait ErrorType {
-    /// Error type.
-    type Error: Error;
-}
-
-impl<C: ErrorType + ?Sized> ErrorType for &mut C {
-    type Error = C::Error;
-}
+impl error::ErrorKind for ErrorKind {}
 
 /// The on-board counter and its correlation with Terrestrial Time.
-pub trait Clock: ErrorType {
+pub trait Clock: ErrorType<Error: Error<ErrorKind>> {
     /// The counter now; never less than at the call before.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! same values.
 
 use crate::clock::LocalTime;
+use crate::error::{self, Error, ErrorType};
 
 /// Fixed properties of a detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,30 +75,10 @@ pub enum ErrorKind {
     Bus,
 }
 
-/// A detector driver's error.
-pub trait Error: core::fmt::Debug {
-    /// What kind of error it is.
-    fn kind(&self) -> ErrorKind;
-}
-
-impl Error for ErrorKind {
-    fn kind(&self) -> ErrorKind {
-        *self
-    }
-}
-
-/// The error of a detector.
-pub trait ErrorType {
-    /// Error type.
-    type Error: Error;
-}
-
-impl<D: ErrorType + ?Sized> ErrorType for &mut D {
-    type Error = D::Error;
-}
+impl error::ErrorKind for ErrorKind {}
 
 /// A detector that exposes an image and hands out windows of it.
-pub trait Detector: ErrorType {
+pub trait Detector: ErrorType<Error: Error<ErrorKind>> {
     /// Size and resolution; the same at every call.
     fn geometry(&self) -> DetectorGeometry;
 

@@ -10,12 +10,13 @@
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
 //! | [`rate_sensor`] | angular rate of the body | every second, where there is one |
 //! | [`magnetometer`] | magnetic field in body axes | not yet |
+//! | [`error`] | what the errors of all of them have in common | - |
 //!
 //! Conventions: pixels count x right and y down, the centre of the first pixel read is (0, 0); raw values are
 //! right-aligned in a `u16`.
 //!
-//! Each instrument follows the idiom of `embedded-hal` 1.0: an `ErrorType` whose `Error` tells its `ErrorKind`, and its trait for `&mut`
-//! of whatever has it. A driver keeps its own error type; the flight code looks at the kind alone.
+//! Each instrument follows the idiom of `embedded-hal` 1.0: a driver has an [`ErrorType`] whose [`Error`] gives its kind, and each
+//! trait is also that of `&mut` of whatever has it. A driver keeps its own error type; the flight code looks at the kind alone.
 //!
 //! The traits block. The flight code is one function call a second without interrupts, threads or an executor, and its cost is bounded
 //! by counting cycles; futures would put state machines of unknown size on that stack. Whoever wants to wait elsewhere (DMA, an
@@ -32,12 +33,14 @@
 
 pub mod clock;
 pub mod detector;
+pub mod error;
 pub mod magnetometer;
 pub mod meter;
 pub mod rate_sensor;
 
 pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
 pub use detector::{Detector, DetectorGeometry, ErrorKind as DetectorError, Window};
+pub use error::{Error, ErrorType};
 pub use magnetometer::{ErrorKind as MagnetometerError, MagneticField, Magnetometer};
 pub use meter::{Stage, StageMeter};
 pub use rate_sensor::{AngularRate, ErrorKind as RateSensorError, RateSensor};

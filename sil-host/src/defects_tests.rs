@@ -207,7 +207,7 @@ struct Lit {
 
 const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
 
-impl fsw_hal::detector::ErrorType for Lit {
+impl fsw_hal::ErrorType for Lit {
     type Error = DetectorError;
 }
 

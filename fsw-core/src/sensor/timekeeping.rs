@@ -5,7 +5,7 @@
 //! clock is the difference between what it tells and what local time makes of what it told before.
 
 use crate::telemetry::{ClockFault, ClockState, ImageFault};
-use fsw_hal::clock::Error;
+use fsw_hal::Error;
 use fsw_hal::{Clock, LocalTime};
 
 /// Instants between which the clock is believed: the years 2000 and 2100, microseconds since J2000.0.

@@ -150,7 +150,7 @@ impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
     }
 }
 
-impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for Faulty<'_, D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::ErrorType for Faulty<'_, D> {
     type Error = DetectorError;
 }
 

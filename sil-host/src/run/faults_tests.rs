@@ -8,7 +8,7 @@ struct Counting {
     exposures: u16,
 }
 
-impl fsw_hal::detector::ErrorType for Counting {
+impl fsw_hal::ErrorType for Counting {
     type Error = DetectorError;
 }
 

@@ -52,7 +52,7 @@ pub struct ThisSecond<'a> {
     pub instant: LocalTime,
 }
 
-impl fsw_hal::detector::ErrorType for ThisSecond<'_> {
+impl fsw_hal::ErrorType for ThisSecond<'_> {
     type Error = DetectorError;
 }
 

@@ -105,7 +105,7 @@ pub struct Gyro<'a> {
     pub truth: &'a Truth,
 }
 
-impl fsw_hal::rate_sensor::ErrorType for Gyro<'_> {
+impl fsw_hal::ErrorType for Gyro<'_> {
     type Error = RateSensorError;
 }
 

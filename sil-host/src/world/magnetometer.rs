@@ -68,7 +68,7 @@ pub struct BodyMagnetometer<'a> {
     pub truth: &'a Truth,
 }
 
-impl fsw_hal::magnetometer::ErrorType for BodyMagnetometer<'_> {
+impl fsw_hal::ErrorType for BodyMagnetometer<'_> {
     type Error = MagnetometerError;
 }
 

@@ -371,7 +371,7 @@ fn star_e_s(settings: &SceneSettings, v: f64, b_v: f64) -> [f64; BANDS] {
     colour::shares(colour).map(|share| share * white)
 }
 
-impl fsw_hal::detector::ErrorType for Scene {
+impl fsw_hal::ErrorType for Scene {
     type Error = DetectorError;
 }
 

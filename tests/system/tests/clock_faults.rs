@@ -66,7 +66,7 @@ struct Dated<D> {
     off_us: i64,
 }
 
-impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for Dated<D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::ErrorType for Dated<D> {
     type Error = DetectorError;
 }
 

@@ -34,7 +34,7 @@ struct Sky {
     second: u32,
 }
 
-impl fsw_hal::detector::ErrorType for Sky {
+impl fsw_hal::ErrorType for Sky {
     type Error = DetectorError;
 }
 
@@ -63,7 +63,7 @@ struct Gyro {
     told: Result<Option<AngularRate>, RateSensorError>,
 }
 
-impl fsw_hal::rate_sensor::ErrorType for Gyro {
+impl fsw_hal::ErrorType for Gyro {
     type Error = RateSensorError;
 }
 

@@ -80,7 +80,7 @@ struct Frame<'a> {
     pixels: Vec<u16>,
 }
 
-impl fsw_hal::detector::ErrorType for Frame<'_> {
+impl fsw_hal::ErrorType for Frame<'_> {
     type Error = DetectorError;
 }
 

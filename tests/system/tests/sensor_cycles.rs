@@ -101,7 +101,7 @@ impl World {
     }
 }
 
-impl fsw_hal::detector::ErrorType for World {
+impl fsw_hal::ErrorType for World {
     type Error = DetectorError;
 }
 
