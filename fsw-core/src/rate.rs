@@ -7,8 +7,10 @@
 //! |---|---|
 //! | [`arcs`] | the rate on which most arcs of an image agree, least squares |
 //! | [`marks`] | stars and streaks of one image found again in the next |
-//! | [`sense`] | the sense of a rate by streaks, which one image leaves open, settled by the next |
+//! | [`streaks`] | arc and mark of a streak in an image |
+//! | [`sense`] | the sense of a rate by streaks, which one image leaves open and the next one decides |
 
 pub mod arcs;
 pub mod marks;
 pub mod sense;
+pub mod streaks;

@@ -16,6 +16,7 @@ pub mod csv;
 pub mod events;
 pub mod faults;
 pub mod harness;
+pub mod status;
 
 use crate::bound;
 use crate::cli::RunArguments;

@@ -9,13 +9,13 @@
 //! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts the last image's.
 
 use super::arcs::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
-use super::marks::{CHANGE, FASTEST_RAD_S, Field, MAX_MARKS, Mark, encounters};
+use super::marks::{CHANGE, FASTEST_RAD_S, Field, MAX_MARKS, Mark, encounters, matched};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 /// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
 const FEWEST_SPARE: usize = 3;
-/// Expected number of chance encounters up to which one encounter settles the sense.
+/// Expected number of chance encounters up to which one encounter decides the sense.
 const BY_CHANCE: f32 = 0.03;
 /// The sense is known from so many encounters on, and so many are counted at most.
 const SURE: i8 = 2;
@@ -56,13 +56,28 @@ pub struct Found {
 
 impl Memory {
     /// Marks alone.
-    pub fn of_marks(marks: Vec<Mark, MAX_MARKS>) -> Self {
+    fn of_marks(marks: Vec<Mark, MAX_MARKS>) -> Self {
         Self { marks, ..Self::default() }
     }
 
     /// The rate by the last image, where its sense was known.
     pub fn known_rate(&self) -> Option<&Vector3<f32>> {
         self.known.as_ref().map(|(rate, _)| rate)
+    }
+
+    /// Takes in the stars of an image, `elapsed_s` after the last one where that can be compared with it: the mean rate between the
+    /// two by the stars found again, with what it may have changed by since, and their number.
+    #[inline(never)]
+    pub fn take_stars(
+        &mut self,
+        marks: Vec<Mark, MAX_MARKS>,
+        elapsed_s: Option<f32>,
+    ) -> Option<(Estimate, u32)> {
+        let rate = elapsed_s.and_then(|elapsed_s| matched(&self.marks, &marks, elapsed_s));
+        *self = Self::of_marks(marks);
+        let rate = rate?;
+        let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s?;
+        Some(((rate.rad_s, widened(rate.covariance, off)), rate.count()))
     }
 
     /// Takes in the streaks of an image, `elapsed_s` after the last one where that can be compared with it.
@@ -80,13 +95,13 @@ impl Memory {
         let (whole, cut) = count(arcs, &rate);
         let compared = Compared::new(&before, arcs, &rate, elapsed_s)?;
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
-        let settled = hypotheses.settle(&compared, &before)?;
-        let estimate = best(&compared, &hypotheses, &settled, &before);
-        let (sure, confirmed) = (settled.sense >= SURE, settled.mean.is_some() || compared.repeats());
-        self.sense = settled.sense;
+        let decision = hypotheses.decide(&compared, &before)?;
+        let estimate = best(&compared, &hypotheses, &decision, &before);
+        let (sure, confirmed) = (decision.sense >= SURE, decision.mean.is_some() || compared.repeats());
+        self.sense = decision.sense;
         self.known = sure.then_some(estimate.0);
-        self.mean = settled.mean.map(|mean| (mean.rad_s, mean.covariance));
-        self.streaks = Some(settled.rate);
+        self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
+        self.streaks = Some(decision.rate);
         // A contradiction is none of the last image's if that one had less to say.
         let contradicts = compared.like == Some(false) && before.sense >= SURE;
         // Among many lines of which most disagree, some agree by chance.
@@ -166,7 +181,7 @@ struct Hypotheses {
 }
 
 /// The sense that is believed, with its rate and the mean rate since the last image.
-struct Settled {
+struct Decision {
     rate: Rate,
     sense: i8,
     mean: Option<Rate>,
@@ -186,19 +201,19 @@ impl Hypotheses {
     }
 
     /// Adds the gain to what was believed before; `None` where the opposite sense is believed and has no rate.
-    fn settle(&self, compared: &Compared, before: &Memory) -> Option<Settled> {
+    fn decide(&self, compared: &Compared, before: &Memory) -> Option<Decision> {
         // Of two rates that differ one is wrong; whatever was concluded from them is not kept.
         let sense = if compared.last.is_some() && compared.repeats() { before.sense } else { 0 };
-        // One encounter settles it where chance would hardly bring one about.
+        // One encounter decides it where chance would hardly bring one about.
         let weight = if self.chance < BY_CHANCE { SURE } else { 1 };
         let sense = (sense + weight * self.gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
         if sense < 0 {
-            return Some(Settled { rate: self.opposite?, sense: -sense, mean: None });
+            return Some(Decision { rate: self.opposite?, sense: -sense, mean: None });
         }
         let change = compared.change * compared.elapsed_s;
         let mean = (self.gain > 0).then(|| arcs::solve(&self.there)).flatten();
         let mean = mean.filter(|mean| is_like(mean, &compared.rate, change) == Some(true));
-        Some(Settled { rate: compared.rate, sense, mean })
+        Some(Decision { rate: compared.rate, sense, mean })
     }
 }
 
@@ -207,18 +222,18 @@ impl Hypotheses {
 fn best(
     compared: &Compared,
     hypotheses: &Hypotheses,
-    settled: &Settled,
+    decision: &Decision,
     before: &Memory,
 ) -> (Estimate, bool) {
     let Compared { elapsed_s, change, .. } = *compared;
     let Hypotheses { there, gain, chance, .. } = hypotheses;
     let off = 0.5 * change * elapsed_s;
-    let streaks = (settled.rate.rad_s, settled.rate.covariance);
-    if settled.sense < SURE {
+    let streaks = (decision.rate.rad_s, decision.rate.covariance);
+    if decision.sense < SURE {
         return (streaks, false);
     }
-    let both = match &settled.mean {
-        Some(mean) => joined(streaks, now(compared, settled, mean, before)),
+    let both = match &decision.mean {
+        Some(mean) => joined(streaks, now(compared, decision, mean, before)),
         // Too few for a mean of their own.
         None if *gain > 0 && *chance < BY_CHANCE => corrected(streaks, there, off),
         None => None,
@@ -232,13 +247,13 @@ fn best(
 
 /// The rate now from the mean since the last image, which is that of half the time before: as it is, with what may have changed since,
 /// or extrapolated by the mean before it, whichever is surer.
-fn now(compared: &Compared, settled: &Settled, mean: &Rate, before: &Memory) -> Estimate {
+fn now(compared: &Compared, decision: &Decision, mean: &Rate, before: &Memory) -> Estimate {
     let Compared { elapsed_s, change, .. } = *compared;
     let as_it_is = (mean.rad_s, widened(mean.covariance, 0.5 * change * elapsed_s));
     let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {
         return as_it_is;
     };
-    let wander = change * settled.rate.rad_s.norm();
+    let wander = change * decision.rate.rad_s.norm();
     let extrapolated =
         (mean.rad_s * 1.5 - last * 0.5, widened(mean.covariance * 2.25 + covariance * 0.25, wander));
     if extrapolated.1.trace() < as_it_is.1.trace() { extrapolated } else { as_it_is }

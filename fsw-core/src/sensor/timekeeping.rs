@@ -1,8 +1,8 @@
 //! Both times of a second: local time, by which all elapsed times are measured, and Terrestrial Time, for Sun and Earth.
 //!
-//! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is what the clock tells; while it
-//! tells none, or an instant outside the years in which it is believed, it goes on from the last one told by local time. A step of the
-//! clock is the difference between what it tells and what local time makes of what it told before.
+//! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is the clock's; while that gives
+//! none, or an instant outside the years in which it is believed, the last one is propagated by local time. A step of the clock
+//! is the difference between its Terrestrial Time and the last one propagated.
 
 use crate::telemetry::{ClockFault, ClockState, ImageFault};
 use fsw_hal::Error;
@@ -27,7 +27,8 @@ const IMAGE_AGE_US: i64 = 10 * SECOND_US;
 pub(super) struct Time {
     /// Of the image, or of the call in a second without one.
     pub local: LocalTime,
-    /// Terrestrial Time at that instant, us since J2000.0, however old the correlation; `None` where the clock has never told it.
+    /// Terrestrial Time at that instant, us since J2000.0, however old the correlation; `None` where the clock has never
+    /// given it.
     pub terrestrial_us: Option<i64>,
     /// What that rests on.
     pub state: ClockState,
@@ -44,7 +45,7 @@ pub(super) struct Timekeeper {
     last: Option<LocalTime>,
     /// ... and of the last image used.
     image: Option<LocalTime>,
-    /// Local and Terrestrial Time when the clock last told both.
+    /// Local and Terrestrial Time when the clock last gave both.
     correlation: Option<(LocalTime, i64)>,
 }
 
@@ -76,7 +77,7 @@ impl Timekeeper {
         if self.last.is_some_and(|last| instant <= last) {
             return Err(ImageFault::OutOfOrder);
         }
-        // A counter that failed tells nothing about the image.
+        // The age of an image is unknown where the counter failed.
         let age_us = now.local.us_since(instant);
         if !matches!(now.fault, Some(ClockFault::Hardware))
             && !(-IMAGE_AHEAD_US..=IMAGE_AGE_US).contains(&age_us)
@@ -88,16 +89,16 @@ impl Timekeeper {
     }
 
     /// Both times of the second `now`, whose image, where it has one, is of the instant `image`.
-    pub(super) fn tell(&mut self, clock: &mut impl Clock, now: &Now, image: Option<LocalTime>) -> Time {
+    pub(super) fn times(&mut self, clock: &mut impl Clock, now: &Now, image: Option<LocalTime>) -> Time {
         let local = image.unwrap_or(now.local);
         self.last = Some(local);
-        let told = clock.terrestrial_us(local).map_err(|error| ClockFault::from(error.kind()));
-        let told = told.and_then(|us| {
+        let given = clock.terrestrial_us(local).map_err(|error| ClockFault::from(error.kind()));
+        let given = given.and_then(|us| {
             if (INSTANTS_US.0..=INSTANTS_US.1).contains(&us) { Ok(us) } else { Err(ClockFault::Implausible) }
         });
         let kept = self.correlation.map(|(then, us)| us.saturating_add(local.us_since(then)));
         let fresh = self.correlation.is_some_and(|(then, _)| local.us_since(then) <= HOLDOVER_US);
-        match told {
+        match given {
             Ok(us) => {
                 self.correlation = Some((local, us));
                 let step_us =

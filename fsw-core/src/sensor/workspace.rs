@@ -54,17 +54,14 @@ pub(super) enum Shared {
 
 impl Shared {
     /// Room to read an image; an identification that was going on is dropped.
-    ///
-    /// # Errors
-    /// None ever: the last arm only spares an unreachable panic.
     #[inline(never)]
-    pub(super) fn readout(&mut self) -> Result<&mut Readout, DetectorError> {
-        if let Self::Identification(_) = self {
-            *self = const { Self::Readout(Readout::new()) };
-        }
-        match self {
-            Self::Readout(readout) => Ok(readout),
-            Self::Identification(_) => Err(DetectorError::BufferLength),
+    pub(super) fn readout(&mut self) -> &mut Readout {
+        // Two turns at most: the first leaves the variant that the second one finds.
+        loop {
+            match self {
+                Self::Readout(readout) => return readout,
+                Self::Identification(_) => *self = const { Self::Readout(Readout::new()) },
+            }
         }
     }
 
@@ -143,7 +140,7 @@ impl Workspace {
     ) -> Result<usize, DetectorError> {
         self.detections.clear();
         let mut washed = 0;
-        let buffer = &mut self.shared.readout()?.buffer;
+        let buffer = &mut self.shared.readout().buffer;
         for window in windows {
             let is_washed = scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
             washed += usize::from(is_washed);

@@ -4,7 +4,6 @@
 //! detector that hands out an old image as a new one is believed.
 
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::Status;
 use sil_host::run::faults::FaultKind;
 use sil_host::run::harness;
 use sil_host::scenario::Scenario;
@@ -26,7 +25,7 @@ fn fly(scenario: &Scenario) -> Vec<Flown> {
     harness::fly(scenario, &mut scene, |second| {
         flown.push(Flown {
             attitude_sigmas: second.judged.attitude_rad.map(|attitude| attitude.worst_sigma()),
-            detector_fault: matches!(second.report.status, Status::DetectorFault(_)),
+            detector_fault: second.report.faults.detector.is_some(),
             mode: second.report.mode,
         });
         Ok(())

@@ -5,7 +5,7 @@ use fsw_core::frames::{Icrs, Rotation, StarPath};
 use fsw_core::modes::Mode;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
-use fsw_core::telemetry::{Report, Status};
+use fsw_core::telemetry::{Outcome, Report};
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
     Window,
@@ -167,7 +167,7 @@ fn without_a_rate_sensor_the_slew_is_found_out_when_stars_are_seen_again() {
     // Nobody can know; but no star stands where it was expected, and the sky is searched.
     let after = &seconds[BLIND.end as usize..];
     let told = after.iter().find(|second| second.error.is_some()).unwrap();
-    assert!(told.report.status == Status::Identified && told.error.unwrap().0 < 4.0);
+    assert!(told.report.outcome == Some(Outcome::Identified) && told.error.unwrap().0 < 4.0);
 }
 
 #[test]

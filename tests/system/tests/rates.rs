@@ -1,7 +1,7 @@
 //! Rates without an attitude: rendered skies turn, the sensor's own second tells how fast.
 
 use fsw_core::sensor::{Command, Instruments, Workspace};
-use fsw_core::telemetry::{RateReport, Report, Status};
+use fsw_core::telemetry::{Outcome, RateReport, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::scenario::Scenario;
@@ -256,7 +256,12 @@ fn rows_that_begin_one_after_the_other_are_allowed_for() {
 fn a_camera_at_rest_and_one_that_sees_no_stars_tell_no_rate() {
     for seed in 0..3 {
         let mut world = World::new(seed, 0.0, Shutter::Global);
-        assert!(world.fly(4).iter().all(|report| report.rate.is_none() && report.status != Status::TooFast));
+        assert!(
+            world
+                .fly(4)
+                .iter()
+                .all(|report| report.rate.is_none() && report.outcome != Some(Outcome::TooFast))
+        );
         let dark = Scene::new(world.scene.settings().clone(), &[]).unwrap();
         let mut world = World { scene: dark, ..world };
         let reports = world.fly(8);
@@ -276,7 +281,7 @@ fn an_earth_at_rest_tells_no_rate() {
         let scene = Scene::new(scene.settings().clone(), &[]).unwrap();
         let mut world = World { scene, rate_rad_s: [0.0; 3], row_time_s: 0.0 };
         let reports = world.fly(24);
-        let lines = reports.iter().filter(|report| report.status == Status::TooFast).count();
+        let lines = reports.iter().filter(|report| report.outcome == Some(Outcome::TooFast)).count();
         println!("{scenario}: taken for streaks in {lines} of {} seconds", reports.len());
         for report in &reports {
             assert!(report.attitude.is_none(), "{scenario}");
