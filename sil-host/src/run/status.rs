@@ -70,7 +70,7 @@ pub fn fault_words(report: &Report) -> String {
         FixFault::Impossible => "fix impossible",
         FixFault::Covariance => "fix covariance",
     }));
-    let crowded = (faults.crowded > 0).then(|| format!("{} tiles crowded", faults.crowded));
+    let crowded = (faults.crowded > 0).then(|| format!("crowded tiles {}", faults.crowded));
     words.into_iter().map(str::to_owned).chain(crowded).collect::<Vec<_>>().join("; ")
 }
 
@@ -100,6 +100,6 @@ mod tests {
             ..Faults::default()
         };
         let words = fault_words(&Report { faults, ..Report::default() });
-        assert_eq!(words, "counter reset; rate sensor stale; 3 tiles crowded");
+        assert_eq!(words, "counter reset; rate sensor stale; crowded tiles 3");
     }
 }
