@@ -2,24 +2,26 @@
 //!
 //! [`Sensor::cycle`] is called once a second:
 //!
-//! 1. the image that the mode asks for is taken (`exposing`); its mid-exposure instant is that of the second, the counter's where none
-//!    was asked for or may be used (`timekeeping`);
-//! 2. orbit and attitude are propagated to that instant; Sun, pole and the observer's velocity (aberration) are those of it
-//!    (`propagation`);
-//! 3. the mode says what is done with the image: a self-test, the whole field searched for stars (`acquisition`, over several
-//!    seconds if need be, on the stars of that one image, then on those of another), or for streaks and the rate
-//!    (`turning`), predicted stars followed in windows (`tracking`), or only whether the Sun still blinds (`outage`); the filter
-//!    takes the attitude in (`attitude`);
-//! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb where the
-//!    orbit predicts it, else on a grid over the whole detector; its centre is a position, which the orbit filter takes in (`orbit`);
+//! 1. the image that the mode asks for is taken (`exposing`); its mid-exposure instant is that of the second,
+//!    the counter's where none was asked for or may be used (`timekeeping`);
+//! 2. orbit and attitude are propagated to that instant; Sun, pole and the observer's velocity (aberration)
+//!    are those of it (`propagation`);
+//! 3. the mode says what is done with the image: a self-test, the whole field searched for stars
+//!    (`acquisition`, over several seconds if need be, on the stars of that one image, then on those of
+//!    another), or for streaks and the rate (`turning`), predicted stars followed in windows (`tracking`), or
+//!    only whether the Sun still blinds (`outage`); the filter takes the attitude in (`attitude`);
+//! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
+//!    where the orbit predicts it, else on a grid over the whole detector; its centre is a position, which
+//!    the orbit filter takes in (`orbit`);
 //! 5. the guards decide the next mode; the report is made of the `record` of the second.
 //!
-//! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that is its own. What is generic
-//! over the instruments calls them and no more; the work between two calls is not, and is compiled once.
+//! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that
+//! is its own. What is generic over the instruments calls them and no more; the work between two calls is
+//! not, and is compiled once.
 //!
-//! Memory: [`Workspace`] holds what is large, the readout buffer of 16 KiB and the chains of identification, and can be
-//! placed in a static; [`Sensor`] itself is small, and the stack serves a few KiB of lists. The parts of a second are not
-//! inlined into it, so that their lists do not lie on the stack together.
+//! Memory: [`Workspace`] holds what is large, the readout buffer of 16 KiB and the chains of identification,
+//! and can be placed in a static; [`Sensor`] itself is small, and the stack serves a few KiB of lists. The
+//! parts of a second are not inlined into it, so that their lists do not lie on the stack together.
 
 mod acquisition;
 mod attitude;
@@ -52,8 +54,8 @@ pub use timekeeping::INSTANTS_US;
 use timekeeping::Timekeeper;
 pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
 
-/// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF does not vary
-/// when moving the optical center by one pixel" (thesis §3.1.2.2).
+/// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF
+/// does not vary when moving the optical center by one pixel" (thesis §3.1.2.2).
 const CALIBRATED_CENTRE_PX: f32 = 1.5;
 
 /// The instruments, as the spacecraft lends them for a second.
@@ -64,7 +66,8 @@ pub struct Instruments<'a, D, C, M, R> {
     pub clock: &'a mut C,
     /// Receives the marks of the stages; `&mut ()` where nothing is measured.
     pub meter: &'a mut M,
-    /// The body's rate; `&mut ()` where there is none. Asked only where [`Parameters::rate_sensor`] says how good it is.
+    /// The body's rate; `&mut ()` where there is none. Asked only where [`Parameters::rate_sensor`] says how
+    /// good it is.
     pub rate_sensor: &'a mut R,
 }
 

@@ -3,8 +3,8 @@
 //! A frame is a [`packet`] of version [`VERSION`]. Equal images give equal frames on every machine. A stream
 //! is one frame after the other, each led by its length (u16, little-endian).
 //!
-//! A second is described by what was done ([`Activity`]), what came of it ([`Outcome`], [`EarthStatus`] and the quantities) and
-//! what did not serve ([`Faults`]); changes from one second to the next are [`Event`]s.
+//! A second is described by what was done ([`Activity`]), what came of it ([`Outcome`], [`EarthStatus`] and
+//! the quantities) and what did not serve ([`Faults`]); changes from one second to the next are [`Event`]s.
 
 mod faults;
 
@@ -95,8 +95,8 @@ pub struct AttitudeReport {
     pub quaternion: [f32; 4],
     /// Standard deviations about x, y, z of the star path, rad.
     pub sigma_rad: [f32; 3],
-    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where there is none:
-    /// predicted, or too few stars for an attitude of their own, each taken where it was expected.
+    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where there is
+    /// none: predicted, or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken.
     pub age_s: u16,
@@ -208,12 +208,13 @@ pub enum Event {
     FixRejected,
     /// So many fixes contradicted the orbit that it was begun anew.
     OrbitRestarted,
-    /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never converged and had no fix for a whole
-    /// revolution.
+    /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never converged and had no
+    /// fix for a whole revolution.
     OrbitForgotten,
     /// Terrestrial Time by the clock differs by more than 0.1 s from its last value propagated by local time.
     ClockJump,
-    /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; reported when an outage begins.
+    /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; reported when an
+    /// outage begins.
     SunInPath,
 }
 
@@ -222,11 +223,13 @@ pub enum Event {
 pub struct Report {
     /// Seconds since start.
     pub cycle: u32,
-    /// Instant of the image, or of the second where none was used: on-board counter, microseconds since power-on.
+    /// Instant of the image, or of the second where none was used: on-board counter, microseconds since
+    /// power-on.
     pub local_us: i64,
     /// The same in Terrestrial Time, microseconds since J2000.0; `None` where the clock has never given it.
     pub instant_us: Option<i64>,
-    /// What Terrestrial Time rests on. Where it is unknown stars are tracked without correcting their aberration.
+    /// What Terrestrial Time rests on. Where it is unknown stars are tracked without correcting their
+    /// aberration.
     pub clock: ClockState,
     /// Mode in which the second was spent.
     pub mode: Mode,

@@ -1,7 +1,8 @@
 //! The errors of all instruments, in the idiom of `embedded-hal` 1.0.
 //!
-//! A driver names its own error type by [`ErrorType`]; the flight code asks it for its [`Error::kind`] alone. Each instrument has
-//! its own kinds, an enum of its module; `Error<K>` says that an error is of one of the kinds `K`.
+//! A driver names its own error type by [`ErrorType`]; the flight code asks it for its [`Error::kind`] alone.
+//! Each instrument has its own kinds, an enum of its module; `Error<K>` says that an error is of one of the
+//! kinds `K`.
 
 use core::convert::Infallible;
 use core::fmt::Debug;

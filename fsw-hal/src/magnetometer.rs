@@ -10,7 +10,8 @@ use crate::error::{self, Error, ErrorType};
 pub struct MagneticField {
     /// Middle of the time it was taken over.
     pub instant: LocalTime,
-    /// Flux density along x, y, z of the body, microtesla, as the sensor has it: the spacecraft's own field is in it.
+    /// Flux density along x, y, z of the body, microtesla, as the sensor has it: the spacecraft's own field
+    /// is in it.
     pub ut: [f32; 3],
 }
 

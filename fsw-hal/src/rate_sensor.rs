@@ -1,6 +1,7 @@
 //! Angular rate sensor (gyro) of three axes.
 //!
-//! Asked once a second. Body axes are those of the Earth path: x along +x px, y along +y px, z out along its line of sight.
+//! Asked once a second. Body axes are those of the Earth path: x along +x px, y along +y px, z out along its
+//! line of sight.
 
 use crate::clock::LocalTime;
 use crate::error::{self, Error, ErrorType};
@@ -10,8 +11,8 @@ use crate::error::{self, Error, ErrorType};
 pub struct AngularRate {
     /// Middle of the time it was taken over.
     pub instant: LocalTime,
-    /// Rate of the body against inertial space about its x, y, z axes, rad/s, as the sensor has it: bias, scale and
-    /// alignment are not corrected.
+    /// Rate of the body against inertial space about its x, y, z axes, rad/s, as the sensor has it: bias,
+    /// scale and alignment are not corrected.
     pub rad_s: [f32; 3],
 }
 

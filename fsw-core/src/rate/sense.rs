@@ -1,19 +1,22 @@
 //! The rate by streaks, and its sense.
 //!
-//! In: the arcs and marks of an image's streaks, the seconds since the image before, and the [`Memory`] of it. Out: [`Found`], or
-//! nothing. The ends of streaks and the exposure give the rate but for its sense ([`arcs::solve`]). Two hypotheses, this sense and the
-//! opposite one, say where the streaks of the last image must be now; the one that finds them gains. A star found again also gives
-//! the mean rate between the images, better than the ends of its streak do; two such means in a row give the rate now, one alone
-//! holds as far as a free body may have changed since ([`CHANGE`]).
+//! In: the arcs and marks of an image's streaks, the seconds since the image before, and the [`Memory`] of
+//! it. Out: [`Found`], or nothing. The ends of streaks and the exposure give the rate but for its sense
+//! ([`arcs::solve`]). Two hypotheses, this sense and the opposite one, say where the streaks of the last
+//! image must be now; the one that finds them gains. A star found again also gives the mean rate between the
+//! images, better than the ends of its streak do; two such means in a row give the rate now, one alone holds
+//! as far as a free body may have changed since ([`CHANGE`]).
 //!
-//! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts the last image's.
+//! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts
+//! the last image's.
 
 use super::arcs::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
 use super::marks::{CHANGE, FASTEST_RAD_S, Field, MAX_MARKS, Mark, encounters, matched};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
+/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two
+/// and two cut ones.
 const FEWEST_SPARE: usize = 3;
 /// Expected number of chance encounters up to which one encounter decides the sense.
 const BY_CHANCE: f32 = 0.03;
@@ -65,8 +68,9 @@ impl Memory {
         self.known.as_ref().map(|(rate, _)| rate)
     }
 
-    /// Takes in the stars of an image, `elapsed_s` after the last one where that can be compared with it: the mean rate between the
-    /// two by the stars found again, with what it may have changed by since, and their number.
+    /// Takes in the stars of an image, `elapsed_s` after the last one where that can be compared with it: the
+    /// mean rate between the two by the stars found again, with what it may have changed by since, and their
+    /// number.
     #[inline(never)]
     pub fn take_stars(
         &mut self,
@@ -122,7 +126,8 @@ fn count(arcs: &[Arc], rate: &Rate) -> (usize, usize) {
         .fold((0, 0), |(whole, cut), (_, arc)| if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) })
 }
 
-/// The rate of an image beside that of the last one, in the same sense: it cannot have turned over in a few seconds.
+/// The rate of an image beside that of the last one, in the same sense: it cannot have turned over in a few
+/// seconds.
 struct Compared {
     rate: Rate,
     last: Option<Rate>,
@@ -149,7 +154,8 @@ impl Compared {
         self.like == Some(true)
     }
 
-    /// The marks of the last image found in this one at a rate, the last one's taken with `sign`; the number expected by chance.
+    /// The marks of the last image found in this one at a rate, the last one's taken with `sign`; the number
+    /// expected by chance.
     fn meet(
         &self,
         there: &mut Vec<Arc, MAX_ARCS>,
@@ -200,7 +206,8 @@ impl Hypotheses {
         Self { opposite, there, gain, chance }
     }
 
-    /// Adds the gain to what was believed before; `None` where the opposite sense is believed and has no rate.
+    /// Adds the gain to what was believed before; `None` where the opposite sense is believed and has no
+    /// rate.
     fn decide(&self, compared: &Compared, before: &Memory) -> Option<Decision> {
         // Of two rates that differ one is wrong; whatever was concluded from them is not kept.
         let sense = if compared.last.is_some() && compared.repeats() { before.sense } else { 0 };
@@ -245,8 +252,8 @@ fn best(
     (last.and_then(|last| joined(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
-/// The rate now from the mean since the last image, which is that of half the time before: as it is, with what may have changed since,
-/// or extrapolated by the mean before it, whichever is surer.
+/// The rate now from the mean since the last image, which is that of half the time before: as it is, with
+/// what may have changed since, or extrapolated by the mean before it, whichever is surer.
 fn now(compared: &Compared, decision: &Decision, mean: &Rate, before: &Memory) -> Estimate {
     let Compared { elapsed_s, change, .. } = *compared;
     let as_it_is = (mean.rad_s, widened(mean.covariance, 0.5 * change * elapsed_s));

@@ -1,15 +1,16 @@
 //! Arc and mark of a streak in an image.
 //!
-//! In: a streak, px, with its standard deviations along and across, and the times of its rows. Out: its [`Arc`], of which the rate
-//! is solved, and its [`Mark`], which the next image may show again; `None` where the camera sees no direction there.
+//! In: a streak, px, with its standard deviations along and across, and the times of its rows. Out: its
+//! [`Arc`], of which the rate is solved, and its [`Mark`], which the next image may show again; `None` where
+//! the camera sees no direction there.
 
 use super::arcs::Arc;
 use super::marks::Mark;
 use crate::camera::Camera;
 use crate::image::streaks::Streak;
 
-/// The arc of a streak exposed for `exposure_s`, its rows `row_time_s` one after the other. `longest_px` is how long a streak may be:
-/// a cut one shows less of its direction.
+/// The arc of a streak exposed for `exposure_s`, its rows `row_time_s` one after the other. `longest_px` is
+/// how long a streak may be: a cut one shows less of its direction.
 #[inline(never)]
 pub fn arc_of(
     camera: &Camera,

@@ -13,8 +13,8 @@ use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
 const SCANNING_SHARE: u32 = 10;
-/// For so long the first image is searched, and how often they may double: after a burst of noise the last noisy image
-/// is searched for 16 s at most.
+/// For so long the first image is searched, and how often they may double: after a burst of noise the last
+/// noisy image is searched for 16 s at most.
 const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
 
@@ -40,10 +40,10 @@ impl Sensor<'_> {
         Ok(Outcome::SelfTestPassed)
     }
 
-    /// Lost in space: scan, then identify; a search that needs longer goes on with the same image, for [`FIRST_PATIENCE_US`]
-    /// at first: hits and false stars of the next image are others. Each image given up doubles the time of the next,
-    /// up to [`MOST_DOUBLINGS`] times, so that a search that truly needs long comes to its end. `None` where the search
-    /// begins anew in the next second.
+    /// Lost in space: scan, then identify; a search that needs longer goes on with the same image, for
+    /// [`FIRST_PATIENCE_US`] at first: hits and false stars of the next image are others. Each image given up
+    /// doubles the time of the next, up to [`MOST_DOUBLINGS`] times, so that a search that truly needs long
+    /// comes to its end. `None` where the search begins anew in the next second.
     #[inline(never)]
     pub(super) fn acquire(
         &mut self,
@@ -90,8 +90,8 @@ impl Sensor<'_> {
         self.searching_since = Some(self.now);
     }
 
-    /// Goes on with the identification, in the second of the scan for a [`SCANNING_SHARE`]th of the allowance: the scan has most of
-    /// that second. `None` where there is none that could go on.
+    /// Goes on with the identification, in the second of the scan for a [`SCANNING_SHARE`]th of the
+    /// allowance: the scan has most of that second. `None` where there is none that could go on.
     #[inline(never)]
     fn identify(&mut self, scanned: bool) -> Option<Progress> {
         let identification = &self.parameters.identification;

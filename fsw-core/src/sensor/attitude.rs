@@ -1,4 +1,5 @@
-//! The attitude of a second: an image's taken into the filter, or the filter's own, with what aberration leaves unknown.
+//! The attitude of a second: an image's taken into the filter, or the filter's own, with what aberration
+//! leaves unknown.
 
 use super::Sensor;
 use super::record::{Solution, StarRecord};
@@ -11,8 +12,8 @@ use fsw_hal::LocalTime;
 
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
 const ORBITAL_KM_S: f64 = 7.9;
-/// Aberration by the Earth's motion about the Sun and a low orbit's about the Earth, (30.3 + 7.9) km/s, rad: 26 arcsec. An attitude
-/// whose stars were not corrected for it may be off by so much.
+/// Aberration by the Earth's motion about the Sun and a low orbit's about the Earth, (30.3 + 7.9) km/s, rad:
+/// 26 arcsec. An attitude whose stars were not corrected for it may be off by so much.
 const ABERRATION_RAD: f32 = 1.27e-4;
 /// Variance of an attitude whose stars were not corrected for aberration, rad².
 const UNCORRECTED_RAD2: f32 = ABERRATION_RAD * ABERRATION_RAD;
@@ -60,8 +61,8 @@ impl Sensor<'_> {
         }
     }
 
-    /// The filter's attitude at this second, `None` where its sigma exceeds `carried_sigma_rad` about an axis; `predicted` says that no
-    /// image of this second supports it.
+    /// The filter's attitude at this second, `None` where its sigma exceeds `carried_sigma_rad` about an
+    /// axis; `predicted` says that no image of this second supports it.
     #[inline(never)]
     pub(super) fn propagated(&self, predicted: bool) -> Option<Solution> {
         let motion = self.motion.as_ref()?;
@@ -82,7 +83,8 @@ impl Sensor<'_> {
         })
     }
 
-    /// Whether the attitude predicted for the next second is within the gate about predicted stars, at three sigma.
+    /// Whether the attitude predicted for the next second is within the gate about predicted stars, at three
+    /// sigma.
     pub(super) fn prediction_is_within_gate(&self) -> bool {
         let gate_rad = f32::from(self.parameters.tracking.gate_px) * self.camera.rad_per_px();
         // Roll moves a star by its distance from the line of sight.
@@ -94,8 +96,8 @@ impl Sensor<'_> {
         })
     }
 
-    /// Sigmas of an attitude with what is not known of the orbital velocity, whose aberration turns all stars alike (5
-    /// arcsec in a low orbit); about the line of sight it does not turn them.
+    /// Sigmas of an attitude with what is not known of the orbital velocity, whose aberration turns all stars
+    /// alike (5 arcsec in a low orbit); about the line of sight it does not turn them.
     fn with_aberration(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         if !self.aberration_corrected {
             return [libm::sqrtf(x * x + UNCORRECTED_RAD2), libm::sqrtf(y * y + UNCORRECTED_RAD2), z];

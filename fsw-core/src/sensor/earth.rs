@@ -19,8 +19,8 @@ const STRIP_PATIENCE: u8 = 3;
 
 /// Sigma of the Earth's place below which it is known well enough to say what is hidden, rad.
 const VIEW_SIGMA_RAD: f32 = 0.06;
-/// ... and to say that no limb in the field is lit, rad: there the Sun's height at the limb counts, which changes little with the
-/// place.
+/// ... and to say that no limb in the field is lit, rad: there the Sun's height at the limb counts, which
+/// changes little with the place.
 const DARK_SIGMA_RAD: f32 = 0.3;
 
 /// The Earth as the orbit predicts it.
@@ -47,12 +47,14 @@ impl Sensor<'_> {
         Body::new(&path.apply(&ephemeris.pole), Some(&path.apply(&ephemeris.sun)), &self.parameters.earth)
     }
 
-    /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it hides.
+    /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it
+    /// hides.
     pub(super) fn known_view(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
         self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
-    /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into the orbit.
+    /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into
+    /// the orbit.
     #[inline(never)]
     pub(super) fn look_at_earth(
         &mut self,
@@ -75,7 +77,8 @@ impl Sensor<'_> {
         Ok((looked, record))
     }
 
-    /// Counts the seconds in a row in which strips gave no centre. Where there is nothing to measure no strip is to blame.
+    /// Counts the seconds in a row in which strips gave no centre. Where there is nothing to measure no strip
+    /// is to blame.
     fn count_misses(&mut self, looked: &Looked) {
         self.strip_misses = match looked {
             Looked::Refused(_) if self.strip_misses < STRIP_PATIENCE => self.strip_misses + 1,
@@ -83,8 +86,9 @@ impl Sensor<'_> {
         };
     }
 
-    /// Where the Earth is: from strips across the limb that the orbit predicts; where it hardly does, from strips across the
-    /// limb that a search of the whole detector found (a search alone would give a centre only good enough for that).
+    /// Where the Earth is: from strips across the limb that the orbit predicts; where it hardly does, from
+    /// strips across the limb that a search of the whole detector found (a search alone would give a centre
+    /// only good enough for that).
     #[inline(never)]
     fn find_earth(
         &mut self,
@@ -105,7 +109,8 @@ impl Sensor<'_> {
         meter.end(Stage::Limb);
         let mut strips = read?;
         let mut rough = None;
-        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not sure of the rest.
+        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not
+        // sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
@@ -121,8 +126,8 @@ impl Sensor<'_> {
         Ok(looked)
     }
 
-    /// Whether the Earth as predicted has no lit limb in the field, or too little of one; `None` where it has enough, or the
-    /// prediction is not good enough to say.
+    /// Whether the Earth as predicted has no lit limb in the field, or too little of one; `None` where it has
+    /// enough, or the prediction is not good enough to say.
     fn unlit(&self, predicted: &Prediction) -> Option<Looked> {
         if predicted.sigma_rad >= DARK_SIGMA_RAD {
             return None;
@@ -136,8 +141,8 @@ impl Sensor<'_> {
         faint.then_some(Looked::Faint)
     }
 
-    /// Reads strips across the limb that the orbit predicts into the workspace; none without a prediction, nor after
-    /// [`STRIP_PATIENCE`] misses.
+    /// Reads strips across the limb that the orbit predicts into the workspace; none without a prediction,
+    /// nor after [`STRIP_PATIENCE`] misses.
     fn predicted_strips(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
@@ -165,8 +170,8 @@ impl Sensor<'_> {
         Some(Prediction { view, covariance_km2, sigma_rad, expected })
     }
 
-    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the strips, and
-    /// where the Earth is by the search.
+    /// Searches the whole detector and fills the workspace with the limb points of strips across what was
+    /// found. Gives the strips, and where the Earth is by the search.
     #[inline(never)]
     fn search(
         &mut self,

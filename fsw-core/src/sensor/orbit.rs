@@ -10,7 +10,8 @@ use crate::telemetry::{Event, FixFault, OrbitReport};
 use nalgebra::{Matrix3, Vector3};
 
 impl Sensor<'_> {
-    /// Takes the Earth's centre, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit (eq. 5.4).
+    /// Takes the Earth's centre, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit
+    /// (eq. 5.4).
     #[inline(never)]
     pub(super) fn update_orbit(
         &mut self,

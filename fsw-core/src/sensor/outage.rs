@@ -8,7 +8,8 @@ use crate::modes::Mode;
 const SUN_RADIUS_RAD: f32 = 4.66e-3;
 
 impl Sensor<'_> {
-    /// In a Sun outage the filter's state is propagated every second: no step is longer, whatever the outage lasts.
+    /// In a Sun outage the filter's state is propagated every second: no step is longer, whatever the outage
+    /// lasts.
     pub(super) fn propagate_in_outage(&mut self, mode: Mode) {
         if let (Mode::SunOutage, Some(motion)) = (mode, &mut self.motion) {
             motion.propagate(self.now, None);

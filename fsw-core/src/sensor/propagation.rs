@@ -36,8 +36,8 @@ fn usable(reading: Reading, now: LocalTime) -> Result<AngularRate, RateSensorFau
 }
 
 impl Sensor<'_> {
-    /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without aberration, where
-    /// Terrestrial Time is not known; the orbit is propagated by local time all the same.
+    /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without
+    /// aberration, where Terrestrial Time is not known; the orbit is propagated by local time all the same.
     #[inline(never)]
     pub(super) fn update_ephemeris(&mut self, time: &Time, events: &mut Events) -> Option<Ephemeris> {
         if time.fault == Some(ClockFault::CounterReset) {
@@ -75,8 +75,8 @@ impl Sensor<'_> {
         self.parameters.rate_sensor.is_some() && self.motion.is_some()
     }
 
-    /// Propagates the attitude to this second by the rate sensor's reading of the one before; without one that can serve, by the
-    /// last rate. Returns why there is none.
+    /// Propagates the attitude to this second by the rate sensor's reading of the one before; without one
+    /// that can serve, by the last rate. Returns why there is none.
     #[inline(never)]
     pub(super) fn propagate_gyro(&mut self, reading: Reading) -> Option<RateSensorFault> {
         let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else {

@@ -1,5 +1,5 @@
-//! The record of a second: what each stage returned. The [`Report`] is made of it here, once, at the end of the second; no stage
-//! reads what another one has put into the record but by its arguments.
+//! The record of a second: what each stage returned. The [`Report`] is made of it here, once, at the end of
+//! the second; no stage reads what another one has put into the record but by its arguments.
 
 use super::timekeeping::Time;
 use crate::catalog::Catalogue;
@@ -58,7 +58,8 @@ pub(super) struct StarRecord {
 }
 
 impl StarRecord {
-    /// Counts what was detected in an image or its windows: `found`, and the tiles too crowded to be searched whole.
+    /// Counts what was detected in an image or its windows: `found`, and the tiles too crowded to be searched
+    /// whole.
     pub(super) fn count(&mut self, found: usize, detections: &Detections) {
         self.detections = found.min(u16::MAX.into()) as u16;
         self.crowded = detections.crowded_tiles().min(u16::MAX.into()) as u16;
@@ -163,8 +164,8 @@ impl Record {
         }
     }
 
-    /// What the guards of the modes judge by. `rate`: the filter knows the rate; `predicted`: the attitude propagated to the
-    /// next second is within the gate.
+    /// What the guards of the modes judge by. `rate`: the filter knows the rate; `predicted`: the attitude
+    /// propagated to the next second is within the gate.
     pub(super) fn seen(&self, rate: bool, predicted: bool) -> Seen {
         Seen {
             attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),

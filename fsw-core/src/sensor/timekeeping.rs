@@ -1,8 +1,10 @@
-//! Both times of a second: local time, by which all elapsed times are measured, and Terrestrial Time, for Sun and Earth.
+//! Both times of a second: local time, by which all elapsed times are measured, and Terrestrial Time, for Sun
+//! and Earth.
 //!
-//! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is the clock's; while that gives
-//! none, or an instant outside the years in which it is believed, the last one is propagated by local time. A step of the clock
-//! is the difference between its Terrestrial Time and the last one propagated.
+//! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is the
+//! clock's; while that gives none, or an instant outside the years in which it is believed, the last one is
+//! propagated by local time. A step of the clock is the difference between its Terrestrial Time and the last
+//! one propagated.
 
 use crate::telemetry::{ClockFault, ClockState, ImageFault};
 use fsw_hal::Error;
@@ -12,11 +14,12 @@ use fsw_hal::{Clock, LocalTime};
 pub const INSTANTS_US: (i64, i64) = (0, 3_155_760_000_000_000);
 /// A second, us.
 pub(super) const SECOND_US: i64 = 1_000_000;
-/// Larger differences between clock and local time are steps, us. A smaller one is the counter's drift (20 ppm are 20 us a second) and
-/// its correction.
+/// Larger differences between clock and local time are steps, us. A smaller one is the counter's drift (20
+/// ppm are 20 us a second) and its correction.
 const STEP_US: i64 = 100_000;
-/// Without a clock Terrestrial Time goes on by local time for so long, us: a day, in which a counter that is off by 50 ppm loses
-/// 4 s. The Sun's direction changes by 0.2 arcsec in that time, and so does the aberration.
+/// Without a clock Terrestrial Time goes on by local time for so long, us: a day, in which a counter that is
+/// off by 50 ppm loses 4 s. The Sun's direction changes by 0.2 arcsec in that time, and so does the
+/// aberration.
 const HOLDOVER_US: i64 = 86_400 * SECOND_US;
 /// An image may be later than the second in which it is read by so much, us, and earlier by so much.
 const IMAGE_AHEAD_US: i64 = 100_000;
@@ -27,8 +30,8 @@ const IMAGE_AGE_US: i64 = 10 * SECOND_US;
 pub(super) struct Time {
     /// Of the image, or of the call in a second without one.
     pub local: LocalTime,
-    /// Terrestrial Time at that instant, us since J2000.0, however old the correlation; `None` where the clock has never
-    /// given it.
+    /// Terrestrial Time at that instant, us since J2000.0, however old the correlation; `None` where the
+    /// clock has never given it.
     pub terrestrial_us: Option<i64>,
     /// What that rests on.
     pub state: ClockState,
@@ -56,7 +59,8 @@ pub(super) struct Now {
 }
 
 impl Timekeeper {
-    /// Reads the counter. Where it fails a second has passed; where it has gone backwards all that was remembered is void.
+    /// Reads the counter. Where it fails a second has passed; where it has gone backwards all that was
+    /// remembered is void.
     pub(super) fn read_counter(&mut self, clock: &mut impl Clock) -> Now {
         let presumed = self.last.map_or(LocalTime::default(), |last| last.plus_us(SECOND_US));
         match clock.local_time() {

@@ -55,7 +55,8 @@ impl Sensor<'_> {
         Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
     }
 
-    /// The stars of the predicted attitude, and windows about those that the Earth does not hide; `None` without an attitude.
+    /// The stars of the predicted attitude, and windows about those that the Earth does not hide; `None`
+    /// without an attitude.
     #[inline(never)]
     fn expect_stars(
         &self,
@@ -111,7 +112,8 @@ impl Sensor<'_> {
         stars.count(self.workspace.measured.len(), &self.workspace.detections);
     }
 
-    /// The measured stars matched with the expected ones. Matching begins with twice the tolerance: with the whole gate.
+    /// The measured stars matched with the expected ones. Matching begins with twice the tolerance: with the
+    /// whole gate.
     fn confirm(&self, expectation: &Expectation) -> Option<Confirmed> {
         let Expectation { attitude, stars, windows } = expectation;
         let measured = &self.workspace.measured;
@@ -138,8 +140,9 @@ impl Sensor<'_> {
         }
     }
 
-    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the filter. Where most of
-    /// the windows that could show a star show none in its place, the attitude is lost: a single spot may be anything.
+    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the
+    /// filter. Where most of the windows that could show a star show none in its place, the attitude is lost:
+    /// a single spot may be anything.
     #[inline(never)]
     fn follow_few(&mut self, clear_windows: usize, stars: &mut StarRecord) -> Option<Outcome> {
         let mut motion = self.motion?;

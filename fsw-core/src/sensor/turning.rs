@@ -1,10 +1,11 @@
-//! How fast the sensor turns while no attitude is known: what is asked of the image, and what of the room [`crate::rate`].
+//! How fast the sensor turns while no attitude is known: what is asked of the image, and what of the room
+//! [`crate::rate`].
 //!
-//! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate, and what must be remembered for
-//! the next image: whether it is searched for lines, and how long it is exposed.
+//! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate, and what
+//! must be remembered for the next image: whether it is searched for lines, and how long it is exposed.
 //!
-//! Lines that stand where lines stood in the last image are the Earth's limb, its clouds and spacecraft parts: a star moves by
-//! twice its streak and more.
+//! Lines that stand where lines stood in the last image are the Earth's limb, its clouds and spacecraft
+//! parts: a star moves by twice its streak and more.
 
 mod streaks;
 
@@ -25,16 +26,17 @@ use streaks::{MAX_STREAKS, SAME_PX};
 
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
-/// Fewest stars of which a scan says that the sensor does not turn fast, if fewer than one in `DRAWN_SHARE` is drawn out: of
-/// stars at rest, pairs and hits are.
+/// Fewest stars of which a scan says that the sensor does not turn fast, if fewer than one in `DRAWN_SHARE`
+/// is drawn out: of stars at rest, pairs and hits are.
 const FEWEST_STARS: usize = 4;
 const DRAWN_SHARE: usize = 4;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
-/// Searches for lines in a row that may give no rate before stars are looked for again: an Earth at rest has lines too.
+/// Searches for lines in a row that may give no rate before stars are looked for again: an Earth at rest has
+/// lines too.
 const MOST_MISSES: u8 = 3;
-/// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much where no
-/// streak was seen.
+/// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much
+/// where no streak was seen.
 const GOOD_PX: f32 = 100.0;
 const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
@@ -67,7 +69,8 @@ struct Next {
 }
 
 impl Next {
-    /// After a search that found these streaks, exposed for the nominal time over the divisor, and gave a rate or none.
+    /// After a search that found these streaks, exposed for the nominal time over the divisor, and gave a
+    /// rate or none.
     fn after_lines(self, streaks: &[Streak], has_rate: bool) -> Self {
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
         let misses = if has_rate { 0 } else { self.misses.saturating_add(1) };
@@ -89,7 +92,8 @@ impl Turning {
         *self = Self::default();
     }
 
-    /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all for the next.
+    /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all
+    /// for the next.
     fn leave_moving(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) {
         let middles_px = streaks.iter().map(Streak::middle_px).take(MAX_STREAKS).collect();
         let before = core::mem::replace(&mut self.middles_px, middles_px);
@@ -115,8 +119,8 @@ impl Turning {
 }
 
 impl Sensor<'_> {
-    /// Lost in space: an attitude, or how it turns where there is none. (The steps are called from here, not from each other,
-    /// so that their lists do not lie on the stack together.)
+    /// Lost in space: an attitude, or how it turns where there is none. (The steps are called from here, not
+    /// from each other, so that their lists do not lie on the stack together.)
     pub(super) fn acquire_or_turn(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
@@ -203,7 +207,8 @@ impl Sensor<'_> {
         rate_report(found.estimate, source, found.either_sense, found.whole)
     }
 
-    /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to look for next.
+    /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to
+    /// look for next.
     #[inline(never)]
     fn turn_by_stars(&mut self) -> Option<RateReport> {
         let detections = &self.workspace.detections;
@@ -227,9 +232,10 @@ impl Sensor<'_> {
     }
 }
 
-/// A rate as it is reported; `None` where it says too little: its standard deviation is above [`LARGEST_SHARE`] of it, as that of a rate
-/// of which one component is open (a single streak, or streaks that all lie together). One from two images may be slow, and then known
-/// to a part of a pixel a second only.
+/// A rate as it is reported; `None` where it says too little: its standard deviation is above
+/// [`LARGEST_SHARE`] of it, as that of a rate of which one component is open (a single streak, or streaks
+/// that all lie together). One from two images may be slow, and then known to a part of a pixel a second
+/// only.
 #[inline(never)]
 fn rate_report(
     (rate, covariance): Estimate,

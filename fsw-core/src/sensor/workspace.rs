@@ -12,7 +12,8 @@ use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// Chains of the base sides: up to so many stars of a catalogue have one each, and it costs no RAM beside the readout.
+/// Chains of the base sides: up to so many stars of a catalogue have one each, and it costs no RAM beside the
+/// readout.
 pub const BASE_SIDE_CHAINS: usize = 4096;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
@@ -39,9 +40,9 @@ impl Readout {
     }
 }
 
-/// Memory that reading an image and identifying its stars share: an image is read whole before its stars are identified, and
-/// an identification that lasts for several seconds asks for no other image. The tag of the first variant is 0 by `repr`, so
-/// that a static of it is all zero and costs no flash.
+/// Memory that reading an image and identifying its stars share: an image is read whole before its stars are
+/// identified, and an identification that lasts for several seconds asks for no other image. The tag of the
+/// first variant is 0 by `repr`, so that a static of it is all zero and costs no flash.
 #[derive(Debug)]
 #[repr(u8)]
 #[expect(clippy::large_enum_variant, reason = "the point is to overlay the two, and there is no heap")]
@@ -108,7 +109,8 @@ impl Workspace {
         Self { shared: Shared::Readout(Readout::new()), detections: Detections::new(), measured: Vec::new() }
     }
 
-    /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is known.
+    /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is
+    /// known.
     pub(super) fn take_measured(
         &mut self,
         camera: &Camera,
@@ -131,7 +133,8 @@ impl Workspace {
         }
     }
 
-    /// Reads the windows of the present image and finds their stars; how many of them are too bright to show one.
+    /// Reads the windows of the present image and finds their stars; how many of them are too bright to show
+    /// one.
     pub(super) fn read_windows(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,

@@ -1,7 +1,7 @@
 //! The streaks of an image: where they are sought, and their measurement.
 //!
-//! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that are sought only where the last image
-//! and the rate predict them.
+//! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that are sought
+//! only where the last image and the rate predict them.
 
 use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
@@ -45,7 +45,8 @@ impl Sensor<'_> {
         Ok(streaks)
     }
 
-    /// Where the streaks of the last image go on at the rate that was found, be they ever so faint beside others.
+    /// Where the streaks of the last image go on at the rate that was found, be they ever so faint beside
+    /// others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
         let memory = &self.turning.memory;
