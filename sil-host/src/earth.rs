@@ -157,12 +157,12 @@ impl Known {
 pub struct PictureEarth {
     buffer: Vec<u16>,
     points: Points,
-    rays: Box<centre::Workspace>,
+    rays: Box<centre::RayBuffer>,
 }
 
 impl Default for PictureEarth {
     fn default() -> Self {
-        Self { buffer: Vec::new(), points: Points::new(), rays: Box::new(centre::Workspace::new()) }
+        Self { buffer: Vec::new(), points: Points::new(), rays: Box::new(centre::RayBuffer::new()) }
     }
 }
 

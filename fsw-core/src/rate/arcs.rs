@@ -1,7 +1,7 @@
 //! The sensor's rate from directions that move: of a streak from end to end, of a star from one image to the
 //! next (thesis §3.1.5, LARM and HARM).
 //!
-//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`Rate`] of the star
+//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`RateFit`] of the star
 //! path against the stars, in its own frame, and its covariance. A fixed direction's components change as
 //! `db/dt = -ω × b`; over a turn by θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`,
 //! `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over all of
@@ -43,7 +43,7 @@ pub struct Arc {
 
 /// A rate from arcs.
 #[derive(Clone, Copy, Debug)]
-pub struct Rate {
+pub struct RateFit {
     /// Of the star path against the stars, in its own frame, rad/s.
     pub rad_s: Vector3<f32>,
     /// Its covariance, (rad/s)².
@@ -52,7 +52,7 @@ pub struct Rate {
     pub arcs: u32,
 }
 
-impl Rate {
+impl RateFit {
     /// How many arcs agree.
     pub fn count(&self) -> u32 {
         self.arcs.count_ones()
@@ -185,7 +185,7 @@ fn agreeing(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
 /// The rate on which most arcs agree; `None` where no two fix all three components. Of undirected arcs the
 /// opposite rate is as good.
 #[inline(never)]
-pub fn solve(arcs: &[Arc]) -> Option<Rate> {
+pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
     let arcs = arcs.get(..MAX_ARCS).unwrap_or(arcs);
     let mut best: Option<(Vector3<f32>, u32, f32)> = None;
     for (first, one) in arcs.iter().enumerate() {
@@ -222,13 +222,13 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
 
 /// The rate of the opposite sense that explains undirected arcs as well.
 #[inline(never)]
-pub fn opposite(arcs: &[Arc], rate: &Rate) -> Option<Rate> {
+pub fn opposite(arcs: &[Arc], rate: &RateFit) -> Option<RateFit> {
     refined(arcs.get(..MAX_ARCS).unwrap_or(arcs), -rate.rad_s, rate.arcs)
 }
 
 /// Least squares from a first estimate and the arcs that agree with it.
 #[inline(never)]
-fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
+fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
     let (mut rate, mut bits) = (rate, bits);
     let mut covariance = Matrix3::zeros();
     for _ in 0..3 {
@@ -248,7 +248,7 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
     if free >= 1.0 {
         covariance *= (misfit / free).max(1.0) * (1.0 + FEW / free);
     }
-    Some(Rate { rad_s: rate, covariance, arcs: bits })
+    Some(RateFit { rad_s: rate, covariance, arcs: bits })
 }
 
 /// A rate's covariance with what else is not known of it, one sigma about every axis, rad/s.
@@ -269,7 +269,7 @@ pub fn joined(
 /// Whether two rates of about the same time are one, which may have changed by `change` about every axis,
 /// rad/s; `None` where one of them says so little that it would be like any other.
 #[inline(never)]
-pub fn is_like(a: &Rate, b: &Rate, change: f32) -> Option<bool> {
+pub fn is_like(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
     let covariance = widened(a.covariance + b.covariance, change) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());

@@ -7,7 +7,7 @@
 //! by their separations ([`matched`], thesis §3.1.5, LARM): every two of one image that are as far apart as
 //! two of the other propose a rate, and that on which most marks agree counts.
 
-use super::arcs::{self, Arc, MAX_ARCS, Rate};
+use super::arcs::{self, Arc, MAX_ARCS, RateFit};
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -114,8 +114,8 @@ pub fn encounters(
 
 /// The rate between two images from the marks of both, matched by their separations.
 #[inline(never)]
-pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
-    let mut best: Option<Rate> = None;
+pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit> {
+    let mut best: Option<RateFit> = None;
     let sigma = |mark: &Mark| mark.sigma_rad[0].max(mark.sigma_rad[1]);
     for (index, a) in before.iter().enumerate() {
         for b in before.iter().skip(index + 1) {
@@ -131,7 +131,7 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
                         let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else {
                             continue;
                         };
-                        let most = best.as_ref().map_or(FEWEST_MATCHES - 1, Rate::count);
+                        let most = best.as_ref().map_or(FEWEST_MATCHES - 1, RateFit::count);
                         if let Some(rate) =
                             confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most)
                         {
@@ -147,7 +147,7 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
 
 /// The rate from all marks that are where a proposed rate carries them.
 #[inline(never)]
-fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Option<Rate> {
+fn confirmed(before: &[Mark], now: &[Mark], rate: &RateFit, elapsed_s: f32) -> Option<RateFit> {
     let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
     for mark in before {
         let there = carried(mark, &rate.rad_s, elapsed_s);

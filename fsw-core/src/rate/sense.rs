@@ -10,7 +10,7 @@
 //! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts
 //! the last image's.
 
-use super::arcs::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
+use super::arcs::{self, Arc, MAX_ARCS, RateFit, corrected, is_like, joined, widened};
 use super::marks::{CHANGE, FASTEST_RAD_S, Field, MAX_MARKS, Mark, encounters, matched};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -35,7 +35,7 @@ pub struct Memory {
     /// Whole streaks, or stars, of the last image.
     pub marks: Vec<Mark, MAX_MARKS>,
     /// Rate by the streaks of that image, of the sense that is believed more.
-    streaks: Option<Rate>,
+    streaks: Option<RateFit>,
     /// Encounters that spoke for this sense less those against.
     sense: i8,
     /// Mean rate up to that image from the one before, if there was one.
@@ -120,7 +120,7 @@ impl Memory {
 }
 
 /// Whole and cut arcs that agree with a rate.
-fn count(arcs: &[Arc], rate: &Rate) -> (usize, usize) {
+fn count(arcs: &[Arc], rate: &RateFit) -> (usize, usize) {
     let agreeing = arcs.iter().enumerate().filter(|(index, _)| (rate.arcs >> *index) & 1 == 1);
     agreeing
         .fold((0, 0), |(whole, cut), (_, arc)| if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) })
@@ -129,8 +129,8 @@ fn count(arcs: &[Arc], rate: &Rate) -> (usize, usize) {
 /// The rate of an image beside that of the last one, in the same sense: it cannot have turned over in a few
 /// seconds.
 struct Compared {
-    rate: Rate,
-    last: Option<Rate>,
+    rate: RateFit,
+    last: Option<RateFit>,
     /// Seconds since the last image; 1 where there is none.
     elapsed_s: f32,
     /// By how much a free body's rate may change in a second, rad/s.
@@ -140,7 +140,7 @@ struct Compared {
 }
 
 impl Compared {
-    fn new(before: &Memory, arcs: &[Arc], rate: &Rate, elapsed_s: Option<f32>) -> Option<Self> {
+    fn new(before: &Memory, arcs: &[Arc], rate: &RateFit, elapsed_s: Option<f32>) -> Option<Self> {
         let last = before.streaks.filter(|_| elapsed_s.is_some());
         let against = last.is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
         let rate = if against { arcs::opposite(arcs, rate)? } else { *rate };
@@ -160,7 +160,7 @@ impl Compared {
         &self,
         there: &mut Vec<Arc, MAX_ARCS>,
         images: (&[Mark], &[Mark]),
-        (rate, sign): (&Rate, f32),
+        (rate, sign): (&RateFit, f32),
         field: Field,
     ) -> f32 {
         // Between two images the mean of both rates counts, and what a body may do beside it.
@@ -177,7 +177,7 @@ impl Compared {
 
 /// Both senses, and what the last image says of them.
 struct Hypotheses {
-    opposite: Option<Rate>,
+    opposite: Option<RateFit>,
     /// Ways of the marks that this sense finds again.
     there: Vec<Arc, MAX_ARCS>,
     /// How many more it finds than the opposite one.
@@ -188,9 +188,9 @@ struct Hypotheses {
 
 /// The sense that is believed, with its rate and the mean rate since the last image.
 struct Decision {
-    rate: Rate,
+    rate: RateFit,
     sense: i8,
-    mean: Option<Rate>,
+    mean: Option<RateFit>,
 }
 
 impl Hypotheses {
@@ -254,7 +254,7 @@ fn best(
 
 /// The rate now from the mean since the last image, which is that of half the time before: as it is, with
 /// what may have changed since, or extrapolated by the mean before it, whichever is surer.
-fn now(compared: &Compared, decision: &Decision, mean: &Rate, before: &Memory) -> Estimate {
+fn now(compared: &Compared, decision: &Decision, mean: &RateFit, before: &Memory) -> Estimate {
     let Compared { elapsed_s, change, .. } = *compared;
     let as_it_is = (mean.rad_s, widened(mean.covariance, 0.5 * change * elapsed_s));
     let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {

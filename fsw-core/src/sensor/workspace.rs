@@ -31,12 +31,12 @@ pub(super) struct Readout {
     /// Limb points of this image.
     pub(super) limb: Points,
     /// Their rays.
-    pub(super) rays: centre::Workspace,
+    pub(super) rays: centre::RayBuffer,
 }
 
 impl Readout {
     const fn new() -> Self {
-        Self { buffer: [0; TILE_PIXELS], limb: Points::new(), rays: centre::Workspace::new() }
+        Self { buffer: [0; TILE_PIXELS], limb: Points::new(), rays: centre::RayBuffer::new() }
     }
 }
 

@@ -8,9 +8,9 @@
 //! it are flown. The thesis gives neither bias nor scale nor alignment: 0.5 deg/s, 1 % and 0.5 deg are ordinary for a car's.
 
 use super::attitude::{Vector, dot};
-use super::journey::Truth;
 use super::noise::{Noise, Stream};
 use super::random_walk;
+use super::trajectory::Truth;
 use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_hal::{AngularRate, LocalTime, RateSensor, RateSensorError};
 

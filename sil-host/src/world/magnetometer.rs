@@ -7,9 +7,9 @@
 
 use super::attitude::{Vector, apply};
 use super::geomagnetism::field_ut;
-use super::journey::Truth;
 use super::noise::{Noise, Stream};
 use super::random_walk;
+use super::trajectory::Truth;
 use fsw_hal::{LocalTime, MagneticField, Magnetometer, MagnetometerError};
 
 /// Steps of the zero's walk in the time its drift is given for.

@@ -13,11 +13,11 @@ use sil_host::judge::attitude_error;
 use sil_host::run::harness::ThisSecond;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::uniform;
-use sil_host::world::journey;
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use sil_host::world::shutter::Shutter;
+use sil_host::world::trajectory;
 use sil_host::{flight, star_scene};
 use std::path::Path;
 
@@ -98,8 +98,8 @@ impl World {
         LocalTime::from_us(self.second as i64 * 1_000_000)
     }
 
-    fn truth(&self, second: usize) -> journey::Truth {
-        self.scene.truth_at(second as u64).expect("a clip is a journey")
+    fn truth(&self, second: usize) -> trajectory::Truth {
+        self.scene.truth_at(second as u64).expect("a clip is a trajectory")
     }
 }
 
@@ -413,7 +413,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Distance of the reported from the true position and its sigma, km.
-fn orbit_error_km(report: &Report, truth: &journey::Truth) -> (f64, f64) {
+fn orbit_error_km(report: &Report, truth: &trajectory::Truth) -> (f64, f64) {
     let orbit = report.orbit.as_ref().expect("the orbit is known");
     let square = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
     let error = [0, 1, 2].map(|axis| orbit.position_km[axis] - truth.position_km[axis]);

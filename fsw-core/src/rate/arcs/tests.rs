@@ -63,7 +63,7 @@ fn arcs(rate: [f64; 3], count: usize, chance: &mut Chance) -> Vec<Arc> {
         .collect()
 }
 
-fn off(rate: &Rate, truth: [f64; 3]) -> f64 {
+fn off(rate: &RateFit, truth: [f64; 3]) -> f64 {
     (0..3).map(|k| (f64::from(rate.rad_s[k]) - truth[k]).abs()).fold(0.0, f64::max)
 }
 
