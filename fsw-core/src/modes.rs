@@ -173,7 +173,7 @@ impl Modes {
         if looks && seen.blinded {
             return Some((Mode::SunOutage, Guard::Blinded));
         }
-        let settled = reached(self.otherwise_us, parameters.settle_s);
+        let steady = reached(self.otherwise_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
         match self.mode {
             Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
@@ -182,8 +182,8 @@ impl Modes {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
-            Mode::Tracking if settled => Some((Mode::Eclipse, Guard::EarthDark)),
-            Mode::Eclipse if settled => Some((Mode::Tracking, Guard::EarthLit)),
+            Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
+            Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
             Mode::SunOutage if !seen.blinded && !seen.fault => {
                 Some((if seen.predicted { following } else { Mode::Acquisition }, Guard::SunGone))
             }

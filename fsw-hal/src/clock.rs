@@ -33,7 +33,7 @@ impl LocalTime {
     }
 }
 
-/// Why a clock did not tell the time.
+/// Why a clock gave no time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {

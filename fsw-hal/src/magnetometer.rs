@@ -19,7 +19,7 @@ pub struct MagneticField {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// The field along an axis is stronger than the sensor can tell.
+    /// The field along an axis is beyond the sensor's range.
     Saturated,
     /// The sensor did not answer in time.
     Timeout,

@@ -20,7 +20,7 @@ pub struct AngularRate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// An axis turns faster than the sensor can tell.
+    /// The rate about an axis is beyond the sensor's range.
     Saturated,
     /// The sensor did not answer in time.
     Timeout,
@@ -30,7 +30,7 @@ pub enum ErrorKind {
 
 impl error::ErrorKind for ErrorKind {}
 
-/// A sensor that tells how fast the body turns.
+/// A sensor of the body's angular rate.
 pub trait RateSensor: ErrorType<Error: Error<ErrorKind>> {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///

@@ -7,7 +7,7 @@
 //! `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over all of
 //! them give `g`. Of a streak cut by the border only the direction is known: its equation across.
 //!
-//! Which arcs belong together is told by consensus: every two arcs propose a rate, the one that most arcs
+//! Which arcs belong together is found by consensus: every two arcs propose a rate, the one that most arcs
 //! agree with is refined. One arc alone leaves the component about itself open and gives none.
 //!
 //! Sense. An image alone does not say which end of a streak was first; arcs that are

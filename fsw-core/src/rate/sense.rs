@@ -36,7 +36,7 @@ pub struct Memory {
     pub marks: Vec<Mark, MAX_MARKS>,
     /// Rate by the streaks of that image, of the sense that is believed more.
     streaks: Option<RateFit>,
-    /// Encounters that spoke for this sense less those against.
+    /// Encounters for this sense less those against it.
     sense: i8,
     /// Mean rate up to that image from the one before, if there was one.
     mean: Option<Estimate>,

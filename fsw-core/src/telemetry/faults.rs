@@ -76,7 +76,7 @@ impl From<ClockError> for ClockFault {
     }
 }
 
-/// Why the rate sensor, which the parameters promise, gave no reading.
+/// Why the rate sensor, which is on board by the parameters, gave no reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RateSensorFault {
     /// It had no new reading.

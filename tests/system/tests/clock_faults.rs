@@ -170,7 +170,7 @@ fn fly(wrong: Wrong, (rate_deg_s, exposure_us): (f64, u32)) -> Tally {
         let detector = Faulty::new(detector, &faults, 5, (cycle, local));
         let mut instruments = Instruments {
             detector: &mut Dated { detector, off_us },
-            clock: &mut faults::told(&faults, cycle, clock),
+            clock: &mut faults::faulty_clock(&faults, cycle, clock),
             meter: &mut (),
             rate_sensor: &mut (),
         };
@@ -183,7 +183,7 @@ fn fly(wrong: Wrong, (rate_deg_s, exposure_us): (f64, u32)) -> Tally {
 #[test]
 fn the_attitude_is_never_wrong_and_tracking_goes_on() {
     println!(
-        "| fault | deg/s | attitude in | tracking in | refused | jumps told | no aberration | largest error | sigmas |"
+        "| fault | deg/s | attitude in | tracking in | refused | jumps reported | no aberration | largest error | sigmas |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut missed = Vec::new();

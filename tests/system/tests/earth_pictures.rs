@@ -1,4 +1,4 @@
-//! The drawn Earth beside real pictures from the geostationary orbit: a stranger should not tell them apart by their figures.
+//! The drawn Earth beside real pictures from the geostationary orbit: their figures should not distinguish them.
 //!
 //! Both are laid on the same grid of scan angles, disc on disc. Land, sea and clouds of the world are invented, so nothing is
 //! compared point by point: only how the brightness is spread, how it falls towards the limb, and how it changes with distance.

@@ -24,7 +24,7 @@ use std::path::Path;
 /// Lines of a strip across the limb; no star window is so thin.
 const STRIP_BREADTH: u16 = 9;
 
-/// The world behind detector and clock, both of which can be told to fail.
+/// The world behind detector and clock, both of which can be made to fail.
 struct World {
     scene: Scene,
     parameters: Parameters,
@@ -83,13 +83,13 @@ impl World {
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
-    /// The same behind a rolling shutter; whether the flight code is told.
-    fn rolling(name: &str, row_time_s: f64, told: bool) -> Self {
+    /// The same behind a rolling shutter; whether the flight code knows it.
+    fn rolling(name: &str, row_time_s: f64, known: bool) -> Self {
         let mut scenario = Scenario::load(Path::new(name)).unwrap();
         scenario.imaging.shutter = Shutter::Rolling { row_time_s };
         let calibration = scenario.calibration().unwrap();
         let mut parameters = scenario.flight_parameters(calibration.as_ref());
-        parameters.imaging.row_time_ns *= u32::from(told);
+        parameters.imaging.row_time_ns *= u32::from(known);
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
@@ -477,7 +477,7 @@ fn a_clip_of_every_kind_of_orbit_leads_to_attitude_earth_and_orbit_with_honest_s
             "{name}: orbit off by {:.1} km (sigma {:.1}) at first, {:.1} km ({:.1}) after 40 s",
             first.0, first.1, last.0, last.1
         );
-        // So short an arc tells the velocity; the place itself stays as unsure as the clouds of one view leave it.
+        // So short an arc gives the velocity; the place itself stays as unsure as the clouds of one view leave it.
         let speed_sigma = |report: &Report| {
             let orbit = report.orbit.as_ref().expect("the orbit is known");
             orbit.sigma_velocity_km_s.iter().map(|sigma| f64::from(*sigma).powi(2)).sum::<f64>().sqrt()
@@ -511,7 +511,7 @@ fn a_clock_out_of_its_mind_is_a_fault_that_loses_nothing() {
 }
 
 #[test]
-fn a_step_of_the_clock_is_told_and_moves_neither_attitude_nor_orbit() {
+fn a_step_of_the_clock_is_reported_and_moves_neither_attitude_nor_orbit() {
     for step_s in [3, -3, 600, -600, 3_600, -3_600] {
         let mut world = World::clip("geo-eclipse");
         let before = |second: u32, world: &mut World| {
@@ -554,7 +554,7 @@ fn an_orbit_is_propagated_over_a_gap_of_two_hours_and_forgotten_after_a_longer_o
 }
 
 #[test]
-fn the_sun_in_a_path_is_told_when_it_blinds_and_another_light_is_not_called_the_sun() {
+fn the_sun_in_a_path_is_reported_when_it_blinds_and_another_light_is_not_called_the_sun() {
     // Begun 30 seconds before it enters the star path.
     let mut world = World::clip("sun-crossing");
     let enters = (0..).find(|second| world.truth(*second).state.is_blinded()).expect("it does");
@@ -588,11 +588,11 @@ fn commanded(reports: &[Report]) -> Vec<(usize, Mode)> {
         });
         commanded.collect::<Vec<_>>()
     };
-    let told = reports
+    let reported = reports
         .iter()
         .enumerate()
         .flat_map(|(second, report)| modes(report).into_iter().map(move |mode| (second, mode)));
-    told.collect()
+    reported.collect()
 }
 
 #[test]
@@ -702,8 +702,8 @@ fn an_earth_in_a_wrong_place_does_not_lead_the_orbit_astray() {
 #[test]
 fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
     // In a low orbit a star moves by 230 arcsec a second, 230 x 0.2 s between the first row and the middle one.
-    let rms_arcsec = |told| {
-        let mut world = World::rolling("leo-oblique", 4e-4, told);
+    let rms_arcsec = |corrected| {
+        let mut world = World::rolling("leo-oblique", 4e-4, corrected);
         let reports = quietly(&mut world, 40);
         let (mut squares, mut count) = ([0.0; 3], 0.0);
         for (second, report) in reports.iter().enumerate().skip(10) {
@@ -715,10 +715,10 @@ fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
         }
         squares.map(|square: f64| (square / count).sqrt())
     };
-    let (told, untold) = (rms_arcsec(true), rms_arcsec(false));
-    println!("told {told:.2?} arcsec, untold {untold:.2?}");
+    let (corrected, uncorrected) = (rms_arcsec(true), rms_arcsec(false));
+    println!("corrected {corrected:.2?} arcsec, uncorrected {uncorrected:.2?}");
     // Before an orbit is known, the aberration of its 5 arcsec remains.
-    assert!(told[0] < 3.0 && told[1] < 6.0 && told[2] < 20.0, "{told:?}");
+    assert!(corrected[0] < 3.0 && corrected[1] < 6.0 && corrected[2] < 20.0, "{corrected:?}");
     let whole = |error: [f64; 3]| error.iter().map(|part| part * part).sum::<f64>().sqrt();
-    assert!(whole(untold) > 2.0 * whole(told), "{told:?} {untold:?}");
+    assert!(whole(uncorrected) > 2.0 * whole(corrected), "{corrected:?} {uncorrected:?}");
 }
