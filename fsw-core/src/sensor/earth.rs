@@ -99,7 +99,8 @@ impl Sensor<'_> {
     ) -> Result<Looked, DetectorError> {
         meter.begin(Stage::Limb);
         let predicted = self.prediction(body, attitude);
-        let unlit = predicted.as_ref().and_then(|predicted| self.unlit(predicted));
+        let placed = predicted.as_ref().filter(|predicted| predicted.sigma_rad < DARK_SIGMA_RAD);
+        let unlit = placed.and_then(|predicted| self.unlit(predicted));
         meter.end(Stage::Limb);
         if let Some(unlit) = unlit {
             return Ok(unlit);
@@ -127,11 +128,8 @@ impl Sensor<'_> {
     }
 
     /// Whether the Earth as predicted has no lit limb in the field, or too little of one; `None` where it has
-    /// enough, or the prediction is not good enough to say.
+    /// enough, or the prediction is not good enough to say that it has too little.
     fn unlit(&self, predicted: &Prediction) -> Option<Looked> {
-        if predicted.sigma_rad >= DARK_SIGMA_RAD {
-            return None;
-        }
         let parameters = &self.parameters.earth;
         let light = predicted.view.light(&self.camera, 0.0, parameters);
         if light.lit_rad == 0.0 {

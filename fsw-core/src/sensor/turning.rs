@@ -163,8 +163,9 @@ impl Sensor<'_> {
         } else {
             Outcome::NotIdentified(NotIdentified::TooFewStars)
         });
-        stars.rate = self.turn_by(streaks, self.line_exposure_us());
-        self.turning.next = self.turning.next.after_lines(streaks, stars.rate.is_some());
+        let rate = self.turn_by(streaks, self.line_exposure_us());
+        self.turning.next = self.turning.next.after_lines(streaks, rate.is_some());
+        stars.rate = rate;
     }
 
     /// After a scan that showed streaks, of those it has touched.

@@ -33,10 +33,12 @@ prop_compose! {
             ImageFault::Repeated, ImageFault::OutOfOrder, ImageFault::Implausible,
         ])),
         clock in prop::option::of(prop::sample::select(&[
-            ClockFault::NotSynchronised, ClockFault::Implausible, ClockFault::Hardware, ClockFault::CounterReset,
+            ClockFault::NotSynchronised, ClockFault::Implausible, ClockFault::Hardware,
+            ClockFault::CounterReset,
         ])),
         rate_sensor in prop::option::of(prop::sample::select(&[
-            RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite, RateSensorFault::Saturated,
+            RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite,
+            RateSensorFault::Saturated,
         ])),
         fix in prop::option::of(prop::sample::select(&[FixFault::Impossible, FixFault::Covariance])),
         crowded in any::<u16>(),
@@ -133,6 +135,16 @@ fn earth_status() -> impl Strategy<Value = EarthStatus> {
     ])
 }
 
+/// Times, the Earth with its limb points, the orbit, events.
+type Whereabouts = (
+    (i64, Option<i64>, ClockState),
+    EarthStatus,
+    Option<EarthReport>,
+    Vec<[f32; 2], MAX_LIMB_POINTS>,
+    Option<OrbitReport>,
+    Vec<Event, MAX_EVENTS>,
+);
+
 prop_compose! {
     /// The half of a report about the Earth and the orbit: one strategy takes no more than so many.
     fn whereabouts()(
@@ -142,8 +154,9 @@ prop_compose! {
         limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
         orbit in prop::option::of(orbit()),
         events in prop::collection::vec(event(), 0..=MAX_EVENTS),
-    ) -> ((i64, Option<i64>, ClockState), EarthStatus, Option<EarthReport>, Vec<[f32; 2], MAX_LIMB_POINTS>, Option<OrbitReport>, Vec<Event, MAX_EVENTS>) {
-        (times, earth_status, earth, Vec::from_slice(&limb_px).unwrap(), orbit, Vec::from_slice(&events).unwrap())
+    ) -> Whereabouts {
+        let (limb_px, events) = (Vec::from_slice(&limb_px).unwrap(), Vec::from_slice(&events).unwrap());
+        (times, earth_status, earth, limb_px, orbit, events)
     }
 }
 
@@ -188,8 +201,8 @@ prop_compose! {
         let (rate_rad_s, rate) = rates;
         let ((local_us, instant_us, clock), earth_status, earth, limb_px, orbit, events) = whereabouts;
         Report {
-            cycle, local_us, instant_us, clock, mode, activity, outcome, faults, attitude, filtered, rate_rad_s, detections,
-            focal_ratio, stars,
+            cycle, local_us, instant_us, clock, mode, activity, outcome, faults, attitude, filtered,
+            rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, events, rate,
         }
     }
