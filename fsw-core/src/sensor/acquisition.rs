@@ -69,7 +69,7 @@ impl Sensor<'_> {
         meter.begin(Stage::Identify);
         let progress = self.identify(scans);
         meter.end(Stage::Identify);
-        Ok(self.conclude(progress, stars))
+        Ok(self.conclude(progress.as_ref(), stars))
     }
 
     /// Searches the whole image for stars.
@@ -91,8 +91,9 @@ impl Sensor<'_> {
     }
 
     /// Goes on with the identification, in the second of the scan for a [`SCANNING_SHARE`]th of the
-    /// allowance: the scan has most of that second. `None` where there is none that could go on.
-    #[inline(never)]
+    /// allowance: the scan has most of that second. `None` where there is none that could go on. (Part of
+    /// `acquire`: what it finds is large, and not to lie on the stack twice.)
+    #[inline(always)]
     fn identify(&mut self, scanned: bool) -> Option<Progress> {
         let identification = &self.parameters.identification;
         let share = if scanned { SCANNING_SHARE } else { 1 };
@@ -104,7 +105,7 @@ impl Sensor<'_> {
 
     /// What the identification came to in this second.
     #[inline(never)]
-    fn conclude(&mut self, progress: Option<Progress>, stars: &mut StarRecord) -> Option<Outcome> {
+    fn conclude(&mut self, progress: Option<&Progress>, stars: &mut StarRecord) -> Option<Outcome> {
         let since = self.searching_since.take().unwrap_or(self.now);
         match progress? {
             Progress::Searching => {
@@ -117,10 +118,10 @@ impl Sensor<'_> {
                 }
                 Some(Outcome::Searching)
             }
-            Progress::NotIdentified(reason) => Some(Outcome::NotIdentified(reason)),
+            Progress::NotIdentified(reason) => Some(Outcome::NotIdentified(*reason)),
             Progress::Identified(confirmed, log10_false) => {
                 self.images_given_up = 0;
-                self.measurement_update(&confirmed, log10_false, since, stars);
+                self.measurement_update(confirmed, *log10_false, since, stars);
                 Some(Outcome::Identified)
             }
         }

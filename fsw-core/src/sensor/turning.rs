@@ -129,28 +129,46 @@ impl Sensor<'_> {
     ) -> Result<(), DetectorError> {
         let new_image = self.searching_since.is_none();
         if new_image && self.turning.seeks_streaks() {
-            stars.activity = Activity::StreakSearch;
-            meter.begin(Stage::Scan);
-            let found = self.lines(detector);
-            meter.end(Stage::Scan);
-            self.turn_by_lines(&mut found?, stars);
-            return Ok(());
+            return self.seek_streaks(detector, meter, stars);
         }
         stars.activity = Activity::StarSearch;
         let outcome = self.acquire(detector, meter, stars)?;
         stars.outcome = outcome;
         match outcome {
             Some(Outcome::Identified) => self.turning.forget(),
-            Some(Outcome::TooFast) => {
-                let mut streaks = self.streaks_of_scan(detector)?;
-                stars.rate = self.turn_by_scan(&mut streaks);
-            }
+            Some(Outcome::TooFast) => stars.rate = self.measure_scanned_streaks(detector)?,
             Some(Outcome::Searching | Outcome::NotIdentified(_)) if new_image => {
                 stars.rate = self.turn_by_stars();
             }
             _ => {}
         }
         Ok(())
+    }
+
+    /// A second in which the image is searched for lines instead of stars.
+    #[inline(never)]
+    fn seek_streaks(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        stars: &mut StarRecord,
+    ) -> Result<(), DetectorError> {
+        stars.activity = Activity::StreakSearch;
+        meter.begin(Stage::Scan);
+        let found = self.lines(detector);
+        meter.end(Stage::Scan);
+        self.turn_by_lines(&mut found?, stars);
+        Ok(())
+    }
+
+    /// After a scan that showed streaks: measures those it has touched.
+    #[inline(never)]
+    fn measure_scanned_streaks(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+    ) -> Result<Option<RateReport>, DetectorError> {
+        let mut streaks = self.streaks_of_scan(detector)?;
+        Ok(self.turn_by_scan(&mut streaks))
     }
 
     /// After a second in which the image was searched for lines instead of stars.
