@@ -91,9 +91,7 @@ impl Sensor<'_> {
     }
 
     /// Goes on with the identification, in the second of the scan for a [`SCANNING_SHARE`]th of the
-    /// allowance: the scan has most of that second. `None` where there is none that could go on. (Part of
-    /// `acquire`: what it finds is large, and not to lie on the stack twice.)
-    #[inline(always)]
+    /// allowance: the scan has most of that second. `None` where there is none that could go on.
     fn identify(&mut self, scanned: bool) -> Option<Progress> {
         let identification = &self.parameters.identification;
         let share = if scanned { SCANNING_SHARE } else { 1 };
