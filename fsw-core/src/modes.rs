@@ -1,7 +1,7 @@
 //! Which mode comes next, and why (thesis §8).
 //!
-//! In: the present mode and what was seen this second. Out: the next mode and the guard that let it through. The table is
-//! read from its top; the first guard that holds decides.
+//! In: the present mode and what was seen this second. Out: the next mode and the guard that let it through.
+//! The table is read from its top; the first guard that holds decides.
 //!
 //! | from | guard | to |
 //! |---|---|---|
@@ -18,8 +18,8 @@
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | `pause_s` seconds in the mode | self-test |
 //!
-//! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a longer gap
-//! `LONGEST_STEP_US` count, because nothing was tried in it.
+//! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a
+//! longer gap `LONGEST_STEP_US` count, because nothing was tried in it.
 
 use crate::parameters::table::parameter_group;
 use fsw_hal::LocalTime;
@@ -139,7 +139,8 @@ impl Modes {
         *self = Self { mode, instant: self.instant, ..Self::default() };
     }
 
-    /// Takes in what the second that ended at `now` brought and goes to the next mode; gives the guard where the mode changes.
+    /// Takes in what the second that ended at `now` brought and goes to the next mode; gives the guard where
+    /// the mode changes.
     pub fn next(&mut self, now: LocalTime, seen: &Seen, parameters: &ModeParameters) -> Option<Guard> {
         let elapsed_us =
             self.instant.map_or(SECOND_US, |before| now.us_since(before)).clamp(0, LONGEST_STEP_US);
@@ -172,7 +173,7 @@ impl Modes {
         if looks && seen.blinded {
             return Some((Mode::SunOutage, Guard::Blinded));
         }
-        let settled = reached(self.otherwise_us, parameters.settle_s);
+        let steady = reached(self.otherwise_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
         match self.mode {
             Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
@@ -181,8 +182,8 @@ impl Modes {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
-            Mode::Tracking if settled => Some((Mode::Eclipse, Guard::EarthDark)),
-            Mode::Eclipse if settled => Some((Mode::Tracking, Guard::EarthLit)),
+            Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
+            Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
             Mode::SunOutage if !seen.blinded && !seen.fault => {
                 Some((if seen.predicted { following } else { Mode::Acquisition }, Guard::SunGone))
             }

@@ -1,14 +1,17 @@
 //! How fast the sensor turns while no attitude is known (thesis §3.1.5: HARM and LARM).
 //!
-//! In: directions that move ([`arcs::Arc`], [`marks::Mark`]) of an image and the seconds since the image before; what was concluded
-//! from that ([`sense::Memory`]). Out: the angular rate of the star path against the stars, its own frame, rad/s, with its covariance.
+//! In: directions that move ([`arcs::Arc`], [`marks::Mark`]) of an image and the seconds since the image
+//! before; what was concluded from that ([`sense::Memory`]). Out: the angular rate of the star path against
+//! the stars, its own frame, rad/s, with its covariance.
 //!
 //! | file | does |
 //! |---|---|
 //! | [`arcs`] | the rate on which most arcs of an image agree, least squares |
 //! | [`marks`] | stars and streaks of one image found again in the next |
-//! | [`sense`] | the sense of a rate by streaks, which one image leaves open, settled by the next |
+//! | [`streaks`] | arc and mark of a streak in an image |
+//! | [`sense`] | the sense of a rate by streaks, which one image leaves open and the next one decides |
 
 pub mod arcs;
 pub mod marks;
 pub mod sense;
+pub mod streaks;

@@ -2,18 +2,23 @@
 //!
 //! A frame is a [`packet`] of version [`VERSION`]. Equal images give equal frames on every machine. A stream
 //! is one frame after the other, each led by its length (u16, little-endian).
+//!
+//! A second is described by what was done ([`Activity`]), what came of it ([`Outcome`], [`EarthStatus`] and
+//! the quantities) and what did not serve ([`Faults`]); changes from one second to the next are [`Event`]s.
+
+mod faults;
 
 pub use crate::earth::MAX_LIMB_POINTS;
 use crate::earth::Refusal;
 use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
-use fsw_hal::{ClockError, DetectorError, RateSensorError};
+pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, RateSensorFault};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -21,122 +26,55 @@ pub const MAX_STARS: usize = 48;
 /// Most events in a second.
 pub const MAX_EVENTS: usize = 8;
 
-/// What came of this second.
+/// What was done with a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Activity {
+    /// No image was asked for, or none could be used and no attitude is known.
+    #[default]
+    Waiting,
+    /// Windows were read twice and compared.
+    SelfTest,
+    /// The whole image was searched for stars, or a search went on with the stars of an image before.
+    StarSearch,
+    /// The whole image was searched for streaks.
+    StreakSearch,
+    /// Predicted stars were followed in windows.
+    StarTracking,
+    /// Attitude and orbit were propagated only: the detector is or was blinded, or the image was not used.
+    Propagation,
+}
+
+/// What came of the stars of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Status {
+pub enum Outcome {
+    /// The self-test passed.
+    SelfTestPassed,
     /// Stars were identified without prior knowledge.
     Identified,
     /// The search goes on in the next second with the same image.
     Searching,
     /// The image was not identified.
     NotIdentified(NotIdentified),
+    /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
+    TooFast,
     /// Predicted stars were found again.
     Tracked,
     /// Too few predicted stars were found.
     Lost,
     /// The detector is blinded.
     Blinded,
-    /// The self-test passed.
-    SelfTestPassed,
-    /// No image was asked for in this second.
-    Waiting,
-    /// The detector failed; nothing was measured.
-    DetectorFault(Fault),
-    /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
-    TooFast,
-    /// The image was not used for its instant; the attitude, where there is one, is predicted.
-    ImageRefused(ImageFault),
-}
-
-/// A detector's failure in telemetry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Fault {
-    /// A window or buffer was refused: a fault of ours.
-    Request,
-    /// The geometry is not the one the parameters were made for.
-    Geometry,
-    /// The hardware did not deliver, or a window read twice was not the same.
-    Hardware,
-}
-
-impl From<DetectorError> for Fault {
-    fn from(error: DetectorError) -> Self {
-        match error {
-            DetectorError::OutsideDetector | DetectorError::BufferLength | DetectorError::Exposure => {
-                Self::Request
-            }
-            _ => Self::Hardware,
-        }
-    }
 }
 
 /// What Terrestrial Time of a second rests on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ClockState {
-    /// The clock told it.
+    /// The clock gave it in this second.
     Synchronised,
-    /// The clock told it before, at most a day ago, and local time has gone on since.
+    /// The clock gave it before, at most a day ago, and local time has gone on since.
     Holdover,
     /// Neither: no Sun, no aberration, no Earth.
     #[default]
     Unknown,
-}
-
-/// Why an image was not used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ImageFault {
-    /// It has the instant of the image before: that image once more.
-    Repeated,
-    /// It is older than what has been seen already.
-    OutOfOrder,
-    /// Its instant lies ahead of the clock, or more than ten seconds behind.
-    Implausible,
-}
-
-/// Why the clock did not serve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ClockFault {
-    /// Not synchronised.
-    NotSynchronised,
-    /// It told an instant outside the years in which it is believed.
-    Implausible,
-    /// The hardware did not answer.
-    Hardware,
-    /// The counter went backwards: local time begins anew.
-    CounterReset,
-}
-
-impl From<ClockError> for ClockFault {
-    fn from(kind: ClockError) -> Self {
-        match kind {
-            ClockError::NotSynchronised => Self::NotSynchronised,
-            _ => Self::Hardware,
-        }
-    }
-}
-
-/// Why the rate sensor, which the parameters promise, told nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum RateSensorFault {
-    /// It had no new reading.
-    Silent,
-    /// Its reading was older than a second and a half, or ahead of the image.
-    Stale,
-    /// Its reading was no number.
-    NotFinite,
-    /// It turns faster than the sensor can tell.
-    Saturated,
-    /// The hardware did not answer.
-    Hardware,
-}
-
-impl From<RateSensorError> for RateSensorFault {
-    fn from(error: RateSensorError) -> Self {
-        match error {
-            RateSensorError::Saturated => Self::Saturated,
-            _ => Self::Hardware,
-        }
-    }
 }
 
 /// A star that was recognised.
@@ -157,14 +95,14 @@ pub struct AttitudeReport {
     pub quaternion: [f32; 4],
     /// Standard deviations about x, y, z of the star path, rad.
     pub sigma_rad: [f32; 3],
-    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where it could not tell: predicted,
-    /// or too few stars for an attitude of their own, each taken where it was expected.
+    /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where there is
+    /// none: predicted, or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken.
     pub age_s: u16,
 }
 
-/// From what a rate was told.
+/// On what a rate rests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RateSource {
     /// The streaks of this second's image, their ends and the exposure.
@@ -182,9 +120,9 @@ pub struct RateReport {
     pub rad_s: [f32; 3],
     /// Standard deviations about x, y, z, rad/s.
     pub sigma_rad_s: [f32; 3],
-    /// From what it was told.
+    /// On what it rests.
     pub source: RateSource,
-    /// It may as well be the opposite one: a single image does not tell which end of a streak was first.
+    /// It may as well be the opposite one: in a single image either end of a streak may be the first.
     pub either_sense: bool,
     /// Whole streaks, or stars, on which it rests.
     pub stars: u8,
@@ -200,9 +138,10 @@ pub struct FilteredAttitude {
 }
 
 /// What came of looking for the Earth in this second.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EarthStatus {
     /// It was not looked for: no attitude, or the detector was blinded.
+    #[default]
     NotLooked,
     /// No limb that the Sun lights is in the field.
     Dark,
@@ -267,49 +206,49 @@ pub enum Event {
     OrbitConverged,
     /// A fix contradicted the orbit and was not used.
     FixRejected,
-    /// A fix was no position: not finite, or its covariance impossible; it was not used.
-    FixRefused,
     /// So many fixes contradicted the orbit that it was begun anew.
     OrbitRestarted,
-    /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never settled and had no fix for a whole turn.
+    /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never converged and had no
+    /// fix for a whole revolution.
     OrbitForgotten,
-    /// Terrestrial Time as the clock tells it differs by more than 0.1 s from what local time makes of what it told before.
+    /// Terrestrial Time by the clock differs by more than 0.1 s from its last value propagated by local time.
     ClockJump,
-    /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; told when an outage begins.
+    /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; reported when an
+    /// outage begins.
     SunInPath,
 }
 
-/// One second of the sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// One second of the sensor; by default one of which nothing is known.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Seconds since start.
     pub cycle: u32,
-    /// Instant of the image, or of the second where none was used: on-board counter, microseconds since power-on.
+    /// Instant of the image, or of the second where none was used: on-board counter, microseconds since
+    /// power-on.
     pub local_us: i64,
-    /// The same in Terrestrial Time, microseconds since J2000.0; `None` where the clock has never told it.
+    /// The same in Terrestrial Time, microseconds since J2000.0; `None` where the clock has never given it.
     pub instant_us: Option<i64>,
-    /// What Terrestrial Time rests on. Where it is unknown stars are tracked without correcting their aberration.
+    /// What Terrestrial Time rests on. Where it is unknown stars are tracked without correcting their
+    /// aberration.
     pub clock: ClockState,
-    /// Why the clock did not serve in this second.
-    pub clock_fault: Option<ClockFault>,
-    /// Why the rate sensor told nothing in this second; `None` also where none is on board.
-    pub rate_sensor_fault: Option<RateSensorFault>,
     /// Mode in which the second was spent.
     pub mode: Mode,
-    /// What came of it.
-    pub status: Status,
+    /// What was done with it.
+    pub activity: Activity,
+    /// What came of the stars; `None` where none were looked for, or a fault came first.
+    pub outcome: Option<Outcome>,
+    /// What did not serve.
+    pub faults: Faults,
     /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,
-    /// The same filtered, once two images in a row have told the rate.
+    /// The same filtered, in a second whose image was taken into the filter.
     pub filtered: Option<FilteredAttitude>,
     /// Rate of the star path against the stars in its own frame, rad/s, from all images so far.
     pub rate_rad_s: Option<[f32; 3]>,
     /// Star-like spots in the image or its windows.
     pub detections: u16,
-    /// Tiles or windows too crowded to be searched whole: their faintest spots are missing.
-    pub crowded: u16,
     /// Best focal length over the parameter, from this image's stars.
-    pub focal_ratio: f32,
+    pub focal_ratio: Option<f32>,
     /// The stars recognised, brightest first.
     pub stars: Vec<StarReport, MAX_STARS>,
     /// What came of looking for the Earth.
@@ -324,40 +263,6 @@ pub struct Report {
     pub events: Vec<Event, MAX_EVENTS>,
     /// The rate while no attitude is known: from streaks, or from stars without names.
     pub rate: Option<RateReport>,
-}
-
-impl Report {
-    /// A second of which nothing is known yet.
-    pub fn new(cycle: u32, mode: Mode) -> Self {
-        Self {
-            cycle,
-            local_us: 0,
-            instant_us: None,
-            clock: ClockState::Unknown,
-            clock_fault: None,
-            rate_sensor_fault: None,
-            mode,
-            status: Status::Waiting,
-            attitude: None,
-            filtered: None,
-            rate_rad_s: None,
-            detections: 0,
-            crowded: 0,
-            focal_ratio: 1.0,
-            stars: Vec::new(),
-            earth_status: EarthStatus::NotLooked,
-            earth: None,
-            limb_px: Vec::new(),
-            orbit: None,
-            events: Vec::new(),
-            rate: None,
-        }
-    }
-
-    /// Adds an event; of more than [`MAX_EVENTS`] the first are kept.
-    pub fn note(&mut self, event: Event) {
-        let _ = self.events.push(event);
-    }
 }
 
 /// Writes a report as a frame and gives the bytes used.

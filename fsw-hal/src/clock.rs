@@ -1,7 +1,10 @@
 //! The two times of the flight code.
 //!
-//! Local time counts microseconds since power-on and never steps: all elapsed times (filters, streaks, time-outs) come from it.
-//! Terrestrial Time says where Sun and Earth stand; it is local time through a correlation that the spacecraft may correct or lose.
+//! Local time counts microseconds since power-on and never steps: all elapsed times (filters, streaks,
+//! time-outs) come from it. Terrestrial Time says where Sun and Earth stand; it is local time through a
+//! correlation that the spacecraft may correct or lose.
+
+use crate::error::{self, Error, ErrorType};
 
 /// An instant on the on-board counter, microseconds since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -18,7 +21,8 @@ impl LocalTime {
         self.0
     }
 
-    /// Microseconds from `earlier` to this instant; negative where this is the earlier one, cut at the ends of the scale.
+    /// Microseconds from `earlier` to this instant; negative where this is the earlier one, cut at the ends
+    /// of the scale.
     pub const fn us_since(self, earlier: Self) -> i64 {
         self.0.saturating_sub(earlier.0)
     }
@@ -29,7 +33,7 @@ impl LocalTime {
     }
 }
 
-/// Why a clock did not tell the time.
+/// Why a clock gave no time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -41,41 +45,23 @@ pub enum ErrorKind {
     Bus,
 }
 
-/// A clock driver's error.
-pub trait Error: core::fmt::Debug {
-    /// What kind of error it is.
-    fn kind(&self) -> ErrorKind;
-}
-
-impl Error for ErrorKind {
-    fn kind(&self) -> ErrorKind {
-        *self
-    }
-}
-
-/// The error of a clock.
-pub trait ErrorType {
-    /// Error type.
-    type Error: Error;
-}
-
-impl<C: ErrorType + ?Sized> ErrorType for &mut C {
-    type Error = C::Error;
-}
+impl error::ErrorKind for ErrorKind {}
 
 /// The on-board counter and its correlation with Terrestrial Time.
-pub trait Clock: ErrorType {
+pub trait Clock: ErrorType<Error: Error<ErrorKind>> {
     /// The counter now; never less than at the call before.
     ///
     /// # Errors
     /// [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the hardware fails.
     fn local_time(&mut self) -> Result<LocalTime, Self::Error>;
 
-    /// Terrestrial Time at a local instant of the last seconds, microseconds since J2000.0 (2000-01-01T12:00:00 TT), by the
-    /// correlation in force now. An error of a millisecond displaces a low satellite by 8 m.
+    /// Terrestrial Time at a local instant of the last seconds, microseconds since J2000.0
+    /// (2000-01-01T12:00:00 TT), by the correlation in force now. An error of a millisecond displaces a low
+    /// satellite by 8 m.
     ///
     /// # Errors
-    /// [`ErrorKind::NotSynchronised`] without a correlation, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the hardware fails.
+    /// [`ErrorKind::NotSynchronised`] without a correlation, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`]
+    /// when the hardware fails.
     fn terrestrial_us(&mut self, at: LocalTime) -> Result<i64, Self::Error>;
 }
 

@@ -1,10 +1,11 @@
 //! Active-pixel detector with random-access (windowed) readout.
 //!
-//! A second of operation is one exposure ([`Detector::start_exposure`], [`Detector::finish_exposure`]) and then any number of
-//! [`Detector::read`] calls; all windows read between two exposures belong to the same image, and a window read twice gives the
-//! same values.
+//! A second of operation is one exposure ([`Detector::start_exposure`], [`Detector::finish_exposure`]) and
+//! then any number of [`Detector::read`] calls; all windows read between two exposures belong to the same
+//! image, and a window read twice gives the same values.
 
 use crate::clock::LocalTime;
+use crate::error::{self, Error, ErrorType};
 
 /// Fixed properties of a detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,45 +75,26 @@ pub enum ErrorKind {
     Bus,
 }
 
-/// A detector driver's error.
-pub trait Error: core::fmt::Debug {
-    /// What kind of error it is.
-    fn kind(&self) -> ErrorKind;
-}
-
-impl Error for ErrorKind {
-    fn kind(&self) -> ErrorKind {
-        *self
-    }
-}
-
-/// The error of a detector.
-pub trait ErrorType {
-    /// Error type.
-    type Error: Error;
-}
-
-impl<D: ErrorType + ?Sized> ErrorType for &mut D {
-    type Error = D::Error;
-}
+impl error::ErrorKind for ErrorKind {}
 
 /// A detector that exposes an image and hands out windows of it.
-pub trait Detector: ErrorType {
+pub trait Detector: ErrorType<Error: Error<ErrorKind>> {
     /// Size and resolution; the same at every call.
     fn geometry(&self) -> DetectorGeometry;
 
     /// Begins a new image, integrating for `exposure_us` microseconds, and returns without waiting for it.
     ///
     /// # Errors
-    /// [`ErrorKind::Exposure`] for a time the detector cannot do, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the
-    /// hardware fails.
+    /// [`ErrorKind::Exposure`] for a time the detector cannot do, [`ErrorKind::Timeout`] or
+    /// [`ErrorKind::Bus`] when the hardware fails.
     fn start_exposure(&mut self, exposure_us: u32) -> Result<(), Self::Error>;
 
-    /// Waits until the image that was begun can be read and gives the local time of the middle of its exposure (of a
-    /// rolling shutter: of the middle row's).
+    /// Waits until the image that was begun can be read and gives the local time of the middle of its
+    /// exposure (of a rolling shutter: of the middle row's).
     ///
     /// # Errors
-    /// [`ErrorKind::NotExposed`] when none was begun, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the hardware fails.
+    /// [`ErrorKind::NotExposed`] when none was begun, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the
+    /// hardware fails.
     fn finish_exposure(&mut self) -> Result<LocalTime, Self::Error>;
 
     /// Takes a new image: both of the above.
@@ -127,9 +109,9 @@ pub trait Detector: ErrorType {
     /// Reads `window` of the last image into `pixels`, row by row, raw digital numbers.
     ///
     /// # Errors
-    /// [`ErrorKind::OutsideDetector`] and [`ErrorKind::BufferLength`] for a wrong request (then `pixels` is untouched),
-    /// [`ErrorKind::NotExposed`] before the first exposure, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when the hardware
-    /// fails (then `pixels` is not to be used).
+    /// [`ErrorKind::OutsideDetector`] and [`ErrorKind::BufferLength`] for a wrong request (then `pixels` is
+    /// untouched), [`ErrorKind::NotExposed`] before the first exposure, [`ErrorKind::Timeout`] or
+    /// [`ErrorKind::Bus`] when the hardware fails (then `pixels` is not to be used).
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), Self::Error>;
 }
 

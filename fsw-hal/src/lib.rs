@@ -1,7 +1,7 @@
 //! The door between the flight software and its instruments.
 //!
-//! `fsw-core` sees the spacecraft only through the traits of this crate; a simulator, a recorded picture and a
-//! real detector driver look alike to it.
+//! `fsw-core` sees the spacecraft only through the traits of this crate; a simulator, a recorded picture and
+//! a real detector driver look alike to it.
 //!
 //! | module | instrument | first used by |
 //! |---|---|---|
@@ -10,16 +10,19 @@
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
 //! | [`rate_sensor`] | angular rate of the body | every second, where there is one |
 //! | [`magnetometer`] | magnetic field in body axes | not yet |
+//! | [`error`] | what the errors of all of them have in common | - |
 //!
 //! Conventions: pixels count x right and y down, the centre of the first pixel read is (0, 0); raw values are
 //! right-aligned in a `u16`.
 //!
-//! Each instrument follows the idiom of `embedded-hal` 1.0: an `ErrorType` whose `Error` tells its `ErrorKind`, and its trait for `&mut`
-//! of whatever has it. A driver keeps its own error type; the flight code looks at the kind alone.
+//! Each instrument follows the idiom of `embedded-hal` 1.0: a driver has an [`ErrorType`] whose [`Error`]
+//! gives its kind, and each trait is also that of `&mut` of whatever has it. A driver keeps its own error
+//! type; the flight code looks at the kind alone.
 //!
-//! The traits block. The flight code is one function call a second without interrupts, threads or an executor, and its cost is bounded
-//! by counting cycles; futures would put state machines of unknown size on that stack. Whoever wants to wait elsewhere (DMA, an
-//! executor) calls [`Detector::start_exposure`] of his own driver early and lets [`Detector::finish_exposure`] return what is ready.
+//! The traits block. The flight code is one function call a second without interrupts, threads or an
+//! executor, and its cost is bounded by counting cycles; futures would put state machines of unknown size on
+//! that stack. Whoever wants to wait elsewhere (DMA, an executor) calls [`Detector::start_exposure`] of his
+//! own driver early and lets [`Detector::finish_exposure`] return what is ready.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(
@@ -32,12 +35,14 @@
 
 pub mod clock;
 pub mod detector;
+pub mod error;
 pub mod magnetometer;
 pub mod meter;
 pub mod rate_sensor;
 
 pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
 pub use detector::{Detector, DetectorGeometry, ErrorKind as DetectorError, Window};
+pub use error::{Error, ErrorType};
 pub use magnetometer::{ErrorKind as MagnetometerError, MagneticField, Magnetometer};
 pub use meter::{Stage, StageMeter};
 pub use rate_sensor::{AngularRate, ErrorKind as RateSensorError, RateSensor};

@@ -3,13 +3,15 @@
 //! Asked once a second. Body axes are those of the Earth path, as in [`crate::rate_sensor`].
 
 use crate::clock::LocalTime;
+use crate::error::{self, Error, ErrorType};
 
 /// A reading of the magnetic flux density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagneticField {
     /// Middle of the time it was taken over.
     pub instant: LocalTime,
-    /// Flux density along x, y, z of the body, microtesla, as the sensor has it: the spacecraft's own field is in it.
+    /// Flux density along x, y, z of the body, microtesla, as the sensor has it: the spacecraft's own field
+    /// is in it.
     pub ut: [f32; 3],
 }
 
@@ -17,7 +19,7 @@ pub struct MagneticField {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// The field along an axis is stronger than the sensor can tell.
+    /// The field along an axis is beyond the sensor's range.
     Saturated,
     /// The sensor did not answer in time.
     Timeout,
@@ -25,37 +27,10 @@ pub enum ErrorKind {
     Bus,
 }
 
-/// A magnetometer driver's error.
-pub trait Error: core::fmt::Debug {
-    /// What kind of error it is.
-    fn kind(&self) -> ErrorKind;
-}
-
-impl Error for ErrorKind {
-    fn kind(&self) -> ErrorKind {
-        *self
-    }
-}
-
-/// Never made: the error of `()`, a magnetometer that is not on board.
-impl Error for core::convert::Infallible {
-    fn kind(&self) -> ErrorKind {
-        match *self {}
-    }
-}
-
-/// The error of a magnetometer.
-pub trait ErrorType {
-    /// Error type.
-    type Error: Error;
-}
-
-impl<S: ErrorType + ?Sized> ErrorType for &mut S {
-    type Error = S::Error;
-}
+impl error::ErrorKind for ErrorKind {}
 
 /// A sensor of the magnetic field.
-pub trait Magnetometer: ErrorType {
+pub trait Magnetometer: ErrorType<Error: Error<ErrorKind>> {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///
     /// # Errors
@@ -68,10 +43,6 @@ impl<S: Magnetometer + ?Sized> Magnetometer for &mut S {
     fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error> {
         S::magnetic_field(self)
     }
-}
-
-impl ErrorType for () {
-    type Error = core::convert::Infallible;
 }
 
 /// None on board: there is never a reading.

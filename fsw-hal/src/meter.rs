@@ -1,7 +1,7 @@
 //! Marks between which the stages of a second are measured.
 //!
-//! The sensor says when a stage begins and ends; what is done with it (a cycle counter, a trace pin, an outside meter
-//! that watches two addresses, or nothing: `()`) is the platform's.
+//! The sensor says when a stage begins and ends; what is done with it (a cycle counter, a trace pin, an
+//! outside meter that watches two addresses, or nothing: `()`) is the platform's.
 
 /// A stage of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,16 +1,18 @@
 //! Angular rate sensor (gyro) of three axes.
 //!
-//! Asked once a second. Body axes are those of the Earth path: x along +x px, y along +y px, z out along its line of sight.
+//! Asked once a second. Body axes are those of the Earth path: x along +x px, y along +y px, z out along its
+//! line of sight.
 
 use crate::clock::LocalTime;
+use crate::error::{self, Error, ErrorType};
 
 /// A reading of the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngularRate {
     /// Middle of the time it was taken over.
     pub instant: LocalTime,
-    /// Rate of the body against inertial space about its x, y, z axes, rad/s, as the sensor has it: bias, scale and
-    /// alignment are not corrected.
+    /// Rate of the body against inertial space about its x, y, z axes, rad/s, as the sensor has it: bias,
+    /// scale and alignment are not corrected.
     pub rad_s: [f32; 3],
 }
 
@@ -18,7 +20,7 @@ pub struct AngularRate {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// An axis turns faster than the sensor can tell.
+    /// The rate about an axis is beyond the sensor's range.
     Saturated,
     /// The sensor did not answer in time.
     Timeout,
@@ -26,37 +28,10 @@ pub enum ErrorKind {
     Bus,
 }
 
-/// A rate sensor driver's error.
-pub trait Error: core::fmt::Debug {
-    /// What kind of error it is.
-    fn kind(&self) -> ErrorKind;
-}
+impl error::ErrorKind for ErrorKind {}
 
-impl Error for ErrorKind {
-    fn kind(&self) -> ErrorKind {
-        *self
-    }
-}
-
-/// Never made: the error of `()`, a rate sensor that is not on board.
-impl Error for core::convert::Infallible {
-    fn kind(&self) -> ErrorKind {
-        match *self {}
-    }
-}
-
-/// The error of a rate sensor.
-pub trait ErrorType {
-    /// Error type.
-    type Error: Error;
-}
-
-impl<S: ErrorType + ?Sized> ErrorType for &mut S {
-    type Error = S::Error;
-}
-
-/// A sensor that tells how fast the body turns.
-pub trait RateSensor: ErrorType {
+/// A sensor of the body's angular rate.
+pub trait RateSensor: ErrorType<Error: Error<ErrorKind>> {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///
     /// # Errors
@@ -69,10 +44,6 @@ impl<S: RateSensor + ?Sized> RateSensor for &mut S {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error> {
         S::angular_rate(self)
     }
-}
-
-impl ErrorType for () {
-    type Error = core::convert::Infallible;
 }
 
 /// None on board: there is never a reading.

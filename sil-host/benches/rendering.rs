@@ -13,13 +13,13 @@ use sil_host::camera_file::CameraFile;
 use sil_host::star_scene;
 use sil_host::world::earth::EarthModel;
 use sil_host::world::imaging::ImagingModel;
-use sil_host::world::journey::{Journey, Look};
 use sil_host::world::motion::Motion;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
 use sil_host::world::pointing::{Mount, Pointing};
 use sil_host::world::scene::{Scene, SceneSettings};
 use sil_host::world::spots::{Brush, Spot};
 use sil_host::world::stars::DetectorModel;
+use sil_host::world::trajectory::{Look, Trajectory};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -29,16 +29,16 @@ const START_US: i64 = 843_393_969_184_000;
 /// Of the Earth's light.
 const EXPOSURE_S: f64 = 0.4;
 
-fn journey(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadir_deg: f64) -> Scene {
+fn trajectory(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadir_deg: f64) -> Scene {
     let (r, v) = state_of_elements(radius_km, 0.0, inclination_deg, 0.0, 0.0, true_anomaly_deg)
         .expect("the orbit clears the Earth");
-    let journey = Journey {
+    let trajectory = Trajectory {
         orbit: TruthOrbit::new(START_US, r, v, 600).expect("the orbit clears the Earth"),
         pointing: Pointing::nadir(off_nadir_deg, 0.0),
         mount: Mount { star_path_deg: [90.0, 0.0, 0.0] },
         earth: EarthModel::default(),
     };
-    let settings = SceneSettings::new(CameraFile::reference(), Motion::orbiting(journey), 1);
+    let settings = SceneSettings::new(CameraFile::reference(), Motion::orbiting(trajectory), 1);
     Scene::new(settings, &star_scene::sky()).expect("the settings are sound")
 }
 
@@ -59,7 +59,7 @@ fn draw(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &mut Scene, win
 /// Adds up the Earth's light of all `windows`.
 fn light(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &Scene, windows: &[Window]) {
     let settings = scene.settings();
-    let journey = settings.motion.journey().expect("it is a journey");
+    let trajectory = settings.motion.trajectory().expect("it is a trajectory");
     let truth = scene.truth().expect("it has been exposed");
     let look = Look {
         seed: settings.seed,
@@ -68,7 +68,7 @@ fn light(group: &mut BenchmarkGroup<WallTime>, name: &str, scene: &Scene, window
         row_time_s: 0.0,
         transmission: 1.0,
     };
-    let image = journey.earth_image(&truth, scene.optics(), &look);
+    let image = trajectory.earth_image(&truth, scene.optics(), &look);
     let mut cell_buffer = sil_host::world::earth::image::CellBuffer::EMPTY;
     let mut electrons: Vec<Vec<f64>> = windows.iter().map(|window| vec![0.0; window.area()]).collect();
     group.throughput(Throughput::Elements(windows.iter().map(Window::area).sum::<usize>() as u64));
@@ -107,8 +107,8 @@ fn rendering(criterion: &mut Criterion) {
     star(&mut group, &scene);
 
     // Noon: the Earth full in the middle, its limb 455 px from the centre. The low orbit sees the limb upright.
-    let geo = journey(42_164.17, 0.0, 180.0, 0.0);
-    let low = journey(6828.0, 51.6, 160.0, 69.1);
+    let geo = trajectory(42_164.17, 0.0, 180.0, 0.0);
+    let low = trajectory(6828.0, 51.6, 160.0, 69.1);
     for (orbit, mut scene) in [("geo", geo), ("low", low)] {
         scene.expose_cycle(100, star_scene::EXPOSURE_US).expect("a scene takes this exposure");
         group.throughput(Throughput::Elements(1));

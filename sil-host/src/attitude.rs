@@ -248,7 +248,7 @@ pub fn run(arguments: &AttitudeArguments) -> Result<ExitCode, HostError> {
         if line.trim().is_empty() {
             continue;
         }
-        match faults.told(answers(path, index + 1, &line, &arguments.method)) {
+        match faults.noted(answers(path, index + 1, &line, &arguments.method)) {
             Some(answers) if arguments.json => answers.iter().for_each(json::print_line),
             Some(answers) => answers.iter().for_each(print_text),
             None => {}

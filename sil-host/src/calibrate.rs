@@ -77,7 +77,7 @@ impl Album {
         for name in names {
             let loaded = Picture::load(name).map_err(HostError::from);
             let fitting = loaded.and_then(|picture| check_size(start, name, &picture).map(|()| picture));
-            pictures.extend(faults.told(fitting).map(|picture| (name.clone(), picture)));
+            pictures.extend(faults.noted(fitting).map(|picture| (name.clone(), picture)));
         }
         Self { pictures, faults }
     }
@@ -93,7 +93,7 @@ pub struct Calibration {
     pub names: Vec<PathBuf>,
 }
 
-/// Solves and fits in turn; `say` hears of pictures that are not identified.
+/// Solves and fits in turn; `say` is called for pictures that are not identified.
 ///
 /// # Errors
 /// When the flight code refuses a camera, or the stars do not determine the lens.

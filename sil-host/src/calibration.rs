@@ -33,7 +33,7 @@ pub use star::{Lens, find, source_crc, window_about};
 pub const PROFILE_STEP_PX: u16 = 64;
 /// Colour of the stars, B-V: the mean of those of the catalogue.
 pub const COLOUR: f64 = 0.6;
-/// What gains that differ by 1 % from pixel to pixel, and stars too faint to be told apart within the image, add to the error
+/// What gains that differ by 1 % from pixel to pixel, and stars too faint to be separated within the image, add to the error
 /// without noise, px: with it attitudes of flights lie within three of their sigmas as often as they should.
 const UNMODELLED_PX: f64 = 0.012;
 /// Colours over which the rest is measured.

@@ -192,13 +192,13 @@ pub fn run(arguments: &CampaignIdentifyArguments) -> Result<ExitCode, HostError>
     if arguments.common.json {
         rows.iter().for_each(json::print_line);
     } else {
-        tell(&rows);
+        print_summary(&rows);
     }
     Ok(if kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }
 
 /// The table for people.
-fn tell(rows: &[Row]) {
+fn print_summary(rows: &[Row]) {
     let sum = rows.iter().fold(Outcome::default(), |sum, row| sum.and(&row.outcome));
     let head = format!(
         "Identification, lost in space: 15 deg square on 1024 x 1024 px, stars to V = 6\n\

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use survey::{Kind, Survey};
 
-/// A flickering pixel and a hit are told apart by what is left when one picture is not looked at. Of three pictures that leaves two,
+/// A flickering pixel and a hit are distinguished by what is left when one picture is not looked at. Of three pictures that leaves two,
 /// whose difference says too little: 20 false pixels in a million.
 pub const PICTURES_MIN: usize = 5;
 

@@ -207,7 +207,7 @@ struct Lit {
 
 const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 1280, height_px: 1024, bits: 10 };
 
-impl fsw_hal::detector::ErrorType for Lit {
+impl fsw_hal::ErrorType for Lit {
     type Error = DetectorError;
 }
 
@@ -287,11 +287,12 @@ fn a_star_on_a_bad_pixel_keeps_its_place() {
                     }
                 }
             }
-            let told = tallies.map(|(sum, count)| ((sum / (2.0 * count)).sqrt(), count / f64::from(STARS)));
+            let figures =
+                tallies.map(|(sum, count)| ((sum / (2.0 * count)).sqrt(), count / f64::from(STARS)));
             println!(
-                "V = {v}, {name:7}: rms px an axis and share found: sound, hot, dead, mended {told:.3?}"
+                "V = {v}, {name:7}: rms px an axis and share found: sound, hot, dead, mended {figures:.3?}"
             );
-            let [(sound, all), (_, hot), (_, dead), (mended, found)] = told;
+            let [(sound, all), (_, hot), (_, dead), (mended, found)] = figures;
             assert!(mended < sound.hypot(0.21) && found > all - 0.03, "V = {v}, {name}");
             assert!(hot < found && dead <= found, "V = {v}, {name}");
         }

@@ -113,7 +113,7 @@ pub fn reason_words(reason: Refusal) -> &'static str {
     }
 }
 
-/// What the flight code is told where the pole is not known: a mean sphere, from which the ellipsoid departs by 6.4 km in the root mean
+/// What the flight code is given where the pole is not known: a mean sphere, from which the ellipsoid departs by 6.4 km in the root mean
 /// square over all places, over distances as long as the Earth's radius.
 pub fn of_a_mean_sphere(parameters: EarthParameters) -> EarthParameters {
     EarthParameters {
@@ -157,12 +157,12 @@ impl Known {
 pub struct PictureEarth {
     buffer: Vec<u16>,
     points: Points,
-    rays: Box<centre::Workspace>,
+    rays: Box<centre::RayBuffer>,
 }
 
 impl Default for PictureEarth {
     fn default() -> Self {
-        Self { buffer: Vec::new(), points: Points::new(), rays: Box::new(centre::Workspace::new()) }
+        Self { buffer: Vec::new(), points: Points::new(), rays: Box::new(centre::RayBuffer::new()) }
     }
 }
 
@@ -375,7 +375,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             }
             Ok(answer)
         };
-        match faults.told(find()) {
+        match faults.noted(find()) {
             Some(answer) if arguments.json => json::print_line(&answer),
             Some(answer) => print_text(&answer),
             None => {}

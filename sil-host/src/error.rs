@@ -96,8 +96,8 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// What came of an input, where anything did; else the fault is told.
-    pub fn told<T>(&mut self, result: Result<T, HostError>) -> Option<T> {
+    /// What came of an input, where anything did; else the fault is printed and counted.
+    pub fn noted<T>(&mut self, result: Result<T, HostError>) -> Option<T> {
         result
             .inspect_err(|error| {
                 eprintln!("{error}");

@@ -234,7 +234,7 @@ fn pixels(bytes: &[u8]) -> impl Iterator<Item = u16> {
     bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
 }
 
-impl fsw_hal::detector::ErrorType for Recording {
+impl fsw_hal::ErrorType for Recording {
     type Error = DetectorError;
 }
 

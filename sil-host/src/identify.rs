@@ -185,7 +185,7 @@ pub fn run(arguments: &IdentifyArguments) -> Result<ExitCode, HostError> {
         if line.trim().is_empty() {
             continue;
         }
-        let Some(field) = faults.told(parse(path, index + 1, &line)) else { continue };
+        let Some(field) = faults.noted(parse(path, index + 1, &line)) else { continue };
         let answer = answer(&mut solver, &field, &camera, &catalogue);
         if arguments.json {
             json::print_line(&answer);

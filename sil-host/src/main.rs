@@ -16,7 +16,7 @@ fn main() -> ExitCode {
     })
 }
 
-/// Does what the arguments ask for; the status tells whether a judged run kept its limits.
+/// Does what the arguments ask for; the status says whether a judged run kept its limits.
 fn obey() -> Result<ExitCode, HostError> {
     match cli::parse(std::env::args_os())? {
         Request::Print(text) => {

@@ -147,7 +147,7 @@ impl Picture {
     }
 }
 
-impl fsw_hal::detector::ErrorType for Picture {
+impl fsw_hal::ErrorType for Picture {
     type Error = DetectorError;
 }
 

@@ -19,6 +19,7 @@ use crate::flight;
 use crate::frames_file::{FramesWriter, Recording};
 use crate::judge::expected::word;
 use crate::picture::Picture;
+use crate::run::status::status_word;
 use crate::solve::{PictureSolver, camera_for, reason_words};
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
@@ -182,10 +183,10 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
     };
     for report in &reports {
         say!(
-            "second {}: {}, {:?}, {} stars named, Earth {:?}",
+            "second {}: {}, {}, {} stars named, Earth {:?}",
             report.cycle,
             word(report.mode),
-            report.status,
+            status_word(report),
             report.stars.len(),
             report.earth_status
         );

@@ -5,7 +5,7 @@ use crate::scenario::Scenario;
 use crate::world::attitude::apply;
 use crate::world::noise::{Noise, Stream};
 use fsw_core::telemetry::{
-    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, OrbitReport, Report, Status,
+    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, OrbitReport, Outcome, Report,
 };
 
 /// A report of a sensor whose errors are Gaussian with the sigmas it reports; `decay` shrinks those of the orbit.
@@ -26,23 +26,15 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
         local_us: i64::from(cycle) * 1_000_000,
         instant_us: Some(truth.instant_us),
         clock: ClockState::Synchronised,
-        clock_fault: None,
-        rate_sensor_fault: None,
-        crowded: 0,
         mode,
-        status: if cycle == 0 { Status::Identified } else { Status::Tracked },
+        outcome: Some(if cycle == 0 { Outcome::Identified } else { Outcome::Tracked }),
         attitude: (!sun).then_some(AttitudeReport {
             quaternion,
             sigma_rad: [5e-6, 5e-6, 35e-6],
             log10_false: -20.0,
             age_s: 0,
         }),
-        filtered: None,
-        rate_rad_s: None,
-        rate: None,
         detections: 30,
-        focal_ratio: 1.0,
-        stars: Default::default(),
         earth_status: if sees { EarthStatus::Found } else { EarthStatus::Dark },
         earth: sees.then_some(EarthReport {
             direction,
@@ -53,7 +45,6 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             arc_deg: 180.0,
             rms_px: 0.3,
         }),
-        limb_px: Default::default(),
         orbit: (cycle > 20).then_some(OrbitReport {
             position_km: [0, 1, 2].map(|k| truth.position_km[k] + error[k]),
             velocity_km_s: [0, 1, 2].map(|k| truth.velocity_km_s[k] + error[k] * 1e-4),
@@ -66,6 +57,7 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             settled: decay < 1e-3,
         }),
         events: if cycle == 21 { [Event::OrbitStarted].into_iter().collect() } else { Default::default() },
+        ..Report::default()
     }
 }
 

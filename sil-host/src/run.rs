@@ -16,6 +16,7 @@ pub mod csv;
 pub mod events;
 pub mod faults;
 pub mod harness;
+pub mod status;
 
 use crate::bound;
 use crate::cli::RunArguments;
@@ -195,13 +196,13 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
     if arguments.json {
         json::print_line(&summary);
     } else {
-        tell(&scenario, &summary, &folder, took_s);
+        print_summary(&scenario, &summary, &folder, took_s);
     }
     Ok(if summary.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }
 
 /// The summary for people, on stdout.
-fn tell(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: f64) {
+fn print_summary(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: f64) {
     let mut text = format!("{}: {}\n", scenario.name, scenario.description);
     let speed = f64::from(scenario.duration_s) / took_s;
     text += &format!(

@@ -256,8 +256,10 @@ fn every_law_is_read_and_flown() {
     ] {
         let scenario = with_pointing(&text).unwrap_or_else(|message| panic!("{text}: {message}"));
         let scene = scenario.clone().scene().unwrap();
-        let Some(journey) = scene.settings().motion.journey() else { panic!("a scenario is a journey") };
-        assert_eq!(journey.pointing.slews, scenario.pointing.slews);
+        let Some(trajectory) = scene.settings().motion.trajectory() else {
+            panic!("a scenario is a trajectory")
+        };
+        assert_eq!(trajectory.pointing.slews, scenario.pointing.slews);
         // The jitter is the seed's.
         let at = |seed| scenario.clone().with_seed(Some(seed)).scene().unwrap().truth_at(50).unwrap();
         assert_eq!(at(5), at(5));

@@ -288,7 +288,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
             let found = solver.find(name, &mut picture, (&camera, focal_length), &catalogue)?;
             Ok(answer(name, &found, &catalogue))
         };
-        match faults.told(solve()) {
+        match faults.noted(solve()) {
             Some(answer) if arguments.json => json::print_line(&answer),
             Some(answer) => print_text(&answer),
             None => {}

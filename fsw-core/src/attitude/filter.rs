@@ -21,10 +21,12 @@
 //! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's variance, is
 //! not averaged away but added to the sigmas reported.
 
-use super::VectorPair;
-use super::covariance::Information;
+mod blocks;
+mod update;
+
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::parameters::table::parameter_group;
+use blocks::{Covariance, Turn, power, product};
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
@@ -100,74 +102,6 @@ pub struct Filter<const BLOCKS: usize> {
 
 /// Number of the rate, or negative bias, among the states.
 const RATE: usize = 1;
-
-/// Symmetric, of 3 x 3 blocks.
-#[derive(Clone, Copy, Debug)]
-struct Covariance<const BLOCKS: usize>([[Matrix3<f32>; BLOCKS]; BLOCKS]);
-
-impl<const BLOCKS: usize> Covariance<BLOCKS> {
-    fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
-        Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
-    }
-
-    /// A block; there is none outside.
-    fn at(&self, row: usize, column: usize) -> Matrix3<f32> {
-        self.0.get(row).and_then(|blocks| blocks.get(column)).copied().unwrap_or_default()
-    }
-
-    /// Puts a block in its two places; where these are one, rounding must not make it lopsided.
-    fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
-        let across = block.transpose();
-        let (block, across) = if row == column { ((block + across) * 0.5, across) } else { (block, across) };
-        for (row, column, block) in [(column, row, across), (row, column, block)] {
-            if let Some(place) = self.0.get_mut(row).and_then(|blocks| blocks.get_mut(column)) {
-                *place = block;
-            }
-        }
-    }
-}
-
-/// Of two matrices; not written out in every place, for the flash it would take.
-#[inline(never)]
-fn product(a: &Matrix3<f32>, b: &Matrix3<f32>) -> Matrix3<f32> {
-    a * b
-}
-
-/// What a change `k` integrals away makes of a time: `t^k / k!`, k to 2.
-fn power(elapsed: f32, k: usize) -> f32 {
-    match k {
-        0 => 1.0,
-        1 => elapsed,
-        _ => elapsed * elapsed * 0.5,
-    }
-}
-
-/// A turn, its matrix and that matrix's mean over the turn.
-struct Turn {
-    angle: Vector3<f32>,
-    whole: Matrix3<f32>,
-    mean: Matrix3<f32>,
-}
-
-impl Turn {
-    /// By `angle`, rad, of at most [`MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ` and its like.
-    fn by(angle: Vector3<f32>) -> Self {
-        let square = angle.dot(&angle);
-        let sine = 1.0
-            - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362_880.0)));
-        let cosine = 0.5
-            - square
-                * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40_320.0 - square / 3_628_800.0)));
-        let third = 1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362_880.0));
-        let cross = angle.cross_matrix();
-        let twice = cross * cross;
-        Self {
-            angle,
-            whole: Matrix3::identity() - cross * sine + twice * cosine,
-            mean: Matrix3::identity() - cross * cosine + twice * third,
-        }
-    }
-}
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// A first attitude; the rate is not known.
@@ -327,160 +261,6 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if let Some(state) = self.states.get_mut(k) {
             *state += step;
         }
-    }
-
-    /// Takes in the attitude of a later instant; one of an earlier instant begins the filter anew.
-    pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) {
-        let elapsed_s = seconds(instant.us_since(self.observed));
-        let mut then = *self;
-        let propagated = then.propagate(instant, None);
-        let innovation = attitude.angle_from(&then.attitude);
-        let variance = squares(&Vector3::from(sigma_rad));
-        if propagated && then.correct_all(&innovation, &variance) {
-            then.observed = instant;
-            *self = then;
-        } else {
-            let anew = Self {
-                sensor: self.sensor,
-                reading: self.reading,
-                ..Self::begin(attitude, sigma_rad, instant)
-            };
-            *self = anew.after(&then, &innovation, elapsed_s);
-        }
-    }
-
-    /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing changes, where the
-    /// filter cannot be propagated there or the star stands where it does not expect it.
-    #[inline(never)]
-    pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
-        let mut then = *self;
-        if !then.propagate(instant, None) {
-            return false;
-        }
-        let expected = then.attitude.apply(&star.reference);
-        let expected = expected.vector();
-        let innovation = star.measured.vector().cross(expected);
-        // Two axes across the direction, the first with the axis that is farthest from it.
-        let away = if expected.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
-        let Some(right) = away.cross(expected).try_normalize(1e-3) else { return false };
-        let up = expected.cross(&right);
-        let (p, variance) = (then.covariance.at(0, 0), square(star.sigma_rad));
-        let (across, both, along) = (right.dot(&(p * right)), right.dot(&(p * up)), up.dot(&(p * up)));
-        let (across, along) = (across + variance, along + variance);
-        // S⁻¹ = E (Eᵀ P E + R)⁻¹ Eᵀ with E the two axes.
-        let per = 1.0 / (across * along - both * both);
-        let inverse = (right * right.transpose() * along + up * up.transpose() * across
-            - (right * up.transpose() + up * right.transpose()) * both)
-            * per;
-        let left = Matrix3::identity() - product(&p, &inverse);
-        if !then.correct(&innovation, &inverse, &left, 2.0) {
-            return false;
-        }
-        let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
-        then.variance = then.variance.sup(&coloured);
-        then.observed = instant;
-        *self = then;
-        true
-    }
-
-    /// The correction by an attitude of its own.
-    fn correct_all(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
-        let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
-        let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
-            return false;
-        };
-        // That takes 1 / mrad² for given.
-        let inverse = inverse * (MRAD * MRAD);
-        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
-        let left = product(&white, &inverse);
-        let correct = self.correct(innovation, &inverse, &left, 3.0);
-        if correct {
-            self.variance = *variance;
-        }
-        correct
-    }
-
-    /// Kalman's correction with the inverse of the innovation's covariance, 1 / mrad², the share of the attitude's row that
-    /// is left, and the innovation's degrees of freedom; `false`, and nothing changes, where the innovation is a surprise.
-    #[inline(never)]
-    fn correct(
-        &mut self,
-        innovation: &Vector3<f32>,
-        inverse: &Matrix3<f32>,
-        left: &Matrix3<f32>,
-        freedom: f32,
-    ) -> bool {
-        let nis = innovation.dot(&(inverse * innovation)) * (MRAD * MRAD);
-        if nis.is_nan() || nis >= SURPRISE {
-            return false;
-        }
-        self.update_process_noise(nis / freedom);
-        let before = self.covariance;
-        for row in 0..BLOCKS {
-            let gain = product(&before.at(row, 0), inverse);
-            let step = gain * innovation;
-            if row == 0 {
-                self.attitude = self.attitude.turned(&step);
-            } else {
-                self.add(row, &step);
-            }
-            for column in row..BLOCKS {
-                let block = match row {
-                    0 => product(left, &before.at(0, column)),
-                    _ => before.at(row, column) - product(&gain, &before.at(0, column)),
-                };
-                self.covariance.put(row, column, block);
-            }
-        }
-        // Turns leave the matrix a little less orthogonal each.
-        if let Some(attitude) = Rotation::from_quaternion(self.attitude.quaternion()) {
-            self.attitude = attitude;
-        }
-        true
-    }
-
-    /// Adapts the noise to the innovations.
-    fn update_process_noise(&mut self, square: f32) {
-        self.consistency += (square - self.consistency) * (1.0 / MEMORY);
-        if self.sensor.is_some() {
-            return;
-        }
-        let factor = match self.consistency {
-            above if above > GROWS.0 => GROWS.1,
-            below if below < SHRINKS.0 => SHRINKS.1,
-            _ => 1.0,
-        };
-        let (least, greatest) = Self::process_noise_limits();
-        self.process_noise_psd = (self.process_noise_psd * factor).clamp(least, greatest);
-    }
-
-    /// A new beginning after a state of which no noise explains the innovation.
-    fn after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
-        let per_second = 1.0 / elapsed_s.max(MIN_RATE_BASE_S);
-        let rate = innovation * per_second;
-        if (MIN_RATE_BASE_S..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
-            self.add(RATE, &(before.state(RATE) + rate));
-            self.covariance.put(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
-            let both = (self.variance + before.variance) * (per_second * per_second);
-            self.covariance.put(RATE, RATE, Matrix3::from_diagonal(&both));
-            self.rated = true;
-        } else if before.rated {
-            // After a longer gap the old rate is as good as any over that gap.
-            let changed = Matrix3::from_diagonal_element(
-                square(FIRST_PROCESS_NOISE_RAD) * elapsed_s.clamp(0.0, MAX_STEP_S),
-            );
-            self.add(RATE, &before.state(RATE));
-            self.covariance.put(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
-            self.rated = true;
-        }
-        for k in RATE + 1..BLOCKS {
-            self.covariance.put(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
-        }
-        if before.rated && self.sensor.is_none() {
-            let (least, greatest) = Self::process_noise_limits();
-            self.process_noise_psd = (square(rate.norm()) * per_second).clamp(least, greatest);
-        }
-        self
     }
 
     /// Standard deviations, rad, of variances, enlarged where the innovations were larger than expected.

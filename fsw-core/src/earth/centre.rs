@@ -50,18 +50,18 @@ const LEAST_DETERMINANT: f32 = 1e-4;
 
 /// Room for the rays of a second, 5 KiB.
 #[derive(Debug)]
-pub struct Workspace {
+pub struct RayBuffer {
     rays: Rays,
 }
 
-impl Workspace {
-    /// An empty workspace.
+impl RayBuffer {
+    /// An empty buffer.
     pub const fn new() -> Self {
         Self { rays: Vec::new() }
     }
 }
 
-impl Default for Workspace {
+impl Default for RayBuffer {
     fn default() -> Self {
         Self::new()
     }
@@ -317,7 +317,7 @@ pub fn centre(
     demand: &Demand,
     expected: Option<&Expected>,
     parameters: &EarthParameters,
-    workspace: &mut Workspace,
+    workspace: &mut RayBuffer,
 ) -> Result<EarthFix, Refusal> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);

@@ -34,7 +34,7 @@ pub struct Room<'a> {
     /// The limb points.
     pub points: &'a mut search::Points,
     /// Their rays.
-    pub rays: &'a mut centre::Workspace,
+    pub rays: &'a mut centre::RayBuffer,
 }
 
 /// Who looks, and at what.

@@ -228,7 +228,7 @@ pub struct Picture {
     pub pixels: Vec<u16>,
 }
 
-impl fsw_hal::detector::ErrorType for Picture {
+impl fsw_hal::ErrorType for Picture {
     type Error = DetectorError;
 }
 

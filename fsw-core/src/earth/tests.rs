@@ -1,5 +1,5 @@
 use super::*;
-use crate::earth::centre::{Workspace, centre};
+use crate::earth::centre::{RayBuffer, centre};
 use crate::earth::limb::{crossing, strip};
 use crate::earth::search::{Points, search};
 use crate::earth::test_world::{GEOMETRY, World, camera, even, geostationary, low, parameters};
@@ -24,7 +24,7 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
         .collect();
     let strips = Strips { read: points.len(), unsure: 0, km_per_px: f32::INFINITY };
     let demand = &parameters.in_strips(&strips, true);
-    centre(&points, &camera, &body, demand, None, &parameters, &mut Workspace::new())
+    centre(&points, &camera, &body, demand, None, &parameters, &mut RayBuffer::new())
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn strips_after_a_search_find_the_centre_within_the_goal() {
             search(&mut world.picture(1.0, seed), &mut [0; 1280], &parameters, &mut points).unwrap();
             let body = world.body(&parameters);
             let demand = &parameters.in_search(points.len());
-            let first = centre(&points, &camera(), &body, demand, None, &parameters, &mut Workspace::new());
+            let first = centre(&points, &camera(), &body, demand, None, &parameters, &mut RayBuffer::new());
             let fix = first.and_then(|first| track(&world, &first.centre_km, reach, seed));
             match fix {
                 Ok(fix) => {

@@ -130,7 +130,7 @@ impl<'a, D: Detector<Error = DetectorError>> BadPixelDetector<'a, D> {
     }
 }
 
-impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for BadPixelDetector<'_, D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::ErrorType for BadPixelDetector<'_, D> {
     type Error = DetectorError;
 }
 

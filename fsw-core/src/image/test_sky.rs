@@ -89,7 +89,7 @@ pub struct Frame {
     pub pixels: Vec<u16>,
 }
 
-impl fsw_hal::detector::ErrorType for Frame {
+impl fsw_hal::ErrorType for Frame {
     type Error = DetectorError;
 }
 

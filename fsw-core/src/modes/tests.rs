@@ -38,7 +38,7 @@ fn after_steps(mode: Mode, seconds: &[Seen], step_us: i64) -> Vec<Mode> {
         let before = modes.mode();
         now = now.plus_us(step_us);
         let guard = modes.next(now, seen, &PARAMETERS);
-        assert_eq!(guard.is_some(), before != modes.mode(), "a guard is told exactly when the mode changes");
+        assert_eq!(guard.is_some(), before != modes.mode(), "a guard is given exactly when the mode changes");
         modes.mode()
     };
     seconds.iter().map(step).collect()

@@ -1,17 +1,18 @@
-//! The sensor's rate from directions that move: of a streak from end to end, of a star from one image to the next
-//! (thesis §3.1.5, LARM and HARM).
+//! The sensor's rate from directions that move: of a streak from end to end, of a star from one image to the
+//! next (thesis §3.1.5, LARM and HARM).
 //!
-//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`Rate`] of the star path against
-//! the stars, in its own frame, and its covariance. A fixed direction's components change as `db/dt = -ω × b`; over a turn by
-//! θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across
-//! each chord that is one equation; least squares over all of them give `g`. Of a streak cut by the border only the direction
-//! is known: its equation across.
+//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`RateFit`] of the star
+//! path against the stars, in its own frame, and its covariance. A fixed direction's components change as
+//! `db/dt = -ω × b`; over a turn by θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`,
+//! `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over all of
+//! them give `g`. Of a streak cut by the border only the direction is known: its equation across.
 //!
-//! Which arcs belong together is told by consensus: every two arcs propose a rate, the one that most arcs agree with is
-//! refined. One arc alone leaves the component about itself open and gives none.
+//! Which arcs belong together is found by consensus: every two arcs propose a rate, the one that most arcs
+//! agree with is refined. One arc alone leaves the component about itself open and gives none.
 //!
-//! Sense. An image alone does not say which end of a streak was first; arcs that are [`undirected`](Arc::directed) are
-//! turned as the proposal wants them, and the rate is one of two, opposite ones.
+//! Sense. An image alone does not say which end of a streak was first; arcs that are
+//! [`undirected`](Arc::directed) are turned as the proposal wants them, and the rate is one of two, opposite
+//! ones.
 
 use crate::attitude::covariance::Information;
 use nalgebra::{Matrix3, Vector3};
@@ -31,8 +32,8 @@ pub struct Arc {
     pub ends: [Vector3<f32>; 2],
     /// Standard deviation of the way from one to the other, along it and across it, rad.
     pub sigma_rad: [f32; 2],
-    /// From the first end to the second, and from the second to the first were it the earlier one, s: rows of a rolling
-    /// shutter begin one after the other.
+    /// From the first end to the second, and from the second to the first were it the earlier one, s: rows of
+    /// a rolling shutter begin one after the other.
     pub duration_s: [f32; 2],
     /// Whether the first end is known to be the earlier one.
     pub directed: bool,
@@ -42,7 +43,7 @@ pub struct Arc {
 
 /// A rate from arcs.
 #[derive(Clone, Copy, Debug)]
-pub struct Rate {
+pub struct RateFit {
     /// Of the star path against the stars, in its own frame, rad/s.
     pub rad_s: Vector3<f32>,
     /// Its covariance, (rad/s)².
@@ -51,7 +52,7 @@ pub struct Rate {
     pub arcs: u32,
 }
 
-impl Rate {
+impl RateFit {
     /// How many arcs agree.
     pub fn count(&self) -> u32 {
         self.arcs.count_ones()
@@ -69,8 +70,8 @@ struct Equation {
     right: f32,
 }
 
-/// The equations along and across of an arc, taken from its second end to its first where `reversed`; `None` where its
-/// ends are one. `g` is linear in ω but for the tangent, which is that of the rate `about`.
+/// The equations along and across of an arc, taken from its second end to its first where `reversed`; `None`
+/// where its ends are one. `g` is linear in ω but for the tangent, which is that of the rate `about`.
 #[inline(never)]
 fn equations(arc: &Arc, about: &Vector3<f32>) -> Option<[Option<Equation>; 2]> {
     let [a, c] = arc.ends;
@@ -108,7 +109,8 @@ fn misfit(arc: &Arc, h: &Vector3<f32>) -> f32 {
 /// Information is counted in 1/mrad².
 const SCALE: f32 = 1e-6;
 
-/// What the arcs whose bits are set say, turned as `about` wants them: information, 1/mrad², and its product with the rate.
+/// What the arcs whose bits are set say, turned as `about` wants them: information, 1/mrad², and its product
+/// with the rate.
 #[inline(never)]
 fn normal_equations(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Matrix3<f32>, Vector3<f32>)> {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -151,8 +153,8 @@ fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vecto
     Some((information.solve(&right)?, information.covariance_rad2()?))
 }
 
-/// A rate corrected by directed arcs, be they too few for one of their own; the arcs' mean rate may differ from it by `off` about
-/// every axis, rad/s. `None` where an arc does not agree with what comes of it.
+/// A rate corrected by directed arcs, be they too few for one of their own; the arcs' mean rate may differ
+/// from it by `off` about every axis, rad/s. `None` where an arc does not agree with what comes of it.
 #[inline(never)]
 pub fn corrected(
     (rate, covariance): (Vector3<f32>, Matrix3<f32>),
@@ -180,10 +182,10 @@ fn agreeing(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
     })
 }
 
-/// The rate on which most arcs agree; `None` where no two fix all three components. Of undirected arcs the opposite rate
-/// is as good.
+/// The rate on which most arcs agree; `None` where no two fix all three components. Of undirected arcs the
+/// opposite rate is as good.
 #[inline(never)]
-pub fn solve(arcs: &[Arc]) -> Option<Rate> {
+pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
     let arcs = arcs.get(..MAX_ARCS).unwrap_or(arcs);
     let mut best: Option<(Vector3<f32>, u32, f32)> = None;
     for (first, one) in arcs.iter().enumerate() {
@@ -220,13 +222,13 @@ pub fn solve(arcs: &[Arc]) -> Option<Rate> {
 
 /// The rate of the opposite sense that explains undirected arcs as well.
 #[inline(never)]
-pub fn opposite(arcs: &[Arc], rate: &Rate) -> Option<Rate> {
+pub fn opposite(arcs: &[Arc], rate: &RateFit) -> Option<RateFit> {
     refined(arcs.get(..MAX_ARCS).unwrap_or(arcs), -rate.rad_s, rate.arcs)
 }
 
 /// Least squares from a first estimate and the arcs that agree with it.
 #[inline(never)]
-fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
+fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
     let (mut rate, mut bits) = (rate, bits);
     let mut covariance = Matrix3::zeros();
     for _ in 0..3 {
@@ -246,7 +248,7 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<Rate> {
     if free >= 1.0 {
         covariance *= (misfit / free).max(1.0) * (1.0 + FEW / free);
     }
-    Some(Rate { rad_s: rate, covariance, arcs: bits })
+    Some(RateFit { rad_s: rate, covariance, arcs: bits })
 }
 
 /// A rate's covariance with what else is not known of it, one sigma about every axis, rad/s.
@@ -264,10 +266,10 @@ pub fn joined(
     updated(a, &information, &(information * b.0))
 }
 
-/// Whether two rates of about the same time are one, which may have changed by `change` about every axis, rad/s; `None` where one of
-/// them says so little that it would be like any other.
+/// Whether two rates of about the same time are one, which may have changed by `change` about every axis,
+/// rad/s; `None` where one of them says so little that it would be like any other.
 #[inline(never)]
-pub fn is_like(a: &Rate, b: &Rate, change: f32) -> Option<bool> {
+pub fn is_like(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
     let covariance = widened(a.covariance + b.covariance, change) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());

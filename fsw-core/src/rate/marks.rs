@@ -1,21 +1,21 @@
 //! Stars and streaks of one image in another: where they must be at a rate, and the rate from where they are.
 //!
-//! In: the [`Mark`]s of two images, the seconds between them, and a rate that is to be tried or none. Out: arcs for
-//! [`arcs::solve`], or the mean rate between the two images itself.
+//! In: the [`Mark`]s of two images, the seconds between them, and a rate that is to be tried or none. Out:
+//! arcs for [`arcs::solve`], or the mean rate between the two images itself.
 //!
-//! A rate says where each mark must be in the other image ([`encounters`]); without one the marks are matched by their
-//! separations ([`matched`], thesis §3.1.5, LARM): every two of one image that are as far apart as two of the other propose a
-//! rate, and that on which most marks agree counts.
+//! A rate says where each mark must be in the other image ([`encounters`]); without one the marks are matched
+//! by their separations ([`matched`], thesis §3.1.5, LARM): every two of one image that are as far apart as
+//! two of the other propose a rate, and that on which most marks agree counts.
 
-use super::arcs::{self, Arc, MAX_ARCS, Rate};
+use super::arcs::{self, Arc, MAX_ARCS, RateFit};
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 /// Stars and streaks of an image remembered for the next.
 pub const MAX_MARKS: usize = 12;
-/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia that differ by a
-/// fifth, one sigma.
+/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
+/// that differ by a fifth, one sigma.
 pub const CHANGE: f32 = 0.2;
 /// Rates beyond this are none of a spacecraft, rad/s.
 pub const FASTEST_RAD_S: f32 = 0.35;
@@ -55,8 +55,8 @@ pub fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32>
     b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
 }
 
-/// How far a mark may lie from where a rate carries it, three sigma, rad: the rate's error across its direction, with what else is
-/// not known of the rate (`off`, one sigma, rad/s), and the errors of two marks.
+/// How far a mark may lie from where a rate carries it, three sigma, rad: the rate's error across its
+/// direction, with what else is not known of the rate (`off`, one sigma, rad/s), and the errors of two marks.
 #[inline(never)]
 fn reach(mark: &Mark, there: &Vector3<f32>, covariance: &Matrix3<f32>, off: f32, elapsed_s: f32) -> f32 {
     let spread = covariance.trace() - there.dot(&(covariance * there));
@@ -80,7 +80,8 @@ fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     }
 }
 
-/// Finds the marks that go on in the next image at a rate, and gives the expected number that would by chance.
+/// Finds the marks that go on in the next image at a rate, and gives the expected number that would by
+/// chance.
 #[inline(never)]
 pub fn encounters(
     arcs: &mut Vec<Arc, MAX_ARCS>,
@@ -113,8 +114,8 @@ pub fn encounters(
 
 /// The rate between two images from the marks of both, matched by their separations.
 #[inline(never)]
-pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
-    let mut best: Option<Rate> = None;
+pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit> {
+    let mut best: Option<RateFit> = None;
     let sigma = |mark: &Mark| mark.sigma_rad[0].max(mark.sigma_rad[1]);
     for (index, a) in before.iter().enumerate() {
         for b in before.iter().skip(index + 1) {
@@ -130,7 +131,7 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
                         let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else {
                             continue;
                         };
-                        let most = best.as_ref().map_or(FEWEST_MATCHES - 1, Rate::count);
+                        let most = best.as_ref().map_or(FEWEST_MATCHES - 1, RateFit::count);
                         if let Some(rate) =
                             confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most)
                         {
@@ -146,7 +147,7 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<Rate> {
 
 /// The rate from all marks that are where a proposed rate carries them.
 #[inline(never)]
-fn confirmed(before: &[Mark], now: &[Mark], rate: &Rate, elapsed_s: f32) -> Option<Rate> {
+fn confirmed(before: &[Mark], now: &[Mark], rate: &RateFit, elapsed_s: f32) -> Option<RateFit> {
     let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
     for mark in before {
         let there = carried(mark, &rate.rad_s, elapsed_s);

@@ -1,21 +1,24 @@
 //! The rate by streaks, and its sense.
 //!
-//! In: the arcs and marks of an image's streaks, the seconds since the image before, and the [`Memory`] of it. Out: [`Found`], or
-//! nothing. The ends of streaks and the exposure give the rate but for its sense ([`arcs::solve`]). Two hypotheses, this sense and the
-//! opposite one, say where the streaks of the last image must be now; the one that finds them gains. A star found again also gives
-//! the mean rate between the images, better than the ends of its streak do; two such means in a row give the rate now, one alone
-//! holds as far as a free body may have changed since ([`CHANGE`]).
+//! In: the arcs and marks of an image's streaks, the seconds since the image before, and the [`Memory`] of
+//! it. Out: [`Found`], or nothing. The ends of streaks and the exposure give the rate but for its sense
+//! ([`arcs::solve`]). Two hypotheses, this sense and the opposite one, say where the streaks of the last
+//! image must be now; the one that finds them gains. A star found again also gives the mean rate between the
+//! images, better than the ends of its streak do; two such means in a row give the rate now, one alone holds
+//! as far as a free body may have changed since ([`CHANGE`]).
 //!
-//! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts the last image's.
+//! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts
+//! the last image's.
 
-use super::arcs::{self, Arc, MAX_ARCS, Rate, corrected, is_like, joined, widened};
-use super::marks::{CHANGE, FASTEST_RAD_S, Field, MAX_MARKS, Mark, encounters};
+use super::arcs::{self, Arc, MAX_ARCS, RateFit, corrected, is_like, joined, widened};
+use super::marks::{CHANGE, FASTEST_RAD_S, Field, MAX_MARKS, Mark, encounters, matched};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two and two cut ones.
+/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two
+/// and two cut ones.
 const FEWEST_SPARE: usize = 3;
-/// Expected number of chance encounters up to which one encounter settles the sense.
+/// Expected number of chance encounters up to which one encounter decides the sense.
 const BY_CHANCE: f32 = 0.03;
 /// The sense is known from so many encounters on, and so many are counted at most.
 const SURE: i8 = 2;
@@ -32,8 +35,8 @@ pub struct Memory {
     /// Whole streaks, or stars, of the last image.
     pub marks: Vec<Mark, MAX_MARKS>,
     /// Rate by the streaks of that image, of the sense that is believed more.
-    streaks: Option<Rate>,
-    /// Encounters that spoke for this sense less those against.
+    streaks: Option<RateFit>,
+    /// Encounters for this sense less those against it.
     sense: i8,
     /// Mean rate up to that image from the one before, if there was one.
     mean: Option<Estimate>,
@@ -56,13 +59,29 @@ pub struct Found {
 
 impl Memory {
     /// Marks alone.
-    pub fn of_marks(marks: Vec<Mark, MAX_MARKS>) -> Self {
+    fn of_marks(marks: Vec<Mark, MAX_MARKS>) -> Self {
         Self { marks, ..Self::default() }
     }
 
     /// The rate by the last image, where its sense was known.
     pub fn known_rate(&self) -> Option<&Vector3<f32>> {
         self.known.as_ref().map(|(rate, _)| rate)
+    }
+
+    /// Takes in the stars of an image, `elapsed_s` after the last one where that can be compared with it: the
+    /// mean rate between the two by the stars found again, with what it may have changed by since, and their
+    /// number.
+    #[inline(never)]
+    pub fn take_stars(
+        &mut self,
+        marks: Vec<Mark, MAX_MARKS>,
+        elapsed_s: Option<f32>,
+    ) -> Option<(Estimate, u32)> {
+        let rate = elapsed_s.and_then(|elapsed_s| matched(&self.marks, &marks, elapsed_s));
+        *self = Self::of_marks(marks);
+        let rate = rate?;
+        let off = 0.5 * CHANGE * rate.rad_s.norm_squared() * elapsed_s?;
+        Some(((rate.rad_s, widened(rate.covariance, off)), rate.count()))
     }
 
     /// Takes in the streaks of an image, `elapsed_s` after the last one where that can be compared with it.
@@ -80,13 +99,13 @@ impl Memory {
         let (whole, cut) = count(arcs, &rate);
         let compared = Compared::new(&before, arcs, &rate, elapsed_s)?;
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
-        let settled = hypotheses.settle(&compared, &before)?;
-        let estimate = best(&compared, &hypotheses, &settled, &before);
-        let (sure, confirmed) = (settled.sense >= SURE, settled.mean.is_some() || compared.repeats());
-        self.sense = settled.sense;
+        let decision = hypotheses.decide(&compared, &before)?;
+        let estimate = best(&compared, &hypotheses, &decision, &before);
+        let (sure, confirmed) = (decision.sense >= SURE, decision.mean.is_some() || compared.repeats());
+        self.sense = decision.sense;
         self.known = sure.then_some(estimate.0);
-        self.mean = settled.mean.map(|mean| (mean.rad_s, mean.covariance));
-        self.streaks = Some(settled.rate);
+        self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
+        self.streaks = Some(decision.rate);
         // A contradiction is none of the last image's if that one had less to say.
         let contradicts = compared.like == Some(false) && before.sense >= SURE;
         // Among many lines of which most disagree, some agree by chance.
@@ -101,16 +120,17 @@ impl Memory {
 }
 
 /// Whole and cut arcs that agree with a rate.
-fn count(arcs: &[Arc], rate: &Rate) -> (usize, usize) {
+fn count(arcs: &[Arc], rate: &RateFit) -> (usize, usize) {
     let agreeing = arcs.iter().enumerate().filter(|(index, _)| (rate.arcs >> *index) & 1 == 1);
     agreeing
         .fold((0, 0), |(whole, cut), (_, arc)| if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) })
 }
 
-/// The rate of an image beside that of the last one, in the same sense: it cannot have turned over in a few seconds.
+/// The rate of an image beside that of the last one, in the same sense: it cannot have turned over in a few
+/// seconds.
 struct Compared {
-    rate: Rate,
-    last: Option<Rate>,
+    rate: RateFit,
+    last: Option<RateFit>,
     /// Seconds since the last image; 1 where there is none.
     elapsed_s: f32,
     /// By how much a free body's rate may change in a second, rad/s.
@@ -120,7 +140,7 @@ struct Compared {
 }
 
 impl Compared {
-    fn new(before: &Memory, arcs: &[Arc], rate: &Rate, elapsed_s: Option<f32>) -> Option<Self> {
+    fn new(before: &Memory, arcs: &[Arc], rate: &RateFit, elapsed_s: Option<f32>) -> Option<Self> {
         let last = before.streaks.filter(|_| elapsed_s.is_some());
         let against = last.is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
         let rate = if against { arcs::opposite(arcs, rate)? } else { *rate };
@@ -134,12 +154,13 @@ impl Compared {
         self.like == Some(true)
     }
 
-    /// The marks of the last image found in this one at a rate, the last one's taken with `sign`; the number expected by chance.
+    /// The marks of the last image found in this one at a rate, the last one's taken with `sign`; the number
+    /// expected by chance.
     fn meet(
         &self,
         there: &mut Vec<Arc, MAX_ARCS>,
         images: (&[Mark], &[Mark]),
-        (rate, sign): (&Rate, f32),
+        (rate, sign): (&RateFit, f32),
         field: Field,
     ) -> f32 {
         // Between two images the mean of both rates counts, and what a body may do beside it.
@@ -156,7 +177,7 @@ impl Compared {
 
 /// Both senses, and what the last image says of them.
 struct Hypotheses {
-    opposite: Option<Rate>,
+    opposite: Option<RateFit>,
     /// Ways of the marks that this sense finds again.
     there: Vec<Arc, MAX_ARCS>,
     /// How many more it finds than the opposite one.
@@ -166,10 +187,10 @@ struct Hypotheses {
 }
 
 /// The sense that is believed, with its rate and the mean rate since the last image.
-struct Settled {
-    rate: Rate,
+struct Decision {
+    rate: RateFit,
     sense: i8,
-    mean: Option<Rate>,
+    mean: Option<RateFit>,
 }
 
 impl Hypotheses {
@@ -185,20 +206,21 @@ impl Hypotheses {
         Self { opposite, there, gain, chance }
     }
 
-    /// Adds the gain to what was believed before; `None` where the opposite sense is believed and has no rate.
-    fn settle(&self, compared: &Compared, before: &Memory) -> Option<Settled> {
+    /// Adds the gain to what was believed before; `None` where the opposite sense is believed and has no
+    /// rate.
+    fn decide(&self, compared: &Compared, before: &Memory) -> Option<Decision> {
         // Of two rates that differ one is wrong; whatever was concluded from them is not kept.
         let sense = if compared.last.is_some() && compared.repeats() { before.sense } else { 0 };
-        // One encounter settles it where chance would hardly bring one about.
+        // One encounter decides it where chance would hardly bring one about.
         let weight = if self.chance < BY_CHANCE { SURE } else { 1 };
         let sense = (sense + weight * self.gain.clamp(-2, 2)).clamp(-MOST_SURE, MOST_SURE);
         if sense < 0 {
-            return Some(Settled { rate: self.opposite?, sense: -sense, mean: None });
+            return Some(Decision { rate: self.opposite?, sense: -sense, mean: None });
         }
         let change = compared.change * compared.elapsed_s;
         let mean = (self.gain > 0).then(|| arcs::solve(&self.there)).flatten();
         let mean = mean.filter(|mean| is_like(mean, &compared.rate, change) == Some(true));
-        Some(Settled { rate: compared.rate, sense, mean })
+        Some(Decision { rate: compared.rate, sense, mean })
     }
 }
 
@@ -207,18 +229,18 @@ impl Hypotheses {
 fn best(
     compared: &Compared,
     hypotheses: &Hypotheses,
-    settled: &Settled,
+    decision: &Decision,
     before: &Memory,
 ) -> (Estimate, bool) {
     let Compared { elapsed_s, change, .. } = *compared;
     let Hypotheses { there, gain, chance, .. } = hypotheses;
     let off = 0.5 * change * elapsed_s;
-    let streaks = (settled.rate.rad_s, settled.rate.covariance);
-    if settled.sense < SURE {
+    let streaks = (decision.rate.rad_s, decision.rate.covariance);
+    if decision.sense < SURE {
         return (streaks, false);
     }
-    let both = match &settled.mean {
-        Some(mean) => joined(streaks, now(compared, settled, mean, before)),
+    let both = match &decision.mean {
+        Some(mean) => joined(streaks, now(compared, decision, mean, before)),
         // Too few for a mean of their own.
         None if *gain > 0 && *chance < BY_CHANCE => corrected(streaks, there, off),
         None => None,
@@ -230,15 +252,15 @@ fn best(
     (last.and_then(|last| joined(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
-/// The rate now from the mean since the last image, which is that of half the time before: as it is, with what may have changed since,
-/// or extrapolated by the mean before it, whichever is surer.
-fn now(compared: &Compared, settled: &Settled, mean: &Rate, before: &Memory) -> Estimate {
+/// The rate now from the mean since the last image, which is that of half the time before: as it is, with
+/// what may have changed since, or extrapolated by the mean before it, whichever is surer.
+fn now(compared: &Compared, decision: &Decision, mean: &RateFit, before: &Memory) -> Estimate {
     let Compared { elapsed_s, change, .. } = *compared;
     let as_it_is = (mean.rad_s, widened(mean.covariance, 0.5 * change * elapsed_s));
     let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {
         return as_it_is;
     };
-    let wander = change * settled.rate.rad_s.norm();
+    let wander = change * decision.rate.rad_s.norm();
     let extrapolated =
         (mean.rad_s * 1.5 - last * 0.5, widened(mean.covariance * 2.25 + covariance * 0.25, wander));
     if extrapolated.1.trace() < as_it_is.1.trace() { extrapolated } else { as_it_is }

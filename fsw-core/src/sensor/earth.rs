@@ -1,16 +1,16 @@
-//! The Earth's half of a second: limb, centre, position, orbit.
+//! The Earth stage of a second: limb, centre, position.
 
+use super::Sensor;
+use super::propagation::Ephemeris;
+use super::record::{Events, FixRecord, Looked};
 use super::workspace::Readout;
-use super::{Ephemeris, Sensor};
 use crate::earth::centre::Expected;
 use crate::earth::look::{EVENLY, HeightVariance, Look, Room, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
-use crate::earth::{Body, Demand, EarthFix, Refusal, Strips};
+use crate::earth::{Body, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::matrix::{inverse, product, product_transposed};
-use crate::orbit::filter::Update;
-use crate::orbit::point::{PositionFix, earth_to_icrs};
-use crate::telemetry::{EarthReport, EarthStatus, Event, Fault, OrbitReport, Report, Status};
+use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
 
@@ -19,8 +19,8 @@ const STRIP_PATIENCE: u8 = 3;
 
 /// Sigma of the Earth's place below which it is known well enough to say what is hidden, rad.
 const VIEW_SIGMA_RAD: f32 = 0.06;
-/// ... and to say that no limb in the field is lit, rad: there the Sun's height at the limb counts, which changes little with the
-/// place.
+/// ... and to say that no limb in the field is lit, rad: there the Sun's height at the limb counts, which
+/// changes little with the place.
 const DARK_SIGMA_RAD: f32 = 0.3;
 
 /// The Earth as the orbit predicts it.
@@ -30,6 +30,7 @@ struct Prediction {
     covariance_km2: Matrix3<f32>,
     /// Sigma of its place in all, rad.
     sigma_rad: f32,
+    /// Its centre in the Earth path, km.
     centre_km: Vector3<f32>,
 }
 
@@ -38,18 +39,6 @@ impl Prediction {
     fn is_known(&self) -> bool {
         self.sigma_rad < VIEW_SIGMA_RAD
     }
-}
-
-/// What looking for the Earth came to.
-enum Looked {
-    /// No limb in the field is lit.
-    Dark,
-    /// Too little of it is lit well.
-    Faint,
-    /// The Earth's centre.
-    Found(EarthFix),
-    /// None, and why.
-    Refused(Refusal),
 }
 
 /// A symmetric matrix in the axes to which `path` rotates.
@@ -64,43 +53,48 @@ impl Sensor<'_> {
         Body::new(&path.apply(&ephemeris.pole), Some(&path.apply(&ephemeris.sun)), &self.parameters.earth)
     }
 
-    /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it hides.
+    /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it
+    /// hides.
     pub(super) fn known_view(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
         self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
-    /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into the orbit.
+    /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into
+    /// the orbit.
     #[inline(never)]
     pub(super) fn look_at_earth(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         ephemeris: &Ephemeris,
-        attitude: &Rotation<Icrs, StarPath>,
-        report: &mut Report,
-    ) {
-        let body = self.body(ephemeris, attitude);
-        match self.find_earth(detector, meter, &body, attitude) {
-            Ok(Looked::Found(fix)) => {
-                self.strip_misses = 0;
-                meter.begin(Stage::Orbit);
-                self.report_earth(&fix, report);
-                self.update_orbit(&fix, attitude, report);
-                meter.end(Stage::Orbit);
-            }
-            Ok(Looked::Refused(refusal)) => {
-                self.strip_misses =
-                    if self.strip_misses < STRIP_PATIENCE { self.strip_misses + 1 } else { 0 };
-                report.earth_status = EarthStatus::Refused(refusal);
-            }
-            Ok(Looked::Dark) => self.report_light(EarthStatus::Dark, report),
-            Ok(Looked::Faint) => self.report_light(EarthStatus::Faint, report),
-            Err(error) => report.status = Status::DetectorFault(Fault::from(error)),
-        }
+        attitude: &AttitudeReport,
+        events: &mut Events,
+    ) -> Result<(Looked, FixRecord), DetectorError> {
+        let Some(rotation) = Rotation::from_quaternion(attitude.quaternion) else {
+            return Ok(Default::default());
+        };
+        let body = self.body(ephemeris, &rotation);
+        let looked = self.find_earth(detector, meter, &body, &rotation)?;
+        self.count_misses(&looked);
+        let Looked::Found(fix) = &looked else { return Ok((looked, FixRecord::default())) };
+        meter.begin(Stage::Orbit);
+        let record = self.update_orbit(fix, attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
+        meter.end(Stage::Orbit);
+        Ok((looked, record))
     }
 
-    /// Where the Earth is: from strips across the limb that the orbit predicts; where it hardly does, from strips across the
-    /// limb that a search of the whole detector found (a search alone would give a centre only good enough for that).
+    /// Counts the seconds in a row in which strips gave no centre. Where there is nothing to measure no strip
+    /// is to blame.
+    fn count_misses(&mut self, looked: &Looked) {
+        self.strip_misses = match looked {
+            Looked::Refused(_) if self.strip_misses < STRIP_PATIENCE => self.strip_misses + 1,
+            _ => 0,
+        };
+    }
+
+    /// Where the Earth is: from strips across the limb that the orbit predicts; where it hardly does, from
+    /// strips across the limb that a search of the whole detector found (a search alone would give a centre
+    /// only good enough for that).
     #[inline(never)]
     fn find_earth(
         &mut self,
@@ -111,31 +105,19 @@ impl Sensor<'_> {
     ) -> Result<Looked, DetectorError> {
         meter.begin(Stage::Limb);
         let predicted = self.prediction(body, attitude);
-        let parameters = &self.parameters.earth;
-        let light = predicted
-            .as_ref()
-            .filter(|predicted| predicted.sigma_rad < DARK_SIGMA_RAD)
-            .map(|predicted| (predicted.view.light(&self.camera, 0.0, parameters), predicted.is_known()));
+        let placed = predicted.as_ref().filter(|predicted| predicted.sigma_rad < DARK_SIGMA_RAD);
+        let unlit = placed.and_then(|predicted| self.unlit(predicted));
         meter.end(Stage::Limb);
-        match light {
-            Some((light, _)) if light.lit_rad == 0.0 => return Ok(Looked::Dark),
-            Some((light, true)) if light.usable_rad < parameters.fit.least_arc_deg.to_radians() => {
-                return Ok(Looked::Faint);
-            }
-            _ => {}
+        if let Some(unlit) = unlit {
+            return Ok(unlit);
         }
         meter.begin(Stage::Limb);
-        let mut strips = Strips::default();
-        if let Some(Prediction { view, covariance_km2, .. }) = &predicted
-            && self.strip_misses < STRIP_PATIENCE
-        {
-            let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: *covariance_km2 };
-            let (look, mut room) = self.looking(body)?;
-            strips = look.read_strips(detector, view, &variance, &EVENLY, &mut room)?;
-        }
+        let read = self.predicted_strips(detector, body, predicted.as_ref());
         meter.end(Stage::Limb);
+        let mut strips = read?;
         let mut rough = None;
-        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not sure of the rest.
+        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not
+        // sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
@@ -149,11 +131,37 @@ impl Sensor<'_> {
         // After fixes that failed or disagreed with the orbit the next is made without it.
         let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
         let orbit = predicted.filter(|_| believed).and_then(|predicted| self.expected(&predicted, attitude));
-        let demand = self.parameters.earth.in_strips(&strips, orbit.is_none());
-        // Strips that agree on another body than the search do not agree with what is expected either.
-        let fix = self.fit(body, &demand, orbit.or(rough).as_ref());
+        let looked = self.fit(body, &strips, orbit, rough);
         meter.end(Stage::Centre);
-        Ok(fix.map_or_else(Looked::Refused, Looked::Found))
+        Ok(looked)
+    }
+
+    /// Whether the Earth as predicted has no lit limb in the field, or too little of one; `None` where it has
+    /// enough, or the prediction is not good enough to say that it has too little.
+    fn unlit(&self, predicted: &Prediction) -> Option<Looked> {
+        let parameters = &self.parameters.earth;
+        let light = predicted.view.light(&self.camera, 0.0, parameters);
+        if light.lit_rad == 0.0 {
+            return Some(Looked::Dark);
+        }
+        let faint = predicted.is_known() && light.usable_rad < parameters.fit.least_arc_deg.to_radians();
+        faint.then_some(Looked::Faint)
+    }
+
+    /// Reads strips across the limb that the orbit predicts into the workspace; none without a prediction,
+    /// nor after [`STRIP_PATIENCE`] misses.
+    fn predicted_strips(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        body: &Body,
+        predicted: Option<&Prediction>,
+    ) -> Result<Strips, DetectorError> {
+        let Some(predicted) = predicted.filter(|_| self.strip_misses < STRIP_PATIENCE) else {
+            return Ok(Strips::default());
+        };
+        let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: predicted.covariance_km2 };
+        let (look, mut room) = self.looking(body);
+        look.read_strips(detector, &predicted.view, &variance, &EVENLY, &mut room)
     }
 
     /// The Earth as the orbit predicts it; `None` without an orbit.
@@ -180,15 +188,15 @@ impl Sensor<'_> {
         attitude.then(&self.star_to_earth).matrix().map(f64::from)
     }
 
-    /// Searches the whole detector and fills the workspace with the limb points of strips across what was found. Gives the strips, and
-    /// where the Earth is by the search.
+    /// Searches the whole detector and fills the workspace with the limb points of strips across what was
+    /// found. Gives the strips, and where the Earth is by the search.
     #[inline(never)]
     fn search(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         body: &Body,
     ) -> Result<Result<(Strips, Option<Expected>), Refusal>, DetectorError> {
-        let (look, mut room) = self.looking(body)?;
+        let (look, mut room) = self.looking(body);
         let (rough, view) = match look.search(detector, &mut room)? {
             Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
@@ -198,108 +206,26 @@ impl Sensor<'_> {
         Ok(Ok((read, Expected::after(&rough))))
     }
 
-    /// The centre of the points in the workspace.
+    /// The centre of the points in the workspace, expected where the orbit has it or else a search (`rough`).
+    #[inline(never)]
     fn fit(
         &mut self,
         body: &Body,
-        demand: &Demand,
-        expected: Option<&Expected>,
-    ) -> Result<EarthFix, Refusal> {
-        let (look, mut room) = self.looking(body).map_err(|_| Refusal::TooFewPoints)?;
-        look.fit(demand, expected, &mut room)
+        strips: &Strips,
+        orbit: Option<Expected>,
+        rough: Option<Expected>,
+    ) -> Looked {
+        let demand = self.parameters.earth.in_strips(strips, orbit.is_none());
+        let (look, mut room) = self.looking(body);
+        // Strips that agree on another body than the search do not agree with what is expected either.
+        let fix = look.fit(&demand, orbit.or(rough).as_ref(), &mut room);
+        fix.map_or_else(Looked::Refused, Looked::Found)
     }
 
-    /// Who looks at the Earth, and the room to do it in.
-    fn looking<'a>(&'a mut self, body: &'a Body) -> Result<(Look<'a>, Room<'a>), DetectorError> {
-        let Readout { buffer, limb, rays } = self.workspace.shared.readout()?;
+    /// What looks at the Earth, and the room to do it in.
+    fn looking<'a>(&'a mut self, body: &'a Body) -> (Look<'a>, Room<'a>) {
+        let Readout { buffer, limb, rays } = self.workspace.shared.readout();
         let room = Room { buffer, points: limb, rays };
-        Ok((Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room))
-    }
-
-    /// Reports that there is nothing to measure, of which no strip is to blame.
-    fn report_light(&mut self, status: EarthStatus, report: &mut Report) {
-        self.strip_misses = 0;
-        report.earth_status = status;
-    }
-
-    /// Reports the Earth as found.
-    fn report_earth(&self, fix: &EarthFix, report: &mut Report) {
-        let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
-        let (sigma_rad, sigma_km) = fix.sigmas();
-        report.earth_status = EarthStatus::Found;
-        report.earth = Some(EarthReport {
-            direction: (fix.centre_km * (1.0 / distance_km.max(1.0))).into(),
-            sigma_rad,
-            distance_km,
-            sigma_km,
-            inliers: fix.inliers.count_ones() as u16,
-            arc_deg: fix.arc_rad.to_degrees(),
-            rms_px: fix.rms_px,
-        });
-        for (index, point) in self.workspace.shared.limb_points().iter().enumerate() {
-            if fix.holds(index) && report.limb_px.push(point.centre_px).is_err() {
-                break;
-            }
-        }
-    }
-
-    /// Takes the Earth's centre into the orbit (eq. 5.4).
-    #[inline(never)]
-    fn update_orbit(&mut self, fix: &EarthFix, attitude: &Rotation<Icrs, StarPath>, report: &mut Report) {
-        let (Some(found), Some(instant_us)) = (report.attitude, report.instant_us) else { return };
-        let [x, y, z] = found.sigma_rad.map(|sigma| sigma * sigma);
-        let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
-        let mounting = self.star_to_earth.inverse();
-        // The filter has its own account of errors that last.
-        let EarthFix { centre_km, noise_km2, place_km, .. } = fix;
-        let to_icrs = earth_to_icrs(attitude, &mounting);
-        let fix = PositionFix::new(centre_km, noise_km2, place_km, &to_icrs, &attitude_covariance, &mounting);
-        let Some(mut position) = fix else { return };
-        if let Some(state) = self.orbit.state() {
-            position = position.without_aberration(&state.velocity_km_s);
-        }
-        let (nis, event) = match self.orbit.update(instant_us, &position, &to_icrs, &self.parameters.orbit) {
-            Update::Begun => (None, None),
-            Update::Started => (None, Some(Event::OrbitStarted)),
-            Update::Restarted => (None, Some(Event::OrbitRestarted)),
-            Update::Accepted { nis } => (Some(nis), None),
-            Update::Rejected { nis } => (Some(nis), Some(Event::FixRejected)),
-            Update::Refused(_) => (None, Some(Event::FixRefused)),
-        };
-        if let Some(event) = event {
-            report.note(event);
-        }
-        if !matches!(event, Some(Event::FixRejected | Event::FixRefused)) {
-            self.fixed_us = instant_us;
-        }
-        self.nis = nis;
-    }
-
-    /// Reports the orbit as it stands after this second.
-    #[inline(never)]
-    pub(super) fn report_orbit(&mut self, report: &mut Report) {
-        let nis = self.nis.take();
-        let (Some(state), Some(position), Some(velocity)) =
-            (self.orbit.state(), self.orbit.position_sigma_km(), self.orbit.velocity_sigma_km_s())
-        else {
-            return;
-        };
-        let single = |value: Option<f64>| value.unwrap_or(0.0) as f32;
-        let since_fix_us = state.time_us.saturating_sub(self.fixed_us).max(0);
-        report.orbit = Some(OrbitReport {
-            position_km: state.position_km.into(),
-            velocity_km_s: state.velocity_km_s.into(),
-            sigma_position_km: position.map(|sigma| sigma as f32),
-            sigma_velocity_km_s: velocity.map(|sigma| sigma as f32),
-            limb_height_km: single(self.orbit.limb_height_km()),
-            limb_height_sigma_km: single(self.orbit.limb_height_sigma_km()),
-            nis,
-            since_fix_s: (since_fix_us / 1_000_000).min(u32::MAX.into()) as u32,
-            settled: self.orbit.settled(),
-        });
-        if self.orbit.settled() && !self.converged {
-            report.note(Event::OrbitConverged);
-        }
-        self.converged = self.orbit.settled();
+        (Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room)
     }
 }

@@ -5,7 +5,7 @@ use super::timekeeping::Time;
 use crate::image::blinding::blinded;
 use crate::modes::Mode;
 use crate::plan;
-use crate::telemetry::{Fault, ImageFault};
+use crate::telemetry::{DetectorFault, ImageFault};
 use fsw_hal::{Clock, Detector, DetectorError, LocalTime, Stage, StageMeter};
 
 /// The image of a second.
@@ -20,7 +20,17 @@ pub(super) enum Image {
     /// Its instant is not one that this second can have; it is not read.
     Refused(ImageFault),
     /// The detector did not deliver it, or is not the one the parameters were made for.
-    Failed(Fault),
+    Failed(DetectorFault),
+}
+
+impl Image {
+    /// Why its instant was refused.
+    pub(super) fn fault(&self) -> Option<ImageFault> {
+        match self {
+            Self::Refused(fault) => Some(*fault),
+            _ => None,
+        }
+    }
 }
 
 impl Sensor<'_> {
@@ -49,7 +59,7 @@ impl Sensor<'_> {
             },
         };
         meter.end(stage);
-        (image, self.timekeeper.tell(clock, &now, instant))
+        (image, self.timekeeper.times(clock, &now, instant))
     }
 
     /// The exposure that this second needs, us.
@@ -67,12 +77,12 @@ impl Sensor<'_> {
         &self,
         detector: &mut impl Detector<Error = DetectorError>,
         exposure_us: u32,
-    ) -> Result<LocalTime, Fault> {
+    ) -> Result<LocalTime, DetectorFault> {
         let (geometry, camera) = (detector.geometry(), self.camera.parameters());
         if (geometry.width_px, geometry.height_px) != (camera.width_px, camera.height_px) {
-            return Err(Fault::Geometry);
+            return Err(DetectorFault::Geometry);
         }
-        detector.expose(exposure_us).map_err(Fault::from)
+        detector.expose(exposure_us).map_err(DetectorFault::from)
     }
 
     /// Whether the Sun blinds the image: all probes stand at full scale.
@@ -80,15 +90,13 @@ impl Sensor<'_> {
         let geometry = detector.geometry();
         let mut blind = 0;
         for probe in &plan::probes(&geometry) {
-            let read = self.workspace.shared.readout().and_then(|readout| {
-                let pixels = readout.buffer.get_mut(..probe.area()).ok_or(DetectorError::BufferLength)?;
-                detector.read(*probe, pixels)?;
-                Ok(blinded(pixels, geometry.bits))
-            });
-            match read {
-                Ok(is_blind) => blind += usize::from(is_blind),
-                Err(error) => return Image::Failed(error.into()),
+            let Some(pixels) = self.workspace.shared.readout().buffer.get_mut(..probe.area()) else {
+                return Image::Failed(DetectorFault::Request);
+            };
+            if let Err(error) = detector.read(*probe, pixels) {
+                return Image::Failed(error.into());
             }
+            blind += usize::from(blinded(pixels, geometry.bits));
         }
         if blind == plan::PROBES { Image::Blinded } else { Image::Taken }
     }

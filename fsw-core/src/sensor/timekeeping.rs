@@ -1,22 +1,25 @@
-//! Both times of a second: local time, by which all elapsed times are measured, and Terrestrial Time, for Sun and Earth.
+//! Both times of a second: local time, by which all elapsed times are measured, and Terrestrial Time, for Sun
+//! and Earth.
 //!
-//! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is what the clock tells; while it
-//! tells none, or an instant outside the years in which it is believed, it goes on from the last one told by local time. A step of the
-//! clock is the difference between what it tells and what local time makes of what it told before.
+//! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is the
+//! clock's; while that gives none, or an instant outside the years in which it is believed, the last one is
+//! propagated by local time. A step of the clock is the difference between its Terrestrial Time and the last
+//! one propagated.
 
 use crate::telemetry::{ClockFault, ClockState, ImageFault};
-use fsw_hal::clock::Error;
+use fsw_hal::Error;
 use fsw_hal::{Clock, LocalTime};
 
 /// Instants between which the clock is believed: the years 2000 and 2100, microseconds since J2000.0.
 pub const INSTANTS_US: (i64, i64) = (0, 3_155_760_000_000_000);
 /// A second, us.
 pub(super) const SECOND_US: i64 = 1_000_000;
-/// Larger differences between clock and local time are steps, us. A smaller one is the counter's drift (20 ppm are 20 us a second) and
-/// its correction.
+/// Larger differences between clock and local time are steps, us. A smaller one is the counter's drift (20
+/// ppm are 20 us a second) and its correction.
 const STEP_US: i64 = 100_000;
-/// Without a clock Terrestrial Time goes on by local time for so long, us: a day, in which a counter that is off by 50 ppm loses
-/// 4 s. The Sun's direction changes by 0.2 arcsec in that time, and so does the aberration.
+/// Without a clock Terrestrial Time goes on by local time for so long, us: a day, in which a counter that is
+/// off by 50 ppm loses 4 s. The Sun's direction changes by 0.2 arcsec in that time, and so does the
+/// aberration.
 const HOLDOVER_US: i64 = 86_400 * SECOND_US;
 /// An image may be later than the second in which it is read by so much, us, and earlier by so much.
 const IMAGE_AHEAD_US: i64 = 100_000;
@@ -27,7 +30,8 @@ const IMAGE_AGE_US: i64 = 10 * SECOND_US;
 pub(super) struct Time {
     /// Of the image, or of the call in a second without one.
     pub local: LocalTime,
-    /// Terrestrial Time at that instant, us since J2000.0, however old the correlation; `None` where the clock has never told it.
+    /// Terrestrial Time at that instant, us since J2000.0, however old the correlation; `None` where the
+    /// clock has never given it.
     pub terrestrial_us: Option<i64>,
     /// What that rests on.
     pub state: ClockState,
@@ -44,7 +48,7 @@ pub(super) struct Timekeeper {
     last: Option<LocalTime>,
     /// ... and of the last image used.
     image: Option<LocalTime>,
-    /// Local and Terrestrial Time when the clock last told both.
+    /// Local and Terrestrial Time when the clock last gave both.
     correlation: Option<(LocalTime, i64)>,
 }
 
@@ -55,7 +59,8 @@ pub(super) struct Now {
 }
 
 impl Timekeeper {
-    /// Reads the counter. Where it fails a second has passed; where it has gone backwards all that was remembered is void.
+    /// Reads the counter. Where it fails a second has passed; where it has gone backwards all that was
+    /// remembered is void.
     pub(super) fn read_counter(&mut self, clock: &mut impl Clock) -> Now {
         let presumed = self.last.map_or(LocalTime::default(), |last| last.plus_us(SECOND_US));
         match clock.local_time() {
@@ -76,7 +81,7 @@ impl Timekeeper {
         if self.last.is_some_and(|last| instant <= last) {
             return Err(ImageFault::OutOfOrder);
         }
-        // A counter that failed tells nothing about the image.
+        // The age of an image is unknown where the counter failed.
         let age_us = now.local.us_since(instant);
         if !matches!(now.fault, Some(ClockFault::Hardware))
             && !(-IMAGE_AHEAD_US..=IMAGE_AGE_US).contains(&age_us)
@@ -88,16 +93,16 @@ impl Timekeeper {
     }
 
     /// Both times of the second `now`, whose image, where it has one, is of the instant `image`.
-    pub(super) fn tell(&mut self, clock: &mut impl Clock, now: &Now, image: Option<LocalTime>) -> Time {
+    pub(super) fn times(&mut self, clock: &mut impl Clock, now: &Now, image: Option<LocalTime>) -> Time {
         let local = image.unwrap_or(now.local);
         self.last = Some(local);
-        let told = clock.terrestrial_us(local).map_err(|error| ClockFault::from(error.kind()));
-        let told = told.and_then(|us| {
+        let given = clock.terrestrial_us(local).map_err(|error| ClockFault::from(error.kind()));
+        let given = given.and_then(|us| {
             if (INSTANTS_US.0..=INSTANTS_US.1).contains(&us) { Ok(us) } else { Err(ClockFault::Implausible) }
         });
         let kept = self.correlation.map(|(then, us)| us.saturating_add(local.us_since(then)));
         let fresh = self.correlation.is_some_and(|(then, _)| local.us_since(then) <= HOLDOVER_US);
-        match told {
+        match given {
             Ok(us) => {
                 self.correlation = Some((local, us));
                 let step_us =

@@ -12,7 +12,8 @@ use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// Chains of the base sides: up to so many stars of a catalogue have one each, and it costs no RAM beside the readout.
+/// Chains of the base sides: up to so many stars of a catalogue have one each, and it costs no RAM beside the
+/// readout.
 pub const BASE_SIDE_CHAINS: usize = 4096;
 /// Most directed catalogue pairs of one separation.
 pub const MAX_BASE_SIDES: usize = 1536;
@@ -30,18 +31,18 @@ pub(super) struct Readout {
     /// Limb points of this image.
     pub(super) limb: Points,
     /// Their rays.
-    pub(super) rays: centre::Workspace,
+    pub(super) rays: centre::RayBuffer,
 }
 
 impl Readout {
     const fn new() -> Self {
-        Self { buffer: [0; TILE_PIXELS], limb: Points::new(), rays: centre::Workspace::new() }
+        Self { buffer: [0; TILE_PIXELS], limb: Points::new(), rays: centre::RayBuffer::new() }
     }
 }
 
-/// Memory that reading an image and identifying its stars share: an image is read whole before its stars are identified, and
-/// an identification that lasts for several seconds asks for no other image. The tag of the first variant is 0 by `repr`, so
-/// that a static of it is all zero and costs no flash.
+/// Memory that reading an image and identifying its stars share: an image is read whole before its stars are
+/// identified, and an identification that lasts for several seconds asks for no other image. The tag of the
+/// first variant is 0 by `repr`, so that a static of it is all zero and costs no flash.
 #[derive(Debug)]
 #[repr(u8)]
 #[expect(clippy::large_enum_variant, reason = "the point is to overlay the two, and there is no heap")]
@@ -54,17 +55,14 @@ pub(super) enum Shared {
 
 impl Shared {
     /// Room to read an image; an identification that was going on is dropped.
-    ///
-    /// # Errors
-    /// None ever: the last arm only spares an unreachable panic.
     #[inline(never)]
-    pub(super) fn readout(&mut self) -> Result<&mut Readout, DetectorError> {
-        if let Self::Identification(_) = self {
-            *self = const { Self::Readout(Readout::new()) };
-        }
-        match self {
-            Self::Readout(readout) => Ok(readout),
-            Self::Identification(_) => Err(DetectorError::BufferLength),
+    pub(super) fn readout(&mut self) -> &mut Readout {
+        // Two turns at most: the first leaves the variant that the second one finds.
+        loop {
+            match self {
+                Self::Readout(readout) => return readout,
+                Self::Identification(_) => *self = const { Self::Readout(Readout::new()) },
+            }
         }
     }
 
@@ -111,7 +109,8 @@ impl Workspace {
         Self { shared: Shared::Readout(Readout::new()), detections: Detections::new(), measured: Vec::new() }
     }
 
-    /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is known.
+    /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is
+    /// known.
     pub(super) fn take_measured(
         &mut self,
         camera: &Camera,
@@ -134,7 +133,8 @@ impl Workspace {
         }
     }
 
-    /// Reads the windows of the present image and finds their stars; how many of them are too bright to show one.
+    /// Reads the windows of the present image and finds their stars; how many of them are too bright to show
+    /// one.
     pub(super) fn read_windows(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
@@ -143,7 +143,7 @@ impl Workspace {
     ) -> Result<usize, DetectorError> {
         self.detections.clear();
         let mut washed = 0;
-        let buffer = &mut self.shared.readout()?.buffer;
+        let buffer = &mut self.shared.readout().buffer;
         for window in windows {
             let is_washed = scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
             washed += usize::from(is_washed);

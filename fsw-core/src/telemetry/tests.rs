@@ -1,29 +1,50 @@
 use super::*;
 use crate::checksum::crc32;
+use fsw_hal::DetectorError;
 use proptest::prelude::*;
 
-fn fault() -> impl Strategy<Value = Fault> {
-    prop::sample::select(&[Fault::Request, Fault::Geometry, Fault::Hardware])
-}
-
-fn status() -> impl Strategy<Value = Status> {
+fn outcome() -> impl Strategy<Value = Outcome> {
     let reasons = [NotIdentified::TooFewStars, NotIdentified::NoSides, NotIdentified::NoMatch];
     prop_oneof![
         prop::sample::select(&[
-            Status::Identified,
-            Status::Searching,
-            Status::Tracked,
-            Status::Lost,
-            Status::TooFast,
-            Status::Blinded,
-            Status::SelfTestPassed,
-            Status::Waiting,
+            Outcome::SelfTestPassed,
+            Outcome::Identified,
+            Outcome::Searching,
+            Outcome::TooFast,
+            Outcome::Tracked,
+            Outcome::Lost,
+            Outcome::Blinded,
         ]),
-        prop::sample::select(reasons.to_vec()).prop_map(Status::NotIdentified),
-        fault().prop_map(Status::DetectorFault),
-        prop::sample::select(&[ImageFault::Repeated, ImageFault::OutOfOrder, ImageFault::Implausible])
-            .prop_map(Status::ImageRefused),
+        prop::sample::select(reasons.to_vec()).prop_map(Outcome::NotIdentified),
     ]
+}
+
+fn activity() -> impl Strategy<Value = Activity> {
+    use Activity::{Propagation, SelfTest, StarSearch, StarTracking, StreakSearch, Waiting};
+    prop::sample::select(&[Waiting, SelfTest, StarSearch, StreakSearch, StarTracking, Propagation])
+}
+
+prop_compose! {
+    fn faults()(
+        detector in prop::option::of(prop::sample::select(&[
+            DetectorFault::Request, DetectorFault::Geometry, DetectorFault::Hardware,
+        ])),
+        image in prop::option::of(prop::sample::select(&[
+            ImageFault::Repeated, ImageFault::OutOfOrder, ImageFault::Implausible,
+        ])),
+        clock in prop::option::of(prop::sample::select(&[
+            ClockFault::NotSynchronised, ClockFault::Implausible, ClockFault::Hardware,
+            ClockFault::CounterReset,
+        ])),
+        rate_sensor in prop::option::of(prop::sample::select(&[
+            RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite,
+            RateSensorFault::Saturated,
+        ])),
+        fix in prop::option::of(prop::sample::select(&[FixFault::Impossible, FixFault::Covariance])),
+        crowded in any::<u16>(),
+    ) -> Faults {
+        Faults { detector, image, clock, rate_sensor, fix, crowded }
+    }
 }
 
 /// Any number but NaN, which is unequal to itself.
@@ -91,7 +112,6 @@ fn event() -> impl Strategy<Value = Event> {
         Event::OrbitStarted,
         Event::OrbitConverged,
         Event::FixRejected,
-        Event::FixRefused,
         Event::OrbitRestarted,
         Event::OrbitForgotten,
         Event::ClockJump,
@@ -115,6 +135,16 @@ fn earth_status() -> impl Strategy<Value = EarthStatus> {
     ])
 }
 
+/// Times, the Earth with its limb points, the orbit, events.
+type Whereabouts = (
+    (i64, Option<i64>, ClockState),
+    EarthStatus,
+    Option<EarthReport>,
+    Vec<[f32; 2], MAX_LIMB_POINTS>,
+    Option<OrbitReport>,
+    Vec<Event, MAX_EVENTS>,
+);
+
 prop_compose! {
     /// The half of a report about the Earth and the orbit: one strategy takes no more than so many.
     fn whereabouts()(
@@ -124,8 +154,9 @@ prop_compose! {
         limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
         orbit in prop::option::of(orbit()),
         events in prop::collection::vec(event(), 0..=MAX_EVENTS),
-    ) -> ((i64, Option<i64>, ClockState, Option<ClockFault>), EarthStatus, Option<EarthReport>, Vec<[f32; 2], MAX_LIMB_POINTS>, Option<OrbitReport>, Vec<Event, MAX_EVENTS>) {
-        (times, earth_status, earth, Vec::from_slice(&limb_px).unwrap(), orbit, Vec::from_slice(&events).unwrap())
+    ) -> Whereabouts {
+        let (limb_px, events) = (Vec::from_slice(&limb_px).unwrap(), Vec::from_slice(&events).unwrap());
+        (times, earth_status, earth, limb_px, orbit, events)
     }
 }
 
@@ -134,9 +165,8 @@ prop_compose! {
         local_us in any::<i64>(),
         instant_us in prop::option::of(any::<i64>()),
         clock in prop::sample::select(&[ClockState::Synchronised, ClockState::Holdover, ClockState::Unknown]),
-        clock_fault in prop::option::of(prop::sample::select(&[ClockFault::Implausible, ClockFault::Hardware])),
-    ) -> (i64, Option<i64>, ClockState, Option<ClockFault>) {
-        (local_us, instant_us, clock, clock_fault)
+    ) -> (i64, Option<i64>, ClockState) {
+        (local_us, instant_us, clock)
     }
 }
 
@@ -157,24 +187,22 @@ prop_compose! {
         cycle in any::<u32>(),
         mode in mode(),
         whereabouts in whereabouts(),
-        status in status(),
+        (activity, outcome, faults) in (activity(), prop::option::of(outcome()), faults()),
         attitude in prop::option::of(attitude()),
         filtered in prop::option::of(attitude()),
         rates in (prop::option::of(prop::array::uniform3(real())), prop::option::of(rate())),
-        (detections, crowded) in any::<(u16, u16)>(),
-        rate_sensor_fault in prop::option::of(prop::sample::select(&[
-            RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite, RateSensorFault::Saturated,
-        ])),
-        focal_ratio in real(),
+        detections in any::<u16>(),
+        focal_ratio in prop::option::of(real()),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
         let (rate_rad_s, rate) = rates;
-        let ((local_us, instant_us, clock, clock_fault), earth_status, earth, limb_px, orbit, events) = whereabouts;
+        let ((local_us, instant_us, clock), earth_status, earth, limb_px, orbit, events) = whereabouts;
         Report {
-            cycle, local_us, instant_us, clock, clock_fault, rate_sensor_fault, crowded, mode, status, attitude, filtered, rate_rad_s, detections, focal_ratio, stars,
+            cycle, local_us, instant_us, clock, mode, activity, outcome, faults, attitude, filtered,
+            rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, events, rate,
         }
     }
@@ -214,16 +242,22 @@ fn largest() -> Report {
         local_us: i64::MIN,
         instant_us: Some(i64::MIN),
         clock: ClockState::Unknown,
-        clock_fault: Some(ClockFault::CounterReset),
-        rate_sensor_fault: Some(RateSensorFault::Hardware),
-        crowded: u16::MAX,
         mode: Mode::Tracking,
-        status: Status::DetectorFault(Fault::Hardware),
+        activity: Activity::Propagation,
+        outcome: Some(Outcome::NotIdentified(NotIdentified::NoMatch)),
+        faults: Faults {
+            detector: Some(DetectorFault::Hardware),
+            image: Some(ImageFault::Implausible),
+            clock: Some(ClockFault::CounterReset),
+            rate_sensor: Some(RateSensorFault::Hardware),
+            fix: Some(FixFault::Covariance),
+            crowded: u16::MAX,
+        },
         attitude: Some(attitude),
         filtered: Some(FilteredAttitude { quaternion: attitude.quaternion, sigma_rad: attitude.sigma_rad }),
         rate_rad_s: Some([f32::MAX; 3]),
         detections: u16::MAX,
-        focal_ratio: f32::MAX,
+        focal_ratio: Some(f32::MAX),
         stars: Vec::from_slice(&[star; MAX_STARS]).unwrap(),
         earth_status: EarthStatus::Refused(Refusal::ShortArc),
         earth: Some(earth),
@@ -336,10 +370,10 @@ fn a_stream_gives_its_frames_in_order_and_ends_where_it_breaks_off() {
 #[test]
 fn a_refused_request_is_our_fault_and_silence_the_hardware_s() {
     for ours in [DetectorError::OutsideDetector, DetectorError::BufferLength, DetectorError::Exposure] {
-        assert_eq!(Fault::from(ours), Fault::Request);
+        assert_eq!(DetectorFault::from(ours), DetectorFault::Request);
     }
     for theirs in [DetectorError::NotExposed, DetectorError::Timeout, DetectorError::Bus] {
-        assert_eq!(Fault::from(theirs), Fault::Hardware);
+        assert_eq!(DetectorFault::from(theirs), DetectorFault::Hardware);
     }
 }
 

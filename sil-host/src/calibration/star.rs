@@ -118,7 +118,7 @@ struct Drawn {
     pixels: Vec<u16>,
 }
 
-impl fsw_hal::detector::ErrorType for Drawn {
+impl fsw_hal::ErrorType for Drawn {
     type Error = DetectorError;
 }
 

@@ -193,7 +193,7 @@ impl Figures {
         figures
     }
 
-    fn tell(&self) -> String {
+    fn text(&self) -> String {
         let [first, second, third] = self.by_cycle;
         let [x, y, z] = self.rms_arcsec;
         let mut lines = vec![
@@ -263,7 +263,7 @@ pub fn run(arguments: &CampaignAcquireArguments) -> Result<ExitCode, HostError> 
         json::print_line(&figures);
     } else {
         // A reader that closed the pipe has what it wanted: not a fault.
-        say!("{}", figures.tell());
+        say!("{}", figures.text());
     }
     Ok(if figures.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

@@ -29,7 +29,7 @@ const MIXED_NOISE_PX: [f64; 3] = [0.3, 0.5, 1.0];
 const MIXED_FALSE: [u32; 3] = [0, 5, 10];
 /// Noise whose separations are off by 240 arcsec at three sigmas: 240 / (3 sqrt 2) arcsec.
 const NOISE_240_ARCSEC_PX: f64 = 1.073;
-/// Distortion that moves the corners by 240 arcsec against the middle; the solver is not told.
+/// Distortion that moves the corners by 240 arcsec against the middle; the solver does not know it.
 const UNTOLD_K1: f64 = 0.18;
 /// Edge stars stand within this share of the side from the edge.
 const EDGE_SHARE: f64 = 0.125;
@@ -202,7 +202,7 @@ pub fn no_stars() -> Case {
     Case::new("no stars", 0.3, 20, Change::NoStars)
 }
 
-/// The camera that the solver is told of.
+/// The camera that the solver is given.
 ///
 /// # Errors
 /// Never for this field.

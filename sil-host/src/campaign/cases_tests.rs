@@ -70,7 +70,7 @@ fn the_hard_cases_are_what_their_names_say() {
 }
 
 #[test]
-fn the_untold_lens_moves_the_corners_by_240_arcsec() {
+fn the_unknown_lens_moves_the_corners_by_240_arcsec() {
     let mut camera = camera().unwrap();
     let straight = Optics::new(&camera).unwrap();
     camera.distortion = Distortion { k1: UNTOLD_K1, ..Distortion::default() };

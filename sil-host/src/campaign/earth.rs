@@ -127,7 +127,7 @@ pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
         table.noons.iter().for_each(json::print_line);
     } else {
         // A reader that closed the pipe has what it wanted: not a fault.
-        say!("{}", table.tell());
+        say!("{}", table.text());
     }
     Ok(if table.kept() { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

@@ -40,7 +40,7 @@ fn frames_are_the_same_whatever_the_threads_and_stops() {
     for row in table.rows.iter().filter(|row| row.case.starts_with("GEO") && row.way == Way::Tracked) {
         assert!(row.found_percent == 100.0 && row.rms_deg.iter().all(|rms| *rms < 0.03), "{row:?}");
     }
-    assert!(table.tell().contains("Step at noon"));
+    assert!(table.text().contains("Step at noon"));
 }
 
 fn run_of(case: &str, way: Way, fix: Option<Fix>) -> Run {

@@ -1,6 +1,5 @@
 use super::super::second::{Axes, OrbitError};
 use super::*;
-use fsw_core::telemetry::Status;
 
 /// An orbit without error.
 fn orbit() -> OrbitError {
@@ -21,7 +20,6 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
     Judged {
         cycle,
         mode,
-        status: Status::Tracked,
         state,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },
         earth_in_star_path: false,

@@ -2,7 +2,6 @@ use super::*;
 use crate::judge::second::{OrbitError, TurningError};
 use crate::scenario::LIMITABLE;
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::Status;
 
 /// A second whose position is wrong by `error_km` on the first axis, with a sigma of 2 km.
 fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
@@ -20,7 +19,6 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
     Judged {
         cycle,
         mode: Mode::Tracking,
-        status: Status::Tracked,
         state: SensorState::Full,
         lit_limb_deg: 180.0,
         earth_in_star_path: false,

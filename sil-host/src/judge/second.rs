@@ -8,7 +8,7 @@ use crate::world::attitude::{Vector, apply, dot};
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::{cross, minus};
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::{OrbitReport, RateReport, Report, Status};
+use fsw_core::telemetry::{OrbitReport, Outcome, RateReport, Report};
 
 /// An error and the standard deviation reported for it, per axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,8 +86,6 @@ pub struct Judged {
     pub cycle: u32,
     /// The sensor's mode.
     pub mode: Mode,
-    /// What came of the second.
-    pub status: Status,
     /// The geometry.
     pub state: SensorState,
     /// Lit limb in the field, deg of azimuth.
@@ -127,7 +125,6 @@ impl Judged {
         Self {
             cycle: report.cycle,
             mode: report.mode,
-            status: report.status,
             state: truth.state,
             lit_limb_deg: truth.lit_limb_deg,
             earth_in_star_path: truth.earth_in_star_path,
@@ -157,8 +154,8 @@ pub fn sun(state: SensorState) -> bool {
 
 /// Second in which the image was taken that gave a report's attitude: an identification may take several.
 pub fn image_cycle(report: &Report) -> u32 {
-    match (report.status, report.attitude) {
-        (Status::Identified, Some(attitude)) => report.cycle.saturating_sub(attitude.age_s.into()),
+    match (report.outcome, report.attitude) {
+        (Some(Outcome::Identified), Some(attitude)) => report.cycle.saturating_sub(attitude.age_s.into()),
         _ => report.cycle,
     }
 }

@@ -4,7 +4,7 @@
 use crate::run::harness::Second;
 use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::{Report, Status};
+use fsw_core::telemetry::{Outcome, Report};
 
 /// A lit limb must be this much longer or shorter to replace the one kept, deg.
 const BETTER_BY_DEG: f64 = 5.0;
@@ -45,11 +45,14 @@ impl Moments {
         self.seconds_in_state = if self.state == Some(state) { self.seconds_in_state + 1 } else { 0 };
         self.state = Some(state);
         let taken = |title| Some(Moment { title, report: report.clone(), lit_limb_deg: truth.lit_limb_deg });
-        if self.first.is_none() && report.status == Status::Identified {
+        if self.first.is_none() && report.outcome == Some(Outcome::Identified) {
             self.first = taken("First identification, without prior knowledge");
         }
         let lit = truth.lit_limb_deg;
-        if report.mode == Mode::Tracking && report.status == Status::Tracked && state == SensorState::Full {
+        if report.mode == Mode::Tracking
+            && report.outcome == Some(Outcome::Tracked)
+            && state == SensorState::Full
+        {
             let longer = |kept: &Moment| lit > kept.lit_limb_deg + BETTER_BY_DEG;
             if self.fullest.as_ref().is_none_or(longer) {
                 self.fullest = taken("Tracking, the longest lit limb");

@@ -2,8 +2,9 @@
 //!
 //! Whole lines only are handed to the system, every few hundred or after a second of waiting, so that a run that is killed
 //! leaves a file that can be read up to its last full line. An empty field is a value that was not there. Quaternions
-//! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross. Gyro and magnetometer tell theirs in the axes of
-//! the Earth path; `rate_*_deg_s` is the rate told without an attitude, star path axes.
+//! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross. Gyro and magnetometer readings are in the axes of
+//! the Earth path; `rate_*_deg_s` is the rate found without an attitude, star path axes. `faults` is what the scenario breaks,
+//! `reported_faults` what the sensor reports.
 
 use crate::error::HostError;
 use crate::judge::arcsec;
@@ -11,8 +12,9 @@ use crate::judge::expected::{mode_of, word};
 use crate::judge::second::Axes;
 use crate::run::faults;
 use crate::run::harness::Second;
+use crate::run::status::{activity_word, fault_words, status_word};
 use crate::world::scene::SensorState;
-use fsw_core::telemetry::{EarthStatus, RateSource, Status};
+use fsw_core::telemetry::{EarthStatus, RateSource};
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Write as _;
@@ -44,7 +46,7 @@ true_rate_x_deg_s,true_rate_y_deg_s,true_rate_z_deg_s,rate_x_deg_s,rate_y_deg_s,
 rate_sigma_x_deg_s,rate_sigma_y_deg_s,rate_sigma_z_deg_s,rate_source,rate_either_sense,\
 rate_error_percent,rate_axis_error_deg,\
 filtered_error_x_arcsec,filtered_error_y_arcsec,filtered_error_z_arcsec,\
-filtered_sigma_x_arcsec,filtered_sigma_y_arcsec,filtered_sigma_z_arcsec";
+filtered_sigma_x_arcsec,filtered_sigma_y_arcsec,filtered_sigma_z_arcsec,activity,reported_faults";
 
 /// A row under way: fields appended, each led by a comma but the first.
 struct Row<'a> {
@@ -88,23 +90,6 @@ impl Row<'_> {
     }
 }
 
-/// What came of a second, in a word.
-pub fn status_word(status: Status) -> &'static str {
-    match status {
-        Status::Identified => "identified",
-        Status::Searching => "searching",
-        Status::NotIdentified(_) => "not-identified",
-        Status::Tracked => "tracked",
-        Status::Lost => "lost",
-        Status::TooFast => "too-fast",
-        Status::Blinded => "blinded",
-        Status::SelfTestPassed => "self-test-passed",
-        Status::Waiting => "waiting",
-        Status::DetectorFault(_) => "detector-fault",
-        Status::ImageRefused(_) => "image-refused",
-    }
-}
-
 /// What came of looking for the Earth, in a word.
 fn earth_word(status: EarthStatus) -> &'static str {
     use fsw_core::earth::Refusal;
@@ -136,7 +121,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.word(word(mode_of(truth.state)));
     row.put(format_args!("{}", state_number(truth.state)));
     row.number(truth.lit_limb_deg, 1);
-    row.word(status_word(report.status));
+    row.word(status_word(report));
     row.word(earth_word(report.earth_status));
     for count in [judged.stars, judged.detections, judged.limb_points] {
         row.put(format_args!("{count}"));
@@ -170,10 +155,12 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.several(second.field.map(|field| field.ut.map(f64::from)), 4);
     turning(&mut row, second);
     attitude(&mut row, judged.filtered_rad);
+    row.word(activity_word(report.activity));
+    row.word(&fault_words(report));
     text.push('\n');
 }
 
-/// The true rate, and the one told without an attitude.
+/// The true rate, and the one found without an attitude.
 fn turning(row: &mut Row<'_>, second: &Second<'_>) {
     let (rate, error) = (second.report.rate, second.judged.turning);
     row.several(Some(second.truth.rate_rad_s.map(f64::to_degrees)), 6);

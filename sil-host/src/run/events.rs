@@ -28,7 +28,6 @@ pub fn words(event: &Event) -> String {
         Event::OrbitStarted => "orbit started by two fixes that agree".into(),
         Event::OrbitConverged => "orbit converged".into(),
         Event::FixRejected => "fix rejected".into(),
-        Event::FixRefused => "fix refused".into(),
         Event::OrbitRestarted => "orbit restarted".into(),
         Event::OrbitForgotten => "orbit forgotten".into(),
         Event::ClockJump => "clock jump".into(),

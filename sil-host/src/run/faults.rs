@@ -1,7 +1,7 @@
 //! Faults of detector and clock, injected through their own traits.
 //!
 //! In: any [`Detector`], any clock's reading, the [`Fault`]s of a scenario, a second. Out: the same, broken as the scenario says. The flight
-//! code cannot tell a fault from the real thing, and the world knows nothing of it. What happens is a pure function of (seed,
+//! code cannot distinguish a fault from the real thing, and the world knows nothing of it. What happens is a pure function of (seed,
 //! second, pixel), like the frames themselves: a window read twice has the same faults.
 //!
 //! | kind | what the sensor meets |
@@ -34,9 +34,9 @@ pub enum FaultKind {
     DoubledImage(f64),
     /// The second is late by so much, s.
     LateImage(f64),
-    /// The clock tells a time that is off by so much, s.
+    /// Terrestrial Time by the clock is off by so much, s.
     ClockStep(f64),
-    /// The clock tells no time.
+    /// The clock gives no time.
     ClockInvalid,
     /// Half the columns are reported, with this probability a second.
     WrongGeometry(f64),
@@ -100,8 +100,8 @@ pub fn lateness_s(faults: &[Fault], cycle: u32) -> f64 {
     late.sum()
 }
 
-/// What the clock tells in a second.
-pub fn told(faults: &[Fault], cycle: u32, clock: Instant) -> Instant {
+/// The clock of a second, with its faults.
+pub fn faulty_clock(faults: &[Fault], cycle: u32, clock: Instant) -> Instant {
     let acting = faults.iter().filter(|fault| fault.acts_in(cycle));
     acting.fold(clock, |Instant { local, terrestrial_us }, fault| match fault.kind {
         FaultKind::ClockStep(step_s) => {
@@ -150,7 +150,7 @@ impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
     }
 }
 
-impl<D: Detector<Error = DetectorError>> fsw_hal::detector::ErrorType for Faulty<'_, D> {
+impl<D: Detector<Error = DetectorError>> fsw_hal::ErrorType for Faulty<'_, D> {
     type Error = DetectorError;
 }
 

@@ -8,7 +8,7 @@ struct Counting {
     exposures: u16,
 }
 
-impl fsw_hal::detector::ErrorType for Counting {
+impl fsw_hal::ErrorType for Counting {
     type Error = DetectorError;
 }
 
@@ -78,10 +78,10 @@ fn a_doubled_image_has_its_own_instant_and_a_late_frame_that_of_a_new_one() {
 #[test]
 fn the_clock_is_off_silent_or_late_in_its_seconds_only() {
     let clock = Instant::new(LocalTime::from_us(7), 1_000_000_000);
-    let tell = |kind, cycle| told(&always(kind), cycle, clock).terrestrial_us;
-    assert_eq!(tell(FaultKind::ClockStep(-600.0), 5), Some(400_000_000));
+    let read = |kind, cycle| faulty_clock(&always(kind), cycle, clock).terrestrial_us;
+    assert_eq!(read(FaultKind::ClockStep(-600.0), 5), Some(400_000_000));
     assert_eq!(
-        (tell(FaultKind::ClockInvalid, 5), tell(FaultKind::ClockInvalid, 8)),
+        (read(FaultKind::ClockInvalid, 5), read(FaultKind::ClockInvalid, 8)),
         (None, Some(1_000_000_000))
     );
     let late = |cycle| lateness_s(&always(FaultKind::LateImage(0.2)), cycle);
@@ -125,7 +125,7 @@ fn pixels_are_spoiled_alike_in_any_window() {
 }
 
 #[test]
-fn stuck_rows_flipped_bits_and_noise_are_as_strong_as_told() {
+fn stuck_rows_flipped_bits_and_noise_are_as_strong_as_set() {
     let whole = |kind| image(kind, 6, GEOMETRY.whole()).unwrap();
     let stuck = whole(FaultKind::StuckRow(40));
     assert!(stuck.iter().enumerate().all(|(k, pixel)| *pixel == if k / 200 == 40 { 1023 } else { 200 }));

@@ -31,9 +31,9 @@ pub struct Second<'a> {
     pub truth: &'a Truth,
     /// The errors.
     pub judged: &'a Judged,
-    /// What the gyro told, where there is one and its range sufficed.
+    /// What the gyro read, where there is one and its range sufficed.
     pub rate: Option<AngularRate>,
-    /// What the magnetometer told, where there is one and its range sufficed.
+    /// What the magnetometer read, where there is one and its range sufficed.
     pub field: Option<MagneticField>,
     /// The world, holding the image of this second where the sensor asked for one.
     pub scene: &'a Scene,
@@ -52,7 +52,7 @@ pub struct ThisSecond<'a> {
     pub instant: LocalTime,
 }
 
-impl fsw_hal::detector::ErrorType for ThisSecond<'_> {
+impl fsw_hal::ErrorType for ThisSecond<'_> {
     type Error = DetectorError;
 }
 
@@ -134,7 +134,7 @@ impl<'a> Flight<'a> {
         let truth = truth_of(self.scene, cycle)?;
         let local = LocalTime::from_us(POWERED_US + i64::from(cycle) * SECOND_US + self.late_us);
         let clock = Instant::new(local, scenario.instant_us(cycle) + self.late_us);
-        let mut clock = faults::told(&scenario.faults, cycle, clock);
+        let mut clock = faults::faulty_clock(&scenario.faults, cycle, clock);
         let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
         let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, (cycle, local));
         let mut gyro = gyro_of(scenario, (cycle, local), &truth);
@@ -184,7 +184,7 @@ fn gyro_of<'t>(
     Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
 }
 
-/// What the magnetometer tells in a second.
+/// What the magnetometer reads in a second.
 fn field_of(scenario: &Scenario, (cycle, instant): (u32, LocalTime), truth: &Truth) -> Option<MagneticField> {
     let model = scenario.magnetometer.as_ref()?;
     BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth }

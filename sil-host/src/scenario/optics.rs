@@ -88,8 +88,8 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOptics) -> Result<ImagingModel, Hos
         ("corner_loss", &raw.corner_loss, vignetting, "vignetting = true"),
         ("row_time_us", &raw.row_time_us, shutter == RawShutter::Rolling, "shutter = \"rolling\""),
     ];
-    for (key, value, heard, by) in idle {
-        if let (Some(value), false) = (value, heard) {
+    for (key, value, used, by) in idle {
+        if let (Some(value), false) = (value, used) {
             let to_do = format!("remove it or set {by}");
             return Err(text.fault(
                 value.span().start,

@@ -7,13 +7,13 @@
 use super::attitude::{Vector, apply, matrix};
 use super::earth::Ellipsoid;
 use super::ephemeris;
-use super::journey::{Journey, Truth};
 use super::moon::{self, MoonImage, MoonView, STEP_PX};
 use super::motion::Motion;
 use super::optics::Optics;
 use super::planets;
 use super::satellites::{self, CROSSINGS_AN_HOUR_MAX, Satellite};
 use super::sun::SunLight;
+use super::trajectory::{Trajectory, Truth};
 use super::vector::{length, transposed};
 use fsw_hal::Window;
 
@@ -47,8 +47,8 @@ impl BodiesModel {
     /// The points of light at `t_s` of the run `seed`.
     pub fn points(&self, seed: u64, t_s: f64, motion: &Motion, optics: &Optics) -> Vec<Point> {
         let mut points = Vec::new();
-        if let Some(journey) = motion.journey().filter(|_| self.planets) {
-            let planets = planets::at(journey.orbit.instant_us(t_s));
+        if let Some(trajectory) = motion.trajectory().filter(|_| self.planets) {
+            let planets = planets::at(trajectory.orbit.instant_us(t_s));
             let fixed = |p: planets::Planet| Point { place: Place::Fixed(p.direction), v: p.v, b_v: p.b_v };
             points.extend(planets.map(fixed));
         }
@@ -139,7 +139,7 @@ impl BodyLight {
     /// Of an exposure about the time of `truth`, for a camera whose star path is `optics`.
     pub fn new(
         model: &BodiesModel,
-        journey: &Journey,
+        trajectory: &Trajectory,
         truth: &Truth,
         optics: &Optics,
         exposing: &Exposing,
@@ -154,20 +154,20 @@ impl BodyLight {
         let earth_path = Path { optics: &earth_optics, transmission: earth, filtered: true };
         let shines = !truth.ellipsoid.hides(truth.sun, super::sun::RADIUS_RAD);
         let (moon_km, sun_km) = (ephemeris::moon_km(truth.instant_us), ephemeris::sun_km(truth.instant_us));
-        let aberration = journey.aberration(exposing.t_s);
+        let aberration = trajectory.aberration(exposing.t_s);
         let view = |axes: &[Vector; 3]| moon::view(moon_km, sun_km, truth.position_km, aberration, axes);
         let axes = [matrix(truth.quaternion), truth.earth_path];
         for (path, axes) in [star_path, earth_path].into_iter().zip(axes) {
             if path.transmission <= 0.0 {
                 continue;
             }
-            let (aperture_e_s, sun) = (journey.earth.aperture_e_s(), apply(&axes, truth.sun));
+            let (aperture_e_s, sun) = (trajectory.earth.aperture_e_s(), apply(&axes, truth.sun));
             if model.sun_light && shines {
                 let seen = SunLight::new(path.optics, sun, aperture_e_s, path.transmission, path.filtered);
                 light.sun.extend(seen);
             }
             if model.moon {
-                let image = moon_through(&path, view(&axes), view, journey, truth, exposing);
+                let image = moon_through(&path, view(&axes), view, trajectory, truth, exposing);
                 let to_icrs = transposed(&axes);
                 light.moons.extend(image.map(|image| MoonInPath { image, earth: truth.ellipsoid, to_icrs }));
             }
@@ -192,7 +192,7 @@ fn moon_through(
     path: &Path<'_>,
     middle: MoonView,
     view: impl Fn(&[Vector; 3]) -> MoonView,
-    journey: &Journey,
+    trajectory: &Trajectory,
     truth: &Truth,
     exposing: &Exposing,
 ) -> Option<MoonImage> {
@@ -206,10 +206,11 @@ fn moon_through(
     let steps = (moved_px / STEP_PX).ceil().clamp(1.0, STEPS_MAX);
     let views = (0..steps as u32).map(|step| {
         let t_s = exposing.t_s + exposing.time_s * ((f64::from(step) + 0.5) / steps - 0.5);
-        let axes = if path.filtered { journey.earth_path(t_s) } else { matrix(journey.quaternion(t_s)) };
+        let axes =
+            if path.filtered { trajectory.earth_path(t_s) } else { matrix(trajectory.quaternion(t_s)) };
         view(&axes)
     });
-    let white_e_s = journey.earth.aperture_e_s() * path.transmission / (std::f64::consts::PI * f * f);
+    let white_e_s = trajectory.earth.aperture_e_s() * path.transmission / (std::f64::consts::PI * f * f);
     MoonImage::new(path.optics, exposing.psf_sigma_px, white_e_s, views.collect())
 }
 

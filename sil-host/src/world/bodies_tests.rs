@@ -19,14 +19,14 @@ const START_US: i64 = 843_393_969_184_000;
 const EXPOSURE_US: u32 = 100_000;
 
 /// Geostationary, both paths looking into `direction` (ICRS).
-fn looking(direction: Vector) -> Journey {
+fn looking(direction: Vector) -> Trajectory {
     let (r, v) = state_of_elements(42_164.17, 0.0, 0.05, 0.0, 0.0, 130.0).unwrap();
     let aim = Aim {
         ra_deg: libm::atan2(direction[1], direction[0]).to_degrees(),
         dec_deg: libm::asin(direction[2]).to_degrees(),
         roll_deg: 20.0,
     };
-    Journey {
+    Trajectory {
         orbit: TruthOrbit::new(START_US, r, v, 600).unwrap(),
         pointing: Pointing { law: Law::Inertial(aim), ..Pointing::default() },
         mount: Mount::default(),
@@ -34,9 +34,9 @@ fn looking(direction: Vector) -> Journey {
     }
 }
 
-fn exposed(journey: Journey, bodies: BodiesModel) -> Scene {
+fn exposed(trajectory: Trajectory, bodies: BodiesModel) -> Scene {
     let camera = CameraFile { mirrored: true, ..CameraFile::reference() };
-    let mut settings = SceneSettings::new(camera, Motion::orbiting(journey), 7);
+    let mut settings = SceneSettings::new(camera, Motion::orbiting(trajectory), 7);
     (settings.bodies, settings.imaging) = (bodies, ImagingModel::REFERENCE);
     let mut scene = Scene::new(settings, &[]).unwrap();
     scene.expose_cycle(100, EXPOSURE_US).unwrap();
@@ -86,9 +86,9 @@ fn the_moon_floods_its_disc_in_the_star_path_and_is_dimmed_in_the_earth_path() {
     let only = BodiesModel { moon: true, ..BodiesModel::NONE };
     let moon_km = ephemeris::moon_km(START_US + 100_000_000);
     let seen_from = |position: Vector| unit(minus(moon_km, position));
-    let journey = looking(unit(moon_km));
-    let direction = seen_from(journey.orbit.at(100.0).0);
-    let mut scene = exposed(journey.clone(), only);
+    let trajectory = looking(unit(moon_km));
+    let direction = seen_from(trajectory.orbit.at(100.0).0);
+    let mut scene = exposed(trajectory.clone(), only);
     let pixels = whole(&mut scene);
     let ([x, y], count) = bright(&pixels, 1000);
     let expected = place(&scene, direction);
@@ -98,7 +98,7 @@ fn the_moon_floods_its_disc_in_the_star_path_and_is_dimmed_in_the_earth_path() {
     assert!((400..1000).contains(&count), "{count}");
     // The Earth path alone: brighter than the dark by up to the albedo's 0.12 of 1.16e4 / 0.3 e-/s.
     let camera = CameraFile { mirrored: true, ..CameraFile::reference() };
-    let mut settings = SceneSettings::new(camera, Motion::orbiting(journey), 7);
+    let mut settings = SceneSettings::new(camera, Motion::orbiting(trajectory), 7);
     settings.bodies = only;
     settings.imaging = ImagingModel { star_path_transmission: 0.0, ..ImagingModel::REFERENCE };
     let mut scene = Scene::new(settings, &[]).unwrap();
@@ -117,11 +117,11 @@ fn the_moon_floods_its_disc_in_the_star_path_and_is_dimmed_in_the_earth_path() {
 
 #[test]
 fn the_earth_in_the_star_path_hides_stars_and_its_lit_side_saturates() {
-    let journey = looking([1.0, 0.0, 0.0]);
-    let down = times(-1.0, unit(journey.orbit.at(100.0).0));
-    let journey = Journey { pointing: looking(down).pointing, ..journey };
+    let trajectory = looking([1.0, 0.0, 0.0]);
+    let down = times(-1.0, unit(trajectory.orbit.at(100.0).0));
+    let trajectory = Trajectory { pointing: looking(down).pointing, ..trajectory };
     let camera = CameraFile { mirrored: true, ..CameraFile::reference() };
-    let settings = SceneSettings::new(camera, Motion::orbiting(journey), 7);
+    let settings = SceneSettings::new(camera, Motion::orbiting(trajectory), 7);
     let mut scene = Scene::new(settings, &crate::world::sky::in_year(2026.7)).unwrap();
     scene.expose_cycle(100, EXPOSURE_US).unwrap();
     let truth = scene.truth().unwrap();
@@ -142,11 +142,11 @@ fn the_earth_in_the_star_path_hides_stars_and_its_lit_side_saturates() {
 #[test]
 fn any_window_shows_the_bodies_of_the_whole_frame() {
     let moon = unit(ephemeris::moon_km(START_US));
-    let mut journey = looking(moon);
-    let quaternion = journey.quaternion(0.0);
-    journey.pointing.law = Law::Spin(Tumble::new(quaternion, [0.02, 0.01, -0.02], [1.0; 3], 600));
+    let mut trajectory = looking(moon);
+    let quaternion = trajectory.quaternion(0.0);
+    trajectory.pointing.law = Law::Spin(Tumble::new(quaternion, [0.02, 0.01, -0.02], [1.0; 3], 600));
     let camera = CameraFile { mirrored: true, ..CameraFile::reference() };
-    let mut settings = SceneSettings::new(camera, Motion::orbiting(journey), 7);
+    let mut settings = SceneSettings::new(camera, Motion::orbiting(trajectory), 7);
     settings.bodies = BodiesModel { satellites_an_hour: 3600.0, ..BodiesModel::ALL };
     settings.imaging =
         ImagingModel { shutter: Shutter::Rolling { row_time_s: 5e-5 }, ..ImagingModel::REFERENCE };

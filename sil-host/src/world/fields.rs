@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_tells_nothing() {
+    fn the_order_carries_no_information() {
         let sky = sky();
         let generator = FieldGenerator::new(settings(), &sky).unwrap();
         let first_is_false = (0..2000)

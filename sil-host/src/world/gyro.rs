@@ -1,6 +1,6 @@
 //! A gyro of three axes behind the rate sensor's trait.
 //!
-//! In: the truth of a cycle, a seed. Out: the rate in body axes as a MEMS sensor tells it, a pure function of (scenario,
+//! In: the truth of a cycle, a seed. Out: the rate in body axes as a MEMS sensor measures it, a pure function of (scenario,
 //! seed, cycle). `ω = round((1 + s) M ω_true + b + d W(t) + w)`: scale errors `s`, misalignment `M`, bias `b` of the run,
 //! white noise `w` of the sample, and a random walk of the bias ([`super::random_walk`]). The figures of the default are those
 //! of thesis §A.3.2.2 and tab. A.13 (Bosch DRS-MM2.0): noise 0.22 deg/s, drift 0.15 deg/s/h, read as the walk's standard
@@ -8,9 +8,9 @@
 //! it are flown. The thesis gives neither bias nor scale nor alignment: 0.5 deg/s, 1 % and 0.5 deg are ordinary for a car's.
 
 use super::attitude::{Vector, dot};
-use super::journey::Truth;
 use super::noise::{Noise, Stream};
 use super::random_walk;
+use super::trajectory::Truth;
 use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_hal::{AngularRate, LocalTime, RateSensor, RateSensorError};
 
@@ -34,7 +34,7 @@ pub struct GyroModel {
     pub misalignment_deg: f64,
     /// Step of the reading, deg/s; 0 for none.
     pub resolution_deg_s: f64,
-    /// Greatest rate an axis can tell, deg/s.
+    /// Range of an axis, deg/s.
     pub range_deg_s: f64,
 }
 
@@ -53,7 +53,7 @@ impl Default for GyroModel {
 }
 
 impl GyroModel {
-    /// What the flight code is told of it: rounding counts as noise; scale error and lean are those of a slow turn, in which they are as
+    /// What the flight code's parameters say of it: rounding counts as noise; scale error and lean are those of a slow turn, in which they are as
     /// constant as the bias.
     pub fn flight_noise(&self) -> RateSensorNoise {
         let rad = |deg: f64| deg.to_radians() as f32;
@@ -66,7 +66,7 @@ impl GyroModel {
         }
     }
 
-    /// What the gyro tells in a cycle in which the body turns at `rate_deg_s`, deg/s; `None` beyond its range.
+    /// What the gyro reads in a cycle in which the body turns at `rate_deg_s`, deg/s; `None` beyond its range.
     pub fn reading_deg_s(&self, rate_deg_s: Vector, seed: u64, cycle: u64) -> Option<Vector> {
         // Rows of the run's noise: 0 scale, 1 bias, 2 and 3 alignment, 4 to 6 the walks.
         let run = Noise::new(seed, 0, Stream::RateSensor);
@@ -105,7 +105,7 @@ pub struct Gyro<'a> {
     pub truth: &'a Truth,
 }
 
-impl fsw_hal::rate_sensor::ErrorType for Gyro<'_> {
+impl fsw_hal::ErrorType for Gyro<'_> {
     type Error = RateSensorError;
 }
 

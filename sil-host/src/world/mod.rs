@@ -24,11 +24,11 @@
 //! | [`satellites`] | seed, attitude, time | others that cross the field |
 //! | [`moon`] | Moon, Sun, a path | its disc and phase |
 //! | [`bodies`] | all of these four | what shines beside stars and Earth |
-//! | [`journey`] | orbit, pointing, mounting | the truth of a second |
+//! | [`trajectory`] | orbit, pointing, mounting | the truth of a second |
 //! | [`random_walk`] | seed, step | a walk of which any step can be asked alone |
 //! | [`gyro`], [`magnetometer`] | truth, seed, cycle | readings through the sensors' traits |
 //! | [`geomagnetism`] | place, time | the Earth's magnetic field |
-//! | [`motion`] | turning or journey | attitude over time |
+//! | [`motion`] | turning or trajectory | attitude over time |
 //! | [`optics`] | camera, direction in the sensor frame | pixel |
 //! | [`sky`] | a year | the stars of the world |
 //! | [`cells`] | the stars' directions, a cone | the stars near it |
@@ -65,7 +65,6 @@ pub mod geomagnetism;
 pub mod gyro;
 pub mod imaging;
 pub mod jitter;
-pub mod journey;
 pub mod lens;
 pub mod magnetometer;
 pub mod moon;
@@ -90,6 +89,7 @@ pub mod slew;
 pub mod spots;
 pub mod stars;
 pub mod sun;
+pub mod trajectory;
 pub mod tumble;
 pub mod vector;
 pub mod vignetting;

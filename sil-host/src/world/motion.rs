@@ -1,9 +1,9 @@
 //! How the star path's attitude goes with time.
 //!
-//! Either a turning with constant rate, for tests of single parts, or a [`Journey`] about the Earth.
+//! Either a turning with constant rate, for tests of single parts, or a [`Trajectory`] about the Earth.
 
 use super::attitude::{Turning, Vector};
-use super::journey::Journey;
+use super::trajectory::Trajectory;
 
 /// Attitude over time.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +11,7 @@ pub enum Motion {
     /// A constant rate under the stars; there is no Earth.
     Turning(Turning),
     /// An orbit about the Earth.
-    Orbiting(Box<Journey>),
+    Orbiting(Box<Trajectory>),
 }
 
 impl Motion {
@@ -25,16 +25,16 @@ impl Motion {
         Self::Turning(Turning { quaternion, rate_rad_s })
     }
 
-    /// A journey about the Earth.
-    pub fn orbiting(journey: Journey) -> Self {
-        Self::Orbiting(Box::new(journey))
+    /// A trajectory about the Earth.
+    pub fn orbiting(trajectory: Trajectory) -> Self {
+        Self::Orbiting(Box::new(trajectory))
     }
 
-    /// The journey, if it is one.
-    pub fn journey(&self) -> Option<&Journey> {
+    /// The trajectory, if it is one.
+    pub fn trajectory(&self) -> Option<&Trajectory> {
         match self {
             Self::Turning(_) => None,
-            Self::Orbiting(journey) => Some(journey),
+            Self::Orbiting(trajectory) => Some(trajectory),
         }
     }
 
@@ -42,7 +42,7 @@ impl Motion {
     pub fn at(&self, t_s: f64) -> [f64; 4] {
         match self {
             Self::Turning(turning) => turning.at(t_s),
-            Self::Orbiting(journey) => journey.quaternion(t_s),
+            Self::Orbiting(trajectory) => trajectory.quaternion(t_s),
         }
     }
 
@@ -50,12 +50,12 @@ impl Motion {
     pub fn rate_rad_s(&self, t_s: f64) -> Vector {
         match self {
             Self::Turning(turning) => turning.rate_rad_s,
-            Self::Orbiting(journey) => journey.rate_rad_s(t_s),
+            Self::Orbiting(trajectory) => trajectory.rate_rad_s(t_s),
         }
     }
 
     /// What the velocity through space adds to every unit vector to a star, before it is normalised: `v / c`.
     pub fn aberration(&self, t_s: f64) -> Vector {
-        self.journey().map_or([0.0; 3], |journey| journey.aberration(t_s))
+        self.trajectory().map_or([0.0; 3], |trajectory| trajectory.aberration(t_s))
     }
 }

@@ -66,7 +66,7 @@ pub enum Stream {
 
 /// Mean from which on Poisson numbers come from the Gaussian.
 pub const POISSON_EXACT_BELOW: f64 = 30.0;
-/// Standard deviation of the readout, e-, above which whole events cannot be told apart: the steps of the distribution are
+/// Standard deviation of the readout, e-, above which whole events cannot be distinguished: the steps of the distribution are
 /// down to `exp(-2 pi²)` of themselves.
 pub const JOINED_READ_E: f64 = 1.0;
 /// Bound of the loop for the exact Poisson numbers.

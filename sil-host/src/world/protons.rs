@@ -16,8 +16,8 @@
 
 use super::disturbances::{Deposit, Deposits};
 use super::ephemeris;
-use super::journey::Truth;
 use super::noise::{Noise, Stream};
+use super::trajectory::Truth;
 use super::vector::length;
 use fsw_hal::DetectorGeometry;
 use std::f64::consts::TAU;

@@ -104,7 +104,7 @@ mod tests {
     const STILL: Motion = Motion::fixed([0.0, 0.0, 0.0, 1.0]);
 
     #[test]
-    fn as_many_cross_as_told_and_each_passes_through_the_field() {
+    fn as_many_cross_as_set_and_each_passes_through_the_field() {
         let optics = optics();
         let mut moments = Vec::new();
         for t in (0..100_000).step_by(60) {

@@ -21,8 +21,6 @@ use super::colour::{self, BANDS};
 use super::disturbances::Deposits;
 use super::earth::image::{CellBuffer, EarthImage};
 use super::fixed_pattern::{Darks, FixedPattern};
-use super::journey::{Journey, Look};
-pub use super::journey::{SensorState, Truth};
 use super::motion::Motion;
 use super::noise::{Noise, Stream};
 use super::optics::Optics;
@@ -31,6 +29,8 @@ use super::psf::Psf;
 pub use super::scene_settings::{SceneError, SceneSettings, VisibleStar, WorldStar};
 use super::spots::{Brush, Spot, Spots};
 use super::sun;
+use super::trajectory::{Look, Trajectory};
+pub use super::trajectory::{SensorState, Truth};
 use super::vignetting::Vignetting;
 use crate::picture::check_request;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
@@ -112,7 +112,7 @@ impl Scene {
                 return Err(SceneError::Motion);
             }
         }
-        if settings.motion.journey().is_some_and(|journey| !journey.earth.is_sound()) {
+        if settings.motion.trajectory().is_some_and(|trajectory| !trajectory.earth.is_sound()) {
             return Err(SceneError::Earth);
         }
         let psf = settings.imaging.psf(&optics).ok_or(SceneError::Lens)?;
@@ -159,15 +159,15 @@ impl Scene {
         self.settings.motion.rate_rad_s(self.time_s())
     }
 
-    /// The truth of the middle of the current exposure; journeys only, `None` before the first exposure.
+    /// The truth of the middle of the current exposure; trajectories only, `None` before the first exposure.
     pub fn truth(&self) -> Option<Truth> {
         self.exposure.as_ref().and_then(|exposure| exposure.truth)
     }
 
-    /// The truth of a cycle, whether it has been exposed or not; journeys only.
+    /// The truth of a cycle, whether it has been exposed or not; trajectories only.
     pub fn truth_at(&self, cycle: u64) -> Option<Truth> {
-        let journey = self.settings.motion.journey()?;
-        Some(journey.truth(self.middle_s(cycle), &self.optics))
+        let trajectory = self.settings.motion.trajectory()?;
+        Some(trajectory.truth(self.middle_s(cycle), &self.optics))
     }
 
     /// From now on the middle of a cycle's exposure is so much later, s.
@@ -209,21 +209,21 @@ impl Scene {
         let electrons = |v| star_e_s(&self.settings, v, 0.0).map(|e| e * time_s);
         spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
         let spots = Spots::new(self.psf.clone(), detector.response, spots);
-        let journey = self.settings.motion.journey();
+        let trajectory = self.settings.motion.trajectory();
         let pitch_um = imaging.pixel_pitch_um;
         let hits = disturbances.protons.hits(run, truth.as_ref(), geometry, pitch_um, time_s);
         let (earths, bodies) =
-            journey.zip(truth.as_ref()).map_or_else(Default::default, |(journey, truth)| {
-                (self.earths(journey, truth, time_s), self.bodies(journey, truth, time_s))
+            trajectory.zip(truth.as_ref()).map_or_else(Default::default, |(trajectory, truth)| {
+                (self.earths(trajectory, truth, time_s), self.bodies(trajectory, truth, time_s))
             });
-        let veil_e_s = journey.zip(truth.as_ref().filter(|truth| truth.state.is_blinded())).map_or(
+        let veil_e_s = trajectory.zip(truth.as_ref().filter(|truth| truth.state.is_blinded())).map_or(
             0.0,
-            |(journey, truth)| {
+            |(trajectory, truth)| {
                 let transmission = match truth.state {
                     SensorState::SunInEarthPath => imaging.earth_path_transmission,
                     _ => imaging.star_path_transmission,
                 };
-                transmission * sun::veil_e_s(&journey.earth, &geometry)
+                transmission * sun::veil_e_s(&trajectory.earth, &geometry)
             },
         );
         self.exposure = Some(Exposure {
@@ -242,7 +242,7 @@ impl Scene {
     }
 
     /// The Earth in either path.
-    fn earths(&self, journey: &Journey, truth: &Truth, exposure_s: f64) -> Vec<EarthImage> {
+    fn earths(&self, trajectory: &Trajectory, truth: &Truth, exposure_s: f64) -> Vec<EarthImage> {
         let SceneSettings { imaging, detector, earth_seed, .. } = &self.settings;
         let look = Look {
             seed: *earth_seed,
@@ -253,17 +253,17 @@ impl Scene {
         };
         let in_star_path =
             Look { transmission: detector.throughput * imaging.star_path_transmission, ..look };
-        let mut earths = vec![journey.earth_image(truth, &self.optics, &look)];
-        earths.extend(journey.earth_in_star_path(truth, &self.optics, &in_star_path));
+        let mut earths = vec![trajectory.earth_image(truth, &self.optics, &look)];
+        earths.extend(trajectory.earth_in_star_path(truth, &self.optics, &in_star_path));
         earths
     }
 
     /// Moon and Sun in either path.
-    fn bodies(&self, journey: &Journey, truth: &Truth, time_s: f64) -> BodyLight {
+    fn bodies(&self, trajectory: &Trajectory, truth: &Truth, time_s: f64) -> BodyLight {
         let SceneSettings { imaging, detector, bodies, .. } = &self.settings;
-        let filter = journey.earth.mirror_transmission * journey.earth.filter_transmission;
+        let filter = trajectory.earth.mirror_transmission * trajectory.earth.filter_transmission;
         let exposing = Exposing {
-            t_s: (truth.instant_us - journey.orbit.start_us()) as f64 * 1e-6,
+            t_s: (truth.instant_us - trajectory.orbit.start_us()) as f64 * 1e-6,
             time_s,
             psf_sigma_px: self.psf.rms_px(),
             transmissions: [
@@ -271,7 +271,7 @@ impl Scene {
                 filter * imaging.earth_path_transmission,
             ],
         };
-        BodyLight::new(bodies, journey, truth, &self.optics, &exposing)
+        BodyLight::new(bodies, trajectory, truth, &self.optics, &exposing)
     }
 
     /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
@@ -371,7 +371,7 @@ fn star_e_s(settings: &SceneSettings, v: f64, b_v: f64) -> [f64; BANDS] {
     colour::shares(colour).map(|share| share * white)
 }
 
-impl fsw_hal::detector::ErrorType for Scene {
+impl fsw_hal::ErrorType for Scene {
     type Error = DetectorError;
 }
 

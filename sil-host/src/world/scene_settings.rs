@@ -28,7 +28,7 @@ pub struct SceneSettings {
     pub camera: CameraFile,
     /// The detector's electrons.
     pub detector: DetectorModel,
-    /// Attitude of the star path over time, and the Earth where it is a journey.
+    /// Attitude of the star path over time, and the Earth where it is a trajectory.
     pub motion: Motion,
     /// Seed of all noise.
     pub seed: u64,

@@ -7,7 +7,7 @@ use sil_host::world::orbit::{oem, sp3};
 use std::path::Path;
 
 /// An error is one line.
-fn told(message: &impl std::fmt::Display) {
+fn has_message(message: &impl std::fmt::Display) {
     let message = message.to_string();
     assert!(!message.is_empty() && !message.contains('\n'), "{message}");
 }
@@ -18,15 +18,15 @@ pub fn try_bytes(bytes: &[u8]) {
     if kind % 5 == 0 {
         match Picture::decode(content) {
             Ok(picture) => assert!(!picture.pixels().is_empty()),
-            Err(fault) => told(&fault),
+            Err(fault) => has_message(&fault),
         }
         return;
     }
     let Ok(text) = std::str::from_utf8(content) else { return };
     let path = Path::new("fuzz");
     match kind % 5 {
-        1 => _ = Scenario::parse(path, text).map_err(|fault| told(&fault)),
-        2 => _ = CameraFile::parse(path, text).map_err(|fault| told(&fault)),
+        1 => _ = Scenario::parse(path, text).map_err(|fault| has_message(&fault)),
+        2 => _ = CameraFile::parse(path, text).map_err(|fault| has_message(&fault)),
         3 => _ = oem::read(text),
         _ => _ = sp3::read(text, None),
     }

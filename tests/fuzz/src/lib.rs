@@ -53,7 +53,7 @@ impl Bytes<'_> {
     }
 }
 
-impl fsw_hal::detector::ErrorType for Bytes<'_> {
+impl fsw_hal::ErrorType for Bytes<'_> {
     type Error = DetectorError;
 }
 

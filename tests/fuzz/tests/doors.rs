@@ -71,7 +71,10 @@ fn files(folder: &str, ending: &str, kind: &[u8]) -> Vec<Vec<u8>> {
 #[test]
 fn packets() {
     let mut buffer = [0; MAX_FRAME_BYTES];
-    let report = telemetry::encode_next(&Report::new(7, Mode::Tracking), &mut buffer).unwrap().to_vec();
+    let report =
+        telemetry::encode_next(&Report { cycle: 7, mode: Mode::Tracking, ..Report::default() }, &mut buffer)
+            .unwrap()
+            .to_vec();
     let table = Parameters::for_camera(seconds::CAMERA).encode(&mut buffer).unwrap().to_vec();
     // The bodies alone, without length, version and checksum.
     let bodies = [&report[3..report.len() - 4], &table[1..table.len() - 4]].map(<[u8]>::to_vec);

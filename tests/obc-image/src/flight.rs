@@ -37,7 +37,7 @@ pub struct Flight {
 
 /// Why no second was flown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub enum Refusal {
+pub enum StartError {
     /// The onboard catalogue is damaged.
     Catalogue,
     /// A value of the parameter table is out of its range.
@@ -62,18 +62,18 @@ impl StageMeter for Marks {
 
 /// The sensor, in its place. (Not inlined: what it is put together from is not to lie under the seconds on the stack.)
 #[inline(never)]
-fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, Refusal> {
-    let workspace = WORKSPACE.try_take().ok_or(Refusal::FlownBefore)?;
-    let catalogue = Catalogue::open(CATALOGUE).map_err(|_| Refusal::Catalogue)?;
+fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, StartError> {
+    let workspace = WORKSPACE.try_take().ok_or(StartError::FlownBefore)?;
+    let catalogue = Catalogue::open(CATALOGUE).map_err(|_| StartError::Catalogue)?;
     defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
-    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Refusal::Parameters)?;
+    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| StartError::Parameters)?;
     let sensor = if parameters.imaging.calibration_crc == 0 {
         sensor
     } else {
-        let calibration = Calibration::open(CALIBRATION).map_err(|_| Refusal::Calibration)?;
-        sensor.calibrated(calibration).map_err(|_| Refusal::Calibration)?
+        let calibration = Calibration::open(CALIBRATION).map_err(|_| StartError::Calibration)?;
+        sensor.calibrated(calibration).map_err(|_| StartError::Calibration)?
     };
-    SENSOR.try_init(sensor).ok_or(Refusal::FlownBefore)
+    SENSOR.try_init(sensor).ok_or(StartError::FlownBefore)
 }
 
 /// Flies `seconds` seconds.
@@ -85,9 +85,9 @@ pub fn fly(
     parameters: Parameters,
     seconds: u32,
     output: &mut File,
-) -> Result<Flight, Refusal> {
+) -> Result<Flight, StartError> {
     let sensor = sensor(parameters)?;
-    let frame = FRAME.try_take().ok_or(Refusal::FlownBefore)?;
+    let frame = FRAME.try_take().ok_or(StartError::FlownBefore)?;
     let mut flight = Flight::default();
     for second in 0..seconds {
         // A file that breaks off gives an instant before all others, which the sensor reports.

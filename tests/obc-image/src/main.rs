@@ -22,7 +22,7 @@ mod recorded;
 use cortex_m as _;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use figures::Figures;
-use flight::{Flight, Refusal};
+use flight::{Flight, StartError};
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use host::{File, HostError, Mode};
 use panic_never as _;
@@ -43,7 +43,7 @@ enum InputError {
     /// The parameter table is unreadable, damaged or of another version.
     Parameters,
     /// The sensor refuses to start.
-    Refused(Refusal),
+    Refused(StartError),
     /// A file to write cannot be opened or the figures cannot be printed.
     Output,
 }
@@ -62,12 +62,12 @@ impl InputError {
                 "FRAMES: offset 6: impossible geometry or frame count\n"
             }
             Self::Parameters => "PARAMETERS: cannot be read, damaged, or of another version\n",
-            Self::Refused(Refusal::Parameters) => "PARAMETERS: a value is out of its range\n",
-            Self::Refused(Refusal::Calibration) => {
+            Self::Refused(StartError::Parameters) => "PARAMETERS: a value is out of its range\n",
+            Self::Refused(StartError::Calibration) => {
                 "PARAMETERS: another calibration than the image's, which may be damaged\n"
             }
-            Self::Refused(Refusal::Catalogue) => "the onboard catalogue is damaged\n",
-            Self::Refused(Refusal::FlownBefore) => "the image has flown before; start it anew\n",
+            Self::Refused(StartError::Catalogue) => "the onboard catalogue is damaged\n",
+            Self::Refused(StartError::FlownBefore) => "the image has flown before; start it anew\n",
             Self::Output => "TELEMETRY, LOG or standard output: cannot be written\n",
         }
     }

@@ -146,7 +146,7 @@ impl RecordedDetector {
     }
 }
 
-impl fsw_hal::detector::ErrorType for RecordedDetector {
+impl fsw_hal::ErrorType for RecordedDetector {
     type Error = DetectorError;
 }
 

@@ -7,11 +7,12 @@
 use fsw_core::telemetry::Report;
 use sil_host::judge::expected::word;
 use sil_host::record::{self, mission::MISSION};
+use sil_host::run::status::{activity_word, fault_words};
 use system_tests::{scratch, workspace};
 
 const TABLE: &str = "tests/system/tests/change_indicator.csv";
 const COLUMNS: &str = "second,mode,status,stars,detections,qx,qy,qz,qw,sigma_x_arcsec,sigma_y_arcsec,sigma_z_arcsec,\
-                       earth_status,limb_points,earth_x,earth_y,earth_z,distance_km,x_km,y_km,z_km,sigma_km,events";
+                       earth_status,limb_points,earth_x,earth_y,earth_z,distance_km,x_km,y_km,z_km,sigma_km,events,activity,faults";
 /// Rows of a difference that are shown.
 const SHOWN: usize = 12;
 
@@ -29,7 +30,7 @@ fn row(report: &Report) -> String {
     [
         report.cycle.to_string(),
         word(report.mode).to_owned(),
-        format!("{:?}", report.status),
+        report.outcome.map_or_else(|| "Waiting".to_owned(), |outcome| format!("{outcome:?}")),
         report.stars.len().to_string(),
         report.detections.to_string(),
         numbers(attitude.map(|attitude| attitude.quaternion.map(f64::from)), 7),
@@ -41,6 +42,8 @@ fn row(report: &Report) -> String {
         numbers(orbit.map(|orbit| orbit.position_km), 3),
         numbers(orbit.map(|orbit| worst(orbit.sigma_position_km)), 3),
         format!("\"{}\"", events.join(" ")),
+        activity_word(report.activity).to_owned(),
+        fault_words(report),
     ]
     .join(",")
 }

@@ -1,4 +1,4 @@
-//! The drawn Earth beside real pictures from the geostationary orbit: a stranger should not tell them apart by their figures.
+//! The drawn Earth beside real pictures from the geostationary orbit: their figures should not distinguish them.
 //!
 //! Both are laid on the same grid of scan angles, disc on disc. Land, sea and clouds of the world are invented, so nothing is
 //! compared point by point: only how the brightness is spread, how it falls towards the limb, and how it changes with distance.
@@ -8,10 +8,10 @@ use sil_host::camera_file::CameraFile;
 use sil_host::picture::Picture;
 use sil_host::world::earth::EarthModel;
 use sil_host::world::earth::image::CellBuffer;
-use sil_host::world::journey::{Journey, Look};
 use sil_host::world::optics::Optics;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
 use sil_host::world::pointing::{Mount, Pointing};
+use sil_host::world::trajectory::{Look, Trajectory};
 use std::path::PathBuf;
 use system_tests::data;
 
@@ -60,7 +60,7 @@ impl Disc {
         // 2026-08-21T12:00 UTC, the day of the year of the pictures; the Sun's right ascension is then 150.5 deg.
         const START_US: i64 = 840_585_669_184_000;
         let (r, v) = state_of_elements(42_164.17, 0.0, 0.0, 0.0, 0.0, 150.5 + hour_angle_deg).unwrap();
-        let journey = Journey {
+        let trajectory = Trajectory {
             orbit: TruthOrbit::new(START_US, r, v, 60).unwrap(),
             // x along flight, east; y south.
             pointing: Pointing::default(),
@@ -69,9 +69,9 @@ impl Disc {
         };
         let camera = CameraFile::reference();
         let optics = Optics::new(&camera).unwrap();
-        let truth = journey.truth(0.0, &optics);
+        let truth = trajectory.truth(0.0, &optics);
         let look = Look { seed, psf_sigma_px: 0.9, exposure_s: 0.4, row_time_s: 0.0, transmission: 1.0 };
-        let image = journey.earth_image(&truth, &optics, &look);
+        let image = trajectory.earth_image(&truth, &optics, &look);
         let (width, height) = (1280, 1024);
         let mut electrons = vec![0.0; usize::from(width) * usize::from(height)];
         let mut cell_buffer = CellBuffer::EMPTY;

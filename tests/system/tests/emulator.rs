@@ -1,7 +1,7 @@
 //! The flight image on the emulated Cortex-M4F: the same bits as on the host, within the limits of the budget.
 
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::{self, Report, Status};
+use fsw_core::telemetry::{self, Outcome, Report};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -88,9 +88,16 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
     assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
 
     let reports = reports(&target);
-    assert_eq!([reports[0].status, reports[1].status], [Status::SelfTestPassed, Status::Identified]);
+    assert_eq!(
+        [reports[0].outcome, reports[1].outcome],
+        [Outcome::SelfTestPassed, Outcome::Identified].map(Some)
+    );
     let (first, tracking) = reports.split_at(3);
-    assert!(tracking.iter().all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked));
+    assert!(
+        tracking
+            .iter()
+            .all(|report| report.mode == Mode::Tracking && report.outcome == Some(Outcome::Tracked))
+    );
     for report in first.iter().skip(1).chain(tracking) {
         let [x, y, z, w] = report
             .attitude
@@ -101,7 +108,7 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
         // Third row of the matrix of eq. 2.4: where the middle of the picture points.
         let middle = [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), w * w + z * z - x * x - y * y];
         let error = separation_arcsec(middle, direction(number("RA_deg"), number("Dec_deg")));
-        println!("{:?}: {error:.1} arcsec from the truth", report.status);
+        println!("{:?}: {error:.1} arcsec from the truth", report.outcome);
         assert!(error < 60.0 + number("max_dev_from_consensus_arcsec"));
     }
 }

@@ -4,7 +4,7 @@
 
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::image::{Detection, DetectionParameters};
-use fsw_core::telemetry::Status;
+use fsw_core::telemetry::Outcome;
 use sil_host::run::harness;
 use sil_host::scenario::{EMBEDDED, Scenario};
 use sil_host::world::attitude::{apply, matrix};
@@ -161,7 +161,7 @@ fn at_every_rate_attitudes_are_as_good_as_their_sigmas_say_or_none_is_claimed() 
         let mut scene = scenario.scene().unwrap();
         let (mut attitudes, mut too_fast) = (0, 0);
         harness::fly(&scenario, &mut scene, |second| {
-            too_fast += u32::from(second.report.status == Status::TooFast);
+            too_fast += u32::from(second.report.outcome == Some(Outcome::TooFast));
             if let Some(attitude) = &second.judged.attitude_rad {
                 attitudes += 1;
                 beyond += u32::from(attitude.worst_sigma() > 3.0);

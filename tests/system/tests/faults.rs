@@ -4,7 +4,6 @@
 //! detector that hands out an old image as a new one is believed.
 
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::Status;
 use sil_host::run::faults::FaultKind;
 use sil_host::run::harness;
 use sil_host::scenario::Scenario;
@@ -26,7 +25,7 @@ fn fly(scenario: &Scenario) -> Vec<Flown> {
     harness::fly(scenario, &mut scene, |second| {
         flown.push(Flown {
             attitude_sigmas: second.judged.attitude_rad.map(|attitude| attitude.worst_sigma()),
-            detector_fault: matches!(second.report.status, Status::DetectorFault(_)),
+            detector_fault: second.report.faults.detector.is_some(),
             mode: second.report.mode,
         });
         Ok(())
@@ -36,18 +35,18 @@ fn fly(scenario: &Scenario) -> Vec<Flown> {
 }
 
 #[test]
-fn every_fault_is_told_or_borne_and_the_sensor_recovers() {
+fn every_fault_is_reported_or_borne_and_the_sensor_recovers() {
     let scenario = Scenario::load(Path::new("geo-faults")).unwrap();
     let flown = fly(&scenario);
     for fault in &scenario.faults {
         let (from, until) = (fault.from_s as usize, fault.until_s as usize);
         let during = &flown[from..until];
-        let told = during.iter().filter(|second| second.detector_fault).count();
+        let reported = during.iter().filter(|second| second.detector_fault).count();
         let valid = during.iter().filter(|second| second.attitude_sigmas.is_some()).count();
         let recovered = flown[until..].iter().position(|second| second.attitude_sigmas.is_some());
         let word = fault.kind.word();
         println!(
-            "{word}: {} s, told in {told}, attitude in {valid}, next after {recovered:?} s",
+            "{word}: {} s, reported in {reported}, attitude in {valid}, next after {recovered:?} s",
             during.len()
         );
         assert!(recovered.is_some_and(|after| after < RECOVERY_S as usize), "{word}: {recovered:?}");
@@ -59,10 +58,10 @@ fn every_fault_is_told_or_borne_and_the_sensor_recovers() {
                 );
                 assert_eq!(valid, 0, "{word}");
             }
-            FaultKind::DroppedWindow(_) => assert!(told > 0 && valid > 0, "{word}"),
+            FaultKind::DroppedWindow(_) => assert!(reported > 0 && valid > 0, "{word}"),
             // What touches few pixels costs nothing.
             FaultKind::StuckRow(_) | FaultKind::BitFlips(_) => assert_eq!(valid, during.len(), "{word}"),
-            FaultKind::LateFrame(_) => assert_eq!(told, 0, "{word}"),
+            FaultKind::LateFrame(_) => assert_eq!(reported, 0, "{word}"),
             // Of the clock and the image's instant: `clock_faults.rs`; not in this scenario.
             _ => {}
         }

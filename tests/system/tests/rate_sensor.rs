@@ -5,7 +5,7 @@ use fsw_core::frames::{Icrs, Rotation, StarPath};
 use fsw_core::modes::Mode;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
-use fsw_core::telemetry::{Report, Status};
+use fsw_core::telemetry::{Outcome, Report};
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
     Window,
@@ -34,7 +34,7 @@ struct Sky {
     second: u32,
 }
 
-impl fsw_hal::detector::ErrorType for Sky {
+impl fsw_hal::ErrorType for Sky {
     type Error = DetectorError;
 }
 
@@ -60,16 +60,16 @@ impl Detector for Sky {
 
 /// The gyro in a second.
 struct Gyro {
-    told: Result<Option<AngularRate>, RateSensorError>,
+    reading: Result<Option<AngularRate>, RateSensorError>,
 }
 
-impl fsw_hal::rate_sensor::ErrorType for Gyro {
+impl fsw_hal::ErrorType for Gyro {
     type Error = RateSensorError;
 }
 
 impl RateSensor for Gyro {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
-        self.told
+        self.reading
     }
 }
 
@@ -118,7 +118,7 @@ fn fly(
         let rad_s = [0, 1, 2].map(|axis| (rate[axis] + BIAS_RAD_S[axis] + white[axis]) as f32);
         let reading = AngularRate { instant: local.plus_us(-500_000), rad_s };
         // One that is not on board answers as a silent one does.
-        let mut gyro = Gyro { told: answers(second, reading).unwrap_or(Ok(None)) };
+        let mut gyro = Gyro { reading: answers(second, reading).unwrap_or(Ok(None)) };
         let mut instruments = Instruments {
             detector: &mut sky,
             clock: &mut Instant::new(local, star_scene::epoch_us() + local.as_us()),
@@ -127,9 +127,9 @@ fn fly(
         };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         let truth = attitude.quaternion().map(f64::from);
-        let error = report.attitude.as_ref().map(|told| {
-            let error = attitude_error(told.quaternion, truth);
-            let sigmas = (0..3).map(|axis| (error[axis] / f64::from(told.sigma_rad[axis])).abs());
+        let error = report.attitude.as_ref().map(|attitude| {
+            let error = attitude_error(attitude.quaternion, truth);
+            let sigmas = (0..3).map(|axis| (error[axis] / f64::from(attitude.sigma_rad[axis])).abs());
             (sigmas.fold(0.0, f64::max), arcsec(error[0].hypot(error[1])))
         });
         seconds.push(Second { report, error });
@@ -166,8 +166,8 @@ fn without_a_rate_sensor_the_slew_is_found_out_when_stars_are_seen_again() {
     let seconds = fly(None, |_, reading| Some(Ok(Some(reading))));
     // Nobody can know; but no star stands where it was expected, and the sky is searched.
     let after = &seconds[BLIND.end as usize..];
-    let told = after.iter().find(|second| second.error.is_some()).unwrap();
-    assert!(told.report.status == Status::Identified && told.error.unwrap().0 < 4.0);
+    let first = after.iter().find(|second| second.error.is_some()).unwrap();
+    assert!(first.report.outcome == Some(Outcome::Identified) && first.error.unwrap().0 < 4.0);
 }
 
 #[test]

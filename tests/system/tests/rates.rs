@@ -1,7 +1,7 @@
-//! Rates without an attitude: rendered skies turn, the sensor's own second tells how fast.
+//! Rates without an attitude: rendered skies turn, the sensor's own second gives the rate.
 
 use fsw_core::sensor::{Command, Instruments, Workspace};
-use fsw_core::telemetry::{RateReport, Report, Status};
+use fsw_core::telemetry::{Outcome, RateReport, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::scenario::Scenario;
@@ -80,7 +80,7 @@ struct Frame<'a> {
     pixels: Vec<u16>,
 }
 
-impl fsw_hal::detector::ErrorType for Frame<'_> {
+impl fsw_hal::ErrorType for Frame<'_> {
     type Error = DetectorError;
 }
 
@@ -149,7 +149,7 @@ fn median(values: &mut [f64]) -> f64 {
 struct Tally {
     /// Seconds without an attitude after the self-test, those with a rate, and those with one of known sense.
     seconds: u32,
-    told: u32,
+    found: u32,
     sure: u32,
     within: u32,
     wrong: u32,
@@ -178,7 +178,7 @@ fn fly(rate_deg_s: f64, shutter: Shutter, cases: std::ops::Range<u64>) -> Tally 
                 continue;
             };
             let error = error(rate, world.rate_rad_s);
-            tally.told += 1;
+            tally.found += 1;
             tally.within += u32::from(error.sigmas <= 3.0);
             tally.wrong += u32::from(!error.right_sense);
             firsts[0].get_or_insert(report.cycle);
@@ -205,7 +205,7 @@ fn fly(rate_deg_s: f64, shutter: Shutter, cases: std::ops::Range<u64>) -> Tally 
     println!(
         "== {rate_deg_s} deg/s: rate in {} of {} s, sense known in {}; of these size off by {:.2} %, axis by {:.2} deg (medians); \
          within 3 sigma {}, wrong sense {}; first after {} images, of known sense {} (medians)",
-        tally.told,
+        tally.found,
         tally.seconds,
         tally.sure,
         median(&mut tally.sizes),
@@ -230,12 +230,12 @@ const DEMANDS: [(f64, f64, f64, f64, f64); 6] = [
 ];
 
 #[test]
-fn a_turning_camera_tells_its_rate_with_honest_sigmas_and_never_a_wrong_sense() {
+fn a_turning_camera_gives_its_rate_with_honest_sigmas_and_never_a_wrong_sense() {
     for (rate_deg_s, share, size_percent, axis_deg, images) in DEMANDS {
         let mut tally = fly(rate_deg_s, Shutter::Global, 0..CASES);
-        let told = f64::from(tally.told);
-        assert!(told >= share * f64::from(tally.seconds), "{rate_deg_s}");
-        assert!(f64::from(tally.within) >= 0.85 * told && tally.wrong == 0, "{rate_deg_s}");
+        let found = f64::from(tally.found);
+        assert!(found >= share * f64::from(tally.seconds), "{rate_deg_s}");
+        assert!(f64::from(tally.within) >= 0.85 * found && tally.wrong == 0, "{rate_deg_s}");
         if size_percent.is_finite() {
             assert!(median(&mut tally.sizes) <= size_percent, "{rate_deg_s}");
             assert!(median(&mut tally.axes) <= axis_deg, "{rate_deg_s}");
@@ -248,15 +248,20 @@ fn a_turning_camera_tells_its_rate_with_honest_sigmas_and_never_a_wrong_sense() 
 fn rows_that_begin_one_after_the_other_are_allowed_for() {
     // 0.4 s of rows beside 0.4 s of exposure: a streak along the rows' order would be off by its share of the detector's height.
     let mut tally = fly(4.0, Shutter::Rolling { row_time_s: 4e-4 }, 0..3);
-    assert!(tally.told >= 8 && tally.wrong == 0 && 10 * tally.within >= 8 * tally.told);
+    assert!(tally.found >= 8 && tally.wrong == 0 && 10 * tally.within >= 8 * tally.found);
     assert!(median(&mut tally.sizes) < 1.5);
 }
 
 #[test]
-fn a_camera_at_rest_and_one_that_sees_no_stars_tell_no_rate() {
+fn a_camera_at_rest_and_one_that_sees_no_stars_give_no_rate() {
     for seed in 0..3 {
         let mut world = World::new(seed, 0.0, Shutter::Global);
-        assert!(world.fly(4).iter().all(|report| report.rate.is_none() && report.status != Status::TooFast));
+        assert!(
+            world
+                .fly(4)
+                .iter()
+                .all(|report| report.rate.is_none() && report.outcome != Some(Outcome::TooFast))
+        );
         let dark = Scene::new(world.scene.settings().clone(), &[]).unwrap();
         let mut world = World { scene: dark, ..world };
         let reports = world.fly(8);
@@ -269,18 +274,18 @@ const AT_REST_RAD_S: f32 = 8.7e-4;
 
 /// Limb and clouds are lines too, and the same in every image.
 #[test]
-fn an_earth_at_rest_tells_no_rate() {
+fn an_earth_at_rest_gives_no_rate() {
     for scenario in ["geo-day", "geo-inertial", "molniya"] {
         let scene = Scenario::load(Path::new(scenario)).unwrap().scene().unwrap();
         // Without stars nothing but lines is left to look for.
         let scene = Scene::new(scene.settings().clone(), &[]).unwrap();
         let mut world = World { scene, rate_rad_s: [0.0; 3], row_time_s: 0.0 };
         let reports = world.fly(24);
-        let lines = reports.iter().filter(|report| report.status == Status::TooFast).count();
+        let lines = reports.iter().filter(|report| report.outcome == Some(Outcome::TooFast)).count();
         println!("{scenario}: taken for streaks in {lines} of {} seconds", reports.len());
         for report in &reports {
             assert!(report.attitude.is_none(), "{scenario}");
-            // What stands in image after image may be told as rest.
+            // What stands in image after image may be found as rest.
             let turns =
                 report.rate.is_some_and(|rate| rate.rad_s.iter().any(|part| part.abs() > AT_REST_RAD_S));
             assert!(!turns, "{scenario}: {:?}", report.rate);

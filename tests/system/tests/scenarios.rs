@@ -190,7 +190,7 @@ fn flights_in_two_threads_at_once_are_those_flown_alone() {
     assert!(alone == together && alone[0] != alone[1]);
 }
 
-/// Peak of a run's memory, MiB; `None` where the system does not tell.
+/// Peak of a run's memory, MiB; `None` where the system does not give it.
 fn peak_mib(folder: &Path, seconds: u32) -> Option<f64> {
     let file = scenario(folder, seconds, "");
     let out = folder.join(format!("out-{seconds}"));
@@ -215,7 +215,7 @@ fn peak_mib(folder: &Path, seconds: u32) -> Option<f64> {
 fn memory_does_not_grow_with_the_run() {
     let folder = scratch("memory");
     let (Some(short), Some(long)) = (peak_mib(&folder, 300), peak_mib(&folder, 2_700)) else {
-        println!("skipped: this system does not tell a program's peak memory");
+        println!("skipped: this system does not give a program's peak memory");
         return;
     };
     println!("peak memory: {short:.1} MiB for 5 min, {long:.1} MiB for 45 min");

@@ -4,25 +4,27 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, INSTANTS_US, Instruments, Sensor, Workspace};
-use fsw_core::telemetry::{self, ClockFault, ClockState, EarthStatus, Event, Fault, Report, Status};
+use fsw_core::telemetry::{
+    self, Activity, ClockFault, ClockState, DetectorFault, EarthStatus, Event, Outcome, Report,
+};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::camera_file::CameraFile;
 use sil_host::judge::attitude_error;
 use sil_host::run::harness::ThisSecond;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::uniform;
-use sil_host::world::journey;
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use sil_host::world::shutter::Shutter;
+use sil_host::world::trajectory;
 use sil_host::{flight, star_scene};
 use std::path::Path;
 
 /// Lines of a strip across the limb; no star window is so thin.
 const STRIP_BREADTH: u16 = 9;
 
-/// The world behind detector and clock, both of which can be told to fail.
+/// The world behind detector and clock, both of which can be made to fail.
 struct World {
     scene: Scene,
     parameters: Parameters,
@@ -81,13 +83,13 @@ impl World {
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
-    /// The same behind a rolling shutter; whether the flight code is told.
-    fn rolling(name: &str, row_time_s: f64, told: bool) -> Self {
+    /// The same behind a rolling shutter; whether the flight code knows it.
+    fn rolling(name: &str, row_time_s: f64, known: bool) -> Self {
         let mut scenario = Scenario::load(Path::new(name)).unwrap();
         scenario.imaging.shutter = Shutter::Rolling { row_time_s };
         let calibration = scenario.calibration().unwrap();
         let mut parameters = scenario.flight_parameters(calibration.as_ref());
-        parameters.imaging.row_time_ns *= u32::from(told);
+        parameters.imaging.row_time_ns *= u32::from(known);
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
@@ -96,12 +98,12 @@ impl World {
         LocalTime::from_us(self.second as i64 * 1_000_000)
     }
 
-    fn truth(&self, second: usize) -> journey::Truth {
-        self.scene.truth_at(second as u64).expect("a clip is a journey")
+    fn truth(&self, second: usize) -> trajectory::Truth {
+        self.scene.truth_at(second as u64).expect("a clip is a trajectory")
     }
 }
 
-impl fsw_hal::detector::ErrorType for World {
+impl fsw_hal::ErrorType for World {
     type Error = DetectorError;
 }
 
@@ -183,7 +185,7 @@ fn two_identified_images_lead_to_tracking_and_the_rate_is_known() {
         modes(&reports),
         [Mode::SelfTest, Mode::Acquisition, Mode::Acquisition, Mode::Tracking, Mode::Tracking]
     );
-    assert_eq!(reports[0].status, Status::SelfTestPassed);
+    assert_eq!(reports[0].outcome, Some(Outcome::SelfTestPassed));
     assert!(reports[1].rate_rad_s.is_none());
     let truth = world.scene.rate_rad_s();
     for report in &reports[2..] {
@@ -234,7 +236,9 @@ fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
     let worst = errors.iter().flatten().fold(0.0f64, |worst, error| worst.max(error.abs()));
     assert!(worst < 4.0, "{worst}");
     assert!(
-        reports[4..80].iter().all(|report| report.mode == Mode::Tracking && report.status == Status::Tracked)
+        reports[4..80]
+            .iter()
+            .all(|report| report.mode == Mode::Tracking && report.outcome == Some(Outcome::Tracked))
     );
     assert!(reports[80..].iter().all(|report| report.attitude.is_none()));
 }
@@ -310,15 +314,15 @@ fn a_covered_sky_is_lost_then_reacquired_by_itself() {
         Command::Continue
     };
     let reports = fly(&mut World::star_scene(), 17, before, |_, _| {});
-    assert_eq!(reports[5].status, Status::Tracked);
+    assert_eq!(reports[5].outcome, Some(Outcome::Tracked));
     assert!(
         reports[6..13].iter().all(|report| report.attitude.is_none()),
         "nothing is claimed of a dark image"
     );
     assert_eq!(reports[8].mode, Mode::Tracking);
     assert_eq!(reports[9].mode, Mode::Acquisition, "after three seconds without an attitude");
-    assert_eq!(reports[13].status, Status::Identified);
-    assert_eq!(reports[16].status, Status::Tracked);
+    assert_eq!(reports[13].outcome, Some(Outcome::Identified));
+    assert_eq!(reports[16].outcome, Some(Outcome::Tracked));
 }
 
 #[test]
@@ -329,15 +333,15 @@ fn a_short_outage_is_bridged_by_the_last_rate() {
     };
     let reports = fly(&mut World::star_scene(), 10, before, |_, _| {});
     assert!(reports[6].attitude.is_none() && reports[7].attitude.is_none());
-    assert_eq!((reports[8].mode, reports[8].status), (Mode::Tracking, Status::Tracked));
+    assert_eq!((reports[8].mode, reports[8].outcome), (Mode::Tracking, Some(Outcome::Tracked)));
 }
 
 #[test]
 fn a_failing_detector_is_reported_and_survived() {
     for (error, fault) in [
-        (DetectorError::Bus, Fault::Hardware),
-        (DetectorError::Timeout, Fault::Hardware),
-        (DetectorError::OutsideDetector, Fault::Request),
+        (DetectorError::Bus, DetectorFault::Hardware),
+        (DetectorError::Timeout, DetectorFault::Hardware),
+        (DetectorError::OutsideDetector, DetectorFault::Request),
     ] {
         let before = |second: u32, detector: &mut World| {
             detector.fault = [0, 5].contains(&second).then_some(error);
@@ -346,11 +350,11 @@ fn a_failing_detector_is_reported_and_survived() {
         let reports = fly(&mut World::star_scene(), 7, before, |_, _| {});
         assert_eq!(reports[1].mode, Mode::SelfTest, "the self-test is repeated");
         for second in [0, 5] {
-            assert_eq!(reports[second].status, Status::DetectorFault(fault));
+            assert_eq!(reports[second].faults.detector, Some(fault));
             assert!(reports[second].attitude.is_none());
         }
-        assert_eq!(reports[2].status, Status::Identified);
-        assert_eq!(reports[6].status, Status::Tracked);
+        assert_eq!(reports[2].outcome, Some(Outcome::Identified));
+        assert_eq!(reports[6].outcome, Some(Outcome::Tracked));
     }
 }
 
@@ -359,7 +363,7 @@ fn a_detector_of_another_size_is_refused_every_second() {
     let mut detector = World::star_scene();
     detector.geometry = Some(DetectorGeometry { width_px: 640, ..detector.scene.geometry() });
     let reports = fly(&mut detector, 3, |_, _| Command::Continue, |_, _| {});
-    assert!(reports.iter().all(|report| report.status == Status::DetectorFault(Fault::Geometry)));
+    assert!(reports.iter().all(|report| report.faults.detector == Some(DetectorFault::Geometry)));
 }
 
 #[test]
@@ -388,10 +392,10 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_eac
         }
         assert!(report.attitude.is_none());
         cycles.push(scene.cycle());
-        if matches!(report.status, Status::NotIdentified(_)) {
+        if matches!(report.outcome, Some(Outcome::NotIdentified(_))) {
             break;
         }
-        assert_eq!(report.status, Status::Searching);
+        assert_eq!(report.outcome, Some(Outcome::Searching));
     }
     // Two seconds for the first image, four for the second, eight for the third, sixteen for all others.
     let lengths: Vec<usize> = cycles.chunk_by(|one, next| one == next).map(<[_]>::len).collect();
@@ -409,7 +413,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Distance of the reported from the true position and its sigma, km.
-fn orbit_error_km(report: &Report, truth: &journey::Truth) -> (f64, f64) {
+fn orbit_error_km(report: &Report, truth: &trajectory::Truth) -> (f64, f64) {
     let orbit = report.orbit.as_ref().expect("the orbit is known");
     let square = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
     let error = [0, 1, 2].map(|axis| orbit.position_km[axis] - truth.position_km[axis]);
@@ -473,7 +477,7 @@ fn a_clip_of_every_kind_of_orbit_leads_to_attitude_earth_and_orbit_with_honest_s
             "{name}: orbit off by {:.1} km (sigma {:.1}) at first, {:.1} km ({:.1}) after 40 s",
             first.0, first.1, last.0, last.1
         );
-        // So short an arc tells the velocity; the place itself stays as unsure as the clouds of one view leave it.
+        // So short an arc gives the velocity; the place itself stays as unsure as the clouds of one view leave it.
         let speed_sigma = |report: &Report| {
             let orbit = report.orbit.as_ref().expect("the orbit is known");
             orbit.sigma_velocity_km_s.iter().map(|sigma| f64::from(*sigma).powi(2)).sum::<f64>().sqrt()
@@ -495,11 +499,11 @@ fn a_clock_out_of_its_mind_is_a_fault_that_loses_nothing() {
         };
         let reports = fly(&mut world, 14, before, |_, _| {});
         // Terrestrial Time goes on by the counter.
-        assert_eq!(reports[12].clock_fault, Some(ClockFault::Implausible), "{wrong}");
+        assert_eq!(reports[12].faults.clock, Some(ClockFault::Implausible), "{wrong}");
         assert_eq!(reports[12].instant_us, Some(start_us + 12_000_000));
         assert_eq!((reports[12].clock, reports[13].clock), (ClockState::Holdover, ClockState::Synchronised));
         for report in &reports[12..] {
-            assert_eq!((report.mode, report.status), (Mode::Tracking, Status::Tracked));
+            assert_eq!((report.mode, report.outcome), (Mode::Tracking, Some(Outcome::Tracked)));
             assert!(report.orbit.is_some() && !has(report, Event::OrbitStarted));
             assert!(!has(report, Event::ClockJump));
         }
@@ -507,7 +511,7 @@ fn a_clock_out_of_its_mind_is_a_fault_that_loses_nothing() {
 }
 
 #[test]
-fn a_step_of_the_clock_is_told_and_moves_neither_attitude_nor_orbit() {
+fn a_step_of_the_clock_is_reported_and_moves_neither_attitude_nor_orbit() {
     for step_s in [3, -3, 600, -600, 3_600, -3_600] {
         let mut world = World::clip("geo-eclipse");
         let before = |second: u32, world: &mut World| {
@@ -520,7 +524,7 @@ fn a_step_of_the_clock_is_told_and_moves_neither_attitude_nor_orbit() {
         let reports = fly(&mut world, 16, before, |_, _| {});
         for (second, report) in reports.iter().enumerate().skip(SETTLED_S) {
             assert_eq!(has(report, Event::ClockJump), second == 12, "{step_s}");
-            assert_eq!((report.mode, report.status), (Mode::Tracking, Status::Tracked), "{step_s}");
+            assert_eq!((report.mode, report.outcome), (Mode::Tracking, Some(Outcome::Tracked)), "{step_s}");
             assert!(!has(report, Event::OrbitForgotten) && !has(report, Event::OrbitStarted), "{step_s}");
             let (error, sigma) = orbit_error_km(report, &world.truth(second));
             assert!(error < 5.0 * sigma, "{step_s}, {second}: off by {error} km of {sigma}");
@@ -550,14 +554,15 @@ fn an_orbit_is_propagated_over_a_gap_of_two_hours_and_forgotten_after_a_longer_o
 }
 
 #[test]
-fn the_sun_in_a_path_is_told_when_it_blinds_and_another_light_is_not_called_the_sun() {
+fn the_sun_in_a_path_is_reported_when_it_blinds_and_another_light_is_not_called_the_sun() {
     // Begun 30 seconds before it enters the star path.
     let mut world = World::clip("sun-crossing");
     let enters = (0..).find(|second| world.truth(*second).state.is_blinded()).expect("it does");
     world.second = enters as u64 - 30;
     world.instant_us += world.second as i64 * 1_000_000;
     let reports = quietly(&mut world, 40);
-    let blinded = reports.iter().position(|report| report.status == Status::Blinded).expect("an outage");
+    let blinded =
+        reports.iter().position(|report| report.outcome == Some(Outcome::Blinded)).expect("an outage");
     assert!(blinded > 5 && reports[blinded - 1].mode == Mode::Tracking);
     for (second, report) in reports.iter().enumerate() {
         assert_eq!(has(report, Event::SunInPath), second == blinded, "{second}");
@@ -570,7 +575,7 @@ fn the_sun_in_a_path_is_told_when_it_blinds_and_another_light_is_not_called_the_
         Command::Continue
     };
     let reports = fly(&mut world, 15, before, |_, _| {});
-    assert_eq!((reports[12].mode, reports[12].status), (Mode::Tracking, Status::Blinded));
+    assert_eq!((reports[12].mode, reports[12].outcome), (Mode::Tracking, Some(Outcome::Blinded)));
     assert!(reports.iter().all(|report| !has(report, Event::SunInPath)));
 }
 
@@ -583,11 +588,11 @@ fn commanded(reports: &[Report]) -> Vec<(usize, Mode)> {
         });
         commanded.collect::<Vec<_>>()
     };
-    let told = reports
+    let reported = reports
         .iter()
         .enumerate()
         .flat_map(|(second, report)| modes(report).into_iter().map(move |mode| (second, mode)));
-    told.collect()
+    reported.collect()
 }
 
 #[test]
@@ -598,7 +603,7 @@ fn a_command_to_reacquire_forgets_the_attitude_and_keeps_the_orbit() {
     assert_eq!(reports[11].mode, Mode::Tracking);
     assert_eq!(reports[12].mode, Mode::Acquisition);
     // The scan leaves little of its second to identification, which may need the next one too.
-    assert!(reports[12..14].iter().any(|report| report.status == Status::Identified));
+    assert!(reports[12..14].iter().any(|report| report.outcome == Some(Outcome::Identified)));
     assert!(reports[12].rate_rad_s.is_none(), "the rate belongs to the attitude");
     assert_eq!(commanded(&reports), [(12, Mode::Acquisition)]);
     assert!(reports[12].orbit.is_some());
@@ -611,11 +616,11 @@ fn a_command_to_restart_forgets_attitude_and_orbit_and_begins_with_the_self_test
     let before = |second: u32, _: &mut World| if second == 12 { Command::Restart } else { Command::Continue };
     let reports = fly(&mut World::clip("geo-eclipse"), 24, before, |_, _| {});
     assert!(reports[11].orbit.is_some());
-    assert_eq!((reports[12].mode, reports[12].status), (Mode::SelfTest, Status::SelfTestPassed));
+    assert_eq!((reports[12].mode, reports[12].outcome), (Mode::SelfTest, Some(Outcome::SelfTestPassed)));
     assert_eq!(commanded(&reports), [(12, Mode::SelfTest)]);
     assert!(reports[12].attitude.is_none() && reports[12].orbit.is_none());
     assert_eq!(reports[13].mode, Mode::Acquisition);
-    assert!(reports[13..15].iter().any(|report| report.status == Status::Identified));
+    assert!(reports[13..15].iter().any(|report| report.outcome == Some(Outcome::Identified)));
     assert_eq!(reports[12..].iter().filter(|report| has(report, Event::OrbitStarted)).count(), 1);
 }
 
@@ -626,7 +631,7 @@ fn a_command_to_safe_mode_forgets_the_attitude_propagates_the_orbit_and_comes_ba
     let before = |second: u32, _: &mut World| if second == 12 { Command::Safe } else { Command::Continue };
     let reports = fly(&mut world, 22, before, |_, _| {});
     for (second, report) in reports.iter().enumerate().take(17).skip(12) {
-        assert_eq!((report.mode, report.status), (Mode::Safe, Status::Waiting), "{second}");
+        assert_eq!((report.mode, report.activity), (Mode::Safe, Activity::Waiting), "{second}");
         assert!(report.attitude.is_none() && report.earth.is_none());
         let orbit = report.orbit.as_ref().expect("the orbit is propagated");
         assert_eq!(orbit.since_fix_s, second as u32 - 11);
@@ -650,7 +655,7 @@ fn a_second_without_a_limb_loses_neither_attitude_nor_orbit() {
     let reports = fly(&mut world, 16, before, |_, _| {});
     assert_eq!(reports[13].earth_status, EarthStatus::Found);
     assert!(matches!(reports[14].earth_status, EarthStatus::Refused(_)), "{:?}", reports[14].earth_status);
-    assert_eq!((reports[14].status, reports[14].mode), (Status::Tracked, Mode::Tracking));
+    assert_eq!((reports[14].outcome, reports[14].mode), (Some(Outcome::Tracked), Mode::Tracking));
     assert_eq!(reports[14].orbit.as_ref().unwrap().since_fix_s, 1);
     assert_eq!(reports[15].earth_status, EarthStatus::Found);
     assert_eq!(reports[15].orbit.as_ref().unwrap().since_fix_s, 0);
@@ -663,9 +668,9 @@ fn a_detector_that_fails_at_the_limb_alone_is_reported_and_the_attitude_stays() 
         Command::Continue
     };
     let reports = fly(&mut World::clip("geo-eclipse"), 16, before, |_, _| {});
-    assert_eq!(reports[14].status, Status::DetectorFault(Fault::Hardware));
+    assert_eq!(reports[14].faults.detector, Some(DetectorFault::Hardware));
     assert!(reports[14].attitude.is_some() && reports[14].orbit.is_some() && reports[14].earth.is_none());
-    assert_eq!((reports[15].mode, reports[15].status), (Mode::Tracking, Status::Tracked));
+    assert_eq!((reports[15].mode, reports[15].outcome), (Mode::Tracking, Some(Outcome::Tracked)));
     assert_eq!(reports[15].earth_status, EarthStatus::Found);
 }
 
@@ -679,7 +684,7 @@ fn an_earth_in_a_wrong_place_does_not_lead_the_orbit_astray() {
     let mut world = World::clip("geo-eclipse");
     let reports = fly(&mut world, 30, before, |_, _| {});
     for (second, report) in reports.iter().enumerate().skip(SETTLED_S) {
-        assert_eq!(report.status, Status::Tracked);
+        assert_eq!(report.outcome, Some(Outcome::Tracked));
         let (error, sigma) = orbit_error_km(report, &world.truth(second));
         println!(
             "{second}: {:?}, orbit off by {error:.1} km, sigma {sigma:.1}, nis {:?}, {:?}",
@@ -697,12 +702,12 @@ fn an_earth_in_a_wrong_place_does_not_lead_the_orbit_astray() {
 #[test]
 fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
     // In a low orbit a star moves by 230 arcsec a second, 230 x 0.2 s between the first row and the middle one.
-    let rms_arcsec = |told| {
-        let mut world = World::rolling("leo-oblique", 4e-4, told);
+    let rms_arcsec = |corrected| {
+        let mut world = World::rolling("leo-oblique", 4e-4, corrected);
         let reports = quietly(&mut world, 40);
         let (mut squares, mut count) = ([0.0; 3], 0.0);
         for (second, report) in reports.iter().enumerate().skip(10) {
-            assert_eq!(report.status, Status::Tracked, "{second}");
+            assert_eq!(report.outcome, Some(Outcome::Tracked), "{second}");
             let attitude = report.attitude.as_ref().expect("tracked");
             let error = attitude_error(attitude.quaternion, world.truth(second).quaternion);
             (0..3).for_each(|axis| squares[axis] += (error[axis].to_degrees() * 3600.0).powi(2));
@@ -710,10 +715,10 @@ fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
         }
         squares.map(|square: f64| (square / count).sqrt())
     };
-    let (told, untold) = (rms_arcsec(true), rms_arcsec(false));
-    println!("told {told:.2?} arcsec, untold {untold:.2?}");
+    let (corrected, uncorrected) = (rms_arcsec(true), rms_arcsec(false));
+    println!("corrected {corrected:.2?} arcsec, uncorrected {uncorrected:.2?}");
     // Before an orbit is known, the aberration of its 5 arcsec remains.
-    assert!(told[0] < 3.0 && told[1] < 6.0 && told[2] < 20.0, "{told:?}");
+    assert!(corrected[0] < 3.0 && corrected[1] < 6.0 && corrected[2] < 20.0, "{corrected:?}");
     let whole = |error: [f64; 3]| error.iter().map(|part| part * part).sum::<f64>().sqrt();
-    assert!(whole(untold) > 2.0 * whole(told), "{told:?} {untold:?}");
+    assert!(whole(uncorrected) > 2.0 * whole(corrected), "{corrected:?} {uncorrected:?}");
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::attitude::VectorPair;
 use crate::frames::Direction;
 use crate::oracle::Generator;
 use std::vec::Vec;

@@ -53,7 +53,7 @@ fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<Earth
         &Demand { tolerance_px, inliers: 6, alone: true },
         None,
         &parameters,
-        &mut Workspace::new(),
+        &mut RayBuffer::new(),
     )
 }
 
@@ -236,7 +236,7 @@ proptest::proptest! {
         (parameters.fit.fewest_points, parameters.fit.least_arc_deg) = (3, 0.0);
         (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e9, 1e9);
         let body = world.body(&parameters);
-        if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3, alone: true }, None, &parameters, &mut Workspace::new()) {
+        if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3, alone: true }, None, &parameters, &mut RayBuffer::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
             proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
         }
@@ -286,7 +286,7 @@ impl ShortArc {
 
     fn fit(&self, list: &[LimbPoint], expected: Option<&Expected>) -> EarthFix {
         let body = self.world.body(&self.parameters);
-        centre(list, &camera(), &body, &DEMAND, expected, &self.parameters, &mut Workspace::new()).unwrap()
+        centre(list, &camera(), &body, &DEMAND, expected, &self.parameters, &mut RayBuffer::new()).unwrap()
     }
 
     /// An expectation this far from the true centre, known to `sigma_km` along every axis.
@@ -354,7 +354,7 @@ fn an_expectation_far_wrong_does_not_move_the_fix_of_a_long_arc() {
     for arc_deg in [360.0, 180.0] {
         let list = points(&world, [0.0, f64::to_radians(arc_deg)], 48, 0.3, &mut generator);
         let fit = |expected: Option<&Expected>| {
-            centre(&list, &camera(), &body, &DEMAND, expected, &parameters, &mut Workspace::new()).unwrap()
+            centre(&list, &camera(), &body, &DEMAND, expected, &parameters, &mut RayBuffer::new()).unwrap()
         };
         let alone = fit(None);
         let inverse = wide_matrix(&alone.covariance_km2).try_inverse().unwrap();
@@ -408,7 +408,7 @@ proptest::proptest! {
             (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e9, 1e9);
             let body = world.body(&parameters);
             if let Ok(fix) =
-                centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6, alone: true }, Some(&expected), &parameters, &mut Workspace::new())
+                centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6, alone: true }, Some(&expected), &parameters, &mut RayBuffer::new())
             {
                 let vectors = fix.centre_km.iter().chain(&fix.place_km);
                 proptest::prop_assert!(vectors.chain(&fix.covariance_km2).all(|value| value.is_finite()), "{fix:?}");

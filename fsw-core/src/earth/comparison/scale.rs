@@ -13,7 +13,7 @@
 //! both show is the lens. Not in flight: the calibration is the ground's.
 
 use crate::camera::Camera;
-use crate::earth::centre::{self, Expected, Workspace};
+use crate::earth::centre::{self, Expected, RayBuffer};
 use crate::earth::{Body, Demand, EarthParameters, LimbPoint, Refusal};
 
 /// Step of the focal length, share.
@@ -58,7 +58,7 @@ impl Scale {
     pub fn by_the_earth(
         measured: &LimbPoints,
         [known_km, sigma_km]: [f32; 2],
-        workspace: &mut Workspace,
+        workspace: &mut RayBuffer,
     ) -> Result<Self, Refusal> {
         let LimbPoints { points, camera, body, demand, expected, parameters } = *measured;
         let mut longer = *camera.parameters();

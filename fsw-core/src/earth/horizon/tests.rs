@@ -1,5 +1,5 @@
 use super::*;
-use crate::earth::centre::{Workspace, centre};
+use crate::earth::centre::{RayBuffer, centre};
 use crate::earth::test_world::{World, camera, geostationary, low, parameters};
 use crate::earth::{Demand, LimbPoint};
 use crate::oracle::{self, Generator, wide, wide_matrix};
@@ -116,7 +116,7 @@ impl Scene {
         for _ in 0..runs {
             let list = self.points(&mut generator);
             let fix =
-                centre(&list, &camera(), &body, &demand, None, &parameters, &mut Workspace::new()).unwrap();
+                centre(&list, &camera(), &body, &demand, None, &parameters, &mut RayBuffer::new()).unwrap();
             let error = wide(&fix.centre_km) - self.world.centre;
             for (sum, covariance) in sums.iter_mut().zip([fix.covariance_km2, fix.noise_km2]) {
                 *sum += error.dot(&(wide_matrix(&covariance).try_inverse().unwrap() * error)) / runs as f64;

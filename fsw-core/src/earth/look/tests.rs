@@ -14,7 +14,7 @@ fn find(picture: &mut Picture, world: &World, sun_known: bool) -> Found {
     let body = if sun_known { known } else { known.without_sun() };
     let camera = camera();
     let look = Look { camera: &camera, body: &body, parameters: &parameters };
-    let mut rays = Box::new(centre::Workspace::new());
+    let mut rays = Box::new(centre::RayBuffer::new());
     let mut room = Room { buffer: &mut [0; 2048], points: &mut search::Points::new(), rays: &mut rays };
     anywhere(&look, picture, &mut room).unwrap()
 }
@@ -187,7 +187,7 @@ fn a_short_buffer_is_the_detectors_error() {
     let parameters = parameters();
     let (body, camera) = (world.body(&parameters), camera());
     let look = Look { camera: &camera, body: &body, parameters: &parameters };
-    let mut rays = Box::new(centre::Workspace::new());
+    let mut rays = Box::new(centre::RayBuffer::new());
     let mut room = Room { buffer: &mut [0; 100], points: &mut search::Points::new(), rays: &mut rays };
     let mut picture = Picture { pixels: std::vec![40; GEOMETRY.whole().area()] };
     assert_eq!(anywhere(&look, &mut picture, &mut room), Err(DetectorError::BufferLength));

@@ -1,6 +1,6 @@
 use super::*;
 use crate::earth::MAX_LIMB_POINTS;
-use crate::earth::centre::{Workspace, centre};
+use crate::earth::centre::{RayBuffer, centre};
 use crate::earth::test_world::{GEOMETRY, Picture, World, camera, geostationary, low, narrow, parameters};
 use crate::earth::view::{ExpectedLimb, View};
 use crate::oracle::{Generator, wide, wide_matrix};
@@ -36,7 +36,7 @@ fn the_earth_is_found_without_prediction_from_high_and_low_orbits() {
             &parameters.in_search(points.len()),
             None,
             &parameters,
-            &mut Workspace::new(),
+            &mut RayBuffer::new(),
         );
         let fix = fix.unwrap_or_else(|refusal| panic!("{name}: {refusal:?} of {} points", points.len()));
         let found = wide(&fix.centre_km);
@@ -96,7 +96,7 @@ fn a_terminator_alone_gives_few_points_and_no_centre() {
         &parameters.in_search(points.len()),
         None,
         &parameters,
-        &mut Workspace::new(),
+        &mut RayBuffer::new(),
     );
     std::println!("terminator: {} points, {:?}", points.len(), fix.err());
     assert!(fix.is_err());

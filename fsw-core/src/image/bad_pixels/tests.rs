@@ -23,7 +23,7 @@ impl Frame {
     }
 }
 
-impl fsw_hal::detector::ErrorType for Frame {
+impl fsw_hal::ErrorType for Frame {
     type Error = DetectorError;
 }
 

@@ -63,7 +63,7 @@ fn arcs(rate: [f64; 3], count: usize, chance: &mut Chance) -> Vec<Arc> {
         .collect()
 }
 
-fn off(rate: &Rate, truth: [f64; 3]) -> f64 {
+fn off(rate: &RateFit, truth: [f64; 3]) -> f64 {
     (0..3).map(|k| (f64::from(rate.rad_s[k]) - truth[k]).abs()).fold(0.0, f64::max)
 }
 
@@ -152,7 +152,7 @@ fn one_arc_alone_or_several_cut_ones_give_no_rate() {
 }
 
 #[test]
-fn a_cut_arc_tells_of_the_axis() {
+fn a_cut_arc_gives_the_axis() {
     let mut chance = Chance(6);
     let truth = chance.rate(5.0);
     let mut all = arcs(truth, 5, &mut chance);

@@ -11,12 +11,12 @@ use crate::scenario::Scenario;
 use crate::world::attitude::{Vector, apply};
 use crate::world::ephemeris;
 use crate::world::imaging::ImagingModel;
-use crate::world::journey::{Journey, Truth};
 use crate::world::noise::{Noise, Stream};
 use crate::world::optics::Optics;
 use crate::world::orbit::{MU_EARTH, TruthOrbit};
 use crate::world::pointing::{Mount, Pointing, rotation};
 use crate::world::scene::Scene;
+use crate::world::trajectory::{Trajectory, Truth};
 use crate::world::vector::angle;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -196,7 +196,7 @@ fn glimpse(scenario: &Scenario) -> Result<Truth, HostError> {
     let orbit = TruthOrbit::new(start_us, position_km, velocity_km_s, duration_s)
         .map_err(|error| fault(error.to_string()))?;
     let optics = Optics::new(&scenario.camera).ok_or_else(|| fault("the camera cannot be drawn".into()))?;
-    Ok(Journey { orbit, pointing: scenario.pointing.clone(), mount, earth }.truth(0.0, &optics))
+    Ok(Trajectory { orbit, pointing: scenario.pointing.clone(), mount, earth }.truth(0.0, &optics))
 }
 
 /// Angle between Sun and satellite seen from the Earth, deg.

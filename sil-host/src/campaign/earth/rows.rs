@@ -239,7 +239,7 @@ impl Table {
     }
 
     /// The table for people.
-    pub fn tell(&self) -> String {
+    pub fn text(&self) -> String {
         let mut lines = vec![
             "The Earth in single frames; pairs are towards the Sun and across, deg".to_string(),
             format!(

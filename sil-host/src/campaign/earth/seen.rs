@@ -241,7 +241,7 @@ impl Frame {
         let look = Look { camera: &self.camera, body: &body, parameters: &parameters };
         let longer = usize::from(self.picture.geometry().width_px.max(self.picture.geometry().height_px));
         let (mut buffer, mut points) = (vec![0; longer.max(BREADTH * MAX_LENGTH)], Points::new());
-        let mut rays = Box::new(centre::Workspace::new());
+        let mut rays = Box::new(centre::RayBuffer::new());
         let mut room = Room { buffer: &mut buffer, points: &mut points, rays: &mut rays };
         let picture = &mut self.picture;
         let tracked = match way {

@@ -78,7 +78,7 @@ impl Albedo {
         sum * (1.0 / (SPREAD * DEVIATION)) + climate(place[2])
     }
 
-    /// The two octaves of the clouds that the limb can tell apart (650 and 330 km), of deviation 1.
+    /// The two octaves of the clouds that the limb can resolve (650 and 330 km), of deviation 1.
     pub fn tops(&self, place: Vector) -> f64 {
         // The smaller whorls are less than what the limb can tell apart.
         let seen_from = self.displaced(place, &WHORLS[..1]);

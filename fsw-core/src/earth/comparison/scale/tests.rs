@@ -15,7 +15,7 @@ fn found(world: &World, wrong: f32) -> Scale {
     described.focal_length_px *= 1.0 + wrong;
     let (camera, body) = (Camera::new(described).unwrap(), world.body(&parameters));
     let look = Look { camera: &camera, body: &body, parameters: &parameters };
-    let (mut points, mut rays) = (Points::new(), Box::new(Workspace::new()));
+    let (mut points, mut rays) = (Points::new(), Box::new(RayBuffer::new()));
     let mut room = Room { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
     let fix = look::anywhere(&look, &mut world.picture(1.0, 3), &mut room).unwrap().fix.unwrap();
     let strips = Strips { read: fix.inliers.count_ones() as usize, unsure: 0, km_per_px: f32::INFINITY };

@@ -1,13 +1,12 @@
-//! The streaks of an image: where they are sought, and what they are measured for.
+//! The streaks of an image: where they are sought, and their measurement.
 //!
-//! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that only the last image tells where to
-//! seek; each streak's arc, which tells the rate, and its mark, which the next image may show again.
+//! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that are sought
+//! only where the last image and the rate predict them.
 
-use crate::camera::Camera;
 use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
-use crate::rate::arcs::{Arc, MAX_ARCS};
+use crate::rate::arcs::MAX_ARCS;
 use crate::rate::marks::{MAX_MARKS, Mark, carried};
 use crate::sensor::Sensor;
 use crate::stars::row_delay_s;
@@ -24,47 +23,11 @@ const COLUMNS_AFTER_SCAN: usize = 2_000;
 const COLUMNS: usize = 8_000;
 /// Shortest exposure, as the parameters' own.
 const SHORTEST_US: u32 = 100;
-/// The arc of a streak. `longest_px` is how long a streak may be: a cut one shows less of its direction.
-#[inline(never)]
-pub(super) fn arc_of(
-    camera: &Camera,
-    streak: &Streak,
-    exposure_s: f32,
-    row_time_s: f32,
-    longest_px: f32,
-) -> Option<Arc> {
-    let [first, second] = streak.ends_px;
-    let ends = [*camera.direction(first)?.vector(), *camera.direction(second)?.vector()];
-    let stretch = if streak.cut { (longest_px / streak.length_px().max(1.0)).max(1.0) } else { 1.0 };
-    let per = core::f32::consts::SQRT_2 * camera.rad_per_px();
-    let rows_s = (second[1] - first[1]) * row_time_s;
-    Some(Arc {
-        ends,
-        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per * stretch],
-        duration_s: [exposure_s + rows_s, exposure_s - rows_s],
-        directed: false,
-        whole: !streak.cut,
-    })
-}
-
-/// The mark of a whole streak.
-#[inline(never)]
-pub(super) fn mark_of(camera: &Camera, streak: &Streak, row_time_s: f32) -> Option<Mark> {
-    let [first, second] =
-        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
-    let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
-    Some(Mark {
-        // Not the middle of the pixels: equal times are equal angles.
-        direction: (first? + second?).try_normalize(1e-3)?,
-        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
-        late_s: row_delay_s(camera, streak.middle_px(), row_time_s),
-    })
-}
 
 impl Sensor<'_> {
     /// Exposure of an image that is searched for lines.
     pub(in crate::sensor) fn line_exposure_us(&self) -> u32 {
-        (self.parameters.imaging.exposure_us / u32::from(self.turning.next.divisor.max(1))).max(SHORTEST_US)
+        (self.parameters.imaging.exposure_us / u32::from(self.turning.divisor())).max(SHORTEST_US)
     }
 
     /// Measures the streaks in the image.
@@ -73,7 +36,7 @@ impl Sensor<'_> {
         detector: &mut impl Detector<Error = DetectorError>,
     ) -> Result<Vec<Streak, MAX_STREAKS>, DetectorError> {
         let mut pieces = search::Pieces::new();
-        search::search(detector, &mut self.workspace.shared.readout()?.buffer, &mut pieces)?;
+        search::search(detector, &mut self.workspace.shared.readout().buffer, &mut pieces)?;
         let mut streaks = Vec::new();
         let mut columns = COLUMNS;
         for piece in pieces.iter().chain(&self.expected_pieces(self.line_exposure_us())) {
@@ -82,7 +45,8 @@ impl Sensor<'_> {
         Ok(streaks)
     }
 
-    /// Where the streaks of the last image go on at the rate that was told, be they ever so faint beside others.
+    /// Where the streaks of the last image go on at the rate that was found, be they ever so faint beside
+    /// others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
         let memory = &self.turning.memory;
@@ -124,7 +88,7 @@ impl Sensor<'_> {
             return Ok(());
         }
         if let Some(streak) =
-            follow::follow(detector, &mut self.workspace.shared.readout()?.buffer, piece, columns)?
+            follow::follow(detector, &mut self.workspace.shared.readout().buffer, piece, columns)?
             && !streaks.iter().any(|known| {
                 known.holds(streak.middle_px(), SAME_PX) || streak.holds(known.middle_px(), SAME_PX)
             })
@@ -158,7 +122,7 @@ impl Sensor<'_> {
                     None => break,
                 },
             };
-            let piece = follow::piece_at(detector, &mut self.workspace.shared.readout()?.buffer, place)?;
+            let piece = follow::piece_at(detector, &mut self.workspace.shared.readout().buffer, place)?;
             if let Some(piece) = piece {
                 self.measure(detector, &piece, &mut streaks, &mut columns)?;
             }

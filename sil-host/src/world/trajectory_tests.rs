@@ -1,4 +1,4 @@
-//! Journeys through the scene: sensor states about an eclipse, blinding, aberration, the mirror, windows of the Earth.
+//! Trajectories through the scene: sensor states about an eclipse, blinding, aberration, the mirror, windows of the Earth.
 
 use super::*;
 use crate::camera_file::CameraFile;
@@ -20,19 +20,19 @@ const ASIDE: Mount = Mount { star_path_deg: [90.0, 0.0, 0.0] };
 const ALONG: Mount = Mount { star_path_deg: [0.0, 90.0, 0.0] };
 
 /// Geostationary, starting `hours` before the satellite is behind the Earth (about: by the Sun's right ascension).
-fn geo(hours: f64, mount: Mount) -> Journey {
+fn geo(hours: f64, mount: Mount) -> Trajectory {
     let sun = sun_km(EQUINOX_US);
     let midnight_deg = libm::atan2(-sun[1], -sun[0]).to_degrees();
     let (r, v) = state_of_elements(42_164.17, 0.0, 0.0, 0.0, 0.0, midnight_deg - 15.0411 * hours).unwrap();
     let orbit = TruthOrbit::new(EQUINOX_US, r, v, 86_400).unwrap();
-    Journey { orbit, pointing: Pointing::default(), mount, earth: EarthModel::default() }
+    Trajectory { orbit, pointing: Pointing::default(), mount, earth: EarthModel::default() }
 }
 
-fn leo() -> Journey {
+fn leo() -> Trajectory {
     let (r, v) = state_of_elements(6828.0, 0.001, 51.6, 60.0, 0.0, 100.0).unwrap();
     let orbit = TruthOrbit::new(EQUINOX_US, r, v, 6000).unwrap();
     let pointing = Pointing::nadir(69.1, 20.0);
-    Journey { orbit, pointing, mount: ASIDE, earth: EarthModel::default() }
+    Trajectory { orbit, pointing, mount: ASIDE, earth: EarthModel::default() }
 }
 
 fn camera() -> CameraFile {
@@ -50,16 +50,16 @@ fn small_camera() -> CameraFile {
     }
 }
 
-fn scene(camera: CameraFile, journey: Journey, stars: &[WorldStar]) -> Scene {
-    Scene::new(SceneSettings::new(camera, Motion::orbiting(journey), 4), stars).unwrap()
+fn scene(camera: CameraFile, trajectory: Trajectory, stars: &[WorldStar]) -> Scene {
+    Scene::new(SceneSettings::new(camera, Motion::orbiting(trajectory), 4), stars).unwrap()
 }
 
 /// Runs of equal states, each with its number of seconds, looked at every `step` s.
-fn states(journey: &Journey, seconds: u32, step: usize) -> Vec<(SensorState, u32)> {
+fn states(trajectory: &Trajectory, seconds: u32, step: usize) -> Vec<(SensorState, u32)> {
     let optics = Optics::new(&camera()).unwrap();
     let mut runs: Vec<(SensorState, u32)> = Vec::new();
     for second in (0..seconds).step_by(step) {
-        let state = journey.truth(f64::from(second), &optics).state;
+        let state = trajectory.truth(f64::from(second), &optics).state;
         match runs.last_mut() {
             Some((last, length)) if *last == state => *length += step as u32,
             _ => runs.push((state, step as u32)),
@@ -120,13 +120,13 @@ fn the_veil_fills_the_reference_detector_within_a_tenth_of_a_second() {
 
 #[test]
 fn the_truth_agrees_with_itself() {
-    let journey = leo();
+    let trajectory = leo();
     let optics = Optics::new(&camera()).unwrap();
     for t in [0.0, 777.0, 5999.0] {
-        let truth = journey.truth(t, &optics);
+        let truth = trajectory.truth(t, &optics);
         let star_path = matrix(truth.quaternion);
         // The star path looks along the normal of the Earth path's y, which here is turned by the roll.
-        let expected = product(&journey.mount.earth_to_star(), &truth.earth_path);
+        let expected = product(&trajectory.mount.earth_to_star(), &truth.earth_path);
         for (a, b) in star_path.iter().zip(expected) {
             assert!(angle(*a, b) < 1e-12);
         }
@@ -145,17 +145,17 @@ fn the_truth_agrees_with_itself() {
 
 #[test]
 fn aberration_moves_a_star_towards_the_way_of_flight() {
-    let journey = geo(6.0, ASIDE);
-    let beta = journey.aberration(0.0);
+    let trajectory = geo(6.0, ASIDE);
+    let beta = trajectory.aberration(0.0);
     // 29.8 km/s about the Sun (September) and 3.07 about the Earth; the two add up at most to 22.8 arcsec.
     let arcsec = dot(beta, beta).sqrt().to_degrees() * 3600.0;
     assert!((18.0..23.0).contains(&arcsec), "{arcsec}");
     let annual = times(ephemeris::LIGHT_KM_S.recip(), ephemeris::earth_velocity_km_s(EQUINOX_US));
     assert!((dot(annual, annual).sqrt().to_degrees() * 3600.0 - 20.5).abs() < 0.4);
     // On the detector: the star is drawn where its shifted direction projects.
-    let towards = matrix(journey.quaternion(0.0))[2];
+    let towards = matrix(trajectory.quaternion(0.0))[2];
     let star = WorldStar { hip: 1, direction: towards, v: 3.0, b_v: 0.0 };
-    let mut scene = scene(camera(), journey, &[star]);
+    let mut scene = scene(camera(), trajectory, &[star]);
     scene.expose(100_000).unwrap();
     let seen = scene.visible_stars()[0];
     let shift_px = libm::hypot(seen.x_px - 639.5, seen.y_px - 511.5);
@@ -171,12 +171,13 @@ fn a_mirrored_star_path_sees_an_inertial_and_a_tumbling_sky_where_it_must() {
     let mount = Mount { star_path_deg: [20.0, 75.0, -40.0] };
     for (law, t) in [(Law::Inertial(aim), 60.0), (Law::Spin(spin), 0.0)] {
         let spins = matches!(law, Law::Spin(_));
-        let journey = Journey { pointing: law.into(), mount, ..geo(3.0, ASIDE) };
+        let trajectory = Trajectory { pointing: law.into(), mount, ..geo(3.0, ASIDE) };
         let star_path = product(&mount.earth_to_star(), &aim.matrix());
         // Right and down in the star path's frame: the mirror turns right to left.
-        let (beta, towards) = (journey.aberration(t), unit(apply(&transposed(&star_path), [0.1, 0.05, 1.0])));
+        let (beta, towards) =
+            (trajectory.aberration(t), unit(apply(&transposed(&star_path), [0.1, 0.05, 1.0])));
         let star = WorldStar { hip: 1, direction: minus(towards, beta), v: 3.0, b_v: 0.0 };
-        let mut scene = scene(camera(), journey, &[star]);
+        let mut scene = scene(camera(), trajectory, &[star]);
         scene.expose_cycle(t as u64, 1_000).unwrap();
         let seen = scene.visible_stars()[0];
         let centre = camera().optical_centre_px;
@@ -209,10 +210,10 @@ proptest! {
         exposure_us in 2_000u32..500_000,
     ) {
         let window = Window { x, y, width: w.min(160 - x), height: h.min(128 - y) };
-        let journey = if low { leo() } else { geo(12.0, ASIDE) };
+        let trajectory = if low { leo() } else { geo(12.0, ASIDE) };
         let cycle = if low { cycle } else { cycle * 17 };
-        let star = WorldStar { hip: 1, direction: matrix(journey.quaternion(cycle as f64))[2], v: 1.0, b_v: 0.0 };
-        let mut scene = scene(small_camera(), journey, &[star]);
+        let star = WorldStar { hip: 1, direction: matrix(trajectory.quaternion(cycle as f64))[2], v: 1.0, b_v: 0.0 };
+        let mut scene = scene(small_camera(), trajectory, &[star]);
         scene.expose_cycle(cycle, exposure_us).unwrap();
         let geometry = scene.geometry();
         let mut part = vec![0; window.area()];
@@ -227,8 +228,8 @@ proptest! {
 
 #[test]
 fn the_earth_models_values_are_checked() {
-    let mut journey = geo(1.0, ASIDE);
-    journey.earth.scale_height_km = 0.0;
-    let settings = SceneSettings::new(camera(), Motion::orbiting(journey), 4);
+    let mut trajectory = geo(1.0, ASIDE);
+    trajectory.earth.scale_height_km = 0.0;
+    let settings = SceneSettings::new(camera(), Motion::orbiting(trajectory), 4);
     assert_eq!(Scene::new(settings, &[]).err(), Some(crate::world::scene::SceneError::Earth));
 }

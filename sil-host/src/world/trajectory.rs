@@ -1,4 +1,4 @@
-//! A journey about the Earth, and the truth of each of its instants.
+//! A trajectory about the Earth, and the truth of each of its instants.
 //!
 //! In: orbit, pointing, mounting, the Earth's looks, the camera's optics. Out: [`Truth`]. Frame of `quaternion` and
 //! `rate_rad_s`: the star path; the rate is the exact derivative of the attitude.
@@ -16,7 +16,7 @@ use super::vector::{angle, length, minus, plus, times, transposed, unit};
 
 /// An orbit, and how the camera looks from it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Journey {
+pub struct Trajectory {
     /// The orbit.
     pub orbit: TruthOrbit,
     /// Where the Earth path looks, and how well.
@@ -99,7 +99,7 @@ impl Truth {
     }
 }
 
-impl Journey {
+impl Trajectory {
     /// ICRS to star path.
     fn star_path(&self, t_s: f64) -> MovingFrame {
         self.beside(&self.pointing.earth_path(t_s, &self.orbit))
@@ -227,5 +227,5 @@ impl Journey {
 }
 
 #[cfg(test)]
-#[path = "journey_tests.rs"]
+#[path = "trajectory_tests.rs"]
 mod tests;

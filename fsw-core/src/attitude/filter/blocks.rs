@@ -1,0 +1,71 @@
+//! What the filter's propagation is made of: a covariance of 3 x 3 blocks, and a turn with its mean.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Symmetric, of 3 x 3 blocks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Covariance<const BLOCKS: usize>(pub(super) [[Matrix3<f32>; BLOCKS]; BLOCKS]);
+
+impl<const BLOCKS: usize> Covariance<BLOCKS> {
+    pub(super) fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
+        Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
+    }
+
+    /// A block; there is none outside.
+    pub(super) fn at(&self, row: usize, column: usize) -> Matrix3<f32> {
+        self.0.get(row).and_then(|blocks| blocks.get(column)).copied().unwrap_or_default()
+    }
+
+    /// Puts a block in its two places; where these are one, rounding must not make it lopsided.
+    pub(super) fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
+        let across = block.transpose();
+        let (block, across) = if row == column { ((block + across) * 0.5, across) } else { (block, across) };
+        for (row, column, block) in [(column, row, across), (row, column, block)] {
+            if let Some(place) = self.0.get_mut(row).and_then(|blocks| blocks.get_mut(column)) {
+                *place = block;
+            }
+        }
+    }
+}
+
+/// Of two matrices; not written out in every place, for the flash it would take.
+#[inline(never)]
+pub(super) fn product(a: &Matrix3<f32>, b: &Matrix3<f32>) -> Matrix3<f32> {
+    a * b
+}
+
+/// What a change `k` integrals away makes of a time: `t^k / k!`, k to 2.
+pub(super) fn power(elapsed: f32, k: usize) -> f32 {
+    match k {
+        0 => 1.0,
+        1 => elapsed,
+        _ => elapsed * elapsed * 0.5,
+    }
+}
+
+/// A turn, its matrix and that matrix's mean over the turn.
+pub(super) struct Turn {
+    pub(super) angle: Vector3<f32>,
+    pub(super) whole: Matrix3<f32>,
+    pub(super) mean: Matrix3<f32>,
+}
+
+impl Turn {
+    /// By `angle`, rad, of at most [`super::MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ` and its like.
+    pub(super) fn by(angle: Vector3<f32>) -> Self {
+        let square = angle.dot(&angle);
+        let sine = 1.0
+            - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362_880.0)));
+        let cosine = 0.5
+            - square
+                * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40_320.0 - square / 3_628_800.0)));
+        let third = 1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square / 362_880.0));
+        let cross = angle.cross_matrix();
+        let twice = cross * cross;
+        Self {
+            angle,
+            whole: Matrix3::identity() - cross * sine + twice * cosine,
+            mean: Matrix3::identity() - cross * cosine + twice * third,
+        }
+    }
+}

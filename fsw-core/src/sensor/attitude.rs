@@ -1,0 +1,111 @@
+//! The attitude of a second: an image's taken into the filter, or the filter's own, with what aberration
+//! leaves unknown.
+
+use super::Sensor;
+use super::record::{Solution, StarRecord};
+use super::timekeeping::SECOND_US;
+use crate::attitude::filter::Filter;
+use crate::orbit::constants::LIGHT_KM_S;
+use crate::stars::confirm::Confirmed;
+use crate::telemetry::{AttitudeReport, FilteredAttitude};
+use fsw_hal::LocalTime;
+
+/// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
+const ORBITAL_KM_S: f64 = 7.9;
+/// Aberration by the Earth's motion about the Sun and a low orbit's about the Earth, (30.3 + 7.9) km/s, rad:
+/// 26 arcsec. An attitude whose stars were not corrected for it may be off by so much.
+const ABERRATION_RAD: f32 = 1.27e-4;
+/// Variance of an attitude whose stars were not corrected for aberration, rad².
+const UNCORRECTED_RAD2: f32 = ABERRATION_RAD * ABERRATION_RAD;
+
+/// Whole seconds of a time, at most as many as telemetry holds.
+fn whole_seconds(us: i64) -> u16 {
+    (us.max(0) / SECOND_US).min(u16::MAX.into()) as u16
+}
+
+impl Sensor<'_> {
+    /// Takes the attitude of an image of the instant `image` into the filter.
+    #[inline(never)]
+    pub(super) fn measurement_update(
+        &mut self,
+        confirmed: &Confirmed,
+        log10_false: f32,
+        image: LocalTime,
+        stars: &mut StarRecord,
+    ) {
+        let (attitude, sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
+        match &mut self.motion {
+            Some(motion) => motion.observe(attitude, sigma_rad, image),
+            None => self.motion = Some(Filter::begin(attitude, sigma_rad, image)),
+        }
+        let filtered = self.motion.as_ref().and_then(|motion| motion.at(image));
+        stars.solution = Some(Solution {
+            attitude: AttitudeReport {
+                quaternion: attitude.quaternion(),
+                sigma_rad: self.with_aberration(sigma_rad),
+                log10_false,
+                age_s: whole_seconds(self.now.us_since(image)),
+            },
+            filtered: filtered.map(|(attitude, sigma_rad)| FilteredAttitude {
+                quaternion: attitude.quaternion(),
+                sigma_rad: self.with_aberration(sigma_rad),
+            }),
+            rate_rad_s: self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into()),
+            focal_ratio: Some(confirmed.focal_ratio),
+            predicted: false,
+        });
+        for found in &confirmed.matches {
+            if stars.matches.push(*found).is_err() {
+                break;
+            }
+        }
+    }
+
+    /// The filter's attitude at this second, `None` where its sigma exceeds `carried_sigma_rad` about an
+    /// axis; `predicted` says that no image of this second supports it.
+    #[inline(never)]
+    pub(super) fn propagated(&self, predicted: bool) -> Option<Solution> {
+        let motion = self.motion.as_ref()?;
+        let (attitude, sigma_rad) = motion.at(self.now)?;
+        let sigma_rad = self.with_aberration(sigma_rad);
+        let limit_rad = self.parameters.tracking.carried_sigma_rad;
+        sigma_rad.iter().all(|sigma| *sigma <= limit_rad).then(|| Solution {
+            attitude: AttitudeReport {
+                quaternion: attitude.quaternion(),
+                sigma_rad,
+                log10_false: 0.0,
+                age_s: whole_seconds(motion.age_us(self.now)),
+            },
+            filtered: None,
+            rate_rad_s: motion.rate().map(|rate| rate.rad_s.into()),
+            focal_ratio: None,
+            predicted,
+        })
+    }
+
+    /// Whether the attitude predicted for the next second is within the gate about predicted stars, at three
+    /// sigma.
+    pub(super) fn prediction_is_within_gate(&self) -> bool {
+        let gate_rad = f32::from(self.parameters.tracking.gate_px) * self.camera.rad_per_px();
+        // Roll moves a star by its distance from the line of sight.
+        let [right, bottom] = self.camera.middle_px();
+        let lever = libm::sqrtf(right * right + bottom * bottom) * self.camera.rad_per_px();
+        let next = self.motion.as_ref().and_then(|motion| motion.at(self.now.plus_us(SECOND_US)));
+        next.is_some_and(|(_, [x, y, z])| {
+            3.0 * libm::sqrtf(x * x + y * y + (lever * z) * (lever * z)) < gate_rad
+        })
+    }
+
+    /// Sigmas of an attitude with what is not known of the orbital velocity, whose aberration turns all stars
+    /// alike (5 arcsec in a low orbit); about the line of sight it does not turn them.
+    fn with_aberration(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        if !self.aberration_corrected {
+            return [libm::sqrtf(x * x + UNCORRECTED_RAD2), libm::sqrtf(y * y + UNCORRECTED_RAD2), z];
+        }
+        let velocity = self.orbit.velocity_sigma_km_s().unwrap_or([ORBITAL_KM_S; 3]);
+        let [u, v, w] = velocity.map(|sigma| (sigma.min(ORBITAL_KM_S) / LIGHT_KM_S) as f32);
+        // Of three axes two lie across the line of sight: the mean of their variances.
+        let square = (u * u + v * v + w * w) * (1.0 / 3.0);
+        [libm::sqrtf(x * x + square), libm::sqrtf(y * y + square), z]
+    }
+}

@@ -1,0 +1,91 @@
+//! Orbit, ephemeris, aberration and attitude brought to the instant of the second.
+
+use super::Sensor;
+use super::record::Events;
+use super::timekeeping::Time;
+use crate::frames::{Direction, Icrs};
+use crate::orbit::constants::LIGHT_KM_S;
+use crate::orbit::ephemeris;
+use crate::telemetry::{ClockFault, ClockState, Event, RateSensorFault};
+use fsw_hal::{AngularRate, LocalTime, RateSensorError};
+use nalgebra::Vector3;
+
+/// A reading of the rate sensor is of the second before, its middle at most so long ago, us.
+const READING_AGE_US: i64 = 1_500_000;
+
+/// What a rate sensor was asked for and gave.
+pub(super) type Reading = Result<Option<AngularRate>, RateSensorError>;
+
+/// What depends on Terrestrial Time alone.
+#[derive(Clone, Copy)]
+pub(super) struct Ephemeris {
+    /// Terrestrial Time, us since J2000.0.
+    pub(super) terrestrial_us: i64,
+    pub(super) sun: Direction<Icrs>,
+    pub(super) pole: Direction<Icrs>,
+}
+
+/// A reading of the rate sensor that can serve at `now`, or why there is none.
+fn usable(reading: Reading, now: LocalTime) -> Result<AngularRate, RateSensorFault> {
+    let reading = reading?.ok_or(RateSensorFault::Silent)?;
+    if !(0..=READING_AGE_US).contains(&now.us_since(reading.instant)) {
+        return Err(RateSensorFault::Stale);
+    }
+    let finite = reading.rad_s.iter().all(|axis| axis.is_finite());
+    if finite { Ok(reading) } else { Err(RateSensorFault::NotFinite) }
+}
+
+impl Sensor<'_> {
+    /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without
+    /// aberration, where Terrestrial Time is not known; the orbit is propagated by local time all the same.
+    #[inline(never)]
+    pub(super) fn update_ephemeris(&mut self, time: &Time, events: &mut Events) -> Option<Ephemeris> {
+        if time.fault == Some(ClockFault::CounterReset) {
+            self.forget_attitude();
+        }
+        if let Some(step_us) = time.step_us {
+            events.note(Event::ClockJump);
+            self.orbit.shift_epoch(step_us);
+            self.fixed_us = self.fixed_us.saturating_add(step_us);
+        }
+        if let Some(terrestrial_us) = time.terrestrial_us {
+            let lost = self.orbit.advance(terrestrial_us, &self.parameters.orbit).is_err();
+            if lost || self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us)) {
+                self.forget_orbit();
+                events.note(Event::OrbitForgotten);
+            }
+        }
+        let known_us = time.terrestrial_us.filter(|_| time.state != ClockState::Unknown);
+        self.aberration_corrected = known_us.is_some();
+        // About the Sun, and about the Earth where that is known: up to 5 arcsec of 25.
+        let velocity_km_s = known_us.map_or(Vector3::zeros(), |instant_us| {
+            let orbital_km_s = self.orbit.state().map_or(Vector3::zeros(), |state| state.velocity_km_s);
+            ephemeris::earth_velocity_km_s(instant_us) + orbital_km_s
+        });
+        self.catalogue.set_observer_velocity((velocity_km_s / LIGHT_KM_S).map(|axis| axis as f32));
+        known_us.map(|terrestrial_us| Ephemeris {
+            terrestrial_us,
+            sun: ephemeris::sun_direction(terrestrial_us),
+            pole: ephemeris::pole(terrestrial_us),
+        })
+    }
+
+    /// Whether the rate sensor is asked: the parameters have one, and there is an attitude to propagate.
+    pub(super) fn needs_rate(&self) -> bool {
+        self.parameters.rate_sensor.is_some() && self.motion.is_some()
+    }
+
+    /// Propagates the attitude to this second by the rate sensor's reading of the one before; without one
+    /// that can serve, by the last rate. Returns why there is none.
+    #[inline(never)]
+    pub(super) fn propagate_gyro(&mut self, reading: Reading) -> Option<RateSensorFault> {
+        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else {
+            return None;
+        };
+        let reading = usable(reading, self.now);
+        let to_star_path = self.star_to_earth.inverse();
+        let rate_rad_s = reading.map(|reading| to_star_path.matrix() * Vector3::from(reading.rad_s));
+        motion.propagate_gyro(self.now, noise, rate_rad_s.ok());
+        reading.err()
+    }
+}

@@ -1,0 +1,236 @@
+//! The record of a second: what each stage returned. The [`Report`] is made of it here, once, at the end of
+//! the second; no stage reads what another one has put into the record but by its arguments.
+
+use super::timekeeping::Time;
+use crate::catalog::Catalogue;
+use crate::earth::{EarthFix, LimbPoint, Refusal};
+use crate::image::scan::Detections;
+use crate::modes::{Mode, Seen};
+use crate::stars::Measured;
+use crate::stars::confirm::Match;
+use crate::telemetry::{
+    Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
+    FixFault, ImageFault, MAX_EVENTS, MAX_STARS, OrbitReport, Outcome, RateReport, RateSensorFault, Report,
+    StarReport,
+};
+use heapless::Vec;
+
+/// What happened in a second, in the order of its stages.
+#[derive(Debug, Default)]
+pub(super) struct Events(Vec<Event, MAX_EVENTS>);
+
+impl Events {
+    /// Adds an event; of more than [`MAX_EVENTS`] the first are kept.
+    pub(super) fn note(&mut self, event: Event) {
+        let _ = self.0.push(event);
+    }
+}
+
+/// An attitude of a second, and what the filter makes of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solution {
+    /// As it is reported; the Earth is looked for with it.
+    pub(super) attitude: AttitudeReport,
+    /// `None` where the attitude is the filter's own.
+    pub(super) filtered: Option<FilteredAttitude>,
+    /// Rate by the filter, where it is known, rad/s.
+    pub(super) rate_rad_s: Option<[f32; 3]>,
+    /// Best focal length over the parameter, where the image gave one.
+    pub(super) focal_ratio: Option<f32>,
+    /// Whether no image of this second supports it.
+    pub(super) predicted: bool,
+}
+
+/// What the star stage of a second gave: filled by the one step that the mode and the image call for.
+#[derive(Debug, Default)]
+pub(super) struct StarRecord {
+    pub(super) activity: Activity,
+    pub(super) outcome: Option<Outcome>,
+    /// Star-like spots, or streaks.
+    pub(super) detections: u16,
+    /// Tiles or windows too crowded to be searched whole.
+    pub(super) crowded: u16,
+    pub(super) solution: Option<Solution>,
+    /// Stars recognised, of those in the workspace, brightest first.
+    pub(super) matches: Vec<Match, MAX_STARS>,
+    /// A rate that needed no attitude.
+    pub(super) rate: Option<RateReport>,
+}
+
+impl StarRecord {
+    /// Counts what was detected in an image or its windows: `found`, and the tiles too crowded to be searched
+    /// whole.
+    pub(super) fn count(&mut self, found: usize, detections: &Detections) {
+        self.detections = found.min(u16::MAX.into()) as u16;
+        self.crowded = detections.crowded_tiles().min(u16::MAX.into()) as u16;
+    }
+
+    /// The attitude that this second's own image gave.
+    pub(super) fn own_attitude(&self) -> Option<AttitudeReport> {
+        let own = self.solution.filter(|solution| !solution.predicted && solution.attitude.age_s == 0);
+        own.map(|solution| solution.attitude)
+    }
+}
+
+/// What looking for the Earth came to.
+#[derive(Debug, Default)]
+pub(super) enum Looked {
+    /// It was not looked for.
+    #[default]
+    Not,
+    /// No limb in the field is lit.
+    Dark,
+    /// Too little of it is lit well.
+    Faint,
+    /// The Earth's centre, of limb points in the workspace.
+    Found(EarthFix),
+    /// None, and why.
+    Refused(Refusal),
+}
+
+impl Looked {
+    fn status(&self) -> EarthStatus {
+        match self {
+            Self::Not => EarthStatus::NotLooked,
+            Self::Dark => EarthStatus::Dark,
+            Self::Faint => EarthStatus::Faint,
+            Self::Found(_) => EarthStatus::Found,
+            Self::Refused(refusal) => EarthStatus::Refused(*refusal),
+        }
+    }
+
+    fn fix(&self) -> Option<&EarthFix> {
+        match self {
+            Self::Found(fix) => Some(fix),
+            _ => None,
+        }
+    }
+}
+
+/// What the orbit filter made of a fix.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FixRecord {
+    /// Normalised innovation squared, where the fix was compared with the orbit.
+    pub(super) nis: Option<f32>,
+    /// Why it was refused.
+    pub(super) fault: Option<FixFault>,
+}
+
+fn earth_report(fix: &EarthFix) -> EarthReport {
+    let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
+    let (sigma_rad, sigma_km) = fix.sigmas();
+    EarthReport {
+        direction: (fix.centre_km * (1.0 / distance_km.max(1.0))).into(),
+        sigma_rad,
+        distance_km,
+        sigma_km,
+        inliers: fix.inliers.count_ones() as u16,
+        arc_deg: fix.arc_rad.to_degrees(),
+        rms_px: fix.rms_px,
+    }
+}
+
+/// What the stages of a second gave.
+#[derive(Debug)]
+pub(super) struct Record {
+    pub(super) cycle: u32,
+    pub(super) mode: Mode,
+    pub(super) time: Time,
+    pub(super) detector_fault: Option<DetectorFault>,
+    pub(super) image_fault: Option<ImageFault>,
+    pub(super) rate_sensor_fault: Option<RateSensorFault>,
+    pub(super) stars: StarRecord,
+    pub(super) earth: Looked,
+    pub(super) fix: FixRecord,
+    pub(super) orbit: Option<OrbitReport>,
+    pub(super) events: Events,
+}
+
+impl Record {
+    /// At the begin of a second.
+    pub(super) fn new(cycle: u32, mode: Mode, time: Time) -> Self {
+        Self {
+            cycle,
+            mode,
+            time,
+            detector_fault: None,
+            image_fault: None,
+            rate_sensor_fault: None,
+            stars: StarRecord::default(),
+            earth: Looked::default(),
+            fix: FixRecord::default(),
+            orbit: None,
+            events: Events::default(),
+        }
+    }
+
+    /// What the guards of the modes judge by. `rate`: the filter knows the rate; `predicted`: the attitude
+    /// propagated to the next second is within the gate.
+    pub(super) fn seen(&self, rate: bool, predicted: bool) -> Seen {
+        Seen {
+            attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),
+            rate,
+            predicted,
+            blinded: self.stars.outcome == Some(Outcome::Blinded),
+            dark: match self.earth {
+                Looked::Dark => Some(true),
+                Looked::Faint | Looked::Found(_) => Some(false),
+                Looked::Not | Looked::Refused(_) => None,
+            },
+            fault: self.detector_fault.is_some(),
+        }
+    }
+
+    /// The report: stars by what was `measured` and the `catalogue`, limb points from those of the image.
+    #[inline(never)]
+    pub(super) fn report(&self, measured: &[Measured], catalogue: &Catalogue, limb: &[LimbPoint]) -> Report {
+        let Self { time, stars, earth, .. } = self;
+        let solution = stars.solution.as_ref();
+        let mut report = Report {
+            cycle: self.cycle,
+            local_us: time.local.as_us(),
+            instant_us: time.terrestrial_us,
+            clock: time.state,
+            mode: self.mode,
+            activity: stars.activity,
+            outcome: stars.outcome,
+            faults: Faults {
+                detector: self.detector_fault,
+                image: self.image_fault,
+                clock: time.fault,
+                rate_sensor: self.rate_sensor_fault,
+                fix: self.fix.fault,
+                crowded: stars.crowded,
+            },
+            attitude: solution.map(|solution| solution.attitude),
+            filtered: solution.and_then(|solution| solution.filtered),
+            rate_rad_s: solution.and_then(|solution| solution.rate_rad_s),
+            detections: stars.detections,
+            focal_ratio: solution.and_then(|solution| solution.focal_ratio),
+            stars: Vec::new(),
+            earth_status: earth.status(),
+            earth: earth.fix().map(earth_report),
+            limb_px: Vec::new(),
+            orbit: self.orbit,
+            events: self.events.0.clone(),
+            rate: stars.rate,
+        };
+        for found in &stars.matches {
+            let seen = measured.get(usize::from(found.measured));
+            if let (Some(seen), Some(star)) = (seen, catalogue.star(found.star)) {
+                let recognised =
+                    StarReport { hip: star.hip, centre_px: seen.centre_px, residual_px: found.residual_px };
+                // The report holds as many stars as the record.
+                let _ = report.stars.push(recognised);
+            }
+        }
+        for (index, point) in limb.iter().enumerate() {
+            if earth.fix().is_some_and(|fix| fix.holds(index))
+                && report.limb_px.push(point.centre_px).is_err()
+            {
+                break;
+            }
+        }
+        report
+    }
+}

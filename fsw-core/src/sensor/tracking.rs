@@ -1,0 +1,165 @@
+//! Known stars followed in windows about their predicted places.
+
+use super::Sensor;
+use super::propagation::Ephemeris;
+use super::record::StarRecord;
+use crate::attitude::filter::Filter;
+use crate::earth::reach;
+use crate::frames::{Icrs, Rotation, StarPath};
+use crate::image::DetectionMethod;
+use crate::plan::{self, MAX_STAR_WINDOWS};
+use crate::stars::confirm::{Confirmed, confirm_among, expected_stars};
+use crate::stars::predict::{MAX_FIELD_STARS, Predicted, field_stars};
+use crate::stars::{Field, row_delay_s, seen_later};
+use crate::telemetry::Outcome;
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
+use heapless::Vec;
+
+/// The stars expected in the image, and the windows in which they are sought.
+struct Expectation {
+    attitude: Rotation<Icrs, StarPath>,
+    stars: Vec<Predicted, MAX_FIELD_STARS>,
+    windows: Vec<Window, MAX_STAR_WINDOWS>,
+}
+
+impl Sensor<'_> {
+    /// Follows known stars in windows about their predicted places.
+    #[inline(never)]
+    pub(super) fn track(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        ephemeris: Option<&Ephemeris>,
+        stars: &mut StarRecord,
+    ) -> Result<Outcome, DetectorError> {
+        meter.begin(Stage::Predict);
+        let expectation = self.expect_stars(ephemeris, &detector.geometry());
+        meter.end(Stage::Predict);
+        let Some(expectation) = expectation else { return Ok(Outcome::Lost) };
+        meter.begin(Stage::Windows);
+        let method = DetectionMethod {
+            parameters: &self.parameters.detection,
+            calibration: self.calibration.as_ref(),
+        };
+        let read = self.workspace.read_windows(detector, &expectation.windows, &method);
+        meter.end(Stage::Windows);
+        let washed = read?;
+        if self.workspace.detections.too_fast() {
+            return Ok(Outcome::TooFast);
+        }
+        self.measure_windows(stars);
+        meter.begin(Stage::Confirm);
+        let confirmed = self.confirm(&expectation);
+        meter.end(Stage::Confirm);
+        let clear_windows = expectation.windows.len().saturating_sub(washed);
+        Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
+    }
+
+    /// The stars of the predicted attitude, and windows about those that the Earth does not hide; `None`
+    /// without an attitude.
+    #[inline(never)]
+    fn expect_stars(
+        &self,
+        ephemeris: Option<&Ephemeris>,
+        geometry: &DetectorGeometry,
+    ) -> Option<Expectation> {
+        let gate_px = self.parameters.tracking.gate_px;
+        let (attitude, _) = self.motion.as_ref()?.at(self.now)?;
+        let mut stars = field_stars(&self.catalogue, &self.camera, &attitude)?;
+        self.delay_rows(&mut stars, &attitude);
+        let earth =
+            ephemeris.and_then(|ephemeris| self.known_view(&self.body(ephemeris, &attitude), &attitude));
+        // A window that the limb's glow reaches is no good either.
+        let margin_rad = (f32::from(gate_px) + reach::STRIP_MARGIN_PX) * self.camera.rad_per_px();
+        let mask = earth.as_ref().map(|earth| {
+            let glow_rad = reach::glow_km(&self.parameters.earth) / earth.limb_distance_km();
+            earth.mask(glow_rad + margin_rad, &self.parameters.earth)
+        });
+        let hidden = |at_px| {
+            let seen = mask.as_ref().zip(self.camera.earth_direction(at_px));
+            seen.is_some_and(|(mask, direction)| mask.hides(&direction))
+        };
+        let windows = plan::star_windows(&stars, geometry, gate_px, hidden);
+        Some(Expectation { attitude, stars, windows })
+    }
+
+    /// Moves predicted stars to where they are at the time of their rows.
+    fn delay_rows(&self, predicted: &mut [Predicted], attitude: &Rotation<Icrs, StarPath>) {
+        let row_time_s = self.row_time_s();
+        let rate = self.motion.as_ref().and_then(Filter::rate).filter(|_| row_time_s > 0.0);
+        let Some(rate) = rate else { return };
+        for place in predicted {
+            let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
+            let seen =
+                self.catalogue.star(place.star).map(|star| attitude.apply(&self.catalogue.seen(&star)));
+            let then = seen.and_then(|seen| seen_later(&seen, &rate.rad_s, later_s));
+            if let Some(at_px) = then.and_then(|direction| self.camera.project(&direction)) {
+                place.centre_px = at_px;
+            }
+        }
+    }
+
+    /// From a row to the next, s.
+    pub(super) fn row_time_s(&self) -> f32 {
+        self.parameters.imaging.row_time_ns as f32 * 1e-9
+    }
+
+    /// Turns the spots of the windows into measured stars.
+    #[inline(never)]
+    fn measure_windows(&mut self, stars: &mut StarRecord) {
+        let rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s);
+        self.workspace.take_measured(&self.camera, rate_rad_s.as_ref(), self.row_time_s());
+        stars.count(self.workspace.measured.len(), &self.workspace.detections);
+    }
+
+    /// The measured stars matched with the expected ones. Matching begins with twice the tolerance: with the
+    /// whole gate.
+    fn confirm(&self, expectation: &Expectation) -> Option<Confirmed> {
+        let Expectation { attitude, stars, windows } = expectation;
+        let measured = &self.workspace.measured;
+        let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(windows))
+            .calibrated(self.calibration.as_ref());
+        confirm_among(stars, attitude, &field, f32::from(self.parameters.tracking.gate_px) * 0.5)
+    }
+
+    /// Takes the attitude into the filter where enough stars confirm it, else the few stars themselves.
+    #[inline(never)]
+    fn follow(
+        &mut self,
+        confirmed: Option<&Confirmed>,
+        clear_windows: usize,
+        stars: &mut StarRecord,
+    ) -> Outcome {
+        let fewest = usize::from(self.parameters.tracking.fewest_stars);
+        match confirmed {
+            Some(confirmed) if confirmed.matches.len() >= fewest => {
+                self.measurement_update(confirmed, confirmed.log10_chance, self.now, stars);
+                Outcome::Tracked
+            }
+            _ => self.follow_few(clear_windows, stars).unwrap_or(Outcome::Lost),
+        }
+    }
+
+    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the
+    /// filter. Where most of the windows that could show a star show none in its place, the attitude is lost:
+    /// a single spot may be anything.
+    #[inline(never)]
+    fn follow_few(&mut self, clear_windows: usize, stars: &mut StarRecord) -> Option<Outcome> {
+        let mut motion = self.motion?;
+        let (attitude, _) = motion.at(self.now)?;
+        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+            .calibrated(self.calibration.as_ref());
+        let mut few = expected_stars(&attitude, &field, f32::from(self.parameters.tracking.gate_px));
+        few.retain(|(_, star)| motion.observe_star(star, self.now));
+        if few.is_empty() || 2 * few.len() < clear_windows {
+            return None;
+        }
+        self.motion = Some(motion);
+        stars.solution = self.propagated(false);
+        stars.solution?;
+        for (found, _) in &few {
+            let _ = stars.matches.push(*found);
+        }
+        Some(Outcome::Tracked)
+    }
+}
