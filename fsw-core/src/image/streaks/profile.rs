@@ -168,6 +168,65 @@ fn level_of(values: &[f32], sigma: f32) -> f32 {
     median + sum / count.max(1.0)
 }
 
+/// What some columns of a line show.
+struct Columns {
+    /// The samples across the line, column by column.
+    samples: [[f32; 2 * DRIFT_WIDTH as usize + 1]; CHUNK],
+    /// A column counts where the line itself is on the detector with room for the light beside it.
+    inside: [bool; CHUNK],
+    /// The background beside them.
+    level: f32,
+    /// Noise of a pixel.
+    sigma: f32,
+}
+
+impl Columns {
+    /// Those from `first` on; `None` where all are off the detector. No noise is less than `least`.
+    #[inline(never)]
+    fn of(pixels: &Pixels, line: &Line, first: f32, least: f32) -> Option<Self> {
+        let mut sides: heapless::Vec<f32, { CHUNK / 2 * ACROSS }> = heapless::Vec::new();
+        let mut columns =
+            Self { samples: Default::default(), inside: [true; CHUNK], level: 0.0, sigma: pixels.sigma() };
+        let each = columns.samples.iter_mut().zip(&mut columns.inside).enumerate();
+        for (column, (samples, inside)) in each {
+            let a = first + column as f32;
+            for (sample, j) in samples.iter_mut().zip(-DRIFT_WIDTH..) {
+                match pixels.between(line.at(a, j as f32)) {
+                    Some(value) => *sample = value,
+                    None => *inside = false,
+                }
+            }
+            if *inside && column % 2 == 0 {
+                let beside = (HALF_WIDTH + 2..=REACH).flat_map(|j| [j, -j]);
+                for side in beside.filter_map(|j| pixels.between(line.at(a, j as f32))) {
+                    let _ = sides.push(side);
+                }
+            }
+        }
+        if !columns.inside.contains(&true) {
+            return None;
+        }
+        columns.level = level_of(&sides, columns.sigma.max(least));
+        Some(columns)
+    }
+
+    /// Keeps their light and drift.
+    fn keep(&self, light: &mut [u16], drift: &mut [u16]) {
+        let columns = light.iter_mut().zip(drift).zip(self.samples.iter().zip(self.inside));
+        for ((light, drift), (samples, _)) in columns.filter(|(_, (_, inside))| *inside) {
+            let (mut sum, mut moment) = (0.0, 0.0);
+            for (value, j) in samples.iter().zip(-DRIFT_WIDTH..) {
+                let rise = value - self.level;
+                moment += rise * j as f32;
+                if j.abs() <= HALF_WIDTH {
+                    sum += rise;
+                }
+            }
+            (*light, *drift) = (kept(sum), kept(moment));
+        }
+    }
+}
+
 /// Samples `2 half` columns of a line, those from -half on.
 #[inline(never)]
 pub(super) fn sample<'b>(
@@ -193,42 +252,9 @@ pub(super) fn sample<'b>(
             let raw = pixels.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(window, raw)?;
             let pixels = Pixels { raw, window, bits: geometry.bits, scale };
-            let mut sides: heapless::Vec<f32, { CHUNK / 2 * ACROSS }> = heapless::Vec::new();
-            let mut samples = [[0.0f32; 2 * DRIFT_WIDTH as usize + 1]; CHUNK];
-            let mut inside = [false; CHUNK];
-            for (column, (samples, inside)) in samples.iter_mut().zip(&mut inside).enumerate() {
-                let a = first + column as f32;
-                // A column counts where the line itself is on the detector with room for the light beside it.
-                *inside = true;
-                for (sample, j) in samples.iter_mut().zip(-DRIFT_WIDTH..) {
-                    match pixels.between(line.at(a, j as f32)) {
-                        Some(value) => *sample = value,
-                        None => *inside = false,
-                    }
-                }
-                if *inside && column % 2 == 0 {
-                    let beside = (HALF_WIDTH + 2..=REACH).flat_map(|j| [j, -j]);
-                    for side in beside.filter_map(|j| pixels.between(line.at(a, j as f32))) {
-                        let _ = sides.push(side);
-                    }
-                }
-            }
-            if inside.contains(&true) {
-                let sigma = pixels.sigma();
-                let level = level_of(&sides, sigma.max(least));
-                (sigmas, chunks) = (sigmas + sigma, chunks + 1.0);
-                let columns = light.iter_mut().zip(drift).zip(samples.iter().zip(inside));
-                for ((light, drift), (samples, _)) in columns.filter(|(_, (_, inside))| *inside) {
-                    let (mut sum, mut moment) = (0.0, 0.0);
-                    for (value, j) in samples.iter().zip(-DRIFT_WIDTH..) {
-                        let rise = value - level;
-                        moment += rise * j as f32;
-                        if j.abs() <= HALF_WIDTH {
-                            sum += rise;
-                        }
-                    }
-                    (*light, *drift) = (kept(sum), kept(moment));
-                }
+            if let Some(columns) = Columns::of(&pixels, line, first, least) {
+                (sigmas, chunks) = (sigmas + columns.sigma, chunks + 1.0);
+                columns.keep(light, drift);
             }
         }
         first += CHUNK as f32;
