@@ -140,8 +140,7 @@ pub struct FilteredAttitude {
 /// What came of looking for the Earth in this second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EarthStatus {
-    /// It was not looked for: no attitude, the detector was blinded, or the second was spent on acquisition and
-    /// the orbit does not say where to look.
+    /// It was not looked for: no attitude, or the detector was blinded.
     #[default]
     NotLooked,
     /// No limb that the Sun lights is in the field.

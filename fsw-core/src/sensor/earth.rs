@@ -10,7 +10,6 @@ use crate::earth::view::View;
 use crate::earth::{Body, Refusal, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::matrix::{inverse, product, product_transposed};
-use crate::modes::Mode;
 use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
@@ -89,7 +88,6 @@ impl Sensor<'_> {
     fn count_misses(&mut self, looked: &Looked) {
         self.strip_misses = match looked {
             Looked::Refused(_) if self.strip_misses < STRIP_PATIENCE => self.strip_misses + 1,
-            Looked::Not => self.strip_misses,
             _ => 0,
         };
     }
@@ -121,10 +119,6 @@ impl Sensor<'_> {
         // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not
         // sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
-            // A scan for stars, or their identification, and this search do not fit one second.
-            if self.modes.mode() == Mode::Acquisition {
-                return Ok(Looked::Not);
-            }
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
             meter.end(Stage::Search);

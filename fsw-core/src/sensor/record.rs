@@ -177,7 +177,9 @@ impl Record {
                 Looked::Faint | Looked::Found(_) => Some(false),
                 Looked::Not | Looked::Refused(_) => None,
             },
-            fault: self.detector_fault.is_some(),
+            // Without an image that can be believed the self-test tested nothing.
+            fault: self.detector_fault.is_some()
+                || (self.mode == Mode::SelfTest && self.image_fault.is_some()),
         }
     }
 

@@ -86,6 +86,17 @@ impl Next {
     }
 }
 
+/// The first of some values: `collect` has a panic path where there is no room.
+fn as_many_as_fit<T, const N: usize>(values: impl Iterator<Item = T>) -> Vec<T, N> {
+    let mut list = Vec::new();
+    for value in values {
+        if list.push(value).is_err() {
+            break;
+        }
+    }
+    list
+}
+
 impl Turning {
     /// Forgets all, as when an attitude is known.
     pub(super) fn forget(&mut self) {
@@ -95,7 +106,7 @@ impl Turning {
     /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all
     /// for the next.
     fn leave_moving(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) {
-        let middles_px = streaks.iter().map(Streak::middle_px).take(MAX_STREAKS).collect();
+        let middles_px = as_many_as_fit(streaks.iter().map(Streak::middle_px));
         let before = core::mem::replace(&mut self.middles_px, middles_px);
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
@@ -240,7 +251,7 @@ impl Sensor<'_> {
             sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
             late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
         };
-        let marks: Vec<Mark, MAX_MARKS> = self.workspace.measured.iter().take(MAX_MARKS).map(mark).collect();
+        let marks: Vec<Mark, MAX_MARKS> = as_many_as_fit(self.workspace.measured.iter().map(mark));
         let elapsed_s = self.turning.elapsed_s(self.now);
         let found = self.turning.memory.take_stars(marks, elapsed_s);
         self.turning.middles_px.clear();

@@ -44,6 +44,8 @@ struct World {
     /// Strips show what stands so many pixels to the right.
     strips_shifted_px: u16,
     geometry: Option<DetectorGeometry>,
+    /// The image says that it was exposed so long before its second.
+    exposed_ago_us: i64,
 }
 
 impl World {
@@ -62,6 +64,7 @@ impl World {
             strips_fail: false,
             strips_shifted_px: 0,
             geometry: None,
+            exposed_ago_us: 0,
         }
     }
 
@@ -116,7 +119,7 @@ impl Detector for World {
     }
 
     fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
-        Ok(self.local())
+        Ok(LocalTime::from_us(self.local().as_us() - self.exposed_ago_us))
     }
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         let is_strip = window.width.min(window.height) == STRIP_BREADTH;
@@ -356,6 +359,18 @@ fn a_failing_detector_is_reported_and_survived() {
         assert_eq!(reports[2].outcome, Some(Outcome::Identified));
         assert_eq!(reports[6].outcome, Some(Outcome::Tracked));
     }
+}
+
+#[test]
+fn a_self_test_without_an_image_to_believe_is_repeated() {
+    let before = |second: u32, detector: &mut World| {
+        detector.exposed_ago_us = if second == 0 { 60_000_000 } else { 0 };
+        Command::Continue
+    };
+    let reports = fly(&mut World::star_scene(), 4, before, |_, _| {});
+    assert!(reports[0].faults.image.is_some() && reports[0].outcome.is_none(), "{:?}", reports[0]);
+    assert_eq!(modes(&reports[..3]), [Mode::SelfTest, Mode::SelfTest, Mode::Acquisition]);
+    assert_eq!(reports[1].outcome, Some(Outcome::SelfTestPassed));
 }
 
 #[test]

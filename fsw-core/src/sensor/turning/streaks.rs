@@ -3,6 +3,7 @@
 //! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that are sought
 //! only where the last image and the rate predict them.
 
+use super::as_many_as_fit;
 use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
@@ -65,7 +66,7 @@ impl Sensor<'_> {
             let piece = Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0 };
             self.camera.contains(piece.at_px, 0.0).then_some(piece)
         };
-        memory.marks.iter().filter_map(piece).take(MAX_MARKS).collect()
+        as_many_as_fit(memory.marks.iter().filter_map(piece))
     }
 
     /// Where a direction of the star path falls, px.
