@@ -6,7 +6,8 @@ use catalog_gen::{BuildParameters, REFERENCE, build, for_field, inspect};
 use fsw_core::catalog::{Catalogue, Star};
 use std::collections::BTreeMap;
 
-/// V of every blob at the catalogue's epoch for a field of this size, hundredths; stars within 1 / 1440 of it are one blob.
+/// V of every blob at the catalogue's epoch for a field of this size, hundredths; stars within 1 / 1440 of it
+/// are one blob.
 fn blob_magnitudes(field_deg: f64) -> BTreeMap<u32, i32> {
     let blend_chord = 2.0 * (0.5 * field_deg / 1440.0).to_radians().sin();
     blend(&source::stars(), 2026.5, blend_chord).iter().map(|blob| (blob.hip, blob.v_centi())).collect()

@@ -1,8 +1,8 @@
 //! Attitude from pairs of directions.
 //!
-//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] propagates it to the next
-//! image. [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse; [`WeightedPair`]
-//! is what the methods ask of either.
+//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] propagates it to the
+//! next image. [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse;
+//! [`WeightedPair`] is what the methods ask of either.
 
 pub mod comparison;
 pub mod covariance;

@@ -5,7 +5,8 @@
 //! Here the work is done on slices with the sizes as arguments, and never inlined. Sums run over the inner
 //! index upwards from its first term, as nalgebra's do: the bits are the same.
 //!
-//! Cost on the target, about: a multiplication with its addition and the loop 15 cycles in f32, 300 in f64 (software).
+//! Cost on the target, about: a multiplication with its addition and the loop 15 cycles in f32, 300 in f64
+//! (software).
 
 use core::ops::{Add, Mul, Sub};
 use nalgebra::{SMatrix, SVector, Scalar};

@@ -1,8 +1,8 @@
 //! Which windows to read for stars, and to see whether the detector works.
 //!
-//! Stars. In: predicted stars, the gate about each, and which places the lit Earth hides. Out: windows, brightest star
-//! first. A window is the gate and the margin that a centroid needs; windows that leave the detector are dropped rather
-//! than cut, because a cut window has no whole region at its edge.
+//! Stars. In: predicted stars, the gate about each, and which places the lit Earth hides. Out: windows,
+//! brightest star first. A window is the gate and the margin that a centroid needs; windows that leave the
+//! detector are dropped rather than cut, because a cut window has no whole region at its edge.
 //!
 //! Probes: small windows that tell whether the detector works and whether the Sun blinds it.
 
@@ -11,8 +11,9 @@ use crate::stars::predict::Predicted;
 use fsw_hal::{DetectorGeometry, Window};
 use heapless::Vec;
 
-/// Most star windows in a second: 20 windows of 25 x 25 px are 1 % of the reference detector. In the median field 36 stars could
-/// be seen; twenty instead of twenty-four leave `sil-host run geo-day` as exact as it was.
+/// Most star windows in a second: 20 windows of 25 x 25 px are 1 % of the reference detector. In the median
+/// field 36 stars could be seen; twenty instead of twenty-four leave `sil-host run geo-day` as exact as it
+/// was.
 pub const MAX_STAR_WINDOWS: usize = 20;
 /// Widest gate for which a window still fits the readout buffer's height of 64 rows.
 pub const MAX_GATE_PX: u16 = 24;

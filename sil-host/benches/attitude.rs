@@ -1,5 +1,5 @@
-//! How long each method of attitude needs for one set of the reference field's brightest stars, 4/16 px of noise:
-//! 100 sets of 3, 5 and 10 stars; covariance and loss included. The throughput counts solutions.
+//! How long each method of attitude needs for one set of the reference field's brightest stars, 4/16 px of
+//! noise: 100 sets of 3, 5 and 10 stars; covariance and loss included. The throughput counts solutions.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::attitude::comparison::{self, WahbaMethod};

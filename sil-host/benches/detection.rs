@@ -1,6 +1,6 @@
-//! How long the flight code needs to find the stars of a frame: the reference camera's 1280 x 1024 px, rendered and
-//! copied beforehand, so that neither drawing nor decoding is measured. The throughput counts pixels: its inverse is the
-//! time a megapixel.
+//! How long the flight code needs to find the stars of a frame: the reference camera's 1280 x 1024 px,
+//! rendered and copied beforehand, so that neither drawing nor decoding is measured. The throughput counts
+//! pixels: its inverse is the time a megapixel.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::image::DetectionParameters;

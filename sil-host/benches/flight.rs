@@ -1,9 +1,10 @@
 //! How long a simulated second takes: the world drawn, the flight code run, the second judged, on one core.
 //!
-//! Tracking reads windows only; acquisition reads the whole detector. Elements a second are times real time. Tracking is timed in
-//! one flight that goes on from sample to sample, once the orbit is known well enough for narrow strips across the limb; acquisition
-//! in the two images it takes after the self-test of a flight of its own. The first of these also draws the Earth's map as far as it is
-//! seen, which later images find there.
+//! Tracking reads windows only; acquisition reads the whole detector. Elements a second are times real time.
+//! Tracking is timed in one flight that goes on from sample to sample, once the orbit is known well enough
+//! for narrow strips across the limb; acquisition in the two images it takes after the self-test of a flight
+//! of its own. The first of these also draws the Earth's map as far as it is seen, which later images find
+//! there.
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use fsw_core::modes::Mode;
@@ -18,7 +19,8 @@ use std::time::{Duration, Instant};
 const SETTLING_S: [(&str, u32); 2] = [("geo-eclipse", 1000), ("sso-noon-midnight", 200)];
 /// Images of an acquisition.
 const ACQUIRED_S: u32 = 2;
-/// Seconds of tracking timed at once; more than 20 times as many go by before the low satellite's night comes.
+/// Seconds of tracking timed at once; more than 20 times as many go by before the low satellite's night
+/// comes.
 const TRACKED_S: u32 = 20;
 
 /// Flies `skipped` seconds of a scenario, then hands `timed` a stopwatch of further ones in the given mode.

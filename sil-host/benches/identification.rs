@@ -1,7 +1,8 @@
-//! How long the flight code needs to identify a field it knows nothing of: 200 seeded fields, 15 deg square, V <= 6,
-//! centroid noise 0.3 px: of 24 to 26 stars, and of all numbers of stars with 0, 5 and 10 false ones. Criterion's figure is
-//! the mean over all fields of a setting, the throughput counts fields; the median of single fields is printed beside it,
-//! because few hard fields weigh much in a mean. Goal: the median of fields of 25 stars is at most 100 us.
+//! How long the flight code needs to identify a field it knows nothing of: 200 seeded fields, 15 deg square,
+//! V <= 6, centroid noise 0.3 px: of 24 to 26 stars, and of all numbers of stars with 0, 5 and 10 false ones.
+//! Criterion's figure is the mean over all fields of a setting, the throughput counts fields; the median of
+//! single fields is printed beside it, because few hard fields weigh much in a mean. Goal: the median of
+//! fields of 25 stars is at most 100 us.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::catalog::Catalogue;

@@ -1,9 +1,10 @@
 //! How long the synthetic world needs to draw.
 //!
-//! A whole frame of the reference camera and the window of one tracked star under the stars alone, plain and with all that
-//! lens and detector do, and one star through the lens; then from a geostationary
-//! and a low orbit: the whole frame with the Earth, an exposure, and what a second of tracking reads, 25 windows of 25 x 25 px
-//! of the sky and 24 strips across the limb; last the Earth's light alone, without noise, in whole frames and strips of 80 x 9 px.
+//! A whole frame of the reference camera and the window of one tracked star under the stars alone, plain and
+//! with all that lens and detector do, and one star through the lens; then from a geostationary and a low
+//! orbit: the whole frame with the Earth, an exposure, and what a second of tracking reads, 25 windows of 25
+//! x 25 px of the sky and 24 strips across the limb; last the Earth's light alone, without noise, in whole
+//! frames and strips of 80 x 9 px.
 
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
@@ -106,7 +107,8 @@ fn rendering(criterion: &mut Criterion) {
     );
     star(&mut group, &scene);
 
-    // Noon: the Earth full in the middle, its limb 455 px from the centre. The low orbit sees the limb upright.
+    // Noon: the Earth full in the middle, its limb 455 px from the centre. The low orbit sees the limb
+    // upright.
     let geo = trajectory(42_164.17, 0.0, 180.0, 0.0);
     let low = trajectory(6828.0, 51.6, 160.0, 69.1);
     for (orbit, mut scene) in [("geo", geo), ("low", low)] {

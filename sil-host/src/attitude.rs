@@ -1,13 +1,16 @@
-//! `sil-host attitude`: the flight code's attitude methods on lists of vector pairs, or compared over the sky.
+//! `sil-host attitude`: the flight code's attitude methods on lists of vector pairs, or compared over the
+//! sky.
 //!
-//! In: one set a line, `{"id":..,"b":[[x,y,z],...],"r":[[x,y,z],...],"sigma_rad":[..]}`: unit vectors measured (sensor
-//! frame) and in the catalogue (ICRS), and the standard deviation of each measured one per axis across the line of
-//! sight. An optional `"covariance_rad2":[[xx,xy,yy],...]`, of the x and y of each measured vector, is what the method
-//! `anisotropic` weighs by; without it that solves the same problem as the others.
+//! In: one set a line, `{"id":..,"b":[[x,y,z],...],"r":[[x,y,z],...],"sigma_rad":[..]}`: unit vectors
+//! measured (sensor frame) and in the catalogue (ICRS), and the standard deviation of each measured one per
+//! axis across the line of sight. An optional `"covariance_rad2":[[xx,xy,yy],...]`, of the x and y of each
+//! measured vector, is what the method `anisotropic` weighs by; without it that solves the same problem as
+//! the others.
 //!
-//! Out: an answer a set and method, in the order given: `{"id","method","status","reason","q","sigma_arcsec","loss","us"}`.
-//! `status` is `solved` or, with a `reason`, `refused`; `q` is ICRS to sensor; `sigma_arcsec` about x, y, z; `loss` what was
-//! minimised, half a chi-square with two degrees of freedom a star, less three; `us` host time. A line that is no set costs
+//! Out: an answer a set and method, in the order given:
+//! `{"id","method","status","reason","q","sigma_arcsec","loss","us"}`. `status` is `solved` or, with a
+//! `reason`, `refused`; `q` is ICRS to sensor; `sigma_arcsec` about x, y, z; `loss` what was minimised, half
+//! a chi-square with two degrees of freedom a star, less three; `us` host time. A line that is no set costs
 //! one line on stderr with its number and status 2 at the end; the others are still answered.
 //!
 //! `--table`: see [`crate::attitude_table`].

@@ -1,15 +1,17 @@
 //! The methods of attitude compared over the sky: thesis table 3.9 by `sil-host attitude --table`.
 //!
-//! As there: 411 directions evenly over the sphere (a spiral; the roll is drawn) by 80 scans, the 3 to 10 brightest stars
-//! by noise of 1/16 to 10/16 px a star and axis, Gaussian, on the detector (thesis §3.1.4.2, fig. 4.1). Camera: the
-//! reference. A star closer than [`APART_PX`] to a brighter one is no star of its own. Every method gets the same
-//! [`COUNTS`] x [`LEVELS`] x [`DIRECTIONS`] sets; every number depends on [`SEED`] alone.
+//! As there: 411 directions evenly over the sphere (a spiral; the roll is drawn) by 80 scans, the 3 to 10
+//! brightest stars by noise of 1/16 to 10/16 px a star and axis, Gaussian, on the detector (thesis §3.1.4.2,
+//! fig. 4.1). Camera: the reference. A star closer than [`APART_PX`] to a brighter one is no star of its own.
+//! Every method gets the same [`COUNTS`] x [`LEVELS`] x [`DIRECTIONS`] sets; every number depends on [`SEED`]
+//! alone.
 //!
-//! Out, a method a row: root mean square of the errors about x and y (pitch, yaw) and about z (roll), the same of the
-//! Cramer-Rao bounds of the sets that were solved ([`crate::bound::attitude_of_places_rad`]), the errors in units of their
-//! bound, the share of axes within three reported sigmas, refusals, and the thesis's figures. Then the SVD by noise: the thesis
-//! does not say over which of its scans its figures run (its column reads 1000 calls of 32,880); they lie where ours do
-//! with 1/16 to 2/16 px. Last, unequal noise along columns and rows, where the extended problem helps.
+//! Out, a method a row: root mean square of the errors about x and y (pitch, yaw) and about z (roll), the
+//! same of the Cramer-Rao bounds of the sets that were solved ([`crate::bound::attitude_of_places_rad`]), the
+//! errors in units of their bound, the share of axes within three reported sigmas, refusals, and the thesis's
+//! figures. Then the SVD by noise: the thesis does not say over which of its scans its figures run (its
+//! column reads 1000 calls of 32,880); they lie where ours do with 1/16 to 2/16 px. Last, unequal noise along
+//! columns and rows, where the extended problem helps.
 //!
 //! The time of a solution is measured in `benches/attitude.rs`.
 
@@ -135,8 +137,8 @@ impl Sky {
         Ok(Self { camera, optics, views: (0..DIRECTIONS).map(view).collect() })
     }
 
-    /// The `count` brightest stars in a direction, with noise of `level` sixteenths of a pixel, `stretch` times as wide
-    /// along columns as along rows; `None` where there are fewer stars.
+    /// The `count` brightest stars in a direction, with noise of `level` sixteenths of a pixel, `stretch`
+    /// times as wide along columns as along rows; `None` where there are fewer stars.
     pub fn set(&self, direction: u32, count: usize, level: u32, stretch: f64) -> Option<Set> {
         let view = self.views.get(direction as usize)?;
         let stars = view.stars.get(..count)?;
@@ -249,8 +251,8 @@ pub struct Row {
     pub thesis_arcsec: Option<[f64; 2]>,
 }
 
-/// Standard deviations of thesis table 3.9. Its least squares are those with the ordinary pseudo-inverse; a "different" one,
-/// which may leave out three badly conditioned cases, has 3.1845 and 15.7602.
+/// Standard deviations of thesis table 3.9. Its least squares are those with the ordinary pseudo-inverse; a
+/// "different" one, which may leave out three badly conditioned cases, has 3.1845 and 15.7602.
 fn thesis_arcsec(method: WahbaMethod) -> [f64; 2] {
     match method {
         WahbaMethod::LeastSquares => [11.858, 91.8672],

@@ -1,13 +1,15 @@
 //! The physical limit: what no estimator can do better than.
 //!
-//! In: a scene's electrons and optics, the stars that were used. Out: Cramer-Rao bounds. A star's centroid: with the mean
-//! electrons `m(x, y)` of the pixels about it, as the scene draws them (PSF at its place in the field, sensitive part of the
-//! pixels, colour, vignetting), and the variance `m + dark + read² + rows² + quantisation²`, its information about the place
-//! is `F = Σ grad m gradᵀ m / variance`, its bound `F⁻¹`. The attitude: `P = [Σ (I - b bᵀ) / sigma²]⁻¹` (thesis eq. 3.27),
-//! rad², of a single image. In f64, apart from the flight code.
+//! In: a scene's electrons and optics, the stars that were used. Out: Cramer-Rao bounds. A star's centroid:
+//! with the mean electrons `m(x, y)` of the pixels about it, as the scene draws them (PSF at its place in the
+//! field, sensitive part of the pixels, colour, vignetting), and the variance `m + dark + read² + rows² +
+//! quantisation²`, its information about the place is `F = Σ grad m gradᵀ m / variance`, its bound `F⁻¹`. The
+//! attitude: `P = [Σ (I - b bᵀ) / sigma²]⁻¹` (thesis eq. 3.27), rad², of a single image. In f64, apart from
+//! the flight code.
 //!
-//! The star stands still and its flux is known; the noise of rows is taken for independent from pixel to pixel; fixed patterns
-//! are taken for known. The gradient is a difference over `STEP_PX` to either side, right to 1e-3.
+//! The star stands still and its flux is known; the noise of rows is taken for independent from pixel to
+//! pixel; fixed patterns are taken for known. The gradient is a difference over `STEP_PX` to either side,
+//! right to 1e-3.
 
 use crate::world::attitude::Vector;
 use crate::world::optics::Optics;
@@ -19,8 +21,9 @@ use fsw_hal::Window;
 /// Half the distance over which an image's change is measured, px.
 const STEP_PX: f64 = 0.02;
 
-/// Bounds of a centroid's standard deviations along columns and rows, px, of a star `at` a place, over a background whose
-/// variance is `variance_e2` a pixel; `image` gives the mean electrons of the pixels about it for a place near that.
+/// Bounds of a centroid's standard deviations along columns and rows, px, of a star `at` a place, over a
+/// background whose variance is `variance_e2` a pixel; `image` gives the mean electrons of the pixels about
+/// it for a place near that.
 pub fn centroid_px(image: impl Fn([f64; 2]) -> Vec<f64>, at: [f64; 2], variance_e2: f64) -> [f64; 2] {
     let moved = |dx: f64, dy: f64| image([at[0] + dx * STEP_PX, at[1] + dy * STEP_PX]);
     let [middle, right, left, below, above] =
@@ -68,8 +71,8 @@ fn inverse_diagonal([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 3] {
     minors.map(|minor| minor / determinant)
 }
 
-/// Bound of the attitude's standard deviations about x, y, z, rad, from `stars` of the scene's present image; `None` when
-/// fewer than two of them are on it.
+/// Bound of the attitude's standard deviations about x, y, z, rad, from `stars` of the scene's present image;
+/// `None` when fewer than two of them are on it.
 pub fn attitude_rad(scene: &Scene, stars: &[VisibleStar], exposure_us: u32) -> Option<[f64; 3]> {
     let settings = scene.settings();
     let exposure_s = f64::from(exposure_us) * 1e-6;
@@ -92,10 +95,10 @@ pub fn attitude_rad(scene: &Scene, stars: &[VisibleStar], exposure_us: u32) -> O
 /// Angle over which the change of a star's place with the attitude is measured, rad.
 const STEP_RAD: f64 = 1e-6;
 
-/// Bound of the attitude's standard deviations about x, y, z, rad, from stars at these places on the detector with these
-/// covariances `[xx, xy, yy]`, px²: `P = [Σ Jᵀ C⁻¹ J]⁻¹`, J the change of a star's place with the rotation vector, which
-/// is eq. 3.27 without its assumption that an error is the same angle in every direction. `None` for fewer than two
-/// stars, or one that the camera does not see.
+/// Bound of the attitude's standard deviations about x, y, z, rad, from stars at these places on the detector
+/// with these covariances `[xx, xy, yy]`, px²: `P = [Σ Jᵀ C⁻¹ J]⁻¹`, J the change of a star's place with the
+/// rotation vector, which is eq. 3.27 without its assumption that an error is the same angle in every
+/// direction. `None` for fewer than two stars, or one that the camera does not see.
 pub fn attitude_of_places_rad(optics: &Optics, stars: &[([f64; 2], [f64; 3])]) -> Option<[f64; 3]> {
     let mut sums = [0.0; 6];
     for (place, [xx, xy, yy]) in stars {
@@ -161,9 +164,9 @@ mod tests {
 
     #[test]
     fn a_cross_of_four_stars_has_the_bound_that_follows_by_hand() {
-        // f = 3000 px, stars 300 px from the centre on both axes, 0.3 px: an angle of s = 1e-4 rad. About z only the two
-        // coordinates across the radius count: s² / (4 0.1²). About x the y coordinates count, by 1 on the x axis and
-        // by 1 + 0.1² on the y axis: s² / (2 + 2 1.01²).
+        // f = 3000 px, stars 300 px from the centre on both axes, 0.3 px: an angle of s = 1e-4 rad. About z
+        // only the two coordinates across the radius count: s² / (4 0.1²). About x the y coordinates count,
+        // by 1 on the x axis and by 1 + 0.1² on the y axis: s² / (2 + 2 1.01²).
         let camera = crate::camera_file::CameraFile::reference();
         let optics = Optics::new(&camera).unwrap();
         let [cx, cy] = optics.centre_px();

@@ -1,14 +1,16 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
-//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission) through every mode, the widest limb and a
-//! storm of protons, flies them in the emulator and prints, per mode and stage, the worst cycles observed, and flash, static RAM and stack. Status 1
-//! when a limit is overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's model
-//! (Cortex-M4F, zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
+//! Builds the flight image and the cycle meter, records the [mission](crate::record::mission) through every
+//! mode, the widest limb and a storm of protons, flies them in the emulator and prints, per mode and stage,
+//! the worst cycles observed, and flash, static RAM and stack. Status 1 when a limit is overrun or the
+//! target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero
+//! wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
 //!
-//! What stars and Earth cost of a second, several stages each, is held against limits of its own, in acquisition too where the limb
-//! is predicted: the first strips after a search are as long as strips can be. A row is a mode. Two kinds of seconds have rows of
-//! their own, whatever their mode, and the limit of acquisition: those in which the whole detector is searched for the Earth, and
-//! those in which the orbit crosses a jump of the clock.
+//! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
+//! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.
+//! A row is a mode. Two kinds of seconds have rows of their own, whatever their mode, and the limit of
+//! acquisition: those in which the whole detector is searched for the Earth, and those in which the orbit
+//! crosses a jump of the clock.
 
 use crate::cli::BudgetArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError, io_words};
@@ -298,8 +300,9 @@ fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> 
     })
 }
 
-/// What a second is judged as, and its limit: its mode; but a second in which the whole detector is searched for the Earth,
-/// or in which the orbit crosses a jump of the clock, is no second of tracking, whatever the mode.
+/// What a second is judged as, and its limit: its mode; but a second in which the whole detector is searched
+/// for the Earth, or in which the orbit crosses a jump of the clock, is no second of tracking, whatever the
+/// mode.
 fn kind(report: &Report, stages: &BTreeMap<u8, Work>, limits: &CycleLimits) -> (&'static str, u64) {
     match report.mode {
         Mode::Acquisition => (word(report.mode), limits.acquisition),
@@ -381,7 +384,8 @@ fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
 pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let root = workspace()?;
     let limits = limits(&root)?;
-    // The emulator takes no blanks in a file name, which a folder of the system's for such files does not have.
+    // The emulator takes no blanks in a file name, which a folder of the system's for such files does not
+    // have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
     let flights = [MISSION, WIDE_LIMB, STORM].iter().map(|flight| fly(&root, flight, &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();

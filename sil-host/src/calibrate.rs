@@ -1,12 +1,13 @@
 //! `sil-host calibrate`: focal length, optical centre and distortion of a lens from pictures of the sky.
 //!
-//! In: pictures taken with one lens, a camera file that is right to 2 % in the focal length. Out: a camera file, a drawing of the residuals
-//! beside it (same name, `.svg`), a table on stdout. Pictures are solved by the flight code ([`crate::solve`]), their stars taken from the
-//! star source in double precision, and the lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again,
-//! until no star comes or goes: towards the corners a better lens finds more.
+//! In: pictures taken with one lens, a camera file that is right to 2 % in the focal length. Out: a camera
+//! file, a drawing of the residuals beside it (same name, `.svg`), a table on stdout. Pictures are solved by
+//! the flight code ([`crate::solve`]), their stars taken from the star source in double precision, and the
+//! lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again, until no star
+//! comes or goes: towards the corners a better lens finds more.
 //!
-//! A picture that cannot be read or has another size costs one line on stderr and status 2 at the end; one that cannot be identified is
-//! named and left out.
+//! A picture that cannot be read or has another size costs one line on stderr and status 2 at the end; one
+//! that cannot be identified is named and left out.
 
 pub mod fit;
 mod plot;
@@ -172,7 +173,8 @@ fn table(calibration: &Calibration) -> String {
 /// Runs the command.
 ///
 /// # Errors
-/// What concerns all pictures: camera files, a lens that the stars do not determine, files that cannot be written.
+/// What concerns all pictures: camera files, a lens that the stars do not determine, files that cannot be
+/// written.
 pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     let start = CameraFile::load(&arguments.camera)?;
     if start.projection != Projection::Rectilinear {

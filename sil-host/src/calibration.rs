@@ -1,18 +1,21 @@
-//! Makes what the flight code wants to know of a lens and its pixels: a [calibration](fsw_core::image::calibration).
+//! Makes what the flight code wants to know of a lens and its pixels: a
+//! [calibration](fsw_core::image::calibration).
 //!
 //! In: a camera, what the optics do to light, a detector. Out: the bytes of the file.
 //!
-//! Profiles: the world's image of a star on pixels that are sensitive throughout, at distances from the optical centre
-//! [`PROFILE_STEP_PX`] apart.
+//! Profiles: the world's image of a star on pixels that are sensitive throughout, at distances from the
+//! optical centre [`PROFILE_STEP_PX`] apart.
 //!
-//! Corrections: stars without noise on the detector's own pixels are drawn where the flight code, with these profiles, finds
-//! them at each tenth of a pixel (found by `ROUNDS` rounds, the error being a slow function of the place), and what is
-//! missing to their true place is the entry. The centroids are those of the flight code itself, the images those of the
-//! world's PSF and pixels, read here and drawn as single spots ([`Lens`]), not as a scene.
+//! Corrections: stars without noise on the detector's own pixels are drawn where the flight code, with these
+//! profiles, finds them at each tenth of a pixel (found by `ROUNDS` rounds, the error being a slow function
+//! of the place), and what is missing to their true place is the entry. The centroids are those of the flight
+//! code itself, the images those of the world's PSF and pixels, read here and drawn as single spots
+//! ([`Lens`]), not as a scene.
 //!
-//! The stars have B-V = [`COLOUR`]; how far others are displaced outwards (lateral colour) is measured at each profile. What is
-//! left at other places, phases and colours (B-V from 0 to 1.4) is measured last and, with `UNMODELLED_PX`, written into the
-//! file: the part of a centroid's error that is no noise. Where the world's stars have no colours, neither have these.
+//! The stars have B-V = [`COLOUR`]; how far others are displaced outwards (lateral colour) is measured at
+//! each profile. What is left at other places, phases and colours (B-V from 0 to 1.4) is measured last and,
+//! with `UNMODELLED_PX`, written into the file: the part of a centroid's error that is no noise. Where the
+//! world's stars have no colours, neither have these.
 
 mod star;
 
@@ -33,8 +36,9 @@ pub use star::{Lens, find, source_crc, window_about};
 pub const PROFILE_STEP_PX: u16 = 64;
 /// Colour of the stars, B-V: the mean of those of the catalogue.
 pub const COLOUR: f64 = 0.6;
-/// What gains that differ by 1 % from pixel to pixel, and stars too faint to be separated within the image, add to the error
-/// without noise, px: with it attitudes of flights lie within three of their sigmas as often as they should.
+/// What gains that differ by 1 % from pixel to pixel, and stars too faint to be separated within the image,
+/// add to the error without noise, px: with it attitudes of flights lie within three of their sigmas as often
+/// as they should.
 const UNMODELLED_PX: f64 = 0.012;
 /// Colours over which the rest is measured.
 const COLOURS: [f64; 5] = [0.0, 0.3, 0.6, 1.0, 1.4];
@@ -65,7 +69,8 @@ impl Grid {
     pub const REFERENCE: Self = Self { step_px: 200, mirrored: false };
 }
 
-/// A star's profile, of a displacement by colour not known yet: the spline through the world's light at the points of the grid.
+/// A star's profile, of a displacement by colour not known yet: the spline through the world's light at the
+/// points of the grid.
 fn profile(lens: &Lens, radius_px: f64) -> Vec<u8> {
     const REACH: i64 = PROFILE_REACH_PX as i64;
     const POINTS: i64 = POINTS_PER_PX as i64;
@@ -96,7 +101,8 @@ fn profile(lens: &Lens, radius_px: f64) -> Vec<u8> {
     bytes
 }
 
-/// How far the flight code finds stars displaced outwards for each magnitude of B-V, px: the mean over phases.
+/// How far the flight code finds stars displaced outwards for each magnitude of B-V, px: the mean over
+/// phases.
 fn colour_px(lens: &Lens, calibration: &Calibration, radius_px: f64) -> Option<f64> {
     let CameraFile { width_px, height_px, .. } = lens.camera;
     let corner = [f64::from(width_px) - lens.centre_px[0], f64::from(height_px) - lens.centre_px[1]];
@@ -114,8 +120,8 @@ fn colour_px(lens: &Lens, calibration: &Calibration, radius_px: f64) -> Option<f
     (count > 0.0).then(|| sum / count)
 }
 
-/// Coefficients of the quadratic B-spline through `values`: `1/8, 6/8, 1/8` of three neighbours along either axis are a value.
-/// Each round leaves at most three quarters of what is missing.
+/// Coefficients of the quadratic B-spline through `values`: `1/8, 6/8, 1/8` of three neighbours along either
+/// axis are a value. Each round leaves at most three quarters of what is missing.
 fn spline(values: &[f64]) -> Vec<f64> {
     let at = |points: &[f64], row: i64, column: i64| {
         // Even about the first row; nothing beyond the other edges.
@@ -152,8 +158,8 @@ fn places(grid: Grid, centre: f64, side: u16) -> (i16, u16) {
     ((-before * step) as i16, (before + after) as u16 + 1)
 }
 
-/// One table: corrections at the phases about a place, px. Where the flight code takes a star's shape for none, which it does
-/// at few phases, the entry is that of the phase before; `None` where it does so at most.
+/// One table: corrections at the phases about a place, px. Where the flight code takes a star's shape for
+/// none, which it does at few phases, the entry is that of the phase before; `None` where it does so at most.
 fn table(lens: &Lens, calibration: &Calibration, optical_px: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     let base = [0, 1].map(|k| (lens.centre_px[k] + optical_px[k]).floor());
     let mut entries = Vec::with_capacity(PHASES * PHASES);
@@ -260,8 +266,8 @@ pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
     Ok(file(lens, grid, &profiles, &tables, libm::hypot(rest, UNMODELLED_PX)))
 }
 
-/// Maps on all processors, in order. Not by rayon: callers hold a lock, and a worker of a pool that waits takes up other work,
-/// which may want the same lock.
+/// Maps on all processors, in order. Not by rayon: callers hold a lock, and a worker of a pool that waits
+/// takes up other work, which may want the same lock.
 fn in_parallel<T: Sync, R: Send>(items: &[T], map: impl Fn(&T) -> Option<R> + Sync) -> Option<Vec<R>> {
     let workers = std::thread::available_parallelism().map_or(1, |count| count.get());
     let share = items.len().div_ceil(workers).max(1);

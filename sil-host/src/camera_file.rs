@@ -1,9 +1,10 @@
 //! Camera files: the detector and the optics in TOML.
 //!
-//! In: the text of a camera file. Out: [`CameraFile`], every value checked. A fault names the file, the line and the
-//! key. Lengths are pixels; the optical centre counts from the centre of the first pixel read, x right and y down.
-//! The first five keys (`width_px`, `height_px`, `bits`, `focal_length_px`, `optical_centre_px`) must be there, the
-//! rest has defaults: rectilinear, no distortion, no correction table.
+//! In: the text of a camera file. Out: [`CameraFile`], every value checked. A fault names the file, the line
+//! and the key. Lengths are pixels; the optical centre counts from the centre of the first pixel read, x
+//! right and y down. The first five keys (`width_px`, `height_px`, `bits`, `focal_length_px`,
+//! `optical_centre_px`) must be there, the rest has defaults: rectilinear, no distortion, no correction
+//! table.
 
 use crate::error::{io_words, one_line};
 use serde::Deserialize;
@@ -203,8 +204,8 @@ impl CameraFile {
         Self::embedded("cameras/reference.toml", REFERENCE)
     }
 
-    /// An undistorted camera whose `width_px` columns span `fov_deg` degrees: f = (w/2) / tan(fov/2), the optical
-    /// centre in the middle.
+    /// An undistorted camera whose `width_px` columns span `fov_deg` degrees: f = (w/2) / tan(fov/2), the
+    /// optical centre in the middle.
     ///
     /// # Errors
     /// When a value is out of range; the message then names no file.
@@ -251,7 +252,8 @@ impl CameraFile {
         fsw_hal::DetectorGeometry { width_px: self.width_px, height_px: self.height_px, bits: self.bits }
     }
 
-    /// The camera of a detector read in blocks of `side_px` by `side_px`. The centre of its first pixel is the first block's.
+    /// The camera of a detector read in blocks of `side_px` by `side_px`. The centre of its first pixel is
+    /// the first block's.
     pub fn binned(&self, side_px: u16) -> Self {
         let side = f64::from(side_px);
         Self {
@@ -324,8 +326,8 @@ impl Source<'_> {
         self.error(key.as_deref(), at, message, to_do)
     }
 
-    /// The key of the value at byte `at`: the word left of the last `=` on its line, or on the nearest line above
-    /// that has one (a list may go over several lines).
+    /// The key of the value at byte `at`: the word left of the last `=` on its line, or on the nearest line
+    /// above that has one (a list may go over several lines).
     fn key_before(&self, at: usize) -> Option<String> {
         let before = self.text.get(..at)?;
         for line in before.lines().rev().take(8) {

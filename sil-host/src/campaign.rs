@@ -1,10 +1,11 @@
-//! `sil-host campaign`: many skies. `identify` (here) tries the flight code's identification on random ones, beside the best
-//! peers' figures.
+//! `sil-host campaign`: many skies. `identify` (here) tries the flight code's identification on random ones,
+//! beside the best peers' figures.
 //!
-//! In: numbers of fields, a seed. Out: the robustness grid (noise by false stars), the hard cases, the random skies and fields
-//! without stars, a row each with the share identified, the peers' best and what was wrong; with `--out` every finished
-//! block of fields is appended to a file, and a campaign that was stopped goes on from there. Everything depends on the seed
-//! alone, whatever the number of threads. Ends with status 1 when an identification was wrong or a cell is behind the peers.
+//! In: numbers of fields, a seed. Out: the robustness grid (noise by false stars), the hard cases, the random
+//! skies and fields without stars, a row each with the share identified, the peers' best and what was wrong;
+//! with `--out` every finished block of fields is appended to a file, and a campaign that was stopped goes on
+//! from there. Everything depends on the seed alone, whatever the number of threads. Ends with status 1 when
+//! an identification was wrong or a cell is behind the peers.
 //!
 //! | module | what it is |
 //! |---|---|

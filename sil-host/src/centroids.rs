@@ -1,13 +1,14 @@
 //! `sil-host centroids`: how well stars are centred, beside what is possible and what the thesis reached.
 //!
-//! In: a scenario's camera, optics and detector. Out: a table by magnitude. Stars of B-V = [`COLOUR`] stand at random places of
-//! the detector, one at a time, with photon, dark, read and quantisation noise; pixels are all alike (no fixed patterns, no
-//! banding), as in the bound. Each is centred twice by the flight code: by the centre of intensity, and with the lens's
-//! calibration.
+//! In: a scenario's camera, optics and detector. Out: a table by magnitude. Stars of B-V = [`COLOUR`] stand
+//! at random places of the detector, one at a time, with photon, dark, read and quantisation noise; pixels
+//! are all alike (no fixed patterns, no banding), as in the bound. Each is centred twice by the flight code:
+//! by the centre of intensity, and with the lens's calibration.
 //!
-//! Scatter: of the centroid about that of the same star without noise. Systematic: of the latter about the true place. Both
-//! root mean square, px an axis. Bound: Cramer-Rao ([`crate::bound`]), root mean square over the same places. Honesty: mean of
-//! (error / reported sigma)², 1 when sigmas are honest. Figures depend on seed and scenario alone.
+//! Scatter: of the centroid about that of the same star without noise. Systematic: of the latter about the
+//! true place. Both root mean square, px an axis. Bound: Cramer-Rao ([`crate::bound`]), root mean square over
+//! the same places. Honesty: mean of (error / reported sigma)², 1 when sigmas are honest. Figures depend on
+//! seed and scenario alone.
 
 use crate::bound;
 use crate::calibration::{COLOUR, Lens, find, window_about};

@@ -1,7 +1,7 @@
 //! The words of the command line.
 //!
-//! In: the arguments of the process. Out: [`CommandLine`], or one line on stderr and exit status 2. Help and version
-//! go to stdout with status 0.
+//! In: the arguments of the process. Out: [`CommandLine`], or one line on stderr and exit status 2. Help and
+//! version go to stdout with status 0.
 
 use crate::error::{HostError, one_line};
 use crate::scenario;
@@ -136,8 +136,8 @@ pub struct EarthArguments {
     /// Defects of the detector, made by `defects`
     #[arg(long, value_name = "FILE.defects")]
     pub defects: Option<PathBuf>,
-    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the centre; NAME-earth.png, of
-    /// pictures with one name the second is NAME-2-earth.png
+    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the
+    /// centre; NAME-earth.png, of pictures with one name the second is NAME-2-earth.png
     #[arg(long, value_name = "DIR")]
     pub overlay: Option<PathBuf>,
     /// One JSON object a picture on stdout, and nothing else
@@ -233,7 +233,8 @@ pub enum Campaign {
     Identify(CampaignIdentifyArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
-    /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its centre
+    /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its
+    /// centre
     Earth(CampaignEarthArguments),
 }
 

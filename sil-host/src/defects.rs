@@ -1,10 +1,13 @@
-//! `sil-host defects`: a detector's bad pixels and columns' offsets, from dark pictures; and its table put before other pictures.
+//! `sil-host defects`: a detector's bad pixels and columns' offsets, from dark pictures; and its table put
+//! before other pictures.
 //!
-//! In: at least [`PICTURES_MIN`] pictures of darkness taken with one detector, best at the exposure and the temperature of its flight.
-//! Out: the file that [`fsw_core::image::defects`] describes, and how many defects of which kind ([`survey`] says how they are
-//! known). A picture that cannot be used ends the command: a table from fewer pictures is not the one that was asked for.
+//! In: at least [`PICTURES_MIN`] pictures of darkness taken with one detector, best at the exposure and the
+//! temperature of its flight. Out: the file that [`fsw_core::image::defects`] describes, and how many defects
+//! of which kind ([`survey`] says how they are known). A picture that cannot be used ends the command: a
+//! table from fewer pictures is not the one that was asked for.
 //!
-//! With the file `solve` and `earth` mend a picture as the flight code mends windows ([`fsw_core::image::bad_pixels`]).
+//! With the file `solve` and `earth` mend a picture as the flight code mends windows
+//! ([`fsw_core::image::bad_pixels`]).
 
 pub mod survey;
 
@@ -21,8 +24,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use survey::{Kind, Survey};
 
-/// A flickering pixel and a hit are distinguished by what is left when one picture is not looked at. Of three pictures that leaves two,
-/// whose difference says too little: 20 false pixels in a million.
+/// A flickering pixel and a hit are distinguished by what is left when one picture is not looked at. Of three
+/// pictures that leaves two, whose difference says too little: 20 false pixels in a million.
 pub const PICTURES_MIN: usize = 5;
 
 /// The answer.
@@ -48,8 +51,8 @@ pub struct DefectsAnswer {
     pub columns: usize,
 }
 
-/// Bytes of a table: bad pixels (column, row) sorted by row, then column, and offsets of columns from the left; at most 65,535 of
-/// either.
+/// Bytes of a table: bad pixels (column, row) sorted by row, then column, and offsets of columns from the
+/// left; at most 65,535 of either.
 pub fn table([width, height]: [u16; 2], bad: &[[u16; 2]], offsets: &[(u16, i16)]) -> Vec<u8> {
     let mut words = vec![width, height, offsets.len() as u16, bad.len() as u16, 0, 0];
     words.extend((0..=height).map(|row| bad.partition_point(|[_, y]| *y < row) as u16));

@@ -1,11 +1,13 @@
 //! `sil-host earth`: the Earth in real pictures, served to the flight code as a detector.
 //!
-//! In: picture files, a camera file, the Earth's pole and the Sun in the sensor frame where they are known. Out: a line a picture,
-//! JSON or text, with limb points, centre, Earth vector and distance; a drawing on request. A picture that cannot be read costs one
-//! line on stderr and status 2 at the end; the others are still answered. A picture without an Earth is an answer, not a fault.
+//! In: picture files, a camera file, the Earth's pole and the Sun in the sensor frame where they are known.
+//! Out: a line a picture, JSON or text, with limb points, centre, Earth vector and distance; a drawing on
+//! request. A picture that cannot be read costs one line on stderr and status 2 at the end; the others are
+//! still answered. A picture without an Earth is an answer, not a fault.
 //!
-//! The flight code's limb is a rise of some tens of pixels. From a low orbit a long lens makes it hundreds: such a picture is read in
-//! blocks of 2, 4 or 8 px ([`BINNINGS`]), the first that gives a centre. Places in the answer are the picture's own pixels.
+//! The flight code's limb is a rise of some tens of pixels. From a low orbit a long lens makes it hundreds:
+//! such a picture is read in blocks of 2, 4 or 8 px ([`BINNINGS`]), the first that gives a centre. Places in
+//! the answer are the picture's own pixels.
 
 mod drawing;
 
@@ -36,7 +38,8 @@ pub const BINNINGS: [u16; 4] = [1, 2, 4, 8];
 const LEAST_SIDE_PX: u16 = 256;
 /// Pictures come from deep space, too: the parameter's greatest value, km.
 const FARTHEST_KM: f32 = 1e9;
-/// Least standard deviation of a limb point of a picture, px: published pictures are resampled, sharpened and masked by others.
+/// Least standard deviation of a limb point of a picture, px: published pictures are resampled, sharpened and
+/// masked by others.
 const PICTURE_FLOOR_PX: f32 = 0.3;
 /// Radius of the mean sphere, km (IUGG).
 const MEAN_RADIUS_KM: f32 = 6371.009;
@@ -76,7 +79,8 @@ pub struct EarthAnswer {
     pub reason: Option<&'static str>,
     /// Image of the Earth's centre, px; none where it lies behind the camera.
     pub centre_px: Option<[f32; 2]>,
-    /// Mean distance of the limb from it, px; where a part of the limb lies behind the camera, that of a limb about the line of sight.
+    /// Mean distance of the limb from it, px; where a part of the limb lies behind the camera, that of a limb
+    /// about the line of sight.
     pub radius_px: Option<f32>,
     /// Limb points measured.
     pub points: usize,
@@ -113,8 +117,8 @@ pub fn reason_words(reason: Refusal) -> &'static str {
     }
 }
 
-/// What the flight code is given where the pole is not known: a mean sphere, from which the ellipsoid departs by 6.4 km in the root mean
-/// square over all places, over distances as long as the Earth's radius.
+/// What the flight code is given where the pole is not known: a mean sphere, from which the ellipsoid departs
+/// by 6.4 km in the root mean square over all places, over distances as long as the Earth's radius.
 pub fn of_a_mean_sphere(parameters: EarthParameters) -> EarthParameters {
     EarthParameters {
         ellipsoid: Ellipsoid { equatorial_km: MEAN_RADIUS_KM, polar_km: MEAN_RADIUS_KM },
@@ -248,7 +252,8 @@ impl PictureEarth {
     }
 }
 
-/// The limb of a body found, as the camera shows it: places evenly about the centre, those behind the camera missing.
+/// The limb of a body found, as the camera shows it: places evenly about the centre, those behind the camera
+/// missing.
 fn outline(view: &View, camera: &Camera) -> Vec<Option<[f32; 2]>> {
     (0..OUTLINE)
         .map(|step| {
@@ -304,8 +309,8 @@ fn answer(
     (answer, limb)
 }
 
-/// Mean distance of the limb's image from the centre's, px; of a limb about the line of sight where not all of it is before the
-/// camera.
+/// Mean distance of the limb's image from the centre's, px; of a limb about the line of sight where not all
+/// of it is before the camera.
 fn radius_px(centre_px: Option<[f32; 2]>, limb: &[Option<[f32; 2]>], view: &View, camera: &Camera) -> f32 {
     let whole: Option<Vec<[f32; 2]>> = limb.iter().copied().collect();
     if let Some(([x, y], whole)) = centre_px.zip(whole) {

@@ -1,7 +1,7 @@
 //! What a user reads when something is wrong: one line, where it is and what to do about it.
 //!
-//! Every message has the form `sil-host: FILE:LINE: what; what to do`, without `:LINE` where a file has no lines and
-//! without `FILE` where none is concerned. The program then ends with [`EXIT_BAD_INPUT`].
+//! Every message has the form `sil-host: FILE:LINE: what; what to do`, without `:LINE` where a file has no
+//! lines and without `FILE` where none is concerned. The program then ends with [`EXIT_BAD_INPUT`].
 
 use fsw_hal::DetectorError;
 use std::fmt;
@@ -89,7 +89,8 @@ impl HostError {
     }
 }
 
-/// Of many inputs those that cannot be used: each costs a line on stderr and status 2 at the end, and the others are answered.
+/// Of many inputs those that cannot be used: each costs a line on stderr and status 2 at the end, and the
+/// others are answered.
 #[derive(Debug, Default)]
 pub struct Faults {
     any: bool,
@@ -112,8 +113,8 @@ impl Faults {
     }
 }
 
-/// `text` with every run of white space and control characters replaced by one blank, so that a message stays a line
-/// whatever a library or a file name puts into it.
+/// `text` with every run of white space and control characters replaced by one blank, so that a message stays
+/// a line whatever a library or a file name puts into it.
 pub(crate) fn one_line(text: &str) -> String {
     text.split(|c: char| c.is_whitespace() || c.is_control())
         .filter(|word| !word.is_empty())

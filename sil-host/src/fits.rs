@@ -1,12 +1,13 @@
 //! The first picture of a FITS file.
 //!
-//! In: the bytes of a file that begins with a primary header (FITS 4.0, sections 3.3 and 4). Out: [`FitsPlanes`], the
-//! physical values `BZERO + BSCALE * stored` of one plane (grey) or three (red, green, blue), in the order of the
-//! file, unless `ROWORDER = 'BOTTOM-UP'` says that the last row is the upper one. `BITPIX` may be 8, 16, 32, -32 or
-//! -64; a value equal to `BLANK` and anything that is not a number reads as the smallest value.
+//! In: the bytes of a file that begins with a primary header (FITS 4.0, sections 3.3 and 4). Out:
+//! [`FitsPlanes`], the physical values `BZERO + BSCALE * stored` of one plane (grey) or three (red, green,
+//! blue), in the order of the file, unless `ROWORDER = 'BOTTOM-UP'` says that the last row is the upper one.
+//! `BITPIX` may be 8, 16, 32, -32 or -64; a value equal to `BLANK` and anything that is not a number reads as
+//! the smallest value.
 //!
-//! Why not a library: the pure-Rust readers tried return fewer pixels for a truncated file without a word, or stop
-//! the program on an absurd `NAXISn`. Extensions, tables and compressed tiles are not read.
+//! Why not a library: the pure-Rust readers tried return fewer pixels for a truncated file without a word, or
+//! stop the program on an absurd `NAXISn`. Extensions, tables and compressed tiles are not read.
 
 /// Length of a FITS block, bytes.
 const BLOCK: usize = 2880;

@@ -1,7 +1,8 @@
 //! Frames recorded for the emulated target, and their replay on the host.
 //!
-//! All numbers are little-endian. A 16-byte header, then the frames: local time (i64, microseconds since power-on) and Terrestrial
-//! Time (i64, microseconds since J2000.0) of the middle of the exposure, and the pixels row by row, a `u16` each:
+//! All numbers are little-endian. A 16-byte header, then the frames: local time (i64, microseconds since
+//! power-on) and Terrestrial Time (i64, microseconds since J2000.0) of the middle of the exposure, and the
+//! pixels row by row, a `u16` each:
 //!
 //! | byte | what |
 //! |---|---|
@@ -13,8 +14,9 @@
 //! | 11 | 0 |
 //! | 12 | number of frames, u32 |
 //!
-//! A replay shows the frame of the second it was [turned to](Recording::turn_to), whether or not those before it were
-//! exposed. The firmware reads the same file by semihosting, so that host and target see the same pixels.
+//! A replay shows the frame of the second it was [turned to](Recording::turn_to), whether or not those before
+//! it were exposed. The firmware reads the same file by semihosting, so that host and target see the same
+//! pixels.
 
 use crate::error::{io_words, one_line};
 use crate::picture::{check_request, copy_window};

@@ -1,9 +1,9 @@
 //! `sil-host identify`: the flight code's identification on lists of centroids.
 //!
-//! In: one field a line, `{"id":..,"centroids":[[x,y] or [x,y,brightness],...]}`. Out: one answer a line, names in the
-//! order of the centroids. More centroids than the flight code takes: the brightest (without brightness: the first) are
-//! used, and the answer says how many. A line that is no field costs one line on stderr with its number and status 2 at
-//! the end; the others are still answered.
+//! In: one field a line, `{"id":..,"centroids":[[x,y] or [x,y,brightness],...]}`. Out: one answer a line,
+//! names in the order of the centroids. More centroids than the flight code takes: the brightest (without
+//! brightness: the first) are used, and the answer says how many. A line that is no field costs one line on
+//! stderr with its number and status 2 at the end; the others are still answered.
 
 use crate::camera_file::CameraFile;
 use crate::cli::IdentifyArguments;
@@ -24,7 +24,8 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Centroid error on which the reported sigma rests, px per axis; it is widened when the residuals are larger.
+/// Centroid error on which the reported sigma rests, px per axis; it is widened when the residuals are
+/// larger.
 const CENTROID_SIGMA_PX: f32 = 0.1;
 
 /// A field as given.
@@ -99,7 +100,8 @@ pub fn answer_with(
     let brightness = |index: &usize| field.centroids[*index].get(2).copied().unwrap_or(0.0);
     // Stable, so without brightness the order stays as given.
     order.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
-    // A place the camera cannot map (far outside the detector) is no star; its index must not shift the others.
+    // A place the camera cannot map (far outside the detector) is no star; its index must not shift the
+    // others.
     let place = |index: &usize| [field.centroids[*index][0] as f32, field.centroids[*index][1] as f32];
     order.retain(|index| camera.direction(place(index)).is_some());
     order.truncate(MAX_MEASURED);

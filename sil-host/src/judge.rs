@@ -7,8 +7,8 @@
 //! | [`figures`] | the errors of all seconds | what a run comes to, and whether it kept its limits |
 //! | [`sums`] | errors and sigmas | root mean squares, shares, largest |
 //!
-//! Attitude errors are rotation vectors in star path axes; position and velocity errors are estimate less truth, in ICRS
-//! axes and radial (up), along (flight) and cross (orbit normal).
+//! Attitude errors are rotation vectors in star path axes; position and velocity errors are estimate less
+//! truth, in ICRS axes and radial (up), along (flight) and cross (orbit normal).
 
 pub mod expected;
 pub mod figures;

@@ -19,8 +19,9 @@
 //! | [`world`] | truth, apart from the flight code: sky, optics, noise, frames |
 //! | [`error`] | what a user reads when something is wrong |
 //!
-//! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x along +x px,
-//! y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last, and maps ICRS to sensor.
+//! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x
+//! along +x px, y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last,
+//! and maps ICRS to sensor.
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::print_stdout))]
 

@@ -1,4 +1,5 @@
-//! The program `sil-host`: reads the command line, hands over to the library, turns the outcome into an exit status.
+//! The program `sil-host`: reads the command line, hands over to the library, turns the outcome into an exit
+//! status.
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};

@@ -1,7 +1,8 @@
 //! `sil-host parameters`: the table of all parameters of the flight code, as a page or as JSON.
 //!
-//! In: the rows that the flight code declares ([`fsw_core::parameters::GROUPS`]). Out: the page `fsw-core/PARAMETERS.md`, or one
-//! JSON object `{"version", "parameters": [{"group", "name", "type", "unit", "default", "range", "about", "source"}]}`.
+//! In: the rows that the flight code declares ([`fsw_core::parameters::GROUPS`]). Out: the page
+//! `fsw-core/PARAMETERS.md`, or one JSON object `{"version", "parameters": [{"group", "name", "type", "unit",
+//! "default", "range", "about", "source"}]}`.
 
 use crate::cli::ParametersArguments;
 use crate::error::HostError;

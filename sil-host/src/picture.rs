@@ -108,8 +108,8 @@ impl Picture {
         Ok(Self::new(width as u16, height as u16, bits, pixels))
     }
 
-    /// A picture from raw values, row by row; `None` when their number is not `width_px * height_px` or `bits` is not
-    /// 1 to 16.
+    /// A picture from raw values, row by row; `None` when their number is not `width_px * height_px` or
+    /// `bits` is not 1 to 16.
     pub fn from_pixels(geometry: DetectorGeometry, pixels: Vec<u16>) -> Option<Self> {
         let right = pixels.len() == geometry.whole().area() && (1..=16).contains(&geometry.bits);
         right.then_some(Self { geometry, pixels, exposed: false })
@@ -120,8 +120,8 @@ impl Picture {
         &self.pixels
     }
 
-    /// The picture read in blocks of `side_px` by `side_px`, each their mean, in 16 bits; an incomplete block at the right or lower
-    /// edge is left out. `None` where nothing of use is left ([`SIDE_MIN_PX`]).
+    /// The picture read in blocks of `side_px` by `side_px`, each their mean, in 16 bits; an incomplete block
+    /// at the right or lower edge is left out. `None` where nothing of use is left ([`SIDE_MIN_PX`]).
     pub fn binned(&self, side_px: u16) -> Option<Self> {
         let DetectorGeometry { width_px, height_px, .. } = self.geometry;
         let (width, height) = (width_px.checked_div(side_px)?, height_px.checked_div(side_px)?);
@@ -216,8 +216,8 @@ fn decoder_fault(error: image::ImageError) -> PictureFault {
     }
 }
 
-/// Whether the last scan of a JPEG file is followed by the end marker; inside the coded data 0xFF is always stuffed,
-/// so neither marker can occur there by chance.
+/// Whether the last scan of a JPEG file is followed by the end marker; inside the coded data 0xFF is always
+/// stuffed, so neither marker can occur there by chance.
 fn jpeg_is_whole(bytes: &[u8]) -> bool {
     let last = |second: u8| bytes.windows(2).rposition(|pair| pair == [0xFF, second]);
     last(0xD9).is_some() && last(0xD9) > last(0xDA)

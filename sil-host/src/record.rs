@@ -8,8 +8,8 @@
 //! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
 //!
-//! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the flight code is
-//! made for a calibrated camera; catalogue and calibration are those in the flight image.
+//! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the
+//! flight code is made for a calibrated camera; catalogue and calibration are those in the flight image.
 
 pub mod mission;
 
@@ -88,7 +88,8 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     Ok((0..seconds).map(fly).collect())
 }
 
-/// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or is made.
+/// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or
+/// is made.
 ///
 /// # Errors
 /// When a file cannot be written.

@@ -1,8 +1,9 @@
 //! `sil-host render`: the frame the detector would show in a second of a scenario.
 //!
-//! In: a scenario and a second. Out: raw digital numbers, not scaled, as grey of 16 bits: a PNG, or a FITS file of one
-//! plane (`BITPIX = 16` with `BZERO = 32768`, the usual way to hold unsigned numbers; first row first, said by
-//! `ROWORDER`). A frame is a pure function of scenario, seed and second: no second before it is flown.
+//! In: a scenario and a second. Out: raw digital numbers, not scaled, as grey of 16 bits: a PNG, or a FITS
+//! file of one plane (`BITPIX = 16` with `BZERO = 32768`, the usual way to hold unsigned numbers; first row
+//! first, said by `ROWORDER`). A frame is a pure function of scenario, seed and second: no second before it
+//! is flown.
 
 use crate::cli::RenderArguments;
 use crate::error::HostError;

@@ -10,8 +10,8 @@
 //! | [`figures_table`] | the judge's figures | lines for page and terminal |
 //! | [`page`] | all of these | the page |
 //!
-//! No scripts, no fonts, no links to elsewhere; colours follow the reader's light or dark. Nothing in it depends on the time
-//! of day, so that equal runs give equal files.
+//! No scripts, no fonts, no links to elsewhere; colours follow the reader's light or dark. Nothing in it
+//! depends on the time of day, so that equal runs give equal files.
 
 pub mod figures_table;
 pub mod frames;

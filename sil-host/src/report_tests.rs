@@ -8,7 +8,8 @@ use fsw_core::telemetry::{
     AttitudeReport, ClockState, EarthReport, EarthStatus, Event, OrbitReport, Outcome, Report,
 };
 
-/// A report of a sensor whose errors are Gaussian with the sigmas it reports; `decay` shrinks those of the orbit.
+/// A report of a sensor whose errors are Gaussian with the sigmas it reports; `decay` shrinks those of the
+/// orbit.
 fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay: f64) -> Report {
     let mode = mode_of(truth.state);
     let draw = |stream: u32| noise.gaussian(cycle, stream);
@@ -118,7 +119,8 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
     }
     assert!(page.len() < 4_000_000, "{} bytes", page.len());
     assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
-    // What was drawn with the sigmas it reports is judged to have them: three axes within three sigma, 99.19 %.
+    // What was drawn with the sigmas it reports is judged to have them: three axes within three sigma, 99.19
+    // %.
     let within = figures.orbit.position_within_3_sigma_share.unwrap();
     let expected = 0.9973f64.powi(3);
     let seconds = f64::from(figures.seconds - figures.orbit.first_s.unwrap());

@@ -1,6 +1,7 @@
 //! `sil-host run`: flies a scenario and judges it.
 //!
-//! In: a scenario file, or the name of one that comes with the program, or nothing for the default. Out, in a folder:
+//! In: a scenario file, or the name of one that comes with the program, or nothing for the default. Out, in a
+//! folder:
 //!
 //! | file | content |
 //! |---|---|
@@ -9,8 +10,8 @@
 //! | `telemetry.bin` | the sensor's telemetry, a stream ([`fsw_core::telemetry`]) |
 //! | `report.html` | plots and frames, self-contained |
 //!
-//! Memory does not grow with the run. The same scenario and seed give the same bytes in every file. Ends with status 1 when
-//! a limit was missed.
+//! Memory does not grow with the run. The same scenario and seed give the same bytes in every file. Ends with
+//! status 1 when a limit was missed.
 
 pub mod csv;
 pub mod events;
@@ -168,7 +169,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
         .map_err(|error| HostError::system(path, "written", &error, "check the folder"))
 }
 
-/// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that second's image.
+/// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that
+/// second's image.
 fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
     let scene: &Scene = second.scene;
     if scene.cycle() != Some(second.cycle.into()) || second.report.attitude?.age_s > 0 {

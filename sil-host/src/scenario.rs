@@ -1,8 +1,9 @@
 //! Scenario files: an orbit, a pointing, a camera, and what the judge demands.
 //!
-//! In: TOML text. Out: [`Scenario`], every value checked; a fault names file, line and key. Angles are degrees, lengths
-//! km, in ICRS (GCRF) axes; times in the file are UTC, in the program TT since J2000.0. Keys that have a default may be left
-//! out, unknown ones are refused. The files that come with the program ([`EMBEDDED`]) show every table.
+//! In: TOML text. Out: [`Scenario`], every value checked; a fault names file, line and key. Angles are
+//! degrees, lengths km, in ICRS (GCRF) axes; times in the file are UTC, in the program TT since J2000.0. Keys
+//! that have a default may be left out, unknown ones are refused. The files that come with the program
+//! ([`EMBEDDED`]) show every table.
 //!
 //! | table | says |
 //! |---|---|
@@ -280,7 +281,8 @@ impl Scenario {
         flight::calibration(&self.camera, &self.imaging, &self.detector)
     }
 
-    /// The flight code's parameters for this scenario, with this calibration: the only place where they are made.
+    /// The flight code's parameters for this scenario, with this calibration: the only place where they are
+    /// made.
     pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
         let camera = flight::camera_parameters(&self.camera);
         let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };

@@ -159,7 +159,8 @@ fn seconds_in_states(name: &str) -> [u32; 5] {
 #[test]
 fn the_default_scenario_has_an_eclipse_and_the_sun_in_the_earth_path_on_either_side() {
     let [full, sun_earth, eclipse, sun_star, both] = seconds_in_states("geo-eclipse");
-    // The Earth covers the Sun for 67 to 70 minutes at the equinox; the Sun needs 13 to 17 minutes from the field's edge.
+    // The Earth covers the Sun for 67 to 70 minutes at the equinox; the Sun needs 13 to 17 minutes from the
+    // field's edge.
     assert!((3_900..4_300).contains(&eclipse) && (1_500..2_100).contains(&sun_earth));
     assert!(full > 15_000 && sun_star == 0 && both == 0);
 }
@@ -168,7 +169,8 @@ fn the_default_scenario_has_an_eclipse_and_the_sun_in_the_earth_path_on_either_s
 fn the_day_also_has_the_sun_in_the_star_path() {
     let [_, sun_earth, eclipse, sun_star, over_earth] = seconds_in_states("geo-day");
     assert!(sun_earth > 1_500 && eclipse > 3_900);
-    // 24.1 degrees of field and the Sun's own half degree at 15 degrees an hour; two thirds of it over the Earth's image.
+    // 24.1 degrees of field and the Sun's own half degree at 15 degrees an hour; two thirds of it over the
+    // Earth's image.
     assert!((5_700..6_100).contains(&(sun_star + over_earth)) && over_earth > sun_star);
 }
 

@@ -1,8 +1,9 @@
 //! `sil-host solve`: lost in space on real pictures, served to the flight code as a detector.
 //!
-//! In: picture files and a camera file or a field of view. Out: a line a picture, JSON or text, with attitude, sigma and
-//! the stars recognised. A picture that cannot be read costs one line on stderr and status 2 at the end; the others are
-//! still answered. A sky that cannot be identified is an answer, not a fault.
+//! In: picture files and a camera file or a field of view. Out: a line a picture, JSON or text, with
+//! attitude, sigma and the stars recognised. A picture that cannot be read costs one line on stderr and
+//! status 2 at the end; the others are still answered. A sky that cannot be identified is an answer, not a
+//! fault.
 
 use crate::camera_file::CameraFile;
 use crate::cli::SolveArguments;
@@ -208,7 +209,8 @@ fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
         .collect();
 }
 
-/// The camera of a picture, from the camera file (with its name) or from the horizontal field of view, degrees.
+/// The camera of a picture, from the camera file (with its name) or from the horizontal field of view,
+/// degrees.
 ///
 /// # Errors
 /// When file and picture differ in size, or the flight code refuses the camera.

@@ -1,25 +1,28 @@
 //! The attitude filter: attitude and rate from one image after the other, and where the sensor points next.
 //!
-//! In: attitudes with their sigmas, each of an instant, or single stars where there are too few for one; where there is a rate
-//! sensor, its readings. Out: attitude, rate and their sigmas at that instant or a later one. Star path's frame, rad, rad/s.
+//! In: attitudes with their sigmas, each of an instant, or single stars where there are too few for one;
+//! where there is a rate sensor, its readings. Out: attitude, rate and their sigmas at that instant or a
+//! later one. Star path's frame, rad, rad/s.
 //!
-//! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is a rotation `exp(-[δ×]) A`, whose
-//! error `δ` every image gives back to it. The rate is `ω = reading + x₁`: without a rate sensor the reading is 0 and `x₁` the
-//! rate, with one `-x₁` is its bias. The states are those of the thesis (§3.1.4.2):
+//! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is a rotation
+//! `exp(-[δ×]) A`, whose error `δ` every image gives back to it. The rate is `ω = reading + x₁`: without a
+//! rate sensor the reading is 0 and `x₁` the rate, with one `-x₁` is its bias. The states are those of the
+//! thesis (§3.1.4.2):
 //!
 //! | `BLOCKS` | state | thesis |
 //! |---|---|---|
 //! | 2 | attitude, rate or bias | eq. 3.19 |
 //! | 3 | attitude, rate, angular acceleration | eq. 3.20 |
 //!
-//! Over `t` the sensor turns by `φ = ω t`, and `δ' = R δ + t J x₁ + t² / 2 J x₂` with `R = exp(-[φ×])` and `J` its mean over
-//! the turn: exact for any rate. White noise drives the last state. Its density follows the innovations: it grows
-//! while their mean square is too large and shrinks while it is not. So one tuning serves rest, 10 deg/s, slews and a wheel's jitter,
-//! which a fixed one cannot (thesis §3.1.4.2). What no noise explains is a manoeuvre: the filter begins
-//! anew from the last two attitudes. No attitude is refused; whether it is right was decided when its stars were identified.
+//! Over `t` the sensor turns by `φ = ω t`, and `δ' = R δ + t J x₁ + t² / 2 J x₂` with `R = exp(-[φ×])` and
+//! `J` its mean over the turn: exact for any rate. White noise drives the last state. Its density follows the
+//! innovations: it grows while their mean square is too large and shrinks while it is not. So one tuning
+//! serves rest, 10 deg/s, slews and a wheel's jitter, which a fixed one cannot (thesis §3.1.4.2). What no
+//! noise explains is a manoeuvre: the filter begins anew from the last two attitudes. No attitude is refused;
+//! whether it is right was decided when its stars were identified.
 //!
-//! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's variance, is
-//! not averaged away but added to the sigmas reported.
+//! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's
+//! variance, is not averaged away but added to the sigmas reported.
 
 mod blocks;
 mod update;
@@ -34,17 +37,18 @@ use nalgebra::{Matrix3, Vector3};
 pub const MAX_RATE_BASE_S: f32 = 10.0;
 /// ... and so near to each other their noise would be taken for a rate, s.
 const MIN_RATE_BASE_S: f32 = 0.05;
-/// Longest time over which the state is propagated in one step, s: an hour, beyond which no rate observed is of use.
+/// Longest time over which the state is propagated in one step, s: an hour, beyond which no rate observed is
+/// of use.
 const MAX_STEP_S: f32 = 3600.0;
 /// Largest angle over which an attitude is propagated in one step, rad.
 const MAX_ANGLE_RAD: f32 = 1.5;
-/// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of all
-/// scenarios (autocorrelation of `cycles.csv`).
+/// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of
+/// all scenarios (autocorrelation of `cycles.csv`).
 const COLOURED: f32 = 0.35;
 /// Images over which the mean square of the innovations is taken.
 const MEMORY: f32 = 16.0;
-/// Mean squares of the normalised innovation, a degree of freedom, at which the noise grows and shrinks, and its factors
-/// a second: a manoeuvre is followed soon, and forgotten in a minute or two.
+/// Mean squares of the normalised innovation, a degree of freedom, at which the noise grows and shrinks, and
+/// its factors a second: a manoeuvre is followed soon, and forgotten in a minute or two.
 const GROWS: (f32, f32) = (1.5, 2.0);
 const SHRINKS: (f32, f32) = (1.2, 0.9);
 /// Normalised innovation squared, 3 degrees of freedom, that noise does not reach: chance 1e-8.
@@ -135,8 +139,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self
     }
 
-    /// Propagates the state to `instant` with what the rate sensor told of the time before it, rad/s. Where it is silent its last
-    /// reading becomes the rate, and the filter goes on as without one.
+    /// Propagates the state to `instant` with what the rate sensor told of the time before it, rad/s. Where
+    /// it is silent its last reading becomes the rate, and the filter goes on as without one.
     pub fn propagate_gyro(
         &mut self,
         instant: LocalTime,
@@ -159,9 +163,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a second, which covers
-    /// the changing rate of a nadir law in a low orbit of e = 0.001 through ten minutes of blindness, and 40 arcsec/s. Of the
-    /// acceleration: a tenth in a second.
+    /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a
+    /// second, which covers the changing rate of a nadir law in a low orbit of e = 0.001 through ten minutes
+    /// of blindness, and 40 arcsec/s. Of the acceleration: a tenth in a second.
     fn process_noise_limits() -> (f32, f32) {
         const LEAST_RAD: f32 = 3.4e-8;
         const GREATEST_RAD: f32 = 2e-4;
@@ -177,7 +181,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         instant.us_since(self.observed)
     }
 
-    /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate sensor.
+    /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate
+    /// sensor.
     pub fn rate(&self) -> Option<Rate> {
         let noise = self.sensor.map_or(0.0, |sensor| square(sensor.white_rad));
         let variance = self.covariance.at(RATE, RATE).diagonal().map(|variance| variance + noise);
@@ -185,8 +190,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             .then(|| Rate { rad_s: self.reading + self.state(RATE), sigma_rad_s: self.sigma(&variance) })
     }
 
-    /// Attitude and standard deviations, rad, at a later instant; `None` without a rate, for an earlier instant, beyond
-    /// `MAX_STEP_S` and `MAX_ANGLE_RAD`.
+    /// Attitude and standard deviations, rad, at a later instant; `None` without a rate, for an earlier
+    /// instant, beyond `MAX_STEP_S` and `MAX_ANGLE_RAD`.
     #[inline(never)]
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
@@ -196,8 +201,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         })
     }
 
-    /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, where there is one: else the last holds.
-    /// `false`, and nothing changes, where [`Filter::at`] gives nothing.
+    /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, where there is one: else
+    /// the last holds. `false`, and nothing changes, where [`Filter::at`] gives nothing.
     #[inline(never)]
     pub fn propagate(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
         let elapsed = seconds(instant.us_since(self.instant));

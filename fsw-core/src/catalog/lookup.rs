@@ -12,13 +12,13 @@ use crate::frames::{Direction, Icrs};
 use core::ops::Range;
 use nalgebra::Vector3;
 
-/// A dot product of two unit vectors with 15 bits a component after the point errs by less: each vector's error is below
-/// `sqrt(3) 2^-15`, and the axis is shorter by 2^-15.
+/// A dot product of two unit vectors with 15 bits a component after the point errs by less: each vector's
+/// error is below `sqrt(3) 2^-15`, and the axis is shorter by 2^-15.
 const COARSE_ERROR: f32 = 1.5e-4;
 /// The chord of two such vectors errs by less: `sqrt(3) 2^-15`.
 pub const COARSE_CHORD_ERROR: f32 = 6e-5;
-/// Aberration moves a direction by no more than this, rad, and changes a chord by no more than this share of it: the catalogue
-/// takes no observer that is faster, and rounding.
+/// Aberration moves a direction by no more than this, rad, and changes a chord by no more than this share of
+/// it: the catalogue takes no observer that is faster, and rounding.
 pub const MOST_ABERRATION: f32 = 1.001e-3;
 
 /// A cone in integers of 16 bits, a little wider than it is.
@@ -42,8 +42,8 @@ impl CoarseCone {
         products.fold(0, i32::wrapping_add) >= self.limit
     }
 
-    /// The next star within, with its index; `rest` are the stars not yet looked at, and the index of the first of them.
-    /// Not inlined: in a loop of its own 20 cycles a star, else 44.
+    /// The next star within, with its index; `rest` are the stars not yet looked at, and the index of the
+    /// first of them. Not inlined: in a loop of its own 20 cycles a star, else 44.
     #[inline(never)]
     fn next<'a>(&self, rest: &mut (u16, &'a [[u8; STAR_BYTES]])) -> Option<(u16, &'a [u8; STAR_BYTES])> {
         let (first, stars) = *rest;
@@ -55,8 +55,8 @@ impl CoarseCone {
     }
 }
 
-/// The components of a star's record at the top of a word each, Q1.31; below them stands what is beside them. A whole word
-/// costs one load on the target, three bytes three.
+/// The components of a star's record at the top of a word each, Q1.31; below them stands what is beside them.
+/// A whole word costs one load on the target, three bytes three.
 fn words(record: &[u8; STAR_BYTES]) -> [i32; 3] {
     let word = |offset: usize| {
         let bytes = record.get(offset..).and_then(|bytes| bytes.first_chunk::<4>());
@@ -110,8 +110,9 @@ impl<'a> Catalogue<'a> {
         self.stars.iter().map(decode_star)
     }
 
-    /// Index and direction, as the Sun sees it, of every star within the cone about `axis` whose half angle has the
-    /// `cosine`, brightest first, and of some just outside. Most stars are refused by a dot product in integers of 16 bits.
+    /// Index and direction, as the Sun sees it, of every star within the cone about `axis` whose half angle
+    /// has the `cosine`, brightest first, and of some just outside. Most stars are refused by a dot product
+    /// in integers of 16 bits.
     pub fn near(
         &self,
         axis: &Direction<Icrs>,
@@ -151,7 +152,8 @@ impl<'a> Catalogue<'a> {
         Some(*self.aberrated(&Direction::from_q30(decode_unit(record))).vector())
     }
 
-    /// Squared chord of two stars, Q2.30, from 16 bits a component and without aberration; 0 where there is no such star.
+    /// Squared chord of two stars, Q2.30, from 16 bits a component and without aberration; 0 where there is
+    /// no such star.
     pub fn coarse_square(&self, a: u16, b: u16) -> u32 {
         let record = |star: u16| self.stars.get(usize::from(star));
         let Some((a, b)) = record(a).zip(record(b)) else { return 0 };

@@ -53,7 +53,8 @@ impl Scatter {
     }
 }
 
-/// The cone through the rays whose bits are `chosen`, least squares; `None` for fewer than three or those that fix none.
+/// The cone through the rays whose bits are `chosen`, least squares; `None` for fewer than three or those
+/// that fix none.
 pub(super) fn fit(rays: &[Ray], chosen: u128) -> Option<Cone> {
     let mut bits = chosen;
     let rays = rays.iter().filter(move |_| {

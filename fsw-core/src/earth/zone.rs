@@ -117,8 +117,8 @@ impl Model {
     }
 }
 
-/// Square root of a number from 0 to 1e30, to 5e-6 of it: from the exponent halved, by two of Newton's steps for the reciprocal
-/// root. A strip's model takes 200 of them; libm's exact one costs 63 cycles, this one 25.
+/// Square root of a number from 0 to 1e30, to 5e-6 of it: from the exponent halved, by two of Newton's steps
+/// for the reciprocal root. A strip's model takes 200 of them; libm's exact one costs 63 cycles, this one 25.
 fn root(square: f32) -> f32 {
     let half = 0.5 * square;
     let first = f32::from_bits(0x5F37_59DF_u32.wrapping_sub(square.to_bits() >> 1));

@@ -15,7 +15,8 @@
 //! of digits in the difference is harmless: variances fall by 1e12 at most (test: every campaign of the
 //! filter ends with a Cholesky factor of all states).
 //!
-//! Kept is the lower left half, 728 bytes. A propagation takes 600 multiplications with additions, an update 700.
+//! Kept is the lower left half, 728 bytes. A propagation takes 600 multiplications with additions, an
+//! update 700.
 
 use super::dynamics::Transition;
 use super::noise::ProcessNoise;

@@ -11,8 +11,9 @@
 //! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix
 //! measures is in [`super::observation`].
 //!
-//! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.87 M, without one 0.33 M, ephemeris
-//! and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them, 0.43 M each.
+//! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.87 M, without one 0.33 M,
+//! ephemeris and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them, 0.43 M
+//! each.
 
 mod estimate;
 

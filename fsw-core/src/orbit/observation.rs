@@ -9,8 +9,8 @@
 //! the true rotation to ICRS. `b` is the bias from clouds and the slant of the light on the limb: its
 //! covariance is that of the fix times a constant, and it changes slowly.
 //!
-//! The covariance of a fix belongs to the place at which the fit was linear ([`PositionFix::place_km`]). It is
-//! long along the line to the Earth and scales with the distance, so a covariance at the measured place is
+//! The covariance of a fix belongs to the place at which the fit was linear ([`PositionFix::place_km`]). It
+//! is long along the line to the Earth and scales with the distance, so a covariance at the measured place is
 //! correlated with the error of the fix and would bias the estimate by about `sigma² / r`. It is therefore
 //! rotated and scaled to the predicted position first.
 
@@ -62,8 +62,8 @@ impl Innovation {
         let Carried { mut noise_km2, mut innovation_km } =
             Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
         if unit {
-            // Only what lies across the line. The component along the line gets sensitivity 0, innovation 0 and
-            // variance 1 km², so that S stays regular.
+            // Only what lies across the line. The component along the line gets sensitivity 0, innovation 0
+            // and variance 1 km², so that S stays regular.
             let along =
                 product_transposed(&scaled(&predicted, 1.0 / dot(&predicted, &predicted)), &predicted);
             let mut across = identity();
@@ -134,8 +134,8 @@ struct Carried {
 
 impl Carried {
     /// The difference as height and arc; the covariance rotated from one line to the other, scaled with the
-    /// distance across the line and with its square along it (the distance is measured as an angle). `None` if
-    /// the two are more than 60 degrees apart, or one is twice as far as the other.
+    /// distance across the line and with its square along it (the distance is measured as an angle). `None`
+    /// if the two are more than 60 degrees apart, or one is twice as far as the other.
     fn of(fix: &PositionFix, predicted: &Vector3<f64>) -> Option<Self> {
         let bent = Bent::between(predicted, &fix.place_km)?;
         let scale = 1.0 / bent.scale;
@@ -152,8 +152,8 @@ impl Carried {
         Some(Self { noise_km2: symmetric_product(&carry, &fix.covariance_km2), innovation_km })
     }
 
-    /// The plain difference, where [`Carried::of`] gives none. A direction alone has no distance: it counts as
-    /// a fix at the predicted distance.
+    /// The plain difference, where [`Carried::of`] gives none. A direction alone has no distance: it counts
+    /// as a fix at the predicted distance.
     fn far(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
         let square_ratio = dot(predicted, predicted) / dot(&fix.position_km, &fix.position_km);
         let scale = if unit { libm::sqrt(square_ratio) } else { 1.0 };

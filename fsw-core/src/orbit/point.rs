@@ -35,9 +35,9 @@ pub struct PositionFix {
 
 impl PositionFix {
     /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the
-    /// vector `place_km` for which that was made, the rotation from the Earth path to ICRS ([`earth_to_icrs`]),
-    /// the covariance of the attitude's rotation vector in the star path (rad²), and the mounting. `None` when
-    /// anything is not finite.
+    /// vector `place_km` for which that was made, the rotation from the Earth path to ICRS
+    /// ([`earth_to_icrs`]), the covariance of the attitude's rotation vector in the star path (rad²), and the
+    /// mounting. `None` when anything is not finite.
     #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,

@@ -1,11 +1,11 @@
 //! The sensor's rate from directions that move: of a streak from end to end, of a star from one image to the
 //! next (thesis §3.1.5, LARM and HARM).
 //!
-//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`RateFit`] of the star
-//! path against the stars, in its own frame, and its covariance. A fixed direction's components change as
-//! `db/dt = -ω × b`; over a turn by θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a + c)`,
-//! `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over all of
-//! them give `g`. Of a streak cut by the border only the direction is known: its equation across.
+//! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`RateFit`] of the
+//! star path against the stars, in its own frame, and its covariance. A fixed direction's components change
+//! as `db/dt = -ω × b`; over a turn by θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a +
+//! c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over
+//! all of them give `g`. Of a streak cut by the border only the direction is known: its equation across.
 //!
 //! Which arcs belong together is found by consensus: every two arcs propose a rate, the one that most arcs
 //! agree with is refined. One arc alone leaves the component about itself open and gives none.

@@ -125,8 +125,9 @@ impl<'a> Columns<'a> {
         ((x * self.per_px) as usize).min(COLUMNS - 1)
     }
 
-    /// The one measured star within `radius_px` of a position, no more than that of [`Columns::new`], with its offset;
-    /// `None` when there is none, or more than one: which of two close stars carries the name would be a guess.
+    /// The one measured star within `radius_px` of a position, no more than that of [`Columns::new`], with
+    /// its offset; `None` when there is none, or more than one: which of two close stars carries the name
+    /// would be a guess.
     fn only_star_near(&self, [x, y]: [f32; 2], radius_px: f32) -> Option<(u8, [f32; 2])> {
         let mut stars = self.stars.get(self.column(x)).copied().unwrap_or(0);
         let mut only = None;

@@ -47,7 +47,8 @@ const BASE_PAIR_PAIRS: usize = 7;
 const TRIANGLE_PAIRS: usize = 6;
 /// A confirmation: 0.21 million cycles with the reference catalogue.
 const CONFIRMATION_PAIRS: usize = 4500;
-/// Stars of a catalogue for which that holds: it looks at each one. One star more counts as a pair more and costs less.
+/// Stars of a catalogue for which that holds: it looks at each one. One star more counts as a pair more and
+/// costs less.
 const CONFIRMATION_STARS: usize = 3328;
 
 /// Why a field was not identified.
@@ -377,7 +378,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     }
 }
 
-/// The attitude that a polygon's stars have. Not inlined: its list is not to lie on the stack under the confirmation.
+/// The attitude that a polygon's stars have. Not inlined: its list is not to lie on the stack under the
+/// confirmation.
 #[inline(never)]
 fn attitude_of(polygon: &Polygon, field: &Field) -> Option<Rotation<Icrs, StarPath>> {
     let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();

@@ -168,8 +168,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
         most
     }
 
-    /// Whether the triangle of a base side and `r` may fit by its side that was not looked up, and the base side
-    /// takes corners. Few do.
+    /// Whether the triangle of a base side and `r` may fit by its side that was not looked up, and the base
+    /// side takes corners. Few do.
     fn may_close(&self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) -> bool {
         let rejected = self.sides.get(usize::from(side)).is_none_or(|base| base.last_k == REJECTED);
         let Some((p, q)) = self.stars_of(side) else { return false };

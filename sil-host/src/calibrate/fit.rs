@@ -1,15 +1,17 @@
 //! A lens fitted to the stars of several pictures at once.
 //!
-//! In: a camera to start from; for every picture an attitude and its stars, each with its place (px) and its direction (ICRS). Out: the
-//! camera, attitudes, standard deviations, residuals.
+//! In: a camera to start from; for every picture an attitude and its stars, each with its place (px) and its
+//! direction (ICRS). Out: the camera, attitudes, standard deviations, residuals.
 //!
-//! Least squares of the residuals over their standard deviations, in the lens's parameters and three small turns a picture, by
-//! Levenberg and Marquardt; derivatives by central differences. Which parameters: the sets of [`LADDER`] are tried from the smallest on,
-//! and that with the least criterion of Schwarz (1978), `n ln(χ² / n) + p ln n`, is taken, so that few stars do not make a distortion
-//! of their noise. Then it is done once more without outliers: stars farther out than `OUTLIER_SIGMAS` robust deviations of the residuals (from the median).
+//! Least squares of the residuals over their standard deviations, in the lens's parameters and three small
+//! turns a picture, by Levenberg and Marquardt; derivatives by central differences. Which parameters: the
+//! sets of [`LADDER`] are tried from the smallest on, and that with the least criterion of Schwarz (1978), `n
+//! ln(χ² / n) + p ln n`, is taken, so that few stars do not make a distortion of their noise. Then it is done
+//! once more without outliers: stars farther out than `OUTLIER_SIGMAS` robust deviations of the residuals
+//! (from the median).
 //!
-//! Aberration is the same for all stars of a picture but for a stretch of v/c = 1e-4 along the Earth's motion: pictures do not say when
-//! they were taken, so that the focal length carries that error.
+//! Aberration is the same for all stars of a picture but for a stretch of v/c = 1e-4 along the Earth's
+//! motion: pictures do not say when they were taken, so that the focal length carries that error.
 
 use crate::camera_file::CameraFile;
 use crate::world::attitude::{Vector, apply};
@@ -229,8 +231,8 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// The problem with the unknowns moved by `step`: the lens's parameters in units of [`Free::step`], then a turn about each axis of
-    /// each picture in pixels.
+    /// The problem with the unknowns moved by `step`: the lens's parameters in units of [`Free::step`], then
+    /// a turn about each axis of each picture in pixels.
     fn moved(&self, step: &DVector<f64>) -> Self {
         let mut camera = self.camera.clone();
         for (k, free) in self.free.iter().enumerate() {

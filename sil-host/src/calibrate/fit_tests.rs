@@ -61,8 +61,9 @@ fn without_noise_the_lens_is_found_whole() {
 
 #[test]
 fn sigmas_are_honest() {
-    // Square of error over sigma of seven parameters in 40 skies, mean 1: 280 values, correlated within a sky, of which some 120 count
-    // as independent; 3 sigma of their mean are 0.39. Skies whose criterion takes fewer parameters are no part of it.
+    // Square of error over sigma of seven parameters in 40 skies, mean 1: 280 values, correlated within a
+    // sky, of which some 120 count as independent; 3 sigma of their mean are 0.39. Skies whose criterion
+    // takes fewer parameters are no part of it.
     let (mut sum, mut count) = (0.0, 0.0);
     for seed in 0..40 {
         let fit = fit(&start(), &views(&truth(), 6, 40, 0.05, 100 + seed)).unwrap();

@@ -1,7 +1,7 @@
 //! The residuals of a calibration, drawn over the detector.
 //!
-//! Every star has a line from where the lens puts it towards where it was measured, made longer so that nine in ten stay below
-//! [`LONGEST_PX`]; grey with the focal length alone fitted, coloured with the lens found.
+//! Every star has a line from where the lens puts it towards where it was measured, made longer so that nine
+//! in ten stay below [`LONGEST_PX`]; grey with the focal length alone fitted, coloured with the lens found.
 
 use super::{Calibration, fit};
 use crate::camera_file::CameraFile;

@@ -1,7 +1,7 @@
 //! Single stars before a lens, and where the flight code finds them.
 //!
-//! In: a camera, what the optics do to light, a detector. Out: images of stars in windows of their own, in electrons, by the
-//! world's [`Psf`] and [`PixelResponse`]; centroids of the flight code.
+//! In: a camera, what the optics do to light, a detector. Out: images of stars in windows of their own, in
+//! electrons, by the world's [`Psf`] and [`PixelResponse`]; centroids of the flight code.
 
 use super::HALF_WINDOW_PX;
 use crate::camera_file::CameraFile;
@@ -141,8 +141,8 @@ impl Detector for Drawn {
     }
 }
 
-/// The flight code's centroid nearest to a place in a window with these pixels, and its sigma, px. Whether it has a star's
-/// shape is not asked here: centres do not depend on it.
+/// The flight code's centroid nearest to a place in a window with these pixels, and its sigma, px. Whether it
+/// has a star's shape is not asked here: centres do not depend on it.
 pub fn find(
     window: Window,
     bits: u8,

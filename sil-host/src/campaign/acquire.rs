@@ -1,13 +1,15 @@
 //! `sil-host campaign acquire`: the whole sensor, lost in space, in random directions of the sky.
 //!
-//! In: a number of runs, a seed. Out: how many found their attitude in the first, second and third cycle, how many
-//! a wrong one, and how good it was. A run is a satellite in GEO (`acquire.toml`) with the Earth's disc in the middle of the
-//! detector, ten false stars, hot pixels and proton hits. Its star path looks in a direction and with a roll that are evenly spread
-//! over all; its place on the orbit, and so the Earth's phase, is drawn as well; the clouds are the same for all. The sensor is
-//! switched on, tests itself and acquires. Directions in which the Earth or the Sun stand in the star path are drawn anew.
+//! In: a number of runs, a seed. Out: how many found their attitude in the first, second and third cycle, how
+//! many a wrong one, and how good it was. A run is a satellite in GEO (`acquire.toml`) with the Earth's disc
+//! in the middle of the detector, ten false stars, hot pixels and proton hits. Its star path looks in a
+//! direction and with a roll that are evenly spread over all; its place on the orbit, and so the Earth's
+//! phase, is drawn as well; the clouds are the same for all. The sensor is switched on, tests itself and
+//! acquires. Directions in which the Earth or the Sun stand in the star path are drawn anew.
 //!
-//! Everything depends on seed and number of the run alone. With `--out` every finished run is a line of a file, from which a
-//! campaign that was stopped goes on. Ends with status 1 when an attitude was wrong, or less than [`GOAL_PERCENT`] were found.
+//! Everything depends on seed and number of the run alone. With `--out` every finished run is a line of a
+//! file, from which a campaign that was stopped goes on. Ends with status 1 when an attitude was wrong, or
+//! less than [`GOAL_PERCENT`] were found.
 
 use super::lines::LinesFile;
 use super::progress;

@@ -1,7 +1,7 @@
 //! Blocks of fields: what is tried at a time, and what came of it.
 //!
-//! In: a case and the numbers of its fields. Out: a [`Block`] of whole numbers that depend on the seed, the case and the
-//! numbers of the fields alone, so that any order and any number of threads give the same table.
+//! In: a case and the numbers of its fields. Out: a [`Block`] of whole numbers that depend on the seed, the
+//! case and the numbers of the fields alone, so that any order and any number of threads give the same table.
 
 use crate::attitude_table::APART_PX;
 use crate::campaign::cases::{Case, Maker};

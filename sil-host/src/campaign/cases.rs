@@ -1,9 +1,12 @@
-//! The cases of the identification campaign: kinds of fields, how they are made, and what the peers reach on them.
+//! The cases of the identification campaign: kinds of fields, how they are made, and what the peers reach on
+//! them.
 //!
-//! In: a case, a seed, a number. Out: a field with its truth; it depends on these alone. Fields of one number show the same
-//! sky with the same noise, scaled, in all cases of a seed, so that rows of the table compare like with like.
+//! In: a case, a seed, a number. Out: a field with its truth; it depends on these alone. Fields of one number
+//! show the same sky with the same noise, scaled, in all cases of a seed, so that rows of the table compare
+//! like with like.
 //!
-//! Fields are those of [`FieldGenerator`]: 15 deg square on 1024 x 1024 px (52.7 arcsec a pixel), all stars to V = 6.
+//! Fields are those of [`FieldGenerator`]: 15 deg square on 1024 x 1024 px (52.7 arcsec a pixel), all stars
+//! to V = 6.
 
 use crate::camera_file::{CameraFile, Distortion};
 use crate::error::HostError;
@@ -55,8 +58,8 @@ pub enum Change {
     Edge,
     /// Every third star, by lot, has a companion that is in no catalogue.
     Companions,
-    /// So many of the brightest stars remain, the false stars are fainter than they, and brightness is given: few stars before
-    /// what clouds leave.
+    /// So many of the brightest stars remain, the false stars are fainter than they, and brightness is given:
+    /// few stars before what clouds leave.
     BeforeClouds(usize),
     /// So many planets outshine all stars, and brightness is given.
     Planets(u32),
@@ -106,8 +109,8 @@ impl Case {
         Self { name: name.to_string(), noise_px, false_stars, change, peers: Peers::Unknown, criterion }
     }
 
-    /// With the criterion of a user who takes few stars for their stated probability: centroids as good as the sensor's, and
-    /// one answer in ten may be wrong.
+    /// With the criterion of a user who takes few stars for their stated probability: centroids as good as
+    /// the sensor's, and one answer in ten may be wrong.
     fn for_few_stars(self) -> Self {
         let criterion = IdentificationParameters {
             centroid_sigma_px: [0.12, 0.35, 1.0],
@@ -123,8 +126,8 @@ impl Case {
     }
 }
 
-/// Share of identified fields of an open solver, %, measured on one host with such fields, 500 a setting (ALGORITHMS 2.1);
-/// none where it was not measured.
+/// Share of identified fields of an open solver, %, measured on one host with such fields, 500 a setting
+/// (ALGORITHMS 2.1); none where it was not measured.
 struct Peer {
     /// By the noise of the grid, without false stars.
     by_noise: [Option<f64>; 4],
@@ -144,8 +147,8 @@ const PEERS: [Peer; 2] = [
     },
 ];
 
-/// The best of the peers in a cell. Where none was measured: more noise or more false stars help nobody, so a peer reaches no
-/// more than its least in a cell with less of either.
+/// The best of the peers in a cell. Where none was measured: more noise or more false stars help nobody, so a
+/// peer reaches no more than its least in a cell with less of either.
 fn peers(noise: usize, false_stars: usize) -> Peers {
     let best = |shares: &[Option<f64>]| shares.iter().flatten().copied().reduce(f64::max);
     let measured = match (noise, false_stars) {

@@ -90,7 +90,8 @@ fn the_peers_figures_are_those_of_the_algorithms_of_record() {
     assert_eq!(of("2 px, 0 false"), Peers::Measured(94.5));
     assert_eq!(of("0.3 px, 20 false"), Peers::Measured(100.0));
     assert_eq!(of("0.3 px, 40 false"), Peers::Measured(98.0));
-    // One peer bears the noise (but 99.5 % with 20 false stars), the other the false stars (but 84 % at 1 px).
+    // One peer bears the noise (but 99.5 % with 20 false stars), the other the false stars (but 84 % at 1
+    // px).
     assert_eq!(of("1 px, 20 false"), Peers::AtMost(99.5));
     assert_eq!(of("0.5 px, 20 false"), Peers::AtMost(100.0));
     assert_eq!(of("2 px, 40 false"), Peers::AtMost(94.5));

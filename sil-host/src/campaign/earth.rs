@@ -1,8 +1,9 @@
 //! `sil-host campaign earth`: the Earth in single frames, from a low orbit to the geostationary one.
 //!
-//! In: a number of frames a case, a seed. Out: for every case and way of looking a row: how often the centre was found, how wrong it
-//! was, and how far its covariance can be believed; then what the centre does at noon. Every frame is drawn by the world with
-//! clouds, an uneven horizon, hot pixels and protons, on a day and from a place of its own; eight share an Earth.
+//! In: a number of frames a case, a seed. Out: for every case and way of looking a row: how often the centre
+//! was found, how wrong it was, and how far its covariance can be believed; then what the centre does at
+//! noon. Every frame is drawn by the world with clouds, an uneven horizon, hot pixels and protons, on a day
+//! and from a place of its own; eight share an Earth.
 //!
 //! | module | what it is |
 //! |---|---|
@@ -11,9 +12,9 @@
 //! | [`limit`] | what the best of all methods could reach |
 //! | [`rows`] | the table |
 //!
-//! Everything depends on seed, case and number of the run alone. With `--out` every finished frame is a line of a file, from which a
-//! campaign that was stopped goes on. Ends with status 1 when a row with a goal misses it; a goal beyond what is possible is replaced by
-//! what is nearly possible.
+//! Everything depends on seed, case and number of the run alone. With `--out` every finished frame is a line
+//! of a file, from which a campaign that was stopped goes on. Ends with status 1 when a row with a goal
+//! misses it; a goal beyond what is possible is replaced by what is nearly possible.
 
 pub mod cases;
 pub mod limit;

@@ -2,20 +2,24 @@
 //!
 //! In: raw digital numbers of all pictures. Out: bad pixels by kind, offsets of columns, the noise.
 //!
-//! 1. Every picture's rows are brought to the same level, that of the middle picture: rows have an offset that is new in each
-//!    readout, and the dark current follows the temperature.
-//! 2. A pixel's level is its median over the pictures, so that a proton's hit in one does not count; its spread is the variance
-//!    of all but the picture that is farthest from it. The noise is that of all pictures, in the median of the pixels.
-//! 3. A column's offset is its level against the median of the columns around it, in whole numbers as the flight code takes it
-//!    off; it counts where it exceeds what rounding may feign by [`SIGMAS`] of its own error.
-//! 4. A pixel is hot or dead where its level, offsets taken off, is more than [`SIGMAS`] of the noise *of one picture* above or below
-//!    the median of its neighbourhood of 5 x 5 px (of the scatter of levels, where that is larger): what is less is hidden in the
-//!    noise in flight as well. It flickers where its spread exceeds the median of the spreads by more than [`SIGMAS`] sigmas of white noise
-//!    do (chi-square by Wilson and Hilferty, 1931): telegraph noise.
+//! 1. Every picture's rows are brought to the same level, that of the middle picture: rows have an offset
+//!    that is new in each readout, and the dark current follows the temperature.
+//! 2. A pixel's level is its median over the pictures, so that a proton's hit in one does not count; its
+//!    spread is the variance of all but the picture that is farthest from it. The noise is that of all
+//!    pictures, in the median of the pixels.
+//! 3. A column's offset is its level against the median of the columns around it, in whole numbers as the
+//!    flight code takes it off; it counts where it exceeds what rounding may feign by [`SIGMAS`] of its own
+//!    error.
+//! 4. A pixel is hot or dead where its level, offsets taken off, is more than [`SIGMAS`] of the noise *of one
+//!    picture* above or below the median of its neighbourhood of 5 x 5 px (of the scatter of levels, where
+//!    that is larger): what is less is hidden in the noise in flight as well. It flickers where its spread
+//!    exceeds the median of the spreads by more than [`SIGMAS`] sigmas of white noise do (chi-square by
+//!    Wilson and Hilferty, 1931): telegraph noise.
 //!
-//! No noise is taken to be less than that of rounding. Of Gaussian noise this leaves, in a million pixels, no false hot or dead one (levels
-//! are medians of several pictures) and 7, 3 and 2 that seem to flicker with 5, 6 and 8 pictures (measured on five million). A pixel
-//! that is dead at the level of darkness is not seen: that takes light.
+//! No noise is taken to be less than that of rounding. Of Gaussian noise this leaves, in a million pixels, no
+//! false hot or dead one (levels are medians of several pictures) and 7, 3 and 2 that seem to flicker with 5,
+//! 6 and 8 pictures (measured on five million). A pixel that is dead at the level of darkness is not seen:
+//! that takes light.
 
 use fsw_hal::DetectorGeometry;
 
@@ -69,7 +73,8 @@ fn median(values: &mut [f64]) -> f64 {
     (lower + upper) / 2.0
 }
 
-/// The mean without a [`BAD_SHARE`]th at either end. Finer than a median, which of whole numbers is a whole number.
+/// The mean without a [`BAD_SHARE`]th at either end. Finer than a median, which of whole numbers is a whole
+/// number.
 fn mean_of_most(values: &mut [f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let end = values.len() / BAD_SHARE;
@@ -146,7 +151,8 @@ fn column_offsets(levels: &[f64], width: usize, noise_dn: f64, full_scale: u16) 
     let columns: Vec<f64> = (0..width).map(column).collect();
     let error_dn = noise_dn / (rows as f64).sqrt();
     let largest = f64::from(full_scale / OFFSET_SHARE).min(f64::from(i16::MAX));
-    // Against the columns around, on a straight line: at the edges they all lie on one side, and the level may have a slope.
+    // Against the columns around, on a straight line: at the edges they all lie on one side, and the level
+    // may have a slope.
     let offset = |x: usize| {
         let around = x.saturating_sub(COLUMNS_AROUND)..(x + COLUMNS_AROUND + 1).min(width);
         let (low, high) = columns[around.clone()].split_at(around.len() / 2);
@@ -188,8 +194,8 @@ fn scatter(values: &[f64]) -> f64 {
     (at(0.841) - at(0.159)) / 2.0
 }
 
-/// Finds what is wrong with a detector; `frames` are at least five dark pictures of its size. `None` where so much is out of
-/// line, or their levels scatter so much, that they are not dark.
+/// Finds what is wrong with a detector; `frames` are at least five dark pictures of its size. `None` where so
+/// much is out of line, or their levels scatter so much, that they are not dark.
 pub fn survey(frames: &[&[u16]], geometry: DetectorGeometry) -> Option<Survey> {
     let width = usize::from(geometry.width_px);
     let Pixels { mut levels, variances, spreads } = pixels(frames, width);

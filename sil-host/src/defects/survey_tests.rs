@@ -3,8 +3,8 @@ use crate::world::noise::{Noise, Stream};
 
 const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 320, height_px: 240, bits: 12 };
 
-/// Dark pictures of Gaussian noise of 3 DN about 100, each row and picture with a level of its own, changed by `change` (value,
-/// picture, column, row).
+/// Dark pictures of Gaussian noise of 3 DN about 100, each row and picture with a level of its own, changed
+/// by `change` (value, picture, column, row).
 fn frames(count: u64, change: impl Fn(f64, u64, u16, u16) -> f64) -> Vec<Vec<u16>> {
     let frame = |picture: u64| {
         let (pixel, row) = (Noise::new(1, picture, Stream::Read), Noise::new(1, picture, Stream::Row));

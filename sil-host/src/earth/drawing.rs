@@ -1,7 +1,7 @@
 //! A picture of the Earth with what was found drawn on it.
 //!
-//! In: the picture and its answer. Out: a PNG in colours, as large as the picture: grey stretched to its brightest percent, limb points
-//! green (those left out red), the fitted limb yellow, a cross at the centre.
+//! In: the picture and its answer. Out: a PNG in colours, as large as the picture: grey stretched to its
+//! brightest percent, limb points green (those left out red), the fitted limb yellow, a cross at the centre.
 
 use super::EarthAnswer;
 use crate::error::HostError;
@@ -20,8 +20,8 @@ const WHITE_SHARE: f64 = 0.99;
 const POINT_PX: f32 = 4.0;
 const CROSS_PX: f32 = 12.0;
 
-/// What the drawings of these pictures are called: `STEM-earth.png`; where a stem comes again, from another folder or with another
-/// extension, `STEM-2-earth.png`, or the next number that is free.
+/// What the drawings of these pictures are called: `STEM-earth.png`; where a stem comes again, from another
+/// folder or with another extension, `STEM-2-earth.png`, or the next number that is free.
 pub(super) fn names(pictures: &[PathBuf]) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut free = |picture: &PathBuf| {

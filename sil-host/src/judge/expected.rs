@@ -1,26 +1,29 @@
 //! The mode the geometry asks for, and whether the sensor's is right.
 //!
-//! The Sun in a path: Sun outage; no lit limb in the field: eclipse; else tracking. For [`GRACE_S`] after the start and
-//! after a change of the geometry any mode is right that leads from the old one to the new. A lit arc shorter than
-//! [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right. An Earth outside the field, or larger
-//! than it, has no limb there: eclipse; but a sensor without an orbit cannot know it, and tracking, in which it goes on
-//! searching, is right as well. An Earth in the star path, where no filter dims it, blinds as the Sun does, and which of the two it
-//! is cannot be known without an attitude: a Sun outage is right as well. While the sensor turns faster than [`TRACKABLE_DEG_S`] stars are streaks, and
-//! whether they can be followed is the sensor's affair: every mode is right but a Sun outage, for an acquisition that
-//! goes on for long ends in safe mode and the self-test. When it comes to rest the grace begins.
+//! The Sun in a path: Sun outage; no lit limb in the field: eclipse; else tracking. For [`GRACE_S`] after the
+//! start and after a change of the geometry any mode is right that leads from the old one to the new. A lit
+//! arc shorter than [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right. An
+//! Earth outside the field, or larger than it, has no limb there: eclipse; but a sensor without an orbit
+//! cannot know it, and tracking, in which it goes on searching, is right as well. An Earth in the star path,
+//! where no filter dims it, blinds as the Sun does, and which of the two it is cannot be known without an
+//! attitude: a Sun outage is right as well. While the sensor turns faster than [`TRACKABLE_DEG_S`] stars are
+//! streaks, and whether they can be followed is the sensor's affair: every mode is right but a Sun outage,
+//! for an acquisition that goes on for long ends in safe mode and the self-test. When it comes to rest the
+//! grace begins.
 
 use super::second::{Judged, sun};
 use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 use serde::Serialize;
 
-/// Time allowed after the start and after a change of the geometry, s: self-test, two images for the rate, and the
-/// seconds for which the Earth must be dark or lit before it counts as such.
+/// Time allowed after the start and after a change of the geometry, s: self-test, two images for the rate,
+/// and the seconds for which the Earth must be dark or lit before it counts as such.
 pub const GRACE_S: u32 = 10;
-/// A lit arc of the limb up to this length may be called dark, deg: less cannot be distinguished from the terminator's twilight.
+/// A lit arc of the limb up to this length may be called dark, deg: less cannot be distinguished from the
+/// terminator's twilight.
 pub const FAINT_LIMB_DEG: f64 = 10.0;
-/// Rate above which no mode is asked for, deg/s: images of 400 ms are streaks of 6 px on the reference camera, and soon no
-/// longer found as stars.
+/// Rate above which no mode is asked for, deg/s: images of 400 ms are streaks of 6 px on the reference
+/// camera, and soon no longer found as stars.
 pub const TRACKABLE_DEG_S: f64 = 0.3;
 /// Most disagreements kept, the longest.
 const KEPT: usize = 12;
@@ -97,7 +100,8 @@ impl ModeJudge {
             Mode::SunOutage => Some(second.mode) == self.before,
         };
         let either = faint && matches!(second.mode, Mode::Tracking | Mode::Eclipse);
-        // Without an orbit an Earth that shows no lit limb cannot be distinguished from one that was not found yet.
+        // Without an orbit an Earth that shows no lit limb cannot be distinguished from one that was not
+        // found yet.
         let unknown = expected == Mode::Eclipse && second.orbit.is_none() && second.mode == Mode::Tracking;
         let flooded = second.earth_in_star_path && second.mode == Mode::SunOutage;
         let followed = fast && second.mode != Mode::SunOutage;

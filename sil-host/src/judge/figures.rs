@@ -1,8 +1,9 @@
 //! What a run comes to: the figures of `summary.json`, and the limits kept or not.
 //!
-//! In: [`Judged`] seconds, one after the other; constant memory. Attitude is judged in the seconds in which the Sun does
-//! not blind the detector; position and velocity from the first orbit on, for its sigmas must hold even while the filter
-//! converges; the last orbit is the last revolution, or the second half of a run shorter than two.
+//! In: [`Judged`] seconds, one after the other; constant memory. Attitude is judged in the seconds in which
+//! the Sun does not blind the detector; position and velocity from the first orbit on, for its sigmas must
+//! hold even while the filter converges; the last orbit is the last revolution, or the second half of a run
+//! shorter than two.
 
 use super::arcsec;
 use super::expected::{Disagreement, ModeJudge, word};

@@ -1,7 +1,7 @@
 //! One second judged: the errors of attitude, Earth vector and orbit, each with the sigma reported for it.
 //!
-//! In: the [`Report`] of a second and the [`Truth`] of its instant. Out: [`Judged`]. The attitude of a search that took
-//! several seconds is that of its image, so it is held against the truth of that second.
+//! In: the [`Report`] of a second and the [`Truth`] of its instant. Out: [`Judged`]. The attitude of a search
+//! that took several seconds is that of its image, so it is held against the truth of that second.
 
 use super::attitude_error;
 use crate::world::attitude::{Vector, apply, dot};
@@ -51,8 +51,8 @@ pub struct OrbitError {
     pub position_km: Axes,
     /// Velocity, ICRS axes, km/s.
     pub velocity_km_s: Axes,
-    /// Position: radial, along, cross, km. The sigma takes the ICRS axes' errors as uncorrelated, which telemetry leaves
-    /// open; it is for the eye, the shares are judged in ICRS axes.
+    /// Position: radial, along, cross, km. The sigma takes the ICRS axes' errors as uncorrelated, which
+    /// telemetry leaves open; it is for the eye, the shares are judged in ICRS axes.
     pub position_rac_km: Axes,
     /// Velocity: radial, along, cross, km/s; sigma as above.
     pub velocity_rac_km_s: Axes,
@@ -115,8 +115,8 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// Holds `report` against the truth of its second; `image_truth` is that of the second whose image the attitude
-    /// rests on ([`image_cycle`]).
+    /// Holds `report` against the truth of its second; `image_truth` is that of the second whose image the
+    /// attitude rests on ([`image_cycle`]).
     pub fn new(report: &Report, truth: &Truth, image_truth: &Truth) -> Self {
         let axes = |quaternion, sigma_rad: [f32; 3]| Axes {
             error: attitude_error(quaternion, image_truth.quaternion),

@@ -1,11 +1,13 @@
 //! What the emulated computer flies: clips of scenarios, one after the other.
 //!
-//! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the sensor is not asked for as long as
-//! the clips are apart; where the next one is earlier, for `PAUSE_US`, and the clock is set back. What the flight code makes of
-//! that (a gap that it crosses, one too long, a step backwards) is part of the flight.
+//! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the sensor is
+//! not asked for as long as the clips are apart; where the next one is earlier, for `PAUSE_US`, and the clock
+//! is set back. What the flight code makes of that (a gap that it crosses, one too long, a step backwards) is
+//! part of the flight.
 //!
-//! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
-//! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the scan and the identification.
+//! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the
+//! strips across the limb, which from the lowest orbit and after a gap are longest and from there need
+//! another mount, [`STORM`] the scan and the identification.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
@@ -18,8 +20,8 @@
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //! | tumbling at 4 deg/s | streaks found by the scan, then sought as lines |
 //!
-//! Time-outs are short and the fixes' slow errors small, so that 132 seconds suffice to know an orbit and to lose it; all else is
-//! the scenarios' own.
+//! Time-outs are short and the fixes' slow errors small, so that 132 seconds suffice to know an orbit and to
+//! lose it; all else is the scenarios' own.
 
 use crate::error::HostError;
 use crate::frames_file::FramesWriter;
@@ -72,7 +74,8 @@ pub const MISSION: Flight = Flight {
     disturbances: None,
 };
 
-/// The limb from 450 km: found, tracked while the orbit becomes known, and expected after a gap over which that has become unsure.
+/// The limb from 450 km: found, tracked while the orbit becomes known, and expected after a gap over which
+/// that has become unsure.
 pub const WIDE_LIMB: Flight = Flight {
     clips: &[
         Clip { scenario: "leo-oblique", from_s: 0, seconds: 20 },
@@ -107,7 +110,8 @@ const MODES: ModeParameters = ModeParameters {
     pause_s: 3,
 };
 
-/// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave the orbit unknown.
+/// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave
+/// the orbit unknown.
 const BIAS_OVER_NOISE: f32 = 2.0;
 const BIAS_TIME_SHARE: f32 = 0.03;
 const LIMB_HEIGHT_SIGMA_KM: f32 = 0.3;
@@ -128,11 +132,12 @@ fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
 }
 
 impl Flight {
-    /// The detector and its flight parameters: those of the first clip's scenario, with the mission's time-outs.
+    /// The detector and its flight parameters: those of the first clip's scenario, with the mission's
+    /// time-outs.
     ///
     /// # Errors
-    /// When there is no clip, or they need different ones: camera and mount must be the same in all. (The exposure may differ: frames
-    /// in a file have been exposed.)
+    /// When there is no clip, or they need different ones: camera and mount must be the same in all. (The
+    /// exposure may differ: frames in a file have been exposed.)
     pub fn instrument(&self) -> Result<(DetectorGeometry, Parameters), HostError> {
         let [first, others @ ..] = self.clips else {
             return Err(HostError::usage("no clip to fly", "report this"));

@@ -1,8 +1,8 @@
 //! A frame as people see it: the picture, and on it what the flight code found.
 //!
-//! In: a moment of the run. Out: an inline SVG that holds the frame (half its size, stretched, as a PNG) and above it, in
-//! the detector's pixels, recognised stars with their Hipparcos numbers, limb points, and the Earth's limb as it follows
-//! from the centre and distance that the flight code found.
+//! In: a moment of the run. Out: an inline SVG that holds the frame (half its size, stretched, as a PNG) and
+//! above it, in the detector's pixels, recognised stars with their Hipparcos numbers, limb points, and the
+//! Earth's limb as it follows from the centre and distance that the flight code found.
 
 use super::moments::Moment;
 use crate::error::HostError;
@@ -113,8 +113,9 @@ fn overlay(svg: &mut String, report: &Report, truth: &Truth, scene: &Scene) {
 
 /// The limb of the ellipsoid about the centre found, on the detector.
 ///
-/// With `B` from the Earth path to axes in which the ellipsoid is a unit sphere, the sphere's centre stands at `c = B r`;
-/// the rays `s` that touch it have `|s| = 1`, `s · c / |c| = sqrt(1 - 1 / |c|²)`; the limb is where `B⁻¹ s` points.
+/// With `B` from the Earth path to axes in which the ellipsoid is a unit sphere, the sphere's centre stands
+/// at `c = B r`; the rays `s` that touch it have `|s| = 1`, `s · c / |c| = sqrt(1 - 1 / |c|²)`; the limb is
+/// where `B⁻¹ s` points.
 fn limb_path(report: &Report, truth: &Truth, scene: &Scene) -> Option<String> {
     let earth = report.earth?;
     let optics = scene.optics().earth_path();

@@ -1,7 +1,7 @@
 //! Plots as inline SVG: panels one above the other over a common axis of time.
 //!
-//! Colours are the page's variables, so that plots follow light and dark. Behind the curves the geometry is shaded: the
-//! Sun in a path, and eclipse.
+//! Colours are the page's variables, so that plots follow light and dark. Behind the curves the geometry is
+//! shaded: the Sun in a path, and eclipse.
 
 use super::scale::{Scale, label};
 use super::trace::{Banded, Marks, Stretches, Trace};
@@ -230,8 +230,8 @@ impl Frame<'_> {
         let _ = write!(svg, "<path class=\"band\" d=\"{path}\"/>");
     }
 
-    /// Rows of things that were the case: pale where expected, solid where flown, in another colour where wrong. A row is
-    /// its name and its bit in both sets.
+    /// Rows of things that were the case: pale where expected, solid where flown, in another colour where
+    /// wrong. A row is its name and its bit in both sets.
     pub fn strip(
         &self,
         title: &str,

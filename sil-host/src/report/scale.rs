@@ -1,4 +1,5 @@
-//! From values to heights in a panel: linear, or logarithmic away from zero where a curve spans orders of magnitude.
+//! From values to heights in a panel: linear, or logarithmic away from zero where a curve spans orders of
+//! magnitude.
 
 /// A symmetric or one-sided scale of a panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +21,8 @@ fn round_up(value: f64) -> f64 {
 }
 
 impl Scale {
-    /// For errors about zero whose farthest values, a stretch each, are `magnitudes`, in a band of typically `band`.
+    /// For errors about zero whose farthest values, a stretch each, are `magnitudes`, in a band of typically
+    /// `band`.
     pub fn about_zero(magnitudes: impl Iterator<Item = f64>, band: Option<f64>) -> Self {
         let mut all: Vec<f64> = magnitudes.collect();
         all.sort_by(f64::total_cmp);

@@ -1,4 +1,5 @@
-//! Curves of a run in constant memory: least and greatest value of every stretch of seconds, so that spikes stay visible.
+//! Curves of a run in constant memory: least and greatest value of every stretch of seconds, so that spikes
+//! stay visible.
 
 /// Most stretches a run is cut into: two values each, 1500 points a curve.
 const STRETCHES_MAX: usize = 750;

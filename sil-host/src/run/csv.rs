@@ -1,10 +1,10 @@
 //! `cycles.csv`: a row a second.
 //!
-//! Whole lines only are handed to the system, every few hundred or after a second of waiting, so that a run that is killed
-//! leaves a file that can be read up to its last full line. An empty field is a value that was not there. Quaternions
-//! are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross. Gyro and magnetometer readings are in the axes of
-//! the Earth path; `rate_*_deg_s` is the rate found without an attitude, star path axes. `faults` is what the scenario breaks,
-//! `reported_faults` what the sensor reports.
+//! Whole lines only are handed to the system, every few hundred or after a second of waiting, so that a run
+//! that is killed leaves a file that can be read up to its last full line. An empty field is a value that was
+//! not there. Quaternions are `x, y, z, w` from ICRS to star path; `rac` is radial, along, cross. Gyro and
+//! magnetometer readings are in the axes of the Earth path; `rate_*_deg_s` is the rate found without an
+//! attitude, star path axes. `faults` is what the scenario breaks, `reported_faults` what the sensor reports.
 
 use crate::error::HostError;
 use crate::judge::arcsec;

@@ -1,8 +1,9 @@
 //! Faults of detector and clock, injected through their own traits.
 //!
-//! In: any [`Detector`], any clock's reading, the [`Fault`]s of a scenario, a second. Out: the same, broken as the scenario says. The flight
-//! code cannot distinguish a fault from the real thing, and the world knows nothing of it. What happens is a pure function of (seed,
-//! second, pixel), like the frames themselves: a window read twice has the same faults.
+//! In: any [`Detector`], any clock's reading, the [`Fault`]s of a scenario, a second. Out: the same, broken
+//! as the scenario says. The flight code cannot distinguish a fault from the real thing, and the world knows
+//! nothing of it. What happens is a pure function of (seed, second, pixel), like the frames themselves: a
+//! window read twice has the same faults.
 //!
 //! | kind | what the sensor meets |
 //! |---|---|
@@ -126,7 +127,8 @@ pub struct Faulty<'a, D> {
 }
 
 impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
-    /// Breaks `detector` as `faults` say for the second `cycle` of the run `seed`, whose image is of `instant`.
+    /// Breaks `detector` as `faults` say for the second `cycle` of the run `seed`, whose image is of
+    /// `instant`.
     pub fn new(
         detector: &'a mut D,
         faults: &'a [Fault],

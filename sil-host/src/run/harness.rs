@@ -1,7 +1,8 @@
 //! Flies a scenario: the world behind the detector trait, one [`Sensor::cycle`] a second.
 //!
-//! In: a [`Scenario`]. Out: every second, handed to a listener: the report, the truth and the judged errors. Nothing
-//! depends on the time of day or on the number of cores, so a scenario and a seed give the same seconds everywhere.
+//! In: a [`Scenario`]. Out: every second, handed to a listener: the report, the truth and the judged errors.
+//! Nothing depends on the time of day or on the number of cores, so a scenario and a seed give the same
+//! seconds everywhere.
 
 use crate::error::HostError;
 use crate::flight;

@@ -1,8 +1,9 @@
 //! The `[[faults]]` of a scenario: what is broken, from when to when.
 //!
-//! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`, `late-frame`,
-//! `doubled-image`, `wrong-geometry` and `bit-flips` take `share`, a probability (default 1; bit flips have none); `stuck-row`
-//! takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s` and `clock-step` `step_s`; `clock-invalid` nothing. See [`crate::run::faults`] for what each does.
+//! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`,
+//! `late-frame`, `doubled-image`, `wrong-geometry` and `bit-flips` take `share`, a probability (default 1;
+//! bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s`
+//! and `clock-step` `step_s`; `clock-invalid` nothing. See [`crate::run::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;

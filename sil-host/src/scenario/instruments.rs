@@ -1,7 +1,8 @@
-//! The `[gyro]` and `[magnetometer]` of a scenario: sensors beside the camera; without the table there is none.
+//! The `[gyro]` and `[magnetometer]` of a scenario: sensors beside the camera; without the table there is
+//! none.
 //!
-//! The flight code uses a gyro that loses less in a second than a third of a star window's half side, 0.03 deg with the reference
-//! camera; that of the defaults is only reported.
+//! The flight code uses a gyro that loses less in a second than a third of a star window's half side, 0.03
+//! deg with the reference camera; that of the defaults is only reported.
 //!
 //! | key | says (standard deviations where nothing else is said) | default |
 //! |---|---|---|

@@ -1,7 +1,7 @@
 //! What a scenario demands of a run: the `[limits]` of its file.
 //!
-//! Every limit is a figure of the judge's summary ([`crate::judge::Figures`]), a direction and a value. All are
-//! optional; a run without limits is flown and shown but cannot fail.
+//! Every limit is a figure of the judge's summary ([`crate::judge::Figures`]), a direction and a value. All
+//! are optional; a run without limits is flown and shown but cannot fail.
 
 use super::text::Text;
 use crate::error::HostError;

@@ -27,7 +27,8 @@ fn parse(folder: &Path, text: &str) -> Result<Scenario, String> {
     })
 }
 
-/// Six hours and some of a circular orbit of 10,000 km about the pole, every 5 minutes, as an OEM and as SP3 would have it.
+/// Six hours and some of a circular orbit of 10,000 km about the pole, every 5 minutes, as an OEM and as SP3
+/// would have it.
 fn way() -> impl Iterator<Item = (i64, Vector)> {
     (0..100).map(|k| {
         let (sine, cosine) = libm::sincos(6.313_481e-4 * 300.0 * k as f64);

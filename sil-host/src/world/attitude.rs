@@ -1,8 +1,8 @@
 //! Truth attitude: quaternions `[x, y, z, w]`, scalar last, ICRS to sensor, in f64.
 //!
-//! `b = A(q) r` with `A(q) = (w² - |v|²) I + 2 v vᵀ - 2 w [v×]` (thesis eq. 2.4). A sensor turning with the constant
-//! rate `ω` (rad/s, in its own axes) sees directions turn the other way, `A(t) = exp(-[ω×] t) A(0)`, which is
-//! `q(t) = δ ⊗ q(0)` with `δ = [ω/|ω| sin(|ω| t / 2), cos(|ω| t / 2)]`.
+//! `b = A(q) r` with `A(q) = (w² - |v|²) I + 2 v vᵀ - 2 w [v×]` (thesis eq. 2.4). A sensor turning with the
+//! constant rate `ω` (rad/s, in its own axes) sees directions turn the other way, `A(t) = exp(-[ω×] t) A(0)`,
+//! which is `q(t) = δ ⊗ q(0)` with `δ = [ω/|ω| sin(|ω| t / 2), cos(|ω| t / 2)]`.
 
 use super::noise::Noise;
 

@@ -1,8 +1,8 @@
 //! What is in the sky beside stars and Earth: planets, other satellites, the Moon, the Sun's light.
 //!
-//! In: which of them there are ([`BodiesModel`]), the truth of an exposure. Out: points of light for the star path
-//! ([`BodiesModel::points`]) and light on the detector ([`BodyLight`]). The Moon is drawn in both paths, behind the Earth where that
-//! stands before it; the stars behind the Moon are drawn through it.
+//! In: which of them there are ([`BodiesModel`]), the truth of an exposure. Out: points of light for the star
+//! path ([`BodiesModel::points`]) and light on the detector ([`BodyLight`]). The Moon is drawn in both paths,
+//! behind the Earth where that stands before it; the stars behind the Moon are drawn through it.
 
 use super::attitude::{Vector, apply, matrix};
 use super::earth::Ellipsoid;
@@ -27,7 +27,8 @@ pub struct BodiesModel {
     pub planets: bool,
     /// The Moon.
     pub moon: bool,
-    /// The Sun's image with halo, bloom and ghost, and its stray light. A Sun in the field veils the detector without it too.
+    /// The Sun's image with halo, bloom and ghost, and its stray light. A Sun in the field veils the detector
+    /// without it too.
     pub sun_light: bool,
     /// Satellites that cross the field in an hour, on average.
     pub satellites_an_hour: f64,

@@ -1,4 +1,5 @@
-//! The bodies in a scene: each is where it should be, hidden by what stands before it, and the same in any window.
+//! The bodies in a scene: each is where it should be, hidden by what stands before it, and the same in any
+//! window.
 
 use super::*;
 use crate::camera_file::CameraFile;
@@ -92,8 +93,8 @@ fn the_moon_floods_its_disc_in_the_star_path_and_is_dimmed_in_the_earth_path() {
     let pixels = whole(&mut scene);
     let ([x, y], count) = bright(&pixels, 1000);
     let expected = place(&scene, direction);
-    // The disc has a radius of 13.6 px; its dark rim on one side displaces the middle by 1.7 px, the blur of the bright rim on the
-    // other by as much again.
+    // The disc has a radius of 13.6 px; its dark rim on one side displaces the middle by 1.7 px, the blur of
+    // the bright rim on the other by as much again.
     assert!(libm::hypot(x - expected[0], y - expected[1]) < 4.0, "{x} {y} for {expected:?}");
     assert!((400..1000).contains(&count), "{count}");
     // The Earth path alone: brighter than the dark by up to the albedo's 0.12 of 1.16e4 / 0.3 e-/s.

@@ -1,7 +1,7 @@
 //! The sky in cells, so that an exposure looks at the stars near its field only.
 //!
-//! In: directions. Out: for a cone, the stars that may lie in it. The sphere is a cube whose faces carry `SIDE`² squares
-//! each; a cell knows its middle and the angle to its farthest star.
+//! In: directions. Out: for a cone, the stars that may lie in it. The sphere is a cube whose faces carry
+//! `SIDE`² squares each; a cell knows its middle and the angle to its farthest star.
 
 use super::attitude::{Vector, dot};
 use super::vector::{angle, unit};
@@ -43,8 +43,8 @@ impl Cells {
         Self { cells: members.into_iter().filter(|stars| !stars.is_empty()).map(cell).collect() }
     }
 
-    /// Numbers of all stars within the cone of half angle `acos(cone_cosine)` about `axis`, and of some beside it, cell by
-    /// cell.
+    /// Numbers of all stars within the cone of half angle `acos(cone_cosine)` about `axis`, and of some
+    /// beside it, cell by cell.
     pub fn near(&self, axis: Vector, cone_cosine: f64) -> impl Iterator<Item = u32> + '_ {
         let cone_sine = (1.0 - cone_cosine * cone_cosine).max(0.0).sqrt();
         let touches = move |cell: &&Cell| {

@@ -1,9 +1,10 @@
 //! Civil time to the clock of the program: the only place that knows of leap seconds.
 //!
-//! In: calendar dates on the clocks of UTC, TAI, TT, TDB and the navigation satellites. Out: Terrestrial Time,
-//! microseconds since J2000.0 (2000-01-01T12:00:00 TT). `TT = TAI + 32.184 s`, `TAI = UTC + n` with n from the table of
-//! the IERS (Bulletin C; none after 2017 has been announced), `TDB = TT + 1.657 ms sin g` with the Earth's mean anomaly g
-//! (right to 0.05 ms). Days by the Gregorian calendar's rule. The leap second itself, 23:59:60, is refused.
+//! In: calendar dates on the clocks of UTC, TAI, TT, TDB and the navigation satellites. Out: Terrestrial
+//! Time, microseconds since J2000.0 (2000-01-01T12:00:00 TT). `TT = TAI + 32.184 s`, `TAI = UTC + n` with n
+//! from the table of the IERS (Bulletin C; none after 2017 has been announced), `TDB = TT + 1.657 ms sin g`
+//! with the Earth's mean anomaly g (right to 0.05 ms). Days by the Gregorian calendar's rule. The leap second
+//! itself, 23:59:60, is refused.
 
 /// TT less TAI, µs.
 const TT_MINUS_TAI_US: i64 = 32_184_000;
@@ -80,8 +81,8 @@ impl Clock {
     }
 }
 
-/// TAI less UTC, s, after the last change that `is_past`; it is given the change (UTC, µs since noon of 2000-01-01) and
-/// the new difference.
+/// TAI less UTC, s, after the last change that `is_past`; it is given the change (UTC, µs since noon of
+/// 2000-01-01) and the new difference.
 fn tai_minus_utc(is_past: impl Fn(i64, i64) -> bool) -> i64 {
     let mut difference = LEAP_SECONDS[0].2;
     for (year, month, seconds) in LEAP_SECONDS {
@@ -103,8 +104,8 @@ pub fn tt_minus_utc_s(tt_us: i64) -> f64 {
     tt_minus_utc_us(tt_us) as f64 * 1e-6
 }
 
-/// Days from 2000-01-01 to the first of March of `year`, then months of 30 or 31 days in the order that puts February
-/// last: the usual count of days that needs no table.
+/// Days from 2000-01-01 to the first of March of `year`, then months of 30 or 31 days in the order that puts
+/// February last: the usual count of days that needs no table.
 fn days_since_2000(year: i64, month: i64, day: i64) -> i64 {
     let (year, month) = if month < 3 { (year - 1, month + 9) } else { (year, month - 3) };
     let whole_years = 365 * year + year / 4 - year / 100 + year / 400;
@@ -118,8 +119,8 @@ fn days_of_month(year: i64, month: i64) -> i64 {
     days_since_2000(next_year, next_month, 1) - days_since_2000(year, month, 1)
 }
 
-/// What a clock shows at a date, µs since 2000-01-01T12:00:00, or what is wrong with the date. `second_us` counts within
-/// the minute.
+/// What a clock shows at a date, µs since 2000-01-01T12:00:00, or what is wrong with the date. `second_us`
+/// counts within the minute.
 pub fn shown_us([year, month, day, hour, minute]: [i64; 5], second_us: i64) -> Result<i64, &'static str> {
     if !(YEARS.0..=YEARS.1).contains(&year) {
         return Err("is not within 1972 to 2060");
@@ -150,8 +151,8 @@ fn time_of_day(text: &str) -> Option<(i64, i64, i64)> {
     (parts.next().is_none()).then_some((hour, minute, second * 1_000_000 + libm::rint(fraction_us) as i64))
 }
 
-/// What a clock shows, from `YYYY-MM-DDTHH:MM:SS` or `YYYY-DDDTHH:MM:SS` (day of the year), either with a fraction and a
-/// `Z`; µs since 2000-01-01T12:00:00.
+/// What a clock shows, from `YYYY-MM-DDTHH:MM:SS` or `YYYY-DDDTHH:MM:SS` (day of the year), either with a
+/// fraction and a `Z`; µs since 2000-01-01T12:00:00.
 pub fn parse(text: &str) -> Result<i64, &'static str> {
     const SHAPE: &str = "is no time of the form 2026-09-23T18:00:00";
     let (date, time) = text.strip_suffix('Z').unwrap_or(text).split_once('T').ok_or(SHAPE)?;

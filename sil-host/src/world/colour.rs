@@ -1,10 +1,11 @@
 //! Star colours: how B-V changes what a detector between 500 and 900 nm sees at equal V.
 //!
-//! In: B-V. Out: electrons of the three thirds of the band ([`BAND_NM`]), in shares of those that a star of B-V = 0 and the
-//! same V gives in all of it; quantum efficiency is even. The star is a black body of the temperature
-//! `T = 4600 K [1 / (0.92 (B-V) + 1.7) + 1 / (0.92 (B-V) + 0.62)]` (Ballesteros 2012, EPL 97, 34008), its V the photons at
-//! 551 nm. Against real spectra this is good to some per cent for B to K stars; M stars (B-V above 1.5), with their bands of
-//! TiO, give more than it says. Interpolated in a table, error below 0.001.
+//! In: B-V. Out: electrons of the three thirds of the band ([`BAND_NM`]), in shares of those that a star of
+//! B-V = 0 and the same V gives in all of it; quantum efficiency is even. The star is a black body of the
+//! temperature `T = 4600 K [1 / (0.92 (B-V) + 1.7) + 1 / (0.92 (B-V) + 0.62)]` (Ballesteros 2012, EPL 97,
+//! 34008), its V the photons at 551 nm. Against real spectra this is good to some per cent for B to K stars;
+//! M stars (B-V above 1.5), with their bands of TiO, give more than it says. Interpolated in a table, error
+//! below 0.001.
 
 use std::sync::LazyLock;
 
@@ -69,7 +70,8 @@ mod tests {
         let (hot, sun, cool) = (sum(-0.3), sum(0.65), sum(1.5));
         assert!(hot < 1.0 && 1.0 < sun && sun < cool, "{hot} {sun} {cool}");
         assert!(shares(1.5)[2] / cool > 1.3 * shares(0.0)[2]);
-        // V - I (Cousins) of the Sun is 0.70 (B-V 0.65), that of a K0 giant 1.00 (B-V 1.00): magnitudes at 790 nm at equal V.
+        // V - I (Cousins) of the Sun is 0.70 (B-V 0.65), that of a K0 giant 1.00 (B-V 1.00): magnitudes at
+        // 790 nm at equal V.
         let v_i = |b_v: f64| {
             let x = SECOND_RADIATION_NM_K / temperature_k(b_v);
             let photons = |nm: f64| libm::pow(nm, -4.0) / libm::expm1(x / nm);

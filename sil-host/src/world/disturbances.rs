@@ -1,8 +1,8 @@
 //! What is on the detector and is no star: false stars, hot pixels, dead pixels, protons.
 //!
-//! In: counts and ranges, a seed, a cycle. Out: spots (false stars) and [`Deposits`] (electrons in single pixels).
-//! False stars and protons ([`super::protons`]) are new in each cycle, hot and dead pixels stay. Places are uniform over the
-//! detector. A dead pixel always reads 0 or full scale, whatever it collects.
+//! In: counts and ranges, a seed, a cycle. Out: spots (false stars) and [`Deposits`] (electrons in single
+//! pixels). False stars and protons ([`super::protons`]) are new in each cycle, hot and dead pixels stay.
+//! Places are uniform over the detector. A dead pixel always reads 0 or full scale, whatever it collects.
 
 use super::colour::BANDS;
 use super::noise::{Noise, Stream};

@@ -14,9 +14,10 @@
 //! | [`cell`] | values at its points | the same at its pixels |
 //! | [`image`] | position, Sun, Earth path, rate | mean electrons of a window |
 //!
-//! Radiometry: a surface of albedo `A` with the Sun in the zenith has the radiance `A E / pi`; a pixel of `cos³ / f²` sr collects
-//! `A E / pi · aperture cos³ / f² · mirror · filter · QE · fill / hν` electrons a second: 1.16e4 for `A` = 0.3 and the thesis's camera
-//! on the axis. The fourth cosine, the aperture's foreshortening, and the lens's vignetting are a factor over all light and not drawn here.
+//! Radiometry: a surface of albedo `A` with the Sun in the zenith has the radiance `A E / pi`; a pixel of
+//! `cos³ / f²` sr collects `A E / pi · aperture cos³ / f² · mirror · filter · QE · fill / hν` electrons a
+//! second: 1.16e4 for `A` = 0.3 and the thesis's camera on the axis. The fourth cosine, the aperture's
+//! foreshortening, and the lens's vignetting are a factor over all light and not drawn here.
 
 pub mod albedo;
 pub mod cell;
@@ -70,7 +71,8 @@ pub struct EarthModel {
     pub cloud_top_km: f64,
     /// Brightness of thick air at the limb over that of the surface below.
     pub air_brightness: f64,
-    /// Standard deviation of the limb's height over thousands of km, km; half of it comes on top over hundreds. 0: none.
+    /// Standard deviation of the limb's height over thousands of km, km; half of it comes on top over
+    /// hundreds. 0: none.
     pub height_variation_km: f64,
     /// Whether the limb stands higher over the tropics and the summer half.
     pub season: bool,
@@ -80,7 +82,8 @@ pub struct EarthModel {
     pub atmosphere_top_km: f64,
     /// Depth of the Sun below the horizon at which the last light goes, degrees.
     pub twilight_deg: f64,
-    /// Whether the satellite's own velocity shifts the Earth's image by v/c (5 arcsec in a low orbit), as in nature.
+    /// Whether the satellite's own velocity shifts the Earth's image by v/c (5 arcsec in a low orbit), as in
+    /// nature.
     pub aberration: bool,
 }
 
@@ -112,7 +115,8 @@ impl Default for EarthModel {
 }
 
 impl EarthModel {
-    /// Electrons a second that all the light entering the aperture would free, were none lost before the detector.
+    /// Electrons a second that all the light entering the aperture would free, were none lost before the
+    /// detector.
     pub fn aperture_e_s(&self) -> f64 {
         let area_m2 = 0.25 * PI * self.aperture_m * self.aperture_m;
         self.irradiance_w_m2 * area_m2 / self.photon_j * self.quantum_efficiency * self.fill_factor

@@ -1,12 +1,12 @@
 //! How the crust of the Earth stands in space, as observed.
 //!
-//! In: the IERS series C04 (20 C04, text as published: year, month, day, hour, MJD, x, y, UT1 - UTC, dX, dY and more), or
-//! nothing; TT, µs since J2000.0. Out: the rotation from GCRF to ITRF by the CIO, IERS Conventions 2010 ch. 5,
-//! `W(x, y, s') R3(ERA) Q(X + dX, Y + dY, s)`.
+//! In: the IERS series C04 (20 C04, text as published: year, month, day, hour, MJD, x, y, UT1 - UTC, dX, dY
+//! and more), or nothing; TT, µs since J2000.0. Out: the rotation from GCRF to ITRF by the CIO, IERS
+//! Conventions 2010 ch. 5, `W(x, y, s') R3(ERA) Q(X + dX, Y + dY, s)`.
 //!
-//! Between the days UT1 - TAI, pole and offsets go straight (error below 0.3 mas); the tides of less than a day (0.4 mas)
-//! are left out. Against SOFA's `c2t06a` with the same values: below 1 mas, which is nutation 2000B. Without a file UT1 is
-//! UTC and the pole rests: up to 0.9 s and 0.6 arcsec, 14 arcsec about the axis.
+//! Between the days UT1 - TAI, pole and offsets go straight (error below 0.3 mas); the tides of less than a
+//! day (0.4 mas) are left out. Against SOFA's `c2t06a` with the same values: below 1 mas, which is nutation
+//! 2000B. Without a file UT1 is UTC and the pole rests: up to 0.9 s and 0.6 arcsec, 14 arcsec about the axis.
 
 use super::attitude::Vector;
 use super::civil_time::{self, Clock, DAY_US};
@@ -60,7 +60,8 @@ impl EarthOrientation {
         Ok(Self { rows: rows.into() })
     }
 
-    /// The first day from `from_us` to `to_us` (TT, µs) that does not lie between the rows of two consecutive days.
+    /// The first day from `from_us` to `to_us` (TT, µs) that does not lie between the rows of two consecutive
+    /// days.
     pub fn missing(&self, from_us: i64, to_us: i64) -> Option<i64> {
         if self.rows.is_empty() {
             return None;
@@ -114,8 +115,9 @@ impl EarthOrientation {
         product(&rotation(2, angle), &to_pole)
     }
 
-    /// GCRF to the true equator and mean equinox of SGP4 (TEME), from which the Earth turns by the sidereal time of 1982
-    /// (Vallado et al. 2006). Both frames turn with the Earth alike, so that it serves velocities as well.
+    /// GCRF to the true equator and mean equinox of SGP4 (TEME), from which the Earth turns by the sidereal
+    /// time of 1982 (Vallado et al. 2006). Both frames turn with the Earth alike, so that it serves
+    /// velocities as well.
     pub fn gcrf_to_teme(&self, time_us: i64) -> [Vector; 3] {
         let ut1_us = time_us - libm::rint(1e6 * self.tt_minus_ut1_s(time_us)) as i64;
         let t = ut1_us as f64 / (36_525.0 * DAY_US as f64);

@@ -16,7 +16,8 @@ const SERIES: &str = "\
 2019   1   2   0  58485.00    0.084374    0.271932  -0.0370275    0.000307   -0.000003 0 0 0
 ";
 
-/// TT (µs since J2000) and GCRF to ITRF by ERFA 2.0.1: xys06a with dX and dY, era00, pom00, sp00; midnights UTC.
+/// TT (µs since J2000) and GCRF to ITRF by ERFA 2.0.1: xys06a with dX and dY, era00, pom00, sp00; midnights
+/// UTC.
 const REFERENCE: [(i64, [Vector; 3]); 3] = [
     (
         273412865184000,
@@ -72,7 +73,8 @@ fn without_a_series_it_is_equator_and_sidereal_angle() {
 #[test]
 fn vallados_example_is_met() {
     // Vallado, Fundamentals of Astrodynamics, examples 3-14 and 3-15 (IAU 2006/2000 with dX, dY): 2004-04-06
-    // 07:51:28.386009 UTC, UT1 - UTC -0.4399619 s, pole -0.140682, 0.333309 arcsec. A day's rows with the same values.
+    // 07:51:28.386009 UTC, UT1 - UTC -0.4399619 s, pole -0.140682, 0.333309 arcsec. A day's rows with the
+    // same values.
     let rows = "2004 4 6 0 53101.00 -0.140682 0.333309 -0.4399619 -0.000205 -0.000136\n\
                 2004 4 7 0 53102.00 -0.140682 0.333309 -0.4399619 -0.000205 -0.000136\n";
     let orientation = EarthOrientation::read(rows).unwrap();
@@ -106,7 +108,8 @@ proptest! {
     fn there_and_back_is_where_one_was(time_us in -8e14 as i64..18e14 as i64, place in prop::array::uniform3(-5e4..5e4f64)) {
         let turn = EarthOrientation::default().gcrf_to_itrf(time_us);
         let back = apply(&transposed(&turn), apply(&turn, place));
-        // A tenth of a millimetre at 50,000 km: what a pole shifted by dX and dY is longer than a unit vector is less.
+        // A tenth of a millimetre at 50,000 km: what a pole shifted by dX and dY is longer than a unit vector
+        // is less.
         prop_assert!(length(minus(back, place)) < 1e-7);
     }
 }

@@ -1,8 +1,8 @@
 //! Sun, Moon, the Earth's motion, pole and rotation.
 //!
-//! In: TT, µs since J2000.0. Out: geocentric positions in km and velocities in km/s, ICRS axes; the rotation from ICRS to
-//! the true equator of date and the angle of the Earth's turning in it, for UT1 = UTC and a pole at rest in the crust: see
-//! [`super::earth_orientation`] for both as observed.
+//! In: TT, µs since J2000.0. Out: geocentric positions in km and velocities in km/s, ICRS axes; the rotation
+//! from ICRS to the true equator of date and the angle of the Earth's turning in it, for UT1 = UTC and a pole
+//! at rest in the crust: see [`super::earth_orientation`] for both as observed.
 //!
 //! | module | model |
 //! |---|---|
@@ -11,10 +11,10 @@
 //! | `pole` | precession IAU 2006, nutation IAU 2000B, CIO locator |
 //! | `harmonics` | sums of multiples of angles |
 //!
-//! Greatest errors at 16 dates from 2000 to 2050 against SOFA's routines: Sun 0.6 arcsec and 140 km, the Earth's velocity
-//! 0.25 m/s, pole 0.6 mas, sidereal angle 0.9 mas. The Moon is `moon98` to 0.1 km, which itself is within some 10 arcsec of
-//! DE405. Every call is a pure function of the time. Cost on a desktop core: Sun 2.4 µs, velocity 3.2 µs, Moon 1.4 µs,
-//! equator 1.0 µs, sidereal angle 1.5 µs.
+//! Greatest errors at 16 dates from 2000 to 2050 against SOFA's routines: Sun 0.6 arcsec and 140 km, the
+//! Earth's velocity 0.25 m/s, pole 0.6 mas, sidereal angle 0.9 mas. The Moon is `moon98` to 0.1 km, which
+//! itself is within some 10 arcsec of DE405. Every call is a pure function of the time. Cost on a desktop
+//! core: Sun 2.4 µs, velocity 3.2 µs, Moon 1.4 µs, equator 1.0 µs, sidereal angle 1.5 µs.
 
 mod harmonics;
 mod moon;

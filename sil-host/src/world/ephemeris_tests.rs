@@ -1,4 +1,5 @@
-//! Ephemeris against SOFA's routines (epv00, moon98, pnm06a, gst06a with UT1 = UTC, by ERFA 2.0.1) and the almanac.
+//! Ephemeris against SOFA's routines (epv00, moon98, pnm06a, gst06a with UT1 = UTC, by ERFA 2.0.1) and the
+//! almanac.
 
 use super::*;
 use crate::world::attitude::apply;
@@ -6,8 +7,8 @@ use crate::world::vector::{angle, length, minus};
 
 type Row = (i64, Vector, Vector, Vector, Vector, f64);
 
-/// TT (µs since J2000), Sun (km), Moon (km), the Earth's velocity about the centre of mass (km/s), pole, sidereal angle
-/// (rad).
+/// TT (µs since J2000), Sun (km), Moon (km), the Earth's velocity about the centre of mass (km/s), pole,
+/// sidereal angle (rad).
 const REFERENCE: [Row; 16] = [
     (
         1177200000000,
@@ -178,7 +179,8 @@ fn pole_and_rotation_are_those_of_date() {
 
 #[test]
 fn equinoxes_and_solstices_of_the_almanac_are_met() {
-    // UTC to the minute, 2026: March 20 14:46, June 21 8:25, September 23 0:05, December 21 20:50; apparent longitudes.
+    // UTC to the minute, 2026: March 20 14:46, June 21 8:25, September 23 0:05, December 21 20:50; apparent
+    // longitudes.
     let instants = [827_290_029_184_000, 835_302_369_184_000, 843_393_969_184_000, 851_158_269_184_000];
     for (quarter, time_us) in instants.into_iter().enumerate() {
         let t = centuries(time_us);

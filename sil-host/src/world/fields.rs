@@ -1,10 +1,10 @@
 //! Centroid lists with their truth, for testing identification without pixels.
 //!
-//! In: a camera, a star list, a seed. Out: [`Field`]s; field `index` depends only on (seed, index). The attitude is
-//! uniform over all rotations; every star to the magnitude limit whose image is on the detector is moved by Gaussian
-//! noise of the given width per axis (and dropped where that takes it off the detector), false stars are uniform over
-//! the detector, and the list is shuffled. A rectangular or square field comes from the camera's sides. Truth and
-//! projection are the world's own (f64), apart from the solver.
+//! In: a camera, a star list, a seed. Out: [`Field`]s; field `index` depends only on (seed, index). The
+//! attitude is uniform over all rotations; every star to the magnitude limit whose image is on the detector
+//! is moved by Gaussian noise of the given width per axis (and dropped where that takes it off the detector),
+//! false stars are uniform over the detector, and the list is shuffled. A rectangular or square field comes
+//! from the camera's sides. Truth and projection are the world's own (f64), apart from the solver.
 //!
 //! Lines: `{"id","centroids":[[x,y,brightness],..]}` as `identify` reads it, and the truth
 //! `{"id","hip":[number or null,..],"q":[x,y,z,w]}`. Brightness is `10^(-0.4 V)`, larger is brighter.

@@ -1,17 +1,19 @@
 //! Fixed patterns: what differs from pixel to pixel and stays.
 //!
-//! In: standard deviations, a seed, the detector's size. Out: gain and share of the dark current of each pixel, an offset of
-//! each column; all Gaussian and pure functions of (seed, x, y). Rows have an offset that is new in each cycle: the reset and
-//! supply noise that all pixels of a row share when they are read (banding).
+//! In: standard deviations, a seed, the detector's size. Out: gain and share of the dark current of each
+//! pixel, an offset of each column; all Gaussian and pure functions of (seed, x, y). Rows have an offset that
+//! is new in each cycle: the reset and supply noise that all pixels of a row share when they are read
+//! (banding).
 //!
-//! Levels of the reference: gains within 1 % (PRNU of star tracker APS: about 1 %), dark currents within 10 % about the mean
-//! beside the hot pixels, columns 4 e- (in an APS the pattern of the columns stands above that of the pixels, J. Aerosp.
-//! Technol. Manag. 5, 2013), rows 3 e-, both a fraction of the readout's 20 e-.
+//! Levels of the reference: gains within 1 % (PRNU of star tracker APS: about 1 %), dark currents within 10 %
+//! about the mean beside the hot pixels, columns 4 e- (in an APS the pattern of the columns stands above that
+//! of the pixels, J. Aerosp. Technol. Manag. 5, 2013), rows 3 e-, both a fraction of the readout's 20 e-.
 
 use super::noise::{Noise, Stream};
 use fsw_hal::{DetectorGeometry, Window};
 
-/// Steps in a standard deviation of gain and dark current: bytes reach to 5.3 of them, where one pixel in 10 million lies.
+/// Steps in a standard deviation of gain and dark current: bytes reach to 5.3 of them, where one pixel in 10
+/// million lies.
 const STEPS: f64 = 24.0;
 
 /// How much pixels, columns and rows differ; standard deviations.
@@ -44,8 +46,8 @@ impl PatternModel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FixedPattern {
     width: usize,
-    /// How far gain and dark current of a pixel are from the mean, in steps of their deviation; empty where all are alike. As
-    /// bytes, because a window's rows lie far apart in memory.
+    /// How far gain and dark current of a pixel are from the mean, in steps of their deviation; empty where
+    /// all are alike. As bytes, because a window's rows lie far apart in memory.
     pixels: Vec<[i8; 2]>,
     /// The gain for each of the steps that a pixel may be off, by the byte's bits.
     gains: [f64; 256],

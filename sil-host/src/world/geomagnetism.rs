@@ -1,13 +1,14 @@
 //! The Earth's magnetic field: IGRF-14 to degree 3.
 //!
-//! In: place (km, ICRS axes about the Earth's centre), instant. Out: flux density, microtesla, in the same axes.
-//! `B = -∇V`, `V = a Σ (a / r)^(n+1) Σ (g cos mλ + h sin mλ) P(sin φ)` with Schmidt's half normalisation, written with
-//! solid harmonics `H(u)`, polynomials of the unit vector `u` in Earth-fixed axes:
-//! `B = -(a / r)^(n+2) (∇H - (2n + 1) H u)`, `H = u · ∇H / n`, so that the poles are no exception. Coefficients of 2025.0 and
-//! their yearly change to 2030 (IAGA, IGRF-14, doi 10.5281/zenodo.14012302), carried on as a straight line to other years.
+//! In: place (km, ICRS axes about the Earth's centre), instant. Out: flux density, microtesla, in the same
+//! axes. `B = -∇V`, `V = a Σ (a / r)^(n+1) Σ (g cos mλ + h sin mλ) P(sin φ)` with Schmidt's half
+//! normalisation, written with solid harmonics `H(u)`, polynomials of the unit vector `u` in Earth-fixed
+//! axes: `B = -(a / r)^(n+2) (∇H - (2n + 1) H u)`, `H = u · ∇H / n`, so that the poles are no exception.
+//! Coefficients of 2025.0 and their yearly change to 2030 (IAGA, IGRF-14, doi 10.5281/zenodo.14012302),
+//! carried on as a straight line to other years.
 //!
-//! Against the whole model of degree 13, epoch 2027: 2.2 uT rms, 5 uT at most at 450 km; 3.4 and 7.7 at the ground; below
-//! 0.0001 in GEO. Fields of currents outside the Earth are left out.
+//! Against the whole model of degree 13, epoch 2027: 2.2 uT rms, 5 uT at most at 450 km; 3.4 and 7.7 at the
+//! ground; below 0.0001 in GEO. Fields of currents outside the Earth are left out.
 
 use super::attitude::{Vector, apply, dot};
 use super::ephemeris::{icrs_to_equator, julian_year, sidereal_angle};
@@ -18,7 +19,8 @@ use super::vector::{length, plus, product, times, transposed};
 const RADIUS_KM: f64 = 6_371.2;
 /// Epoch of the coefficients, Julian year.
 const EPOCH: f64 = 2025.0;
-/// Degree, coefficient at the epoch (nT), and at 2030.0; in the order of [`gradients`]: g of order 0, then g and h.
+/// Degree, coefficient at the epoch (nT), and at 2030.0; in the order of [`gradients`]: g of order 0, then g
+/// and h.
 const COEFFICIENTS: [(i32, f64, f64); 15] = [
     (1, -29_350.0, -29_287.0),
     (1, -1_410.3, -1_360.3),
@@ -74,7 +76,8 @@ fn fixed_nt(place_km: Vector, year: f64) -> Vector {
     field
 }
 
-/// Flux density, uT, at `position_km` about the Earth's centre, both in ICRS axes; `instant_us` is TT since J2000.0.
+/// Flux density, uT, at `position_km` about the Earth's centre, both in ICRS axes; `instant_us` is TT since
+/// J2000.0.
 pub fn field_ut(position_km: Vector, instant_us: i64) -> Vector {
     let to_fixed = product(&rotation(2, sidereal_angle(instant_us)), &icrs_to_equator(instant_us));
     let field = fixed_nt(apply(&to_fixed, position_km), julian_year(instant_us));

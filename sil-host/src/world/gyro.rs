@@ -1,11 +1,13 @@
 //! A gyro of three axes behind the rate sensor's trait.
 //!
-//! In: the truth of a cycle, a seed. Out: the rate in body axes as a MEMS sensor measures it, a pure function of (scenario,
-//! seed, cycle). `ω = round((1 + s) M ω_true + b + d W(t) + w)`: scale errors `s`, misalignment `M`, bias `b` of the run,
-//! white noise `w` of the sample, and a random walk of the bias ([`super::random_walk`]). The figures of the default are those
-//! of thesis §A.3.2.2 and tab. A.13 (Bosch DRS-MM2.0): noise 0.22 deg/s, drift 0.15 deg/s/h, read as the walk's standard
-//! deviation after an hour, range 100 deg/s, 17.5 mV/(deg/s) through 12 bits over 5 V. That sensor has one axis; three like
-//! it are flown. The thesis gives neither bias nor scale nor alignment: 0.5 deg/s, 1 % and 0.5 deg are ordinary for a car's.
+//! In: the truth of a cycle, a seed. Out: the rate in body axes as a MEMS sensor measures it, a pure function
+//! of (scenario, seed, cycle). `ω = round((1 + s) M ω_true + b + d W(t) + w)`: scale errors `s`, misalignment
+//! `M`, bias `b` of the run, white noise `w` of the sample, and a random walk of the bias
+//! ([`super::random_walk`]). The figures of the default are those of thesis §A.3.2.2 and tab. A.13 (Bosch
+//! DRS-MM2.0): noise 0.22 deg/s, drift 0.15 deg/s/h, read as the walk's standard deviation after an hour,
+//! range 100 deg/s, 17.5 mV/(deg/s) through 12 bits over 5 V. That sensor has one axis; three like it are
+//! flown. The thesis gives neither bias nor scale nor alignment: 0.5 deg/s, 1 % and 0.5 deg are ordinary for
+//! a car's.
 
 use super::attitude::{Vector, dot};
 use super::noise::{Noise, Stream};
@@ -53,8 +55,8 @@ impl Default for GyroModel {
 }
 
 impl GyroModel {
-    /// What the flight code's parameters say of it: rounding counts as noise; scale error and lean are those of a slow turn, in which they are as
-    /// constant as the bias.
+    /// What the flight code's parameters say of it: rounding counts as noise; scale error and lean are those
+    /// of a slow turn, in which they are as constant as the bias.
     pub fn flight_noise(&self) -> RateSensorNoise {
         let rad = |deg: f64| deg.to_radians() as f32;
         RateSensorNoise {
@@ -66,7 +68,8 @@ impl GyroModel {
         }
     }
 
-    /// What the gyro reads in a cycle in which the body turns at `rate_deg_s`, deg/s; `None` beyond its range.
+    /// What the gyro reads in a cycle in which the body turns at `rate_deg_s`, deg/s; `None` beyond its
+    /// range.
     pub fn reading_deg_s(&self, rate_deg_s: Vector, seed: u64, cycle: u64) -> Option<Vector> {
         // Rows of the run's noise: 0 scale, 1 bias, 2 and 3 alignment, 4 to 6 the walks.
         let run = Noise::new(seed, 0, Stream::RateSensor);
@@ -145,8 +148,8 @@ mod tests {
                 let time = length as f64;
                 // The walk's means over whole samples: K² (t / 3 + 1 / (6 t)).
                 let expected = white / time + walk * (time / 3.0 + 1.0 / (6.0 * time));
-                // Neighbouring differences share a mean: two thirds as many degrees of freedom as differences. All twelve
-                // comparisons together hold for a right gyro with 99 %.
+                // Neighbouring differences share a mean: two thirds as many degrees of freedom as
+                // differences. All twelve comparisons together hold for a right gyro with 99 %.
                 let bound = 3.34 * (2.0 / (2.0 / 3.0 * count)).sqrt();
                 println!("axis {axis}, {length} s: {:.5} deg/s for {:.5}", variance.sqrt(), expected.sqrt());
                 assert!((variance / expected - 1.0).abs() < bound, "axis {axis}, {length} s");

@@ -1,9 +1,9 @@
 //! What the optics do to light beside the projection: PSF, colours, vignetting, shutter, filters.
 //!
-//! Focus of the reference. The thesis wants images of about 3 x 5 px (§3.1.2, tab. 3.5) and a detector 0.1 mm behind the focus
-//! (fig. 3.10). At f/2.25 the two exclude each other: 0.1 mm alone makes a disc of 44 µm, 5.9 px. The reference takes the
-//! size: 0.06 mm behind the focus of least mean square radius, 85 % of the light of a star lies in 3 x 5 px and the image
-//! is lopsided off the axis; at 0.1 mm it would be 52 %.
+//! Focus of the reference. The thesis wants images of about 3 x 5 px (§3.1.2, tab. 3.5) and a detector 0.1 mm
+//! behind the focus (fig. 3.10). At f/2.25 the two exclude each other: 0.1 mm alone makes a disc of 44 µm,
+//! 5.9 px. The reference takes the size: 0.06 mm behind the focus of least mean square radius, 85 % of the
+//! light of a star lies in 3 x 5 px and the image is lopsided off the axis; at 0.1 mm it would be 52 %.
 
 use super::optics::Optics;
 use super::psf::{LensModel, Psf, PsfModel};
@@ -44,8 +44,8 @@ impl ImagingModel {
         earth_path_transmission: 1.0,
     };
 
-    /// The reference camera: stars through its lens, in their colours, vignetting with 15 % in the corner by the mounts, a
-    /// global shutter.
+    /// The reference camera: stars through its lens, in their colours, vignetting with 15 % in the corner by
+    /// the mounts, a global shutter.
     pub const REFERENCE: Self = Self {
         psf: PsfModel::Lens(LensModel { aperture_mm: 10.0, defocus_mm: -0.06 }),
         star_colours: true,

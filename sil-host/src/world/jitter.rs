@@ -1,11 +1,12 @@
 //! Pointing errors: shaking at fixed frequencies, and a slow random wandering of the line of sight.
 //!
-//! In: a [`JitterModel`] and a seed. Out: a small rotation of the body with its rate at any time, a pure function. The
-//! components of the rotation vector are sums of sinusoids `a sin(ω t + φ)` with phases from the seed. The random part is
-//! a Gauss-Markov process of standard deviation `σ` and correlation time `T`, `E x(t) x(t + d) = σ² exp(-|d| / T)`:
-//! [`TERMS`] sinusoids of amplitude `σ sqrt(2 / TERMS)` an axis, one each from equal parts of its spectrum, which is
-//! proportional to `1 / (1 + (ω T)²)`. The spectrum is cut at `ω T = 21`, beyond which 3 % of the power lie, so that
-//! there is a rate; the correlation is off by at most 0.03 σ².
+//! In: a [`JitterModel`] and a seed. Out: a small rotation of the body with its rate at any time, a pure
+//! function. The components of the rotation vector are sums of sinusoids `a sin(ω t + φ)` with phases from
+//! the seed. The random part is a Gauss-Markov process of standard deviation `σ` and correlation time `T`, `E
+//! x(t) x(t + d) = σ² exp(-|d| / T)`: [`TERMS`] sinusoids of amplitude `σ sqrt(2 / TERMS)` an axis, one each
+//! from equal parts of its spectrum, which is proportional to `1 / (1 + (ω T)²)`. The spectrum is cut at `ω
+//! T = 21`, beyond which 3 % of the power lie, so that there is a rate; the correlation is off by at most
+//! 0.03 σ².
 
 use super::attitude::Vector;
 use super::moving_frame::MovingFrame;

@@ -1,18 +1,20 @@
 //! The objective: rays through four simple lenses.
 //!
-//! In: focal length, aperture and place of the detector; then a field angle, a wavelength, a point of the pupil. Out: where
-//! the ray meets the detector, mm from the axis, x away from it in the plane of the field.
+//! In: focal length, aperture and place of the detector; then a field angle, a wavelength, a point of the
+//! pupil. Out: where the ray meets the detector, mm from the axis, x away from it in the plane of the field.
 //!
-//! The thesis uses "simple four-lens consumer optics" (§3.1.2, fig. 3.6) and prints no prescription, and the published
-//! four-lens ones at hand (Laikin, Lens Design, 4th ed., pp. 63 and 75) either do not open to f/2.25 or cover half the
-//! field. This one is therefore the world's own: an Ernostar - a triplet whose front lens is split - with three lenses of
-//! N-LAK12 and one of SF4, its radii and air spaces fitted by least squares to what the thesis shows: spherical aberration
-//! left in on purpose, so that the image is a ring before the focus and a core with a halo behind it (figs. 3.4 and 3.9),
-//! lopsided off the axis. It is scaled to the focal length asked for.
+//! The thesis uses "simple four-lens consumer optics" (§3.1.2, fig. 3.6) and prints no prescription, and the
+//! published four-lens ones at hand (Laikin, Lens Design, 4th ed., pp. 63 and 75) either do not open to
+//! f/2.25 or cover half the field. This one is therefore the world's own: an Ernostar - a triplet whose front
+//! lens is split - with three lenses of N-LAK12 and one of SF4, its radii and air spaces fitted by least
+//! squares to what the thesis shows: spherical aberration left in on purpose, so that the image is a ring
+//! before the focus and a core with a halo behind it (figs. 3.4 and 3.9), lopsided off the axis. It is scaled
+//! to the focal length asked for.
 //!
-//! Refraction is Snell's law in vector form at spheres (Welford, Aberrations of Optical Systems, ch. 4); dispersion after
-//! Cauchy, `n = A + B / wavelength²` from the catalogue's `n_d` and `V_d`, right to 0.002 in the band. Left out: coatings, ghosts, tolerances of
-//! manufacture. Vignetting by the mounts narrows the pupil, see [`super::vignetting`].
+//! Refraction is Snell's law in vector form at spheres (Welford, Aberrations of Optical Systems, ch. 4);
+//! dispersion after Cauchy, `n = A + B / wavelength²` from the catalogue's `n_d` and `V_d`, right to 0.002 in
+//! the band. Left out: coatings, ghosts, tolerances of manufacture. Vignetting by the mounts narrows the
+//! pupil, see [`super::vignetting`].
 
 use super::attitude::{Vector, dot};
 use super::vector::{plus, times};
@@ -75,9 +77,9 @@ pub struct Lens {
 }
 
 impl Lens {
-    /// The prescription scaled to `focal_length_mm`, its pupil `aperture_mm` wide, the detector `behind_focus_mm` behind
-    /// the place where the image of a white star on the axis has the least mean square radius. `None` where that is no
-    /// lens: rays of the rim miss a surface.
+    /// The prescription scaled to `focal_length_mm`, its pupil `aperture_mm` wide, the detector
+    /// `behind_focus_mm` behind the place where the image of a white star on the axis has the least mean
+    /// square radius. `None` where that is no lens: rays of the rim miss a surface.
     pub fn new(focal_length_mm: f64, aperture_mm: f64, behind_focus_mm: f64) -> Option<Self> {
         let whole = |(radius, way, behind): &(f64, f64, Option<Glass>), scale: f64| {
             let surface = if *radius == 0.0 {
@@ -118,8 +120,8 @@ impl Lens {
         Some(-across / slopes)
     }
 
-    /// Where the ray through `pupil` (the stop's radius is 1) of a star `field_rad` off the axis meets the detector, mm;
-    /// `None` where it misses a surface.
+    /// Where the ray through `pupil` (the stop's radius is 1) of a star `field_rad` off the axis meets the
+    /// detector, mm; `None` where it misses a surface.
     pub fn landing(&self, field_rad: f64, wavelength_nm: f64, pupil: [f64; 2]) -> Option<[f64; 2]> {
         self.ray(field_rad, wavelength_nm, pupil).map(|([x, y, _], _)| [x, y])
     }

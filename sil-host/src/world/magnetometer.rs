@@ -1,9 +1,10 @@
 //! A magnetometer of three axes behind its trait.
 //!
-//! In: the truth of a cycle, a seed. Out: the Earth's field ([`super::geomagnetism`]) in body axes as a fluxgate measures it, a
-//! pure function of (scenario, seed, cycle): with the spacecraft's own constant field, a random walk of the zero, white
-//! noise, in steps. The figures of the default are those of thesis tab. A.12 (FGS1/COB05): noise 0.2 uT, drift 0.2 uT in 110
-//! min, which as a random walk is 0.15 uT after an hour; range 80 uT, 28.6 mV/uT through 12 bits over 5 V.
+//! In: the truth of a cycle, a seed. Out: the Earth's field ([`super::geomagnetism`]) in body axes as a
+//! fluxgate measures it, a pure function of (scenario, seed, cycle): with the spacecraft's own constant
+//! field, a random walk of the zero, white noise, in steps. The figures of the default are those of thesis
+//! tab. A.12 (FGS1/COB05): noise 0.2 uT, drift 0.2 uT in 110 min, which as a random walk is 0.15 uT after an
+//! hour; range 80 uT, 28.6 mV/uT through 12 bits over 5 V.
 
 use super::attitude::{Vector, apply};
 use super::geomagnetism::field_ut;
@@ -37,7 +38,8 @@ impl Default for MagnetometerModel {
 }
 
 impl MagnetometerModel {
-    /// What the magnetometer reads in a cycle in a field of `field_ut` in body axes, uT; `None` beyond its range.
+    /// What the magnetometer reads in a cycle in a field of `field_ut` in body axes, uT; `None` beyond its
+    /// range.
     pub fn reading_ut(&self, field_ut: Vector, seed: u64, cycle: u64) -> Option<Vector> {
         let run = Noise::new(seed, 0, Stream::Magnetometer);
         let sample = Noise::new(seed, cycle, Stream::Magnetometer);

@@ -1,7 +1,7 @@
 //! The world: truth, written apart from the flight code so that an error cannot cancel itself.
 //!
-//! All in f64 and `libm`; shared with the flight side are the HAL's types only. A frame is a pure function of (scene, seed,
-//! cycle, x, y), see [`noise`].
+//! All in f64 and `libm`; shared with the flight side are the HAL's types only. A frame is a pure function of
+//! (scene, seed, cycle, x, y), see [`noise`].
 //!
 //! | module | takes | gives |
 //! |---|---|---|
@@ -47,8 +47,9 @@
 //! | [`scene`] | all of these | raw frames through the detector trait, and the truth |
 //! | [`fields`] | camera, star list, seed | lists of centroids with their truth |
 //!
-//! Left out: the stars' parallax, ghosts and flare of the lens but the Sun's, lag, stray light of Earth and Moon, maria, eclipses of
-//! the Sun by the Moon, satellites' shadows, charge that stars and Earth spill beyond a full well.
+//! Left out: the stars' parallax, ghosts and flare of the lens but the Sun's, lag, stray light of Earth and
+//! Moon, maria, eclipses of the Sun by the Moon, satellites' shadows, charge that stars and Earth spill
+//! beyond a full well.
 
 pub mod attitude;
 pub mod bodies;

@@ -1,10 +1,11 @@
 //! The Moon: a disc with a phase.
 //!
-//! In: the directions of Moon and Sun and the Moon's distance, in the axes of a path. Out: mean electrons of a window. A point of
-//! the disc has the radiance factor `2 p m / (m + μ) · f`, after Lommel and Seeliger with the geometric albedo p = 0.12; m and μ
-//! are the cosines of Sun and view. `f = exp(-phase / 69 deg)` makes the half Moon a tenth as bright as the full one (V = -10.2
-//! and -12.7) and stands for its roughness. Maria and earthshine are left out. The edge is blurred by the PSF in closed form, the
-//! terminator fades by itself. While the image moves by more than [`STEP_PX`] it is drawn in steps.
+//! In: the directions of Moon and Sun and the Moon's distance, in the axes of a path. Out: mean electrons of
+//! a window. A point of the disc has the radiance factor `2 p m / (m + μ) · f`, after Lommel and Seeliger
+//! with the geometric albedo p = 0.12; m and μ are the cosines of Sun and view. `f = exp(-phase / 69 deg)`
+//! makes the half Moon a tenth as bright as the full one (V = -10.2 and -12.7) and stands for its roughness.
+//! Maria and earthshine are left out. The edge is blurred by the PSF in closed form, the terminator fades by
+//! itself. While the image moves by more than [`STEP_PX`] it is drawn in steps.
 
 use super::attitude::{Vector, dot};
 use super::optics::Optics;
@@ -55,8 +56,8 @@ impl MoonImage {
         seen.then_some(Self { optics: *optics, views, sigma_rad, white_e_s })
     }
 
-    /// Adds the electrons of `time_s` to `electrons`, the pixels of `window` row by row; `hidden` says whether something stands
-    /// before the Moon in a direction (path axes).
+    /// Adds the electrons of `time_s` to `electrons`, the pixels of `window` row by row; `hidden` says
+    /// whether something stands before the Moon in a direction (path axes).
     pub fn add_to(
         &self,
         window: Window,
@@ -107,8 +108,8 @@ impl MoonView {
     }
 }
 
-/// The view of a Moon at `moon_km` from a satellite at `position_km`, ICRS axes about the Earth's centre, through `path` (ICRS to
-/// path axes) with the aberration `v / c`.
+/// The view of a Moon at `moon_km` from a satellite at `position_km`, ICRS axes about the Earth's centre,
+/// through `path` (ICRS to path axes) with the aberration `v / c`.
 pub fn view(
     moon_km: Vector,
     sun_km: Vector,

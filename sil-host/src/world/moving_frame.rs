@@ -1,8 +1,8 @@
 //! Frames that turn: orientation and rate kept together, so that the rate stays the exact derivative.
 //!
-//! `matrix` takes components in the frame it is counted from (ICRS, or another frame) to components in this one; `rate`
-//! is that of this frame against the other, in its own axes: `dA/dt = -[ω×] A`. Of two in a row, `A = B C`:
-//! `ω = ω_B + B ω_C`.
+//! `matrix` takes components in the frame it is counted from (ICRS, or another frame) to components in this
+//! one; `rate` is that of this frame against the other, in its own axes: `dA/dt = -[ω×] A`. Of two in a row,
+//! `A = B C`: `ω = ω_B + B ω_C`.
 
 use super::attitude::{Turning, Vector, apply, dot, matrix};
 use super::vector::{cross, plus, product, times};
@@ -25,8 +25,8 @@ impl MovingFrame {
         Self { matrix, rate_rad_s: [0.0; 3] }
     }
 
-    /// A frame turned by the rotation vector `vector_rad` that changes by `change_rad_s`: `A = exp(-[φ×])`, and the rate
-    /// `φ' - (1 - cos φ)/φ² φ × φ' + (φ - sin φ)/φ³ φ × (φ × φ')`.
+    /// A frame turned by the rotation vector `vector_rad` that changes by `change_rad_s`: `A = exp(-[φ×])`,
+    /// and the rate `φ' - (1 - cos φ)/φ² φ × φ' + (φ - sin φ)/φ³ φ × (φ × φ')`.
     pub fn turned_by(vector_rad: Vector, change_rad_s: Vector) -> Self {
         let turning = Turning { quaternion: [0.0, 0.0, 0.0, 1.0], rate_rad_s: vector_rad };
         let square = dot(vector_rad, vector_rad);

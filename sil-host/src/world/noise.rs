@@ -1,20 +1,22 @@
 //! Counter-based noise: every number is a pure function of (seed, cycle, stream, x, y).
 //!
-//! No state is carried from one number to the next, so a window of a frame drawn alone equals the same window of the
-//! whole frame to the bit, frames can be drawn in any order and on any machine, and `libm` instead of the system's
-//! mathematics keeps the bits the same everywhere.
+//! No state is carried from one number to the next, so a window of a frame drawn alone equals the same window
+//! of the whole frame to the bit, frames can be drawn in any order and on any machine, and `libm` instead of
+//! the system's mathematics keeps the bits the same everywhere.
 //!
-//! A 64-bit key is made from (seed, cycle, stream); a number is the place `y 2³² + x`, whitened with the key and put
-//! twice through a bijective mixer of multiplications and shifts with constants of the SplitMix and Murmur families.
-//! The Gaussian is the inverse normal distribution ([`inverse_normal`]) of one uniform number. Poisson numbers below a
-//! mean of [`POISSON_EXACT_BELOW`] are the inverse distribution, exact but for the cut at [`POISSON_TERMS_MAX`]
-//! (probability < 1e-20); above it the Gaussian with the first skewness term of Cornish and Fisher, rounded to whole
-//! events, whose distribution function is off by at most 0.00044 (at a mean of 30; 0.00003 at 400).
+//! A 64-bit key is made from (seed, cycle, stream); a number is the place `y 2³² + x`, whitened with the key
+//! and put twice through a bijective mixer of multiplications and shifts with constants of the SplitMix and
+//! Murmur families. The Gaussian is the inverse normal distribution ([`inverse_normal`]) of one uniform
+//! number. Poisson numbers below a mean of [`POISSON_EXACT_BELOW`] are the inverse distribution, exact but
+//! for the cut at [`POISSON_TERMS_MAX`] (probability < 1e-20); above it the Gaussian with the first skewness
+//! term of Cornish and Fisher, rounded to whole events, whose distribution function is off by at most 0.00044
+//! (at a mean of 30; 0.00003 at 400).
 //!
-//! A pixel's electrons ([`Noise::read_row`]) are a Poisson number and the readout's Gaussian. Where their variance is
-//! [`POISSON_EXACT_BELOW`] or more and the readout is wider than [`JOINED_READ_E`], both come from one deviate `g`:
-//! `mean + s g + mean (g² - 1) / 6 s²`, `s² = mean + read²`, as the third cumulant of the sum is the mean; the distribution
-//! function is off by at most 0.0006 (no readout to speak of), below 2e-5 with the 20 e- of the reference.
+//! A pixel's electrons ([`Noise::read_row`]) are a Poisson number and the readout's Gaussian. Where their
+//! variance is [`POISSON_EXACT_BELOW`] or more and the readout is wider than [`JOINED_READ_E`], both come
+//! from one deviate `g`: `mean + s g + mean (g² - 1) / 6 s²`, `s² = mean + read²`, as the third cumulant of
+//! the sum is the mean; the distribution function is off by at most 0.0006 (no readout to speak of), below
+//! 2e-5 with the 20 e- of the reference.
 
 use super::normal::{self, QuickInverse, inverse_normal};
 
@@ -66,8 +68,8 @@ pub enum Stream {
 
 /// Mean from which on Poisson numbers come from the Gaussian.
 pub const POISSON_EXACT_BELOW: f64 = 30.0;
-/// Standard deviation of the readout, e-, above which whole events cannot be distinguished: the steps of the distribution are
-/// down to `exp(-2 pi²)` of themselves.
+/// Standard deviation of the readout, e-, above which whole events cannot be distinguished: the steps of the
+/// distribution are down to `exp(-2 pi²)` of themselves.
 pub const JOINED_READ_E: f64 = 1.0;
 /// Bound of the loop for the exact Poisson numbers.
 pub const POISSON_TERMS_MAX: u32 = 128;
@@ -131,8 +133,9 @@ impl Noise {
         if mean > 0.0 { inverse_poisson(uniform, mean) } else { 0.0 }
     }
 
-    /// Electrons read from pixels of a row, from (`x`, `y`) on, in which `pixels` are expected: Poisson numbers of this noise and
-    /// Gaussians of standard deviation `read_e`, from `readout` where the two are not one.
+    /// Electrons read from pixels of a row, from (`x`, `y`) on, in which `pixels` are expected: Poisson
+    /// numbers of this noise and Gaussians of standard deviation `read_e`, from `readout` where the two are
+    /// not one.
     pub fn read_row(&self, (x, y): (u32, u32), pixels: &mut [f64], readout: &Self, read_e: f64) {
         let read_e2 = read_e * read_e;
         let quick = QuickInverse::table();

@@ -1,17 +1,19 @@
 //! The normal distribution and its inverse.
 //!
-//! [`inverse_normal`]: in a probability, out the standardised deviate below which it lies, by the three rational
-//! approximations of algorithm AS 241 (Wichura 1988, Applied Statistics 37, 477), stated relative error 1e-16. The logarithm
-//! is `libm`'s and the square root exact by the standard, so the bits are the same on every machine.
+//! [`inverse_normal`]: in a probability, out the standardised deviate below which it lies, by the three
+//! rational approximations of algorithm AS 241 (Wichura 1988, Applied Statistics 37, 477), stated relative
+//! error 1e-16. The logarithm is `libm`'s and the square root exact by the standard, so the bits are the same
+//! on every machine.
 //!
-//! The two quick ones read tables that `libm` filled. [`QuickInverse`]: a parabola through three points in each of
-//! 1024 equal parts of (0, 1), exact in the outer sixteen on either side; the distribution function of what comes out is off
-//! by less than 5e-7. [`QuickNormal`]: second order from the nearest of 64 entries a unit, error below 1e-7.
+//! The two quick ones read tables that `libm` filled. [`QuickInverse`]: a parabola through three points in
+//! each of 1024 equal parts of (0, 1), exact in the outer sixteen on either side; the distribution function
+//! of what comes out is off by less than 5e-7. [`QuickNormal`]: second order from the nearest of 64 entries a
+//! unit, error below 1e-7.
 
 use std::sync::LazyLock;
 
-/// 1.5 · 2⁵²: a number added to it is rounded to a whole one, which stands in the lowest bits. Far quicker than a conversion, and
-/// as exact.
+/// 1.5 · 2⁵²: a number added to it is rounded to a whole one, which stands in the lowest bits. Far quicker
+/// than a conversion, and as exact.
 pub const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// Numerator and denominator, constant term first.

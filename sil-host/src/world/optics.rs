@@ -1,11 +1,10 @@
 //! Truth projection: from a direction in the sensor frame to a pixel and back, in f64.
 //!
-//! `x' = X/Z`, `y' = Y/Z`, distorted after Brown in OpenCV's convention with `r² = x'² + y'²`:
-//! `x'' = x' (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x' y' + p2 (r² + 2 x'²)`,
-//! `y'' = y' (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y'²) + 2 p2 x' y'`,
-//! pixel `(f x'' + cx, f y'' + cy)`. Back by fixed-point iteration. Where the camera is mirrored, `X` of the star path
-//! is turned over before the lens; the Earth path never is. The equiangular projection is not part of the world's
-//! first form.
+//! `x' = X/Z`, `y' = Y/Z`, distorted after Brown in OpenCV's convention with `r² = x'² + y'²`: `x'' = x' (1 +
+//! k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x' y' + p2 (r² + 2 x'²)`, `y'' = y' (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2
+//! y'²) + 2 p2 x' y'`, pixel `(f x'' + cx, f y'' + cy)`. Back by fixed-point iteration. Where the camera is
+//! mirrored, `X` of the star path is turned over before the lens; the Earth path never is. The equiangular
+//! projection is not part of the world's first form.
 
 use super::attitude::{Vector, dot};
 use crate::camera_file::{CameraFile, Distortion, Projection};
@@ -60,15 +59,16 @@ impl Optics {
         Some([self.focal_length_px * x + self.centre_px[0], self.focal_length_px * y + self.centre_px[1]])
     }
 
-    /// The unit vector in the sensor frame that is imaged at `pixel`; `None` where the distortion has no inverse.
+    /// The unit vector in the sensor frame that is imaged at `pixel`; `None` where the distortion has no
+    /// inverse.
     pub fn unproject(&self, pixel: [f64; 2]) -> Option<Vector> {
         let [x, y] = self.normalised(pixel)?;
         let length = (1.0 + x * x + y * y).sqrt();
         Some([self.through_mirror(x) / length, y / length, 1.0 / length])
     }
 
-    /// The undistorted `[X/Z, Y/Z]` before the lens, behind any mirror, that is imaged at `pixel`; `None` where the
-    /// distortion has no inverse.
+    /// The undistorted `[X/Z, Y/Z]` before the lens, behind any mirror, that is imaged at `pixel`; `None`
+    /// where the distortion has no inverse.
     #[inline]
     pub fn normalised(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         let seen = [0, 1].map(|k| (pixel[k] - self.centre_px[k]) / self.focal_length_px);
@@ -134,8 +134,9 @@ impl Optics {
         libm::hypot(reach[0], reach[1])
     }
 
-    /// A cone about the line of sight that holds all that is imaged within `margin_px` of the detector: the cosine of
-    /// its half angle. It also keeps away directions so far off that the distortion's polynomial folds them back.
+    /// A cone about the line of sight that holds all that is imaged within `margin_px` of the detector: the
+    /// cosine of its half angle. It also keeps away directions so far off that the distortion's polynomial
+    /// folds them back.
     pub fn cone_cosine(&self, margin_px: f64) -> f64 {
         let [w, h] = self.size_px;
         let (low, m) = (-0.5 - margin_px, margin_px - 0.5);
@@ -184,7 +185,8 @@ mod tests {
 
     #[test]
     fn the_distortion_is_the_one_of_the_worked_example() {
-        // By hand for x' = 0.2, y' = -0.1: r² = 0.05, radial = 1 - 0.006 + 0.000125 - 0.00000125 = 0.99412375.
+        // By hand for x' = 0.2, y' = -0.1: r² = 0.05, radial = 1 - 0.006 + 0.000125 - 0.00000125 =
+        // 0.99412375.
         let [x, y] = distorted().project([0.2, -0.1, 1.0]).unwrap();
         let dx = 0.2 * 0.994_123_75 + 2.0 * 1e-3 * -0.02 - 7e-4 * 0.13;
         let dy = -0.1 * 0.994_123_75 + 1e-3 * 0.07 + 2.0 * -7e-4 * -0.02;

@@ -1,7 +1,7 @@
 //! Truth orbit: where the satellite is at any time of a run, a pure function.
 //!
-//! In: position and velocity at the start with the forces that act, or the samples of an orbit file; GCRF axes about the
-//! Earth's centre, km and km/s. Out: both at any time of the run.
+//! In: position and velocity at the start with the forces that act, or the samples of an orbit file; GCRF
+//! axes about the Earth's centre, km and km/s. Out: both at any time of the run.
 //!
 //! | module | does |
 //! |---|---|
@@ -12,9 +12,9 @@
 //! | [`oem`], [`sp3`] | orbit files to samples |
 //! | [`track`] | samples to nodes |
 //!
-//! Between nodes runs the polynomial of fifth degree that has position, velocity and acceleration of both; velocity is
-//! its slope. Error of a day (greatest distance from a run with a thousandth of the tolerance, between nodes as well as on
-//! them), and cost on a desktop core:
+//! Between nodes runs the polynomial of fifth degree that has position, velocity and acceleration of both;
+//! velocity is its slope. Error of a day (greatest distance from a run with a thousandth of the tolerance,
+//! between nodes as well as on them), and cost on a desktop core:
 //!
 //! | orbit | gravity alone | all forces | nodes | set up |
 //! |---|---|---|---|---|
@@ -22,13 +22,13 @@
 //! | 450 km | 0.05 mm | 4 cm | 1227 | 180 ms |
 //! | GTO, 210 km by 36,000 km | 0.5 mm | 1.3 m | 402 | |
 //!
-//! What steps of high order stumble at are the edge of the Earth's shadow (LEO) and the kinks of the air's tables (GTO).
-//! A call of [`TruthOrbit::at`] takes 50 to 80 ns.
+//! What steps of high order stumble at are the edge of the Earth's shadow (LEO) and the kinks of the air's
+//! tables (GTO). A call of [`TruthOrbit::at`] takes 50 to 80 ns.
 //!
-//! Against GMAT's trajectories with its forces (EGM96 2 x 2, Sun, Moon) after 7 days: LEO 6 cm; GEO 2.1 m, 0.3 m a day,
-//! where the Moon's place (10 arcsec) is what differs most. A day of Jason-2 (1336 km) from one state of its precise
-//! orbit, nothing fitted: 2 m radial, 12 m along, 6 m across, with 36 x 36 7 m along; all that is left out or guessed is
-//! in this.
+//! Against GMAT's trajectories with its forces (EGM96 2 x 2, Sun, Moon) after 7 days: LEO 6 cm; GEO 2.1 m,
+//! 0.3 m a day, where the Moon's place (10 arcsec) is what differs most. A day of Jason-2 (1336 km) from one
+//! state of its precise orbit, nothing fitted: 2 m radial, 12 m along, 6 m across, with 36 x 36 7 m along;
+//! all that is left out or guessed is in this.
 
 pub mod atmosphere;
 mod elements;
@@ -55,7 +55,8 @@ use std::sync::Arc;
 
 /// Error of a step that is let pass, km.
 const TOLERANCE_KM: f64 = 1e-10;
-/// How far the nodes reach beyond the run on either side, s: exposures and rates look a little before and after.
+/// How far the nodes reach beyond the run on either side, s: exposures and rates look a little before and
+/// after.
 const MARGIN_S: f64 = 2.0;
 /// Least distance from the Earth's centre, km: 100 km above the equator.
 pub const LEAST_RADIUS_KM: f64 = 6478.0;
@@ -178,7 +179,8 @@ impl TruthOrbit {
     /// Follows the samples of an orbit file from `start_us` over `seconds`.
     ///
     /// # Errors
-    /// When the run is not within the samples, these are too few or too far apart, or the Earth's orientation is not known.
+    /// When the run is not within the samples, these are too few or too far apart, or the Earth's orientation
+    /// is not known.
     pub fn along(
         samples: &track::Samples,
         start_us: i64,
@@ -203,8 +205,8 @@ impl TruthOrbit {
         self.start_us + libm::rint(t_s * 1e6) as i64
     }
 
-    /// Position (km) and velocity (km/s) `t_s` seconds after the start. Outside the run the orbit is held to the last
-    /// step's curve, which is good for seconds only.
+    /// Position (km) and velocity (km/s) `t_s` seconds after the start. Outside the run the orbit is held to
+    /// the last step's curve, which is good for seconds only.
     pub fn at(&self, t_s: f64) -> (Vector, Vector) {
         let after = self.pieces.partition_point(|piece| piece.from_s <= t_s);
         let piece = &self.pieces[after.max(1) - 1];

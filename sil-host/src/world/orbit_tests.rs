@@ -1,4 +1,5 @@
-//! The truth orbit against finer tolerances, Kepler, conserved quantities, another program and a real satellite.
+//! The truth orbit against finer tolerances, Kepler, conserved quantities, another program and a real
+//! satellite.
 
 use super::*;
 use crate::world::attitude::{apply, dot};
@@ -44,7 +45,8 @@ fn apart_m(a: &TruthOrbit, b: &TruthOrbit, seconds: u32) -> f64 {
 
 #[test]
 fn a_finer_tolerance_moves_a_day_by_little() {
-    // Smooth forces, then all: the limb's shadow and the kinks of the air's tables are what steps of any order stumble at.
+    // Smooth forces, then all: the limb's shadow and the kinks of the air's tables are what steps of any
+    // order stumble at.
     let starts = [("GEO", geo(), [5e-4, 1e-3]), ("LEO", leo(), [5e-4, 0.1]), ("GTO", gto(), [2e-3, 5.0])];
     for (name, start, limits_m) in starts {
         for (forces, limit_m) in [quiet(), Forces::default()].iter().zip(limits_m) {
@@ -201,8 +203,9 @@ pub(super) fn data(name: &str) -> Option<String> {
 
 /// 2023-05-16 20:00 UTC.
 const GMAT_START_US: i64 = 737_539_269_184_000;
-/// EGM96 to degree and order 2, with its own attraction: the file's head names 398600.4418, but with that the orbits drift
-/// away by 1.0 (LEO) and 0.4 m (GEO) a day, which is what twice the relative difference does to the mean motion.
+/// EGM96 to degree and order 2, with its own attraction: the file's head names 398600.4418, but with that the
+/// orbits drift away by 1.0 (LEO) and 0.4 m (GEO) a day, which is what twice the relative difference does to
+/// the mean motion.
 const EGM96: &str = "2 0 -0.484165371736E-03 0\n\
                      2 1 -0.186987635955E-09 0.119528012031E-08\n\
                      2 2 0.243914352398E-05 -0.140016683654E-05";
@@ -258,9 +261,9 @@ fn a_real_satellite_is_followed_for_a_day_from_its_first_state() {
     // An hour into the file, so that the interpolation is at its best.
     let start_us = samples.places[60].0;
     let real = TruthOrbit::along(&samples, start_us, DAY_S, &orientation).unwrap();
-    // An error of 1 mm/s along flight moves the next day by 3 * 86,400 s * 1 mm/s = 260 m: the file's velocity, rounded and
-    // 0.9 mm/s off the slope of its positions, misses by that; the slope itself is good to some 0.05 mm/s.
-    // Jason-2: 506 kg, 9.5 m² of panels towards the Sun, some 5 m² across flight.
+    // An error of 1 mm/s along flight moves the next day by 3 * 86,400 s * 1 mm/s = 260 m: the file's
+    // velocity, rounded and 0.9 mm/s off the slope of its positions, misses by that; the slope itself is good
+    // to some 0.05 mm/s. Jason-2: 506 kg, 9.5 m² of panels towards the Sun, some 5 m² across flight.
     let satellite =
         forces::Satellite { mass_kg: 506.0, drag_area_m2: 5.0, cd: 2.2, radiation_area_m2: 10.0, cr: 1.3 };
     // The velocity of the file, m/s in turning axes.

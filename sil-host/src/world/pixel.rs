@@ -1,12 +1,13 @@
 //! What of a pixel is sensitive to light.
 //!
-//! In: a Gaussian of light. Out: its share in every pixel of a line, by the normal distribution. The thesis takes 70 % of a
-//! pixel for sensitive, an L about the corner where its electronics lie, and the sensitivity within even (§3.1.2, fig. 3.7).
-//! The L is the whole square less a square in its corner of high x and y, so the light of a Gaussian in it is the difference
-//! of two products, over the L's area: the fill factor is in the star's flux already and must not count twice.
+//! In: a Gaussian of light. Out: its share in every pixel of a line, by the normal distribution. The thesis
+//! takes 70 % of a pixel for sensitive, an L about the corner where its electronics lie, and the sensitivity
+//! within even (§3.1.2, fig. 3.7). The L is the whole square less a square in its corner of high x and y, so
+//! the light of a Gaussian in it is the difference of two products, over the L's area: the fill factor is in
+//! the star's flux already and must not count twice.
 //!
-//! A pixel's number stands for the centre of gravity of its sensitive area, which is 0.097 px away from that of the square:
-//! what is seen of even light has no shift, as after the calibration of a real camera.
+//! A pixel's number stands for the centre of gravity of its sensitive area, which is 0.097 px away from that
+//! of the square: what is seen of even light has no shift, as after the calibration of a real camera.
 
 use super::normal::QuickNormal;
 
@@ -48,8 +49,8 @@ impl Line {
 }
 
 impl PixelResponse {
-    /// Fills `line` with a Gaussian of `sigma_px` about `centre`, in the pixels no farther than `reach_px` from its own
-    /// that lie among the `length` from number `from` on.
+    /// Fills `line` with a Gaussian of `sigma_px` about `centre`, in the pixels no farther than `reach_px`
+    /// from its own that lie among the `length` from number `from` on.
     #[inline]
     pub fn fill(
         self,

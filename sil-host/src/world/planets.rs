@@ -1,12 +1,13 @@
 //! The planets that a star sensor sees: stars that are in no catalogue.
 //!
-//! In: TT, µs since J2000.0. Out: geocentric directions (ICRS) and visual magnitudes of Mercury to Saturn. Mean Keplerian elements
-//! and their rates about the J2000 ecliptic, 1800 to 2050 (Standish, "Approximate Positions of the Planets", JPL). Magnitudes from
-//! distance and phase angle (Meeus, Astronomical Algorithms, ch. 41); Saturn's rings, which may add a magnitude, are left out, as are
-//! light time (30 arcsec) and the satellite's parallax.
+//! In: TT, µs since J2000.0. Out: geocentric directions (ICRS) and visual magnitudes of Mercury to Saturn.
+//! Mean Keplerian elements and their rates about the J2000 ecliptic, 1800 to 2050 (Standish, "Approximate
+//! Positions of the Planets", JPL). Magnitudes from distance and phase angle (Meeus, Astronomical Algorithms,
+//! ch. 41); Saturn's rings, which may add a magnitude, are left out, as are light time (30 arcsec) and the
+//! satellite's parallax.
 //!
-//! Error against SOFA's series at three dates from 2010 to 2040: below 0.15 deg, Saturn the worst; nothing on board knows planets
-//! better.
+//! Error against SOFA's series at three dates from 2010 to 2040: below 0.15 deg, Saturn the worst; nothing on
+//! board knows planets better.
 
 use super::attitude::{Vector, apply};
 use super::ephemeris::{AU_KM, sun_km};
@@ -19,8 +20,9 @@ const CENTURY_US: f64 = 36_525.0 * 86_400e6;
 /// Rounds of Newton's method for Kepler's equation; five reach 1e-12 for all eccentricities here.
 const KEPLER_ROUNDS: u32 = 8;
 
-/// Elements at J2000.0 and their changes a century: semi-major axis (au), eccentricity, inclination, mean longitude, longitude of
-/// perihelion, longitude of the node (deg); magnitude at 1 au from Sun and Earth with its terms in the phase angle (deg), B-V.
+/// Elements at J2000.0 and their changes a century: semi-major axis (au), eccentricity, inclination, mean
+/// longitude, longitude of perihelion, longitude of the node (deg); magnitude at 1 au from Sun and Earth with
+/// its terms in the phase angle (deg), B-V.
 struct Elements {
     at_epoch: [f64; 6],
     a_century: [f64; 6],
@@ -164,7 +166,8 @@ mod tests {
 
     #[test]
     fn magnitudes_are_those_of_the_almanac() {
-        // Meeus, example 41: Venus on 1992-12-20 0 h TD at r = 0.724604, distance 0.910947, phase angle 72.96 deg is -4.2.
+        // Meeus, example 41: Venus on 1992-12-20 0 h TD at r = 0.724604, distance 0.910947, phase angle 72.96
+        // deg is -4.2.
         let [_, venus, ..] = at(-253_454_400_000_000);
         assert!((venus.v + 4.2).abs() < 0.1, "{}", venus.v);
         // Greatest brilliancy and opposition bound the others.

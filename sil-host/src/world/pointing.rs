@@ -1,7 +1,9 @@
-//! How the two paths look: the Earth path by the law the satellite is pointed with, the star path from the mounting.
+//! How the two paths look: the Earth path by the law the satellite is pointed with, the star path from the
+//! mounting.
 //!
-//! In: time, orbit, [`Pointing`], mounting angles. Out: frames with their rates, ICRS to Earth path; direction cosine
-//! matrices take components of the first frame to components of the second. The body's axes are those of the Earth path.
+//! In: time, orbit, [`Pointing`], mounting angles. Out: frames with their rates, ICRS to Earth path;
+//! direction cosine matrices take components of the first frame to components of the second. The body's axes
+//! are those of the Earth path.
 //!
 //! | law | Earth path |
 //! |---|---|
@@ -9,10 +11,11 @@
 //! | inertial | z to a right ascension and declination, x east, y north; then turned about z by a roll |
 //! | spin | so at the start, then turning freely ([`Tumble`]) |
 //!
-//! Slews turn the body from there, one after the other, and the jitter from where they leave it. The rate is the exact
-//! derivative: of the nadir law `ω = h / r² + (r f / h) r̂` with `h = r x v` and `f` the acceleration along it. The star
-//! path's frame is that of the Earth path turned about x, then y, then z of the turned frame: `[0, 90, 0]` looks along
-//! flight, `[90, 0, 0]` along the orbit normal when the Earth path looks to nadir.
+//! Slews turn the body from there, one after the other, and the jitter from where they leave it. The rate is
+//! the exact derivative: of the nadir law `ω = h / r² + (r f / h) r̂` with `h = r x v` and `f` the
+//! acceleration along it. The star path's frame is that of the Earth path turned about x, then y, then z of
+//! the turned frame: `[0, 90, 0]` looks along flight, `[90, 0, 0]` along the orbit normal when the Earth path
+//! looks to nadir.
 
 use super::attitude::{Vector, apply, dot, normalised};
 use super::jitter::Jitter;
@@ -22,8 +25,8 @@ use super::slew::Slew;
 use super::tumble::Tumble;
 use super::vector::{cross, length, minus, plus, product, times, transposed, unit};
 
-/// Half the time over which the orbit's acceleration is a difference of velocities, s. It gives the turning of the
-/// orbit's plane only, some 1e-6 rad/s, to 1e-6 of itself.
+/// Half the time over which the orbit's acceleration is a difference of velocities, s. It gives the turning
+/// of the orbit's plane only, some 1e-6 rad/s, to 1e-6 of itself.
 const ACCELERATION_STEP_S: f64 = 0.25;
 
 /// What the Earth path's line of sight is held to.
@@ -136,7 +139,8 @@ impl Mount {
         product(&rotation(2, z), &product(&rotation(1, y), &rotation(0, x)))
     }
 
-    /// The quaternion `[x, y, z, w]` whose matrix takes components in the star path's frame to the Earth path's.
+    /// The quaternion `[x, y, z, w]` whose matrix takes components in the star path's frame to the Earth
+    /// path's.
     pub fn star_to_earth(&self) -> [f64; 4] {
         quaternion(&transposed(&self.earth_to_star()))
     }
@@ -154,8 +158,8 @@ pub fn rotation(axis: usize, angle_rad: f64) -> [Vector; 3] {
 
 /// The quaternion of a rotation matrix, `matrix(quaternion(A)) = A`, scalar not negative.
 ///
-/// The largest of the four components is found from the diagonal, the others from sums and differences across it
-/// (Shepperd 1978), so that no small number is divided by.
+/// The largest of the four components is found from the diagonal, the others from sums and differences across
+/// it (Shepperd 1978), so that no small number is divided by.
 pub fn quaternion(a: &[Vector; 3]) -> [f64; 4] {
     let trace = a[0][0] + a[1][1] + a[2][2];
     let squares = [0, 1, 2].map(|k| 1.0 + 2.0 * a[k][k] - trace);

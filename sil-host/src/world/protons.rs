@@ -1,18 +1,20 @@
 //! Protons: how many hit the detector where, and what a hit leaves.
 //!
-//! In: the satellite's position, the detector's size, an exposure, a seed and cycle. Out: a mean number of hits, and the
-//! charge each leaves in pixels.
+//! In: the satellite's position, the detector's size, an exposure, a seed and cycle. Out: a mean number of
+//! hits, and the charge each leaves in pixels.
 //!
 //! Flux. Everywhere [`BACKGROUND_CM2_S`] of cosmic rays. In the South Atlantic anomaly a Gaussian about
 //! `SAA_CENTRE_DEG` with the widths `SAA_WIDTH_DEG` in latitude and longitude, its peak by altitude from
-//! `SAA_PEAK_CM2_S` with the logarithm interpolated: orders of magnitude of AP8-MIN for protons above some 10 MeV, which a
-//! few millimetres of aluminium let through; a factor of 2 or 3 either way, as between solar minimum and maximum. None below
-//! 300 km; above 2000 km the anomaly is no longer one, and orbits within the belts are not modelled.
+//! `SAA_PEAK_CM2_S` with the logarithm interpolated: orders of magnitude of AP8-MIN for protons above some 10
+//! MeV, which a few millimetres of aluminium let through; a factor of 2 or 3 either way, as between solar
+//! minimum and maximum. None below 300 km; above 2000 km the anomaly is no longer one, and orbits within the
+//! belts are not modelled.
 //!
-//! A hit. Directions are even over the half sphere, so those through a plane have an even cos². The track crosses
-//! `DEPTH_UM` of silicon in which charge is collected, hence `depth · tan` of detector, and leaves
-//! `CHARGE_E_UM` electrons a µm (the logarithm even: from a minimum ionising proton to one of 20 MeV) along the way,
-//! shared among the pixels below. The charge does not spread sideways, and its own fluctuation is left out.
+//! A hit. Directions are even over the half sphere, so those through a plane have an even cos². The track
+//! crosses `DEPTH_UM` of silicon in which charge is collected, hence `depth · tan` of detector, and leaves
+//! `CHARGE_E_UM` electrons a µm (the logarithm even: from a minimum ionising proton to one of 20 MeV) along
+//! the way, shared among the pixels below. The charge does not spread sideways, and its own fluctuation is
+//! left out.
 
 use super::disturbances::{Deposit, Deposits};
 use super::ephemeris;

@@ -1,18 +1,19 @@
 //! The image of a star: a handful of narrow Gaussians that change over the field.
 //!
-//! In: a lens ([`Lens`]), a pixel pitch. Out: for a place on the detector and the electrons in each part of the band, up to
-//! [`BLOBS_MAX`] Gaussians ([`Blob`]).
+//! In: a lens ([`Lens`]), a pixel pitch. Out: for a place on the detector and the electrons in each part of
+//! the band, up to [`BLOBS_MAX`] Gaussians ([`Blob`]).
 //!
-//! For each of `NODES` field radii and the middle of each part of the band, rays through an even grid of the pupil are
-//! traced; the pupil is narrowed in the plane of the field by what the mounts take. The pupil is cut into [`BLOBS_MAX`] zones
-//! (a disc and three rings of sectors). A zone becomes a Gaussian at the mean of its rays in the star's light, with their mean
-//! variance plus that of diffraction, `(0.42 wavelength · f-number)²`, and of charge that wanders between pixels,
-//! `DIFFUSION_PX`. First and second moments of the rays are kept, the second up to their direction within a zone.
+//! For each of `NODES` field radii and the middle of each part of the band, rays through an even grid of the
+//! pupil are traced; the pupil is narrowed in the plane of the field by what the mounts take. The pupil is
+//! cut into [`BLOBS_MAX`] zones (a disc and three rings of sectors). A zone becomes a Gaussian at the mean of
+//! its rays in the star's light, with their mean variance plus that of diffraction, `(0.42 wavelength ·
+//! f-number)²`, and of charge that wanders between pixels, `DIFFUSION_PX`. First and second moments of the
+//! rays are kept, the second up to their direction within a zone.
 //!
-//! The centre of gravity of a star of B-V = 0 is by definition where the distortion model puts the star: it is taken off at
-//! every radius. Stars of other colours are displaced by what the lens makes of their wavelengths (lateral colour).
-//! Between radii places and variances are interpolated. Left out: the shift of the pattern by distortion (radii are those of
-//! the undistorted image).
+//! The centre of gravity of a star of B-V = 0 is by definition where the distortion model puts the star: it
+//! is taken off at every radius. Stars of other colours are displaced by what the lens makes of their
+//! wavelengths (lateral colour). Between radii places and variances are interpolated. Left out: the shift of
+//! the pattern by distortion (radii are those of the undistorted image).
 
 use super::colour::{self, BAND_NM, BANDS};
 use super::lens::Lens;
@@ -66,8 +67,8 @@ pub struct Blob {
     pub electrons: f64,
 }
 
-/// Part of an image at a field radius: for each part of the band the mean place of its rays, and the mean of half their
-/// squared distance from the star's place with diffraction and diffusion.
+/// Part of an image at a field radius: for each part of the band the mean place of its rays, and the mean of
+/// half their squared distance from the star's place with diffraction and diffusion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Zone {
     radial_px: [f64; BANDS],
@@ -119,8 +120,8 @@ impl Psf {
         }
     }
 
-    /// That of a lens for the camera of `optics` with pixels of `pixel_pitch_um`; `None` where the lens cannot be made so,
-    /// or its image is wider than can be drawn.
+    /// That of a lens for the camera of `optics` with pixels of `pixel_pitch_um`; `None` where the lens
+    /// cannot be made so, or its image is wider than can be drawn.
     pub fn of_lens(
         model: &LensModel,
         mounts: &VignettingModel,

@@ -14,7 +14,8 @@ fn reference() -> Psf {
     Psf::of_lens(&REFERENCE, &MOUNTS, 7.5, &optics).unwrap()
 }
 
-/// Share of the light, centre, central second moments (xx, yy) and third (xxx) of a star on a fine count of blobs.
+/// Share of the light, centre, central second moments (xx, yy) and third (xxx) of a star on a fine count of
+/// blobs.
 fn moments(psf: &Psf, x: f64, y: f64, b_v: f64) -> ([f64; 2], [f64; 2], f64) {
     let blob = Blob { x_px: 0.0, y_px: 0.0, sigma_px: 1.0, electrons: 0.0 };
     let mut blobs = [blob; BLOBS_MAX];
@@ -82,7 +83,8 @@ fn stars_are_about_three_by_five_pixels_and_lopsided_off_the_axis() {
 
 #[test]
 fn moments_are_those_of_the_rays() {
-    // Against a fan of rays of its own, finer, at a field radius that is a node (8 of 16) and one that is none.
+    // Against a fan of rays of its own, finer, at a field radius that is a node (8 of 16) and one that is
+    // none.
     let optics = Optics::new(&CameraFile::reference()).unwrap();
     let psf = reference();
     let lens = Lens::new(22.5, 10.0, 0.06).unwrap();
@@ -110,7 +112,8 @@ fn moments_are_those_of_the_rays() {
         let base = DIFFUSION_PX * DIFFUSION_PX;
         let (_, second, _) = moments(&psf, 639.5 + radius_px, 511.5, 0.0);
         for (found, expected) in second.iter().zip(expected) {
-            // Zones are round, so a part of a zone's variance goes to the other axis; together they are right.
+            // Zones are round, so a part of a zone's variance goes to the other axis; together they are
+            // right.
             assert!((found - base - expected).abs() < 0.25 * expected, "{part}: {second:?} {expected:?}");
         }
         let (total, rays) = (second[0] + second[1] - 2.0 * base, expected[0] + expected[1]);

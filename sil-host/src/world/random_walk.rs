@@ -1,8 +1,9 @@
 //! A random walk of which any step can be asked without those before it.
 //!
-//! In: counter-based noise, a row of it, a step. Out: `W(step)`, with `W(0) = 0` and independent Gaussian increments of
-//! variance 1. It is a Brownian bridge: the end is drawn first, then the middle of every interval that holds the step,
-//! `W((a + b) / 2) = (W(a) + W(b)) / 2 + sqrt((b - a) / 4) g`; twenty halvings reach any of the 2²⁰ steps.
+//! In: counter-based noise, a row of it, a step. Out: `W(step)`, with `W(0) = 0` and independent Gaussian
+//! increments of variance 1. It is a Brownian bridge: the end is drawn first, then the middle of every
+//! interval that holds the step, `W((a + b) / 2) = (W(a) + W(b)) / 2 + sqrt((b - a) / 4) g`; twenty halvings
+//! reach any of the 2²⁰ steps.
 
 use super::noise::Noise;
 

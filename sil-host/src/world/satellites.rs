@@ -1,10 +1,11 @@
 //! Other satellites: points that cross the field and draw streaks.
 //!
-//! In: a seed, a rate of crossings, the attitude over time. Out: the satellites whose light may be seen about a time, each on a
-//! great circle. In every stretch of two minutes their number is a Poisson number; each stands at one moment in the field, at a
-//! random place, and goes in a random direction at 0.02 to 1.5 deg/s (the logarithm even), as satellites between 500 km and the
-//! geostationary ring do. It glints: its light is that of a star of V = 1 to 6.5 at that moment and falls off as a Gaussian of 40 s,
-//! so that none appears or goes out at once. Shadow and real orbits are left out.
+//! In: a seed, a rate of crossings, the attitude over time. Out: the satellites whose light may be seen about
+//! a time, each on a great circle. In every stretch of two minutes their number is a Poisson number; each
+//! stands at one moment in the field, at a random place, and goes in a random direction at 0.02 to 1.5 deg/s
+//! (the logarithm even), as satellites between 500 km and the geostationary ring do. It glints: its light is
+//! that of a star of V = 1 to 6.5 at that moment and falls off as a Gaussian of 40 s, so that none appears or
+//! goes out at once. Shadow and real orbits are left out.
 
 use super::attitude::{Vector, apply, matrix};
 use super::motion::Motion;

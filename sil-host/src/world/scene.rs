@@ -1,18 +1,22 @@
 //! A synthetic sky behind the detector trait, and the truth for the judge.
 //!
-//! In: stars (ICRS unit vectors, V), a camera, a motion, a seed. Out: raw frames, drawn window by window. Every
-//! [`Detector::expose`] advances one cycle of [`CYCLE_S`] (the first is cycle 0) and integrates for the exposure time
-//! `T` about the instant `t = cycle * 1 s`, over `t ± T/2`; the truth is that of `t`. While the sensor turns, a star is
-//! drawn as a row of images at most [`Psf::step_px`] apart. Light becomes a number in this order:
+//! In: stars (ICRS unit vectors, V), a camera, a motion, a seed. Out: raw frames, drawn window by window.
+//! Every [`Detector::expose`] advances one cycle of [`CYCLE_S`] (the first is cycle 0) and integrates for the
+//! exposure time `T` about the instant `t = cycle * 1 s`, over `t ± T/2`; the truth is that of `t`. While the
+//! sensor turns, a star is drawn as a row of images at most [`Psf::step_px`] apart. Light becomes a number in
+//! this order:
 //!
-//! 1. light: stars and false stars, the Earth (`Scene::add_light`); times the vignetting; the even veil of a Sun in the field
+//! 1. light: stars and false stars, the Earth (`Scene::add_light`); times the vignetting; the even veil of a
+//!    Sun in the field
 //! 2. charge: light times the pixel's gain, dark current, hot pixels (`Scene::add_charge`), all of them means
 //! 3. `Poisson(charge) + read noise`
 //! 4. protons; offsets of column and row
-//! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say what they always do
+//! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say
+//!    what they always do
 //!
-//! With a rolling shutter a star is where it is at the time of its own row, see [`super::shutter`]; the Earth is drawn as of
-//! the middle of the exposure. False stars and protons are new in each cycle; hot and dead pixels and patterns stay.
+//! With a rolling shutter a star is where it is at the time of its own row, see [`super::shutter`]; the Earth
+//! is drawn as of the middle of the exposure. False stars and protons are new in each cycle; hot and dead
+//! pixels and patterns stay.
 
 use super::attitude::{self, Vector};
 use super::bodies::{BodyLight, Exposing};
@@ -185,8 +189,8 @@ impl Scene {
         self.cycle().map_or(0.0, |cycle| self.middle_s(cycle))
     }
 
-    /// The stars whose image at the middle of the current exposure is centred on the detector, in the order of the
-    /// star list; empty before the first exposure.
+    /// The stars whose image at the middle of the current exposure is centred on the detector, in the order
+    /// of the star list; empty before the first exposure.
     pub fn visible_stars(&self) -> &[VisibleStar] {
         self.exposure.as_ref().map_or(&[], |e| &e.visible)
     }
@@ -274,8 +278,8 @@ impl Scene {
         BodyLight::new(bodies, trajectory, truth, &self.optics, &exposing)
     }
 
-    /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines adds itself here,
-    /// before the vignetting.
+    /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines
+    /// adds itself here, before the vignetting.
     fn add_light(
         &self,
         exposure: &Exposure,
@@ -300,8 +304,8 @@ impl Scene {
         self.hot_pixels.add_to(window, exposure.time_s, electrons);
     }
 
-    /// Mean electrons that a star of this kind at `pixel` gives in `exposure_s` in the pixels of `window`, if it stands
-    /// still: what a bound needs to know.
+    /// Mean electrons that a star of this kind at `pixel` gives in `exposure_s` in the pixels of `window`, if
+    /// it stands still: what a bound needs to know.
     pub fn star_image(
         &self,
         star: &VisibleStar,

@@ -43,7 +43,8 @@ pub struct SceneSettings {
 }
 
 impl SceneSettings {
-    /// A plain scene: stars and Earth alone, pixels that are all alike, a Gaussian PSF of 0.9 px, white stars, no disturbances.
+    /// A plain scene: stars and Earth alone, pixels that are all alike, a Gaussian PSF of 0.9 px, white
+    /// stars, no disturbances.
     pub fn new(camera: CameraFile, motion: Motion, seed: u64) -> Self {
         Self {
             camera,

@@ -1,5 +1,5 @@
-//! Tests of the scene by statistics: light, noise, places and patterns against analytic values. Seeds are fixed; each limit is
-//! stated in standard deviations.
+//! Tests of the scene by statistics: light, noise, places and patterns against analytic values. Seeds are
+//! fixed; each limit is stated in standard deviations.
 
 use super::tests::{IDENTITY, read, small_camera, star_at};
 use super::*;
@@ -52,15 +52,16 @@ fn the_background_has_the_analytic_mean_and_variance() {
             (mean - dark).abs() < 4.0 * (expected / count).sqrt() + 0.02,
             "{exposure_us}: mean {mean}, {dark}"
         );
-        // Chi-square with n - 1 degrees of freedom: 4 sigma of the ratio; the second term is what rounding to whole
-        // numbers may change where the noise is only half a step.
+        // Chi-square with n - 1 degrees of freedom: 4 sigma of the ratio; the second term is what rounding to
+        // whole numbers may change where the noise is only half a step.
         let rounding = 4.0 * (-2.0 * std::f64::consts::PI.powi(2) * noise / (gain * gain)).exp();
         let limit = 4.0 * (2.0 / count).sqrt() + rounding;
         assert!((variance / expected - 1.0).abs() < limit, "{exposure_us}: variance {variance}, {expected}");
     }
 }
 
-/// 2240 renderings of stars of V = 3 at random phases, through lens and L-shaped pixels: the sums that chi-square tests need.
+/// 2240 renderings of stars of V = 3 at random phases, through lens and L-shaped pixels: the sums that
+/// chi-square tests need.
 #[test]
 fn stars_have_the_light_the_noise_and_the_places_that_they_should_have() {
     let camera = CameraFile::reference();
@@ -102,7 +103,8 @@ fn stars_have_the_light_the_noise_and_the_places_that_they_should_have() {
                 ahead.iter().zip(behind).map(|(a, b)| (a - b) / (2.0 * step)).collect::<Vec<_>>()
             };
             let (mean, across, down) = (image(at), slope(1.0, 0.0), slope(0.0, 1.0));
-            // The fit of least squares, a step from the true place: F shift = sum of slope times residual over variance.
+            // The fit of least squares, a step from the true place: F shift = sum of slope times residual
+            // over variance.
             let (mut f, mut g) = ([0.0; 3], [0.0; 2]);
             for (k, value) in values.iter().enumerate() {
                 let electrons = (f64::from(*value) - detector.pedestal_dn(14)) * gain;
@@ -149,7 +151,8 @@ fn stars_have_the_light_the_noise_and_the_places_that_they_should_have() {
 
 #[test]
 fn even_light_shows_gains_columns_and_rows() {
-    // Many exposures of a warm, dark detector: what stays is the pattern, what comes and goes with the rows their noise.
+    // Many exposures of a warm, dark detector: what stays is the pattern, what comes and goes with the rows
+    // their noise.
     let camera =
         CameraFile { width_px: 64, height_px: 64, optical_centre_px: [31.5; 2], ..CameraFile::reference() };
     let mut settings = SceneSettings::new(camera, Motion::fixed(IDENTITY), 21);

@@ -1,10 +1,10 @@
 //! The shutter: when a row collects light, and where a star is then.
 //!
-//! Global: all rows integrate about the same instant. Rolling: row `y` integrates for as long, about
-//! `t + (y - middle) row_time`; a star is then seen where it is at the time of its own row, `y = y(t + (y - middle) row_time)`,
-//! which is found by iteration: a round makes the error smaller by the rows a star crosses in a row's time. Attitudes in
-//! between come from matrices at even steps, interpolated line by line; their rows keep their length to
-//! `TURN_RAD`² / 8 = 3e-8, and the direction is put right by the projection.
+//! Global: all rows integrate about the same instant. Rolling: row `y` integrates for as long, about `t +
+//! (y - middle) row_time`; a star is then seen where it is at the time of its own row, `y = y(t + (y -
+//! middle) row_time)`, which is found by iteration: a round makes the error smaller by the rows a star
+//! crosses in a row's time. Attitudes in between come from matrices at even steps, interpolated line by line;
+//! their rows keep their length to `TURN_RAD`² / 8 = 3e-8, and the direction is put right by the projection.
 
 use super::attitude::{Vector, apply, matrix};
 use super::optics::Optics;
@@ -53,8 +53,8 @@ pub struct Way {
 }
 
 impl Way {
-    /// Of an exposure of `time_s` about `middle_s`, in `steps` equal parts, of a detector with `rows` rows that turns with
-    /// `rate_rad_s`; `attitude` gives the quaternion of an instant.
+    /// Of an exposure of `time_s` about `middle_s`, in `steps` equal parts, of a detector with `rows` rows
+    /// that turns with `rate_rad_s`; `attitude` gives the quaternion of an instant.
     pub fn new(
         shutter: Shutter,
         attitude: impl Fn(f64) -> [f64; 4],

@@ -1,6 +1,7 @@
 //! The stars of the world: every star of the embedded source, moved to the year of the run.
 //!
-//! In: a Julian year. Out: directions (ICRS, from the Sun, without aberration), colours, and magnitudes to V = 8.
+//! In: a Julian year. Out: directions (ICRS, from the Sun, without aberration), colours, and magnitudes to
+//! V = 8.
 
 use super::scene::WorldStar;
 

@@ -1,7 +1,7 @@
 //! Slews: the satellite turns by an angle about an axis of its body within a time, smoothly.
 //!
-//! The angle goes as `10 τ³ - 15 τ⁴ + 6 τ⁵` of the whole, `τ` from 0 to 1: rate and acceleration are zero at both ends,
-//! the greatest rate is [`PEAK`] times the mean.
+//! The angle goes as `10 τ³ - 15 τ⁴ + 6 τ⁵` of the whole, `τ` from 0 to 1: rate and acceleration are zero at
+//! both ends, the greatest rate is [`PEAK`] times the mean.
 
 use super::attitude::Vector;
 use super::moving_frame::MovingFrame;

@@ -1,9 +1,9 @@
 //! Images of point sources: mean electrons of the pixels of a window.
 //!
-//! In: places and electrons of stars, the PSF, what of a pixel is sensitive. Out: light added to the pixels of a window.
-//! Each star is a sum of Gaussians ([`Psf`]), each of them integrated over the pixels ([`PixelResponse`]). The spots are
-//! sorted by row, so a window costs its pixels and the spots that touch its rows; every pixel adds up its spots in the same
-//! order whatever the window, hence to the same bits.
+//! In: places and electrons of stars, the PSF, what of a pixel is sensitive. Out: light added to the pixels
+//! of a window. Each star is a sum of Gaussians ([`Psf`]), each of them integrated over the pixels
+//! ([`PixelResponse`]). The spots are sorted by row, so a window costs its pixels and the spots that touch
+//! its rows; every pixel adds up its spots in the same order whatever the window, hence to the same bits.
 
 use super::colour::BANDS;
 use super::pixel::{LINE_MAX, Line, PixelResponse};

@@ -1,14 +1,16 @@
 //! Stars as light: from visual magnitude to electrons, and what the detector adds.
 //!
-//! Flux of a star of V = 0. The scan of thesis table 3.5 reads "8 10? photons" for 79 mm² of aperture, 500-900 nm,
-//! quantum efficiency 0.5 and fill factor 0.7; its exponent is lost. From physics: the flux of an A0 star at V = 0
-//! (Vega, [`VEGA_PHOTONS`]) integrated over the band is 2.7e6 photons/s/cm², times 0.785 cm², 0.5 and 0.7 gives
-//! 7.3e5 electrons/s, a tenth below 8e5. So the table means 8e5 *detected* photons *a second* (per exposure, or before
-//! the detector's losses, it would be off by 3 and more), and [`ZERO_MAGNITUDE_E_S`] takes it. It holds
-//! for a star of B-V = 0; at the same V cool stars give more in this red band than hot ones, see [`super::colour`].
+//! Flux of a star of V = 0. The scan of thesis table 3.5 reads "8 10? photons" for 79 mm² of aperture,
+//! 500-900 nm, quantum efficiency 0.5 and fill factor 0.7; its exponent is lost. From physics: the flux of an
+//! A0 star at V = 0 (Vega, [`VEGA_PHOTONS`]) integrated over the band is 2.7e6 photons/s/cm², times 0.785
+//! cm², 0.5 and 0.7 gives 7.3e5 electrons/s, a tenth below 8e5. So the table means 8e5 *detected* photons *a
+//! second* (per exposure, or before the detector's losses, it would be off by 3 and more), and
+//! [`ZERO_MAGNITUDE_E_S`] takes it. It holds for a star of B-V = 0; at the same V cool stars give more in
+//! this red band than hot ones, see [`super::colour`].
 //!
-//! Detector (thesis table A.10 and ALGORITHMS part 0): dark current 800 e-/s at 20 °C, doubling every 7 K; read noise
-//! 20 e-; full well 40,000 e- at full scale; a pedestal of 30/1024 of full scale keeps the noise from being cut off.
+//! Detector (thesis table A.10 and ALGORITHMS part 0): dark current 800 e-/s at 20 °C, doubling every 7 K;
+//! read noise 20 e-; full well 40,000 e- at full scale; a pedestal of 30/1024 of full scale keeps the noise
+//! from being cut off.
 
 use super::fixed_pattern::PatternModel;
 use super::normal::ROUNDER;
@@ -17,8 +19,8 @@ use super::pixel::PixelResponse;
 /// Electrons a second of a star of V = 0 in the thesis's optics, without the mirror.
 pub const ZERO_MAGNITUDE_E_S: f64 = 8.0e5;
 
-/// Flux of an A0 star at V = 0: wavelength (nm), photons/s/cm²/nm. Monochromatic values of Vega at the edges of the
-/// band and at the effective wavelengths of V, R and I, approximate (a few per cent).
+/// Flux of an A0 star at V = 0: wavelength (nm), photons/s/cm²/nm. Monochromatic values of Vega at the edges
+/// of the band and at the effective wavelengths of V, R and I, approximate (a few per cent).
 pub const VEGA_PHOTONS: [(f64, f64); 5] =
     [(500.0, 11_800.0), (550.0, 10_000.0), (640.0, 7_100.0), (790.0, 4_600.0), (900.0, 3_900.0)];
 

@@ -1,11 +1,12 @@
 //! The Sun in front of a path, and its light on the detector.
 //!
-//! A path is blinded as soon as the Sun's disc touches the rectangle of the detector. The lens then focuses it into an image, and
-//! light scattered at mirror, filter and lens veils the whole detector (thesis figs. 8.2 to 8.4: even the attenuated Earth path
-//! shows nothing else). Veil: [`VEIL`] of what enters the aperture, spread evenly, `E A / hν · QE · fill · VEIL / pixels`. With
-//! 500 W/m² in the band, a 10 mm aperture and 1.3 million pixels that is 3.7e6 e-/s a pixel: full scale (40,000 e-) in 11 ms. What
-//! shorter exposures or a shut path leave to be seen is drawn too ([`SunLight`]), each a share of the light that the path lets
-//! through, with the shares of a lens of four simple elements as orders of magnitude:
+//! A path is blinded as soon as the Sun's disc touches the rectangle of the detector. The lens then focuses
+//! it into an image, and light scattered at mirror, filter and lens veils the whole detector (thesis figs.
+//! 8.2 to 8.4: even the attenuated Earth path shows nothing else). Veil: [`VEIL`] of what enters the
+//! aperture, spread evenly, `E A / hν · QE · fill · VEIL / pixels`. With 500 W/m² in the band, a 10 mm
+//! aperture and 1.3 million pixels that is 3.7e6 e-/s a pixel: full scale (40,000 e-) in 11 ms. What shorter
+//! exposures or a shut path leave to be seen is drawn too ([`SunLight`]), each a share of the light that the
+//! path lets through, with the shares of a lens of four simple elements as orders of magnitude:
 //!
 //! | part | share | shape |
 //! |---|---|---|
@@ -15,8 +16,9 @@
 //! | ghost | 1e-5 | an even disc of 60 px, opposite the image through the optical centre: reflection at two surfaces |
 //!
 //! Outside the field of the star path the baffle scatters: 3000 e-/s a pixel next to the Sun, falling by e in
-//! 4 deg of angle between pixel and Sun and nothing with the Sun more than 45 deg from the line of sight. The logarithm is taken as linear over the
-//! detector, which is right to a tenth of itself within 12 deg. Behind the grey filter of the Earth path that is nothing.
+//! 4 deg of angle between pixel and Sun and nothing with the Sun more than 45 deg from the line of sight. The
+//! logarithm is taken as linear over the detector, which is right to a tenth of itself within 12 deg. Behind
+//! the grey filter of the Earth path that is nothing.
 
 use super::attitude::Vector;
 use super::earth::EarthModel;
@@ -27,8 +29,8 @@ use std::f64::consts::PI;
 
 /// Angular radius of the Sun at 1 au, rad (0.2666 deg).
 pub const RADIUS_RAD: f64 = 4.653e-3;
-/// Share of the light that enters the aperture and ends up evenly on the detector, whichever path the Sun is in: the
-/// scattering is before the grey filter.
+/// Share of the light that enters the aperture and ends up evenly on the detector, whichever path the Sun is
+/// in: the scattering is before the grey filter.
 pub const VEIL: f64 = 1e-4;
 /// Share of the path's light in the halo.
 const HALO: f64 = 5e-3;
@@ -46,7 +48,8 @@ const STRAY_RAD: f64 = 0.0698;
 /// Angle from the line of sight beyond which the baffle shuts the Sun out, rad (45 deg).
 const BAFFLE_RAD: f64 = 0.785;
 
-/// Whether the Sun's disc, centred on `direction` in the frame of the path `optics`, touches the detector's field.
+/// Whether the Sun's disc, centred on `direction` in the frame of the path `optics`, touches the detector's
+/// field.
 pub fn touches(optics: &Optics, direction: Vector) -> bool {
     edge_of_field(optics, direction).is_some_and(|apart| apart <= RADIUS_RAD)
 }
@@ -94,8 +97,9 @@ pub enum SunLight {
 }
 
 impl SunLight {
-    /// Of a Sun in `direction` in the frame of the path `optics`, which lets the share `transmission` of `aperture_e_s` through;
-    /// `None` where nothing of it arrives. Behind a `filter` the baffle's scattering counts for nothing.
+    /// Of a Sun in `direction` in the frame of the path `optics`, which lets the share `transmission` of
+    /// `aperture_e_s` through; `None` where nothing of it arrives. Behind a `filter` the baffle's scattering
+    /// counts for nothing.
     pub fn new(
         optics: &Optics,
         direction: Vector,

@@ -1,7 +1,7 @@
 //! A trajectory about the Earth, and the truth of each of its instants.
 //!
-//! In: orbit, pointing, mounting, the Earth's looks, the camera's optics. Out: [`Truth`]. Frame of `quaternion` and
-//! `rate_rad_s`: the star path; the rate is the exact derivative of the attitude.
+//! In: orbit, pointing, mounting, the Earth's looks, the camera's optics. Out: [`Truth`]. Frame of
+//! `quaternion` and `rate_rad_s`: the star path; the rate is the exact derivative of the attitude.
 
 use super::attitude::{Vector, apply, matrix};
 use super::earth::image::{EarthImage, View};
@@ -183,8 +183,9 @@ impl Trajectory {
         self.image(truth, &truth.earth_path, truth.body_rate_rad_s(), optics, look)
     }
 
-    /// The Earth's light through the star path, where any of it may fall into the field: no grey filter dims it there, so its lit
-    /// side floods what it covers. `look.transmission` is that of the star path, mirror included.
+    /// The Earth's light through the star path, where any of it may fall into the field: no grey filter dims
+    /// it there, so its lit side floods what it covers. `look.transmission` is that of the star path, mirror
+    /// included.
     pub fn earth_in_star_path(&self, truth: &Truth, optics: &Optics, look: &Look) -> Option<EarthImage> {
         if !truth.earth_in_star_path {
             return None;

@@ -1,4 +1,5 @@
-//! Trajectories through the scene: sensor states about an eclipse, blinding, aberration, the mirror, windows of the Earth.
+//! Trajectories through the scene: sensor states about an eclipse, blinding, aberration, the mirror, windows
+//! of the Earth.
 
 use super::*;
 use crate::camera_file::CameraFile;
@@ -19,7 +20,8 @@ const EQUINOX_US: i64 = 843_393_969_184_000;
 const ASIDE: Mount = Mount { star_path_deg: [90.0, 0.0, 0.0] };
 const ALONG: Mount = Mount { star_path_deg: [0.0, 90.0, 0.0] };
 
-/// Geostationary, starting `hours` before the satellite is behind the Earth (about: by the Sun's right ascension).
+/// Geostationary, starting `hours` before the satellite is behind the Earth (about: by the Sun's right
+/// ascension).
 fn geo(hours: f64, mount: Mount) -> Trajectory {
     let sun = sun_km(EQUINOX_US);
     let midnight_deg = libm::atan2(-sun[1], -sun[0]).to_degrees();
@@ -75,11 +77,12 @@ fn an_equinox_night_in_geo_is_an_eclipse_between_two_blindings() {
     let kinds: Vec<SensorState> = runs.iter().map(|run| run.0).collect();
     use SensorState::{Eclipse, Full, SunInEarthPath};
     assert_eq!(kinds, [Full, SunInEarthPath, Eclipse, SunInEarthPath, Full]);
-    // The Sun's disc stays whole behind the Earth while its centre is within asin(R / a) - 0.267 deg: on a chord through
-    // the middle 2 * (8.700 - 0.267) / 15.041 h = 67.3 min.
+    // The Sun's disc stays whole behind the Earth while its centre is within asin(R / a) - 0.267 deg: on a
+    // chord through the middle 2 * (8.700 - 0.267) / 15.041 h = 67.3 min.
     assert!((runs[2].1 as f64 / 60.0 - 67.3).abs() < 0.7, "{} s", runs[2].1);
     assert!((f64::from(runs[1].1) - f64::from(runs[3].1)).abs() <= 90.0);
-    // x is along flight, in the equator: half the field is atan(640 / 3000) = 12.04 deg, and 0.267 deg of the disc.
+    // x is along flight, in the equator: half the field is atan(640 / 3000) = 12.04 deg, and 0.267 deg of the
+    // disc.
     let both = f64::from(runs[1].1 + runs[2].1 + runs[3].1) / 3600.0;
     assert!((both - 2.0 * (12.042 + 0.267) / 15.041).abs() < 0.01, "{both} h");
 }

@@ -1,13 +1,13 @@
 //! A body that nothing holds: free turning by Euler's equations.
 //!
-//! In: attitude and rate at the start, ratios of the principal moments of inertia about the body axes. Out: attitude
-//! (ICRS to body) and rate (body axes, rad/s) at any time of the run, a pure function. `I dω/dt = -ω × I ω` and
-//! `dq/dt = 1/2 [ω, 0] ⊗ q` by Runge and Kutta's fourth order with steps of [`STEP_S`] from the last whole second, whose
-//! states are kept; so attitude and rate between two steps belong together as well. With equal moments the rate is
-//! constant.
+//! In: attitude and rate at the start, ratios of the principal moments of inertia about the body axes. Out:
+//! attitude (ICRS to body) and rate (body axes, rad/s) at any time of the run, a pure function. `I dω/dt = -ω
+//! × I ω` and `dq/dt = 1/2 [ω, 0] ⊗ q` by Runge and Kutta's fourth order with steps of [`STEP_S`] from the
+//! last whole second, whose states are kept; so attitude and rate between two steps belong together as well.
+//! With equal moments the rate is constant.
 //!
-//! Over an hour at 15 deg/s about no principal axis, moments 1 : 2 : 2.5, momentum in ICRS axes and energy stay within
-//! 3e-9 of themselves.
+//! Over an hour at 15 deg/s about no principal axis, moments 1 : 2 : 2.5, momentum in ICRS axes and energy
+//! stay within 3e-9 of themselves.
 
 use super::attitude::{Vector, compose, matrix, normalised};
 use super::moving_frame::MovingFrame;
@@ -34,8 +34,8 @@ pub struct Tumble {
 }
 
 impl Tumble {
-    /// A body that turns freely for `seconds` from the attitude `quaternion` (ICRS to body) with `rate_rad_s` in body
-    /// axes. Of the moments of `inertia` only the ratios count; they are positive.
+    /// A body that turns freely for `seconds` from the attitude `quaternion` (ICRS to body) with `rate_rad_s`
+    /// in body axes. Of the moments of `inertia` only the ratios count; they are positive.
     pub fn new(quaternion: [f64; 4], rate_rad_s: Vector, inertia: Vector, seconds: u32) -> Self {
         let start = State { quaternion, rate_rad_s };
         let second =

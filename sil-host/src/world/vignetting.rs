@@ -1,8 +1,9 @@
 //! Vignetting: what is lost of all light on its way to the edge of the detector.
 //!
-//! `cos(field angle)` is the foreshortened aperture; the mounts take another `corner_loss (r / R)²`, R being the distance of
-//! the farthest corner. (The other three cosines of the well-known fourth power belong to the solid angle of a pixel and
-//! concern extended sources only.) The cosine is taken as a polynomial in `(r / f)²`, error below 1e-4 within 20 degrees.
+//! `cos(field angle)` is the foreshortened aperture; the mounts take another `corner_loss (r / R)²`, R being
+//! the distance of the farthest corner. (The other three cosines of the well-known fourth power belong to the
+//! solid angle of a pixel and concern extended sources only.) The cosine is taken as a polynomial in `(r /
+//! f)²`, error below 1e-4 within 20 degrees.
 
 use super::optics::Optics;
 use fsw_hal::Window;

@@ -1,6 +1,7 @@
 //! A block of straight code, as the emulator translates it: what it costs each time it runs.
 //!
-//! In: the addresses of its instructions. Out: their sum, and what is needed to join the block to its neighbours.
+//! In: the addresses of its instructions. Out: their sum, and what is needed to join the block to its
+//! neighbours.
 
 use crate::{
     decode::Instruction,

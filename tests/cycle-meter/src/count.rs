@@ -1,12 +1,14 @@
 //! Adds up the blocks that run, cycle by cycle and stage by stage.
 //!
-//! In: blocks in the order they run, and the stage numbers the stage marks read. Out: a [`Cycle`] for every cycle that
-//! ended.
+//! In: blocks in the order they run, and the stage numbers the stage marks read. Out: a [`Cycle`] for every
+//! cycle that ended.
 //!
-//! What runs in a pause is counted in `image_instructions` alone: the emulated detector's reading is not the processor's work.
+//! What runs in a pause is counted in `image_instructions` alone: the emulated detector's reading is not the
+//! processor's work.
 //!
-//! What runs inside a mark's function is not counted, nor the refills of entering and leaving it: all a mark adds to what
-//! it measures is its call, one instruction and one cycle (and for a stage what it takes to load the number).
+//! What runs inside a mark's function is not counted, nor the refills of entering and leaving it: all a mark
+//! adds to what it measures is its call, one instruction and one cycle (and for a stage what it takes to load
+//! the number).
 
 use crate::{
     block::{Block, Work},

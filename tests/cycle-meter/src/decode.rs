@@ -1,8 +1,9 @@
 //! What a Thumb-2 instruction costs on a Cortex-M4F.
 //!
-//! In: an instruction's two halfwords (the second is not looked at for a 16-bit one). Out: its length, its cycles without
-//! pipeline refill, and which floating-point register it makes late or wants early. Source: Cortex-M4 Technical
-//! Reference Manual (Arm 100166), tables 3-1 and 7-1; encodings: ARMv7-M Architecture Reference Manual, chapter A5.
+//! In: an instruction's two halfwords (the second is not looked at for a 16-bit one). Out: its length, its
+//! cycles without pipeline refill, and which floating-point register it makes late or wants early. Source:
+//! Cortex-M4 Technical Reference Manual (Arm 100166), tables 3-1 and 7-1; encodings: ARMv7-M Architecture
+//! Reference Manual, chapter A5.
 //!
 //! | class | cycles |
 //! |---|---|
@@ -53,8 +54,8 @@ impl Instruction {
         if self.length() == 2 { short_cycles(self.first) } else { long_cycles(self.first, self.second) }
     }
 
-    /// Cycles this instruction waits for `previous`, the one before it: 1 when it wants the result of floating-point
-    /// arithmetic, else 0.
+    /// Cycles this instruction waits for `previous`, the one before it: 1 when it wants the result of
+    /// floating-point arithmetic, else 0.
     pub fn wait_for(self, previous: Self) -> u32 {
         let late = previous.float_result();
         u32::from(late.is_some_and(|register| self.wants_float(register)))
@@ -182,7 +183,8 @@ const fn control_cycles(first: u16, second: u16) -> u32 {
         _ if !control => 1,
         // MSR, MRS: 1 or 2.
         0b0111000 | 0b0111001 | 0b0111110 | 0b0111111 => 2,
-        // CPS.W is not in ARMv7-M; 0b0111010 holds the other hints. DSB, DMB, ISB: 4, 5, 6; CLREX (2) takes 1.
+        // CPS.W is not in ARMv7-M; 0b0111010 holds the other hints. DSB, DMB, ISB: 4, 5, 6; CLREX (2)
+        // takes 1.
         0b0111011 if bits(second, 7, 4) >= 4 => BARRIER,
         _ => 1,
     }

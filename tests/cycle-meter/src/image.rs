@@ -1,7 +1,8 @@
 //! The flight image as the meter needs it: instructions by address, and the marks.
 //!
-//! In: the bytes of the ELF file. Out: halfwords of its loaded segments and the address ranges of the marks. Instructions
-//! are read here and not from the emulator, which gives a wrong length for one that straddles a page.
+//! In: the bytes of the ELF file. Out: halfwords of its loaded segments and the address ranges of the marks.
+//! Instructions are read here and not from the emulator, which gives a wrong length for one that straddles a
+//! page.
 
 use crate::decode::Instruction;
 use object::{Object, ObjectSegment, ObjectSymbol};
@@ -48,7 +49,8 @@ impl Image {
     /// Reads an ELF file.
     ///
     /// # Errors
-    /// One line that says what is wrong: no ELF file, or a cycle's mark is missing. The others may be missing.
+    /// One line that says what is wrong: no ELF file, or a cycle's mark is missing. The others may be
+    /// missing.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         let file = object::File::parse(bytes).map_err(|error| error.to_string())?;
         let mut segments = Vec::new();

@@ -1,7 +1,9 @@
-//! The door to QEMU: the plugin interface, version 1 (QEMU 7.2, `include/qemu/qemu-plugin.h`), as far as it is used.
+//! The door to QEMU: the plugin interface, version 1 (QEMU 7.2, `include/qemu/qemu-plugin.h`), as far as it
+//! is used.
 //!
-//! In: blocks as QEMU translates and runs them. Out: the report, at exit. Debian ships no header, so the interface is
-//! declared here; its functions are found in the emulator's own executable when it loads the plugin.
+//! In: blocks as QEMU translates and runs them. Out: the report, at exit. Debian ships no header, so the
+//! interface is declared here; its functions are found in the emulator's own executable when it loads the
+//! plugin.
 //!
 //! A block is summed once, when it is translated, and only its record is added up when it runs.
 #![allow(unsafe_code)]
@@ -32,8 +34,8 @@ struct TranslatedInstruction {
 
 /// `QEMU_PLUGIN_CB_NO_REGS`: the callback touches no registers.
 const NO_REGISTERS: c_int = 0;
-/// `QEMU_PLUGIN_MEM_RW`: reads and writes. Reads would do, but QEMU 7.2 takes the flag for reads to mean writes; the
-/// stage table is never written, so with both the answer is the same in every version.
+/// `QEMU_PLUGIN_MEM_RW`: reads and writes. Reads would do, but QEMU 7.2 takes the flag for reads to mean
+/// writes; the stage table is never written, so with both the answer is the same in every version.
 const READS_AND_WRITES: c_int = 3;
 
 unsafe extern "C" {
@@ -119,7 +121,8 @@ pub unsafe extern "C" fn qemu_plugin_install(
         eprintln!("cycle-meter: {error}");
         return -1;
     }
-    // SAFETY: `id` is ours, and the callbacks have the types the interface asks for and live as long as the library.
+    // SAFETY: `id` is ours, and the callbacks have the types the interface asks for and live as long as the
+    // library.
     unsafe {
         qemu_plugin_register_vcpu_tb_trans_cb(id, translated);
         qemu_plugin_register_atexit_cb(id, at_exit, std::ptr::null_mut());
@@ -130,17 +133,19 @@ pub unsafe extern "C" fn qemu_plugin_install(
 /// A block was translated: sum it, and ask to be told when it runs.
 extern "C" fn translated(_id: u64, block: *mut TranslationBlock) {
     let Some(meter) = METER.get() else { return };
-    // SAFETY: QEMU lends the block for the length of this call, and every index is below its number of instructions.
+    // SAFETY: QEMU lends the block for the length of this call, and every index is below its number of
+    // instructions.
     let instructions: Vec<_> = unsafe {
         (0..qemu_plugin_tb_n_insns(block)).map(|index| qemu_plugin_tb_get_insn(block, index)).collect()
     };
     // SAFETY: the instructions belong to the block and are lent with it.
     let addresses = instructions.iter().map(|instruction| unsafe { qemu_plugin_insn_vaddr(*instruction) });
-    // The record must outlive the translation, whose end nobody announces: it is never freed. Code is translated
-    // seldom more than once, so that is some hundred bytes a block.
+    // The record must outlive the translation, whose end nobody announces: it is never freed. Code is
+    // translated seldom more than once, so that is some hundred bytes a block.
     let record: *mut c_void = Block::new(&meter.image, addresses)
         .map_or(std::ptr::null_mut(), |block| std::ptr::from_mut(Box::leak(Box::new(block))).cast());
-    // SAFETY: the block is lent for this call; the callback takes the record for what it is, a leaked `Block` or null.
+    // SAFETY: the block is lent for this call; the callback takes the record for what it is, a leaked `Block`
+    // or null.
     unsafe { qemu_plugin_register_vcpu_tb_exec_cb(block, executed, NO_REGISTERS, record) };
 
     // SAFETY: `record` is null or the leaked block from above.

@@ -1,7 +1,7 @@
 //! The meter in the emulator, on a program counted by hand and against the emulator's own trace.
 //!
-//! Needs `qemu-system-arm` and the Rust target thumbv7em-none-eabihf; where one is missing the tests say so and pass,
-//! except in CI (environment variable `CI`), where that is a failure.
+//! Needs `qemu-system-arm` and the Rust target thumbv7em-none-eabihf; where one is missing the tests say so
+//! and pass, except in CI (environment variable `CI`), where that is a failure.
 
 use std::{
     env, fs,

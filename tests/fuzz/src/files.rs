@@ -1,4 +1,5 @@
-//! The files that people give to the host: pictures, scenarios, cameras, orbits. Each is read or refused in one line.
+//! The files that people give to the host: pictures, scenarios, cameras, orbits. Each is read or refused in
+//! one line.
 
 use sil_host::camera_file::CameraFile;
 use sil_host::picture::Picture;

@@ -1,7 +1,9 @@
-//! Every door through which bytes come in, as a function that tries some: no panic, and what gets through is sound.
+//! Every door through which bytes come in, as a function that tries some: no panic, and what gets through is
+//! sound.
 //!
-//! `cargo test -p fuzz` knocks with mutilated files of the repository, the same in every run. With a nightly compiler and
-//! `cargo install cargo-fuzz`, libFuzzer looks for the way in by itself and stops at the first crash:
+//! `cargo test -p fuzz` knocks with mutilated files of the repository, the same in every run. With a nightly
+//! compiler and `cargo install cargo-fuzz`, libFuzzer looks for the way in by itself and stops at the first
+//! crash:
 //!
 //! ```sh
 //! cargo +nightly fuzz run --fuzz-dir tests/fuzz/libfuzzer seconds     # or packets, tables, pixels, files

@@ -1,4 +1,5 @@
-//! Telemetry streams and parameter tables: what opens, closes and opens again is the same; the rest is refused.
+//! Telemetry streams and parameter tables: what opens, closes and opens again is the same; the rest is
+//! refused.
 
 use fsw_core::packet;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};

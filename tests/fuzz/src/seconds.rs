@@ -1,4 +1,5 @@
-//! Seconds of the whole sensor on arbitrary pixels, clocks and commands: it ends, and what it reports is a number.
+//! Seconds of the whole sensor on arbitrary pixels, clocks and commands: it ends, and what it reports is a
+//! number.
 
 use fsw_core::camera::{CameraParameters, Distortion, Projection};
 use fsw_core::catalog::Catalogue;

@@ -1,7 +1,7 @@
 //! The figures of a run, one JSON object on one line of standard output.
 //!
-//! In: names and whole numbers. Out: `{"name":number,...}`. Digits are made here because `core::fmt` brings panic paths
-//! and some kilobytes of flash that the flight image does not need.
+//! In: names and whole numbers. Out: `{"name":number,...}`. Digits are made here because `core::fmt` brings
+//! panic paths and some kilobytes of flash that the flight image does not need.
 
 use crate::host::{File, HostError, Mode};
 use heapless::Vec;

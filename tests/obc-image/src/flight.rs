@@ -1,7 +1,7 @@
 //! The flight: one cycle a frame, each between the marks of the meter, its telemetry to the file.
 //!
-//! In: the detector, the parameter table, the number of seconds and the telemetry file. Out: how many seconds were flown
-//! and failed. Catalogue and calibration are part of the image.
+//! In: the detector, the parameter table, the number of seconds and the telemetry file. Out: how many seconds
+//! were flown and failed. Catalogue and calibration are part of the image.
 
 use crate::host::File;
 use crate::marks;
@@ -20,7 +20,8 @@ static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.ca
 /// The reference camera's profiles and corrections, made and checked by `sil-host corrections`.
 static CALIBRATION: &[u8] = include_bytes!("../../../sil-host/cameras/reference.corr");
 
-// What lasts as long as the flight is static, and what is large is so from the start: the stack is left to the second.
+// What lasts as long as the flight is static, and what is large is so from the start: the stack is left to
+// the second.
 static WORKSPACE: ConstStaticCell<Workspace> = ConstStaticCell::new(Workspace::new());
 static FRAME: ConstStaticCell<[u8; telemetry::MAX_FRAME_BYTES]> =
     ConstStaticCell::new([0; telemetry::MAX_FRAME_BYTES]);
@@ -60,7 +61,8 @@ impl StageMeter for Marks {
     }
 }
 
-/// The sensor, in its place. (Not inlined: what it is put together from is not to lie under the seconds on the stack.)
+/// The sensor, in its place. (Not inlined: what it is put together from is not to lie under the seconds on
+/// the stack.)
 #[inline(never)]
 fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, StartError> {
     let workspace = WORKSPACE.try_take().ok_or(StartError::FlownBefore)?;

@@ -1,9 +1,9 @@
 //! What the emulator's host lends the image: files, standard output, the command line and the way out.
 //!
-//! In: file names and the command line `IMAGE ARGUMENT...`, words separated by spaces (a name cannot hold one). Out:
-//! bytes and an exit status. Everything goes through Arm semihosting calls, one breakpoint instruction each; the time
-//! the host spends in them is no time of the target, so a read costs the image its call and nothing else. All `unsafe`
-//! of semihosting is in this file.
+//! In: file names and the command line `IMAGE ARGUMENT...`, words separated by spaces (a name cannot hold
+//! one). Out: bytes and an exit status. Everything goes through Arm semihosting calls, one breakpoint
+//! instruction each; the time the host spends in them is no time of the target, so a read costs the image its
+//! call and nothing else. All `unsafe` of semihosting is in this file.
 
 use cortex_m_semihosting::{nr, syscall};
 
@@ -68,7 +68,8 @@ impl File {
     /// # Errors
     /// [`HostError`] when the file is too short or the host refuses.
     pub fn read(&mut self, bytes: &mut [u8]) -> Result<(), HostError> {
-        // SAFETY: READ writes at most `len` bytes to the address; the slice is exclusively ours and that long.
+        // SAFETY: READ writes at most `len` bytes to the address; the slice is exclusively ours and that
+        // long.
         done(unsafe { syscall(nr::READ, &[self.handle, bytes.as_mut_ptr() as usize, bytes.len()]) })
     }
 
@@ -87,7 +88,8 @@ impl File {
     /// # Errors
     /// As [`File::read`].
     pub fn read_words(&mut self, words: &mut [u16]) -> Result<(), HostError> {
-        // SAFETY: a u16 slice is twice as many bytes, initialised and of weaker alignment, and any bytes make valid u16.
+        // SAFETY: a u16 slice is twice as many bytes, initialised and of weaker alignment, and any bytes make
+        // valid u16.
         let bytes = unsafe { core::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), size_of_val(words)) };
         self.read(bytes)?;
         words.iter_mut().for_each(|word| *word = u16::from_le(*word));
@@ -112,8 +114,8 @@ fn done(answer: usize) -> Result<(), HostError> {
 /// The words of the command line after the image's own name.
 pub fn arguments(buffer: &mut [u8; COMMAND_LINE_BYTES]) -> impl Iterator<Item = &[u8]> {
     let mut block = [buffer.as_mut_ptr() as usize, COMMAND_LINE_BYTES];
-    // SAFETY: GET_CMDLINE writes a C string of at most the given size to the address and its length into the block,
-    // which is why the block's address is taken from a mutable place.
+    // SAFETY: GET_CMDLINE writes a C string of at most the given size to the address and its length into the
+    // block, which is why the block's address is taken from a mutable place.
     let answer = unsafe { cortex_m_semihosting::syscall1(nr::GET_CMDLINE, block.as_mut_ptr() as usize) };
     let length = if answer == 0 { block[1] } else { 0 };
     let line = buffer.get(..length).unwrap_or(&[]);
@@ -123,7 +125,8 @@ pub fn arguments(buffer: &mut [u8; COMMAND_LINE_BYTES]) -> impl Iterator<Item = 
 /// Ends the emulation with `status`.
 pub fn exit(status: u8) -> ! {
     loop {
-        // SAFETY: takes a reason and a status; does not return under an emulator, and if it does it is asked again.
+        // SAFETY: takes a reason and a status; does not return under an emulator, and if it does it is asked
+        // again.
         unsafe { syscall(EXIT_EXTENDED, &[APPLICATION_EXIT, usize::from(status)]) };
     }
 }

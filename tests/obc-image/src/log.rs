@@ -1,10 +1,11 @@
 //! Where defmt's frames go: a file of the host, named on the command line; without one they are dropped.
 //!
-//! In: encoded bytes from defmt. Out: the same bytes in the file, for `defmt-print -e IMAGE`. Standard output stays free
-//! for the figures.
+//! In: encoded bytes from defmt. Out: the same bytes in the file, for `defmt-print -e IMAGE`. Standard output
+//! stays free for the figures.
 //!
-//! Written here because `defmt-semihosting` 0.4 checks its lock by `panic!` and writes to standard output; this logger
-//! has no panic path. A frame is gathered and written at once: a semihosting call a frame, not one a byte.
+//! Written here because `defmt-semihosting` 0.4 checks its lock by `panic!` and writes to standard output;
+//! this logger has no panic path. A frame is gathered and written at once: a semihosting call a frame, not
+//! one a byte.
 
 use crate::host::File;
 use core::cell::UnsafeCell;
@@ -26,7 +27,8 @@ struct State {
 
 struct Shared(UnsafeCell<State>);
 
-// SAFETY: the state is touched only between `acquire` and `release`, within a critical section on a single core.
+// SAFETY: the state is touched only between `acquire` and `release`, within a critical section on a single
+// core.
 unsafe impl Sync for Shared {}
 
 static STATE: Shared = Shared(UnsafeCell::new(State {
@@ -67,7 +69,8 @@ fn gather(file: &mut Option<File>, frame: &mut Vec<u8, FRAME_BYTES>, bytes: &[u8
     }
 }
 
-// SAFETY: `acquire` opens a critical section that `release` closes, so frames never interleave; defmt pairs the calls.
+// SAFETY: `acquire` opens a critical section that `release` closes, so frames never interleave; defmt pairs
+// the calls.
 unsafe impl defmt::Logger for Logger {
     fn acquire() {
         // SAFETY: paired with `release`; the state is ours from here on.

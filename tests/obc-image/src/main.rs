@@ -1,12 +1,13 @@
 //! The flight library on the reference on-board computer (Cortex-M4F), run in the emulator.
 //!
-//! In: the command line `FRAMES PARAMETERS TELEMETRY [LOG]`: a frame file ([`recorded`]), a parameter table, the file for
-//! telemetry and one for defmt frames (default: none). Out: telemetry, one line of figures on standard output
-//! ([`figures`]), and the status 0 done, 1 a second could not be flown, 2 bad input or usage, 3 processor fault (the line
-//! then is `{"fault_pc":ADDRESS}`).
+//! In: the command line `FRAMES PARAMETERS TELEMETRY [LOG]`: a frame file ([`recorded`]), a parameter table,
+//! the file for telemetry and one for defmt frames (default: none). Out: telemetry, one line of figures on
+//! standard output ([`figures`]), and the status 0 done, 1 a second could not be flown, 2 bad input or usage,
+//! 3 processor fault (the line then is `{"fault_pc":ADDRESS}`).
 //!
-//! The image is what `cargo budget` judges: linked whole, without a single reachable panic (`panic-never` makes one a
-//! link error), its size and stack measured ([`memory`]) and its cycles countable from outside ([`marks`]).
+//! The image is what `cargo budget` judges: linked whole, without a single reachable panic (`panic-never`
+//! makes one a link error), its size and stack measured ([`memory`]) and its cycles countable from outside
+//! ([`marks`]).
 #![no_std]
 #![no_main]
 
@@ -110,8 +111,8 @@ fn run() -> Result<Flight, InputError> {
     Ok(flight)
 }
 
-/// The detector, the parameters and the telemetry file that the command line names. Not inlined, nor is [`report`]: their buffers
-/// would lie under the flight's stack and be measured with it.
+/// The detector, the parameters and the telemetry file that the command line names. Not inlined, nor is
+/// [`report`]: their buffers would lie under the flight's stack and be measured with it.
 #[inline(never)]
 fn open() -> Result<(RecordedDetector, Parameters, File), InputError> {
     let mut command_line = [0; host::COMMAND_LINE_BYTES];
@@ -145,8 +146,8 @@ fn report(flight: &Flight) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Any fault ends the run: without a handler the emulator would spin for ever. Not told by defmt, which the fault may have
-/// interrupted in the middle of a frame.
+/// Any fault ends the run: without a handler the emulator would spin for ever. Not told by defmt, which the
+/// fault may have interrupted in the middle of a frame.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let _ = Figures::default().number("fault_pc", frame.pc()).print();

@@ -1,14 +1,17 @@
-//! The marks between which an outside meter counts: the cycle, its stages, and pauses in which it does not count.
+//! The marks between which an outside meter counts: the cycle, its stages, and pauses in which it does not
+//! count.
 //!
-//! In: a stage's number, 0 to 31. Out: nothing; the marks exist to be seen from outside at their addresses, so they are
-//! never inlined, never renamed and never merged, and their clobbers keep memory accesses from moving across them.
+//! In: a stage's number, 0 to 31. Out: nothing; the marks exist to be seen from outside at their addresses,
+//! so they are never inlined, never renamed and never merged, and their clobbers keep memory accesses from
+//! moving across them.
 //!
-//! Two things make them visible to any meter. Each holds a debug hint of its own number (`dbg`, a no-operation on this
-//! core), so no two bodies are alike and a linker that folds identical functions cannot make one address of them. And
-//! because a QEMU plugin of version 1 sees addresses but no registers, a stage mark reads the byte of [`STAGE_MARKS`]
-//! at the stage's number: the address it reads is the number.
+//! Two things make them visible to any meter. Each holds a debug hint of its own number (`dbg`, a
+//! no-operation on this core), so no two bodies are alike and a linker that folds identical functions cannot
+//! make one address of them. And because a QEMU plugin of version 1 sees addresses but no registers, a stage
+//! mark reads the byte of [`STAGE_MARKS`] at the stage's number: the address it reads is the number.
 //!
-//! Cost: 5 instructions a cycle mark with its call, 10 a stage mark; the cycle meter counts only the call of them.
+//! Cost: 5 instructions a cycle mark with its call, 10 a stage mark; the cycle meter counts only the call of
+//! them.
 
 use core::arch::asm;
 
@@ -66,7 +69,8 @@ pub extern "C" fn stage_end(stage: u32) {
     }
 }
 
-/// What follows is not the processor's work: the emulated detector, which a camera's direct memory access replaces.
+/// What follows is not the processor's work: the emulated detector, which a camera's direct memory access
+/// replaces.
 #[unsafe(no_mangle)]
 #[inline(never)]
 pub extern "C" fn pause_begin() {

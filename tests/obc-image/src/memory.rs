@@ -1,8 +1,8 @@
 //! What the image takes of the on-board computer's memory.
 //!
-//! In: the linker's symbols and the stack as cortex-m-rt painted it before `main` (feature `paint-stack`). Out: bytes
-//! of flash, of static RAM and of stack. Blind spot: a stack slot reserved but never written leaves its paint on, so the
-//! mark is what was touched; the compile-time stack analysis covers what was not.
+//! In: the linker's symbols and the stack as cortex-m-rt painted it before `main` (feature `paint-stack`).
+//! Out: bytes of flash, of static RAM and of stack. Blind spot: a stack slot reserved but never written
+//! leaves its paint on, so the mark is what was touched; the compile-time stack analysis covers what was not.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 
@@ -50,8 +50,8 @@ fn distance(from: *const u32, to: *const u32) -> u32 {
 /// The lowest word that no longer holds the paint.
 fn deepest(bottom: *const u32, top: *const u32) -> *const u32 {
     let mut word = bottom;
-    // SAFETY: every word read lies between the linker's ends of the stack, which are aligned and in RAM; the read is
-    // volatile because the words below the stack pointer belong to no object the compiler knows.
+    // SAFETY: every word read lies between the linker's ends of the stack, which are aligned and in RAM; the
+    // read is volatile because the words below the stack pointer belong to no object the compiler knows.
     while word < top && unsafe { word.read_volatile() } == STACK_PAINT_VALUE {
         word = word.wrapping_add(1);
     }

@@ -1,7 +1,8 @@
 //! A detector that plays frames recorded in a file of the host.
 //!
-//! In: the file. Out: windows of its frames through [`Detector`]. The frame is that of the second the detector was
-//! [turned to](RecordedDetector::turn_to). Exposure times are not looked at: the picture is taken.
+//! In: the file. Out: windows of its frames through [`Detector`]. The frame is that of the second the
+//! detector was [turned to](RecordedDetector::turn_to). Exposure times are not looked at: the picture is
+//! taken.
 //!
 //! # The file, version 3, little-endian
 //!
@@ -15,14 +16,14 @@
 //! | 11 | u8 | zero |
 //! | 12 | u32 | number of frames N, at least 1 |
 //! | 16 | N x (i64, i64, H x W x u16) | frames one after the other: local time (microseconds since power-on) and Terrestrial Time
-//! (microseconds since J2000.0; the least i64: not known) of the middle of the exposure, then the pixels row by row from the top
-//! left, digital numbers right-aligned |
+//! (microseconds since J2000.0; the least i64: not known) of the middle of the exposure, then the pixels row
+//! by row from the top left, digital numbers right-aligned |
 //!
-//! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has 2.6 MB, so
-//! 800 of them fit.
+//! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has
+//! 2.6 MB, so 800 of them fit.
 //!
-//! Cost: a seek and a read a row, one of each for all rows when the window is as wide as the detector; the meter pauses for
-//! it ([`marks`]).
+//! Cost: a seek and a read a row, one of each for all rows when the window is as wide as the detector; the
+//! meter pauses for it ([`marks`]).
 
 use crate::host::{File, HostError, Mode};
 use crate::marks;

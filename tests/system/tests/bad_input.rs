@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use system_tests::{data, json_lines, run, scratch, workspace};
 
-/// Runs the program, expects status 2 and one line on stderr that names what is wrong; gives its JSON objects.
+/// Runs the program, expects status 2 and one line on stderr that names what is wrong; gives its JSON
+/// objects.
 fn refused(arguments: &[&str], words: &[&str]) -> Vec<serde_json::Value> {
     let output = run(arguments);
     let line = String::from_utf8_lossy(&output.stderr);

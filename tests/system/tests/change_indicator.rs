@@ -1,8 +1,9 @@
-//! The change indicator: what the flight code says in every second of the mission through all modes, as a table in the repository.
+//! The change indicator: what the flight code says in every second of the mission through all modes, as a
+//! table in the repository.
 //!
-//! World and flight code give the same bits on every machine, so the table changes only when somebody changes what flies, or the sky it
-//! flies under. That may be meant; then the difference is looked at, row by row, and the table made anew:
-//! `SEXTANT_BLESS=1 cargo test -p system-tests --test change_indicator`.
+//! World and flight code give the same bits on every machine, so the table changes only when somebody changes
+//! what flies, or the sky it flies under. That may be meant; then the difference is looked at, row by row,
+//! and the table made anew: `SEXTANT_BLESS=1 cargo test -p system-tests --test change_indicator`.
 
 use fsw_core::telemetry::Report;
 use sil_host::judge::expected::word;

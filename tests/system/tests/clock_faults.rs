@@ -1,7 +1,9 @@
-//! Clocks and images that go wrong, by rate: the attitude is never wrong, and tracking goes on where the stars allow it.
+//! Clocks and images that go wrong, by rate: the attitude is never wrong, and tracking goes on where the
+//! stars allow it.
 //!
-//! Every fault of the table begins in second 14 of a flight at a constant rate; the exposure is so short that stars are drawn out by
-//! 7 px at most. `cargo test -p system-tests --test clock_faults -- --nocapture` prints the table.
+//! Every fault of the table begins in second 14 of a flight at a constant rate; the exposure is so short that
+//! stars are drawn out by 7 px at most. `cargo test -p system-tests --test clock_faults -- --nocapture`
+//! prints the table.
 
 use fsw_core::modes::Mode;
 use fsw_core::sensor::{Command, Instruments, Workspace};
@@ -99,7 +101,8 @@ struct Tally {
     /// Largest error of an attitude, sigmas, and across the line of sight, arcsec.
     sigmas: f64,
     error_arcsec: f64,
-    /// Seconds called since the first in tracking mode, those with a measured attitude, and those in tracking mode.
+    /// Seconds called since the first in tracking mode, those with a measured attitude, and those in tracking
+    /// mode.
     seconds: u32,
     attitudes: u32,
     tracking: u32,

@@ -1,7 +1,9 @@
-//! The drawn Earth beside real pictures from the geostationary orbit: their figures should not distinguish them.
+//! The drawn Earth beside real pictures from the geostationary orbit: their figures should not distinguish
+//! them.
 //!
-//! Both are laid on the same grid of scan angles, disc on disc. Land, sea and clouds of the world are invented, so nothing is
-//! compared point by point: only how the brightness is spread, how it falls towards the limb, and how it changes with distance.
+//! Both are laid on the same grid of scan angles, disc on disc. Land, sea and clouds of the world are
+//! invented, so nothing is compared point by point: only how the brightness is spread, how it falls towards
+//! the limb, and how it changes with distance.
 
 use fsw_hal::Window;
 use sil_host::camera_file::CameraFile;
@@ -25,8 +27,9 @@ const WHITE: f64 = 250.0;
 
 /// Runs whose Earths are drawn; what is compared is their mean.
 const SEEDS: [u64; 4] = [1, 2, 3, 4];
-/// Allowed differences: of a quartile in parts of the 99th percentile, and of a ring in parts of the mean. A real disc's own
-/// weather moves a ring by some 0.2 from one hour to another, as the pictures here show; four invented ones have half of that left.
+/// Allowed differences: of a quartile in parts of the 99th percentile, and of a ring in parts of the mean. A
+/// real disc's own weather moves a ring by some 0.2 from one hour to another, as the pictures here show; four
+/// invented ones have half of that left.
 const QUARTILES: f64 = 0.2;
 const RINGS: f64 = 0.35;
 /// Allowed ratio of the structure function.
@@ -57,7 +60,8 @@ impl Disc {
 
     /// The world's Earth under a Sun that stands `hour_angle_deg` west of the satellite's meridian.
     fn drawn(seed: u64, hour_angle_deg: f64) -> Self {
-        // 2026-08-21T12:00 UTC, the day of the year of the pictures; the Sun's right ascension is then 150.5 deg.
+        // 2026-08-21T12:00 UTC, the day of the year of the pictures; the Sun's right ascension is then 150.5
+        // deg.
         const START_US: i64 = 840_585_669_184_000;
         let (r, v) = state_of_elements(42_164.17, 0.0, 0.0, 0.0, 0.0, 150.5 + hour_angle_deg).unwrap();
         let trajectory = Trajectory {
@@ -85,7 +89,8 @@ impl Disc {
         })
     }
 
-    /// Brightness of the points nearer to the centre than `reach` radii and farther than `from`, on the lit side of `east` radii.
+    /// Brightness of the points nearer to the centre than `reach` radii and farther than `from`, on the lit
+    /// side of `east` radii.
     fn within(&self, from: f64, reach: f64, east: f64) -> Vec<f64> {
         let at = Self::new(|x, y| if x < east { f64::NAN } else { x.hypot(y) });
         let inside = |(_, r): &(&f64, &f64)| (from..reach).contains(*r);
@@ -108,8 +113,9 @@ impl Disc {
             .map(|(from, to)| mean(self.within(from, to, east)) / all)
     }
 
-    /// Mean square of the difference of points 2, 4, 8, 16 and 32 apart, over twice the variance, within 0.75 radii: the
-    /// structure function. It tends to 1 where nothing is alike; a spectrum that falls with the power -p makes it rise with p - 1.
+    /// Mean square of the difference of points 2, 4, 8, 16 and 32 apart, over twice the variance, within 0.75
+    /// radii: the structure function. It tends to 1 where nothing is alike; a spectrum that falls with the
+    /// power -p makes it rise with p - 1.
     fn structure(&self, east: f64) -> [f64; 5] {
         let at = Self::new(|x, y| if x < east { 2.0 } else { x.hypot(y) });
         let values = self.within(0.0, 0.75, east);

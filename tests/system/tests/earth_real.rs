@@ -1,7 +1,8 @@
-//! Real pictures of the Earth: its centre, radius and limb as known from elsewhere, from LEO, GEO and deep space; night is refused.
+//! Real pictures of the Earth: its centre, radius and limb as known from elsewhere, from LEO, GEO and deep
+//! space; night is refused.
 //!
-//! Truth: the README beside the pictures (projections of the products, reference fits). The thesis's own method runs on the same
-//! pictures and stands beside ours in the printed table.
+//! Truth: the README beside the pictures (projections of the products, reference fits). The thesis's own
+//! method runs on the same pictures and stands beside ours in the printed table.
 
 use fsw_core::earth::comparison::thesis;
 use fsw_core::earth::search::Points;
@@ -238,7 +239,8 @@ fn the_wide_limb_from_a_low_orbit_is_one_cone() {
             [x, y, OPS_SAT.focal_length_px].map(|part| part / length)
         })
         .collect();
-    // Unit vectors of a cone end in a plane, n . s = 1; residuals along it, px, to the sine of the cone's half angle.
+    // Unit vectors of a cone end in a plane, n . s = 1; residuals along it, px, to the sine of the cone's
+    // half angle.
     let n = plane(&rays);
     let length = n.iter().map(|k| k * k).sum::<f64>().sqrt();
     let sine = (1.0 - 1.0 / (length * length)).sqrt();
@@ -251,7 +253,8 @@ fn the_wide_limb_from_a_low_orbit_is_one_cone() {
         number(&answer["rms_px"])
     );
     assert!(rays.len() >= 20 && rms <= 0.5 && number(&answer["rms_px"]) <= 0.5);
-    // The orbit's height is known to some km; an arc of 12 deg leaves the distance open by hundreds, and says so.
+    // The orbit's height is known to some km; an arc of 12 deg leaves the distance open by hundreds, and says
+    // so.
     assert!((distance - (6371.0 + 515.0)).abs() <= 3.0 * sigma && sigma < 400.0);
 }
 

@@ -1,7 +1,9 @@
-//! Earth vectors of single pictures are as good as their sigmas say, over rendered limbs with clouds and an uneven horizon.
+//! Earth vectors of single pictures are as good as their sigmas say, over rendered limbs with clouds and an
+//! uneven horizon.
 //!
-//! Low orbits, arcs of 10 to 28 degrees, the orbit filter's own start included. Neighbouring seconds see the same clouds: errors last
-//! for the half minute in which the limb moves on by the horizon's cells, so that 900 s are worth some thirty pictures.
+//! Low orbits, arcs of 10 to 28 degrees, the orbit filter's own start included. Neighbouring seconds see the
+//! same clouds: errors last for the half minute in which the limb moves on by the horizon's cells, so that
+//! 900 s are worth some thirty pictures.
 
 use sil_host::run::harness;
 use sil_host::scenario::Scenario;
@@ -41,7 +43,8 @@ fn single_earth_vectors_are_as_good_as_they_say() {
         }
         found += count;
     }
-    // Of the direction nearly all lies along the arc's weak side, whose sigma is the one reported: one degree of freedom. 95 %.
+    // Of the direction nearly all lies along the arc's weak side, whose sigma is the one reported: one degree
+    // of freedom. 95 %.
     let band = 1.96 * (2.0 * LASTING_S / found).sqrt();
     for square in squares.map(|sum| sum / found) {
         println!("mean square {square:.2} of 1 +- {band:.2}");

@@ -1,4 +1,5 @@
-//! The flight image on the emulated Cortex-M4F: the same bits as on the host, within the limits of the budget.
+//! The flight image on the emulated Cortex-M4F: the same bits as on the host, within the limits of the
+//! budget.
 
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{self, Outcome, Report};

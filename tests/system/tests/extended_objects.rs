@@ -1,6 +1,8 @@
-//! What is on a rendered frame and is no star: the Earth's clouds, the Moon, hits of particles, hot pixels, streaks.
+//! What is on a rendered frame and is no star: the Earth's clouds, the Moon, hits of particles, hot pixels,
+//! streaks.
 //!
-//! The truth is the world's: where stars, Moon and hits were drawn. A star of the sky fainter than V = 7.5 counts as none.
+//! The truth is the world's: where stars, Moon and hits were drawn. A star of the sky fainter than V = 7.5
+//! counts as none.
 
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::image::{Detection, DetectionParameters};
@@ -83,7 +85,8 @@ fn no_spot_stands_on_the_moon_and_the_stars_beside_it_are_found() {
              [mount]\nstar_path_deg = [0.0, -90.0, 0.0]\nmirrored = true\n{tail}"
         ))
     };
-    // The Moon from the satellite; the Earth path on the equator, a right angle away, rolled until the star path sees it.
+    // The Moon from the satellite; the Earth path on the equator, a right angle away, rolled until the star
+    // path sees it.
     let scenario = pointed(0.0, 0.0);
     let truth = scenario.scene().unwrap().truth_at(0).unwrap();
     let moon_km = ephemeris::moon_km(scenario.start_us);

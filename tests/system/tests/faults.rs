@@ -1,7 +1,7 @@
 //! A detector that breaks: the sensor says so, gives no wrong attitude, and finds itself again.
 //!
-//! Every fault of the scenario `geo-faults` in turn, flown through the traits. Late frames are the exception, stated here: a
-//! detector that hands out an old image as a new one is believed.
+//! Every fault of the scenario `geo-faults` in turn, flown through the traits. Late frames are the exception,
+//! stated here: a detector that hands out an old image as a new one is believed.
 
 use fsw_core::modes::Mode;
 use sil_host::run::faults::FaultKind;
@@ -9,7 +9,8 @@ use sil_host::run::harness;
 use sil_host::scenario::Scenario;
 use std::path::Path;
 
-/// Seconds allowed from the end of a fault to the next attitude: safe mode's pause of a minute, and acquisition.
+/// Seconds allowed from the end of a fault to the next attitude: safe mode's pause of a minute, and
+/// acquisition.
 const RECOVERY_S: u32 = 75;
 
 /// What is kept of a second.

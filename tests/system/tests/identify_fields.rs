@@ -1,5 +1,5 @@
-//! Star identification on synthetic fields: 1,000 fields a setting, 15 deg square, V <= 6, 0.3 px noise. The grid of noise and
-//! false stars, hard fields and many more skies are `sil-host campaign identify`.
+//! Star identification on synthetic fields: 1,000 fields a setting, 15 deg square, V <= 6, 0.3 px noise. The
+//! grid of noise and false stars, hard fields and many more skies are `sil-host campaign identify`.
 
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;

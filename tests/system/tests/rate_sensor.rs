@@ -22,7 +22,8 @@ use sil_host::{flight, star_scene};
 const SECONDS: u32 = 150;
 const BLIND: std::ops::Range<u32> = 60..120;
 const SLEW: std::ops::Range<u32> = 80..100;
-/// How fast it turns then, rad/s: 0.3 deg/s about an axis across the line of sight, 0.2 about the line of sight.
+/// How fast it turns then, rad/s: 0.3 deg/s about an axis across the line of sight, 0.2 about the line of
+/// sight.
 const SLEW_RAD_S: [f64; 3] = [5.2e-3, 0.0, 3.5e-3];
 /// A fibre-optic gyro: 2 arcsec in a second, a bias of 0.01 deg/s that walks by 0.02 arcsec/s in a second.
 const NOISE: RateSensorNoise = RateSensorNoise { white_rad: 1e-5, walk_rad_s: 1e-7, bias_rad_s: 1.75e-4 };

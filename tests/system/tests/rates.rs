@@ -111,8 +111,8 @@ impl Detector for Frame<'_> {
     }
 }
 
-/// A rate against the truth: its size off by a share, its axis by deg, the largest error over its sigma, whether its sense is
-/// the right one.
+/// A rate against the truth: its size off by a share, its axis by deg, the largest error over its sigma,
+/// whether its sense is the right one.
 struct Error {
     size: f64,
     axis_deg: f64,
@@ -218,8 +218,8 @@ fn fly(rate_deg_s: f64, shutter: Shutter, cases: std::ops::Range<u64>) -> Tally 
     tally
 }
 
-/// Rate, deg/s; least share of seconds with a rate; medians of size and axis, percent and deg, at most; images until a rate of
-/// known sense, median, at most.
+/// Rate, deg/s; least share of seconds with a rate; medians of size and axis, percent and deg, at most;
+/// images until a rate of known sense, median, at most.
 const DEMANDS: [(f64, f64, f64, f64, f64); 6] = [
     (0.5, 0.6, 1.0, 1.0, 4.0),
     (1.0, 0.6, 1.0, 1.0, 4.0),
@@ -246,7 +246,8 @@ fn a_turning_camera_gives_its_rate_with_honest_sigmas_and_never_a_wrong_sense() 
 
 #[test]
 fn rows_that_begin_one_after_the_other_are_allowed_for() {
-    // 0.4 s of rows beside 0.4 s of exposure: a streak along the rows' order would be off by its share of the detector's height.
+    // 0.4 s of rows beside 0.4 s of exposure: a streak along the rows' order would be off by its share of the
+    // detector's height.
     let mut tally = fly(4.0, Shutter::Rolling { row_time_s: 4e-4 }, 0..3);
     assert!(tally.found >= 8 && tally.wrong == 0 && 10 * tally.within >= 8 * tally.found);
     assert!(median(&mut tally.sizes) < 1.5);

@@ -203,8 +203,8 @@ fn two_identified_images_lead_to_tracking_and_the_rate_is_known() {
 #[test]
 fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
     let mut world = World::star_scene();
-    // From second 20 to 80 something bright hides all but two stars, far apart and not in the border; then the sky is dark but
-    // for one of them, which is not believed.
+    // From second 20 to 80 something bright hides all but two stars, far apart and not in the border; then
+    // the sky is dark but for one of them, which is not believed.
     let before = |second: u32, world: &mut World| {
         world.only.clear();
         world.elsewhere = if second < 80 { world.geometry().full_scale() / 2 } else { 30 };
@@ -269,9 +269,10 @@ fn names_are_those_of_the_true_stars() {
 
 #[test]
 fn sigmas_are_honest_on_random_skies() {
-    // Means of squared error over squared sigma on 40 skies. About the line of sight: chi-square with 40 degrees of freedom, of
-    // which 99 % lie between 0.52 and 1.67 a degree. Across it the sigmas make room for a flight about the Earth that is not yet known
-    // as if it went with 7.9 km/s along every axis; it goes with 7.5 km/s along one: cautious by half, and never optimistic.
+    // Means of squared error over squared sigma on 40 skies. About the line of sight: chi-square with 40
+    // degrees of freedom, of which 99 % lie between 0.52 and 1.67 a degree. Across it the sigmas make room
+    // for a flight about the Earth that is not yet known as if it went with 7.9 km/s along every axis; it
+    // goes with 7.5 km/s along one: cautious by half, and never optimistic.
     let (noise, way) = (Noise::new(20_261_121, 0, Stream::Attitude), Noise::new(7, 0, Stream::Attitude));
     let (mut across, mut about, mut unsolved) = (0.0, 0.0, 0);
     for index in 0..40 {
@@ -468,7 +469,8 @@ fn a_clip_of_every_kind_of_orbit_leads_to_attitude_earth_and_orbit_with_honest_s
                 let down = truth.position_km.map(|part| -part / distance);
                 let seen = truth.earth_path.map(|row| row.iter().zip(&down).map(|(a, b)| a * b).sum());
                 let off = angle(earth.direction.map(f64::from), seen);
-                // Clouds and the slant of the light are not in this sigma: the orbit considers eight times as much beside it.
+                // Clouds and the slant of the light are not in this sigma: the orbit considers eight times as
+                // much beside it.
                 assert!(
                     off < 5.0 * 3.2 * f64::from(earth.sigma_rad),
                     "{name} {second}: {off} of {}",
@@ -492,7 +494,8 @@ fn a_clip_of_every_kind_of_orbit_leads_to_attitude_earth_and_orbit_with_honest_s
             "{name}: orbit off by {:.1} km (sigma {:.1}) at first, {:.1} km ({:.1}) after 40 s",
             first.0, first.1, last.0, last.1
         );
-        // So short an arc gives the velocity; the place itself stays as unsure as the clouds of one view leave it.
+        // So short an arc gives the velocity; the place itself stays as unsure as the clouds of one view
+        // leave it.
         let speed_sigma = |report: &Report| {
             let orbit = report.orbit.as_ref().expect("the orbit is known");
             orbit.sigma_velocity_km_s.iter().map(|sigma| f64::from(*sigma).powi(2)).sum::<f64>().sqrt()
@@ -716,7 +719,8 @@ fn an_earth_in_a_wrong_place_does_not_lead_the_orbit_astray() {
 
 #[test]
 fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
-    // In a low orbit a star moves by 230 arcsec a second, 230 x 0.2 s between the first row and the middle one.
+    // In a low orbit a star moves by 230 arcsec a second, 230 x 0.2 s between the first row and the middle
+    // one.
     let rms_arcsec = |corrected| {
         let mut world = World::rolling("leo-oblique", 4e-4, corrected);
         let reports = quietly(&mut world, 40);

@@ -1,4 +1,5 @@
-//! Real pictures of the sky: given only a field of view that may be wrong by 2 %, the sky is found, and never a wrong one.
+//! Real pictures of the sky: given only a field of view that may be wrong by 2 %, the sky is found, and never
+//! a wrong one.
 
 use serde_json::Value;
 use system_tests::{data, direction, json_lines, run, separation_arcsec};

@@ -1,4 +1,5 @@
-//! The worked example of star identification, thesis App. A.1.1: six measurements, one of them false, two constellations.
+//! The worked example of star identification, thesis App. A.1.1: six measurements, one of them false, two
+//! constellations.
 
 use catalog_gen::{CatalogueStar, TableParameters, assemble};
 use fsw_core::camera::{Camera, CameraParameters, Distortion, Projection};

@@ -51,7 +51,8 @@ pub(super) struct Turn {
 }
 
 impl Turn {
-    /// By `angle`, rad, of at most [`super::MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ` and its like.
+    /// By `angle`, rad, of at most [`super::MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ`
+    /// and its like.
     pub(super) fn by(angle: Vector3<f32>) -> Self {
         let square = angle.dot(&angle);
         let sine = 1.0

@@ -86,7 +86,8 @@ fn one_attitude_gives_no_rate_and_no_prediction() {
 
 #[test]
 fn at_any_rate_up_to_ten_degrees_a_second_the_filter_is_honest_and_better_than_its_images() {
-    // 100 flights of 300 s. The coloured share is all that should be left: 0.35 of the variance; less than 0.55 is asked.
+    // 100 flights of 300 s. The coloured share is all that should be left: 0.35 of the variance; less than
+    // 0.55 is asked.
     for rate_deg_s in [0.0, 0.004, 0.06, 1.0, 10.0] {
         let (mut normalised, mut relative, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         for seed in 0..100 {
@@ -107,7 +108,8 @@ fn at_any_rate_up_to_ten_degrees_a_second_the_filter_is_honest_and_better_than_i
         std::println!(
             "{rate_deg_s} deg/s: (error / sigma)² {nees:.2}, of an image's variance {share:.2}, rate {rate_nees:.2}"
         );
-        // 300 degrees of freedom: 99.9 % within 0.75 to 1.29 for an exact sigma; this one errs to the safe side.
+        // 300 degrees of freedom: 99.9 % within 0.75 to 1.29 for an exact sigma; this one errs to the safe
+        // side.
         assert!((0.5..1.29).contains(&nees), "{nees}");
         assert!((0.3..1.29).contains(&rate_nees), "{rate_nees}");
         assert!(share < 0.55, "{share}");
@@ -300,7 +302,8 @@ fn star(turning: &mut Turning, direction: Vector3<f32>, sigma_rad: f32) -> Vecto
 
 #[test]
 fn one_star_holds_its_direction_and_a_second_the_roll() {
-    // 100 flights: a minute of whole attitudes, then five of one or two stars 10 degrees apart, at 0.06 deg/s.
+    // 100 flights: a minute of whole attitudes, then five of one or two stars 10 degrees apart, at 0.06
+    // deg/s.
     const STAR_SIGMA: f32 = 3.0 * ARCSEC;
     let places = [Vector3::new(0.05, 0.08, 1.0), Vector3::new(-0.1, -0.03, 1.0)];
     for (count, roll_arcsec) in [(1, 600.0), (2, 30.0)] {

@@ -1,4 +1,5 @@
-//! The filter's measurement update: an attitude or a single star taken in, the process noise adapted, a new beginning.
+//! The filter's measurement update: an attitude or a single star taken in, the process noise adapted, a new
+//! beginning.
 
 use super::blocks::product;
 use super::{
@@ -32,8 +33,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing changes, where the
-    /// filter cannot be propagated there or the star stands where it does not expect it.
+    /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing
+    /// changes, where the filter cannot be propagated there or the star stands where it does not expect it.
     #[inline(never)]
     pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
@@ -74,7 +75,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         };
         // That takes 1 / mrad² for given.
         let inverse = inverse * (MRAD * MRAD);
-        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much greater than R.
+        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much
+        // greater than R.
         let left = product(&white, &inverse);
         let correct = self.correct(innovation, &inverse, &left, 3.0);
         if correct {
@@ -83,8 +85,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         correct
     }
 
-    /// Kalman's correction with the inverse of the innovation's covariance, 1 / mrad², the share of the attitude's row that
-    /// is left, and the innovation's degrees of freedom; `false`, and nothing changes, where the innovation is a surprise.
+    /// Kalman's correction with the inverse of the innovation's covariance, 1 / mrad², the share of the
+    /// attitude's row that is left, and the innovation's degrees of freedom; `false`, and nothing changes,
+    /// where the innovation is a surprise.
     #[inline(never)]
     fn correct(
         &mut self,

@@ -1,8 +1,8 @@
 //! The kinds of views that `campaign earth` draws, and how a run chooses one.
 //!
-//! In: case, seed, run. Out: a scenario of one second with the satellite somewhere about the Earth on some day of the year, its
-//! camera looking at the disc or at a horizon, turned in any way about its line of sight. Drawn anew until the Sun is in neither
-//! path, the phase is the case's and enough of the limb is lit.
+//! In: case, seed, run. Out: a scenario of one second with the satellite somewhere about the Earth on some
+//! day of the year, its camera looking at the disc or at a horizon, turned in any way about its line of
+//! sight. Drawn anew until the Sun is in neither path, the phase is the case's and enough of the limb is lit.
 
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
@@ -88,8 +88,8 @@ pub const CASES: [Case; 13] = [
     Case { name: "LEO, 450 km, wide lens", ..wide(450.0) },
 ];
 
-/// With a lens of a third of the reference's focal length, which takes in 60 deg and more of a low orbit's limb; the light of a pixel
-/// is nine times as much.
+/// With a lens of a third of the reference's focal length, which takes in 60 deg and more of a low orbit's
+/// limb; the light of a pixel is nine times as much.
 const fn wide(height_km: f64) -> Case {
     Case {
         height_km,
@@ -128,7 +128,8 @@ pub fn base() -> Result<Scenario, HostError> {
 fn scenario(base: &Scenario, case: &Case, seed: u64, run: u64, noise: &Noise, draw: u32) -> Scenario {
     let uniform = |slot| noise.uniform(draw, slot);
     let distance_km = RADIUS_KM + case.height_km;
-    // A direction evenly over the sphere, a flight across it in any direction: a circle is as good as an ellipse for one frame.
+    // A direction evenly over the sphere, a flight across it in any direction: a circle is as good as an
+    // ellipse for one frame.
     let [z, right, turn] = [2.0 * uniform(0) - 1.0, TAU * uniform(1), TAU * uniform(2)];
     let to_place = |vector: Vector| {
         let along = apply(&rotation(0, -turn), vector);

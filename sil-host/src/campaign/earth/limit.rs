@@ -1,11 +1,13 @@
 //! How well the best of all methods could know the Earth's centre from one frame.
 //!
-//! In: where the limb can be measured, by azimuth about the centre, and what is known of its heights. Out: the Cramér-Rao bound of the
-//! direction for heights of the Gaussian field that the flight code's covariance stands for (`fsw_core::earth::EarthParameters`): the
-//! sigma of the best linear unbiased estimate, which weighs neighbours by what they share.
+//! In: where the limb can be measured, by azimuth about the centre, and what is known of its heights. Out:
+//! the Cramér-Rao bound of the direction for heights of the Gaussian field that the flight code's covariance
+//! stands for (`fsw_core::earth::EarthParameters`): the sigma of the best linear unbiased estimate, which
+//! weighs neighbours by what they share.
 //!
-//! A limb point at the azimuth `φ` is raised by `-a1 cos φ - a2 sin φ + a3` when the centre turns by `(a1, a2)` and the cone narrows by
-//! `a3`; with these rows `H` and the covariance `C` of the heights the bound is that of `(Hᵀ C⁻¹ H)⁻¹`.
+//! A limb point at the azimuth `φ` is raised by `-a1 cos φ - a2 sin φ + a3` when the centre turns by `(a1,
+//! a2)` and the cone narrows by `a3`; with these rows `H` and the covariance `C` of the heights the bound is
+//! that of `(Hᵀ C⁻¹ H)⁻¹`.
 
 use crate::world::attitude::{Vector, dot};
 use fsw_core::camera::Camera;
@@ -18,7 +20,8 @@ use nalgebra::{DMatrix, Matrix3};
 const STEP: f64 = 0.1;
 const STEPS: u32 = 140;
 
-/// Matérn's correlation of order one, `x K₁(x)` with `K₁(x) = ∫ exp(-x cosh t) cosh t dt`, t from 0 (Abramowitz and Stegun 9.6.24).
+/// Matérn's correlation of order one, `x K₁(x)` with `K₁(x) = ∫ exp(-x cosh t) cosh t dt`, t from 0
+/// (Abramowitz and Stegun 9.6.24).
 fn correlation(x: f64) -> f64 {
     if x < 1e-3 {
         return 1.0;
@@ -59,7 +62,8 @@ impl Limb {
     }
 }
 
-/// The bound of the direction on both axes across it, azimuth counting from the first, deg; none where the limb is too short to say.
+/// The bound of the direction on both axes across it, azimuth counting from the first, deg; none where the
+/// limb is too short to say.
 pub fn direction_deg(limb: &Limb, parameters: &EarthParameters) -> Option<[f64; 2]> {
     let square = |number: f64| number * number;
     let km_per_px = limb.distance_km * limb.rad_per_px;

@@ -2,10 +2,10 @@
 //!
 //! In: runs. Out: a [`Row`] for every case and way, and a [`Noon`] for every way.
 //!
-//! NEES is that of the centre in three dimensions, divided by its three degrees of freedom: one where the covariance is right, less
-//! where it is cautious. Its band holds the mean of so many independent frames with 95 %. The step at noon is what the centre moves
-//! by when the lit side changes: twice the mean error towards the Sun in the geostationary cases up to 100 deg of phase (thesis
-//! fig. 7.16).
+//! NEES is that of the centre in three dimensions, divided by its three degrees of freedom: one where the
+//! covariance is right, less where it is cautious. Its band holds the mean of so many independent frames with
+//! 95 %. The step at noon is what the centre moves by when the lit side changes: twice the mean error towards
+//! the Sun in the geostationary cases up to 100 deg of phase (thesis fig. 7.16).
 
 use super::Run;
 use super::cases::{CASES, Case};
@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 const STEP_GOAL_DEG: f64 = 0.01;
 /// Where the goal lies below what any method could reach, so many times that is asked.
 const OVER_LIMIT: f64 = 1.5;
-/// A row's NEES is too great beyond so many of its sigmas: by chance one of two thousand rows, and some thirty are judged at once.
+/// A row's NEES is too great beyond so many of its sigmas: by chance one of two thousand rows, and some
+/// thirty are judged at once.
 const NEES_SIGMAS: f64 = 3.3;
 /// Phases up to which the geostationary cases count for it, deg.
 const STEP_PHASE_DEG: f64 = 100.0;
@@ -57,18 +58,21 @@ pub struct Row {
     pub nees_band: Option<[f64; 2]>,
     /// Frames with direction and distance within three sigma, %.
     pub within_3_sigma_percent: Option<f64>,
-    /// Root mean square error of the position made with the stars' attitude, of an axis across the line to the centre and along it, km.
+    /// Root mean square error of the position made with the stars' attitude, of an axis across the line to
+    /// the centre and along it, km.
     pub position_rms_km: Option<[f64; 2]>,
     /// Root mean square of its sigma, km.
     pub position_sigma_km: Option<[f64; 2]>,
-    /// Root mean square of the share by which the focal length seems wrong, the orbit's distance known, and of its sigma.
+    /// Root mean square of the share by which the focal length seems wrong, the orbit's distance known, and
+    /// of its sigma.
     pub focal_length: Option<[f64; 2]>,
-    /// Root mean square of the least sigma of the direction that any way could have in these frames, deg ([`limit`](super::limit)).
+    /// Root mean square of the least sigma of the direction that any way could have in these frames, deg
+    /// ([`limit`](super::limit)).
     pub limit_deg: Option<[f64; 2]>,
     /// What is asked of the direction, deg.
     pub goal_deg: Option<f64>,
-    /// Whether that, or one and a half times what is possible at best, is kept, and the covariance not too small; none where nothing
-    /// is asked.
+    /// Whether that, or one and a half times what is possible at best, is kept, and the covariance not too
+    /// small; none where nothing is asked.
     pub kept: Option<bool>,
 }
 

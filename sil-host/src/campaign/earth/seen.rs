@@ -1,10 +1,11 @@
 //! What the ways of looking make of a frame, and how wrong they are.
 //!
-//! In: a frame with its truth. Out: for every [`Way`] a [`Seen`]: the error of the direction to the Earth's centre on two axes
-//! across it, of the distance, their sigmas, and what the covariance says of them.
+//! In: a frame with its truth. Out: for every [`Way`] a [`Seen`]: the error of the direction to the Earth's
+//! centre on two axes across it, of the distance, their sigmas, and what the covariance says of them.
 //!
-//! Axes: x across the line to the centre towards the Sun, y across both. Truth is the vector to the centre, displaced by the
-//! aberration with which the world draws the Earth (the orbit takes it off, not the Earth room).
+//! Axes: x across the line to the centre towards the Sun, y across both. Truth is the vector to the centre,
+//! displaced by the aberration with which the world draws the Earth (the orbit takes it off, not the Earth
+//! room).
 
 use super::cases::{Case, Drawn};
 use super::limit::{self, Limb};
@@ -72,7 +73,8 @@ pub const WAYS: [Way; 7] =
     [Way::Lost, Way::Pole, Way::Sun, Way::Tracked, Way::Exponential, Way::Polynomial, Way::Thesis];
 
 impl Way {
-    /// Whether the goals are those of this way: the flight's, which looks at the Earth when it has an attitude and so knows pole and Sun.
+    /// Whether the goals are those of this way: the flight's, which looks at the Earth when it has an
+    /// attitude and so knows pole and Sun.
     pub fn has_goal(self) -> bool {
         matches!(self, Self::Sun | Self::Tracked)
     }
@@ -110,9 +112,11 @@ pub struct Fix {
     pub arc_deg: Option<f64>,
     /// Root mean square of the points about the limb, px.
     pub rms_px: Option<f64>,
-    /// By what share of itself the focal length seems longer, the distance known from the orbit, and its sigma; when tracking.
+    /// By what share of itself the focal length seems longer, the distance known from the orbit, and its
+    /// sigma; when tracking.
     pub focal_length: Option<[f64; 2]>,
-    /// Error of the position made with a star attitude, an axis across the line to the centre and along it, and its sigmas, km.
+    /// Error of the position made with a star attitude, an axis across the line to the centre and along it,
+    /// and its sigmas, km.
     pub position_km: Option<[f64; 2]>,
     /// Its sigmas, km.
     pub position_sigma_km: Option<[f64; 2]>,
@@ -289,8 +293,8 @@ impl Frame {
         judged
     }
 
-    /// Error and sigma of the position that this centre and the stars' attitude make: an axis across the line to the centre, and along
-    /// it, km.
+    /// Error and sigma of the position that this centre and the stars' attitude make: an axis across the line
+    /// to the centre, and along it, km.
     fn position(&self, fix: &EarthFix) -> Option<([f64; 2], [f64; 2])> {
         let variances = ATTITUDE_ARCSEC.map(|sigma| (ARCSEC_RAD * sigma).powi(2) as f32);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::from(variances));
@@ -328,15 +332,17 @@ impl Frame {
         }
     }
 
-    /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8). Its thresholds are those
-    /// of pictures that fill their scale, so it gets the frame stretched (`stretched`).
+    /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8).
+    /// Its thresholds are those of pictures that fill their scale, so it gets the frame stretched
+    /// (`stretched`).
     fn by_the_thesis(&mut self) -> Result<Result<Fix, Refusal>, DetectorError> {
         let mut points = Points::new();
         let mut picture = stretched(&self.picture).ok_or(DetectorError::BufferLength)?;
         picture.expose(self.exposure_us)?;
         thesis::limb_points(&mut picture, &mut [0; 4096], &mut points)?;
         let at = |vector: Vector| self.camera.project_earth(&direction(vector));
-        // The pole's direction on the detector, where the centre and a place north of it are before the camera.
+        // The pole's direction on the detector, where the centre and a place north of it are before the
+        // camera.
         let north_km = plus(self.centre_km, 0.1 * EQUATOR_KM, self.pole);
         let pole_px = match at(self.centre_km).zip(at(north_km)) {
             Some((centre, north)) => [north[0] - centre[0], north[1] - centre[1]],

@@ -1,12 +1,14 @@
 //! Sea, land, ice and clouds: the albedo of a place.
 //!
-//! In: a place in axes that turn with the Earth, radii; the size of what is asked for. Out: albedo, 0.05 to 0.85, mean about 0.3.
+//! In: a place in axes that turn with the Earth, radii; the size of what is asked for. Out: albedo, 0.05 to
+//! 0.85, mean about 0.3.
 //!
-//! Clouds are a sum of eight octaves of value noise with cells of 2600 to 20 km, of weights that fall by 0.86,
-//! seen through a displacement by noise of larger cells that draws them into bands and whorls; they cover about 60 %, most in
-//! the belt of rising air north of the equator and in the storm tracks, least over the subtropics. The seed makes them; sea and
-//! land (29 %, five octaves from 3600 km), deserts and the ice of the poles are the same for every seed. Nothing of the real map is
-//! meant. Octaves whose cells the asked size does not resolve fade out. Clouds neither move nor change in a run.
+//! Clouds are a sum of eight octaves of value noise with cells of 2600 to 20 km, of weights that fall by
+//! 0.86, seen through a displacement by noise of larger cells that draws them into bands and whorls; they
+//! cover about 60 %, most in the belt of rising air north of the equator and in the storm tracks, least over
+//! the subtropics. The seed makes them; sea and land (29 %, five octaves from 3600 km), deserts and the ice
+//! of the poles are the same for every seed. Nothing of the real map is meant. Octaves whose cells the asked
+//! size does not resolve fade out. Clouds neither move nor change in a run.
 
 use super::lattice::{DEVIATION, Lattice, smooth};
 use crate::world::attitude::{Vector, apply, matrix, uniform};
@@ -120,7 +122,8 @@ fn resolved(size_km: f64, cells: f64) -> f64 {
     (1.5 - size_km * cells * (1.0 / RADIUS_KM)).clamp(0.0, 1.0)
 }
 
-/// What the latitude adds to the clouds, from its sine: rising air at 6 degrees north, dry belts, storm tracks.
+/// What the latitude adds to the clouds, from its sine: rising air at 6 degrees north, dry belts, storm
+/// tracks.
 fn climate(sine: f64) -> f64 {
     let bump = |at: f64, width: f64| smooth(1.0 - (sine - at).abs() / width);
     0.55 * bump(0.11, 0.14) - 0.75 * (bump(0.42, 0.27) + bump(-0.32, 0.29))

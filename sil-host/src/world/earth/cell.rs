@@ -1,9 +1,9 @@
 //! A cell of the Earth's image: what its points know, and what pixels within take from them.
 //!
-//! In: 3 x 3 [`Node`]s of a cell of [`WIDTH`] x [`HEIGHT`] px, the part of it that is drawn. Out: values of its pixels, packed one after
-//! the other whatever the part's shape, so that four go side by side in a column as in a row. Depth is biquadratic, the lowest
-//! point lies on parabolas along the rows, everything else is bilinear between the corners. A pixel's value depends on its place in
-//! the cell only.
+//! In: 3 x 3 [`Node`]s of a cell of [`WIDTH`] x [`HEIGHT`] px, the part of it that is drawn. Out: values of
+//! its pixels, packed one after the other whatever the part's shape, so that four go side by side in a column
+//! as in a row. Depth is biquadratic, the lowest point lies on parabolas along the rows, everything else is
+//! bilinear between the corners. A pixel's value depends on its place in the cell only.
 
 use std::ops::Range;
 
@@ -83,7 +83,8 @@ impl Places {
         self.count.next_multiple_of(GROUP).min(AREA)
     }
 
-    /// Takes those of `columns`, at least one, and `rows`, counted from the cell's upper left corner, row by row.
+    /// Takes those of `columns`, at least one, and `rows`, counted from the cell's upper left corner, row by
+    /// row.
     pub fn fill(&mut self, columns: Range<usize>, rows: Range<usize>) {
         let columns = &COLUMNS[columns];
         self.count = (rows.len() * columns.len()).min(AREA);

@@ -1,9 +1,9 @@
 //! The figure of the Earth, seen from a place.
 //!
-//! In: the equator of date, a position, directions (ICRS). Out: whether a direction is hidden, how much of the limb is lit.
-//! In axes stretched by (1/a, 1/a, 1/b) the WGS84 ellipsoid is a unit sphere; the ray `p + s d` comes closest to its
-//! centre at `s = -p'd' / d'd'`, in the distance `rho`. Its height above the ellipsoid there is `(rho - 1) / |grad rho|`,
-//! right to 0.01 km up to 100 km.
+//! In: the equator of date, a position, directions (ICRS). Out: whether a direction is hidden, how much of
+//! the limb is lit. In axes stretched by (1/a, 1/a, 1/b) the WGS84 ellipsoid is a unit sphere; the ray `p + s
+//! d` comes closest to its centre at `s = -p'd' / d'd'`, in the distance `rho`. Its height above the
+//! ellipsoid there is `(rho - 1) / |grad rho|`, right to 0.01 km up to 100 km.
 
 use super::{EQUATOR_KM, POLE_KM};
 use crate::world::attitude::{Vector, apply, dot};
@@ -39,8 +39,8 @@ impl Ellipsoid {
         &self.equator
     }
 
-    /// Height above the ellipsoid (negative: below) of the point of the ray along `direction` that is nearest to it, and
-    /// the distance to there, both km; `None` when the ray leads away.
+    /// Height above the ellipsoid (negative: below) of the point of the ray along `direction` that is nearest
+    /// to it, and the distance to there, both km; `None` when the ray leads away.
     pub fn height_km(&self, direction: Vector) -> Option<(f64, f64)> {
         let d = to_sphere(apply(&self.equator, direction));
         let way = -dot(self.place, d) / dot(d, d);
@@ -75,8 +75,8 @@ impl Ellipsoid {
         })
     }
 
-    /// Degrees of azimuth about the Earth's centre of limb that the Sun, in direction `sun`, lights from more than 3 deg
-    /// above the horizon, and that lies where `on_detector` says so.
+    /// Degrees of azimuth about the Earth's centre of limb that the Sun, in direction `sun`, lights from more
+    /// than 3 deg above the horizon, and that lies where `on_detector` says so.
     pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
         let lit = |(normal, place): &(Vector, Vector)| {
             dot(*normal, sun) > LIT_SINE && on_detector(minus(*place, self.position))
@@ -85,8 +85,8 @@ impl Ellipsoid {
     }
 }
 
-/// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it gives the
-/// ellipsoid's normal there, not of unit length.
+/// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it gives
+/// the ellipsoid's normal there, not of unit length.
 pub fn to_sphere([x, y, z]: Vector) -> Vector {
     const PER_EQUATOR: f64 = 1.0 / EQUATOR_KM;
     [x * PER_EQUATOR, y * PER_EQUATOR, z * (1.0 / POLE_KM)]
@@ -131,7 +131,8 @@ mod tests {
     #[test]
     fn half_the_limb_is_lit_from_the_side_less_what_the_low_sun_leaves() {
         let seen = Ellipsoid::new(&EQUATOR, [42_164.0, 0.0, 0.0]);
-        // Sun at right angles to the line to the Earth: limb points at azimuth phi have sine cos(rho) cos(phi).
+        // Sun at right angles to the line to the Earth: limb points at azimuth phi have sine cos(rho)
+        // cos(phi).
         let expected =
             2.0 * (LIT_SINE / (1.0 - (EQUATOR_KM / 42_164.0f64).powi(2)).sqrt()).acos().to_degrees();
         assert!((seen.lit_limb_deg([0.0, 1.0, 0.0], |_| true) - expected).abs() < 1.1);

@@ -1,15 +1,17 @@
 //! How high the limb stands: the horizon's height above where the mean profile has it.
 //!
-//! In: a place in axes that turn with the Earth, radii; the Sun's declination. Out: height, km, of mean 0 over the Earth.
+//! In: a place in axes that turn with the Earth, radii; the Sun's declination. Out: height, km, of mean 0
+//! over the Earth.
 //!
-//! Three parts: noise with cells of 2800 km, of deviation `variation`; the clouds' own noise with cells of 650 and 330 km (the limb
-//! sees no less: its light comes from 250 km to either side of the lowest point), of half that deviation, so that high clouds are
-//! bright and lift the limb; and the season, `2.4 (1/3 - s²) + 0.8 s sin(δ) / sin(23.4°)` with the sine `s` of the latitude: the
-//! tropopause stands higher over the tropics and the summer half. The first two change with the seed. Amplitudes are this
-//! project's choice: kilometres, as the stated spread of half-brightness heights in pictures of the limb.
+//! Three parts: noise with cells of 2800 km, of deviation `variation`; the clouds' own noise with cells of
+//! 650 and 330 km (the limb sees no less: its light comes from 250 km to either side of the lowest point), of
+//! half that deviation, so that high clouds are bright and lift the limb; and the season, `2.4 (1/3 - s²) +
+//! 0.8 s sin(δ) / sin(23.4°)` with the sine `s` of the latitude: the tropopause stands higher over the
+//! tropics and the summer half. The first two change with the seed. Amplitudes are this project's choice:
+//! kilometres, as the stated spread of half-brightness heights in pictures of the limb.
 //!
-//! The seed's part is drawn once into a map of 256 x 256 cells of 60 to 140 km ([`super::octahedron`]), and a quadratic
-//! spline runs through its corners.
+//! The seed's part is drawn once into a map of 256 x 256 cells of 60 to 140 km ([`super::octahedron`]), and a
+//! quadratic spline runs through its corners.
 
 use super::albedo::Albedo;
 use super::lattice::{DEVIATION, Lattice};
@@ -75,15 +77,16 @@ impl Horizon {
     }
 }
 
-/// Weights of the corners before, at and after a place `t` from the nearest: the quadratic B-spline, which has no kinks (along three great
-/// circles the octahedron has some).
+/// Weights of the corners before, at and after a place `t` from the nearest: the quadratic B-spline, which
+/// has no kinks (along three great circles the octahedron has some).
 #[inline]
 fn spline(t: f32) -> [f32; 3] {
     let (before, after) = (0.5 - t, 0.5 + t);
     [0.5 * before * before, 0.75 - t * t, 0.5 * after * after]
 }
 
-/// [`folded`], a little beyond the edges as well: a step out of the square leads in again at the opposite point of that edge.
+/// [`folded`], a little beyond the edges as well: a step out of the square leads in again at the opposite
+/// point of that edge.
 fn continued(u: f64, v: f64) -> Vector {
     let inside = |at: f64| if at < 0.0 { -at } else { at.min(2.0 - at) };
     let (a, b) = (inside(u), inside(v));
@@ -119,7 +122,8 @@ mod tests {
             heights.extend(places(500).iter().map(|p| field.height_km(*p, 0.0)));
         }
         let (mean, deviation) = moments(&heights);
-        // Large and cloud part: 1.5 (1 + 1/4)^(1/2). Forty fields of some 70 large cells each: 4 sigma are 6 %.
+        // Large and cloud part: 1.5 (1 + 1/4)^(1/2). Forty fields of some 70 large cells each: 4 sigma are 6
+        // %.
         assert!(mean.abs() < 0.12 && (deviation / 1.677 - 1.0).abs() < 0.06, "{mean} {deviation}");
     }
 

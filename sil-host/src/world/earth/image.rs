@@ -1,29 +1,32 @@
 //! The image of the Earth: mean electrons of the pixels of a window.
 //!
-//! In: the satellite's position and velocity, Sun, the Earth path and its rate, shutter, PSF, seed. Out: light, pixel by pixel; a
-//! pixel's value depends on its place only.
+//! In: the satellite's position and velocity, Sun, the Earth path and its rate, shutter, PSF, seed. Out:
+//! light, pixel by pixel; a pixel's value depends on its place only.
 //!
-//! A pixel's line of sight meets the ellipsoid or passes it at a height ([`super::sight`]). Brightness of a point of the surface:
-//! `albedo · m · (k 2 / (m + μ') + 1 - k)`, a mix of Lommel-Seeliger and Lambert; `m` is the cosine of the Sun's zenith angle with
-//! a smooth foot, `(μ0 + w)² / 4w` between ± w, the twilight; `μ' = sqrt(μ² + 0.1²)` is the cosine of the view with the limb's edge
-//! taken off it. A line that passes shows the brightness of the surface under its lowest point times the profile of
-//! [`super::limb`], which stands as high as [`super::horizon`] says. All falls with `cos³` off the axis.
+//! A pixel's line of sight meets the ellipsoid or passes it at a height ([`super::sight`]). Brightness of a
+//! point of the surface: `albedo · m · (k 2 / (m + μ') + 1 - k)`, a mix of Lommel-Seeliger and Lambert; `m`
+//! is the cosine of the Sun's zenith angle with a smooth foot, `(μ0 + w)² / 4w` between ± w, the twilight;
+//! `μ' = sqrt(μ² + 0.1²)` is the cosine of the view with the limb's edge taken off it. A line that passes
+//! shows the brightness of the surface under its lowest point times the profile of [`super::limb`], which
+//! stands as high as [`super::horizon`] says. All falls with `cos³` off the axis.
 //!
-//! PSF: the profile across the limb is convolved with the Gaussian; the limb is straight over five PSF widths. The surface is taken
-//! where the line meets it whose depth below the limb is the mean over the PSF, and is not blurred otherwise:
-//! [`super::map`] leaves out what a pixel cannot resolve.
+//! PSF: the profile across the limb is convolved with the Gaussian; the limb is straight over five PSF
+//! widths. The surface is taken where the line meets it whose depth below the limb is the mean over the PSF,
+//! and is not blurred otherwise: [`super::map`] leaves out what a pixel cannot resolve.
 //!
-//! Motion: a row collects light over the exposure about its own time. While the limb moves by more than 2 px across itself the
-//! exposure is divided; within a part the blur has the variance of the motion, `(way across the limb)² / 12`, added, and the ground's
-//! motion counts to what a pixel cannot resolve. Terminator and clouds stand still within a part.
+//! Motion: a row collects light over the exposure about its own time. While the limb moves by more than 2 px
+//! across itself the exposure is divided; within a part the blur has the variance of the motion, `(way across
+//! the limb)² / 12`, added, and the ground's motion counts to what a pixel cannot resolve. Terminator and
+//! clouds stand still within a part.
 //!
-//! What is smooth is not computed for every pixel. The detector is divided into cells of 16 x 8 px, whatever the window: depth and
-//! height of the limb are those of the biquadratic through 3 x 3 points of a cell, the lowest points lie on parabolas along its
-//! rows, everything else is bilinear between its corners. This moves the limb by at most 0.006 px in the geostationary orbit
-//! and 0.003 px in low ones, and changes brightness by at most 0.2 % of the greatest (tests). Cells in which no light
-//! falls cost nothing. The night sky is drawn about the limb only; deep in the disc it is 1e-3 electrons an exposure
-//! and left out, as are Moon and towns. Cost: `cargo bench -p sil-host --bench rendering`; filling the maps of a hemisphere
-//! takes 0.3 s, once.
+//! What is smooth is not computed for every pixel. The detector is divided into cells of 16 x 8 px, whatever
+//! the window: depth and height of the limb are those of the biquadratic through 3 x 3 points of a cell, the
+//! lowest points lie on parabolas along its rows, everything else is bilinear between its corners. This moves
+//! the limb by at most 0.006 px in the geostationary orbit and 0.003 px in low ones, and changes brightness
+//! by at most 0.2 % of the greatest (tests). Cells in which no light falls cost nothing. The night sky is
+//! drawn about the limb only; deep in the disc it is 1e-3 electrons an exposure and left out, as are Moon and
+//! towns. Cost: `cargo bench -p sil-host --bench rendering`; filling the maps of a hemisphere takes 0.3 s,
+//! once.
 
 use super::cell::{AREA, Cell, HEIGHT, KM_PER_DEPTH, Lane, Node, Places, SIGMA_KM, WIDTH};
 use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
@@ -50,8 +53,8 @@ const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 const STEP_PX: f64 = 2.0;
 /// Most parts of an exposure.
 const STEPS_MAX: f64 = 512.0;
-/// `q` at which the limb's height begins and ceases to count, from the disc's middle outwards: deep in the disc the lowest point says
-/// nothing of the horizon.
+/// `q` at which the limb's height begins and ceases to count, from the disc's middle outwards: deep in the
+/// disc the lowest point says nothing of the horizon.
 const HORIZON_DEPTH: (f64, f64) = (0.6, 0.2);
 
 /// All that the pixels of an exposure have in common.
@@ -192,7 +195,8 @@ impl EarthImage {
         }
     }
 
-    /// The part of a window into which light may fall: parts of its longer side are looked at from either end.
+    /// The part of a window into which light may fall: parts of its longer side are looked at from either
+    /// end.
     fn lit(&self, window: Window) -> Option<Window> {
         let across = window.width >= window.height;
         let length = if across { window.width } else { window.height };
@@ -216,8 +220,8 @@ impl EarthImage {
         })
     }
 
-    /// Adds the light that falls into `window` in the part of the exposure about `t_s` after its middle, to the pixels of the
-    /// window around it.
+    /// Adds the light that falls into `window` in the part of the exposure about `t_s` after its middle, to
+    /// the pixels of the window around it.
     fn add_part(
         &self,
         window: Window,
@@ -309,7 +313,8 @@ impl EarthImage {
         (values[0], values[1], values[2]) = (x, y, z);
         (values[KM_PER_DEPTH], values[SIGMA_KM]) = (sight.km_per_depth as f32, sigma_km as f32);
         if CORNER {
-            // A pixel's angle, and how far the ground goes by within a part: the box of the motion as a Gaussian of two widths.
+            // A pixel's angle, and how far the ground goes by within a part: the box of the motion as a
+            // Gaussian of two widths.
             let moved_rad = 0.577 * sight.ground_rad_s * self.step_s;
             let spread = (self.per_focal_length * self.per_focal_length + moved_rad * moved_rad).sqrt();
             for (value, exact) in values[BACK..].iter_mut().zip(sight.back) {
@@ -322,7 +327,8 @@ impl EarthImage {
         Node { depth: (sight.depth + lift) as f32, values }
     }
 
-    /// How much higher than in the mean the limb stands under a line of sight, km; 0 where that makes no difference.
+    /// How much higher than in the mean the limb stands under a line of sight, km; 0 where that makes no
+    /// difference.
     fn lift_km(&self, sight: &Sight, sigma_km: f64) -> f64 {
         let (deep, shallow) = HORIZON_DEPTH;
         let counts = smooth((deep - sight.depth) / (deep - shallow));

@@ -11,7 +11,8 @@ use std::sync::OnceLock;
 
 const EQUATOR: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const WHOLE: Window = Window { x: 0, y: 0, width: 1280, height: 1024 };
-/// Name, distance from the centre in km, angle off nadir in deg: the limb near the middle in the low orbits, all round in the high one.
+/// Name, distance from the centre in km, angle off nadir in deg: the limb near the middle in the low orbits,
+/// all round in the high one.
 const ORBITS: [(&str, f64, f64); 3] =
     [("GEO", 42_164.0, 0.0), ("SSO 800 km", 7178.0, 62.7), ("LEO 450 km", 6828.0, 69.1)];
 
@@ -31,7 +32,8 @@ struct Seen {
 }
 
 impl Seen {
-    /// At rest from `radius_km` above (0, 0) of the equator, looking `off_nadir_deg` towards +y of the equatorial axes.
+    /// At rest from `radius_km` above (0, 0) of the equator, looking `off_nadir_deg` towards +y of the
+    /// equatorial axes.
     fn still(radius_km: f64, off_nadir_deg: f64, sun: Vector) -> Self {
         Self {
             radius_km,
@@ -225,8 +227,9 @@ fn cells_keep_the_limb_in_its_place() {
 
 #[test]
 fn the_limb_stands_and_falls_as_the_model_says() {
-    // Brightness over that of an even surface under the same Sun, seen as flat as the limb is: heights at which it is 0.9, 0.5 and 0.1,
-    // along lines across the limb at many azimuths, less what the horizon lifts them. A low orbit's blur adds little to the profile.
+    // Brightness over that of an even surface under the same Sun, seen as flat as the limb is: heights at
+    // which it is 0.9, 0.5 and 0.1, along lines across the limb at many azimuths, less what the horizon lifts
+    // them. A low orbit's blur adds little to the profile.
     for (name, radius, off) in ORBITS {
         let image = Seen { model: even(), ..Seen::still(radius, off, [1.0, 0.3, 0.1]) }.image();
         let pose = image.sights.pose(0.0);
@@ -298,7 +301,8 @@ fn the_limb_stands_and_falls_as_the_model_says() {
 
 #[test]
 fn light_falls_with_the_cube_of_the_cosine() {
-    // The same place of the Earth in the middle of the picture and near its edge, on a sphere without features.
+    // The same place of the Earth in the middle of the picture and near its edge, on a sphere without
+    // features.
     let straight = Seen { model: even(), ..Seen::still(42_164.0, 0.0, [1.0, 0.0, 0.0]) }.image();
     for off_deg in [4.0f64, 8.0] {
         let turned = Seen { model: even(), ..Seen::still(42_164.0, off_deg, [1.0, 0.0, 0.0]) }.image();

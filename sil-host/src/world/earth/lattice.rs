@@ -1,8 +1,9 @@
 //! Value noise: smooth random numbers in space.
 //!
-//! In: a place (radii), cells a radius. Out: a number of mean 0, -0.5 to 0.5, standard deviation about [`DEVIATION`]; or three of them.
-//! Random numbers on a lattice of cubes are blended between its corners by `3 t² - 2 t³` along each axis, which leaves no
-//! corner in the field. The lattice repeats after [`SIDE`] cells; users turn and shift it against the sphere.
+//! In: a place (radii), cells a radius. Out: a number of mean 0, -0.5 to 0.5, standard deviation about
+//! [`DEVIATION`]; or three of them. Random numbers on a lattice of cubes are blended between its corners by
+//! `3 t² - 2 t³` along each axis, which leaves no corner in the field. The lattice repeats after [`SIDE`]
+//! cells; users turn and shift it against the sphere.
 
 use crate::world::attitude::Vector;
 use crate::world::noise::Noise;
@@ -10,7 +11,8 @@ use crate::world::normal::ROUNDER;
 
 /// Corners along a side, after which the lattice repeats; a power of two.
 pub const SIDE: usize = 32;
-/// Standard deviation over all places: that of a corner, 12^-1/2, times `E[w² + (1 - w)²]^(3/2)` with 26/35 for the blend.
+/// Standard deviation over all places: that of a corner, 12^-1/2, times `E[w² + (1 - w)²]^(3/2)` with 26/35
+/// for the blend.
 pub const DEVIATION: f64 = 0.184_8;
 /// Random numbers at the corners; of a length known when compiling, so that no index need be checked.
 #[derive(Debug, Clone)]

@@ -1,21 +1,26 @@
-//! The profile across the limb: how bright a line of sight is that passes the Earth at a height, as the lens blurs it.
+//! The profile across the limb: how bright a line of sight is that passes the Earth at a height, as the lens
+//! blurs it.
 //!
-//! In: height `h` of the line's lowest point above where the limb stands, width `s` of the blur, both km. Out: [`Blurred`]: the share of
-//! the brightness of the surface below, the mean depth of the line below the limb, and the light of the night sky.
+//! In: height `h` of the line's lowest point above where the limb stands, width `s` of the blur, both km.
+//! Out: [`Blurred`]: the share of the brightness of the surface below, the mean depth of the line below the
+//! limb, and the light of the night sky.
 //!
-//! `share(h) = C + (1 - C) b A(h)` above 0, 1 below: clouds hide what is behind them with `C = exp(-h / h_c)`; where they do not,
-//! the air shines `b` times as bright as the surface where it is thick, `A = Σ w_i (1 - exp(-τ_i(h)))`. The optical depth along
-//! the line is that of the lowest point's density and of the way below the top, as in the thesis (eq. 4.1, 4.2),
-//! `τ(h) = τ_0 (2 pi R / H)^(1/2) exp(-h / H) ((top - h) / top)^(1/2)`, for molecules with `H` of the model and for haze with 2 km.
-//! The band 500 to 900 nm is the sum of three wavelengths with the Sun's photons as weights; vertical depths of molecules
-//! 0.0973, 0.0365, 0.0166 at 550, 700 and 850 nm (Bodhaine et al. 1999), of haze 0.1 at 550 nm falling with λ^-1.3.
+//! `share(h) = C + (1 - C) b A(h)` above 0, 1 below: clouds hide what is behind them with `C = exp(-h /
+//! h_c)`; where they do not, the air shines `b` times as bright as the surface where it is thick, `A = Σ w_i
+//! (1 - exp(-τ_i(h)))`. The optical depth along the line is that of the lowest point's density and of the way
+//! below the top, as in the thesis (eq. 4.1, 4.2), `τ(h) = τ_0 (2 pi R / H)^(1/2) exp(-h / H) ((top - h) /
+//! top)^(1/2)`, for molecules with `H` of the model and for haze with 2 km. The band 500 to 900 nm is the sum
+//! of three wavelengths with the Sun's photons as weights; vertical depths of molecules 0.0973, 0.0365,
+//! 0.0166 at 550, 700 and 850 nm (Bodhaine et al. 1999), of haze 0.1 at 550 nm falling with λ^-1.3.
 //!
-//! Night sky: a layer about 90 km, 8 km thick, whose photons in the band number 10 kR looking straight down (OH, O2 and O lines: a
-//! usual night); a line along the limb passes 60 times as much of it. Relative to a white surface under the Sun.
+//! Night sky: a layer about 90 km, 8 km thick, whose photons in the band number 10 kR looking straight down
+//! (OH, O2 and O lines: a usual night); a line along the limb passes 60 times as much of it. Relative to a
+//! white surface under the Sun.
 //!
-//! The blur is a Gaussian. Its convolution with the profile stands in tables, one for each of 64 widths an octave, filled
-//! when first asked for; the nearest width is taken, between heights they are linear. Error: below 2e-3 of the brightness of the
-//! surface, odd about the edge, so that this does not move, and 4e-3 s of the depth.
+//! The blur is a Gaussian. Its convolution with the profile stands in tables, one for each of 64 widths an
+//! octave, filled when first asked for; the nearest width is taken, between heights they are linear. Error:
+//! below 2e-3 of the brightness of the surface, odd about the edge, so that this does not move, and 4e-3 s of
+//! the depth.
 
 use super::EarthModel;
 use std::f64::consts::PI;
@@ -52,8 +57,8 @@ const FINE: u32 = 8;
 pub struct Blurred {
     /// Share of the surface's brightness.
     pub share: f32,
-    /// Mean of the line's depth below the limb, never negative, km. It takes the infinite slope from the edge, where a line's
-    /// first point on the surface runs away.
+    /// Mean of the line's depth below the limb, never negative, km. It takes the infinite slope from the
+    /// edge, where a line's first point on the surface runs away.
     pub depth_km: f32,
     /// Light of the night sky, relative to a white surface with the Sun in the zenith.
     pub glow: f32,
@@ -161,8 +166,8 @@ impl Limb {
         &self.profile
     }
 
-    /// The profile at heights, blurred by `sigmas_km`: takes heights in km, and gives depths, shares and the night sky's light
-    /// ([`Blurred`]).
+    /// The profile at heights, blurred by `sigmas_km`: takes heights in km, and gives depths, shares and the
+    /// night sky's light ([`Blurred`]).
     pub fn read(&self, sigmas_km: &[f32], [heights_km, shares, glows]: [&mut [f32]; 3]) {
         let Some(first) = sigmas_km.first() else { return };
         let mut last = level_of(*first);

@@ -46,14 +46,16 @@ fn the_limb_is_half_bright_at_3_to_6_km_and_20_km_wide() {
 
 #[test]
 fn shorter_waves_stand_higher() {
-    // Light of one wavelength alone: clouds taken away, the height at which half of the thick air's light is left.
+    // Light of one wavelength alone: clouds taken away, the height at which half of the thick air's light is
+    // left.
     let of = |molecules: f64, particles: f64| {
         let slant = |h: f64, scale: f64| (2.0 * PI * RADIUS_KM / scale).sqrt() * (-h / scale).exp();
         height_of(|h| 1.0 - (-(slant(h, 8.0) * molecules + slant(h, 2.0) * particles)).exp(), 0.5)
     };
     let [green, red, infrared] = BANDS.map(|(_, molecules, particles)| of(molecules, particles));
     println!("550 nm {green:.1} km, 700 nm {red:.1} km, 850 nm {infrared:.1} km");
-    // H ln(tau / ln 2) of the molecules alone: 18.4, 10.5 and 4.3 km; haze alone reaches 5 km in the infrared.
+    // H ln(tau / ln 2) of the molecules alone: 18.4, 10.5 and 4.3 km; haze alone reaches 5 km in the
+    // infrared.
     assert!((green - 18.4).abs() < 0.2 && (10.5..11.5).contains(&red) && (5.0..8.0).contains(&infrared));
 }
 
@@ -95,7 +97,8 @@ fn the_night_sky_is_a_bright_line_at_its_layer() {
     let glow = |h: f32| f64::from(limb.at(h, 1.0).glow);
     let brightest = (0..100).max_by(|a, b| glow(*a as f32).total_cmp(&glow(*b as f32))).unwrap();
     assert!((84..=90).contains(&brightest), "{brightest}");
-    // 10 kR under 1.76e21 photons/m²/s that the Sun sends: 1.4e-8 straight down; 2 (2 R 4 km)^(1/2) / 8.8 km, some 50 times that along the limb.
+    // 10 kR under 1.76e21 photons/m²/s that the Sun sends: 1.4e-8 straight down; 2 (2 R 4 km)^(1/2) / 8.8 km,
+    // some 50 times that along the limb.
     let zenith = 1e4 * 7.9577e8 * PI / (500.0 / 2.84e-19);
     let gain = glow(brightest as f32) / zenith;
     println!("gain along the limb {gain:.1} at {brightest} km");

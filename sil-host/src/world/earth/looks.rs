@@ -1,7 +1,8 @@
-//! All that light needs of the Earth and that does not change in a run: the face, the horizon, the limb's profile.
+//! All that light needs of the Earth and that does not change in a run: the face, the horizon, the limb's
+//! profile.
 //!
-//! In: seed, model. Out: [`Looks`], shared. It is a pure function of both; the last few are kept, because maps and tables fill
-//! slowly and every exposure asks for them.
+//! In: seed, model. Out: [`Looks`], shared. It is a pure function of both; the last few are kept, because
+//! maps and tables fill slowly and every exposure asks for them.
 
 use super::EarthModel;
 use super::albedo::Albedo;

@@ -2,9 +2,10 @@
 //!
 //! In: a place in axes that turn with the Earth (any length), the footprint of a pixel in km. Out: albedo.
 //!
-//! A map is a square ([`super::octahedron`]). Level 0 has 4096 cells a side, 4 to 9 km wide; each further level half as many. Between corners a level is bilinear, between levels that fit the footprint it is blended.
-//! Every corner is the albedo of its place at its level, [`super::albedo`]. Tiles are filled when first looked at; what is in
-//! them depends on the face only.
+//! A map is a square ([`super::octahedron`]). Level 0 has 4096 cells a side, 4 to 9 km wide; each further
+//! level half as many. Between corners a level is bilinear, between levels that fit the footprint it is
+//! blended. Every corner is the albedo of its place at its level, [`super::albedo`]. Tiles are filled when
+//! first looked at; what is in them depends on the face only.
 
 use super::albedo::Albedo;
 use super::cell::AREA;
@@ -30,7 +31,8 @@ type Tile = [u16; TILE_CORNERS * TILE_CORNERS];
 
 static EMPTY: Tile = [0; TILE_CORNERS * TILE_CORNERS];
 
-/// Where on the maps places are: tile (level, row, column), first of the four corners in it, and the way from there.
+/// Where on the maps places are: tile (level, row, column), first of the four corners in it, and the way from
+/// there.
 #[derive(Debug, Clone)]
 struct Corners {
     tile: [u32; AREA],
@@ -124,7 +126,8 @@ impl AlbedoMap {
         (bits as f32 * (1.0 / 8_388_608.0)).min((LEVELS - 1) as f32)
     }
 
-    /// The albedo at places `[x, y, z]`, at most [`AREA`] of them: takes levels between 0 and the last, and gives albedos.
+    /// The albedo at places `[x, y, z]`, at most [`AREA`] of them: takes levels between 0 and the last, and
+    /// gives albedos.
     pub fn read(&self, places: [&[f32]; 3], levels: &mut [f32], cell_buffer: &mut MapBuffer) {
         let MapBuffer { at, blended, above, u, v, blend } = cell_buffer;
         let count = levels.len().min(AREA);

@@ -1,7 +1,8 @@
 //! The sphere unfolded as an octahedron onto a square, for maps without poles.
 //!
-//! `(x, y) / (|x| + |y| + |z|)`, the southern half turned out; opposite points of an edge are the same place, so that no seam shows.
-//! In and out: places in axes that turn with the Earth, and (u, v) from 0 to 1 across the square.
+//! `(x, y) / (|x| + |y| + |z|)`, the southern half turned out; opposite points of an edge are the same place,
+//! so that no seam shows. In and out: places in axes that turn with the Earth, and (u, v) from 0 to 1 across
+//! the square.
 
 use crate::world::attitude::Vector;
 use crate::world::vector::unit;

@@ -1,14 +1,15 @@
 //! Lines of sight: where the line of a pixel passes the Earth, at its row's time.
 //!
-//! In: pixel, time from the middle of the exposure. Out: [`Sight`], in axes that turn with the Earth, stretched so that it is a unit
-//! sphere (see [`super::ellipsoid`]).
+//! In: pixel, time from the middle of the exposure. Out: [`Sight`], in axes that turn with the Earth,
+//! stretched so that it is a unit sphere (see [`super::ellipsoid`]).
 //!
-//! The path turns with the rate `ω` in its own axes, so that the line `u = [x', y', 1]` of a pixel points along `exp([ω×] t) u` in the
-//! axes of the middle of the exposure; the satellite moves straight. The Earth's turning within an exposure (0.2 km at the
-//! equator in 0.4 s) is left out. From the line `d = M exp([ω×] t) u - |u| M v/c` (aberration) and the place `p` follow the way to
-//! the lowest point `-p'd / d'd`, that point `P`, and `q = 1 - P'P`, how deep it lies. With `q` go the height
-//! `-q w`, `w` km a unit, and by differentiation the change of height a pixel, `2 w way |[P'M0, P'M1]| / f`, and a second,
-//! `2 w P'(v + way d')`.
+//! The path turns with the rate `ω` in its own axes, so that the line `u = [x', y', 1]` of a pixel points
+//! along `exp([ω×] t) u` in the axes of the middle of the exposure; the satellite moves straight. The Earth's
+//! turning within an exposure (0.2 km at the equator in 0.4 s) is left out. From the line `d = M exp([ω×] t)
+//! u - |u| M v/c` (aberration) and the place `p` follow the way to the lowest point `-p'd / d'd`, that point
+//! `P`, and `q = 1 - P'P`, how deep it lies. With `q` go the height `-q w`, `w` km a unit, and by
+//! differentiation the change of height a pixel, `2 w way |[P'M0, P'M1]| / f`, and a second, `2 w P'(v + way
+//! d')`.
 
 use super::ellipsoid::{Ellipsoid, to_sphere};
 use super::{EQUATOR_KM, EarthModel};
@@ -184,8 +185,8 @@ fn turn(angle: Vector) -> [Vector; 3] {
     transposed(&columns)
 }
 
-/// Greatest motion of the limb across itself while a row collects light, px: for an observer turning with `ω` and moving with
-/// `v`, a direction `n` of a fixed point in the distance `s` goes by `-(ω × n + v / s)`.
+/// Greatest motion of the limb across itself while a row collects light, px: for an observer turning with `ω`
+/// and moving with `v`, a direction `n` of a fixed point in the distance `s` goes by `-(ω × n + v / s)`.
 pub fn limb_motion_px(optics: &Optics, view: &View) -> f64 {
     let (f, tangent) = (optics.focal_length_px(), optics.radius_px() / optics.focal_length_px());
     let cone_cosine = optics.cone_cosine(0.1 * f);

@@ -1,7 +1,7 @@
 //! Sines and cosines of sums of multiples of a few angles, without a sine for each.
 //!
-//! `exp(i k a)` of every multiple k from one sine and cosine by repeated products; the sum of angles is the product of
-//! these. Error: below 1e-15 a term.
+//! `exp(i k a)` of every multiple k from one sine and cosine by repeated products; the sum of angles is the
+//! product of these. Error: below 1e-15 a term.
 
 /// Real and imaginary part, cosine and sine.
 pub(super) type Phase = (f64, f64);

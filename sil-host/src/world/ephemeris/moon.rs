@@ -1,8 +1,9 @@
 //! The Moon's place.
 //!
-//! In: TT, centuries since J2000.0. Out: geometric position from the Earth's centre, km, GCRF axes. Longitude, latitude
-//! and distance by the 60 + 60 terms of Meeus (Astronomical Algorithms, ch. 47; ELP 2000-82 shortened), mean longitude of
-//! Simon et al. (1994) as in SOFA's `moon98`; from the mean ecliptic of date by the precession angles.
+//! In: TT, centuries since J2000.0. Out: geometric position from the Earth's centre, km, GCRF axes.
+//! Longitude, latitude and distance by the 60 + 60 terms of Meeus (Astronomical Algorithms, ch. 47; ELP
+//! 2000-82 shortened), mean longitude of Simon et al. (1994) as in SOFA's `moon98`; from the mean ecliptic of
+//! date by the precession angles.
 
 use super::harmonics::{multiples, phase};
 use super::moon_terms::{LATITUDE, LONGITUDE};

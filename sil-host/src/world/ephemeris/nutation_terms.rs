@@ -1,7 +1,7 @@
 //! Terms of nutation IAU 2000B (McCarthy and Luzum 2003, MHB_2000_SHORT; as in `nut00b` of SOFA/ERFA).
 
-/// Multiples of l, l', F, D and the node; then in 0.1 µas, longitude: sine, sine a century, cosine; obliquity: cosine,
-/// cosine a century, sine.
+/// Multiples of l, l', F, D and the node; then in 0.1 µas, longitude: sine, sine a century, cosine;
+/// obliquity: cosine, cosine a century, sine.
 pub(super) const TERMS: [([i8; 5], [f64; 6]); 77] = [
     ([0, 0, 0, 0, 1], [-172064161.0, -174666.0, 33386.0, 92052331.0, 9086.0, 15377.0]),
     ([0, 0, 2, -2, 2], [-13170906.0, -1675.0, -13696.0, 5730336.0, -3015.0, -4587.0]),

@@ -1,9 +1,10 @@
 //! Where the Earth's pole and equinox are: bias, precession and nutation.
 //!
-//! In: TT, centuries since J2000.0. Out: rotation from GCRF to the true equator and equinox of date, the CIO locator s.
-//! Precession and frame bias IAU 2006 in the four angles of Fukushima and Williams (Hilton et al. 2006), nutation IAU 2000B
-//! (McCarthy and Luzum 2003, 77 terms), s by the largest terms of its series (IERS Conventions 2010, table 5.2d; what is
-//! left out stays below 10 µas to 2060). Nutation 2000B is within 1 mas of 2000A from 1995 to 2050.
+//! In: TT, centuries since J2000.0. Out: rotation from GCRF to the true equator and equinox of date, the CIO
+//! locator s. Precession and frame bias IAU 2006 in the four angles of Fukushima and Williams (Hilton et al.
+//! 2006), nutation IAU 2000B (McCarthy and Luzum 2003, 77 terms), s by the largest terms of its series (IERS
+//! Conventions 2010, table 5.2d; what is left out stays below 10 µas to 2060). Nutation 2000B is within 1 mas
+//! of 2000A from 1995 to 2050.
 
 use super::harmonics::{multiples, phase};
 use super::nutation_terms::TERMS;

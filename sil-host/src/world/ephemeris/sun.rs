@@ -1,7 +1,8 @@
 //! The Earth's way about the Sun and about the centre of mass of the solar system.
 //!
-//! In: TT, centuries since J2000.0 (TDB differs by 2 ms, in which the Earth goes 50 m). Out: au and au a Julian year, GCRF
-//! axes. Sums of `a cos(w t) + b sin(w t)`, see [`super::sun_terms`]; velocities are their derivatives.
+//! In: TT, centuries since J2000.0 (TDB differs by 2 ms, in which the Earth goes 50 m). Out: au and au a
+//! Julian year, GCRF axes. Sums of `a cos(w t) + b sin(w t)`, see [`super::sun_terms`]; velocities are their
+//! derivatives.
 
 use super::sun_terms::{EARTH, EARTH_PER_YEAR, SUN};
 use crate::world::attitude::{Vector, apply};

@@ -1,8 +1,8 @@
 //! Terms of the Earth's way about the Sun, and of the Sun's about the centre of mass.
 //!
-//! From the series of `epv00` (SOFA/ERFA, after Moisson and Bretagnon's VSOP2000, adjusted to DE405), ecliptic axes, au.
-//! Each row: rate (rad a Julian year), then for x, y, z what multiplies cosine and sine of rate times years since
-//! J2000.0. Terms below 1e-7 au (2e-5 au about the centre of mass) are left out.
+//! From the series of `epv00` (SOFA/ERFA, after Moisson and Bretagnon's VSOP2000, adjusted to DE405),
+//! ecliptic axes, au. Each row: rate (rad a Julian year), then for x, y, z what multiplies cosine and sine of
+//! rate times years since J2000.0. Terms below 1e-7 au (2e-5 au about the centre of mass) are left out.
 
 /// The Earth about the Sun.
 pub(super) const EARTH: [[f64; 7]; 118] = [

@@ -1,10 +1,10 @@
 //! Density of the upper air after Harris and Priester.
 //!
-//! In: position and the Sun's direction in axes of the true equator. Out: density, kg/m³. Tables of the least and the
-//! greatest density of a day at mean solar activity, heights in between exponentially; the greatest follows the Sun by
-//! 30 deg and falls off with the sixth power of `cos (psi / 2)`, psi being the angle from there, as published (Montenbruck
-//! and Gill, Satellite Orbits, 3.5.2, table 3.8). Nothing above 1000 km. Solar and magnetic activity, which change the
-//! density several-fold, are left out.
+//! In: position and the Sun's direction in axes of the true equator. Out: density, kg/m³. Tables of the least
+//! and the greatest density of a day at mean solar activity, heights in between exponentially; the greatest
+//! follows the Sun by 30 deg and falls off with the sixth power of `cos (psi / 2)`, psi being the angle from
+//! there, as published (Montenbruck and Gill, Satellite Orbits, 3.5.2, table 3.8). Nothing above 1000 km.
+//! Solar and magnetic activity, which change the density several-fold, are left out.
 //!
 //! Height is counted along the radius, 3 m from the geodetic one at 500 km (5e-5 of the density).
 
@@ -127,7 +127,8 @@ mod tests {
 
     #[test]
     fn densities_are_those_another_program_gives() {
-        // Over the south pole, the Sun 23.1 deg south, heights from 110 to 810 km: the values in the tests of brahe 1.8.
+        // Over the south pole, the Sun 23.1 deg south, heights from 110 to 810 km: the values in the tests of
+        // brahe 1.8.
         let sun = [24_622_331.959_58, -133_060_326.832_922, -57_688_711.921_833];
         for (z, density) in [
             (6_466.752_314, 1.112_89e-7),

@@ -1,7 +1,7 @@
 //! Kepler's elements, and what counts as an orbit about the Earth.
 //!
-//! In: elements (km, degrees), or position and velocity. Out: position and velocity in the axes the angles are counted in,
-//! or why it is no orbit: an ellipse from [`LEAST_RADIUS_KM`] to [`GREATEST_RADIUS_KM`].
+//! In: elements (km, degrees), or position and velocity. Out: position and velocity in the axes the angles
+//! are counted in, or why it is no orbit: an ellipse from [`LEAST_RADIUS_KM`] to [`GREATEST_RADIUS_KM`].
 
 use super::{GREATEST_RADIUS_KM, LEAST_RADIUS_KM, MU_EARTH, OrbitError};
 use crate::world::attitude::Vector;

@@ -1,11 +1,12 @@
 //! What pulls and pushes a satellite.
 //!
 //! In: position and velocity in GCRF (km, km/s), time. Out: acceleration, km/s². The Earth's field in ITRF
-//! ([`super::gravity`]); Sun and Moon as points, `mu (d / d³ - s / s³)`; drag `-rho |v| v Cd A / 2 m` against air that turns
-//! with the Earth ([`super::atmosphere`]); the Sun's light ([`super::radiation`]). Left out: tides of the crust and the
-//! sea, relativity, the Earth's own light, planets; a day of Jason-2 in [`super`] bounds them. What each force moves a low
-//! orbit (450 km, 100 kg, 1 m²) in a day: field beyond J2 4.5 km, beyond degree 4 930 m, beyond 10 350 m, degrees 21 to 36
-//! (beyond the default) 210 m, Sun 39 m, Moon 37 m, drag 9.1 km, sunlight 14 m.
+//! ([`super::gravity`]); Sun and Moon as points, `mu (d / d³ - s / s³)`; drag `-rho |v| v Cd A / 2 m` against
+//! air that turns with the Earth ([`super::atmosphere`]); the Sun's light ([`super::radiation`]). Left out:
+//! tides of the crust and the sea, relativity, the Earth's own light, planets; a day of Jason-2 in [`super`]
+//! bounds them. What each force moves a low orbit (450 km, 100 kg, 1 m²) in a day: field beyond J2 4.5 km,
+//! beyond degree 4 930 m, beyond 10 350 m, degrees 21 to 36 (beyond the default) 210 m, Sun 39 m, Moon 37 m,
+//! drag 9.1 km, sunlight 14 m.
 
 use super::gravity::{Gravity, LARGEST};
 use super::{atmosphere, radiation};

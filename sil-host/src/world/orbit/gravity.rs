@@ -1,10 +1,11 @@
 //! The Earth's field of gravity.
 //!
-//! In: position in ITRF, km. Out: acceleration there, km/s², and the potential, km²/s². Spherical harmonics, fully
-//! normalised, by Cunningham's recursion (1970) as Montenbruck and Gill give it (Satellite Orbits, 3.2.4), each step scaled
-//! by the norms so that no degree over- or underflows. Model: EGM2008 (in `egm2008.txt`), to degree and order [`LARGEST`].
-//! Its coefficients are free of tides; the part of C20 that Sun and Moon raise for ever is added (IERS Conventions
-//! 2010, eq. 6.14). Tides that come and go are left out.
+//! In: position in ITRF, km. Out: acceleration there, km/s², and the potential, km²/s². Spherical harmonics,
+//! fully normalised, by Cunningham's recursion (1970) as Montenbruck and Gill give it (Satellite Orbits,
+//! 3.2.4), each step scaled by the norms so that no degree over- or underflows. Model: EGM2008 (in
+//! `egm2008.txt`), to degree and order [`LARGEST`]. Its coefficients are free of tides; the part of C20 that
+//! Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14). Tides that come and go are left
+//! out.
 
 use crate::world::attitude::{Vector, dot};
 use std::sync::LazyLock;

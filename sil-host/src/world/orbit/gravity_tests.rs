@@ -16,7 +16,8 @@ fn legendre(n: usize, u: f64) -> (f64, f64) {
 
 #[test]
 fn zonals_are_those_of_legendre() {
-    // One zonal at a time: the potential mu / r (R / r)^n C P_n(z / r), its slope along r and along the meridian.
+    // One zonal at a time: the potential mu / r (R / r)^n C P_n(z / r), its slope along r and along the
+    // meridian.
     let r = [3100.0, -4700.0, 4300.0];
     let radius = length(r);
     let u = r[2] / radius;
@@ -59,13 +60,13 @@ fn sectorials_are_those_of_the_equators_ellipse() {
 
 #[test]
 fn the_known_strengths_of_the_earth_are_found() {
-    // J2 = 1.0826359e-3 with the lasting tide (IERS Conventions 2010, table 1.1, from laser ranging; the model's own is
-    // 3.3e-10 less).
+    // J2 = 1.0826359e-3 with the lasting tide (IERS Conventions 2010, table 1.1, from laser ranging; the
+    // model's own is 3.3e-10 less).
     let j2 = -EGM2008[0].c * 5f64.sqrt();
     assert!((j2 - 1.082_635_9e-3).abs() < 4e-10, "{j2}");
     assert_eq!(EGM2008.len(), index(LARGEST + 1, 0) - 3);
-    // Normal gravity at the pole is 9.8322 m/s² and at the equator 9.7803, there with 0.0339 of the turning taken off;
-    // what the field has beyond the ellipsoid is below 0.001.
+    // Normal gravity at the pole is 9.8322 m/s² and at the equator 9.7803, there with 0.0339 of the turning
+    // taken off; what the field has beyond the ellipsoid is below 0.001.
     let field = Gravity::egm2008(20, 20);
     let pole = length(field.acceleration([0.0, 0.0, 6356.752]));
     let equator = length(field.acceleration([6378.137, 0.0, 0.0]));
@@ -88,7 +89,8 @@ proptest! {
                 place[axis] += step;
                 field.potential(place)
             };
-            // Fourth order over 2 km: both its own error and the rounding of 60 km²/s² stay below 1e-13 km/s².
+            // Fourth order over 2 km: both its own error and the rounding of 60 km²/s² stay below 1e-13
+            // km/s².
             (8.0 * (beside(2.0) - beside(-2.0)) - (beside(4.0) - beside(-4.0))) / 24.0
         });
         let apart = length(minus(slope, field.acceleration(r)));

@@ -1,10 +1,11 @@
 //! Steps along the equation of motion.
 //!
-//! In: acceleration as a function of time, position and velocity; a start. Out: [`Node`]s at the steps taken. Method:
-//! Dormand and Prince of order 8 with error estimates of orders 5 and 3 (Hairer, Norsett and Wanner, Solving Ordinary
-//! Differential Equations I, 2nd ed., DOP853). A step is taken when the estimate is below the tolerance in position (km),
-//! and in velocity below that times the angular rate; it never exceeds [`LONGEST_STEP`] of a radian, so that the curve between
-//! nodes keeps the accuracy of the nodes. The steps do not depend on how long the run is.
+//! In: acceleration as a function of time, position and velocity; a start. Out: [`Node`]s at the steps taken.
+//! Method: Dormand and Prince of order 8 with error estimates of orders 5 and 3 (Hairer, Norsett and Wanner,
+//! Solving Ordinary Differential Equations I, 2nd ed., DOP853). A step is taken when the estimate is below
+//! the tolerance in position (km), and in velocity below that times the angular rate; it never exceeds
+//! [`LONGEST_STEP`] of a radian, so that the curve between nodes keeps the accuracy of the nodes. The steps
+//! do not depend on how long the run is.
 
 use crate::world::attitude::Vector;
 use crate::world::vector::{length, plus};

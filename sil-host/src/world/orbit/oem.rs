@@ -1,8 +1,9 @@
 //! Orbit Ephemeris Messages of the CCSDS as key-value text.
 //!
-//! In: text (CCSDS 502.0-B-2 and -3, sec. 5). Out: a list of segments, each with its samples. Read are `REF_FRAME`
-//! (GCRF, ICRF, EME2000, ITRF, TEME), `CENTER_NAME` (EARTH), `TIME_SYSTEM` (UTC, TAI, TT, TDB, GPS), `USEABLE_START_TIME` and
-//! `USEABLE_STOP_TIME` and the lines of time and position; velocities, accelerations and covariances are not used.
+//! In: text (CCSDS 502.0-B-2 and -3, sec. 5). Out: a list of segments, each with its samples. Read are
+//! `REF_FRAME` (GCRF, ICRF, EME2000, ITRF, TEME), `CENTER_NAME` (EARTH), `TIME_SYSTEM` (UTC, TAI, TT, TDB,
+//! GPS), `USEABLE_START_TIME` and `USEABLE_STOP_TIME` and the lines of time and position; velocities,
+//! accelerations and covariances are not used.
 
 use super::track::{Frame, Samples};
 use crate::world::civil_time::{self, Clock};

@@ -1,9 +1,10 @@
 //! Pressure of the Sun's light, and the Earth's shadow.
 //!
-//! In: positions of satellite and Sun from the Earth's centre, km. Out: the share of the Sun's disc that is seen,
-//! acceleration of a ball, km/s². Shadow: umbra, penumbra and, beyond the umbra's tip, the ring, from the overlap of two
-//! discs (Montenbruck and Gill, Satellite Orbits, 3.4.2); the Earth is a ball of its equatorial radius without air, so that
-//! eclipses over the poles begin and end up to 3 s off (21 km of radius at 7.5 km/s). Pressure: 4.56e-6 N/m² at 1 au, along the Sun's light.
+//! In: positions of satellite and Sun from the Earth's centre, km. Out: the share of the Sun's disc that is
+//! seen, acceleration of a ball, km/s². Shadow: umbra, penumbra and, beyond the umbra's tip, the ring, from
+//! the overlap of two discs (Montenbruck and Gill, Satellite Orbits, 3.4.2); the Earth is a ball of its
+//! equatorial radius without air, so that eclipses over the poles begin and end up to 3 s off (21 km of
+//! radius at 7.5 km/s). Pressure: 4.56e-6 N/m² at 1 au, along the Sun's light.
 
 use crate::world::attitude::Vector;
 use crate::world::earth::EQUATOR_KM as EARTH_KM;
@@ -56,16 +57,17 @@ mod tests {
 
     #[test]
     fn light_umbra_and_penumbra_lie_where_similar_triangles_put_them() {
-        // Behind the Earth at x = -d: the cones' radii are R (1 - d / l) and R (1 + d / m), their tips at
-        // l = R AU / (S - R) = 1,384,000 km behind the Earth and m = R AU / (S + R) before it; the cones touch the
-        // globe, so that measured across the axis each is wider by 1 / cos of its half angle (1e-5).
+        // Behind the Earth at x = -d: the cones' radii are R (1 - d / l) and R (1 + d / m), their tips at l =
+        // R AU / (S - R) = 1,384,000 km behind the Earth and m = R AU / (S + R) before it; the cones touch
+        // the globe, so that measured across the axis each is wider by 1 / cos of its half angle (1e-5).
         let d = 42_164.0;
         let umbra = EARTH_KM - d * (SUN_KM - EARTH_KM) / AU_KM;
         let penumbra = EARTH_KM + d * (SUN_KM + EARTH_KM) / AU_KM;
         let at = |y: f64| sunlight([-d, y, 0.0], SUN);
         assert_eq!((at(0.0), at(umbra - 1.0), at(penumbra + 1.0)), (0.0, 0.0, 1.0));
         assert!(at(umbra + 1.0) > 0.0 && at(penumbra - 1.0) < 1.0);
-        // Half way the limb, nearly straight, halves the disc; its curve (0.27 deg on 8.7) hides a little less.
+        // Half way the limb, nearly straight, halves the disc; its curve (0.27 deg on 8.7) hides a little
+        // less.
         let half = at(0.5 * (umbra + penumbra));
         assert!((half - 0.5).abs() < 0.01, "{half}");
         // Monotone between.

@@ -1,8 +1,9 @@
 //! Precise orbits in the format SP3, versions c and d (and a and b, which are parts of it).
 //!
-//! In: text. Out: samples in ITRF. Read are version and frame (line 1), the clock (`%c`), epochs (`*`) and positions (`P`,
-//! km; zeros mark what is missing and are left out). Velocities (`V`) are not: the format has dm/s, but some makers write
-//! m/s. Format: Hilla, "The Extended Standard Product 3 Orbit Format (SP3-d)", 2016.
+//! In: text. Out: samples in ITRF. Read are version and frame (line 1), the clock (`%c`), epochs (`*`) and
+//! positions (`P`, km; zeros mark what is missing and are left out). Velocities (`V`) are not: the format has
+//! dm/s, but some makers write m/s. Format: Hilla, "The Extended Standard Product 3 Orbit Format
+//! (SP3-d)", 2016.
 
 use super::track::{Frame, Samples};
 use crate::world::civil_time::{self, Clock};

@@ -1,9 +1,9 @@
 //! Two-line elements.
 //!
-//! In: the two lines, an instant. Out: position (km) and velocity (km/s) then, GCRF. The elements are mean ones and only SGP4
-//! gives them meaning (crate `sgp4`, after Vallado et al. 2006, with the constants WGS72 and the sidereal time of those who
-//! make the elements); its frame TEME is turned to GCRF. The state is as good as
-//! the elements: about 1 km at their epoch, 1 to 3 km a day away from it.
+//! In: the two lines, an instant. Out: position (km) and velocity (km/s) then, GCRF. The elements are mean
+//! ones and only SGP4 gives them meaning (crate `sgp4`, after Vallado et al. 2006, with the constants WGS72
+//! and the sidereal time of those who make the elements); its frame TEME is turned to GCRF. The state is as
+//! good as the elements: about 1 km at their epoch, 1 to 3 km a day away from it.
 
 use crate::world::attitude::{Vector, apply};
 use crate::world::civil_time::Clock;

@@ -1,12 +1,13 @@
 //! From the samples of an orbit file to a smooth way.
 //!
-//! In: positions at times, in a file's frame, km. Out: nodes every `NODE_S` seconds in GCRF. Each sample is turned to GCRF;
-//! the polynomial through the [`POINTS`] samples nearest to a node (Newton's divided differences, any spacing) gives its
-//! position, velocity and acceleration. Velocities in a file are not used: their units vary from maker to maker.
+//! In: positions at times, in a file's frame, km. Out: nodes every `NODE_S` seconds in GCRF. Each sample is
+//! turned to GCRF; the polynomial through the [`POINTS`] samples nearest to a node (Newton's divided
+//! differences, any spacing) gives its position, velocity and acceleration. Velocities in a file are not
+//! used: their units vary from maker to maker.
 //!
-//! Error, by leaving out every other sample of Jason-2's orbit (then 120 s apart, 1336 km high): 3 mm, near the ends of the
-//! file 17 mm; with samples every 60 s, of a flown orbit of 450 km, 0.05 mm and 0.003 mm/s. Jason-2's velocities come out
-//! within 1.2 mm/s of those in the file.
+//! Error, by leaving out every other sample of Jason-2's orbit (then 120 s apart, 1336 km high): 3 mm, near
+//! the ends of the file 17 mm; with samples every 60 s, of a flown orbit of 450 km, 0.05 mm and 0.003 mm/s.
+//! Jason-2's velocities come out within 1.2 mm/s of those in the file.
 
 use super::integrator::Node;
 use super::{LEAST_RADIUS_KM, LONGEST_S, MARGIN_S, MU_EARTH, OrbitError};
@@ -58,7 +59,8 @@ pub struct Samples {
 /// Nodes from just before `start_us` to just after `seconds` later.
 ///
 /// # Errors
-/// When the run is not within the samples, these are too few or too far apart, or the Earth's orientation is not known.
+/// When the run is not within the samples, these are too few or too far apart, or the Earth's orientation is
+/// not known.
 pub(super) fn nodes(
     samples: &Samples,
     start_us: i64,

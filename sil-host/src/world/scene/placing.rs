@@ -1,7 +1,8 @@
 //! Where the point sources of a scene are imaged in an exposure.
 //!
-//! In: a scene, a cycle, its exposure and truth. Out: images ([`Spot`]) of stars, planets and satellites at the places where they are
-//! at the times of the steps of their smear, and the stars on the detector at mid-exposure.
+//! In: a scene, a cycle, its exposure and truth. Out: images ([`Spot`]) of stars, planets and satellites at
+//! the places where they are at the times of the steps of their smear, and the stars on the detector at
+//! mid-exposure.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
@@ -27,7 +28,8 @@ struct Sight {
 }
 
 impl Scene {
-    /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure. None is seen through the Earth.
+    /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure. None is seen
+    /// through the Earth.
     pub(super) fn place_stars(
         &self,
         cycle: u64,
@@ -103,8 +105,8 @@ impl Scene {
         }
     }
 
-    /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f (1 + tan²),
-    /// turning about it by its distance from the centre. The fastest of three instants counts.
+    /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f
+    /// (1 + tan²), turning about it by its distance from the centre. The fastest of three instants counts.
     fn smear_px(&self, middle_s: f64, time_s: f64) -> f64 {
         let instants = [-0.5, 0.0, 0.5].map(|part| middle_s + part * time_s);
         instants.map(|t_s| self.smear_px_at(t_s, time_s)).into_iter().fold(0.0, f64::max)

@@ -61,7 +61,8 @@ core::arch::global_asm!(
     udiv r1, r2, r3
     movs r0, #3
     bl stage_end
-    // A branch over a 32-bit instruction, and an instruction that its IT skips: 4 instructions, 4 cycles, a refill.
+    // A branch over a 32-bit instruction, and an instruction that its IT skips: 4 instructions, 4 cycles, a
+    // refill.
     b 2f
     movw r0, #1
 2:  cmp r4, #1
