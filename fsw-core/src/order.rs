@@ -1,4 +1,16 @@
-//! Sorting of short lists without a panic path (the library's sorts and insertions have some).
+//! Short lists filled and sorted without a panic path (the library's `extend`, sorts and insertions have
+//! some).
+
+use heapless::Vec;
+
+/// Adds values to a list as long as there is room.
+pub(crate) fn fill<T, const N: usize>(list: &mut Vec<T, N>, values: impl IntoIterator<Item = T>) {
+    for value in values {
+        if list.push(value).is_err() {
+            break;
+        }
+    }
+}
 
 /// Moves the last element of an otherwise ordered list to its place; equal elements keep their order. At most
 /// one swap an element.
@@ -44,6 +56,15 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::vec::Vec;
+
+    #[test]
+    fn a_list_is_filled_to_its_end_and_no_further() {
+        let mut list = heapless::Vec::<_, 4>::new();
+        fill(&mut list, [1, 2]);
+        assert_eq!(list, [1, 2]);
+        fill(&mut list, 3..);
+        assert_eq!(list, [1, 2, 3, 4]);
+    }
 
     proptest! {
         #[test]

@@ -94,9 +94,9 @@ fn long_pair([a0, a1, b0, b1]: &[u8; 4]) -> Pair {
     Pair { first: u16::from_le_bytes([*a0, *a1]), second: u16::from_le_bytes([*b0, *b1]) }
 }
 
-/// Chord in Q2.30, saturating; a chord is at most 2.
-fn chord_q30(chord: f32) -> u32 {
-    (chord * (1u32 << 30) as f32) as u32
+/// A chord or its square in Q2.30, saturating: they are at most 2 and 4, and what is less than 0 gives 0.
+pub fn q30(value: f32) -> u32 {
+    (value * (1u32 << 30) as f32) as u32
 }
 
 impl<'a> Catalogue<'a> {
@@ -174,8 +174,8 @@ impl<'a> Catalogue<'a> {
         if !(low <= high && high >= 0.0) {
             return 0..0;
         }
-        let first_bin = chord_q30(low) >> self.bin_shift;
-        let end_bin = (chord_q30(high) >> self.bin_shift).saturating_add(1);
+        let first_bin = q30(low) >> self.bin_shift;
+        let end_bin = (q30(high) >> self.bin_shift).saturating_add(1);
         first_of(first_bin)..first_of(end_bin)
     }
 

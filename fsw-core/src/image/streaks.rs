@@ -66,7 +66,12 @@ impl Streak {
     }
 }
 
-/// A raw value in scaled counts.
+/// Scaled counts of a raw one, of 14 bits or fewer without loss.
+fn scale(bits: u8) -> f32 {
+    FULL_SCALE as f32 / (1u32 << bits.clamp(1, 16)) as f32
+}
+
+/// A raw value in scaled counts, rounded down.
 fn scaled(raw: u16, bits: u8) -> i32 {
     (i32::from(raw) * FULL_SCALE) >> bits.clamp(1, 16)
 }

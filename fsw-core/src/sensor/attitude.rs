@@ -6,6 +6,7 @@ use super::record::{Solution, StarRecord};
 use super::timekeeping::SECOND_US;
 use crate::attitude::filter::Filter;
 use crate::orbit::constants::LIGHT_KM_S;
+use crate::order::fill;
 use crate::stars::confirm::Confirmed;
 use crate::telemetry::{AttitudeReport, FilteredAttitude};
 use fsw_hal::LocalTime;
@@ -54,11 +55,7 @@ impl Sensor<'_> {
             focal_ratio: Some(confirmed.focal_ratio),
             predicted: false,
         });
-        for found in &confirmed.matches {
-            if stars.matches.push(*found).is_err() {
-                break;
-            }
-        }
+        fill(&mut stars.matches, confirmed.matches.iter().copied());
     }
 
     /// The filter's attitude at this second, `None` where its sigma exceeds `carried_sigma_rad` about an

@@ -2,6 +2,7 @@
 
 use super::Sensor;
 use super::record::{Events, FixRecord};
+use super::timekeeping::SECOND_US;
 use crate::earth::EarthFix;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::orbit::filter::Update;
@@ -35,20 +36,21 @@ impl Sensor<'_> {
             position = position.without_aberration(&state.velocity_km_s);
         }
         let update = self.orbit.update(terrestrial_us, &position, &to_icrs, &self.parameters.orbit);
-        match update {
-            Update::Started => events.note(Event::OrbitStarted),
-            Update::Restarted => events.note(Event::OrbitRestarted),
-            Update::Rejected { .. } => events.note(Event::FixRejected),
-            Update::Begun | Update::Accepted { .. } | Update::Refused(_) => {}
+        let (event, taken, nis, fault) = match update {
+            Update::Begun => (None, true, None, None),
+            Update::Started => (Some(Event::OrbitStarted), true, None, None),
+            Update::Restarted => (Some(Event::OrbitRestarted), true, None, None),
+            Update::Accepted { nis } => (None, true, Some(nis), None),
+            Update::Rejected { nis } => (Some(Event::FixRejected), false, Some(nis), None),
+            Update::Refused(error) => (None, false, None, Some(error.into())),
+        };
+        if let Some(event) = event {
+            events.note(event);
         }
-        if !matches!(update, Update::Rejected { .. } | Update::Refused(_)) {
+        if taken {
             self.fixed_us = terrestrial_us;
         }
-        match update {
-            Update::Accepted { nis } | Update::Rejected { nis } => FixRecord { nis: Some(nis), fault: None },
-            Update::Refused(error) => FixRecord { nis: None, fault: Some(error.into()) },
-            Update::Begun | Update::Started | Update::Restarted => FixRecord::default(),
-        }
+        FixRecord { nis, fault }
     }
 
     /// The orbit as it stands after this second, whose fix had the normalised innovation squared `nis`.
@@ -71,7 +73,7 @@ impl Sensor<'_> {
             limb_height_km: single(self.orbit.limb_height_km()),
             limb_height_sigma_km: single(self.orbit.limb_height_sigma_km()),
             nis,
-            since_fix_s: (since_fix_us / 1_000_000).min(u32::MAX.into()) as u32,
+            since_fix_s: (since_fix_us / SECOND_US).min(u32::MAX.into()) as u32,
             settled,
         })
     }

@@ -6,6 +6,7 @@ use crate::catalog::Catalogue;
 use crate::earth::{EarthFix, LimbPoint, Refusal};
 use crate::image::scan::Detections;
 use crate::modes::{Mode, Seen};
+use crate::order::fill;
 use crate::stars::Measured;
 use crate::stars::confirm::Match;
 use crate::telemetry::{
@@ -217,21 +218,14 @@ impl Record {
             events: self.events.0.clone(),
             rate: stars.rate,
         };
-        for found in &stars.matches {
-            let seen = measured.get(usize::from(found.measured));
-            if let (Some(seen), Some(star)) = (seen, catalogue.star(found.star)) {
-                let recognised =
-                    StarReport { hip: star.hip, centre_px: seen.centre_px, residual_px: found.residual_px };
-                // The report holds as many stars as the record.
-                let _ = report.stars.push(recognised);
-            }
-        }
-        for (index, point) in limb.iter().enumerate() {
-            if earth.fix().is_some_and(|fix| fix.holds(index))
-                && report.limb_px.push(point.centre_px).is_err()
-            {
-                break;
-            }
+        let recognised = |found: &Match| {
+            let (seen, star) = (measured.get(usize::from(found.measured))?, catalogue.star(found.star)?);
+            Some(StarReport { hip: star.hip, centre_px: seen.centre_px, residual_px: found.residual_px })
+        };
+        fill(&mut report.stars, stars.matches.iter().filter_map(recognised));
+        if let Some(fix) = earth.fix() {
+            let inliers = limb.iter().enumerate().filter(|(index, _)| fix.holds(*index));
+            fill(&mut report.limb_px, inliers.map(|(_, point)| point.centre_px));
         }
         report
     }

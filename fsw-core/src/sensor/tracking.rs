@@ -7,6 +7,7 @@ use crate::attitude::filter::Filter;
 use crate::earth::reach;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
+use crate::order::fill;
 use crate::plan::{self, MAX_STAR_WINDOWS};
 use crate::stars::confirm::{Confirmed, confirm_among, expected_stars};
 use crate::stars::predict::{MAX_FIELD_STARS, Predicted, field_stars};
@@ -157,9 +158,7 @@ impl Sensor<'_> {
         self.motion = Some(motion);
         stars.solution = self.propagated(false);
         stars.solution?;
-        for (found, _) in &few {
-            let _ = stars.matches.push(*found);
-        }
+        fill(&mut stars.matches, few.iter().map(|(found, _)| *found));
         Some(Outcome::Tracked)
     }
 }

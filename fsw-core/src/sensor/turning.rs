@@ -13,6 +13,7 @@ use super::Sensor;
 use super::record::StarRecord;
 use crate::attitude::filter::seconds;
 use crate::image::streaks::Streak;
+use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
 use crate::rate::marks::{Field, MAX_MARKS, Mark};
 use crate::rate::sense::{Estimate, Memory};
@@ -86,17 +87,6 @@ impl Next {
     }
 }
 
-/// The first of some values: `collect` has a panic path where there is no room.
-fn as_many_as_fit<T, const N: usize>(values: impl Iterator<Item = T>) -> Vec<T, N> {
-    let mut list = Vec::new();
-    for value in values {
-        if list.push(value).is_err() {
-            break;
-        }
-    }
-    list
-}
-
 impl Turning {
     /// Forgets all, as when an attitude is known.
     pub(super) fn forget(&mut self) {
@@ -106,8 +96,8 @@ impl Turning {
     /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all
     /// for the next.
     fn leave_moving(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) {
-        let middles_px = as_many_as_fit(streaks.iter().map(Streak::middle_px));
-        let before = core::mem::replace(&mut self.middles_px, middles_px);
+        let before = core::mem::take(&mut self.middles_px);
+        fill(&mut self.middles_px, streaks.iter().map(Streak::middle_px));
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
@@ -251,7 +241,8 @@ impl Sensor<'_> {
             sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
             late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
         };
-        let marks: Vec<Mark, MAX_MARKS> = as_many_as_fit(self.workspace.measured.iter().map(mark));
+        let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
+        fill(&mut marks, self.workspace.measured.iter().map(mark));
         let elapsed_s = self.turning.elapsed_s(self.now);
         let found = self.turning.memory.take_stars(marks, elapsed_s);
         self.turning.middles_px.clear();

@@ -6,6 +6,7 @@ use crate::earth::centre;
 use crate::earth::search::Points;
 use crate::image::DetectionMethod;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
+use crate::order::fill;
 use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, Measured};
 use fsw_hal::{Detector, DetectorError, Window};
@@ -126,11 +127,7 @@ impl Workspace {
                 _ => Some(star),
             }
         });
-        for star in measured {
-            if self.measured.push(star).is_err() {
-                break;
-            }
-        }
+        fill(&mut self.measured, measured);
     }
 
     /// Reads the windows of the present image and finds their stars; how many of them are too bright to show

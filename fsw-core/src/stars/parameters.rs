@@ -3,7 +3,7 @@
 use super::Measured;
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
-use crate::catalog::lookup::{COARSE_CHORD_ERROR, MOST_ABERRATION};
+use crate::catalog::lookup::{COARSE_CHORD_ERROR, MOST_ABERRATION, q30};
 use crate::parameters::table::parameter_group;
 
 /// Tolerances tried one after the other.
@@ -63,9 +63,8 @@ impl Side {
 
     pub fn new(chord: f32, tolerance: f32) -> Self {
         let reach = tolerance + COARSE_CHORD_ERROR + MOST_ABERRATION * chord;
-        let square = |chord: f32| (chord * chord * (1u32 << 30) as f32) as u32;
-        let low = chord - reach;
-        Self { chord, tolerance, coarse: [if low > 0.0 { square(low) } else { 0 }, square(chord + reach)] }
+        let (low, high) = (chord - reach, chord + reach);
+        Self { chord, tolerance, coarse: [if low > 0.0 { q30(low * low) } else { 0 }, q30(high * high)] }
     }
 
     pub fn low(&self) -> f32 {

@@ -8,7 +8,7 @@
 //! whose light stands best above half its own mean (the likeliest box in white noise); the drift of the light
 //! across the line corrects the line.
 
-use super::scaled;
+use super::{scale, scaled};
 use crate::image::scan::TILE_PIXELS;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 
@@ -243,7 +243,7 @@ pub(super) fn sample<'b>(
         .ok_or(DetectorError::BufferLength)?;
     // Never below the noise of quantisation.
     let least = 0.3 * scaled(1, geometry.bits).max(1) as f32;
-    let scale = crate::image::FULL_SCALE as f32 / (1u32 << geometry.bits.clamp(1, 16)) as f32;
+    let scale = scale(geometry.bits);
     let (mut sigmas, mut chunks) = (0.0, 0.0);
     let mut first = -(half as f32);
     for (light, drift) in light.chunks_mut(CHUNK).zip(drift.chunks_mut(CHUNK)) {

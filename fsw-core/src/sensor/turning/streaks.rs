@@ -3,10 +3,10 @@
 //! In: an exposed image, what is remembered of the last one. Out: its streaks, also those that are sought
 //! only where the last image and the rate predict them.
 
-use super::as_many_as_fit;
 use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
+use crate::order::fill;
 use crate::rate::arcs::MAX_ARCS;
 use crate::rate::marks::{MAX_MARKS, Mark, carried};
 use crate::sensor::Sensor;
@@ -50,9 +50,10 @@ impl Sensor<'_> {
     /// others.
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
+        let mut pieces = Vec::new();
         let memory = &self.turning.memory;
         let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
-            return Vec::new();
+            return pieces;
         };
         let half_s = 0.5e-6 * exposure_us as f32;
         let row_time_s = self.row_time_s();
@@ -66,7 +67,8 @@ impl Sensor<'_> {
             let piece = Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0 };
             self.camera.contains(piece.at_px, 0.0).then_some(piece)
         };
-        as_many_as_fit(memory.marks.iter().filter_map(piece))
+        fill(&mut pieces, memory.marks.iter().filter_map(piece));
+        pieces
     }
 
     /// Where a direction of the star path falls, px.
