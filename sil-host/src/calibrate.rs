@@ -17,6 +17,7 @@ use crate::cli::CalibrateArguments;
 use crate::error::{Faults, HostError};
 use crate::flight::{self, Density};
 use crate::lost_in_space::FocalLength;
+use crate::output::write_whole;
 use crate::picture::Picture;
 use crate::solve::{PictureSolver, check_size, reason_words};
 use crate::world::attitude::{Vector, matrix};
@@ -190,13 +191,9 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
         fit.views.iter().map(|view| view.stars.len()).sum::<usize>(),
         fit.rms_px()
     );
-    let write = |path: &Path, text: String| {
-        std::fs::write(path, text)
-            .map_err(|error| HostError::system(path, "written", &error, "check the folder"))
-    };
-    write(&arguments.out, head + &fit.camera.to_toml())?;
+    write_whole(&arguments.out, (head + &fit.camera.to_toml()).as_bytes())?;
     let drawing = arguments.out.with_extension("svg");
-    write(&drawing, plot::svg(&calibration))?;
+    write_whole(&drawing, plot::svg(&calibration).as_bytes())?;
     say!("{}", table(&calibration).trim_end());
     say!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.faults.status())

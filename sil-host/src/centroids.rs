@@ -216,8 +216,7 @@ pub fn corrections(arguments: &CorrectionsArguments) -> Result<ExitCode, HostErr
     let scenario = scenario(arguments.scenario.as_deref())?;
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &scenario.detector)?;
     let bytes = crate::calibration::build(&lens, crate::calibration::Grid::REFERENCE)?;
-    std::fs::write(&arguments.out, &bytes)
-        .map_err(|error| HostError::system(&arguments.out, "written", &error, "check the folder"))?;
+    crate::output::write_whole(&arguments.out, &bytes)?;
     say!("{}: {} bytes", arguments.out.display(), bytes.len());
     Ok(ExitCode::SUCCESS)
 }

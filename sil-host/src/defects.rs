@@ -195,8 +195,7 @@ pub fn run(arguments: &DefectsArguments) -> Result<ExitCode, HostError> {
     };
     let survey = survey::survey(&frames, geometry).ok_or_else(no_dark)?;
     let (bytes, beyond_mending) = file(geometry, &survey).ok_or_else(no_dark)?;
-    std::fs::write(&arguments.out, &bytes)
-        .map_err(|error| HostError::system(&arguments.out, "written", &error, "check the folder"))?;
+    crate::output::write_whole(&arguments.out, &bytes)?;
     let count = |kind| survey.bad.iter().filter(|(_, is)| *is == kind).count();
     let answer = DefectsAnswer {
         file: arguments.out.display().to_string(),

@@ -17,6 +17,7 @@
 //! | [`camera_file`] | camera files (TOML) |
 //! | [`frames_file`] | frames recorded for the emulated target, and their replay |
 //! | [`world`] | truth, apart from the flight code: sky, optics, noise, frames |
+//! | [`output`] | files that are whole or marked as partial |
 //! | [`error`] | what a user reads when something is wrong |
 //!
 //! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x
@@ -25,12 +26,9 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::print_stdout))]
 
-/// A line on stdout. A reader that closed the pipe has what it wanted: not a fault.
+/// A line on stdout.
 macro_rules! say {
-    ($($words:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($words)*);
-    }};
+    ($($words:tt)*) => { $crate::output::say(format_args!($($words)*)) };
 }
 
 pub mod attitude;
@@ -53,6 +51,7 @@ pub mod identify;
 pub mod json;
 pub mod judge;
 pub mod lost_in_space;
+pub mod output;
 pub mod parameters;
 pub mod picture;
 pub mod record;

@@ -4,14 +4,14 @@
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
 use sil_host::{
-    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, parameters, record, render,
-    run, solve,
+    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, output, parameters, record,
+    render, run, solve,
 };
-use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    obey().unwrap_or_else(|error| {
+    let status = obey().and_then(|status| output::lost().map(|()| status));
+    status.unwrap_or_else(|error| {
         eprintln!("{error}");
         ExitCode::from(EXIT_BAD_INPUT)
     })
@@ -21,8 +21,7 @@ fn main() -> ExitCode {
 fn obey() -> Result<ExitCode, HostError> {
     match cli::parse(std::env::args_os())? {
         Request::Print(text) => {
-            // A reader that closed the pipe has what it wanted: not a fault.
-            let _ = std::io::stdout().write_all(text.as_bytes());
+            output::print(format_args!("{text}"), "");
             Ok(ExitCode::SUCCESS)
         }
         Request::Run(command_line) => match command_line.command {

@@ -18,6 +18,7 @@ use crate::error::HostError;
 use crate::flight;
 use crate::frames_file::{FramesWriter, Recording};
 use crate::judge::expected::word;
+use crate::output::write_whole;
 use crate::picture::Picture;
 use crate::run::status::status_word;
 use crate::solve::{PictureSolver, camera_for, reason_words};
@@ -55,12 +56,6 @@ impl RecordingFiles {
             telemetry: file("telemetry.bin"),
         }
     }
-}
-
-/// Writes a file whole.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
-    std::fs::write(path, bytes)
-        .map_err(|error| HostError::system(path, "written", &error, "check the folder"))
 }
 
 /// Flies recorded frames on the host and gives its reports.
@@ -106,14 +101,14 @@ pub fn record(
     draw(&mut writer)?;
     writer.finish()?;
     let mut table = [0; MAX_TABLE_BYTES];
-    write(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
+    write_whole(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
     let reports = fly(&files.frames, parameters)?;
     let mut stream = Vec::new();
     let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
     for report in &reports {
         stream.extend_from_slice(telemetry::encode_next(report, &mut buffer).map_err(encoding_fault)?);
     }
-    write(&files.telemetry, &stream)?;
+    write_whole(&files.telemetry, &stream)?;
     Ok((files, reports))
 }
 

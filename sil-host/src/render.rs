@@ -103,8 +103,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode, HostError> {
             Kind::Fits => Ok(fits(&pixels, geometry)),
         })
         .map_err(|error| HostError::usage(format!("the frame cannot be made: {error}"), "report this"))?;
-    std::fs::write(&arguments.out, file)
-        .map_err(|error| HostError::system(&arguments.out, "written", &error, "check the folder"))?;
+    crate::output::write_whole(&arguments.out, &file)?;
     say!(
         "{}: second {} of {}, {} x {} px, raw values up to {}",
         arguments.out.display(),

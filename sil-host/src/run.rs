@@ -10,8 +10,10 @@
 //! | `telemetry.bin` | the sensor's telemetry, a stream ([`fsw_core::telemetry`]) |
 //! | `report.html` | plots and frames, self-contained |
 //!
-//! Memory does not grow with the run. The same scenario and seed give the same bytes in every file. Ends with
-//! status 1 when a limit was missed.
+//! The folder belongs to the run: what an earlier one left under these names is removed first, a second run at the
+//! same time is refused, and a file under way is marked as partial ([`crate::output`]). Memory grows by 400 bytes a
+//! second of the run. The same scenario and seed give the same bytes in every file. Ends with status 1 when a limit was
+//! missed.
 
 pub mod csv;
 pub mod events;
@@ -24,6 +26,7 @@ use crate::cli::RunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::json;
 use crate::judge::{Figures, Judge, Verdict};
+use crate::output::{Folder, PartialFile, write_whole};
 use crate::report::{Recorder, figures_table, page};
 use crate::scenario::Scenario;
 use crate::world::scene::{Scene, VisibleStar};
@@ -32,9 +35,8 @@ use fsw_core::telemetry;
 use harness::Second;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use std::fs::File;
-use std::io::{BufWriter, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::io::IsTerminal;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -61,39 +63,39 @@ pub struct Summary {
     pub figures: Figures,
 }
 
-/// The stream of telemetry.
+/// The files of a run.
+const FILES: [&str; 4] = ["cycles.csv", "telemetry.bin", "summary.json", "report.html"];
+
+/// The stream of telemetry; whole frames only are handed to the system.
 struct TelemetryFile {
-    path: PathBuf,
-    file: BufWriter<File>,
+    file: PartialFile,
+    kept_back: Vec<u8>,
     buffer: Vec<u8>,
 }
 
 impl TelemetryFile {
     fn create(path: &Path) -> Result<Self, HostError> {
-        let file = File::create(path)
-            .map_err(|error| HostError::system(path, "written", &error, "give another folder by --out"))?;
-        Ok(Self {
-            path: path.to_path_buf(),
-            file: BufWriter::new(file),
-            buffer: vec![0; telemetry::MAX_FRAME_BYTES + 2],
-        })
-    }
-
-    fn written(&self, result: std::io::Result<()>) -> Result<(), HostError> {
-        result.map_err(|error| HostError::system(&self.path, "written", &error, "free some space"))
+        let buffer = vec![0; telemetry::MAX_FRAME_BYTES + 2];
+        Ok(Self { file: PartialFile::create(path)?, kept_back: Vec::new(), buffer })
     }
 
     fn add(&mut self, report: &telemetry::Report) -> Result<(), HostError> {
         let frame = telemetry::encode_next(report, &mut self.buffer).map_err(|error| {
             HostError::usage(format!("a frame cannot be made ({error:?})"), "report this")
         })?;
-        let result = self.file.write_all(frame);
-        self.written(result)
+        self.kept_back.extend_from_slice(frame);
+        Ok(())
     }
 
     fn flush(&mut self) -> Result<(), HostError> {
-        let result = self.file.flush();
-        self.written(result)
+        self.file.write(&self.kept_back)?;
+        self.kept_back.clear();
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(), HostError> {
+        self.flush()?;
+        self.file.finish()
     }
 }
 
@@ -120,11 +122,11 @@ fn progress(scenario: &Scenario, json: bool) -> ProgressBar {
 /// # Errors
 /// When the scenario cannot be flown or a file cannot be written.
 pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summary, HostError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| HostError::system(folder, "made", &error, "give another folder by --out"))?;
     let mut scene = scenario.scene()?;
-    let mut cycles = CyclesFile::create(&folder.join("cycles.csv"))?;
-    let mut frames = TelemetryFile::create(&folder.join("telemetry.bin"))?;
+    let folder = Folder::claim(folder, &FILES)?;
+    let [cycles, frames, summary_file, report_file] = FILES.map(|name| folder.file(name));
+    let mut cycles = CyclesFile::create(&cycles)?;
+    let mut frames = TelemetryFile::create(&frames)?;
     let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
     let mut recorder = Recorder::new(scenario.duration_s);
     let bar = progress(scenario, json);
@@ -143,8 +145,8 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
         }
         Ok(())
     })?;
-    cycles.flush()?;
-    frames.flush()?;
+    cycles.finish()?;
+    frames.finish()?;
     bar.finish_and_clear();
     let figures = judge.finish();
     let limits = Verdict::all(&scenario.limits, &figures);
@@ -159,14 +161,9 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     };
     let text = serde_json::to_string_pretty(&summary)
         .map_err(|error| HostError::usage(format!("the summary cannot be made: {error}"), "report this"))?;
-    write(&folder.join("summary.json"), format!("{text}\n").as_bytes())?;
-    write(&folder.join("report.html"), html.as_bytes())?;
+    write_whole(&report_file, html.as_bytes())?;
+    write_whole(&summary_file, format!("{text}\n").as_bytes())?;
     Ok(summary)
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
-    std::fs::write(path, bytes)
-        .map_err(|error| HostError::system(path, "written", &error, "check the folder"))
 }
 
 /// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that

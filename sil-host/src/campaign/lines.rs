@@ -1,6 +1,7 @@
 //! The file that remembers what a campaign has done: one JSON object a line.
 //!
-//! A campaign that was stopped goes on behind what the file holds; a last line that was cut off is left out.
+//! A campaign that was stopped goes on behind what the file holds; a last line that was cut off is left out. Two
+//! campaigns at a time on one file are refused.
 
 use crate::error::HostError;
 use serde::Serialize;
@@ -25,7 +26,9 @@ impl LinesFile {
         let Some(path) = path else { return Ok((Self { open: None }, Vec::new())) };
         let system =
             |error: std::io::Error| HostError::system(path, "used", &error, "give another file by --out");
-        let text = if path.exists() { std::fs::read_to_string(path).map_err(system)? } else { String::new() };
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(system)?;
+        crate::output::held(path, &file, "file")?;
+        let text = std::fs::read_to_string(path).map_err(system)?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let line = |(number, line): (usize, &str)| {
             serde_json::from_str(line).map_err(|_| {
@@ -34,7 +37,6 @@ impl LinesFile {
             })
         };
         let held = text[..whole].lines().enumerate().map(line).collect::<Result<_, _>>()?;
-        let file = OpenOptions::new().create(true).append(true).open(path).map_err(system)?;
         // What was cut off when the campaign was stopped.
         file.set_len(whole as u64).map_err(system)?;
         Ok((Self { open: Some((path.to_path_buf(), Mutex::new(file))) }, held))

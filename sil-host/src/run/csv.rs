@@ -10,15 +10,14 @@ use crate::error::HostError;
 use crate::judge::arcsec;
 use crate::judge::expected::{mode_of, word};
 use crate::judge::second::Axes;
+use crate::output::PartialFile;
 use crate::run::faults;
 use crate::run::harness::Second;
 use crate::run::status::{activity_word, fault_words, status_word};
 use crate::world::scene::SensorState;
 use fsw_core::telemetry::{EarthStatus, RateSource};
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Most lines kept back.
@@ -183,8 +182,7 @@ fn attitude(row: &mut Row<'_>, attitude: Option<Axes>) {
 /// The file under way.
 #[derive(Debug)]
 pub struct CyclesFile {
-    path: PathBuf,
-    file: File,
+    file: PartialFile,
     text: String,
     lines: u32,
     written: Instant,
@@ -196,12 +194,8 @@ impl CyclesFile {
     /// # Errors
     /// When the system refuses.
     pub fn create(path: &Path) -> Result<Self, HostError> {
-        let file = File::create(path)
-            .map_err(|error| HostError::system(path, "written", &error, "give another folder by --out"))?;
-        let mut cycles =
-            Self { path: path.to_path_buf(), file, text: String::new(), lines: 0, written: Instant::now() };
-        cycles.text.push_str(HEADER);
-        cycles.text.push('\n');
+        let (file, text) = (PartialFile::create(path)?, format!("{HEADER}\n"));
+        let mut cycles = Self { file, text, lines: 0, written: Instant::now() };
         cycles.flush()?;
         Ok(cycles)
     }
@@ -220,17 +214,20 @@ impl CyclesFile {
         Ok(due)
     }
 
-    /// Hands all lines to the system.
-    ///
-    /// # Errors
-    /// When the system refuses.
-    pub fn flush(&mut self) -> Result<(), HostError> {
-        self.file
-            .write_all(self.text.as_bytes())
-            .map_err(|error| HostError::system(&self.path, "written", &error, "free some space"))?;
+    fn flush(&mut self) -> Result<(), HostError> {
+        self.file.write(self.text.as_bytes())?;
         self.text.clear();
         self.lines = 0;
         self.written = Instant::now();
         Ok(())
+    }
+
+    /// Hands over what is left and gives the file its name.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn finish(mut self) -> Result<(), HostError> {
+        self.flush()?;
+        self.file.finish()
     }
 }
