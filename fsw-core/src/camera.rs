@@ -200,7 +200,7 @@ impl Camera {
     /// The star path's direction that falls on a pixel position; `None` when it is not finite, or that
     /// direction would be more than 87 deg off the line of sight.
     pub fn direction(&self, at_px: [f32; 2]) -> Option<Direction<StarPath>> {
-        self.ray(at_px).map(|ray| self.turned_over(ray)).and_then(Direction::new)
+        self.ray(at_px).map(|ray| self.mirrored_x(ray)).and_then(Direction::new)
     }
 
     /// The Earth path's direction that falls on a pixel position; `None` as for [`Camera::direction`].
@@ -211,7 +211,7 @@ impl Camera {
     /// Where a direction of the star path falls, px (perhaps outside the detector); `None` behind the camera
     /// and more than 87 deg off its line of sight.
     pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
-        self.image(self.turned_over(*direction.vector()))
+        self.image(self.mirrored_x(*direction.vector()))
     }
 
     /// Where a direction of the Earth path falls, px; otherwise as [`Camera::project`].
@@ -221,7 +221,7 @@ impl Camera {
 
     /// Where on the detector, `margin_px` inside its edge, a direction of the Earth path falls; `None` where
     /// it does not.
-    pub fn sees_earth(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
+    pub fn project_earth_inside(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
         // A distortion's polynomial may fold directions far outside the field back into it.
         if direction.vector().z < self.corner_forward - CORNER_ROUNDING {
             return None;
@@ -230,7 +230,7 @@ impl Camera {
     }
 
     /// A vector of the star path in detector axes, or back: a mirror changes the sign of x.
-    fn turned_over(&self, vector: Vector3<f32>) -> Vector3<f32> {
+    fn mirrored_x(&self, vector: Vector3<f32>) -> Vector3<f32> {
         if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }
     }
 

@@ -13,25 +13,25 @@
 //!
 //! [`view`] tells where the limb must stand, [`reach`] how long a strip across it must be, [`limb`] finds it
 //! in strips, [`search`] without prediction; [`consensus`] says which points belong to one body, [`centre`]
-//! fits it, `horizon` adds the covariance of heights that neighbouring points share, and [`look`] takes these
+//! fits it, `shared_heights` adds the covariance of heights that neighbouring points share, and [`limb_sensor`] takes these
 //! steps one after the other. [`comparison`] holds what does not fly.
 
 pub mod centre;
 pub mod comparison;
 pub mod consensus;
-mod horizon;
 pub mod limb;
-pub mod look;
+mod limb_model;
+pub mod limb_sensor;
 pub mod parameters;
 mod plane;
 mod rays;
 pub mod reach;
 pub mod search;
 mod shape;
+mod shared_heights;
 #[cfg(test)]
 mod test_world;
 pub mod view;
-mod zone;
 
 pub use parameters::{EarthParameters, Ellipsoid};
 pub use shape::Body;
@@ -46,7 +46,7 @@ pub const MAX_SEARCH_POINTS: usize = 128;
 
 /// Why no centre was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Refusal {
+pub enum FitError {
     /// Fewer limb points than make a fit.
     TooFewPoints,
     /// The points do not agree on one body.
@@ -55,7 +55,7 @@ pub enum Refusal {
     ShortArc,
     /// The points do not fix a centre, or fix an impossible one.
     Degenerate,
-    /// The centre is known worse than the parameters demand.
+    /// The centre is known worse than the parameters criteria.
     Uncertain,
 }
 
@@ -76,7 +76,7 @@ pub struct EarthFix {
     /// From the camera to the Earth's centre, Earth path's frame, km.
     pub centre_km: Vector3<f32>,
     /// The centre about which the fit was linear, km: `centre_km` itself, or near where it was expected.
-    pub place_km: Vector3<f32>,
+    pub linearisation_km: Vector3<f32>,
     /// Covariance of `centre_km`, km², what is not known of the limb's height included.
     pub covariance_km2: Matrix3<f32>,
     /// The part of it that is new with every picture, km²: the points' own errors. The other is shared by
@@ -92,7 +92,7 @@ pub struct EarthFix {
 
 impl EarthFix {
     /// Whether the point of this number is an inlier.
-    pub fn holds(&self, point: usize) -> bool {
+    pub fn is_inlier(&self, point: usize) -> bool {
         self.inliers.checked_shr(point as u32).unwrap_or(0) & 1 != 0
     }
 
@@ -101,8 +101,8 @@ impl EarthFix {
     pub fn sigmas(&self) -> (f32, f32) {
         let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
         let axis = self.centre_km * (1.0 / range_km);
-        let (first, second) = shape::across(&axis);
-        let variance = |one, other| shape::between(one, &self.covariance_km2, other);
+        let (first, second) = shape::normal_basis(&axis);
+        let variance = |one, other| shape::bilinear(one, &self.covariance_km2, other);
         let (xx, xy, yy) = (variance(&first, &first), variance(&first, &second), variance(&second, &second));
         let half = 0.5 * (xx - yy);
         let greatest = 0.5 * (xx + yy) + libm::sqrtf(half * half + xy * xy);
@@ -112,13 +112,13 @@ impl EarthFix {
 
 /// When points count as those of one body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
+pub struct FitCriteria {
     /// Farthest that an inlier may lie from the limb, px.
     pub tolerance_px: f32,
     /// Fewest inliers.
-    pub inliers: usize,
-    /// Whether the centre they make must be known by itself as well as the parameters demand.
-    pub alone: bool,
+    pub min_inliers: usize,
+    /// Whether the centre they make must be known by itself as well as the parameters criteria.
+    pub standalone: bool,
 }
 
 /// Strips that were read across a limb.
@@ -127,7 +127,7 @@ pub struct Strips {
     /// How many.
     pub read: usize,
     /// Places at which none was read, because the limb may lie farther off than a strip reaches.
-    pub unsure: usize,
+    pub skipped: usize,
     /// What a pixel spans at that limb, km.
     pub km_per_px: f32,
 }

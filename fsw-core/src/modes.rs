@@ -95,7 +95,7 @@ parameter_group! {
 
 /// What a second brought.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Seen {
+pub struct ModeInputs {
     /// An attitude was found or confirmed.
     pub attitude: bool,
     /// The rate is known: two attitudes in a row.
@@ -120,7 +120,7 @@ pub struct Modes {
     without_attitude_us: i64,
     with_fault_us: i64,
     /// For so long without a break the Earth was other than the mode says.
-    otherwise_us: i64,
+    earth_changed_us: i64,
 }
 
 /// Whether a count has reached `seconds`, to the nearest second: calls are never exactly a second apart.
@@ -141,21 +141,26 @@ impl Modes {
 
     /// Takes in what the second that ended at `now` brought and goes to the next mode; gives the guard where
     /// the mode changes.
-    pub fn next(&mut self, now: LocalTime, seen: &Seen, parameters: &ModeParameters) -> Option<Guard> {
+    pub fn next(
+        &mut self,
+        now: LocalTime,
+        inputs: &ModeInputs,
+        parameters: &ModeParameters,
+    ) -> Option<Guard> {
         let elapsed_us =
             self.instant.map_or(SECOND_US, |before| now.us_since(before)).clamp(0, LONGEST_STEP_US);
         self.instant = Some(now);
         let count = |us: i64, goes_on: bool| if goes_on { us.saturating_add(elapsed_us) } else { 0 };
-        let otherwise = match self.mode {
-            Mode::Tracking => seen.dark == Some(true),
-            Mode::Eclipse => seen.dark == Some(false),
+        let earth_changed = match self.mode {
+            Mode::Tracking => inputs.dark == Some(true),
+            Mode::Eclipse => inputs.dark == Some(false),
             _ => false,
         };
         self.in_mode_us = count(self.in_mode_us, true);
-        self.without_attitude_us = count(self.without_attitude_us, !seen.attitude);
-        self.with_fault_us = count(self.with_fault_us, seen.fault);
-        self.otherwise_us = count(self.otherwise_us, otherwise);
-        let (mode, guard) = self.decide(seen, parameters)?;
+        self.without_attitude_us = count(self.without_attitude_us, !inputs.attitude);
+        self.with_fault_us = count(self.with_fault_us, inputs.fault);
+        self.earth_changed_us = count(self.earth_changed_us, earth_changed);
+        let (mode, guard) = self.decide(inputs, parameters)?;
         let with_fault_us = self.with_fault_us;
         self.enter(mode);
         // A fault that outlasts a mode still counts.
@@ -164,28 +169,30 @@ impl Modes {
     }
 
     /// The first line of the table whose guard holds.
-    fn decide(&self, seen: &Seen, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
-        let following = if seen.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
+    fn decide(&self, inputs: &ModeInputs, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
+        let tracking_mode = if inputs.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
         if self.mode != Mode::Safe && reached(self.with_fault_us, parameters.fault_patience_s) {
             return Some((Mode::Safe, Guard::Faults));
         }
-        let looks = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
-        if looks && seen.blinded {
+        let imaging = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
+        if imaging && inputs.blinded {
             return Some((Mode::SunOutage, Guard::Blinded));
         }
-        let steady = reached(self.otherwise_us, parameters.settle_s);
+        let steady = reached(self.earth_changed_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
         match self.mode {
-            Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
-            Mode::Acquisition if seen.attitude && seen.rate => Some((following, Guard::AttitudeKnown)),
+            Mode::SelfTest if !inputs.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
+            Mode::Acquisition if inputs.attitude && inputs.rate => {
+                Some((tracking_mode, Guard::AttitudeKnown))
+            }
             Mode::Acquisition if reached(self.in_mode_us, parameters.acquisition_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
             Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
             Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
-            Mode::SunOutage if !seen.blinded && !seen.fault => {
-                Some((if seen.predicted { following } else { Mode::Acquisition }, Guard::SunGone))
+            Mode::SunOutage if !inputs.blinded && !inputs.fault => {
+                Some((if inputs.predicted { tracking_mode } else { Mode::Acquisition }, Guard::SunGone))
             }
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))

@@ -10,15 +10,15 @@
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | [`observation`] | what a fix measures: innovation, noise, sensitivity |
-//! | `bend` | differences of position that bend with the orbit |
+//! | `curvilinear` | differences of position that bend with the orbit |
 //! | `noise` | process noise, and the slow errors of the fixes |
 //! | [`covariance`] | the filter's covariance |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
 
-mod bend;
 pub mod constants;
 pub mod covariance;
+mod curvilinear;
 pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;

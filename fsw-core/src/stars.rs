@@ -4,7 +4,6 @@
 //! merging along a side: thesis §3.1.3), [`confirm`] accepts or refuses a proposal by re-projecting the
 //! catalogue into the image, [`predict`] says which stars an attitude puts where.
 
-pub mod agenda;
 #[cfg(test)]
 mod artificial;
 pub mod confirm;
@@ -12,6 +11,7 @@ pub mod identify;
 mod parameters;
 pub mod polygon;
 pub mod predict;
+pub mod search_order;
 mod triangles;
 
 use crate::attitude::VectorPair;
@@ -27,7 +27,7 @@ pub const MAX_MEASURED: usize = 64;
 
 /// A measured star on its way to a name.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured {
+pub struct MeasuredStar {
     /// Where it stands on the detector, px.
     pub centre_px: [f32; 2],
     /// Standard deviation of the centre per axis, px.
@@ -36,7 +36,7 @@ pub struct Measured {
     pub direction: Direction<StarPath>,
 }
 
-impl Measured {
+impl MeasuredStar {
     /// A star at a pixel position; `None` when position or sigma are not finite, or the sigma is not
     /// positive.
     pub fn new(camera: &Camera, centre_px: [f32; 2], sigma_px: f32) -> Option<Self> {
@@ -54,7 +54,7 @@ impl Measured {
     /// was exposed `row_time_s` a row from the detector's middle later.
     pub fn at_mid_frame(self, camera: &Camera, rate_rad_s: &Vector3<f32>, row_time_s: f32) -> Option<Self> {
         let later_s = row_delay_s(camera, self.centre_px, row_time_s);
-        let direction = seen_later(&self.direction, rate_rad_s, -later_s)?;
+        let direction = direction_after(&self.direction, rate_rad_s, -later_s)?;
         Some(Self { centre_px: camera.project(&direction)?, direction, ..self })
     }
 
@@ -69,7 +69,7 @@ impl Measured {
 }
 
 /// Where a star is seen a part of a second later: its direction changes by `-ω × b` a second.
-pub fn seen_later(
+pub fn direction_after(
     direction: &Direction<StarPath>,
     rate_rad_s: &Vector3<f32>,
     later_s: f32,
@@ -86,8 +86,8 @@ pub fn row_delay_s(camera: &Camera, [_, y]: [f32; 2], row_time_s: f32) -> f32 {
 
 /// Measured stars of one image and what they are held against.
 #[derive(Clone, Copy, Debug)]
-pub struct Field<'a> {
-    measured: &'a [Measured],
+pub struct StarField<'a> {
+    measured: &'a [MeasuredStar],
     /// The catalogue.
     pub catalogue: &'a Catalogue<'a>,
     /// The camera.
@@ -99,16 +99,16 @@ pub struct Field<'a> {
     calibration: Option<&'a Calibration<'a>>,
 }
 
-impl<'a> Field<'a> {
+impl<'a> StarField<'a> {
     /// Stars found on the whole detector, brightest first where brightness is known; of more than
     /// [`MAX_MEASURED`] the first.
-    pub fn whole(measured: &'a [Measured], catalogue: &'a Catalogue<'a>, camera: &'a Camera) -> Self {
+    pub fn whole(measured: &'a [MeasuredStar], catalogue: &'a Catalogue<'a>, camera: &'a Camera) -> Self {
         Self { measured, catalogue, camera, searched_px: camera.area_px(), calibration: None }
     }
 
     /// Stars found in windows of `searched_px` in all.
     pub fn windows(
-        measured: &'a [Measured],
+        measured: &'a [MeasuredStar],
         catalogue: &'a Catalogue<'a>,
         camera: &'a Camera,
         searched_px: f32,
@@ -133,16 +133,16 @@ impl<'a> Field<'a> {
     }
 
     /// A measured star as it would stand were it of the calibration's colour, `star` being its name.
-    pub fn without_colour(&self, seen: &Measured, star: &Star) -> Measured {
+    pub fn colour_corrected(&self, seen: &MeasuredStar, star: &Star) -> MeasuredStar {
         let [x, y] = seen.centre_px;
         let [dx, dy] = self.colour_shift_px(seen.centre_px, star);
         let moved =
-            self.calibration.and_then(|_| Measured::new(self.camera, [x - dx, y - dy], seen.sigma_px));
+            self.calibration.and_then(|_| MeasuredStar::new(self.camera, [x - dx, y - dy], seen.sigma_px));
         moved.unwrap_or(*seen)
     }
 
     /// The measured stars, at most [`MAX_MEASURED`].
-    pub fn measured(&self) -> &'a [Measured] {
+    pub fn measured(&self) -> &'a [MeasuredStar] {
         self.measured.get(..MAX_MEASURED).unwrap_or(self.measured)
     }
 }
@@ -162,7 +162,7 @@ mod tests {
         ) {
             for (x, y) in [(x, y), (x % 2000.0, y % 2000.0)] {
                 for sigma_px in [sigma_px, 0.1] {
-                    let Some(star) = Measured::new(&camera(), [x, y], sigma_px) else { continue };
+                    let Some(star) = MeasuredStar::new(&camera(), [x, y], sigma_px) else { continue };
                     prop_assert!(star.centre_px == [x, y] && x.is_finite() && y.is_finite());
                     prop_assert!(star.sigma_px > 0.0 && star.sigma_px.is_finite());
                     prop_assert!((star.direction.vector().norm() - 1.0).abs() < 1e-6);
@@ -178,10 +178,13 @@ mod tests {
     #[test]
     fn what_is_not_finite_never_becomes_a_measured_star() {
         let camera = camera();
-        assert!(Measured::new(&camera, [3.0, 4.0], 0.1).is_some());
+        assert!(MeasuredStar::new(&camera, [3.0, 4.0], 0.1).is_some());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             for (centre_px, sigma_px) in [([bad, 4.0], 0.1), ([3.0, bad], 0.1), ([3.0, 4.0], bad)] {
-                assert!(Measured::new(&camera, centre_px, sigma_px).is_none(), "{centre_px:?}, {sigma_px}");
+                assert!(
+                    MeasuredStar::new(&camera, centre_px, sigma_px).is_none(),
+                    "{centre_px:?}, {sigma_px}"
+                );
             }
         }
     }
@@ -190,20 +193,20 @@ mod tests {
     fn a_star_without_an_error_is_refused_and_so_is_one_far_off_the_detector() {
         let camera = camera();
         for sigma_px in [0.0, -0.0, -0.1, f32::MIN_POSITIVE, 1e3, f32::MAX] {
-            assert!(Measured::new(&camera, [3.0, 4.0], sigma_px).is_none(), "{sigma_px}");
+            assert!(MeasuredStar::new(&camera, [3.0, 4.0], sigma_px).is_none(), "{sigma_px}");
         }
-        assert!(Measured::new(&camera, [1e9, 4.0], 0.1).is_none());
-        assert!(Measured::new(&camera, [f32::MAX, f32::MIN], 0.1).is_none());
+        assert!(MeasuredStar::new(&camera, [1e9, 4.0], 0.1).is_none());
+        assert!(MeasuredStar::new(&camera, [f32::MAX, f32::MIN], 0.1).is_none());
     }
 
     #[test]
     fn the_centroid_error_becomes_an_angle_by_the_focal_length() {
         let camera = camera();
         let pair = |sigma_px| {
-            let seen = Measured::new(&camera, [100.0, 900.0], sigma_px).unwrap();
+            let seen = MeasuredStar::new(&camera, [100.0, 900.0], sigma_px).unwrap();
             let bytes = sample::bytes(&[sample::star(&-Vector3::x(), 1)], 26, 0);
             let catalogue = Catalogue::open(&bytes).unwrap();
-            seen.paired_with(catalogue.seen(&catalogue.star(0).unwrap()), &camera)
+            seen.paired_with(catalogue.apparent_direction(&catalogue.star(0).unwrap()), &camera)
         };
         // The reference camera has 3000 px: 0.3 px are 100 microradians.
         assert!((pair(0.3).sigma_rad - 1e-4).abs() < 1e-10);
@@ -216,14 +219,14 @@ mod tests {
         let camera = camera();
         let bytes = sample::bytes(&[], 26, 0);
         let catalogue = Catalogue::open(&bytes).unwrap();
-        let stars: [Measured; 100] =
-            core::array::from_fn(|index| Measured::new(&camera, [index as f32, 0.0], 0.1).unwrap());
+        let stars: [MeasuredStar; 100] =
+            core::array::from_fn(|index| MeasuredStar::new(&camera, [index as f32, 0.0], 0.1).unwrap());
         for count in [0, 1, MAX_MEASURED - 1, MAX_MEASURED, MAX_MEASURED + 1, 100] {
-            let field = Field::whole(&stars[..count], &catalogue, &camera);
+            let field = StarField::whole(&stars[..count], &catalogue, &camera);
             assert_eq!(field.measured().len(), count.min(64));
             assert!((0u8..).zip(field.measured()).all(|(index, star)| star.centre_px[0] == f32::from(index)));
         }
-        assert_eq!(Field::whole(&stars, &catalogue, &camera).searched_px, 1280.0 * 1024.0);
-        assert_eq!(Field::windows(&stars, &catalogue, &camera, 500.0).searched_px, 500.0);
+        assert_eq!(StarField::whole(&stars, &catalogue, &camera).searched_px, 1280.0 * 1024.0);
+        assert_eq!(StarField::windows(&stars, &catalogue, &camera, 500.0).searched_px, 500.0);
     }
 }

@@ -21,7 +21,7 @@
 //! noise explains is a manoeuvre: the filter begins anew from the last two attitudes. No attitude is refused;
 //! whether it is right was decided when its stars were identified.
 //!
-//! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's
+//! The same stars on the same pixels err alike for tens of seconds. `CORRELATED_SHARE`, that share of an attitude's
 //! variance, is not averaged away but added to the sigmas reported.
 
 mod blocks;
@@ -29,7 +29,7 @@ mod update;
 
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::parameters::table::parameter_group;
-use blocks::{Covariance, Turn, power, product};
+use blocks::{BlockCovariance, RotationStep, power, product};
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
@@ -44,15 +44,15 @@ const MAX_STEP_S: f32 = 3600.0;
 const MAX_ANGLE_RAD: f32 = 1.5;
 /// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of
 /// all scenarios (autocorrelation of `cycles.csv`).
-const COLOURED: f32 = 0.35;
+const CORRELATED_SHARE: f32 = 0.35;
 /// Images over which the mean square of the innovations is taken.
-const MEMORY: f32 = 16.0;
+const CONSISTENCY_IMAGES: f32 = 16.0;
 /// Mean squares of the normalised innovation, a degree of freedom, at which the noise grows and shrinks, and
 /// its factors a second: a manoeuvre is followed soon, and forgotten in a minute or two.
-const GROWS: (f32, f32) = (1.5, 2.0);
-const SHRINKS: (f32, f32) = (1.2, 0.9);
+const NOISE_GROWTH: (f32, f32) = (1.5, 2.0);
+const NOISE_DECAY: (f32, f32) = (1.2, 0.9);
 /// Normalised innovation squared, 3 degrees of freedom, that noise does not reach: chance 1e-8.
-const SURPRISE: f32 = 40.0;
+const RESTART_NIS: f32 = 40.0;
 /// What the rate changes by in the first second of a sensor of which nothing is known: 1 arcsec/s.
 const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;
 /// Variances are kept in mrad², so that f32 has digits and range to spare.
@@ -86,22 +86,22 @@ pub struct Filter<const BLOCKS: usize> {
     /// Instant of the state.
     instant: LocalTime,
     /// Instant of the last attitude observed.
-    observed: LocalTime,
+    updated_at: LocalTime,
     /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
     states: [Vector3<f32>; BLOCKS],
     /// mrad, s.
-    covariance: Covariance<BLOCKS>,
+    covariance: BlockCovariance<BLOCKS>,
     /// Variance of the last attitude observed, mrad².
     variance: Vector3<f32>,
     /// Whether the states after the attitude are known.
-    rated: bool,
+    has_rate: bool,
     /// Reading of the rate sensor, rad/s; 0 without one.
     reading: Vector3<f32>,
     sensor: Option<RateSensorNoise>,
     /// Spectral density of the noise that drives the last state, mrad² / s^(2 BLOCKS - 1).
     process_noise_psd: f32,
     /// Mean square of the normalised innovations, a degree of freedom.
-    consistency: f32,
+    mean_nis: f32,
 }
 
 /// Number of the rate, or negative bias, among the states.
@@ -109,32 +109,32 @@ const RATE: usize = 1;
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// A first attitude; the rate is not known.
-    pub fn begin(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) -> Self {
+    pub fn new(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) -> Self {
         let mut filter = Self {
             attitude,
             instant,
-            observed: instant,
+            updated_at: instant,
             states: [Vector3::zeros(); BLOCKS],
-            covariance: Covariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
+            covariance: BlockCovariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
             variance: squares(&Vector3::from(sigma_rad)),
-            rated: false,
+            has_rate: false,
             reading: Vector3::zeros(),
             sensor: None,
             process_noise_psd: square(FIRST_PROCESS_NOISE_RAD),
-            consistency: 1.0,
+            mean_nis: 1.0,
         };
-        filter.covariance.put(0, 0, Matrix3::from_diagonal(&filter.variance));
+        filter.covariance.set_block(0, 0, Matrix3::from_diagonal(&filter.variance));
         filter
     }
 
     /// The same with a rate sensor, whose readings come with every [`Filter::propagate`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
-        (self.sensor, self.rated) = (Some(noise), true);
+        (self.sensor, self.has_rate) = (Some(noise), true);
         if let Some(state) = self.states.get_mut(RATE) {
             *state = Vector3::zeros();
         }
-        self.covariance.put(0, RATE, Matrix3::zeros());
-        self.covariance.put(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
+        self.covariance.set_block(0, RATE, Matrix3::zeros());
+        self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
         self.process_noise_psd = square(noise.walk_rad_s);
         self
     }
@@ -153,7 +153,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 let rate = core::mem::take(&mut self.reading);
                 self.add(RATE, &rate);
                 let white = Matrix3::from_diagonal_element(square(noise.white_rad));
-                self.covariance.put(RATE, RATE, self.covariance.at(RATE, RATE) + white);
+                self.covariance.set_block(RATE, RATE, self.covariance.at(RATE, RATE) + white);
                 (self.sensor, self.process_noise_psd) = (None, square(FIRST_PROCESS_NOISE_RAD));
             }
             _ => {}
@@ -178,7 +178,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Microseconds from the last attitude observed to `instant`.
     pub fn age_us(&self, instant: LocalTime) -> i64 {
-        instant.us_since(self.observed)
+        instant.us_since(self.updated_at)
     }
 
     /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate
@@ -186,7 +186,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn rate(&self) -> Option<Rate> {
         let noise = self.sensor.map_or(0.0, |sensor| square(sensor.white_rad));
         let variance = self.covariance.at(RATE, RATE).diagonal().map(|variance| variance + noise);
-        self.rated
+        self.has_rate
             .then(|| Rate { rad_s: self.reading + self.state(RATE), sigma_rad_s: self.sigma(&variance) })
     }
 
@@ -196,7 +196,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
         then.propagate(instant, None).then(|| {
-            let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
+            let variance = then.covariance.at(0, 0).diagonal() + then.variance * CORRELATED_SHARE;
             (then.attitude, then.sigma(&variance).into())
         })
     }
@@ -207,25 +207,25 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn propagate(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
         let elapsed = seconds(instant.us_since(self.instant));
         let reading = reading_rad_s.unwrap_or(self.reading);
-        let usable = self.rated && (0.0..=MAX_STEP_S).contains(&elapsed);
-        let Some(turn) = self.turn(&reading, elapsed).filter(|_| usable) else { return false };
+        let usable = self.has_rate && (0.0..=MAX_STEP_S).contains(&elapsed);
+        let Some(turn) = self.rotation_step(&reading, elapsed).filter(|_| usable) else { return false };
         self.attitude = self.attitude.turned(&turn.angle);
-        self.spread(&turn, elapsed);
+        self.propagate_covariance(&turn, elapsed);
         (self.instant, self.reading) = (instant, reading);
         true
     }
 
     /// How the sensor turns in `elapsed` seconds.
-    fn turn(&self, reading: &Vector3<f32>, elapsed: f32) -> Option<Turn> {
+    fn rotation_step(&self, reading: &Vector3<f32>, elapsed: f32) -> Option<RotationStep> {
         let driven = (1..BLOCKS).fold(Vector3::zeros(), |sum, k| sum + self.state(k) * power(elapsed, k));
         let angle = reading * elapsed + driven;
         // Also false where it is not a number.
         let near = angle.dot(&angle) < MAX_ANGLE_RAD * MAX_ANGLE_RAD;
-        near.then(|| Turn::by(angle))
+        near.then(|| RotationStep::by(angle))
     }
 
     /// Propagates states and covariance: `Φ P Φᵀ + Q`, block by block.
-    fn spread(&mut self, turn: &Turn, elapsed: f32) {
+    fn propagate_covariance(&mut self, turn: &RotationStep, elapsed: f32) {
         for k in 1..BLOCKS {
             let added =
                 (k + 1..BLOCKS).fold(Vector3::zeros(), |sum, m| sum + self.state(m) * power(elapsed, m - k));
@@ -237,7 +237,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             (0, _) => product(&turn.mean, &block) * power(elapsed, column),
             _ => block * power(elapsed, column - row),
         };
-        let halfway = Covariance::<BLOCKS>::from_fn(|row, column| {
+        let halfway = BlockCovariance::<BLOCKS>::from_fn(|row, column| {
             (row..BLOCKS).fold(Matrix3::zeros(), |sum, k| sum + passed(row, k, self.covariance.at(k, column)))
         });
         for row in 0..BLOCKS {
@@ -248,12 +248,12 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 let (a, b) = (BLOCKS - 1 - row, BLOCKS - 1 - column);
                 let noise = self.process_noise_psd * power(elapsed, a) * power(elapsed, b) * elapsed
                     / (a + b + 1) as f32;
-                self.covariance.put(row, column, propagated + Matrix3::from_diagonal_element(noise));
+                self.covariance.set_block(row, column, propagated + Matrix3::from_diagonal_element(noise));
             }
         }
         if let Some(sensor) = self.sensor {
             let lost = Matrix3::from_diagonal_element(square(sensor.white_rad) * elapsed);
-            self.covariance.put(0, 0, self.covariance.at(0, 0) + lost);
+            self.covariance.set_block(0, 0, self.covariance.at(0, 0) + lost);
         }
     }
 
@@ -270,7 +270,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Standard deviations, rad, of variances, enlarged where the innovations were larger than expected.
     fn sigma(&self, variance: &Vector3<f32>) -> Vector3<f32> {
-        let scale = self.consistency.max(1.0);
+        let scale = self.mean_nis.max(1.0);
         variance.map(|variance| libm::sqrtf(variance * scale) * (1.0 / MRAD))
     }
 }

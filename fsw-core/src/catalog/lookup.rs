@@ -19,7 +19,7 @@ const COARSE_ERROR: f32 = 1.5e-4;
 pub const COARSE_CHORD_ERROR: f32 = 6e-5;
 /// Aberration moves a direction by no more than this, rad, and changes a chord by no more than this share of
 /// it: the catalogue takes no observer that is faster, and rounding.
-pub const MOST_ABERRATION: f32 = 1.001e-3;
+pub const MAX_ABERRATION: f32 = 1.001e-3;
 
 /// A cone in integers of 16 bits, a little wider than it is.
 #[derive(Clone, Copy)]
@@ -35,7 +35,7 @@ impl CoarseCone {
         Self { axis, limit: ((cosine - COARSE_ERROR) * ONE_Q15 * ONE_Q15) as i32 }
     }
 
-    fn holds(&self, record: &[u8; STAR_BYTES]) -> bool {
+    fn contains(&self, record: &[u8; STAR_BYTES]) -> bool {
         // Of unit vectors: below 2^31.
         let products =
             self.axis.into_iter().zip(words(record)).map(|(axis, word)| axis.wrapping_mul(word >> 16));
@@ -47,7 +47,7 @@ impl CoarseCone {
     #[inline(never)]
     fn next<'a>(&self, rest: &mut (u16, &'a [[u8; STAR_BYTES]])) -> Option<(u16, &'a [u8; STAR_BYTES])> {
         let (first, stars) = *rest;
-        let place = stars.iter().position(|record| self.holds(record))?;
+        let place = stars.iter().position(|record| self.contains(record))?;
         let (record, after) = stars.get(place..)?.split_first()?;
         let index = first.wrapping_add(place as u16);
         *rest = (index.wrapping_add(1), after);
@@ -113,7 +113,7 @@ impl<'a> Catalogue<'a> {
     /// Index and direction, as the Sun sees it, of every star within the cone about `axis` whose half angle
     /// has the `cosine`, brightest first, and of some just outside. Most stars are refused by a dot product
     /// in integers of 16 bits.
-    pub fn near(
+    pub fn stars_in_cone(
         &self,
         axis: &Direction<Icrs>,
         cosine: f32,
@@ -135,7 +135,7 @@ impl<'a> Catalogue<'a> {
 
     /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v`
     /// (the second is below 0.002 arcsec for the Earth's 30 km/s).
-    pub fn seen(&self, star: &Star) -> Direction<Icrs> {
+    pub fn apparent_direction(&self, star: &Star) -> Direction<Icrs> {
         self.aberrated(&star.direction())
     }
 

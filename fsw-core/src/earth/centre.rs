@@ -13,19 +13,19 @@
 //! same derivatives.
 //!
 //! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the
-//! steps ([`Expected`]) but not in the result: a short arc alone would lead the fit far along a curve on
+//! steps ([`CentrePrior`]) but not in the result: a short arc alone would lead the fit far along a curve on
 //! which the limb hardly changes. About the place so found the limb is linear in the centre, and the fix is
 //! what the points alone say in that linear picture.
 //!
 //! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it
-//! is added what `horizon` says of errors that neighbouring points share, which no residual shows. Direction,
+//! is added what `shared_heights` says of errors that neighbouring points share, which no residual shows. Direction,
 //! rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
-use super::consensus::agree;
-use super::horizon::{Horizon, Response};
+use super::consensus::find_consensus;
 use super::rays::{self, Cone, Ray, Rays};
-use super::shape::{Body, across, unit};
-use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use super::shape::{Body, normal_basis, unit};
+use super::shared_heights::{FitResponse, SharedHeights};
+use super::{EarthFix, EarthParameters, FitCriteria, FitError, LimbPoint, MAX_SEARCH_POINTS};
 use crate::camera::Camera;
 use crate::matrix::{inverse_by_f64, symmetric_product};
 use crate::order;
@@ -41,14 +41,14 @@ const TUKEY: f32 = 4.685;
 /// Sigma of Gaussian noise over the median of its absolute value.
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
 /// Root mean square of what is spread evenly from -1 to 1: `1 / sqrt(3)`.
-const CHANCE_SHARE: f32 = 0.577_35;
+const UNIFORM_RMS_SHARE: f32 = 0.577_35;
 /// Longest step of an angle, rad: as far as the polynomials of `stepped` hold to 1e-9.
 const LONGEST_STEP_RAD: f32 = 0.1;
 /// Least determinant of the normal equations when their diagonal is brought to one: f32 leaves an error of
 /// 1e-3 in such an inverse.
 const LEAST_DETERMINANT: f32 = 1e-4;
 
-/// Room for the rays of a second, 5 KiB.
+/// Buffers for the rays of a second, 5 KiB.
 #[derive(Debug)]
 pub struct RayBuffer {
     rays: Rays,
@@ -69,23 +69,23 @@ impl Default for RayBuffer {
 
 /// Where the centre is expected, and how surely.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
+pub struct CentrePrior {
     /// From the camera to the Earth's centre, Earth path's frame, km.
     pub centre_km: Vector3<f32>,
     /// Inverse of its covariance, 1 / km².
     pub information: Matrix3<f32>,
 }
 
-impl Expected {
+impl CentrePrior {
     /// What a rough fix says; `None` where its covariance has no inverse.
-    pub fn after(rough: &EarthFix) -> Option<Self> {
+    pub fn from_fix(rough: &EarthFix) -> Option<Self> {
         Some(Self { centre_km: rough.centre_km, information: inverse_by_f64(&rough.covariance_km2)? })
     }
 }
 
 /// Symmetric normal equations of three unknowns.
 #[derive(Default)]
-struct Normal {
+struct NormalEquations {
     matrix: Matrix3<f32>,
     right: Vector3<f32>,
     /// Sums of weighted squares and of weights.
@@ -93,17 +93,17 @@ struct Normal {
     weights: f32,
 }
 
-impl Normal {
+impl NormalEquations {
     fn add(&mut self, row: &Vector3<f32>, residual: f32, weight: f32) {
         self.matrix += row * row.transpose() * weight;
         self.right -= row * (residual * weight);
     }
 
     /// Adds what is expected: `columns` are the derivatives of the centre, which stands at `centre_km`.
-    fn add_expected(&mut self, expected: &Expected, centre_km: &Vector3<f32>, columns: &Matrix3<f32>) {
-        let weighted = columns.transpose() * expected.information;
+    fn add_prior(&mut self, prior: &CentrePrior, centre_km: &Vector3<f32>, columns: &Matrix3<f32>) {
+        let weighted = columns.transpose() * prior.information;
         self.matrix += weighted * columns;
-        self.right += weighted * (expected.centre_km - centre_km);
+        self.right += weighted * (prior.centre_km - centre_km);
     }
 
     /// The inverse matrix, by cofactors of the matrix with its diagonal brought to one.
@@ -128,17 +128,19 @@ impl Normal {
 }
 
 /// A ray against a cone: residual over sigma, sigma, unit vector across the axis.
-fn judged(ray: &Ray, cone: &Cone) -> Option<(f32, f32, Vector3<f32>)> {
+fn normalised_residual(ray: &Ray, cone: &Cone) -> Option<(f32, f32, Vector3<f32>)> {
     let (residual, radial) = cone.residual(ray);
     let sigma = ray.sigma_rad(cone, &radial)?;
     Some((residual / sigma, sigma, radial))
 }
 
 /// Scale of the residuals against their sigmas, at least one: from the median, which outliers do not move.
-fn scale(rays: &Rays, cone: &Cone) -> f32 {
+fn residual_scale(rays: &Rays, cone: &Cone) -> f32 {
     let mut sizes = [0.0; MAX_SEARCH_POINTS];
     let mut count = 0;
-    for (size, (ratio, ..)) in sizes.iter_mut().zip(rays.iter().filter_map(|ray| judged(ray, cone))) {
+    for (size, (ratio, ..)) in
+        sizes.iter_mut().zip(rays.iter().filter_map(|ray| normalised_residual(ray, cone)))
+    {
         *size = libm::fabsf(ratio);
         count += 1;
     }
@@ -154,26 +156,31 @@ fn tukey(ratio: f32) -> f32 {
 }
 
 /// Axes across the cone's, the first in the middle of the arc.
-fn middle_of_arc(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
+fn arc_axes(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
     let sum = rays.iter().fold(Vector3::zeros(), |sum, ray| sum + cone.residual(ray).1);
     let sum: Vector3<f32> = sum - cone.axis * cone.axis.dot(&sum);
     // Points all around have no middle.
-    let first = if sum.dot(&sum) > 1e-4 { unit(&sum, &sum) } else { across(&cone.axis).0 };
+    let first = if sum.dot(&sum) > 1e-4 { unit(&sum, &sum) } else { normal_basis(&cone.axis).0 };
     [first, cone.axis.cross(&first)]
 }
 
 /// The unknowns' derivatives of a residual: of (α, a2, r).
-fn row(radial: &Vector3<f32>, [first, second]: &[Vector3<f32>; 2]) -> Vector3<f32> {
+fn jacobian_row(radial: &Vector3<f32>, [first, second]: &[Vector3<f32>; 2]) -> Vector3<f32> {
     let from_middle = radial - first;
     Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(radial), 1.0)
 }
 
 /// The normal equations about a cone, their weights those after a step of (α, a2, r).
-fn normal(rays: &Rays, cone: &Cone, axes: &[Vector3<f32>; 2], step: &Vector3<f32>) -> Normal {
-    let scale = scale(rays, cone);
-    let mut normal = Normal::default();
-    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
-        let row = row(&radial, axes) * (1.0 / sigma);
+fn normal_equations(
+    rays: &Rays,
+    cone: &Cone,
+    axes: &[Vector3<f32>; 2],
+    step: &Vector3<f32>,
+) -> NormalEquations {
+    let scale = residual_scale(rays, cone);
+    let mut normal = NormalEquations::default();
+    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| normalised_residual(ray, cone)) {
+        let row = jacobian_row(&radial, axes) * (1.0 / sigma);
         let left = ratio + row.dot(step);
         let weight = tukey(left / scale);
         normal.add(&row, ratio, weight);
@@ -185,24 +192,24 @@ fn normal(rays: &Rays, cone: &Cone, axes: &[Vector3<f32>; 2], step: &Vector3<f32
 
 /// Covariance of the unknowns for the heights that neighbours share: what a least-squares solution with these
 /// weights (of a step of (α, a2, r)) and this inverse matrix makes of them.
-fn shared(
+fn shared_covariance(
     rays: &Rays,
     cone: &Cone,
     axes: &[Vector3<f32>; 2],
     step: &Vector3<f32>,
     inverse: &Matrix3<f32>,
-    horizon: &Horizon,
+    heights: &SharedHeights,
 ) -> Matrix3<f32> {
-    let scale = scale(rays, cone);
+    let scale = residual_scale(rays, cone);
     let [first, second] = axes;
-    let mut response = Response::default();
-    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
-        let row = row(&radial, axes);
+    let mut response = FitResponse::default();
+    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| normalised_residual(ray, cone)) {
+        let row = jacobian_row(&radial, axes);
         let weight = tukey((ratio + row.dot(step) / sigma) / scale);
         response
             .add([first.dot(&radial), second.dot(&radial)], &(inverse * row * (weight / (sigma * sigma))));
     }
-    response.covariance(horizon)
+    response.covariance(heights)
 }
 
 /// The cone after a step of (α, a2, r).
@@ -214,7 +221,7 @@ fn stepped(cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &Vector3<f32>
     let square = narrower * narrower;
     let sine = narrower * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
     let cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0));
-    Cone::of(
+    Cone::from_parts(
         unit(&axis, &cone.axis),
         cone.sine * cosine - cone.cosine * sine,
         cone.cosine * cosine + cone.sine * sine,
@@ -241,15 +248,19 @@ fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32
 }
 
 /// The centre of a cone, km, and its derivatives by the unknowns.
-fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (Vector3<f32>, Matrix3<f32>) {
+fn centre_and_derivatives(
+    cone: &Cone,
+    [first, second]: &[Vector3<f32>; 2],
+    body: &Body,
+) -> (Vector3<f32>, Matrix3<f32>) {
     let range = body.radius_km() / cone.sine;
     let deeper = cone.cosine / cone.sine;
     let columns = Matrix3::from_columns(&[
-        body.shrunk(&(first + cone.axis * deeper)) * range,
-        body.shrunk(second) * range,
-        body.shrunk(&cone.axis) * (range * deeper),
+        body.from_sphere_space(&(first + cone.axis * deeper)) * range,
+        body.from_sphere_space(second) * range,
+        body.from_sphere_space(&cone.axis) * (range * deeper),
     ]);
-    (body.shrunk(&cone.axis) * range, columns)
+    (body.from_sphere_space(&cone.axis) * range, columns)
 }
 
 /// The fix of a fitted cone; with an expectation it is the linear one about that cone.
@@ -259,16 +270,16 @@ fn fix(
     body: &Body,
     linear: bool,
     parameters: &EarthParameters,
-) -> Result<EarthFix, Refusal> {
-    let axes = middle_of_arc(rays, cone);
-    let mut about = normal(rays, cone, &axes, &Vector3::zeros());
-    let mut inverse = about.inverse().ok_or(Refusal::Degenerate)?;
+) -> Result<EarthFix, FitError> {
+    let axes = arc_axes(rays, cone);
+    let mut about = normal_equations(rays, cone, &axes, &Vector3::zeros());
+    let mut inverse = about.inverse().ok_or(FitError::Degenerate)?;
     let mut step = Vector3::zeros();
     // Weights from the place alone would hold the fix back there by a sixth of the way.
     for _ in 0..if linear { LINEAR_ROUNDS } else { 0 } {
         step = inverse * about.right;
-        about = normal(rays, cone, &axes, &step);
-        inverse = about.inverse().ok_or(Refusal::Degenerate)?;
+        about = normal_equations(rays, cone, &axes, &step);
+        inverse = about.inverse().ok_or(FitError::Degenerate)?;
     }
     let normal = about;
     let freedom = (normal.weights - 3.0).max(1.0);
@@ -277,15 +288,15 @@ fn fix(
     let mean_square = normal.squares / freedom;
     let enlarged = if mean_square > chance { mean_square } else { 1.0 };
 
-    let (place_km, columns) = centre_of(cone, &axes, body);
+    let (linearisation_km, columns) = centre_and_derivatives(cone, &axes, body);
     if linear {
         step = inverse * normal.right;
     }
     let shift_km = columns * step;
     // That of any point will do; there are some.
     let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
-    let horizon = Horizon::new(cone, body, rad_per_px, parameters);
-    let shared = shared(rays, cone, &axes, &step, &inverse, &horizon);
+    let heights = SharedHeights::new(cone, body, rad_per_px, parameters);
+    let shared = shared_covariance(rays, cone, &axes, &step, &inverse, &heights);
     let noise = inverse * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
@@ -295,8 +306,8 @@ fn fix(
         count += 1.0;
     }
     Ok(EarthFix {
-        centre_km: place_km + shift_km,
-        place_km,
+        centre_km: linearisation_km + shift_km,
+        linearisation_km,
         covariance_km2: symmetric_product(&columns, &(noise + shared)),
         noise_km2: symmetric_product(&columns, &noise),
         arc_rad: arc_rad(rays, cone, &axes),
@@ -309,56 +320,57 @@ fn fix(
 /// centre is `expected` the fit is linear about the place that suits both.
 ///
 /// # Errors
-/// The first [`Refusal`] that holds.
+/// The first [`FitError`] that holds.
 pub fn centre(
     points: &[LimbPoint],
     camera: &Camera,
     body: &Body,
-    demand: &Demand,
-    expected: Option<&Expected>,
+    criteria: &FitCriteria,
+    prior: Option<&CentrePrior>,
     parameters: &EarthParameters,
     workspace: &mut RayBuffer,
-) -> Result<EarthFix, Refusal> {
+) -> Result<EarthFix, FitError> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
-    let agreed = agree(rays, body, demand, parameters)?;
-    let start = expected.and_then(|expected| {
-        let (centre, sine, cosine) = body.horizon(&expected.centre_km)?;
-        Some((expected, Cone::of(centre * sine, sine, cosine)?))
+    let agreed = find_consensus(rays, body, criteria, parameters)?;
+    let start = prior.and_then(|prior| {
+        let (centre, sine, cosine) = body.limb_cone(&prior.centre_km)?;
+        Some((prior, Cone::from_parts(centre * sine, sine, cosine)?))
     });
     let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
-        let axes = middle_of_arc(rays, &cone);
-        let mut normal = normal(rays, &cone, &axes, &Vector3::zeros());
-        if let Some((expected, _)) = start {
-            let (centre_km, columns) = centre_of(&cone, &axes, body);
-            normal.add_expected(expected, &centre_km, &columns);
+        let axes = arc_axes(rays, &cone);
+        let mut normal = normal_equations(rays, &cone, &axes, &Vector3::zeros());
+        if let Some((prior, _)) = start {
+            let (centre_km, columns) = centre_and_derivatives(&cone, &axes, body);
+            normal.add_prior(prior, &centre_km, &columns);
         }
-        let step = normal.inverse().ok_or(Refusal::Degenerate)? * normal.right;
-        cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
+        let step = normal.inverse().ok_or(FitError::Degenerate)? * normal.right;
+        cone = stepped(&cone, &axes, &step).ok_or(FitError::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
     // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
     // Points that agree by chance are spread evenly over the tolerance.
-    let greatest_px = if demand.alone { CHANCE_SHARE * demand.tolerance_px } else { demand.tolerance_px };
+    let greatest_px =
+        if criteria.standalone { UNIFORM_RMS_SHARE * criteria.tolerance_px } else { criteria.tolerance_px };
     if fix.rms_px.is_nan() || fix.rms_px > greatest_px {
-        return Err(Refusal::NoConsensus);
+        return Err(FitError::NoConsensus);
     }
     if fix.arc_rad < parameters.fit.least_arc_deg.to_radians() {
-        return Err(Refusal::ShortArc);
+        return Err(FitError::ShortArc);
     }
     // About the place that an orbit knows a weak direction does no harm.
-    if !demand.alone {
+    if !criteria.standalone {
         return Ok(fix);
     }
     let (direction_rad, range_km) = fix.sigmas();
     let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
     if distance_km > parameters.plausible.distance_km {
-        return Err(Refusal::Degenerate);
+        return Err(FitError::Degenerate);
     }
     let known = direction_rad <= parameters.plausible.sigma_deg.to_radians()
         && range_km <= parameters.plausible.range_share * distance_km;
-    if known { Ok(fix) } else { Err(Refusal::Uncertain) }
+    if known { Ok(fix) } else { Err(FitError::Uncertain) }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 use super::plane;
 use super::rays::{Cone, Ray, Rays};
 use super::shape::Body;
-use super::{Demand, EarthParameters, Refusal};
+use super::{EarthParameters, FitCriteria, FitError};
 use crate::order;
 
 /// Most triplets tried: with half of the points wrong, the chance that all miss is 2e-4.
@@ -23,7 +23,7 @@ const LEAST_SUN_SINE: f32 = -0.05;
 pub(super) const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
 
 /// Whether a ray agrees with a cone.
-fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
+fn is_inlier(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
     let (residual, radial) = cone.residual(ray);
     libm::fabsf(residual) < tolerance_px * ray.rad_per_px
         && ray.sigma_rad(cone, &radial).is_some()
@@ -32,8 +32,8 @@ fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
 
 /// The rays that agree with a cone: bit i is that of ray i.
 #[inline(never)]
-fn agreeing(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> u128 {
-    let bit = |ray| u128::from(agrees(ray, cone, body, tolerance_px));
+fn inliers_of(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> u128 {
+    let bit = |ray| u128::from(is_inlier(ray, cone, body, tolerance_px));
     rays.iter().rev().fold(0, |bits, ray| (bits << 1) | bit(ray))
 }
 
@@ -53,16 +53,16 @@ fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
 }
 
 /// Finds the cone on which most rays agree and leaves only these in the list.
-pub(super) fn agree(
+pub(super) fn find_consensus(
     rays: &mut Rays,
     body: &Body,
-    demand: &Demand,
+    criteria: &FitCriteria,
     parameters: &EarthParameters,
-) -> Result<Cone, Refusal> {
-    let tolerance_px = demand.tolerance_px;
+) -> Result<Cone, FitError> {
+    let tolerance_px = criteria.tolerance_px;
     let all = rays.len();
-    if all < demand.inliers.max(3) {
-        return Err(Refusal::TooFewPoints);
+    if all < criteria.min_inliers.max(3) {
+        return Err(FitError::TooFewPoints);
     }
     let range = |part: fn(&Ray) -> f32| {
         let (low, high) = rays.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), ray| {
@@ -78,7 +78,7 @@ pub(super) fn agree(
     let mut best: Option<(u128, Cone)> = None;
     for number in 0..MAX_TRIPLETS {
         let Some(cone) = hypothesis(rays, number) else { continue };
-        let with_it = agreeing(rays, &cone, body, tolerance_px);
+        let with_it = inliers_of(rays, &cone, body, tolerance_px);
         if best.is_none_or(|(most, _)| with_it.count_ones() > most.count_ones()) {
             best = Some((with_it, cone));
         }
@@ -86,24 +86,24 @@ pub(super) fn agree(
             break;
         }
     }
-    let (mut inliers, mut cone) = best.ok_or(Refusal::Degenerate)?;
+    let (mut inliers, mut cone) = best.ok_or(FitError::Degenerate)?;
     for _ in 0..ROUNDS {
         let Some(fitted) = plane::fit(rays, inliers) else { break };
-        let with_fitted = agreeing(rays, &fitted, body, tolerance_px);
+        let with_fitted = inliers_of(rays, &fitted, body, tolerance_px);
         if with_fitted.count_ones() < inliers.count_ones() {
             break;
         }
         (inliers, cone) = (with_fitted, fitted);
     }
-    if (inliers.count_ones() as usize) < demand.inliers {
-        return Err(Refusal::NoConsensus);
+    if (inliers.count_ones() as usize) < criteria.min_inliers {
+        return Err(FitError::NoConsensus);
     }
-    keep(rays, inliers);
+    retain(rays, inliers);
     Ok(cone)
 }
 
 /// Keeps the chosen rays, in their order.
-fn keep(rays: &mut Rays, chosen: u128) {
+fn retain(rays: &mut Rays, chosen: u128) {
     let mut kept = 0;
     for at in 0..rays.len() {
         if (chosen >> (at % 128)) & 1 != 0 {

@@ -5,9 +5,9 @@
 //!
 //! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the
 //! greatest and the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the
-//! median of the outer end. The limb is the outermost place that reaches the share `Zone::level` of the
+//! median of the outer end. The limb is the outermost place that reaches the share `LimbModel::level` of the
 //! brightness which stands just inside *it*, a mean over a few pixels behind the end of the rise, in to which
-//! clouds and the terminator hardly reach. The share, near one half, is that of a limb in `zone`'s model at
+//! clouds and the terminator hardly reach. The share, near one half, is that of a limb in `limb_model`'s model at
 //! its half-brightness height. Where the air fades more slowly than in the model, the share may be reached
 //! anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both
 //! alike and is not taken off: a lens that loses half of its light in the corner moves the limb by less than
@@ -18,15 +18,15 @@
 //! rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some exponentials of the model;
 //! 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
 
+use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
-use super::zone::Zone;
 use super::{EarthParameters, LimbPoint};
 use fsw_hal::{DetectorGeometry, Window};
 
-mod any_light;
 mod lines;
-pub use any_light::crossing_in_any_light;
-pub(super) use lines::{END, Lines, dark_of};
+mod without_sun;
+pub(super) use lines::{END_MARGIN, Lines, dark_of};
+pub use without_sun::crossing_without_sun;
 
 /// Lines of a strip.
 pub const BREADTH: usize = 9;
@@ -39,7 +39,7 @@ const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
 /// more. Chosen.
 const GREATEST_FALL: f32 = 0.15;
 /// Clouds between the limb and the bright side change brightness this much more than within it. Chosen.
-const REACH: f32 = 2.0;
+const CLOUD_FACTOR: f32 = 2.0;
 /// Greatest sigma of a point, the greater of px and a share of the rise's length: a worse one says nothing
 /// that the prediction does not. Chosen.
 pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
@@ -92,14 +92,14 @@ pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry)
 
 impl Strip {
     /// Components of the limb's normal along the lines and from one to the next.
-    fn steep_and_flat(&self) -> (f32, f32) {
+    fn normal_components(&self) -> (f32, f32) {
         let [nx, ny] = self.expected.outward_px;
         if self.along_x { (nx, ny) } else { (ny, nx) }
     }
 
     /// Cosine between the lines and the limb's normal.
-    pub(super) fn steepness(&self) -> f32 {
-        libm::fabsf(self.steep_and_flat().0)
+    pub(super) fn normal_cosine(&self) -> f32 {
+        libm::fabsf(self.normal_components().0)
     }
 
     /// Where the limb is expected.
@@ -131,7 +131,7 @@ impl<F> Crossing for F where
 
 /// Where a joined line passes the limb.
 #[derive(Clone, Copy)]
-struct Passage {
+struct LimbEdge {
     place: usize,
     /// Part of the last place before it.
     part: f32,
@@ -140,7 +140,7 @@ struct Passage {
 }
 
 /// A strip's joined line, and what it is held against.
-struct JoinedLine<'a> {
+struct StripProfile<'a> {
     lines: &'a Lines<'a>,
     /// Without the inner end.
     profile: &'a [f32],
@@ -149,7 +149,7 @@ struct JoinedLine<'a> {
     parameters: &'a EarthParameters,
 }
 
-impl<'a> JoinedLine<'a> {
+impl<'a> StripProfile<'a> {
     /// `None` where the outer side is bright.
     fn new(
         lines: &'a Lines,
@@ -159,52 +159,52 @@ impl<'a> JoinedLine<'a> {
     ) -> Option<Self> {
         let full_scale = f32::from(geometry.full_scale());
         let dark = dark_of(profile, lines.length);
-        let profile = profile.get(..lines.length.checked_sub(END)?)?;
+        let profile = profile.get(..lines.length.checked_sub(END_MARGIN)?)?;
         let is_dark = dark <= parameters.strips.dark_share * full_scale;
         is_dark.then_some(Self { lines, profile, dark, full_scale, parameters })
     }
 
     /// The outermost place that has its share of the brightness behind it.
-    fn passage(&self, zone: &Zone) -> Option<Passage> {
+    fn find_edge(&self, model: &LimbModel) -> Option<LimbEdge> {
         let Self { profile, dark, full_scale, parameters, .. } = *self;
         let least = parameters.strips.contrast_share * full_scale;
         // What a place's brightness has beyond its share of the brightness behind it.
         let excess = |place: usize| {
             let value = profile.get(place)? - dark;
-            zone.bright(profile, place, dark).map(|bright| (value - zone.level * bright, bright))
+            model.bright(profile, place, dark).map(|bright| (value - model.level * bright, bright))
         };
-        let outer = END + (self.lines.length / 8).max(5);
+        let outer = END_MARGIN + (self.lines.length / 8).max(5);
         let first = outer.checked_sub(1)?;
         let mut before = excess(first)?.0;
         let mut found = None;
         for place in outer..profile.len() {
             // At the inner end of the strip there is no bright side left.
             let (now, bright) = excess(place)?;
-            if now >= 0.0 && bright > least && zone.has_risen(profile, place, dark, bright) {
+            if now >= 0.0 && bright > least && model.is_ground(profile, place, dark, bright) {
                 found = if before < 0.0 {
-                    Some(Passage { place, part: before / (before - now), bright })
+                    Some(LimbEdge { place, part: before / (before - now), bright })
                 } else {
-                    self.outward(zone, place, first, bright)
+                    self.outward(model, place, first, bright)
                 };
                 break;
             }
             before = now;
         }
-        let Passage { place, bright, .. } = found?;
+        let LimbEdge { place, bright, .. } = found?;
         let saturated = bright + dark > parameters.strips.saturated_share * full_scale;
-        found.filter(|_| !saturated && rises(profile, place, zone, bright))
+        found.filter(|_| !saturated && is_rise(profile, place, model, bright))
     }
 
     /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that
     /// fades more slowly than the model's has its share all the way out. The outer end itself must be dark; a
     /// rise ends at least half way up.
-    fn outward(&self, zone: &Zone, place: usize, outermost: usize, bright: f32) -> Option<Passage> {
-        let excess = |place: usize| Some(self.profile.get(place)? - self.dark - zone.level * bright);
+    fn outward(&self, model: &LimbModel, place: usize, outermost: usize, bright: f32) -> Option<LimbEdge> {
+        let excess = |place: usize| Some(self.profile.get(place)? - self.dark - model.level * bright);
         let mut inner = excess(place)?;
         for place in (outermost + 1..=place).rev() {
             let outer = excess(place - 1)?;
             if outer < 0.0 {
-                return Some(Passage { place, part: outer / (outer - inner), bright });
+                return Some(LimbEdge { place, part: outer / (outer - inner), bright });
             }
             inner = outer;
         }
@@ -212,25 +212,27 @@ impl<'a> JoinedLine<'a> {
     }
 
     /// The limb point of a passage, with its sigma.
-    fn point(&self, passage: &Passage, zone: &Zone, strip: &Strip) -> Option<LimbPoint> {
+    fn point(&self, edge: &LimbEdge, model: &LimbModel, strip: &Strip) -> Option<LimbPoint> {
         let Self { profile, parameters, .. } = *self;
-        let Passage { place, part, bright } = *passage;
-        let smooth = zone.scatter(profile, place, self.dark)?;
-        let half = ((0.5 * zone.scale) as usize).clamp(1, END);
+        let LimbEdge { place, part, bright } = *edge;
+        let smooth = model.scatter(profile, place, self.dark)?;
+        let half = ((0.5 * model.scale) as usize).clamp(1, END_MARGIN);
         let scatter = self.lines.scatter_px(profile, place, half)?;
         let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
         // Clouds, and the shading by Lambert's law, which holds so far.
-        let (seen, unseen) = (REACH * smooth, parameters.limb.cloud_share);
-        let unsure = libm::sqrtf(seen * seen + unseen * unseen + zone.shading * zone.shading);
-        let level = zone.level * bright * unsure / gradient;
+        let (seen, unseen) = (CLOUD_FACTOR * smooth, parameters.limb.cloud_share);
+        let relative_sigma = libm::sqrtf(seen * seen + unseen * unseen + model.shading * model.shading);
+        let level = model.level * bright * relative_sigma / gradient;
         let height = parameters.limb.scatter_km / strip.expected.km_per_px.max(1e-3);
         let floor = parameters.strips.floor_px;
-        let steepness = strip.steepness();
+        let normal_cosine = strip.normal_cosine();
         // Along the lines, then across the limb.
         let sigma = libm::sqrtf(
-            (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
+            (scatter * scatter + level * level) * normal_cosine * normal_cosine
+                + floor * floor
+                + height * height,
         );
-        let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale);
+        let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * model.scale);
         if sigma.is_nan() || sigma >= greatest {
             return None;
         }
@@ -248,16 +250,16 @@ pub fn crossing(
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile()?;
-    let joined = JoinedLine::new(&lines, &profile, geometry, parameters)?;
-    let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
-    joined.point(&joined.passage(&zone)?, &zone, strip)
+    let strip_profile = StripProfile::new(&lines, &profile, geometry, parameters)?;
+    let model = LimbModel::new(&strip.expected, strip.normal_cosine(), parameters)?;
+    strip_profile.point(&strip_profile.find_edge(&model)?, &model, strip)
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.
-fn rises(profile: &[f32], place: usize, zone: &Zone, bright: f32) -> bool {
-    let out = (3.0 * (zone.scale + zone.spread)) as usize;
-    let from = place.saturating_sub(out.max(3)).max(END);
-    let fall = profile.get(from..place + zone.begin).map_or(f32::INFINITY, |rise| {
+fn is_rise(profile: &[f32], place: usize, model: &LimbModel, bright: f32) -> bool {
+    let out = (3.0 * (model.scale + model.spread)) as usize;
+    let from = place.saturating_sub(out.max(3)).max(END_MARGIN);
+    let fall = profile.get(from..place + model.begin).map_or(f32::INFINITY, |rise| {
         rise.windows(2).fold(0.0, |fall, pair| match pair {
             [outer, inner] if inner < outer => fall + (outer - inner),
             _ => fall,

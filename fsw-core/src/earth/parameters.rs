@@ -1,6 +1,6 @@
 //! What the room wants to know of the Earth, its limb and the points on it: a checked group for every step.
 
-use super::{Demand, Strips};
+use super::{FitCriteria, Strips};
 use crate::parameters::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
@@ -23,15 +23,15 @@ parameter_group! {
         /// Standard deviation of that height: season, wavelength, and that a limb narrower than a pixel seems
         /// 2 km higher than a wide one.
         height_sigma_km: f32 = 1.4, 0.0..=20.0, "km",
-            "fitted to `campaign earth`, seeds 1 and 2; judged on others";
+            "fitted to `campaign earth`, seeds 1 and 2; normalised_residual on others";
         /// Height over which the brightness above the surface falls to 1/e.
         scale_height_km: f32 = 8.0, 0.5..=50.0, "km", "thesis eq. 4.1; scale height of the air's density";
         /// Scatter of the limb's height from one limb point to the next.
         scatter_km: f32 = 0.6, 0.0..=10.0, "km",
-            "fitted to `campaign earth`, seeds 1 and 2; judged on others";
+            "fitted to `campaign earth`, seeds 1 and 2; normalised_residual on others";
         /// Difference of brightness between the limb and the bright side just inside that is not known, share
         /// of it: clouds.
-        cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
+        cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; normalised_residual on others";
         /// Share of the surface's brightness that follows the law of Lommel and Seeliger, the rest Lambert's.
         lommel_share: f32 = 0.5, 0.0..=1.0, "",
             "half way between the two laws: cloud tops follow the one, bare ground the other";
@@ -119,17 +119,17 @@ parameter_group! {
     pub struct HorizonParameters in "earth.horizon" {
         /// Standard deviation of the height: clouds and air masses.
         sigma_km: f32 = 1.8, 0.0..=20.0, "km",
-            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
         /// Distance over which it is shared.
         cell_km: f32 = 400.0, 50.0..=10_000.0, "km",
-            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
         /// Standard deviation of the place on the detector: clouds in a limb no wider than a pixel; in a
         /// wider one the less the wider it is.
         sigma_px: f32 = 0.48, 0.0..=5.0, "px",
-            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
         /// Distance over which it is shared.
         cloud_cell_km: f32 = 300.0, 50.0..=10_000.0, "km",
-            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
         /// Standard deviation of mean and first wave where the Sun is not known.
         sunless_px: f32 = 0.8, 0.0..=5.0, "px",
             "fitted to `campaign earth` solved without the Sun, seeds 1 and 2";
@@ -198,19 +198,19 @@ impl EarthParameters {
     }
 
     /// What is demanded of a search that found so many points.
-    pub fn in_search(&self, points: usize) -> Demand {
-        let inliers = self.fewest(self.search.inlier_share, points);
-        Demand { tolerance_px: self.search.tolerance_px, inliers, alone: true }
+    pub fn search_criteria(&self, points: usize) -> FitCriteria {
+        let min_inliers = self.fewest(self.search.inlier_share, points);
+        FitCriteria { tolerance_px: self.search.tolerance_px, min_inliers, standalone: true }
     }
 
     /// What is demanded of these strips; `alone` where no orbit says what the limb does not. Where a pixel
     /// spans less than the limb scatters, inliers may lie farther apart.
-    pub fn in_strips(&self, strips: &Strips, alone: bool) -> Demand {
-        let inliers = self.fewest(self.strips.inlier_share, strips.read);
+    pub fn strip_criteria(&self, strips: &Strips, alone: bool) -> FitCriteria {
+        let min_inliers = self.fewest(self.strips.inlier_share, strips.read);
         let tolerance_px = self.strips.tolerance_px;
         let scatter_px = TOLERATED_SCATTERS * self.limb.scatter_km / strips.km_per_px.max(1e-3);
         let tolerance_px = libm::sqrtf(tolerance_px * tolerance_px + scatter_px * scatter_px);
-        Demand { tolerance_px, inliers, alone }
+        FitCriteria { tolerance_px, min_inliers, standalone: alone }
     }
 
     /// By how many times less clouds move a limb of which a pixel spans so many km than one that is no wider

@@ -9,7 +9,7 @@
 //! scatter.
 
 use super::rays::{Cone, Ray};
-use super::shape::across;
+use super::shape::normal_basis;
 use nalgebra::Vector3;
 
 /// Share of the scatter's determinant that must be left when the noise is taken off; else the arc is all
@@ -77,7 +77,7 @@ pub(super) fn fit(rays: &[Ray], chosen: u128) -> Option<Cone> {
         return None;
     }
     let z = mean * (1.0 / libm::sqrtf(square));
-    let (x, y) = across(&z);
+    let (x, y) = normal_basis(&z);
     let in_frame = |v: &Vector3<f32>| Vector3::new(x.dot(v), y.dot(v), z.dot(v));
     let mut scatter = Scatter::default();
     for ray in rays.clone() {

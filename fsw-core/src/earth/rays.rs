@@ -52,7 +52,7 @@ impl Ray {
         }
         let at = |x: f32, y: f32| {
             let seen = camera.earth_direction([x, y])?;
-            Some(unit(&body.stretched(seen.vector()), seen.vector()))
+            Some(unit(&body.to_sphere_space(seen.vector()), seen.vector()))
         };
         let centre = at(x, y)?;
         let base = SLOPE_BASE_PX;
@@ -102,11 +102,11 @@ impl Cone {
         }
         let scale = if offset < 0.0 { -1.0 } else { 1.0 } / libm::sqrtf(square);
         let (axis, cosine) = (normal * scale, offset * scale);
-        Self::of(axis, libm::sqrtf((1.0 - cosine * cosine).max(0.0)), cosine)
+        Self::from_parts(axis, libm::sqrtf((1.0 - cosine * cosine).max(0.0)), cosine)
     }
 
     /// From its parts, where they are possible (and finite).
-    pub(super) fn of(axis: Vector3<f32>, sine: f32, cosine: f32) -> Option<Self> {
+    pub(super) fn from_parts(axis: Vector3<f32>, sine: f32, cosine: f32) -> Option<Self> {
         let possible = sine > 1.0 / MOST_RADII && sine < 1.0 / LEAST_RADII && cosine > 0.0;
         possible.then_some(Self { axis, sine, cosine })
     }

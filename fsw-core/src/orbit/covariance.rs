@@ -141,7 +141,7 @@ impl Covariance {
 
     /// `Φ P Φᵀ + Q` over `dt` seconds.
     pub fn propagate(&mut self, transition: &Transition, noise: &ProcessNoise, dt: f64) {
-        let (height, bias) = (noise.height_kept, noise.bias_kept);
+        let (height, bias) = (noise.height_decay, noise.bias_decay);
         self.transform(transition, &[height, 1.0, 1.0, 1.0, bias, bias, bias]);
         // White acceleration, integrated.
         let velocity = noise.acceleration * dt;
@@ -151,7 +151,7 @@ impl Covariance {
             self.add(VELOCITY + axis, POSITION + axis, both);
             self.add(VELOCITY + axis, VELOCITY + axis, velocity);
         }
-        self.add(LIMB_HEIGHT, LIMB_HEIGHT, noise.height_renewed);
+        self.add(LIMB_HEIGHT, LIMB_HEIGHT, noise.height_variance_added);
     }
 
     /// Rotates position and velocity.
@@ -252,7 +252,7 @@ impl Covariance {
     /// Whether the variances of position and velocity are positive, that of the limb height is not negative,
     /// and all are finite.
     #[inline(never)]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let height = self.at(LIMB_HEIGHT, LIMB_HEIGHT);
         (0..MOTION).all(|state| {
             let variance = self.at(state, state);

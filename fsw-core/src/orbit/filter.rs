@@ -8,7 +8,7 @@
 //! gate). A second one that disagrees takes the first one's place.
 //!
 //! The misalignment of the paths and the bias of the fixes are considered, not estimated (Schmidt), so the
-//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix
+//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`curvilinear`); what a fix
 //! measures is in [`super::observation`].
 //!
 //! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.87 M, without one 0.33 M,
@@ -64,7 +64,7 @@ pub enum Update {
 
 /// Why the filter was reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lost {
+pub enum ResetReason {
     /// The clock went backwards.
     Backwards,
     /// The gap is longer than [`MAX_GAP_US`].
@@ -93,7 +93,7 @@ impl OrbitFilter {
 
     /// Starts from a state of another source (the ground), with one sigma for all directions. Gives false,
     /// and changes nothing, when the state or a sigma is impossible.
-    pub fn start(
+    pub fn initialise(
         &mut self,
         state: OrbitState,
         position_sigma_km: f64,
@@ -113,7 +113,7 @@ impl OrbitFilter {
     }
 
     /// Resets the filter.
-    pub fn forget(&mut self) {
+    pub fn reset(&mut self) {
         self.estimate = None;
     }
 
@@ -143,8 +143,8 @@ impl OrbitFilter {
         let Some(nis) = updated.measurement_update(fix, earth_to_icrs, unit, parameters) else {
             return Update::Refused(FixError::Covariance);
         };
-        let second = updated.begun_us.take().is_some();
-        if nis <= f64::from(parameters.gate_nis) && updated.is_sound() {
+        let second = updated.first_fix_us.take().is_some();
+        if nis <= f64::from(parameters.gate_nis) && updated.is_valid() {
             updated.check_settled(parameters);
             self.estimate = Some(updated);
             return if second { Update::Started } else { Update::Accepted { nis: nis as f32 } };
@@ -175,43 +175,44 @@ impl OrbitFilter {
     ///
     /// # Errors
     /// Why the filter was reset.
-    pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
+    pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        if estimate.begun_us.is_some_and(|begun_us| to_us.saturating_sub(begun_us) > AGREEMENT_US) {
-            self.forget();
+        if estimate.first_fix_us.is_some_and(|first_fix_us| to_us.saturating_sub(first_fix_us) > AGREEMENT_US)
+        {
+            self.reset();
             return Ok(());
         }
         let propagated = estimate.propagate(to_us, parameters);
         if propagated.is_err() {
-            self.forget();
+            self.reset();
         }
         propagated
     }
 
     /// The estimate once a second fix has agreed with the first.
-    fn known(&self) -> Option<&Estimate> {
-        self.estimate.as_ref().filter(|estimate| estimate.begun_us.is_none())
+    fn confirmed(&self) -> Option<&Estimate> {
+        self.estimate.as_ref().filter(|estimate| estimate.first_fix_us.is_none())
     }
 
     /// Time, position and velocity; `None`, as for all that follows, until a second fix has agreed with the
     /// first.
     pub fn state(&self) -> Option<&OrbitState> {
-        self.known().map(|estimate| &estimate.state)
+        self.confirmed().map(|estimate| &estimate.state)
     }
 
     /// Height of the true limb above the assumed one, km.
     pub fn limb_height_km(&self) -> Option<f64> {
-        self.known().map(|estimate| estimate.limb_height_km)
+        self.confirmed().map(|estimate| estimate.limb_height_km)
     }
 
     /// Sigma of [`OrbitFilter::limb_height_km`].
     pub fn limb_height_sigma_km(&self) -> Option<f64> {
-        self.known().map(|estimate| libm::sqrt(estimate.covariance.at(LIMB_HEIGHT, LIMB_HEIGHT)))
+        self.confirmed().map(|estimate| libm::sqrt(estimate.covariance.at(LIMB_HEIGHT, LIMB_HEIGHT)))
     }
 
     /// The covariance of all states.
     pub fn covariance(&self) -> Option<&Covariance> {
-        self.known().map(|estimate| &estimate.covariance)
+        self.confirmed().map(|estimate| &estimate.covariance)
     }
 
     /// Covariance of the position, km², ICRS axes.
@@ -232,20 +233,21 @@ impl OrbitFilter {
     /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length
     /// since the start.
     pub fn settled(&self) -> bool {
-        self.known().is_some_and(|estimate| estimate.settled)
+        self.confirmed().is_some_and(|estimate| estimate.settled)
     }
 
     /// Moves the epoch by a step of the clock: the same state under another time.
     pub fn shift_epoch(&mut self, step_us: i64) {
         let Some(estimate) = &mut self.estimate else { return };
         estimate.state.time_us = estimate.state.time_us.saturating_add(step_us);
-        estimate.begun_us = estimate.begun_us.map(|begun_us| begun_us.saturating_add(step_us));
+        estimate.first_fix_us =
+            estimate.first_fix_us.map(|first_fix_us| first_fix_us.saturating_add(step_us));
     }
 
     /// Whether an orbit that never settled has made one revolution since its last accepted fix, `since_us`
     /// microseconds ago. On a right orbit fixes come at least once a revolution.
     pub fn is_stale(&self, since_us: i64) -> bool {
-        let Some(estimate) = self.known().filter(|estimate| !estimate.settled) else {
+        let Some(estimate) = self.confirmed().filter(|estimate| !estimate.settled) else {
             return false;
         };
         let position_km = &estimate.state.position_km;
@@ -258,7 +260,7 @@ impl OrbitFilter {
 
     /// Fixes rejected in a row.
     pub fn rejections(&self) -> u16 {
-        self.known().map_or(0, |estimate| estimate.rejections)
+        self.confirmed().map_or(0, |estimate| estimate.rejections)
     }
 }
 

@@ -9,14 +9,14 @@
 //! the true rotation to ICRS. `b` is the bias from clouds and the slant of the light on the limb: its
 //! covariance is that of the fix times a constant, and it changes slowly.
 //!
-//! The covariance of a fix belongs to the place at which the fit was linear ([`PositionFix::place_km`]). It
+//! The covariance of a fix belongs to the place at which the fit was linear ([`PositionFix::linearisation_km`]). It
 //! is long along the line to the Earth and scales with the distance, so a covariance at the measured place is
 //! correlated with the error of the fix and would bias the estimate by about `sigma² / r`. It is therefore
 //! rotated and scaled to the predicted position first.
 
-use super::bend::Bent;
 use super::constants::EARTH_RADIUS_KM;
 use super::covariance::{BIAS, LIMB_HEIGHT, MISALIGNMENT, POSITION, Sensitivity, is_covariance};
+use super::curvilinear::CurvilinearDifference;
 use super::dynamics::plausible;
 use super::point::PositionFix;
 use crate::matrix::{
@@ -58,9 +58,9 @@ impl Innovation {
         unit: bool,
     ) -> Self {
         let mut sensitivity = sensitivity(position_km, limb_height_km, earth_to_icrs);
-        let predicted = scaled(position_km, shrink(limb_height_km));
-        let Carried { mut noise_km2, mut innovation_km } =
-            Carried::of(fix, &predicted).unwrap_or_else(|| Carried::far(fix, &predicted, unit));
+        let predicted = scaled(position_km, range_scale(limb_height_km));
+        let TransportedFix { mut noise_km2, mut innovation_km } = TransportedFix::of(fix, &predicted)
+            .unwrap_or_else(|| TransportedFix::cartesian(fix, &predicted, unit));
         if unit {
             // Only what lies across the line. The component along the line gets sensitivity 0, innovation 0
             // and variance 1 km², so that S stays regular.
@@ -71,7 +71,7 @@ impl Innovation {
             innovation_km = product(&across, &innovation_km);
             noise_km2 = symmetric_product(&across, &noise_km2);
             add_scaled(&mut noise_km2, 1.0, &along);
-            set_columns(&mut sensitivity, POSITION, &scaled(&across, shrink(limb_height_km)));
+            set_columns(&mut sensitivity, POSITION, &scaled(&across, range_scale(limb_height_km)));
             set_columns(&mut sensitivity, BIAS, &across);
             if let Some(column) = sensitivity.data.0.get_mut(LIMB_HEIGHT) {
                 *column = [0.0; 3];
@@ -85,7 +85,7 @@ impl Innovation {
 pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), FixError> {
     let at_rest = Vector3::zeros();
     if !plausible(&fix.position_km, &at_rest)
-        || !plausible(&fix.place_km, &at_rest)
+        || !plausible(&fix.linearisation_km, &at_rest)
         // Also refuses what is no number.
         || !earth_to_icrs.iter().all(|x| libm::fabs(*x) < GREATEST_ELEMENT)
     {
@@ -95,7 +95,7 @@ pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(
 }
 
 /// By how much a limb that stands higher than assumed makes the distance appear shorter.
-fn shrink(limb_height_km: f64) -> f64 {
+fn range_scale(limb_height_km: f64) -> f64 {
     1.0 - limb_height_km / EARTH_RADIUS_KM
 }
 
@@ -113,11 +113,11 @@ pub(super) fn sensitivity(
     limb_height_km: f64,
     earth_to_icrs: &Matrix3<f64>,
 ) -> Sensitivity {
-    let shrink = shrink(limb_height_km);
-    let lever = cross_matrix(&scaled(position_km, shrink));
+    let range_scale = range_scale(limb_height_km);
+    let lever = cross_matrix(&scaled(position_km, range_scale));
     let height = scaled(position_km, -1.0 / EARTH_RADIUS_KM);
     let mut sensitivity = Sensitivity::zeros();
-    set_columns(&mut sensitivity, POSITION, &scaled(&identity(), shrink));
+    set_columns(&mut sensitivity, POSITION, &scaled(&identity(), range_scale));
     set_columns(&mut sensitivity, MISALIGNMENT, &product(&lever, earth_to_icrs));
     set_columns(&mut sensitivity, BIAS, &identity());
     if let Some(column) = sensitivity.data.0.get_mut(LIMB_HEIGHT) {
@@ -127,17 +127,17 @@ pub(super) fn sensitivity(
 }
 
 /// A fix carried to the predicted position.
-struct Carried {
+struct TransportedFix {
     noise_km2: Matrix3<f64>,
     innovation_km: Vector3<f64>,
 }
 
-impl Carried {
+impl TransportedFix {
     /// The difference as height and arc; the covariance rotated from one line to the other, scaled with the
     /// distance across the line and with its square along it (the distance is measured as an angle). `None`
     /// if the two are more than 60 degrees apart, or one is twice as far as the other.
     fn of(fix: &PositionFix, predicted: &Vector3<f64>) -> Option<Self> {
-        let bent = Bent::between(predicted, &fix.place_km)?;
+        let bent = CurvilinearDifference::between(predicted, &fix.linearisation_km)?;
         let scale = 1.0 / bent.scale;
         if !(scale > 0.5 && scale < 2.0) {
             return None;
@@ -146,15 +146,15 @@ impl Carried {
         let mut stretch = product_transposed(&scaled(&up, scale * scale - scale), &up);
         add_to_diagonal(&mut stretch, scale);
         let carry = product_transposed(&stretch, &bent.rotation);
-        let off_place = plus_scaled(&fix.position_km, -1.0, &fix.place_km);
+        let off_place = plus_scaled(&fix.position_km, -1.0, &fix.linearisation_km);
         let mut innovation_km = bent.difference_km;
         add_product(&mut innovation_km, &carry, &off_place);
         Some(Self { noise_km2: symmetric_product(&carry, &fix.covariance_km2), innovation_km })
     }
 
-    /// The plain difference, where [`Carried::of`] gives none. A direction alone has no distance: it counts
+    /// The plain difference, where [`TransportedFix::of`] gives none. A direction alone has no distance: it counts
     /// as a fix at the predicted distance.
-    fn far(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
+    fn cartesian(fix: &PositionFix, predicted: &Vector3<f64>, unit: bool) -> Self {
         let square_ratio = dot(predicted, predicted) / dot(&fix.position_km, &fix.position_km);
         let scale = if unit { libm::sqrt(square_ratio) } else { 1.0 };
         Self {

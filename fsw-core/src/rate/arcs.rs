@@ -20,10 +20,10 @@ use nalgebra::{Matrix3, Vector3};
 /// Most arcs.
 pub const MAX_ARCS: usize = 24;
 /// An arc agrees with a rate within so many sigmas along and across together (squared).
-const AGREES: f32 = 12.0;
+const INLIER_SQUARE: f32 = 12.0;
 
 /// A wrong arc may hide among few: the variance grows by this over the equations beyond three.
-const FEW: f32 = 6.0;
+const FEW_ARCS_INFLATION: f32 = 6.0;
 
 /// A direction before and after.
 #[derive(Clone, Copy, Debug)]
@@ -168,17 +168,17 @@ pub fn corrected(
     let agrees = |arc: &Arc| {
         let share = off * arc.duration_s[0];
         let looser = arc.sigma_rad.map(|sigma| libm::sqrtf(sigma * sigma + share * share));
-        misfit(&Arc { sigma_rad: looser, ..*arc }, &rate) < AGREES
+        misfit(&Arc { sigma_rad: looser, ..*arc }, &rate) < INLIER_SQUARE
     };
     arcs.iter().all(agrees).then_some((rate, covariance))
 }
 
 /// The arcs that agree with a rate, and their misfit in all.
 #[inline(never)]
-fn agreeing(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
+fn inliers_of(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
     arcs.iter().enumerate().fold((0, 0.0), |(bits, sum), (index, arc)| {
         let misfit = misfit(arc, h);
-        if misfit < AGREES { (bits | 1 << index, sum + misfit) } else { (bits, sum) }
+        if misfit < INLIER_SQUARE { (bits | 1 << index, sum + misfit) } else { (bits, sum) }
     })
 }
 
@@ -204,7 +204,7 @@ pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
                 // Once more, with the tangent of the rate found.
                 let proposed = proposed.and_then(|(rate, _)| least_squares(&pair, 3, &rate));
                 if let Some((h, _)) = proposed.filter(|_| !(flipped && other.directed)) {
-                    let (bits, misfit) = agreeing(arcs, &h);
+                    let (bits, misfit) = inliers_of(arcs, &h);
                     let both = (1 << first) | (1 << second);
                     let better = |(_, most, least): (_, u32, f32)| {
                         (bits.count_ones(), -misfit) > (most.count_ones(), -least)
@@ -233,7 +233,7 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
     let mut covariance = Matrix3::zeros();
     for _ in 0..3 {
         (rate, covariance) = least_squares(arcs, bits, &rate)?;
-        bits = agreeing(arcs, &rate).0;
+        bits = inliers_of(arcs, &rate).0;
     }
     if bits.count_ones() < 2 {
         return None;
@@ -246,19 +246,19 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
         });
     let free: f32 = count - 3.0;
     if free >= 1.0 {
-        covariance *= (misfit / free).max(1.0) * (1.0 + FEW / free);
+        covariance *= (misfit / free).max(1.0) * (1.0 + FEW_ARCS_INFLATION / free);
     }
     Some(RateFit { rad_s: rate, covariance, arcs: bits })
 }
 
 /// A rate's covariance with what else is not known of it, one sigma about every axis, rad/s.
-pub fn widened(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
+pub fn inflated(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
     covariance + Matrix3::from_diagonal_element(by_rad_s * by_rad_s)
 }
 
 /// Two independent estimates of a rate as one.
 #[inline(never)]
-pub fn joined(
+pub fn fused(
     a: (Vector3<f32>, Matrix3<f32>),
     b: (Vector3<f32>, Matrix3<f32>),
 ) -> Option<(Vector3<f32>, Matrix3<f32>)> {
@@ -269,9 +269,9 @@ pub fn joined(
 /// Whether two rates of about the same time are one, which may have changed by `change` about every axis,
 /// rad/s; `None` where one of them says so little that it would be like any other.
 #[inline(never)]
-pub fn is_like(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
+pub fn are_consistent(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
-    let covariance = widened(a.covariance + b.covariance, change) * (1.0 / SCALE);
+    let covariance = inflated(a.covariance + b.covariance, change) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
     if covariance.trace() >= 0.1 / SCALE * sizes.0.max(sizes.1) {
         return None;

@@ -14,7 +14,7 @@
 //! region in which polygon and matching would have accepted a star.
 
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
-use super::{Field, MAX_MEASURED, Measured};
+use super::{MAX_MEASURED, MeasuredStar, StarField};
 use crate::attitude::covariance::{Information, sigmas_rad};
 use crate::attitude::{VectorPair, wahba};
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -31,8 +31,8 @@ pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
 /// costs the others.
 pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
-/// Most stars of [`expected_stars`].
-pub const MAX_FEW: usize = 8;
+/// Most stars of [`match_predicted_stars`].
+pub const MAX_FEW_STARS: usize = 8;
 
 /// A measured star with its name.
 #[derive(Clone, Copy, Debug)]
@@ -98,14 +98,14 @@ const COLUMNS: usize = 32;
 const COLUMN_MARGIN_PX: f32 = 0.01;
 
 /// Which measured stars may be near a position: a bit each, by columns of the detector.
-struct Columns<'a> {
-    measured: &'a [Measured],
+struct ColumnIndex<'a> {
+    measured: &'a [MeasuredStar],
     stars: [u64; COLUMNS],
     per_px: f32,
 }
 
-impl<'a> Columns<'a> {
-    fn new(field: &Field<'a>, radius_px: f32) -> Self {
+impl<'a> ColumnIndex<'a> {
+    fn new(field: &StarField<'a>, radius_px: f32) -> Self {
         let width_px = f32::from(field.camera.parameters().width_px);
         let measured = field.measured();
         let mut columns = Self { measured, stars: [0; COLUMNS], per_px: COLUMNS as f32 / width_px };
@@ -150,18 +150,19 @@ const _: () = assert!(MAX_MEASURED <= u64::BITS as usize);
 /// claims it.
 fn match_stars(
     expected: &[Predicted],
-    field: &Field,
+    field: &StarField,
     attitude: &Rotation<Icrs, StarPath>,
     radius_px: f32,
 ) -> Vec<Match, MAX_FIELD_STARS> {
-    let columns = Columns::new(field, radius_px);
+    let columns = ColumnIndex::new(field, radius_px);
     let mut taken = [false; MAX_MEASURED];
     let mut matches = Vec::new();
     for (rank, star) in (0u8..).zip(expected) {
         let named = field.catalogue.star(star.star);
         let near = named
             .and_then(|named| {
-                let [x, y] = field.camera.project(&attitude.apply(&field.catalogue.seen(&named)))?;
+                let [x, y] =
+                    field.camera.project(&attitude.apply(&field.catalogue.apparent_direction(&named)))?;
                 let [dx, dy] = field.colour_shift_px([x, y], &named);
                 Some([x + dx, y + dy])
             })
@@ -178,28 +179,28 @@ fn match_stars(
 
 /// Residuals beyond so many sigmas are taken for what they are: a proton, a hot pixel or a neighbour in the
 /// star's image.
-const DOUBTFUL_SIGMAS: f32 = 2.0;
+const HUBER_SIGMAS: f32 = 2.0;
 /// ... and those beyond so many say nothing of the others' sigmas; of good ones chance brings 1 in 3,000
 /// there.
-const OUTLYING_SIGMAS: f32 = 4.0;
+const OUTLIER_SIGMAS: f32 = 4.0;
 
 /// Sigma of a centroid, or what its residual says of it where that is beyond `sigmas` of it: the weight of an
 /// outlier is bounded.
-fn doubted_sigma_px(found: &Match, seen: &Measured, sigmas: f32) -> f32 {
+fn robust_sigma_px(found: &Match, seen: &MeasuredStar, sigmas: f32) -> f32 {
     let [dx, dy] = found.residual_px;
     seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
 }
 
 /// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set.
-fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
+fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
     for found in matches {
         let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
         if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
             // There are no more matches than the list holds.
-            let doubted = Measured { sigma_px: doubted_sigma_px(found, seen, DOUBTFUL_SIGMAS), ..*seen };
-            let seen = field.without_colour(&doubted, &star);
-            let _ = pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera));
+            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, HUBER_SIGMAS), ..*seen };
+            let seen = field.colour_corrected(&doubted, &star);
+            let _ = pairs.push(seen.paired_with(field.catalogue.apparent_direction(&star), field.camera));
         }
     }
     pairs
@@ -207,28 +208,28 @@ fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, 
 
 /// The brightest stars, at most [`MAX_FEW`], that are measured where an attitude expects them, within
 /// `radius_px`, and what each says: where too few are seen for an attitude of their own.
-pub fn expected_stars(
+pub fn match_predicted_stars(
     attitude: &Rotation<Icrs, StarPath>,
-    field: &Field,
+    field: &StarField,
     radius_px: f32,
-) -> Vec<(Match, VectorPair), MAX_FEW> {
+) -> Vec<(Match, VectorPair), MAX_FEW_STARS> {
     let Some(expected) = field_stars(field.catalogue, field.camera, attitude) else { return Vec::new() };
     let matches = match_stars(&expected, field, attitude, radius_px);
     matches
         .iter()
         .filter_map(|found| {
             let star = field.catalogue.star(found.star)?;
-            let seen = field.without_colour(field.measured().get(usize::from(found.measured))?, &star);
-            Some((*found, seen.paired_with(field.catalogue.seen(&star), field.camera)))
+            let seen = field.colour_corrected(field.measured().get(usize::from(found.measured))?, &star);
+            Some((*found, seen.paired_with(field.catalogue.apparent_direction(&star), field.camera)))
         })
-        .take(MAX_FEW)
+        .take(MAX_FEW_STARS)
         .collect()
 }
 
 /// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others
 /// suffice. Not inlined: its list is not to lie on the stack under the matching.
 #[inline(never)]
-fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
+fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
         let pairs = vector_pairs(matches, field, all);
         if pairs.len() < 3 && !all {
@@ -240,7 +241,7 @@ fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, 
 }
 
 /// Ratio of the measured to the projected distances from their means: the focal length the field asks for.
-fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
+fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> f32 {
     let count = (matches.len() as f32).max(1.0);
     let positions = || {
         matches.iter().filter_map(|found| {
@@ -267,10 +268,10 @@ const PRIOR_RESIDUALS: f32 = 10.0;
 /// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at
 /// once; smaller ones only as far as there are many, because few are small by luck, and not of a calibrated
 /// lens, whose sigmas are known.
-fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
+fn sigma_scale(matches: &[Match], field: &StarField) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
         let seen = field.measured().get(usize::from(found.measured));
-        let sigma = seen.map_or(1.0, |seen| doubted_sigma_px(found, seen, OUTLYING_SIGMAS));
+        let sigma = seen.map_or(1.0, |seen| robust_sigma_px(found, seen, OUTLIER_SIGMAS));
         let [dx, dy] = found.residual_px;
         sum + (dx * dx + dy * dy) / (sigma * sigma)
     });
@@ -286,7 +287,7 @@ fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
 
 /// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with
 /// the [`BRIGHTEST`] and [`RADII`], times the number of different ones.
-fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &Field) -> f32 {
+fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &StarField) -> f32 {
     let radii = RADII.get(..RADII.len() - usize::from(!field.is_calibrated())).unwrap_or(&RADII);
     let measured = field.measured().len();
     let beyond_two = |count: usize| count.saturating_sub(2);
@@ -316,7 +317,11 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &F
 
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer
 /// than three stars match or the matches fix no attitude.
-pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
+pub fn confirm(
+    hypothesis: &Rotation<Icrs, StarPath>,
+    field: &StarField,
+    tolerance_px: f32,
+) -> Option<Confirmed> {
     // Not moved out of its option: a copy would lie on the stack under all that follows.
     let expected = field_stars(field.catalogue, field.camera, hypothesis);
     confirm_among(expected.as_ref()?, hypothesis, field, tolerance_px)
@@ -327,7 +332,7 @@ pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_p
 pub fn confirm_among(
     expected: &[Predicted],
     hypothesis: &Rotation<Icrs, StarPath>,
-    field: &Field,
+    field: &StarField,
     tolerance_px: f32,
 ) -> Option<Confirmed> {
     let measured = field.measured();
@@ -366,7 +371,7 @@ pub const WIDENINGS: usize = 3;
 const FEWEST_GAINED: usize = 2;
 
 /// Number of expected stars that have a measured one within `radius_px`.
-fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> usize {
+fn stars_near(expected: &[Predicted], measured: &[MeasuredStar], radius_px: f32) -> usize {
     let near = |[x, y]: [f32; 2]| {
         measured.iter().any(|seen| {
             let [dx, dy] = [seen.centre_px[0] - x, seen.centre_px[1] - y];
@@ -382,7 +387,7 @@ fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> 
 /// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be
 /// small, with a biased attitude and sigmas that believe it.
 #[inline(never)]
-pub fn widen(best: &mut Confirmed, field: &Field, tolerance_px: f32) {
+pub fn widen(best: &mut Confirmed, field: &StarField, tolerance_px: f32) {
     let expected = field_stars(field.catalogue, field.camera, &best.attitude);
     let Some(expected) = &expected else { return };
     let widest_px = tolerance_px * (1 << WIDENINGS) as f32;

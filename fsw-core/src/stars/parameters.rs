@@ -1,9 +1,9 @@
 //! Parameters of star identification, and the measured side that they give a tolerance.
 
-use super::Measured;
+use super::MeasuredStar;
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
-use crate::catalog::lookup::{COARSE_CHORD_ERROR, MOST_ABERRATION, q30};
+use crate::catalog::lookup::{COARSE_CHORD_ERROR, MAX_ABERRATION, q30};
 use crate::parameters::table::parameter_group;
 
 /// Tolerances tried one after the other.
@@ -35,7 +35,7 @@ impl IdentificationParameters {
     }
 
     /// The measured side between two stars with the tolerance number `step`.
-    pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
+    pub(super) fn side(&self, step: usize, a: &MeasuredStar, b: &MeasuredStar, camera: &Camera) -> Side {
         let chord = a.direction.chord(&b.direction);
         let tolerance = self.tolerance_px(step) * camera.rad_per_px();
         Side::new(chord, tolerance + self.scale_uncertainty * chord)
@@ -62,7 +62,7 @@ impl Side {
     pub const NONE: Self = Self { chord: 0.0, tolerance: 0.0, coarse: [0; 2] };
 
     pub fn new(chord: f32, tolerance: f32) -> Self {
-        let reach = tolerance + COARSE_CHORD_ERROR + MOST_ABERRATION * chord;
+        let reach = tolerance + COARSE_CHORD_ERROR + MAX_ABERRATION * chord;
         let (low, high) = (chord - reach, chord + reach);
         Self { chord, tolerance, coarse: [if low > 0.0 { q30(low * low) } else { 0 }, q30(high * high)] }
     }

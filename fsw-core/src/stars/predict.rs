@@ -5,7 +5,7 @@
 
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
-use crate::catalog::lookup::MOST_ABERRATION;
+use crate::catalog::lookup::MAX_ABERRATION;
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use heapless::Vec;
 
@@ -43,7 +43,7 @@ pub fn field_stars(
     let (cosine, middle) = circumscribed_cone(camera)?;
     let boresight = attitude.inverse().apply(&middle);
     let mut field = Vec::new();
-    for (index, direction) in catalogue.near(&boresight, cosine - MOST_ABERRATION) {
+    for (index, direction) in catalogue.stars_in_cone(&boresight, cosine - MAX_ABERRATION) {
         let direction = catalogue.aberrated(&direction);
         if direction.dot(&boresight) < cosine {
             continue;

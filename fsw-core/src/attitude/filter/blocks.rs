@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Symmetric, of 3 x 3 blocks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Covariance<const BLOCKS: usize>(pub(super) [[Matrix3<f32>; BLOCKS]; BLOCKS]);
+pub(super) struct BlockCovariance<const BLOCKS: usize>(pub(super) [[Matrix3<f32>; BLOCKS]; BLOCKS]);
 
-impl<const BLOCKS: usize> Covariance<BLOCKS> {
+impl<const BLOCKS: usize> BlockCovariance<BLOCKS> {
     pub(super) fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
         Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
     }
@@ -17,7 +17,7 @@ impl<const BLOCKS: usize> Covariance<BLOCKS> {
     }
 
     /// Puts a block in its two places; where these are one, rounding must not make it lopsided.
-    pub(super) fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
+    pub(super) fn set_block(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
         let across = block.transpose();
         let (block, across) = if row == column { ((block + across) * 0.5, across) } else { (block, across) };
         for (row, column, block) in [(column, row, across), (row, column, block)] {
@@ -44,13 +44,13 @@ pub(super) fn power(elapsed: f32, k: usize) -> f32 {
 }
 
 /// A turn, its matrix and that matrix's mean over the turn.
-pub(super) struct Turn {
+pub(super) struct RotationStep {
     pub(super) angle: Vector3<f32>,
     pub(super) whole: Matrix3<f32>,
     pub(super) mean: Matrix3<f32>,
 }
 
-impl Turn {
+impl RotationStep {
     /// By `angle`, rad, of at most [`super::MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ`
     /// and its like.
     pub(super) fn by(angle: Vector3<f32>) -> Self {

@@ -3,8 +3,8 @@
 
 use super::blocks::product;
 use super::{
-    COLOURED, FIRST_PROCESS_NOISE_RAD, Filter, GROWS, MAX_RATE_BASE_S, MAX_STEP_S, MEMORY, MIN_RATE_BASE_S,
-    MRAD, RATE, SHRINKS, SURPRISE, seconds, square, squares,
+    CONSISTENCY_IMAGES, CORRELATED_SHARE, FIRST_PROCESS_NOISE_RAD, Filter, MAX_RATE_BASE_S, MAX_STEP_S,
+    MIN_RATE_BASE_S, MRAD, NOISE_DECAY, NOISE_GROWTH, RATE, RESTART_NIS, seconds, square, squares,
 };
 use crate::attitude::VectorPair;
 use crate::attitude::covariance::Information;
@@ -14,29 +14,34 @@ use nalgebra::{Matrix3, Vector3};
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Takes in the attitude of a later instant; one of an earlier instant begins the filter anew.
-    pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) {
-        let elapsed_s = seconds(instant.us_since(self.observed));
+    pub fn measurement_update(
+        &mut self,
+        attitude: Rotation<Icrs, StarPath>,
+        sigma_rad: [f32; 3],
+        instant: LocalTime,
+    ) {
+        let elapsed_s = seconds(instant.us_since(self.updated_at));
         let mut then = *self;
         let propagated = then.propagate(instant, None);
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
-        if propagated && then.correct_all(&innovation, &variance) {
-            then.observed = instant;
+        if propagated && then.correct_attitude(&innovation, &variance) {
+            then.updated_at = instant;
             *self = then;
         } else {
             let anew = Self {
                 sensor: self.sensor,
                 reading: self.reading,
-                ..Self::begin(attitude, sigma_rad, instant)
+                ..Self::new(attitude, sigma_rad, instant)
             };
-            *self = anew.after(&then, &innovation, elapsed_s);
+            *self = anew.with_rate_after(&then, &innovation, elapsed_s);
         }
     }
 
     /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing
     /// changes, where the filter cannot be propagated there or the star stands where it does not expect it.
     #[inline(never)]
-    pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
+    pub fn measurement_update_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
         if !then.propagate(instant, None) {
             return false;
@@ -62,14 +67,14 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
         then.variance = then.variance.sup(&coloured);
-        then.observed = instant;
+        then.updated_at = instant;
         *self = then;
         true
     }
 
     /// The correction by an attitude of its own.
-    fn correct_all(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
-        let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
+    fn correct_attitude(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
+        let white = Matrix3::from_diagonal(&(variance * (1.0 - CORRELATED_SHARE)));
         let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
             return false;
         };
@@ -97,7 +102,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         freedom: f32,
     ) -> bool {
         let nis = innovation.dot(&(inverse * innovation)) * (MRAD * MRAD);
-        if nis.is_nan() || nis >= SURPRISE {
+        if nis.is_nan() || nis >= RESTART_NIS {
             return false;
         }
         self.update_process_noise(nis / freedom);
@@ -115,7 +120,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                     0 => product(left, &before.at(0, column)),
                     _ => before.at(row, column) - product(&gain, &before.at(0, column)),
                 };
-                self.covariance.put(row, column, block);
+                self.covariance.set_block(row, column, block);
             }
         }
         // Turns leave the matrix a little less orthogonal each.
@@ -127,13 +132,13 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Adapts the noise to the innovations.
     fn update_process_noise(&mut self, square: f32) {
-        self.consistency += (square - self.consistency) * (1.0 / MEMORY);
+        self.mean_nis += (square - self.mean_nis) * (1.0 / CONSISTENCY_IMAGES);
         if self.sensor.is_some() {
             return;
         }
-        let factor = match self.consistency {
-            above if above > GROWS.0 => GROWS.1,
-            below if below < SHRINKS.0 => SHRINKS.1,
+        let factor = match self.mean_nis {
+            above if above > NOISE_GROWTH.0 => NOISE_GROWTH.1,
+            below if below < NOISE_DECAY.0 => NOISE_DECAY.1,
             _ => 1.0,
         };
         let (least, greatest) = Self::process_noise_limits();
@@ -141,28 +146,28 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     }
 
     /// A new beginning after a state of which no noise explains the innovation.
-    fn after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
+    fn with_rate_after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
         let per_second = 1.0 / elapsed_s.max(MIN_RATE_BASE_S);
         let rate = innovation * per_second;
         if (MIN_RATE_BASE_S..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
             self.add(RATE, &(before.state(RATE) + rate));
-            self.covariance.put(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
+            self.covariance.set_block(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
             let both = (self.variance + before.variance) * (per_second * per_second);
-            self.covariance.put(RATE, RATE, Matrix3::from_diagonal(&both));
-            self.rated = true;
-        } else if before.rated {
+            self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&both));
+            self.has_rate = true;
+        } else if before.has_rate {
             // After a longer gap the old rate is as good as any over that gap.
             let changed = Matrix3::from_diagonal_element(
                 square(FIRST_PROCESS_NOISE_RAD) * elapsed_s.clamp(0.0, MAX_STEP_S),
             );
             self.add(RATE, &before.state(RATE));
-            self.covariance.put(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
-            self.rated = true;
+            self.covariance.set_block(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
+            self.has_rate = true;
         }
         for k in RATE + 1..BLOCKS {
-            self.covariance.put(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
+            self.covariance.set_block(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
         }
-        if before.rated && self.sensor.is_none() {
+        if before.has_rate && self.sensor.is_none() {
             let (least, greatest) = Self::process_noise_limits();
             self.process_noise_psd = (square(rate.norm()) * per_second).clamp(least, greatest);
         }

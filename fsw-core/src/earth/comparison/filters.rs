@@ -53,10 +53,10 @@ impl LimbProfile {
     ) -> Option<Self> {
         let lines = Lines::of(pixels, strip)?;
         let (length, profile) = (lines.length, lines.profile()?);
-        let inner = length.checked_sub(limb::END)?;
+        let inner = length.checked_sub(limb::END_MARGIN)?;
         let full_scale = f32::from(geometry.full_scale());
         let dark = limb::dark_of(&profile, length);
-        let used = profile.get(limb::END..inner)?;
+        let used = profile.get(limb::END_MARGIN..inner)?;
         let most = used.iter().fold(dark, |most, value| if *value > most { *value } else { most });
         if dark > parameters.strips.dark_share * full_scale
             || most - dark < parameters.strips.contrast_share * full_scale
@@ -65,11 +65,11 @@ impl LimbProfile {
             return None;
         }
         let half = 0.5 * (dark + most);
-        let guess = limb::END + used.iter().position(|value| *value > half)?;
+        let guess = limb::END_MARGIN + used.iter().position(|value| *value > half)?;
         let scale =
-            parameters.limb.scale_height_km / (strip.expected().km_per_px * strip.steepness()).max(1e-3);
+            parameters.limb.scale_height_km / (strip.expected().km_per_px * strip.normal_cosine()).max(1e-3);
         let reach = |scales: f32| libm::ceilf((scales * scale).max(LEAST_PX)) as usize;
-        let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END);
+        let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END_MARGIN);
         let to = (guess + reach(INSIDE_SCALES)).min(inner);
         (to > from + 2 * ORDER).then_some(Self { profile, from, to, length, guess, dark, scale })
     }
@@ -89,7 +89,7 @@ impl LimbProfile {
         parameters: &EarthParameters,
     ) -> Option<LimbPoint> {
         let inside = inward > self.from as f32 && inward < self.to as f32 && slope > 1e-3;
-        let noise = rms / slope * strip.steepness();
+        let noise = rms / slope * strip.normal_cosine();
         let height = parameters.limb.scatter_km / strip.expected().km_per_px.max(1e-3);
         let floor = parameters.strips.floor_px;
         let sigma = libm::sqrtf(noise * noise + floor * floor + height * height);
@@ -154,7 +154,7 @@ struct Polynomial {
 
 impl Polynomial {
     /// Least squares through a rise.
-    fn through(rise: &LimbProfile) -> Self {
+    fn circle_through(rise: &LimbProfile) -> Self {
         let (from, to) = (rise.from as f32, rise.to as f32 - 1.0);
         let mut fit =
             Self { middle: 0.5 * (from + to), half: 0.5 * (to - from), terms: [(0.0, 0.0, 0.0); ORDER + 1] };
@@ -201,7 +201,7 @@ pub fn polynomial(
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
     let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
-    let fit = Polynomial::through(&rise);
+    let fit = Polynomial::circle_through(&rise);
     // From the guess inwards to the first maximum, then outwards to half of it.
     let step = 1.0 / STEPS as f32;
     let mut place = rise.guess as f32;

@@ -13,8 +13,8 @@
 //! both show is the lens. Not in flight: the calibration is the ground's.
 
 use crate::camera::Camera;
-use crate::earth::centre::{self, Expected, RayBuffer};
-use crate::earth::{Body, Demand, EarthParameters, LimbPoint, Refusal};
+use crate::earth::centre::{self, CentrePrior, RayBuffer};
+use crate::earth::{Body, EarthParameters, FitCriteria, FitError, LimbPoint};
 
 /// Step of the focal length, share.
 const STEP: f32 = 2e-3;
@@ -43,9 +43,9 @@ pub struct LimbPoints<'a> {
     /// The body as it stands.
     pub body: &'a Body,
     /// When the points count as those of one body.
-    pub demand: &'a Demand,
+    pub criteria: &'a FitCriteria,
     /// Where the centre is expected.
-    pub expected: Option<&'a Expected>,
+    pub prior: Option<&'a CentrePrior>,
     /// What the room wants to know.
     pub parameters: &'a EarthParameters,
 }
@@ -54,24 +54,24 @@ impl Scale {
     /// By the Earth, whose centre stands `known_km` away, known to `sigma_km`.
     ///
     /// # Errors
-    /// As [`centre::centre`]; [`Refusal::Degenerate`] where the distance does not depend on the focal length.
+    /// As [`centre::centre`]; [`FitError::Degenerate`] where the distance does not depend on the focal length.
     pub fn by_the_earth(
         measured: &LimbPoints,
         [known_km, sigma_km]: [f32; 2],
         workspace: &mut RayBuffer,
-    ) -> Result<Self, Refusal> {
-        let LimbPoints { points, camera, body, demand, expected, parameters } = *measured;
+    ) -> Result<Self, FitError> {
+        let LimbPoints { points, camera, body, criteria, prior, parameters } = *measured;
         let mut longer = *camera.parameters();
         longer.focal_length_px *= 1.0 + STEP;
-        let longer = Camera::new(longer).map_err(|_| Refusal::Degenerate)?;
+        let longer = Camera::new(longer).map_err(|_| FitError::Degenerate)?;
         let mut distance = |camera: &Camera| {
-            let fix = centre::centre(points, camera, body, demand, expected, parameters, workspace)?;
+            let fix = centre::centre(points, camera, body, criteria, prior, parameters, workspace)?;
             Ok((libm::sqrtf(fix.centre_km.dot(&fix.centre_km)), fix.sigmas().1))
         };
         let (distance_km, own_km) = distance(camera)?;
         let slope_km = (distance(&longer)?.0 - distance_km) / STEP;
         if libm::fabsf(slope_km).is_nan() || libm::fabsf(slope_km) < LEAST_SLOPE * distance_km {
-            return Err(Refusal::Degenerate);
+            return Err(FitError::Degenerate);
         }
         let both_km = libm::sqrtf(own_km * own_km + sigma_km * sigma_km);
         Ok(Self { share: (known_km - distance_km) / slope_km, sigma: both_km / libm::fabsf(slope_km) })

@@ -8,7 +8,7 @@ use super::{BREADTH, MAX_LENGTH, MIDDLE, Strip};
 use crate::order;
 
 /// Places at either end that not every line reaches: the slope is at most one.
-pub(in crate::earth) const END: usize = MIDDLE as usize + 1;
+pub(in crate::earth) const END_MARGIN: usize = MIDDLE as usize + 1;
 /// Fractional bits of a shift, px, and of a value, counts: nine values of 16 bits have room.
 const FINE_SHIFT: u32 = 8;
 
@@ -28,7 +28,7 @@ pub(in crate::earth) struct Lines<'a> {
 
 /// A line, to be read inwards.
 #[derive(Clone, Copy, Default)]
-struct Walk {
+struct LineCursor {
     /// Where the last pixel read stands, and its counts.
     at: usize,
     last: i32,
@@ -40,7 +40,7 @@ impl<'a> Lines<'a> {
     /// `None` where the pixels are not the strip's, or its limb is too slant for it.
     pub(in crate::earth) fn of(pixels: &'a [u16], strip: &Strip) -> Option<Self> {
         let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
-        let (steep, flat) = strip.steep_and_flat();
+        let (steep, flat) = strip.normal_components();
         if pixels.len() != BREADTH * length || length > MAX_LENGTH || libm::fabsf(steep) < 0.6 {
             return None;
         }
@@ -55,35 +55,35 @@ impl<'a> Lines<'a> {
     }
 
     /// A line from where it has the same distance from the limb as the middle line at `place`.
-    fn walk(&self, line: usize, place: usize) -> Option<Walk> {
+    fn cursor(&self, line: usize, place: usize) -> Option<LineCursor> {
         let shift = *self.shifts.get(line)?;
         let first = place as i32 + (shift >> FINE_SHIFT);
         let at = usize::try_from(self.outer + line as i32 * self.across + first * self.inward).ok()?;
         let last = i32::from(*self.pixels.get(at)?);
-        Some(Walk { at, last, part: shift & ((1 << FINE_SHIFT) - 1) })
+        Some(LineCursor { at, last, part: shift & ((1 << FINE_SHIFT) - 1) })
     }
 
     /// Its value, fine counts, and on to the next place.
-    fn step(&self, walk: &mut Walk) -> Option<i32> {
-        walk.at = walk.at.wrapping_add_signed(self.inward as isize);
-        let next = i32::from(*self.pixels.get(walk.at)?);
-        let value = (walk.last << FINE_SHIFT) + walk.part * (next - walk.last);
-        walk.last = next;
+    fn step(&self, cursor: &mut LineCursor) -> Option<i32> {
+        cursor.at = cursor.at.wrapping_add_signed(self.inward as isize);
+        let next = i32::from(*self.pixels.get(cursor.at)?);
+        let value = (cursor.last << FINE_SHIFT) + cursor.part * (next - cursor.last);
+        cursor.last = next;
         Some(value)
     }
 
     /// The joined line, counts: at each place the mean of the lines without the least and the greatest; zero
     /// at both ends, which not every line reaches.
     pub(in crate::earth) fn profile(&self) -> Option<[f32; MAX_LENGTH]> {
-        let mut walks = [Walk::default(); BREADTH];
-        for (line, walk) in walks.iter_mut().enumerate() {
-            *walk = self.walk(line, END)?;
+        let mut cursors = [LineCursor::default(); BREADTH];
+        for (line, cursor) in cursors.iter_mut().enumerate() {
+            *cursor = self.cursor(line, END_MARGIN)?;
         }
         let mut profile = [0.0; MAX_LENGTH];
-        for joined in profile.get_mut(END..self.length.checked_sub(END)?)? {
+        for joined in profile.get_mut(END_MARGIN..self.length.checked_sub(END_MARGIN)?)? {
             let (mut sum, mut least, mut greatest) = (0, i32::MAX, 0);
-            for walk in &mut walks {
-                let value = self.step(walk)?;
+            for cursor in &mut cursors {
+                let value = self.step(cursor)?;
                 sum += value;
                 least = least.min(value);
                 greatest = greatest.max(value);
@@ -108,10 +108,10 @@ impl<'a> Lines<'a> {
         let joined: f32 = joined.iter().sum();
         let (mut squares, mut greatest) = (0.0, 0.0);
         for line in 0..BREADTH {
-            let mut walk = self.walk(line, first)?;
+            let mut cursor = self.cursor(line, first)?;
             let mut own = 0;
             for _ in 0..places {
-                own += self.step(&mut walk)?;
+                own += self.step(&mut cursor)?;
             }
             let departure = (own as f32 * (1.0 / (1 << FINE_SHIFT) as f32) - joined) / rise;
             let square = departure * departure;
@@ -130,7 +130,7 @@ impl<'a> Lines<'a> {
 pub(in crate::earth) fn dark_of(profile: &[f32], length: usize) -> f32 {
     let mut outer = [0.0; MAX_LENGTH / 8];
     let count = (length / 8).clamp(5, MAX_LENGTH / 8);
-    for (dark, value) in outer.iter_mut().zip(profile.iter().skip(END)).take(count) {
+    for (dark, value) in outer.iter_mut().zip(profile.iter().skip(END_MARGIN)).take(count) {
         *dark = *value;
     }
     if let Some(outer) = outer.get_mut(..count) {

@@ -18,7 +18,7 @@
 //! heights themselves, and what clouds do to the place of half brightness in a limb no wider than a pixel,
 //! which is a part of a pixel, and less the wider the limb is. To the mean is added what is not known of the
 //! limb's mean height; to mean and first wave what the slant of the light does where the Sun is not known: at
-//! noon it draws the whole disc towards the Sun and makes it smaller. Test: `horizon/tests.rs`; fitted to the
+//! noon it draws the whole disc towards the Sun and makes it smaller. Test: `shared_heights/tests.rs`; fitted to the
 //! frames of `sil-host campaign earth` of the seeds 1 and 2, and judged by those of others.
 //!
 //! Cost: 18 operations a point and wave, 20,000 for 24 points.
@@ -33,14 +33,14 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) const MODES: usize = 32;
 
 /// A field along a limb, by wave.
-struct Field {
+struct HeightField {
     /// `σ²`, of the angle at the limb, rad².
     variance: f32,
     /// `(L / ρ)²`.
     stiffness: f32,
 }
 
-impl Field {
+impl HeightField {
     /// Share of a wave, not yet of the sum.
     fn share(&self, wave: usize) -> f32 {
         let damping = 1.0 + self.stiffness * (wave * wave) as f32;
@@ -50,28 +50,28 @@ impl Field {
 }
 
 /// What neighbours share along a limb. Variances are of the angle at the limb, rad².
-pub(super) struct Horizon {
+pub(super) struct SharedHeights {
     /// Heights, and what clouds do.
-    fields: [Field; 2],
+    fields: [HeightField; 2],
     /// Variance of the mean height besides.
     mean: f32,
     /// Variance of mean and first wave besides.
     sunless: f32,
 }
 
-impl Horizon {
+impl SharedHeights {
     /// Along the limb of this cone, seen in pixels of `rad_per_px`.
     pub(super) fn new(cone: &Cone, body: &Body, rad_per_px: f32, parameters: &EarthParameters) -> Self {
         // Distance and radius of the limb; both sine and cosine are positive.
         let distance_km = body.radius_km() * cone.cosine / cone.sine;
         let square = |number: f32| number * number;
-        let field = |cell_km: f32, sigma_rad: f32| Field {
+        let field = |cell_km: f32, sigma_rad: f32| HeightField {
             variance: square(sigma_rad),
             stiffness: square(cell_km / (body.radius_km() * cone.cosine)),
         };
         let clouds =
             parameters.horizon.sigma_px * rad_per_px / parameters.clouds_reduction(distance_km * rad_per_px);
-        let sunless_px = if body.knows_sun() { 0.0 } else { parameters.horizon.sunless_px };
+        let sunless_px = if body.has_sun() { 0.0 } else { parameters.horizon.sunless_px };
         Self {
             fields: [
                 field(parameters.horizon.cell_km, parameters.horizon.sigma_km / distance_km),
@@ -83,7 +83,7 @@ impl Horizon {
     }
 }
 
-impl Horizon {
+impl SharedHeights {
     /// Variance of every wave.
     fn variances(&self) -> [f32; MODES] {
         let mut variances = [0.0; MODES];
@@ -102,17 +102,17 @@ impl Horizon {
 }
 
 /// How the unknowns of a fit answer to a wave of height, by its cosine and its sine.
-pub(super) struct Response {
+pub(super) struct FitResponse {
     waves: [[Vector3<f32>; 2]; MODES],
 }
 
-impl Default for Response {
+impl Default for FitResponse {
     fn default() -> Self {
         Self { waves: [[Vector3::zeros(); 2]; MODES] }
     }
 }
 
-impl Response {
+impl FitResponse {
     /// Takes in a point whose azimuth has this cosine and sine, by which the unknowns change by `gain` for a
     /// radian.
     pub(super) fn add(&mut self, azimuth: [f32; 2], gain: &Vector3<f32>) {
@@ -126,9 +126,9 @@ impl Response {
     }
 
     /// The covariance of the unknowns.
-    pub(super) fn covariance(&self, horizon: &Horizon) -> Matrix3<f32> {
+    pub(super) fn covariance(&self, heights: &SharedHeights) -> Matrix3<f32> {
         let mut sum = Matrix3::zeros();
-        for (both, variance) in self.waves.iter().zip(horizon.variances()) {
+        for (both, variance) in self.waves.iter().zip(heights.variances()) {
             for gain in both {
                 add_product_transposed(&mut sum, &(gain * variance), gain);
             }

@@ -1,8 +1,8 @@
 //! The limb in a strip where the Sun is not known.
 
-use super::{JoinedLine, Lines, Passage, Strip};
+use super::{LimbEdge, Lines, Strip, StripProfile};
+use crate::earth::limb_model::{self, LimbModel};
 use crate::earth::view::ExpectedLimb;
-use crate::earth::zone::{self, Zone};
 use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
@@ -19,13 +19,13 @@ const LEAST_BEHIND: f32 = 0.6;
 const FAR_PX: usize = 12;
 const LEAST_BEHIND_PX: usize = 4;
 /// A slant is believed when the line brightens by so many times what clouds may do: two sigmas.
-const SURE: f32 = 2.0;
+const SLANT_SIGMAS: f32 = 2.0;
 /// Halvings in which it is found: to a hundredth.
 const SLANT_STEPS: usize = 10;
 /// Greatest slant, cotangent of the Sun's elevation: 5 deg, about the least elevation where the Sun is known.
 const GREATEST_SLANT: f32 = 11.0;
 /// So many times as much of the shading may be wrong as where the Sun is known: half of it. Chosen.
-const UNKNOWN_LIGHT: f32 = 5.0;
+const SHADING_FACTOR: f32 = 5.0;
 
 /// [`crossing`](super::crossing) where the Sun is not known: the slant of its light is taken from the line
 /// itself, and a body must go on behind its limb.
@@ -34,7 +34,7 @@ const UNKNOWN_LIGHT: f32 = 5.0;
 /// `w` the cotangent of the Sun's elevation, be it white or grey; two stretches of the line give `w`, as far
 /// as clouds let them: where it brightens by less than twice what clouds may do, the Sun is taken to stand
 /// high. Not in flight, which knows the Sun with its attitude.
-pub fn crossing_in_any_light(
+pub fn crossing_without_sun(
     pixels: &[u16],
     strip: &Strip,
     geometry: &DetectorGeometry,
@@ -42,59 +42,75 @@ pub fn crossing_in_any_light(
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile()?;
-    let joined = JoinedLine::new(&lines, &profile, geometry, parameters)?;
+    let strip_profile = StripProfile::new(&lines, &profile, geometry, parameters)?;
     let overhead = ExpectedLimb { sun_sine: 1.0, sun_facing: 0.0, ..strip.expected };
-    let zone = Zone::new(&overhead, strip.steepness(), parameters)?;
-    let passage = joined.passage(&zone)?;
-    let km_per_place = strip.expected.km_per_px * strip.steepness();
-    if !goes_on(joined.profile, passage.place, &zone, km_per_place, [joined.dark, passage.bright]) {
+    let model = LimbModel::new(&overhead, strip.normal_cosine(), parameters)?;
+    let edge = strip_profile.find_edge(&model)?;
+    let km_per_place = strip.expected.km_per_px * strip.normal_cosine();
+    if !surface_continues(
+        strip_profile.profile,
+        edge.place,
+        &model,
+        km_per_place,
+        [strip_profile.dark, edge.bright],
+    ) {
         return None;
     }
-    let slant = slant(&joined, &passage, &zone, km_per_place);
-    let (sun_sine, sun_facing) = zone::elevation(slant);
+    let slant = slant(&strip_profile, &edge, &model, km_per_place);
+    let (sun_sine, sun_facing) = limb_model::elevation(slant);
     let slanted = ExpectedLimb { sun_sine, sun_facing, ..strip.expected };
-    let zone = Zone::new(&slanted, strip.steepness(), parameters)?;
-    let zone = Zone { shading: UNKNOWN_LIGHT * zone.shading, ..zone };
-    joined.point(&joined.passage(&zone)?, &zone, strip)
+    let model = LimbModel::new(&slanted, strip.normal_cosine(), parameters)?;
+    let model = LimbModel { shading: SHADING_FACTOR * model.shading, ..model };
+    strip_profile.point(&strip_profile.find_edge(&model)?, &model, strip)
 }
 
 /// Cotangent of the Sun's elevation at the limb, zero where the line does not tell it from clouds.
-fn slant(joined: &JoinedLine, passage: &Passage, zone: &Zone, km_per_place: f32) -> f32 {
-    let Some(behind) = joined.profile.get(passage.place + zone.end..) else { return 0.0 };
+fn slant(strip_profile: &StripProfile, edge: &LimbEdge, model: &LimbModel, km_per_place: f32) -> f32 {
+    let Some(behind) = strip_profile.profile.get(edge.place + model.end..) else { return 0.0 };
     let behind = behind.get(..behind.len().min(FAR_PX)).unwrap_or(behind);
     if behind.len() < LEAST_BEHIND_PX {
         return 0.0;
     }
-    let far = behind.iter().sum::<f32>() / behind.len() as f32 - joined.dark;
-    let ratio = far / passage.bright.max(1.0);
+    let far = behind.iter().sum::<f32>() / behind.len() as f32 - strip_profile.dark;
+    let ratio = far / edge.bright.max(1.0);
     // Squares of the cosine of the view at the middles of both stretches; the surface lies where half of its
     // light is passed.
     let square = |places: f32| {
-        let depth_km = (places - zone.scale * core::f32::consts::LN_2).max(0.0) * km_per_place;
-        2.0 * depth_km / joined.parameters.ellipsoid.equatorial_km.max(1.0)
+        let depth_km = (places - model.scale * core::f32::consts::LN_2).max(0.0) * km_per_place;
+        2.0 * depth_km / strip_profile.parameters.ellipsoid.equatorial_km.max(1.0)
     };
-    let near = square(0.5 * (zone.begin + zone.end) as f32);
-    let squares = [near, square(zone.end as f32 + 0.5 * behind.len() as f32)];
-    let growth = |slant: f32| zone::growth(slant, squares, joined.parameters);
-    let feigned = (1.0 + SURE * joined.parameters.limb.cloud_share) * growth(0.0);
+    let near = square(0.5 * (model.begin + model.end) as f32);
+    let squares = [near, square(model.end as f32 + 0.5 * behind.len() as f32)];
+    let brightness_ratio =
+        |slant: f32| limb_model::brightness_ratio(slant, squares, strip_profile.parameters);
+    let cloud_limit =
+        (1.0 + SLANT_SIGMAS * strip_profile.parameters.limb.cloud_share) * brightness_ratio(0.0);
     // In a low orbit so little of the ground is behind the limb that the light's slant hardly shows.
-    if ratio < feigned || growth(GREATEST_SLANT) < feigned * (1.0 + joined.parameters.limb.cloud_share) {
+    if ratio < cloud_limit
+        || brightness_ratio(GREATEST_SLANT) < cloud_limit * (1.0 + strip_profile.parameters.limb.cloud_share)
+    {
         return 0.0;
     }
     // It grows with the slant.
     let (mut low, mut high) = (0.0, GREATEST_SLANT);
     for _ in 0..SLANT_STEPS {
         let middle = 0.5 * (low + high);
-        (low, high) = if growth(middle) < ratio { (middle, high) } else { (low, middle) };
+        (low, high) = if brightness_ratio(middle) < ratio { (middle, high) } else { (low, middle) };
     }
     high
 }
 
 /// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two
 /// and a half times as bright as 25 km below.
-fn goes_on(profile: &[f32], place: usize, zone: &Zone, km_per_place: f32, [dark, bright]: [f32; 2]) -> bool {
+fn surface_continues(
+    profile: &[f32],
+    place: usize,
+    model: &LimbModel,
+    km_per_place: f32,
+    [dark, bright]: [f32; 2],
+) -> bool {
     let depth = (DEPTH_KM / km_per_place.max(1e-3)) as usize;
-    let end = (place + depth.max(zone.end)).min(profile.len());
+    let end = (place + depth.max(model.end)).min(profile.len());
     let behind = profile.get(end.saturating_sub(BEHIND)..end).unwrap_or(&[]);
     behind.iter().sum::<f32>() > (dark + LEAST_BEHIND * bright) * behind.len() as f32
 }

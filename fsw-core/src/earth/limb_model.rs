@@ -52,11 +52,11 @@ const LEAST_SCALE_PX: f32 = 0.1;
 /// Greatest rise of ground over a scale height: between air, which brightens by 2.7, and ground, which hardly
 /// does.
 const GREATEST_RISE: f32 = 1.7;
-/// Places of the bright side at which the model is taken; against a fine mean in `zone/tests.rs`.
+/// Places of the bright side at which the model is taken; against a fine mean in `limb_model/tests.rs`.
 const SAMPLES: usize = 4;
 
 /// How long the rise and the bright side are, in places along the lines.
-pub(super) struct Zone {
+pub(super) struct LimbModel {
     /// Places behind the half-brightness place at which the bright side begins and ends.
     pub(super) begin: usize,
     pub(super) end: usize,
@@ -71,7 +71,7 @@ pub(super) struct Zone {
 }
 
 /// The model along a line.
-struct Model {
+struct BrightnessModel {
     scale: f32,
     /// Place of the surface.
     surface: f32,
@@ -86,7 +86,7 @@ struct Model {
     scaling: f32,
 }
 
-impl Model {
+impl BrightnessModel {
     /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens;
     /// `air` is that of the air there.
     fn clear(&self, place: f32, air: f32) -> f32 {
@@ -94,8 +94,8 @@ impl Model {
             return air;
         }
         let square = self.turning * (place - self.surface);
-        let sunlight = self.sine * (1.0 - 0.5 * square) + root(square) * self.facing;
-        (self.scaling * law(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
+        let sunlight = self.sine * (1.0 - 0.5 * square) + fast_sqrt(square) * self.facing;
+        (self.scaling * reflectance(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
     /// The same through the lens.
@@ -119,7 +119,7 @@ impl Model {
 
 /// Square root of a number from 0 to 1e30, to 5e-6 of it: from the exponent halved, by two of Newton's steps
 /// for the reciprocal root. A strip's model takes 200 of them; libm's exact one costs 63 cycles, this one 25.
-fn root(square: f32) -> f32 {
+fn fast_sqrt(square: f32) -> f32 {
     let half = 0.5 * square;
     let first = f32::from_bits(0x5F37_59DF_u32.wrapping_sub(square.to_bits() >> 1));
     let second = first * (1.5 - half * first * first);
@@ -128,8 +128,8 @@ fn root(square: f32) -> f32 {
 
 /// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share`
 /// of it is Lommel's and Seeliger's.
-fn law(share: f32, sunlight: f32, square: f32) -> f32 {
-    let view = root(square + HAZE * HAZE);
+fn reflectance(share: f32, sunlight: f32, square: f32) -> f32 {
+    let view = fast_sqrt(square + HAZE * HAZE);
     sunlight * (share * 2.0 / (sunlight + view) + 1.0 - share)
 }
 
@@ -141,28 +141,33 @@ pub(super) fn elevation(slant: f32) -> (f32, f32) {
 
 /// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of
 /// the cosine of the view there, under a light of this slant.
-pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
+pub(super) fn brightness_ratio(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
     let (sine, facing) = elevation(slant);
-    let at = |square: f32| law(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
+    let at =
+        |square: f32| reflectance(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
     at(far) / at(near)
 }
 
-impl Zone {
+impl LimbModel {
     /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer
     /// than a strip.
-    pub(super) fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
-        let km_per_px = (expected.km_per_px * steepness).max(1e-3);
+    pub(super) fn new(
+        expected: &ExpectedLimb,
+        normal_cosine: f32,
+        parameters: &EarthParameters,
+    ) -> Option<Self> {
+        let km_per_px = (expected.km_per_px * normal_cosine).max(1e-3);
         let scale = (parameters.limb.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
         let psf = parameters.limb.psf_sigma_px;
-        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / steepness;
+        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / normal_cosine;
         let surface = scale * core::f32::consts::LN_2;
         let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
-        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
+        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / normal_cosine).min(MOST_BRIGHT_PX);
         let length = libm::floorf(length + 0.5);
         if (begin + length).is_nan() || begin + length >= LONGEST_PX {
             return None;
         }
-        let model = Model {
+        let model = BrightnessModel {
             scale,
             surface,
             turning: 2.0 * km_per_px / parameters.ellipsoid.equatorial_km.max(1.0),
@@ -171,7 +176,7 @@ impl Zone {
             share: parameters.limb.lommel_share,
             scaling: 1.0,
         };
-        let model = Model { scaling: 1.0 / law(model.share, model.sine, 0.0), ..model };
+        let model = BrightnessModel { scaling: 1.0 / reflectance(model.share, model.sine, 0.0), ..model };
         let mut bright = 0.0;
         for sample in 0..SAMPLES {
             let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;
@@ -195,7 +200,7 @@ impl Zone {
 
     /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it
     /// is hardly brighter. A line that ends before that cannot tell.
-    pub(super) fn has_risen(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
+    pub(super) fn is_ground(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
         let farther = self.bright(profile, place + self.scale as usize, dark);
         farther.is_none_or(|farther| farther < GREATEST_RISE * bright)
     }

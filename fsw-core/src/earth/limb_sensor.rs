@@ -3,15 +3,15 @@
 //!
 //! In: an exposed detector, the camera, the [`Body`], room to work. Out: limb points and their centre. A
 //! search alone gives a centre only good enough to say where strips must lie; strips give the centre that
-//! counts. The flight cycle takes the steps one by one, because an orbit may replace the search; [`anywhere`]
+//! counts. The flight cycle takes the steps one by one, because an orbit may replace the search; [`acquire`]
 //! takes all of them, for a picture of which nothing is known.
 
-use super::centre::{self, Expected};
+use super::centre::{self, CentrePrior};
 use super::reach::{MAX_LIMB_STRIPS, STRIP_MARGIN_PX, limb_reach};
-use super::shape::between;
+use super::shape::bilinear;
 use super::view::View;
-use super::{Body, Demand, EarthFix, EarthParameters, LimbPoint, MAX_LIMB_POINTS};
-use super::{Refusal, Strips, limb, search};
+use super::{Body, EarthFix, EarthParameters, FitCriteria, LimbPoint, MAX_LIMB_POINTS};
+use super::{FitError, Strips, limb, search};
 use crate::camera::Camera;
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};
@@ -28,7 +28,7 @@ const LIT_STEPS: f32 = 6.0;
 
 /// Where the work is done; all of it is written over.
 #[derive(Debug)]
-pub struct Room<'a> {
+pub struct Buffers<'a> {
     /// Raw pixels: the longer side of the detector, and a strip ([`limb::BREADTH`] by [`limb::MAX_LENGTH`]).
     pub buffer: &'a mut [u16],
     /// The limb points.
@@ -39,7 +39,7 @@ pub struct Room<'a> {
 
 /// Who looks, and at what.
 #[derive(Clone, Copy, Debug)]
-pub struct Look<'a> {
+pub struct LimbSensor<'a> {
     /// The camera.
     pub camera: &'a Camera,
     /// The body as it stands in the Earth path's frame.
@@ -48,18 +48,18 @@ pub struct Look<'a> {
     pub parameters: &'a EarthParameters,
 }
 
-impl Look<'_> {
+impl LimbSensor<'_> {
     /// The centre of the points in the room.
     ///
     /// # Errors
     /// As [`centre::centre`].
     pub fn fit(
         &self,
-        demand: &Demand,
-        expected: Option<&Expected>,
-        room: &mut Room,
-    ) -> Result<EarthFix, Refusal> {
-        centre::centre(room.points, self.camera, self.body, demand, expected, self.parameters, room.rays)
+        criteria: &FitCriteria,
+        prior: Option<&CentrePrior>,
+        buffers: &mut Buffers,
+    ) -> Result<EarthFix, FitError> {
+        centre::centre(buffers.points, self.camera, self.body, criteria, prior, self.parameters, buffers.rays)
     }
 
     /// The Earth roughly, by a search of the whole detector.
@@ -70,12 +70,12 @@ impl Look<'_> {
     pub fn search(
         &self,
         detector: &mut impl Detector<Error = DetectorError>,
-        room: &mut Room,
-    ) -> Result<Result<(EarthFix, View), Refusal>, DetectorError> {
-        search::search(detector, room.buffer, self.parameters, room.points)?;
-        let demand = self.parameters.in_search(room.points.len());
-        Ok(self.fit(&demand, None, room).and_then(|rough| {
-            let view = View::new(&rough.centre_km, self.body).ok_or(Refusal::Degenerate)?;
+        buffers: &mut Buffers,
+    ) -> Result<Result<(EarthFix, View), FitError>, DetectorError> {
+        search::search(detector, buffers.buffer, self.parameters, buffers.points)?;
+        let criteria = self.parameters.search_criteria(buffers.points.len());
+        Ok(self.fit(&criteria, None, buffers).and_then(|rough| {
+            let view = View::new(&rough.centre_km, self.body).ok_or(FitError::Degenerate)?;
             Ok((rough, view))
         }))
     }
@@ -104,43 +104,43 @@ impl Look<'_> {
         detector: &mut impl Detector<Error = DetectorError>,
         view: &View,
         variance: &HeightVariance,
-        choice: &Choice,
-        room: &mut Room,
+        selection: &StripSelection,
+        buffers: &mut Buffers,
     ) -> Result<Strips, DetectorError> {
-        self.read_strips_by(detector, view, variance, choice, room, limb::crossing)
+        self.read_strips_with(detector, view, variance, selection, buffers, limb::crossing)
     }
 
     /// The same with another [`limb::Crossing`] than the flight's.
     #[inline]
-    fn read_strips_by(
+    fn read_strips_with(
         &self,
         detector: &mut impl Detector<Error = DetectorError>,
         view: &View,
         variance: &HeightVariance,
-        choice: &Choice,
-        room: &mut Room,
+        selection: &StripSelection,
+        buffers: &mut Buffers,
         crossing: impl limb::Crossing,
     ) -> Result<Strips, DetectorError> {
         let Self { camera, parameters, .. } = *self;
         let geometry = detector.geometry();
-        room.points.clear();
+        buffers.points.clear();
         let mut strips = Strips { km_per_px: self.km_per_px(view), ..Strips::default() };
-        for expected in &view.limb(camera, STRIP_MARGIN_PX, choice.most, parameters).points {
-            if !choice.wants(expected.at_px) {
+        for expected in &view.limb(camera, STRIP_MARGIN_PX, selection.most, parameters).points {
+            if !selection.includes(expected.at_px) {
                 continue;
             }
             let sigma_km = libm::sqrtf(variance.along_km2(&expected.normal).max(0.0));
             let Some(reach) = limb_reach(expected.km_per_px, sigma_km, parameters) else {
-                strips.unsure += 1;
+                strips.skipped += 1;
                 continue;
             };
             let Some(strip) = limb::strip(expected, reach, &geometry) else { continue };
-            let pixels = room.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
+            let pixels = buffers.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(strip.window, pixels)?;
             strips.read += 1;
             if let Some(point) = crossing(pixels, &strip, &geometry, parameters) {
                 // There are no more strips than the list holds points.
-                let _ = room.points.push(point);
+                let _ = buffers.points.push(point);
             }
         }
         Ok(strips)
@@ -159,13 +159,13 @@ pub struct HeightVariance {
 impl HeightVariance {
     /// At the place of this normal, km².
     pub fn along_km2(&self, normal: &Vector3<f32>) -> f32 {
-        self.everywhere_km2 + between(normal, &self.centre_km2, normal)
+        self.everywhere_km2 + bilinear(normal, &self.centre_km2, normal)
     }
 }
 
 /// Which of the expected limb points get a strip.
 #[derive(Clone, Copy, Debug)]
-pub struct Choice<'a> {
+pub struct StripSelection<'a> {
     /// So many, spread evenly over the limb that is lit as far as is known.
     pub most: usize,
     /// Of these the ones that stand within so many px of one of these points; all where there is no list.
@@ -173,10 +173,10 @@ pub struct Choice<'a> {
 }
 
 /// Strips evenly along the lit limb, as many as a second has time for.
-pub const EVENLY: Choice = Choice { most: MAX_LIMB_STRIPS, near: None };
+pub const EVEN_STRIPS: StripSelection = StripSelection { most: MAX_LIMB_STRIPS, near: None };
 
-impl Choice<'_> {
-    fn wants(&self, [x, y]: [f32; 2]) -> bool {
+impl StripSelection<'_> {
+    fn includes(&self, [x, y]: [f32; 2]) -> bool {
         self.near.is_none_or(|(points, px)| {
             points.iter().any(|point| {
                 let (dx, dy) = (point.centre_px[0] - x, point.centre_px[1] - y);
@@ -195,7 +195,7 @@ pub struct Found {
     pub strips: usize,
     /// The centre, or why there is none. The room holds the points of the last step taken: the strips' where
     /// any was read.
-    pub fix: Result<EarthFix, Refusal>,
+    pub fix: Result<EarthFix, FitError>,
 }
 
 /// Looks for the Earth without any prediction: a search, strips across the limb that it found, their centre.
@@ -205,15 +205,15 @@ pub struct Found {
 ///
 /// # Errors
 /// Of the detector.
-pub fn anywhere(
-    look: &Look,
+pub fn acquire(
+    limb_sensor: &LimbSensor,
     detector: &mut impl Detector<Error = DetectorError>,
-    room: &mut Room,
+    buffers: &mut Buffers,
 ) -> Result<Found, DetectorError> {
-    if look.body.knows_sun() {
-        anywhere_by(look, detector, room, limb::crossing)
+    if limb_sensor.body.has_sun() {
+        acquire_with(limb_sensor, detector, buffers, limb::crossing)
     } else {
-        anywhere_by(look, detector, room, limb::crossing_in_any_light)
+        acquire_with(limb_sensor, detector, buffers, limb::crossing_without_sun)
     }
 }
 
@@ -221,40 +221,41 @@ pub fn anywhere(
 ///
 /// # Errors
 /// Of the detector.
-pub fn anywhere_by(
-    look: &Look,
+pub fn acquire_with(
+    limb_sensor: &LimbSensor,
     detector: &mut impl Detector<Error = DetectorError>,
-    room: &mut Room,
+    buffers: &mut Buffers,
     crossing: impl limb::Crossing,
 ) -> Result<Found, DetectorError> {
-    let searched = look.search(detector, room)?;
-    let points = room.points.len();
+    let searched = limb_sensor.search(detector, buffers)?;
+    let points = buffers.points.len();
     let refused = |refusal| Found { searched: points, strips: 0, fix: Err(refusal) };
     let (rough, view) = match searched {
         Ok(found) => found,
         Err(refusal) => return Ok(refused(refusal)),
     };
     let mut lit = search::Points::new();
-    for (index, point) in room.points.iter().enumerate() {
-        if rough.holds(index) {
+    for (index, point) in buffers.points.iter().enumerate() {
+        if rough.is_inlier(index) {
             let _ = lit.push(*point);
         }
     }
-    let near_px = LIT_STEPS * f32::from(look.parameters.search.step_px);
-    let choice = if look.body.knows_sun() {
-        EVENLY
+    let near_px = LIT_STEPS * f32::from(limb_sensor.parameters.search.step_px);
+    let selection = if limb_sensor.body.has_sun() {
+        EVEN_STRIPS
     } else {
-        Choice { most: MAX_LIMB_POINTS, near: Some((&lit, near_px)) }
+        StripSelection { most: MAX_LIMB_POINTS, near: Some((&lit, near_px)) }
     };
-    let mut found = refused(Refusal::TooFewPoints);
+    let mut found = refused(FitError::TooFewPoints);
     let (mut about, mut view) = (rough, view);
     for sigma_px in [SEARCH_SIGMA_PX, STRIPS_SIGMA_PX] {
-        let variance = look.height_variance(&view, sigma_px);
-        let strips = look.read_strips_by(detector, &view, &variance, &choice, room, crossing)?;
+        let variance = limb_sensor.height_variance(&view, sigma_px);
+        let strips =
+            limb_sensor.read_strips_with(detector, &view, &variance, &selection, buffers, crossing)?;
         found.strips = strips.read;
-        let demand = look.parameters.in_strips(&strips, true);
-        found.fix = look.fit(&demand, Expected::after(&about).as_ref(), room);
-        match found.fix.map(|fix| (fix, View::new(&fix.centre_km, look.body))) {
+        let criteria = limb_sensor.parameters.strip_criteria(&strips, true);
+        found.fix = limb_sensor.fit(&criteria, CentrePrior::from_fix(&about).as_ref(), buffers);
+        match found.fix.map(|fix| (fix, View::new(&fix.centre_km, limb_sensor.body))) {
             Ok((fix, Some(seen))) => (about, view) = (fix, seen),
             _ => break,
         }

@@ -4,21 +4,21 @@
 //! differences are straight: after a long outage it would take these 6 km for a height error, known to
 //! metres. So a difference of positions is counted as height and as arc from the predicted position, and a
 //! correction moves the state along the arc and rotates velocity and covariance with it. Below
-//! [`STRAIGHT_RAD`] this is the plain filter.
+//! [`MIN_ARC_RAD`] this is the plain filter.
 
 use crate::matrix::{add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled};
 use crate::trigonometry::sine_cosine_f64;
 use nalgebra::{Matrix3, Vector3};
 
 /// Arcs shorter than this are straight lines, rad: 4 cm in a low orbit.
-const STRAIGHT_RAD: f64 = 1e-4;
+const MIN_ARC_RAD: f64 = 1e-4;
 
 /// Arcs longer than this are not believed, rad.
-const FARTHEST_RAD: f64 = core::f64::consts::FRAC_PI_3;
+const MAX_ARC_RAD: f64 = core::f64::consts::FRAC_PI_3;
 
 /// A position as seen from another one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bent {
+pub(super) struct CurvilinearDifference {
     /// Height and arc between them, km, as a vector at the first.
     pub(super) difference_km: Vector3<f64>,
     /// The rotation that brings the first one's direction to the other's.
@@ -27,7 +27,7 @@ pub(super) struct Bent {
     pub(super) scale: f64,
 }
 
-impl Bent {
+impl CurvilinearDifference {
     /// `None` beyond 60 degrees, and when a position is zero or not finite.
     #[inline(never)]
     pub(super) fn between(first: &Vector3<f64>, other: &Vector3<f64>) -> Option<Self> {
@@ -40,7 +40,7 @@ impl Bent {
         }
         let axis = product(&cross_matrix(&u), &d);
         let sine = libm::sqrt(dot(&axis, &axis));
-        let stretch = if sine < STRAIGHT_RAD { 1.0 } else { libm::atan2(sine, cosine) / sine };
+        let stretch = if sine < MIN_ARC_RAD { 1.0 } else { libm::atan2(sine, cosine) / sine };
         let arc = scaled(&plus_scaled(&d, -cosine, &u), stretch * near);
         Some(Self {
             difference_km: plus_scaled(&arc, far - near, &u),
@@ -51,7 +51,7 @@ impl Bent {
 }
 
 /// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance
-/// makes with them; none where the arc is shorter than [`STRAIGHT_RAD`] or longer than [`FARTHEST_RAD`], and
+/// makes with them; none where the arc is shorter than [`MIN_ARC_RAD`] or longer than [`MAX_ARC_RAD`], and
 /// the correction is added as it is.
 #[inline(never)]
 pub(super) fn correct_state(
@@ -66,7 +66,7 @@ pub(super) fn correct_state(
     let across = scaled(&plus_scaled(by_km, -height, &u), 1.0 / distance);
     let angle = libm::sqrt(dot(&across, &across));
     // Also what is no number is straight.
-    let bends = angle > STRAIGHT_RAD && angle < FARTHEST_RAD;
+    let bends = angle > MIN_ARC_RAD && angle < MAX_ARC_RAD;
     if !bends {
         add_scaled(position_km, 1.0, by_km);
         add_scaled(velocity_km_s, 1.0, by_km_s);
