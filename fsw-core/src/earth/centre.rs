@@ -1,25 +1,24 @@
-//! The Earth's centre from limb points (thesis §3.2.2; Christian and Robinson 2016), from low orbits to high
-//! ones.
+//! The Earth's centre from limb points (thesis §3.2.2; Christian and Robinson 2016), LEO to GEO.
 //!
-//! In: limb points, the camera, the [`Body`] as it stands. Out: an [`EarthFix`], or why there is none.
+//! In: limb points, the camera, the [`Body`] (shape, pole, Sun). Out: an [`EarthFix`] or a [`FitError`].
 //!
-//! After [`consensus`](super::consensus) the limb cone (axis `w`, half angle `θ`) is fitted to the residuals
-//! across the limb by [`STEPS`] Gauss-Newton steps with Tukey's weights. For a small turn of the axis by
-//! `(a1, a2)` along `e1, e2` and a cone narrower by `a3`, a ray at azimuth `φ` changes its residual by `-a1
-//! cos φ - a2 sin φ + a3`. With `e1` in the middle of the arc and `r = a3 - a1` that is `α (1 - cos φ) - a2
-//! sin φ + r`: the three columns stay apart for any arc, and `1 - cos φ = |t - e1|² / 2` loses no digit, so
-//! normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so noise
-//! does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the
-//! same derivatives.
+//! After [`consensus`](super::consensus) the limb cone (axis `w`, half angle `θ`) is fitted to the
+//! residuals across the limb by [`STEPS`] Gauss-Newton steps with Tukey's weights. For a small turn of the
+//! axis by `(a1, a2)` along `e1, e2` and a cone narrower by `a3`, a ray at azimuth `φ` changes its residual
+//! by `-a1 cos φ - a2 sin φ + a3`. With `e1` in the middle of the arc and `r = a3 - a1` that is `α (1 - cos
+//! φ) - a2 sin φ + r`: the three columns stay independent for any arc, and `1 - cos φ = |t - e1|² / 2` has
+//! no cancellation, so normal equations in f32 suffice. Derivatives are taken on the fitted limb, not at
+//! the noisy points, so noise causes no bias. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the
+//! covariance follows by the same derivatives.
 //!
-//! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the
-//! steps ([`CentrePrior`]) but not in the result: a short arc alone would lead the fit far along a curve on
-//! which the limb hardly changes. About the place so found the limb is linear in the centre, and the fix is
-//! what the points alone say in that linear picture.
+//! With a [`CentrePrior`] (of the orbit or of a search) its information is added to the normal equations of
+//! the steps, but not to the result: without it the steps of a short arc diverge along the direction in
+//! which distance and direction trade off. The limb is then linearised about the combined estimate, and the
+//! fix is the linear least-squares solution of the points alone.
 //!
-//! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it
-//! is added what `shared_heights` says of errors that neighbouring points share, which no residual shows. Direction,
-//! rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
+//! The covariance is scaled by the residuals' mean square where that exceeds `1 + 2 sqrt(2 / freedom)`. The
+//! covariance of errors that neighbouring points share (`shared_heights`), which the residuals do not show,
+//! is added. Direction, rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
 use super::consensus::find_consensus;
 use super::rays::{self, Cone, Ray, Rays};
@@ -34,15 +33,15 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Gauss-Newton steps.
 pub const STEPS: usize = 5;
-/// Rounds in which the weights of a linear fix follow it; each leaves a sixth of what was missing.
+/// Reweighting rounds of a linear fix; each reduces the remaining error to a sixth.
 const LINEAR_ROUNDS: usize = 2;
 /// Tukey's constant: 95 % efficiency for Gaussian noise.
 const TUKEY: f32 = 4.685;
 /// Sigma of Gaussian noise over the median of its absolute value.
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
-/// Root mean square of what is spread evenly from -1 to 1: `1 / sqrt(3)`.
+/// Root mean square of a uniform distribution from -1 to 1: `1 / sqrt(3)`.
 const UNIFORM_RMS_SHARE: f32 = 0.577_35;
-/// Longest step of an angle, rad: as far as the polynomials of `stepped` hold to 1e-9.
+/// Largest step of an angle, rad: the polynomials of `stepped` have an error of 1e-9 there.
 const LONGEST_STEP_RAD: f32 = 0.1;
 /// Least determinant of the normal equations when their diagonal is brought to one: f32 leaves an error of
 /// 1e-3 in such an inverse.
@@ -67,7 +66,7 @@ impl Default for RayBuffer {
     }
 }
 
-/// Where the centre is expected, and how surely.
+/// A priori estimate of the centre, from an orbit or a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentrePrior {
     /// From the camera to the Earth's centre, Earth path's frame, km.
@@ -77,7 +76,7 @@ pub struct CentrePrior {
 }
 
 impl CentrePrior {
-    /// What a rough fix says; `None` where its covariance has no inverse.
+    /// From a rough fix; `None` where its covariance has no inverse.
     pub fn from_fix(rough: &EarthFix) -> Option<Self> {
         Some(Self { centre_km: rough.centre_km, information: inverse_by_f64(&rough.covariance_km2)? })
     }
@@ -99,14 +98,14 @@ impl NormalEquations {
         self.right -= row * (residual * weight);
     }
 
-    /// Adds what is expected: `columns` are the derivatives of the centre, which stands at `centre_km`.
+    /// Adds a prior: `columns` are the derivatives of the centre `centre_km` by the unknowns.
     fn add_prior(&mut self, prior: &CentrePrior, centre_km: &Vector3<f32>, columns: &Matrix3<f32>) {
         let weighted = columns.transpose() * prior.information;
         self.matrix += weighted * columns;
         self.right += weighted * (prior.centre_km - centre_km);
     }
 
-    /// The inverse matrix, by cofactors of the matrix with its diagonal brought to one.
+    /// The inverse matrix, by cofactors of the matrix scaled to a unit diagonal.
     fn inverse(&self) -> Option<Matrix3<f32>> {
         let m = &self.matrix;
         let diagonal = Vector3::new(m.m11, m.m22, m.m33);
@@ -127,14 +126,14 @@ impl NormalEquations {
     }
 }
 
-/// A ray against a cone: residual over sigma, sigma, unit vector across the axis.
+/// Residual of a ray over its sigma, the sigma, rad, and the ray's unit vector across the axis.
 fn normalised_residual(ray: &Ray, cone: &Cone) -> Option<(f32, f32, Vector3<f32>)> {
     let (residual, radial) = cone.residual(ray);
     let sigma = ray.sigma_rad(cone, &radial)?;
     Some((residual / sigma, sigma, radial))
 }
 
-/// Scale of the residuals against their sigmas, at least one: from the median, which outliers do not move.
+/// Scale of the normalised residuals, at least one: 1.4826 times the median, robust against outliers.
 fn residual_scale(rays: &Rays, cone: &Cone) -> f32 {
     let mut sizes = [0.0; MAX_SEARCH_POINTS];
     let mut count = 0;
@@ -159,7 +158,7 @@ fn tukey(ratio: f32) -> f32 {
 fn arc_axes(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
     let sum = rays.iter().fold(Vector3::zeros(), |sum, ray| sum + cone.residual(ray).1);
     let sum: Vector3<f32> = sum - cone.axis * cone.axis.dot(&sum);
-    // Points all around have no middle.
+    // Points around the whole limb: no middle of the arc, any axis.
     let first = if sum.dot(&sum) > 1e-4 { unit(&sum, &sum) } else { normal_basis(&cone.axis).0 };
     [first, cone.axis.cross(&first)]
 }
@@ -190,8 +189,8 @@ fn normal_equations(
     normal
 }
 
-/// Covariance of the unknowns for the heights that neighbours share: what a least-squares solution with these
-/// weights (of a step of (α, a2, r)) and this inverse matrix makes of them.
+/// Covariance of the unknowns by the heights that neighbouring points share, propagated through the
+/// least-squares solution with these weights (after a step of (α, a2, r)) and this inverse matrix.
 fn shared_covariance(
     rays: &Rays,
     cone: &Cone,
@@ -228,7 +227,7 @@ fn stepped(cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &Vector3<f32>
     )
 }
 
-/// Azimuth that the rays span, rad: a turn without the widest gap.
+/// Azimuth that the rays span, rad: 2π less the widest gap.
 fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32 {
     let mut azimuths = [0.0; MAX_SEARCH_POINTS];
     for (azimuth, ray) in azimuths.iter_mut().zip(rays) {
@@ -263,7 +262,8 @@ fn centre_and_derivatives(
     (body.from_sphere_space(&cone.axis) * range, columns)
 }
 
-/// The fix of a fitted cone; with an expectation it is the linear one about that cone.
+/// The fix of a fitted cone; `linear`: the linear solution of the points about that cone (fit with a
+/// prior).
 fn fix(
     rays: &Rays,
     cone: &Cone,
@@ -275,7 +275,7 @@ fn fix(
     let mut about = normal_equations(rays, cone, &axes, &Vector3::zeros());
     let mut inverse = about.inverse().ok_or(FitError::Degenerate)?;
     let mut step = Vector3::zeros();
-    // Weights from the place alone would hold the fix back there by a sixth of the way.
+    // Without reweighting the fix would stay at the linearisation by a sixth of the way.
     for _ in 0..if linear { LINEAR_ROUNDS } else { 0 } {
         step = inverse * about.right;
         about = normal_equations(rays, cone, &axes, &step);
@@ -283,7 +283,7 @@ fn fix(
     }
     let normal = about;
     let freedom = (normal.weights - 3.0).max(1.0);
-    // The mean square of the residuals scatters by sqrt(2 / freedom); twice that is taken for chance.
+    // The mean square of the residuals scatters by sqrt(2 / freedom); two sigma are tolerated.
     let chance = 1.0 + 2.0 * libm::sqrtf(2.0 / freedom);
     let mean_square = normal.squares / freedom;
     let enlarged = if mean_square > chance { mean_square } else { 1.0 };
@@ -293,7 +293,7 @@ fn fix(
         step = inverse * normal.right;
     }
     let shift_km = columns * step;
-    // That of any point will do; there are some.
+    // The scale of any point; it varies little over a limb.
     let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
     let heights = SharedHeights::new(cone, body, rad_per_px, parameters);
     let shared = shared_covariance(rays, cone, &axes, &step, &inverse, &heights);
@@ -316,11 +316,11 @@ fn fix(
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the
-/// centre is `expected` the fit is linear about the place that suits both.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points under `criteria`. With a `prior` the fit
+/// is linear about the combined estimate of points and prior.
 ///
 /// # Errors
-/// The first [`FitError`] that holds.
+/// The first [`FitError`] that applies.
 pub fn centre(
     points: &[LimbPoint],
     camera: &Camera,
@@ -349,8 +349,8 @@ pub fn centre(
         cone = stepped(&cone, &axes, &step).ok_or(FitError::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
-    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
-    // Points that agree by chance are spread evenly over the tolerance.
+    // Rejects a consensus that contradicts the prior, where the linearisation does not hold. Without a
+    // prior also chance agreement, whose residuals are uniform over the tolerance.
     let greatest_px =
         if criteria.standalone { UNIFORM_RMS_SHARE * criteria.tolerance_px } else { criteria.tolerance_px };
     if fix.rms_px.is_nan() || fix.rms_px > greatest_px {
@@ -359,7 +359,7 @@ pub fn centre(
     if fix.arc_rad < parameters.fit.least_arc_deg.to_radians() {
         return Err(FitError::ShortArc);
     }
-    // About the place that an orbit knows a weak direction does no harm.
+    // With a prior of the orbit a weakly determined direction is only weighted less.
     if !criteria.standalone {
         return Ok(fix);
     }

@@ -1,22 +1,21 @@
-//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7
-//! tracking).
+//! Limb point in a strip, a thin window across the expected limb (thesis §3.2.1 step 4, §3.7 tracking).
 //!
-//! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] and its sigma, or nothing.
+//! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] with its sigma, or `None`.
 //!
-//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the
-//! greatest and the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the
-//! median of the outer end. The limb is the outermost place that reaches the share `LimbModel::level` of the
-//! brightness which stands just inside *it*, a mean over a few pixels behind the end of the rise, in to which
-//! clouds and the terminator hardly reach. The share, near one half, is that of a limb in `limb_model`'s model at
-//! its half-brightness height. Where the air fades more slowly than in the model, the share may be reached
-//! anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both
-//! alike and is not taken off: a lens that loses half of its light in the corner moves the limb by less than
-//! a twentieth of a pixel.
+//! The lines are shifted onto the middle one by the limb's predicted slope and averaged, at each place
+//! without the largest and the smallest of the nine, which removes a star or a hot pixel. The dark level is
+//! the median of the outer end. The limb is the outermost place with the share `LimbModel::level` of the
+//! brightness just inside it, a mean over a few pixels behind the end of the rise. The share, about one
+//! half, is that of `limb_model` at the half-brightness height. Where the air fades more slowly than
+//! modelled, the share is reached throughout it; then the limb is the outermost crossing of that share of
+//! the ground's brightness. Vignetting scales both sides and is not corrected: a lens that loses half of
+//! its light in the corner moves the limb by less than 0.05 px (test).
 //!
-//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its
-//! shading, the floor, and the scatter of the limb's height. Bias against the half-brightness height in
-//! rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some exponentials of the model;
-//! 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
+//! The sigma is the root sum of squares of the scatter between the lines, the relative scatter of the
+//! bright side, 10 % of its shading, the floor, and the scatter of the limb's height. Bias against the
+//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some
+//! exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock
+//! jump).
 
 use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
@@ -35,17 +34,17 @@ pub const MAX_LENGTH: usize = 161;
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
-/// Steps against the rise may take back this share of it: noise and clouds do, a star or an occluder takes
-/// more. Chosen.
+/// Largest sum of falling steps within the rise, share of it: noise and clouds stay below, a star or an
+/// occluder does not. Chosen.
 const GREATEST_FALL: f32 = 0.15;
-/// Clouds between the limb and the bright side change brightness this much more than within it. Chosen.
+/// Factor on the bright side's relative scatter for clouds between it and the limb. Chosen.
 const CLOUD_FACTOR: f32 = 2.0;
-/// Greatest sigma of a point, the greater of px and a share of the rise's length: a worse one says nothing
-/// that the prediction does not. Chosen.
+/// Largest sigma of a point, the larger of px and a share of the scale height: a worse point adds no
+/// information to the prediction. Chosen.
 pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
 pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
 
-/// How far a strip reaches from where the limb is expected, px.
+/// Extent of a strip from the expected limb, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
     /// Towards space.
@@ -57,9 +56,9 @@ pub struct Reach {
 /// A window across the expected limb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strip {
-    /// What to read.
+    /// The window to read.
     pub window: Window,
-    /// Where the limb is expected in it.
+    /// The expected limb in it.
     expected: ExpectedLimb,
     /// Whether the strip's lines run along x.
     along_x: bool,
@@ -107,7 +106,7 @@ impl Strip {
         &self.expected
     }
 
-    /// The limb point so many places inward from the outer end of lines of this length.
+    /// The limb point `inward` places from the outer end of lines of `length` places.
     pub(super) fn point(&self, length: usize, inward: f32, sigma_px: f32) -> LimbPoint {
         let from_start = if self.space_beyond { length as f32 - 1.0 - inward } else { inward };
         let [x, y] = [f32::from(self.window.x), f32::from(self.window.y)];
@@ -129,7 +128,7 @@ impl<F> Crossing for F where
 {
 }
 
-/// Where a joined line passes the limb.
+/// Where the averaged line crosses the limb.
 #[derive(Clone, Copy)]
 struct LimbEdge {
     place: usize,
@@ -139,7 +138,7 @@ struct LimbEdge {
     bright: f32,
 }
 
-/// A strip's joined line, and what it is held against.
+/// The averaged line of a strip with its dark level and the scale of the detector.
 struct StripProfile<'a> {
     lines: &'a Lines<'a>,
     /// Without the inner end.
@@ -150,7 +149,7 @@ struct StripProfile<'a> {
 }
 
 impl<'a> StripProfile<'a> {
-    /// `None` where the outer side is bright.
+    /// `None` where the outer end is brighter than `earth.strips.dark_share`.
     fn new(
         lines: &'a Lines,
         profile: &'a [f32],
@@ -164,11 +163,11 @@ impl<'a> StripProfile<'a> {
         is_dark.then_some(Self { lines, profile, dark, full_scale, parameters })
     }
 
-    /// The outermost place that has its share of the brightness behind it.
+    /// The outermost place with the model's share of the brightness behind it.
     fn find_edge(&self, model: &LimbModel) -> Option<LimbEdge> {
         let Self { profile, dark, full_scale, parameters, .. } = *self;
         let least = parameters.strips.contrast_share * full_scale;
-        // What a place's brightness has beyond its share of the brightness behind it.
+        // Brightness at a place above the model's share of the brightness behind it.
         let excess = |place: usize| {
             let value = profile.get(place)? - dark;
             model.bright(profile, place, dark).map(|bright| (value - model.level * bright, bright))
@@ -178,7 +177,7 @@ impl<'a> StripProfile<'a> {
         let mut before = excess(first)?.0;
         let mut found = None;
         for place in outer..profile.len() {
-            // At the inner end of the strip there is no bright side left.
+            // `None` where the bright side would leave the strip.
             let (now, bright) = excess(place)?;
             if now >= 0.0 && bright > least && model.is_ground(profile, place, dark, bright) {
                 found = if before < 0.0 {
@@ -195,9 +194,8 @@ impl<'a> StripProfile<'a> {
         found.filter(|_| !saturated && is_rise(profile, place, model, bright))
     }
 
-    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that
-    /// fades more slowly than the model's has its share all the way out. The outer end itself must be dark; a
-    /// rise ends at least half way up.
+    /// Outermost crossing of the share of `bright` between `place` and `outermost`, for air that fades more
+    /// slowly than modelled. `None` where the outer end is not below the share.
     fn outward(&self, model: &LimbModel, place: usize, outermost: usize, bright: f32) -> Option<LimbEdge> {
         let excess = |place: usize| Some(self.profile.get(place)? - self.dark - model.level * bright);
         let mut inner = excess(place)?;
@@ -219,7 +217,7 @@ impl<'a> StripProfile<'a> {
         let half = ((0.5 * model.scale) as usize).clamp(1, END_MARGIN);
         let scatter = self.lines.scatter_px(profile, place, half)?;
         let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
-        // Clouds, and the shading by Lambert's law, which holds so far.
+        // Clouds seen in the bright side, clouds unseen, and the error of the shading model.
         let (seen, unseen) = (CLOUD_FACTOR * smooth, parameters.limb.cloud_share);
         let relative_sigma = libm::sqrtf(seen * seen + unseen * unseen + model.shading * model.shading);
         let level = model.level * bright * relative_sigma / gradient;

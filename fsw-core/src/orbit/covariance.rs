@@ -20,7 +20,7 @@
 
 use super::dynamics::Transition;
 use super::noise::ProcessNoise;
-use crate::matrix::{Cholesky, add_scaled, product_transposed, symmetrise};
+use crate::matrix::{Cholesky, add_scaled, dot, dot_slices, product_transposed, symmetrise};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// First state of the position.
@@ -79,10 +79,6 @@ fn place(row: usize, column: usize) -> usize {
 /// Whether a factor is 0 or -0, which spares its product: integers instead of a call of software arithmetic.
 fn is_zero(factor: f64) -> bool {
     factor.to_bits() << 1 == 0
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 impl Covariance {
@@ -224,17 +220,17 @@ impl Covariance {
         let white = factor.whitened(&carried).data.0;
         for (i, row) in white.iter().enumerate() {
             for (j, column) in white.iter().enumerate().take(ESTIMATED.min(i + 1)) {
-                self.add(i, j, -dot(row, column));
+                self.add(i, j, -dot_slices(row, column));
             }
         }
         let y = factor.whitened(innovation_km);
-        let mut correction = white.iter().map(|row| dot(row, y.as_slice()));
+        let mut correction = white.iter().map(|row| dot_slices(row, y.as_slice()));
         let mut next = || correction.next().unwrap_or(0.0);
         Some(Correction {
             position_km: Vector3::new(next(), next(), next()),
             velocity_km_s: Vector3::new(next(), next(), next()),
             limb_height_km: next(),
-            nis: dot(y.as_slice(), y.as_slice()),
+            nis: dot(&y, &y),
         })
     }
 

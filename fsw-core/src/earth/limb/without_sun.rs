@@ -1,4 +1,4 @@
-//! The limb in a strip where the Sun is not known.
+//! Limb point in a strip where the Sun's direction is not known.
 
 use super::{LimbEdge, Lines, Strip, StripProfile};
 use crate::earth::limb_model::{self, LimbModel};
@@ -6,34 +6,32 @@ use crate::earth::view::ExpectedLimb;
 use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
-/// Depth behind the limb at which a body must still shine where the Sun is not known, km: below a layer of
-/// airglow, 12 km thick.
+/// Depth behind the limb at which the surface must be bright, km: below a layer of airglow 12 km thick.
 const DEPTH_KM: f32 = 25.0;
-/// The length looked at there, px.
+/// Places averaged there, px.
 const BEHIND: usize = 3;
 /// Least brightness there, share of that at the limb: between a layer of airglow, 0.4 (`goes_on`), and
 /// ground, about 1.
 const LEAST_BEHIND: f32 = 0.6;
-/// What the slant of the light is taken from where the Sun is not known: most and fewest places behind the
-/// bright side.
+/// Largest and least number of places behind the bright side from which the Sun's slant is estimated.
 const FAR_PX: usize = 12;
 const LEAST_BEHIND_PX: usize = 4;
-/// A slant is believed when the line brightens by so many times what clouds may do: two sigmas.
+/// Brightening, in sigmas of the clouds, above which a slant is estimated.
 const SLANT_SIGMAS: f32 = 2.0;
-/// Halvings in which it is found: to a hundredth.
+/// Bisection steps: the slant is found to 0.01.
 const SLANT_STEPS: usize = 10;
 /// Greatest slant, cotangent of the Sun's elevation: 5 deg, about the least elevation where the Sun is known.
 const GREATEST_SLANT: f32 = 11.0;
-/// So many times as much of the shading may be wrong as where the Sun is known: half of it. Chosen.
+/// Factor on the error of the shading against that with a known Sun: 50 % of it. Chosen.
 const SHADING_FACTOR: f32 = 5.0;
 
-/// [`crossing`](super::crossing) where the Sun is not known: the slant of its light is taken from the line
-/// itself, and a body must go on behind its limb.
+/// [`crossing`](super::crossing) where the Sun is not known: its slant is estimated from the line itself,
+/// and the surface must continue behind the limb.
 ///
 /// Below the limb by a depth `d` the ground is lit `1 + sqrt(2 d / R) w` times as well as at the limb, with
-/// `w` the cotangent of the Sun's elevation, be it white or grey; two stretches of the line give `w`, as far
-/// as clouds let them: where it brightens by less than twice what clouds may do, the Sun is taken to stand
-/// high. Not in flight, which knows the Sun with its attitude.
+/// `w` the cotangent of the Sun's elevation, whatever its albedo; the mean brightness of two sections gives
+/// `w`. Where it brightens by less than two sigmas of the clouds, `w = 0`. Not flown: in flight the
+/// attitude gives the Sun's direction.
 pub fn crossing_without_sun(
     pixels: &[u16],
     strip: &Strip,
@@ -64,7 +62,7 @@ pub fn crossing_without_sun(
     strip_profile.point(&strip_profile.find_edge(&model)?, &model, strip)
 }
 
-/// Cotangent of the Sun's elevation at the limb, zero where the line does not tell it from clouds.
+/// Cotangent of the Sun's elevation at the limb; zero where clouds could cause the brightening.
 fn slant(strip_profile: &StripProfile, edge: &LimbEdge, model: &LimbModel, km_per_place: f32) -> f32 {
     let Some(behind) = strip_profile.profile.get(edge.place + model.end..) else { return 0.0 };
     let behind = behind.get(..behind.len().min(FAR_PX)).unwrap_or(behind);
@@ -85,13 +83,13 @@ fn slant(strip_profile: &StripProfile, edge: &LimbEdge, model: &LimbModel, km_pe
         |slant: f32| limb_model::brightness_ratio(slant, squares, strip_profile.parameters);
     let cloud_limit =
         (1.0 + SLANT_SIGMAS * strip_profile.parameters.limb.cloud_share) * brightness_ratio(0.0);
-    // In a low orbit so little of the ground is behind the limb that the light's slant hardly shows.
+    // In LEO a strip covers too little ground: even the greatest slant would stay below the limit.
     if ratio < cloud_limit
         || brightness_ratio(GREATEST_SLANT) < cloud_limit * (1.0 + strip_profile.parameters.limb.cloud_share)
     {
         return 0.0;
     }
-    // It grows with the slant.
+    // The ratio is monotonic in the slant: bisection.
     let (mut low, mut high) = (0.0, GREATEST_SLANT);
     for _ in 0..SLANT_STEPS {
         let middle = 0.5 * (low + high);
@@ -100,8 +98,8 @@ fn slant(strip_profile: &StripProfile, edge: &LimbEdge, model: &LimbModel, km_pe
     high
 }
 
-/// Whether the body goes on behind its limb. A layer of airglow does not: seen edge-on, 12 km of it shine two
-/// and a half times as bright as 25 km below.
+/// Whether the surface continues behind the limb. A layer of airglow fails: edge-on, 12 km of it are 2.5
+/// times as bright as 25 km below.
 fn surface_continues(
     profile: &[f32],
     place: usize,
