@@ -55,7 +55,7 @@ pub enum FitError {
     ShortArc,
     /// The normal equations are singular, or the centre is farther than `earth.plausible.distance_km`.
     Degenerate,
-    /// The centre is known worse than the parameters criteria.
+    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`.
     Uncertain,
 }
 
@@ -118,7 +118,7 @@ pub struct FitCriteria {
     pub tolerance_px: f32,
     /// Least number of inliers.
     pub min_inliers: usize,
-    /// Whether the centre they make must be known by itself as well as the parameters criteria.
+    /// Whether the fix has no orbit as its prior, so that `earth.plausible` applies to its own covariance.
     pub standalone: bool,
 }
 

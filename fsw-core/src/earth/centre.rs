@@ -47,7 +47,7 @@ const LONGEST_STEP_RAD: f32 = 0.1;
 /// 1e-3 in such an inverse.
 const LEAST_DETERMINANT: f32 = 1e-4;
 
-/// Buffers for the rays of a second, 5 KiB.
+/// Buffer for the rays of a second, 5 KiB.
 #[derive(Debug)]
 pub struct RayBuffer {
     rays: Rays,

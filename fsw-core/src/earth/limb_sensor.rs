@@ -1,10 +1,10 @@
-//! Looking for the Earth in the present image: a search of the whole detector, and strips across a limb that
-//! is expected.
+//! Measurement of the Earth in an exposed image: a search of the whole detector, and strips across an
+//! expected limb.
 //!
-//! In: an exposed detector, the camera, the [`Body`], room to work. Out: limb points and their centre. A
-//! search alone gives a centre only good enough to say where strips must lie; strips give the centre that
-//! counts. The flight cycle takes the steps one by one, because an orbit may replace the search; [`acquire`]
-//! takes all of them, for a picture of which nothing is known.
+//! In: an exposed detector, the camera, the [`Body`], buffers. Out: limb points and their centre. The
+//! centre of a search is only accurate enough to place strips; the centre of the strips is the measurement.
+//! The flight cycle calls the steps one by one, because an orbit may replace the search; [`acquire`] calls
+//! all of them, for an image without any prior.
 
 use super::centre::{self, CentrePrior};
 use super::reach::{MAX_LIMB_STRIPS, STRIP_MARGIN_PX, limb_reach};
@@ -16,17 +16,17 @@ use crate::camera::Camera;
 use fsw_hal::{Detector, DetectorError};
 use nalgebra::{Matrix3, Vector3};
 
-/// Sigma of the limb's place after a search, px: twice the floor of its points, for a rim extrapolated beyond
-/// them. Chosen.
+/// Sigma of the limb's position after a search, px: twice the floor of its points, because the limb is
+/// extrapolated beyond them. Chosen.
 pub const SEARCH_SIGMA_PX: f32 = 3.0;
-/// The same after strips. They are read twice: where the limb is known better a strip is shorter, and more of
-/// them fit between it and the detector's edge (the second search along the rim, thesis §3.2.1).
+/// The same after strips. Strips are read twice: with a smaller sigma they are shorter, and more of them
+/// fit onto the detector (the second search along the rim, thesis §3.2.1).
 const STRIPS_SIGMA_PX: f32 = 0.5;
-/// Where the Sun is not known, a limb within so many of the search's steps from a point of the search counts
-/// as lit. Chosen.
+/// Where the Sun is not known, the limb within this many search steps of a point of the search counts as
+/// lit. Chosen.
 const LIT_STEPS: f32 = 6.0;
 
-/// Where the work is done; all of it is written over.
+/// Working buffers; their content is overwritten.
 #[derive(Debug)]
 pub struct Buffers<'a> {
     /// Raw pixels: the longer side of the detector, and a strip ([`limb::BREADTH`] by [`limb::MAX_LENGTH`]).
@@ -37,19 +37,19 @@ pub struct Buffers<'a> {
     pub rays: &'a mut centre::RayBuffer,
 }
 
-/// Who looks, and at what.
+/// What a measurement needs besides the image: camera, body and parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct LimbSensor<'a> {
     /// The camera.
     pub camera: &'a Camera,
-    /// The body as it stands in the Earth path's frame.
+    /// The body in the Earth path's frame.
     pub body: &'a Body,
-    /// What the room wants to know of it.
+    /// Parameters of the Earth and its limb.
     pub parameters: &'a EarthParameters,
 }
 
 impl LimbSensor<'_> {
-    /// The centre of the points in the room.
+    /// The centre of the points in the buffers.
     ///
     /// # Errors
     /// As [`centre::centre`].
@@ -62,10 +62,10 @@ impl LimbSensor<'_> {
         centre::centre(buffers.points, self.camera, self.body, criteria, prior, self.parameters, buffers.rays)
     }
 
-    /// The Earth roughly, by a search of the whole detector.
+    /// Coarse centre by a search of the whole detector.
     ///
     /// # Errors
-    /// Of the detector. The inner error says why there is no centre.
+    /// Of the detector. The inner error: why there is no centre.
     #[inline(never)]
     pub fn search(
         &self,
@@ -80,21 +80,21 @@ impl LimbSensor<'_> {
         }))
     }
 
-    /// What a pixel spans at the limb, km.
+    /// Height that a pixel spans at the limb, km.
     pub fn km_per_px(&self, view: &View) -> f32 {
         view.limb_distance_km() * self.camera.rad_per_px()
     }
 
-    /// Variance of the limb's height where a smooth limb is known to `sigma_px`: the horizon's unevenness
-    /// comes to it.
+    /// Variance of the limb's height where a smooth limb is known to `sigma_px`, the shared heights
+    /// (`earth.horizon.sigma_km`) included.
     pub fn height_variance(&self, view: &View, sigma_px: f32) -> HeightVariance {
         let (sigma_km, uneven_km) = (sigma_px * self.km_per_px(view), self.parameters.horizon.sigma_km);
         let everywhere_km2 = sigma_km * sigma_km + uneven_km * uneven_km;
         HeightVariance { everywhere_km2, centre_km2: Matrix3::zeros() }
     }
 
-    /// Fills the room with limb points from strips across the limb where it is expected, its height known to
-    /// `variance`; `choice` says which strips.
+    /// Measures limb points in strips across the expected limb, its height known to `variance`, at the
+    /// places of `selection`; they replace the points in the buffers.
     ///
     /// # Errors
     /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.
@@ -139,7 +139,7 @@ impl LimbSensor<'_> {
             detector.read(strip.window, pixels)?;
             strips.read += 1;
             if let Some(point) = crossing(pixels, &strip, &geometry, parameters) {
-                // There are no more strips than the list holds points.
+                // There are at most as many strips as the list holds points.
                 let _ = buffers.points.push(point);
             }
         }
@@ -147,32 +147,32 @@ impl LimbSensor<'_> {
     }
 }
 
-/// How well the limb's height is known where it is expected.
+/// Uncertainty of the expected limb's height.
 #[derive(Clone, Copy, Debug)]
 pub struct HeightVariance {
-    /// Alike along the whole limb, km².
+    /// The same along the whole limb, km².
     pub everywhere_km2: f32,
-    /// Covariance of the centre, km², which counts along the limb's normal.
+    /// Covariance of the centre, km², projected on the limb's normal.
     pub centre_km2: Matrix3<f32>,
 }
 
 impl HeightVariance {
-    /// At the place of this normal, km².
+    /// Variance at the limb point of this normal, km².
     pub fn along_km2(&self, normal: &Vector3<f32>) -> f32 {
         self.everywhere_km2 + bilinear(normal, &self.centre_km2, normal)
     }
 }
 
-/// Which of the expected limb points get a strip.
+/// Which of the expected limb points are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct StripSelection<'a> {
-    /// So many, spread evenly over the limb that is lit as far as is known.
+    /// Number of points, spread evenly over the limb that is predicted to be lit.
     pub most: usize,
-    /// Of these the ones that stand within so many px of one of these points; all where there is no list.
+    /// Of these, only those within this distance, px, of one of these points; `None`: all.
     pub near: Option<(&'a [LimbPoint], f32)>,
 }
 
-/// Strips evenly along the lit limb, as many as a second has time for.
+/// [`MAX_LIMB_STRIPS`] strips evenly along the lit limb.
 pub const EVEN_STRIPS: StripSelection = StripSelection { most: MAX_LIMB_STRIPS, near: None };
 
 impl StripSelection<'_> {
@@ -186,22 +186,22 @@ impl StripSelection<'_> {
     }
 }
 
-/// What became of a picture of which nothing is known.
+/// Result of [`acquire`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// Limb points of the search.
+    /// Number of limb points of the search.
     pub searched: usize,
-    /// Strips read after it.
+    /// Number of strips read after it.
     pub strips: usize,
-    /// The centre, or why there is none. The room holds the points of the last step taken: the strips' where
+    /// The centre, or why there is none. The buffers hold the points of the last step: of the strips where
     /// any was read.
     pub fix: Result<EarthFix, FitError>,
 }
 
-/// Looks for the Earth without any prediction: a search, strips across the limb that it found, their centre.
+/// Measures the Earth without a prior: search, strips across the limb found, centre of their points.
 ///
-/// Where the Sun is not known nothing says how far round the limb is lit. Then strips are read only where the
-/// search found the limb too, because strips across the night side would count as missed.
+/// Where the Sun is not known, the lit part of the limb is not known either: strips are read only near
+/// points of the search, because strips across the night side would count as missed.
 ///
 /// # Errors
 /// Of the detector.

@@ -1,4 +1,4 @@
-//! What the room wants to know of the Earth, its limb and the points on it: a checked group for every step.
+//! Parameters of the Earth, its limb and limb points: a checked group for every step.
 
 use super::{FitCriteria, Strips};
 use crate::parameters::table::parameter_group;
@@ -41,7 +41,7 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Where the Sun must stand.
+    /// Elevation of the Sun.
     pub struct LightParameters in "earth.light" {
         /// Elevation of the Sun above which a limb counts as lit: below it the mode is eclipse.
         lit_deg: f32 = 3.0, 0.0..=45.0, "deg",
@@ -67,7 +67,7 @@ parameter_group! {
         saturated_share: f32 = 0.95, 0.5..=1.0, "",
             "5 % clipped off the bright side move the limb by 5 % of a scale height, 0.4 km: less than `scatter_km`";
         /// Least standard deviation of a limb point.
-        floor_px: f32 = 0.05, 0.005..=2.0, "px", 
+        floor_px: f32 = 0.05, 0.005..=2.0, "px",
             "vignetting, which is not taken off, moves a limb by up to 0.05 px (`limb/tests.rs`)";
         /// Farthest that an inlier may lie from the limb, besides four times its scatter.
         tolerance_px: f32 = 2.0, 0.2..=20.0, "px", "half of the thesis's 4 px: a strip joins nine lines";
@@ -104,20 +104,20 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Which points make a centre.
+    /// Consensus and fit of the centre.
     pub struct FitParameters in "earth.fit" {
         /// Share of inliers at which a hypothesis is taken at once.
         enough_share: f32 = 0.95, 0.5..=1.0, "", "thesis 3.2.1";
         /// Fewest inliers.
         fewest_points: u16 = 6, 4..=40, "", "twice what fixes a centre";
         /// Shortest arc.
-        least_arc_deg: f32 = 10.0, 1.0..=180.0, "deg", 
+        least_arc_deg: f32 = 10.0, 1.0..=180.0, "deg",
             "from GEO (disc radius 459 px) its sagitta is 1.7 px: less than the 2 px that an inlier may be off";
     }
 }
 
 parameter_group! {
-    /// Heights that neighbouring points of the limb share.
+    /// Height errors that neighbouring limb points share.
     pub struct HorizonParameters in "earth.horizon" {
         /// Standard deviation of the height: clouds and air masses.
         sigma_km: f32 = 1.8, 0.0..=20.0, "km",
@@ -139,7 +139,7 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// What a centre must be that no orbit helps to find.
+    /// Limits of a centre without an orbit as its prior.
     pub struct PlausibleParameters in "earth.plausible" {
         /// Greatest standard deviation of the direction.
         sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
@@ -153,7 +153,7 @@ parameter_group! {
     }
 }
 
-/// What the room wants to know of the Earth, its limb and the points on it.
+/// Parameters of the Earth, its limb and limb points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EarthParameters {
     /// The body.
@@ -174,8 +174,7 @@ pub struct EarthParameters {
     pub plausible: PlausibleParameters,
 }
 
-/// How many of its scatters ([`LimbParameters::scatter_km`]) a limb point may be off: one good point in
-/// 16,000 is lost.
+/// Tolerance in units of [`LimbParameters::scatter_km`]: one good point in 16,000 is lost.
 const TOLERATED_SCATTERS: f32 = 4.0;
 /// Least and greatest polar over equatorial half axis.
 const AXES_SHARE: [f32; 2] = [0.8, 1.2];
@@ -199,14 +198,14 @@ impl EarthParameters {
         groups.into_iter().flatten().next()
     }
 
-    /// What is demanded of a search that found so many points.
+    /// Criteria of a search that found this many points.
     pub fn search_criteria(&self, points: usize) -> FitCriteria {
         let min_inliers = self.fewest(self.search.inlier_share, points);
         FitCriteria { tolerance_px: self.search.tolerance_px, min_inliers, standalone: true }
     }
 
-    /// What is demanded of these strips; `alone` where no orbit says what the limb does not. Where a pixel
-    /// spans less than the limb scatters, inliers may lie farther apart.
+    /// Criteria of these strips; `alone`: without an orbit as prior. The tolerance includes four times the
+    /// limb's scatter.
     pub fn strip_criteria(&self, strips: &Strips, alone: bool) -> FitCriteria {
         let min_inliers = self.fewest(self.strips.inlier_share, strips.read);
         let tolerance_px = self.strips.tolerance_px;
@@ -215,8 +214,7 @@ impl EarthParameters {
         FitCriteria { tolerance_px, min_inliers, standalone: alone }
     }
 
-    /// By how many times less clouds move a limb of which a pixel spans so many km than one that is no wider
-    /// than a pixel.
+    /// Reduction of the shift by clouds for a limb wider than a pixel: `sqrt(1 + (scale height in px)²)`.
     pub fn clouds_reduction(&self, km_per_px: f32) -> f32 {
         let wide = self.limb.scale_height_km / km_per_px.max(1e-3);
         libm::sqrtf(1.0 + wide * wide)

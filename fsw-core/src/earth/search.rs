@@ -1,22 +1,22 @@
-//! The limb anywhere on the detector, without prediction (thesis §3.2.1 steps 1 to 4).
+//! Search for limb points on the whole detector, without prediction (thesis §3.2.1 steps 1 to 4).
 //!
 //! In: a [`Detector`] and a buffer as long as its longer side. Out: up to [`MAX_SEARCH_POINTS`] limb points.
 //!
-//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright.
-//! Dark is a level that falls quickly with the pixels and rises slowly. Where a pixel leaves it after
-//! [`LEAST_DARK_PX`] dark ones, the line is followed to the first plateau: 8 px after which the next 8 are
-//! hardly brighter. The limb is where the line passes half of that plateau, going outward from it. Stars and
-//! hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
-//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand.
-//! What gets through, [`consensus`](super::consensus) is for.
+//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to
+//! bright. The dark level follows the pixels, downwards fast and upwards slowly. Where a pixel leaves it
+//! after [`LEAST_DARK_PX`] dark ones, the line is followed to the first plateau: 8 px after which the next
+//! 8 are brighter by less than an eighth. The limb is where the line passes half of that plateau, going
+//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise. A
+//! dark sea among clouds is rejected because the dark side of a limb is as dark as the sky, whose level is
+//! measured on a few lines beforehand. Remaining outliers are left to [`consensus`](super::consensus).
 //!
-//! What counts as a rise and as a plateau follows the noise of the line, which its darkest block tells.
+//! The thresholds of rise and plateau scale with the line's noise, measured in its darkest block.
 //!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one
 //! is taken.
 //!
-//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at
-//! most three times more along a rise: bounded by the lines alone.
+//! Cost: of a line without contrast only the extremes are computed. On others a pixel is read once each
+//! way, and at most three times more along a rise: the bound depends on the number of lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use dark_level::{block_mean, darkest_block, sky_level};
@@ -41,10 +41,10 @@ const BEGIN_SHIFT: u32 = 2;
 const PLATEAU_SHIFT: u32 = 3;
 /// The dark side is brighter than the sky by less than a share of 2^-3 of the plateau.
 const SKY_SHIFT: u32 = 3;
-/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two
-/// below the mean.
+/// A rise begins at this many sigmas of the line's noise: the dark level is up to two sigmas below the
+/// mean.
 const BEGIN_SIGMAS: i32 = 4;
-/// A plateau is so many times that above the dark level: half of it then still is a beginning rise.
+/// Least plateau in units of that threshold: half of it then still exceeds it.
 const LEAST_BEGINS: i32 = 2;
 /// Sigma of a point as a share of its rise's length: the plateau's height is known to an eighth, half of it
 /// to a sixteenth.
@@ -64,7 +64,7 @@ struct Thresholds {
     dark: i32,
     /// The darkest sky, fine counts.
     sky: i32,
-    /// By how much a dark side may be brighter than that beside the faintest limb, fine counts.
+    /// Largest excess of a dark side over the sky, fine counts.
     max_above_sky: i32,
     /// Least length of the bright side, px.
     run: usize,
@@ -97,14 +97,14 @@ impl Line<'_> {
     }
 }
 
-/// Where a line passes the limb.
+/// Limb crossing on a line.
 struct LimbOnLine {
     /// Place of the limb, px from the line's end.
     place: f32,
     sigma_px: f32,
 }
 
-/// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
+/// Follows a rise that begins at `start` to its plateau. `Err`: the place from which the search continues.
 fn trace_rise(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<LimbOnLine, usize> {
     let begin = thresholds.begin;
     let block = |place: usize| line.block(place, dark).ok_or(place);
@@ -187,7 +187,7 @@ fn first_crossing(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
     None
 }
 
-/// Adds points, thinned out evenly when there are too many.
+/// Adds points to a list; when it is full, keeps every second one.
 pub(super) struct Decimator<'a> {
     points: &'a mut Points,
     seen: u32,
@@ -222,7 +222,7 @@ impl<'a> Decimator<'a> {
     }
 }
 
-/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector,
+/// Reads rows and then columns, from the `first` on every `step`-th, and calls `visit` with the detector,
 /// whether it is a row, its number and its pixels.
 pub(super) fn for_each_line<D: Detector<Error = DetectorError>>(
     detector: &mut D,
@@ -266,7 +266,8 @@ pub fn search(
     let quiet = Thresholds {
         contrast,
         begin,
-        // A camera's own dark level may be high, but a picture without any sky has no limb.
+        // Relative to the sky, because a camera's dark level may be high; but bounded, because an image
+        // without sky has no limb.
         dark: (sky + fine(parameters.search.dark_share)).min(fine(parameters.strips.dark_share)),
         sky,
         max_above_sky: begin,

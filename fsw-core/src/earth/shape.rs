@@ -1,4 +1,4 @@
-//! The body's shape: between space and sphere space.
+//! The body's shape: transformation between space and sphere space.
 //!
 //! `S v = v + (a / b - 1) p (p · v)` with the pole `p` and the half axes `a`, `b`, limb height included,
 //! turns the ellipsoid into a sphere of radius `a`. Up to a rotation `S / a` is the matrix B of Christian and
@@ -11,7 +11,7 @@ use super::{EarthParameters, Ellipsoid};
 use crate::frames::{Direction, EarthPath};
 use nalgebra::{Matrix3, Vector3};
 
-/// The body as it stands in the Earth path's frame: shape, limb, pole and Sun.
+/// The body in the Earth path's frame: shape with limb height, pole and Sun.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
     /// Half axis on the equator, limb height included, km.
@@ -25,7 +25,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// From the pole's and the Sun's direction; a Sun that is not known is taken to light every limb.
+    /// From the directions of pole and Sun; without the Sun every limb counts as lit.
     pub fn new(
         pole: &Direction<EarthPath>,
         sun: Option<&Direction<EarthPath>>,

@@ -1,13 +1,13 @@
-//! The Earth as it must look from a predicted position.
+//! Prediction of the Earth's image from a position.
 //!
-//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: what the disc
-//! covers, where its lit side blinds the camera to stars, and where on the detector a lit limb must stand.
+//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: the sky that
+//! the disc and its glow cover, and the predicted limb points on the detector where it is lit.
 //!
-//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are `w
-//! cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos - w
-//! sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine pass of
-//! [`FINE`] azimuths over those cells gives points evenly along whatever arc there is, 20 degrees or a turn.
-//! No sine is called: azimuths advance by a constant rotation.
+//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are
+//! `w cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos
+//! - w sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine
+//! pass of [`FINE`] azimuths over those cells gives points evenly along whatever arc there is, 20 degrees
+//! or a turn. Azimuths advance by a constant rotation instead of sine calls.
 //!
 //! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 270
 //! projections.
@@ -52,7 +52,7 @@ pub struct ExpectedLimb {
     pub sun_facing: f32,
 }
 
-/// How much of the limb is in the field, rad of azimuth about the centre.
+/// Length of limb in the field, rad of azimuth about the centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LitArcs {
     /// Lit or not.
@@ -68,7 +68,7 @@ pub struct LitArcs {
 pub struct LimbInField {
     /// Points where it is lit well enough, evenly along it.
     pub points: Vec<ExpectedLimb, MAX_LIMB_POINTS>,
-    /// How much of it there is.
+    /// Its length.
     pub lit_arcs: LitArcs,
 }
 
@@ -95,12 +95,13 @@ impl View {
         Some(Self { body: *body, centre, axes: [axis, first, second], sine, cosine })
     }
 
-    /// Distance of the limb, km: so many km of height a radian spans there.
+    /// Distance of the limb, km: height that a radian spans there.
     pub fn limb_distance_km(&self) -> f32 {
         self.body.radius_km() * self.cosine / self.sine
     }
 
-    /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
+    /// Mask of the sky hidden by the Earth and its glow, the latter to `margin_rad` (up to a right angle)
+    /// from the limb.
     pub fn mask(&self, margin_rad: f32, parameters: &EarthParameters) -> EarthMask<'_> {
         let twilight_sine = sine_cosine(parameters.light.twilight_deg.to_radians()).0;
         EarthMask { view: self, margin_sine: sine_cosine(margin_rad).0, twilight_sine }
@@ -134,7 +135,7 @@ impl View {
         Some((at_px, self.body.sun_sine(&point).unwrap_or(1.0)))
     }
 
-    /// All about the limb at an azimuth that is in the field.
+    /// The predicted limb point at an azimuth; `None` outside the field.
     fn expected(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<ExpectedLimb> {
         let (at_px, sun_sine) = self.project_limb(azimuth, camera, margin_px)?;
         let ([cosine, sine], [axis, ..]) = (azimuth, self.axes);
@@ -164,7 +165,7 @@ impl View {
         Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
-    /// How much of the limb lies inside the detector by `margin_px`.
+    /// Length of limb inside the detector by `margin_px`.
     pub fn lit_arcs(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> LitArcs {
         self.coarse(camera, margin_px, parameters).0
     }
@@ -282,7 +283,7 @@ impl Iterator for FineAzimuths {
     }
 }
 
-/// What the Earth and its glow hide.
+/// The sky hidden by the Earth and its glow.
 #[derive(Clone, Copy, Debug)]
 pub struct EarthMask<'v> {
     view: &'v View,
@@ -291,7 +292,7 @@ pub struct EarthMask<'v> {
 }
 
 impl EarthMask<'_> {
-    /// Whether no star can be seen in this direction: the Earth shines there.
+    /// Whether stars in this direction are outshone: lit Earth or lit glow.
     pub fn hides(&self, direction: &Direction<EarthPath>) -> bool {
         self.covers(direction) && self.is_lit(direction)
     }
@@ -308,8 +309,8 @@ impl EarthMask<'_> {
         past < 0.0 && along > 0.0 || (facing > 0.0 && past < self.margin_sine * length)
     }
 
-    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below
-    /// the horizon by no more than the twilight.
+    /// Whether the Earth is lit where this direction meets it, or passes it nearest: the Sun is up, or
+    /// below the horizon by no more than the twilight.
     fn is_lit(&self, direction: &Direction<EarthPath>) -> bool {
         let View { body, centre, .. } = self.view;
         let ray = unit(&body.to_sphere_space(direction.vector()), direction.vector());

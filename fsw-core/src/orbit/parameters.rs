@@ -40,7 +40,7 @@ parameter_group! {
         limb_height_time_share: f32 = 0.5, 0.001..=100.0, "",
             "2 hours in GEO, 8 min in LEO; rendered orbits: 300 to 400 s in LEO";
         /// Misalignment of the paths against each other about each axis.
-        misalignment_sigma_rad: f32 = 5e-5, 0.0..=0.02, "rad", 
+        misalignment_sigma_rad: f32 = 5e-5, 0.0..=0.02, "rad",
             "10 arcsec, 0.15 px of the reference camera: either path aligned to 0.1 px, the centroid error of the thesis";
         /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every
         /// direction alike: neighbouring points of the limb share their clouds, which their sigmas do not
@@ -61,10 +61,10 @@ parameter_group! {
         /// Largest normalised innovation squared that is believed.
         gate_nis: f32 = 30.0, 10.0..=1000.0, "", "chi squared of three: one good fix in a million is lost";
         /// Rejections in a row after which the filter starts anew.
-        patience: u16 = 10, 1..=600, "", 
+        patience: u16 = 10, 1..=600, "",
             "twice the 5 s for which the errors of fixes last in LEO (`bias_time_share`)";
         /// The filter has settled when position and velocity are known to this share of their length.
-        settled_share: f32 = 1e-3, 1e-6..=0.1, "", 
+        settled_share: f32 = 1e-3, 1e-6..=0.1, "",
             "a tenth of 0.01, at which the covariance is inflated last; 42 km in GEO, 7 km in LEO";
     }
 }

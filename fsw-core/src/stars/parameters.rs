@@ -17,7 +17,7 @@ parameter_group! {
         centroid_sigma_px: [f32; TOLERANCES] = [0.35, 1.0, 2.0], 0.05..=3.0, "px",
             "lenses without a calibration; with one 0.2, 0.6, 2";
         /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation.
-        scale_uncertainty: f32 = 2e-4, 0.0..=0.01, "", 
+        scale_uncertainty: f32 = 2e-4, 0.0..=0.01, "",
             "an aluminium barrel, 23e-6 per K, 9 K from where it was calibrated: 0.2 px over 1000 px";
         /// Largest accepted common logarithm of the false-identification probability.
         log10_false_limit: f32 = -9.0, -30.0..=-2.0, "", "one wrong sky in thirty years of an image a second";

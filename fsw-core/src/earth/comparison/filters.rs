@@ -1,10 +1,10 @@
 //! The thesis's two other filters across the limb (§4.2, §7.2.2.1), for comparison with [`limb::crossing`]:
-//! they find the limb by the shape of its rise, not by a share of the brightness behind it. They do not fly.
+//! they find the limb by the shape of its rise, not by a share of the brightness behind it. Not flown.
 //!
-//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both
-//! look at the joined line of [`limb`] from three scale heights outside a first guess, the outermost place
-//! above half of the strip's range, to one and a half inside it. The thesis names the filters and no more;
-//! what is fitted is this project's choice:
+//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing.
+//! Both use the averaged line of [`limb`] from three scale heights outside a first guess, the outermost
+//! place above half of the strip's range, to one and a half inside it. The thesis only names the filters;
+//! the fitted models are this project's:
 //!
 //! | filter | fitted | the limb |
 //! |---|---|---|
@@ -18,10 +18,10 @@ use crate::earth::limb::{self, Lines, Strip};
 use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
-/// How far outside and inside the first guess a line is looked at, scale heights.
+/// Fitted range outside and inside the first guess, scale heights.
 const OUTSIDE_SCALES: f32 = 3.0;
 const INSIDE_SCALES: f32 = 1.5;
-/// ... and at least so far, px.
+/// Least range, px.
 const LEAST_PX: f32 = 6.0;
 /// Steps of the edge in a px.
 const STEPS: usize = 8;

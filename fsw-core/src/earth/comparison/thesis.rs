@@ -1,14 +1,14 @@
-//! The thesis's own way to the Earth's centre (§3.2.1 and §3.2.2), for comparison: local criteria, a circle
-//! through three points, Gander's algebraic circle on circularised points. It does not fly: it knows discs
-//! only, and needs no camera.
+//! The thesis's method for the Earth's centre (§3.2.1 and §3.2.2), for comparison: local criteria, a circle
+//! through three points, Gander's algebraic circle on circularised points. Not flown: it is limited to
+//! whole discs and uses no camera model.
 //!
 //! In: a [`Detector`], or limb points; the direction of the Earth's pole on the detector. Out: a [`Circle`],
 //! px, or why there is none. Constants are the thesis's for a scale of 255, scaled to the converter's.
 //!
-//! Two things are ours, because they must be: the thesis's least distance of 10 px between the dark and the
-//! bright centre cannot occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets
-//! [`MAX_TRIPLETS`] are tried. Of the pixels of a line above the threshold those next to one below it are
-//! looked at; any other region has no dark side.
+//! Two deviations were necessary: the thesis's least distance of 10 px between the dark and the bright
+//! centre cannot occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets [`MAX_TRIPLETS`]
+//! are tried. Of the pixels of a line above the threshold those next to one below it are looked at; any
+//! other region has no dark side.
 
 use crate::earth::search::{Decimator, Points, for_each_line};
 use crate::earth::{FitError, LimbPoint, MAX_SEARCH_POINTS};
@@ -185,7 +185,7 @@ fn circle_through([a, b, c]: [[f32; 2]; 3]) -> Option<([f32; 2], f32)> {
     let (bb, cc) = (bx * bx + by * by, cx * cx + cy * cy);
     let [x, y] = [(cy * bb - by * cc) / twice, (bx * cc - cx * bb) / twice];
     let radius = libm::sqrtf(x * x + y * y);
-    // Also refuses what is no number.
+    // NaN is refused too.
     (radius < 1e6).then_some(([a[0] + x, a[1] + y], radius))
 }
 

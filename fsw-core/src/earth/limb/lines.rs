@@ -1,13 +1,13 @@
 //! The pixels of a strip as lines from space inwards, shifted onto the middle one by the limb's known slope.
 //!
-//! In: a strip and its pixels. Out: the joined line, its dark level, and how much the lines scatter about it.
-//! Shifts and the values between two pixels are integers of [`FINE_SHIFT`] fractional bits: joining is most
-//! of a strip's cost. A shift is rounded by at most 1/512 px.
+//! In: a strip and its pixels. Out: the averaged line, its dark level, and the scatter of the lines about
+//! it. Shifts and interpolated values are integers of [`FINE_SHIFT`] fractional bits, because averaging is
+//! most of a strip's cost. A shift is rounded by at most 1/512 px.
 
 use super::{BREADTH, MAX_LENGTH, MIDDLE, Strip};
 use crate::order;
 
-/// Places at either end that not every line reaches: the slope is at most one.
+/// Places at either end that not every line covers: the slope is at most one.
 pub(in crate::earth) const END_MARGIN: usize = MIDDLE as usize + 1;
 /// Fractional bits of a shift, px, and of a value, counts: nine values of 16 bits have room.
 const FINE_SHIFT: u32 = 8;
@@ -17,27 +17,28 @@ pub(in crate::earth) struct Lines<'a> {
     pixels: &'a [u16],
     /// Places of a line.
     pub(in crate::earth) length: usize,
-    /// Where the first line's outer end stands among the pixels.
+    /// Index of the pixel at the first line's outer end.
     outer: i32,
-    /// From a place to the one inward of it, and from a line to the next.
+    /// Index steps from a place to the one inward of it, and from a line to the next.
     inward: i32,
     across: i32,
     /// Inward shift of the limb from the middle line to each, fine px.
     shifts: [i32; BREADTH],
 }
 
-/// A line, to be read inwards.
+/// Read position on a line, moving inwards.
 #[derive(Clone, Copy, Default)]
 struct LineCursor {
-    /// Where the last pixel read stands, and its counts.
+    /// Index of the last pixel read, and its counts.
     at: usize,
     last: i32,
-    /// Part of the next pixel in a value.
+    /// Weight of the next pixel in a value, 2^-8.
     part: i32,
 }
 
 impl<'a> Lines<'a> {
-    /// `None` where the pixels are not the strip's, or its limb is too slant for it.
+    /// `None` where the pixels do not fit the strip, or the limb is inclined by more than 53 deg against
+    /// it.
     pub(in crate::earth) fn of(pixels: &'a [u16], strip: &Strip) -> Option<Self> {
         let length = usize::from(if strip.along_x { strip.window.width } else { strip.window.height });
         let (steep, flat) = strip.normal_components();
@@ -54,7 +55,7 @@ impl<'a> Lines<'a> {
         Some(Self { pixels, length, outer, inward, across, shifts })
     }
 
-    /// A line from where it has the same distance from the limb as the middle line at `place`.
+    /// Cursor on a line, from the same distance to the limb as the middle line has at `place`.
     fn cursor(&self, line: usize, place: usize) -> Option<LineCursor> {
         let shift = *self.shifts.get(line)?;
         let first = place as i32 + (shift >> FINE_SHIFT);
@@ -63,7 +64,7 @@ impl<'a> Lines<'a> {
         Some(LineCursor { at, last, part: shift & ((1 << FINE_SHIFT) - 1) })
     }
 
-    /// Its value, fine counts, and on to the next place.
+    /// The interpolated value, fine counts; moves to the next place.
     fn step(&self, cursor: &mut LineCursor) -> Option<i32> {
         cursor.at = cursor.at.wrapping_add_signed(self.inward as isize);
         let next = i32::from(*self.pixels.get(cursor.at)?);
@@ -72,8 +73,8 @@ impl<'a> Lines<'a> {
         Some(value)
     }
 
-    /// The joined line, counts: at each place the mean of the lines without the least and the greatest; zero
-    /// at both ends, which not every line reaches.
+    /// The averaged line, counts: at each place the mean of the lines without the smallest and the largest;
+    /// zero at both ends, which not every line covers.
     pub(in crate::earth) fn profile(&self) -> Option<[f32; MAX_LENGTH]> {
         let mut cursors = [LineCursor::default(); BREADTH];
         for (line, cursor) in cursors.iter_mut().enumerate() {
@@ -94,8 +95,8 @@ impl<'a> Lines<'a> {
         Some(profile)
     }
 
-    /// Standard deviation of the mean of the lines' own crossings, px: how each departs from the profile over
-    /// the rise, `half` places to either side of `at`.
+    /// Standard deviation of the mean of the lines' own crossings, px: from the deviation of each from the
+    /// profile over the rise, `half` places to either side of `at`.
     pub(in crate::earth) fn scatter_px(&self, profile: &[f32], at: usize, half: usize) -> Option<f32> {
         let first = at.checked_sub(half)?;
         let places = 2 * half + 1;
@@ -118,8 +119,8 @@ impl<'a> Lines<'a> {
             squares += square;
             greatest = if square > greatest { square } else { greatest };
         }
-        // Without the line that departs most, for a star or a hot pixel; the mean rests on seven lines. Of
-        // nine squares of Gaussian chance all but the greatest make 0.64 of the sum.
+        // Without the line of the largest deviation, because of stars and hot pixels; the mean uses seven
+        // lines. Of nine squares of Gaussian values all but the largest make 0.64 of the sum.
         const KEPT: f32 = 0.64;
         let variance = (squares - greatest) / (KEPT * (BREADTH as f32 - 1.0));
         Some(libm::sqrtf(variance.max(0.0) / (BREADTH as f32 - 2.0)))

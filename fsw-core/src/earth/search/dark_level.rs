@@ -1,4 +1,4 @@
-//! The darkest parts of a picture and of its lines: sky, if there is any.
+//! Dark level and noise of an image and of its lines, from their darkest blocks.
 
 use super::{FINE_SHIFT, for_each_line};
 use fsw_hal::{Detector, DetectorError};
@@ -35,8 +35,8 @@ pub(super) fn block_mean(sum: u32) -> i32 {
     ((sum >> BLOCK.ilog2()) << FINE_SHIFT) as i32
 }
 
-/// Level of the darkest sky of a picture searched with this step, fine counts: of the darkest blocks of the
-/// lines the second, in case that a line is broken.
+/// Level of the darkest sky of an image searched with this step, fine counts: the second smallest of the
+/// lines' darkest blocks, so that one defective line does no harm.
 pub(super) fn sky_level(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16],
