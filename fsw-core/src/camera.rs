@@ -32,7 +32,7 @@ const UNDISTORT_ERROR_PX: f32 = 0.5;
 /// tangential distortion, which bends the detector's edges.
 const CORNER_ROUNDING: f32 = 1e-3;
 
-/// How a direction falls on the detector.
+/// Ideal projection of the lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Projection {
     /// Pinhole: radius `f tan(angle)`.
@@ -65,13 +65,13 @@ pub struct CameraParameters {
     pub height_px: u16,
     /// Focal length, px.
     pub focal_length_px: f32,
-    /// Where the line of sight meets the detector, px.
+    /// Principal point, px.
     pub optical_centre_px: [f32; 2],
     /// Ideal projection.
     pub projection: Projection,
-    /// Departure from it.
+    /// Distortion.
     pub distortion: Distortion,
-    /// Whether the star path is seen in a mirror.
+    /// Whether the star path is mirrored in x.
     pub mirrored: bool,
 }
 
@@ -86,7 +86,7 @@ pub enum CameraError {
     FocalLength,
     /// The optical centre is more than a detector's size off the detector.
     OpticalCentre,
-    /// A corner of the detector sees no direction, or the distortion is too strong to be undone there.
+    /// A corner of the detector has no direction, or the distortion cannot be inverted there.
     Distortion,
 }
 
@@ -141,7 +141,7 @@ impl Camera {
     }
 
     /// Cosine of the angle from the line of sight to the farthest corner; `None` unless every corner has a
-    /// direction that falls on it again: a distortion that folds the field over has none.
+    /// direction that falls on it again: a distortion that folds the field has none.
     fn forward_of_corners(&self) -> Option<f32> {
         self.corners_px().into_iter().try_fold(1.0f32, |least, corner| {
             let direction = self.direction(corner)?;
@@ -222,7 +222,7 @@ impl Camera {
     /// Where on the detector, `margin_px` inside its edge, a direction of the Earth path falls; `None` where
     /// it does not.
     pub fn project_earth_inside(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
-        // A distortion's polynomial may fold directions far outside the field back into it.
+        // Outside the field the distortion polynomial may fold directions back onto the detector.
         if direction.vector().z < self.corner_forward - CORNER_ROUNDING {
             return None;
         }

@@ -1,8 +1,8 @@
 //! From centroids to identified stars.
 //!
-//! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of rotation,
-//! merging along a side: thesis §3.1.3), [`confirm`] accepts or refuses a proposal by re-projecting the
-//! catalogue into the image, [`predict`] says which stars an attitude puts where.
+//! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of
+//! rotation, merging along a side: thesis §3.1.3), [`confirm`] verifies a proposal by projecting the
+//! catalogue into the image, [`predict`] gives the star positions of an attitude.
 
 #[cfg(test)]
 mod artificial;
@@ -22,17 +22,17 @@ use crate::image::Detection;
 use crate::image::calibration::Calibration;
 use nalgebra::Vector3;
 
-/// Most measured stars that take part in identification; of more, the brightest.
+/// Largest number of measured stars used in identification; of more, the brightest.
 pub const MAX_MEASURED: usize = 64;
 
-/// A measured star on its way to a name.
+/// A measured star.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredStar {
-    /// Where it stands on the detector, px.
+    /// Position on the detector, px.
     pub centre_px: [f32; 2],
     /// Standard deviation of the centre per axis, px.
     pub sigma_px: f32,
-    /// The direction it came from.
+    /// Direction of this position.
     pub direction: Direction<StarPath>,
 }
 
@@ -50,15 +50,15 @@ impl MeasuredStar {
         Self::new(camera, spot.centre_px(), spot.sigma_px())
     }
 
-    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): its row
-    /// was exposed `row_time_s` a row from the detector's middle later.
+    /// Rolling-shutter correction: the star at the time of the middle row (thesis §9.1.1.1). Rows are
+    /// exposed `row_time_s` one after the other.
     pub fn at_mid_frame(self, camera: &Camera, rate_rad_s: &Vector3<f32>, row_time_s: f32) -> Option<Self> {
         let later_s = row_delay_s(camera, self.centre_px, row_time_s);
         let direction = direction_after(&self.direction, rate_rad_s, -later_s)?;
         Some(Self { centre_px: camera.project(&direction)?, direction, ..self })
     }
 
-    /// The pair that this star and the direction its catalogue star is seen in make.
+    /// The vector pair of this star and the apparent direction `seen` of its catalogue star.
     pub fn paired_with(&self, seen: Direction<Icrs>, camera: &Camera) -> VectorPair {
         VectorPair {
             measured: self.direction,
@@ -68,7 +68,7 @@ impl MeasuredStar {
     }
 }
 
-/// Where a star is seen a part of a second later: its direction changes by `-ω × b` a second.
+/// Direction of a star `later_s` later at a constant rate, to first order: `db/dt = -ω × b`.
 pub fn direction_after(
     direction: &Direction<StarPath>,
     rate_rad_s: &Vector3<f32>,
@@ -78,13 +78,13 @@ pub fn direction_after(
     Direction::new(unit - rate_rad_s.cross(unit) * later_s)
 }
 
-/// How much later than the middle of the frame the row of a place is exposed, s.
+/// Exposure time of a position's row after that of the middle row, s.
 pub fn row_delay_s(camera: &Camera, [_, y]: [f32; 2], row_time_s: f32) -> f32 {
     let [_, middle] = camera.middle_px();
     (y - middle) * row_time_s
 }
 
-/// Measured stars of one image and what they are held against.
+/// Measured stars of one image with catalogue and camera.
 #[derive(Clone, Copy, Debug)]
 pub struct StarField<'a> {
     measured: &'a [MeasuredStar],
@@ -92,10 +92,9 @@ pub struct StarField<'a> {
     pub catalogue: &'a Catalogue<'a>,
     /// The camera.
     pub camera: &'a Camera,
-    /// Detector area in which stars were looked for, px: the whole detector, or the cores of the windows
-    /// read.
+    /// Searched detector area, px: the whole detector, or the windows read without their margins.
     pub searched_px: f32,
-    /// What is known of the lens, if anything.
+    /// Calibration of the lens, if there is one.
     calibration: Option<&'a Calibration<'a>>,
 }
 
@@ -116,12 +115,12 @@ impl<'a> StarField<'a> {
         Self { measured, catalogue, camera, searched_px, calibration: None }
     }
 
-    /// The same with what is known of the lens.
+    /// The same with a calibration of the lens.
     pub fn calibrated(self, calibration: Option<&'a Calibration<'a>>) -> Self {
         Self { calibration, ..self }
     }
 
-    /// How far a catalogue star at `at_px` is displaced by its colour, px.
+    /// Displacement of a catalogue star at `at_px` by its colour (lateral chromatic aberration), px.
     pub fn colour_shift_px(&self, at_px: [f32; 2], star: &Star) -> [f32; 2] {
         let b_v = f32::from(star.colour_centi) * 0.01;
         self.calibration.map_or([0.0; 2], |calibration| calibration.colour_shift_px(at_px, b_v))
@@ -132,7 +131,7 @@ impl<'a> StarField<'a> {
         self.calibration.is_some()
     }
 
-    /// A measured star as it would stand were it of the calibration's colour, `star` being its name.
+    /// The measured star `seen`, identified as `star`, corrected for its colour.
     pub fn colour_corrected(&self, seen: &MeasuredStar, star: &Star) -> MeasuredStar {
         let [x, y] = seen.centre_px;
         let [dx, dy] = self.colour_shift_px(seen.centre_px, star);

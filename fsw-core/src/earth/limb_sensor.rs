@@ -110,7 +110,7 @@ impl LimbSensor<'_> {
         self.read_strips_with(detector, view, variance, selection, buffers, limb::crossing)
     }
 
-    /// The same with another [`limb::Crossing`] than the flight's.
+    /// As [`Self::read_strips`] with another [`limb::Crossing`] than the flown one.
     #[inline]
     fn read_strips_with(
         &self,
@@ -217,7 +217,7 @@ pub fn acquire(
     }
 }
 
-/// The same with another [`limb::Crossing`] than the flight's.
+/// As [`acquire`] with another [`limb::Crossing`] than the flown one.
 ///
 /// # Errors
 /// Of the detector.

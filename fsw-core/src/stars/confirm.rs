@@ -1,17 +1,17 @@
-//! Accepts or refuses an attitude hypothesis by re-projection.
+//! Verification of an attitude hypothesis by re-projection.
 //!
-//! In: an attitude that a few stars suggested, the measured stars, the catalogue. The brightest catalogue
-//! stars of the field are projected onto the detector and matched, brightest first, with the one measured
-//! star inside a radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all
-//! matches. Out: matches, attitude, and the odds that as many agree by chance.
+//! In: the attitude of a polygon, the measured stars, the catalogue. The brightest catalogue stars of the
+//! field are projected onto the detector and matched, brightest first, with the one measured star inside a
+//! radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out:
+//! matches, attitude, and the probability of as many matches by chance.
 //!
 //! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars,
-//! measured or projected) would find one of the longer (of M) inside the capture radius `ρ` with probability
-//! `p = M π ρ² / A` on a detector of area A. Of them n matched; the two that fixed the hypothesis are no
-//! evidence for it, so the chance of this hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ²
-//! / A)`, times the number of hypotheses that were tried and of the tests made (see [`BRIGHTEST`] and
-//! [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area covers the whole
-//! region in which polygon and matching would have accepted a star.
+//! measured or projected) would find one of the longer (of M) inside the capture radius `ρ` with
+//! probability `p = M π ρ² / A` on a detector of area A. Of them n matched; the two that defined the
+//! hypothesis are excluded, so the probability of a chance match is the binomial tail `P(X >= n - 2 | L -
+//! 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were tried and of the tests made (see
+//! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area
+//! covers the whole region in which polygon and matching would have accepted a star.
 
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::{MAX_MEASURED, MeasuredStar, StarField};
@@ -20,44 +20,43 @@ use crate::attitude::{VectorPair, wahba};
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
 
-/// Matching and solving are repeated this often, the radius shrinking from 2 to 1 tolerances.
+/// Rounds of matching and solving; the radius shrinks from 2 tolerances to 1.
 pub const ROUNDS: usize = 3;
 
-/// The test for chance is made with so many of the brightest on either side, and the best is taken: where
-/// brightness is known, faint noise does not drown the few stars there are.
+/// The chance test uses this many of the brightest stars of either list; the best result counts, so that
+/// many faint false stars do not hide a few true ones.
 pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
-/// ... and with the matches inside these shares of the tolerance: where centroids are better than the
-/// tolerance allows, that is evidence too. The last is for calibrated lenses: each test that cannot help
-/// costs the others.
+/// Radii of the chance test, shares of the tolerance: centroids better than the tolerance add evidence. The
+/// last is for calibrated lenses only, because every further test weakens the others.
 pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// Most stars of [`match_predicted_stars`].
 pub const MAX_FEW_STARS: usize = 8;
 
-/// A measured star with its name.
+/// A measured star matched with a catalogue star.
 #[derive(Clone, Copy, Debug)]
 pub struct Match {
     /// Index of the measured star.
     pub measured: u8,
     /// Index of the catalogue star.
     pub star: u16,
-    /// Place of the catalogue star among those expected, by brightness.
+    /// Rank of the catalogue star among those predicted, by brightness.
     pub rank: u8,
     /// Measured less projected position, px.
     pub residual_px: [f32; 2],
 }
 
-/// An attitude hypothesis that was checked against the whole field.
+/// An attitude hypothesis verified with the whole field.
 #[derive(Clone, Debug)]
 pub struct Confirmed {
     /// Attitude from all matches but the proximity-flagged.
     pub attitude: Rotation<Icrs, StarPath>,
-    /// Standard deviations of the attitude about x, y, z of the star path, rad: those that the centroids' own
-    /// sigmas give (eq. 3.27), scaled by what the residuals say of these sigmas.
+    /// Standard deviations of the attitude about x, y, z of the star path, rad: by the centroids' sigmas
+    /// (eq. 3.27), times the scale of the residuals.
     pub sigma_rad: [f32; 3],
-    /// Measured stars with their names, brightest catalogue star first.
+    /// Matched stars, brightest catalogue star first.
     pub matches: Vec<Match, MAX_FIELD_STARS>,
-    /// Catalogue stars that should be seen on the detector.
+    /// Number of catalogue stars predicted on the detector.
     pub expected: u16,
     /// Root mean square residual per axis, px.
     pub rms_px: f32,
@@ -92,12 +91,12 @@ pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     (first + libm::log10f(series)).min(0.0)
 }
 
-/// Columns in which measured stars are looked up.
+/// Number of detector columns of the index.
 const COLUMNS: usize = 32;
-/// By so much a star's columns reach beyond its radius, px: more than positions round.
+/// Margin of a star's columns beyond its radius, px: more than the rounding of positions.
 const COLUMN_MARGIN_PX: f32 = 0.01;
 
-/// Which measured stars may be near a position: a bit each, by columns of the detector.
+/// Index of the measured stars by detector column: a bit for each star within the radius of the column.
 struct ColumnIndex<'a> {
     measured: &'a [MeasuredStar],
     stars: [u64; COLUMNS],
@@ -120,14 +119,13 @@ impl<'a> ColumnIndex<'a> {
         columns
     }
 
-    /// The column of a position; what is beside the detector counts to its edge.
+    /// The column of a position; positions outside the detector belong to the edge columns.
     fn column(&self, x: f32) -> usize {
         ((x * self.per_px) as usize).min(COLUMNS - 1)
     }
 
     /// The one measured star within `radius_px` of a position, no more than that of [`Columns::new`], with
-    /// its offset; `None` when there is none, or more than one: which of two close stars carries the name
-    /// would be a guess.
+    /// its offset; `None` when there is none, or more than one (ambiguous).
     fn only_star_near(&self, [x, y]: [f32; 2], radius_px: f32) -> Option<(u8, [f32; 2])> {
         let mut stars = self.stars.get(self.column(x)).copied().unwrap_or(0);
         let mut only = None;
@@ -146,8 +144,8 @@ impl<'a> ColumnIndex<'a> {
 
 const _: () = assert!(MAX_MEASURED <= u64::BITS as usize);
 
-/// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that
-/// claims it.
+/// Matches projected stars with measured ones within `radius_px`; a measured star goes to the brightest
+/// projected star near it.
 fn match_stars(
     expected: &[Predicted],
     field: &StarField,
@@ -177,15 +175,14 @@ fn match_stars(
     matches
 }
 
-/// Residuals beyond so many sigmas are taken for what they are: a proton, a hot pixel or a neighbour in the
-/// star's image.
+/// Huber threshold of the solution, sigmas: larger residuals come from a proton, a hot pixel or a neighbour
+/// in the star's image.
 const HUBER_SIGMAS: f32 = 2.0;
-/// ... and those beyond so many say nothing of the others' sigmas; of good ones chance brings 1 in 3,000
-/// there.
+/// Huber threshold of the sigma scale, sigmas: 1 in 3,000 good residuals is larger.
 const OUTLIER_SIGMAS: f32 = 4.0;
 
-/// Sigma of a centroid, or what its residual says of it where that is beyond `sigmas` of it: the weight of an
-/// outlier is bounded.
+/// Huber's sigma: that of the centroid, or its residual over `sigmas` where that is larger, which bounds
+/// the weight of an outlier.
 fn robust_sigma_px(found: &Match, seen: &MeasuredStar, sigmas: f32) -> f32 {
     let [dx, dy] = found.residual_px;
     seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
@@ -206,8 +203,9 @@ fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPa
     pairs
 }
 
-/// The brightest stars, at most [`MAX_FEW`], that are measured where an attitude expects them, within
-/// `radius_px`, and what each says: where too few are seen for an attitude of their own.
+/// The brightest stars, at most [`MAX_FEW`], that are measured within `radius_px` of their position
+/// predicted by an attitude, with their vector pairs; for updates by single stars, when there are too few
+/// for an attitude.
 pub fn match_predicted_stars(
     attitude: &Rotation<Icrs, StarPath>,
     field: &StarField,
@@ -227,7 +225,7 @@ pub fn match_predicted_stars(
 }
 
 /// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others
-/// suffice. Not inlined: its list is not to lie on the stack under the matching.
+/// suffice. Not inlined: keeps its list off the stack of the matching.
 #[inline(never)]
 fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
@@ -240,7 +238,8 @@ fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPat
     })
 }
 
-/// Ratio of the measured to the projected distances from their means: the focal length the field asks for.
+/// Ratio of the measured to the projected distances from their means: estimate of the true focal length
+/// over the camera's.
 fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> f32 {
     let count = (matches.len() as f32).max(1.0);
     let positions = || {
@@ -265,9 +264,9 @@ fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> f32 {
 /// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
 const PRIOR_RESIDUALS: f32 = 10.0;
 
-/// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at
-/// once; smaller ones only as far as there are many, because few are small by luck, and not of a calibrated
-/// lens, whose sigmas are known.
+/// Scale of the centroids' sigmas by the residuals: `sqrt(chi² / freedom)` where that exceeds 1. Below 1 a
+/// prior of weight [`PRIOR_RESIDUALS`] limits it, because few residuals may be small by chance; with a
+/// calibrated lens, whose sigmas are known, it is 1.
 fn sigma_scale(matches: &[Match], field: &StarField) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
         let seen = field.measured().get(usize::from(found.measured));
@@ -310,7 +309,7 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &S
             best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance));
         }
     }
-    // With more of the brightest than there are the test is the same again.
+    // Tests with more of the brightest than there are stars are identical.
     let distinct = BRIGHTEST.iter().filter(|brightest| **brightest < measured.max(expected)).count() + 1;
     (best + libm::log10f((radii.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
 }
@@ -322,13 +321,12 @@ pub fn confirm(
     field: &StarField,
     tolerance_px: f32,
 ) -> Option<Confirmed> {
-    // Not moved out of its option: a copy would lie on the stack under all that follows.
+    // Not moved out of its option: avoids a copy on the stack.
     let expected = field_stars(field.catalogue, field.camera, hypothesis);
     confirm_among(expected.as_ref()?, hypothesis, field, tolerance_px)
 }
 
-/// The same where the catalogue stars that are to be expected are known already, brightest first; only their
-/// names count.
+/// The same with the predicted catalogue stars given, brightest first; their positions are not used.
 pub fn confirm_among(
     expected: &[Predicted],
     hypothesis: &Rotation<Icrs, StarPath>,
@@ -365,9 +363,9 @@ pub fn confirm_among(
     })
 }
 
-/// Times that [`widen`] doubles the radius.
+/// Doublings of the radius in [`widen`].
 pub const WIDENINGS: usize = 3;
-/// Stars that a wider radius must bring beyond what chance does.
+/// Least gain of matches by a wider radius, above those expected by chance.
 const FEWEST_GAINED: usize = 2;
 
 /// Number of expected stars that have a measured one within `radius_px`.
@@ -381,11 +379,11 @@ fn stars_near(expected: &[Predicted], measured: &[MeasuredStar], radius_px: f32)
     expected.iter().filter(|star| near(star.centre_px)).count()
 }
 
-/// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars
-/// than chance does.
+/// Matches again with 2, 4 and 8 times the tolerance; a wider result is kept if it gains at least 2 stars
+/// plus three times the number expected by chance.
 ///
-/// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be
-/// small, with a biased attitude and sigmas that believe it.
+/// Where centroids are worse than the tolerance assumes, the narrow match selects the stars with small
+/// errors: the attitude is biased and its sigmas are too small.
 #[inline(never)]
 pub fn widen(best: &mut Confirmed, field: &StarField, tolerance_px: f32) {
     let expected = field_stars(field.catalogue, field.camera, &best.attitude);
@@ -406,7 +404,7 @@ pub fn widen(best: &mut Confirmed, field: &StarField, tolerance_px: f32) {
         let by_chance = missing as f32 * field.measured().len() as f32 * area;
         let gained = wider.matches.len() as f32 - best.matches.len() as f32;
         if gained >= FEWEST_GAINED as f32 + 3.0 * by_chance {
-            // The evidence stays that of the narrow match: it is what was tested.
+            // The chance probability remains that of the narrow match, which was tested.
             *best = Confirmed { log10_chance: best.log10_chance, ..wider };
         }
     }

@@ -1,24 +1,24 @@
 //! Star identification, lost in space (thesis §3.1.3).
 //!
-//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: names and an
-//! attitude that stood confirmation, or "not identified" with the reason. The work is cut into measured base
-//! sides, so it can be resumed from second to second ([`Identifier::advance`]).
+//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: identified stars
+//! and a verified attitude, or [`NotIdentified`]. The work is cut into measured base sides, so it can be
+//! resumed from second to second ([`Identifier::advance`]).
 //!
 //! For every base side (i, j), in the order of the [search order](super::search_order):
 //! 1. catalogue pairs of its separation, in both directions, within the tolerance;
-//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the catalogue
-//!    first. A true side so finds its polygon whatever stands beside it;
+//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the
+//!    catalogue first. so a true side finds its polygon among any false stars;
 //! 3. only those with the measured sense of rotation;
 //! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners
 //!    must fit too;
 //! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the
 //!    side go to [`confirm`](super::confirm); the first whose false-identification probability is below the
 //!    limit wins. A polygon that has [`EARLY_CORNERS`] over the base side is proposed at once. Of a
-//!    calibrated lens triangles are proposed too: of stars on either side of the Earth's disc, farther apart
-//!    than the catalogue's range, there may be no more, and confirmation sees both groups.
+//!    calibrated lens triangles are proposed too: stars on either side of the Earth's disc may be farther
+//!    apart than the catalogue's range and form no larger polygon; the confirmation matches both groups.
 //!
-//! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked
-//! best so far stay readable ([`Identifier::polygons`]).
+//! When all sides have been tried, the search starts over with the next, wider tolerance. The best polygons
+//! so far stay readable ([`Identifier::polygons`]).
 //!
 //! Bounds: [`MAX_SIDES`] sides, each at most `SEARCHED` passes over the pairs of one separation and
 //! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left
@@ -40,15 +40,15 @@ use heapless::Vec;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
-// What an allowance counts, in catalogue pairs looked at for a star k: one costs 47 cycles on the target.
+// Cost model of the allowance; unit: a catalogue pair read for a star k, 47 cycles on the target.
 /// A catalogue pair of a base side: 330 cycles.
 const BASE_PAIR_PAIRS: usize = 7;
-/// A triangle looked at because a pair has a star of a base side: 240 cycles, few of them more.
+/// A triangle tested because a pair shares a star with a base side: 240 cycles, few of them more.
 const TRIANGLE_PAIRS: usize = 6;
 /// A confirmation: 0.21 million cycles with the reference catalogue.
 const CONFIRMATION_PAIRS: usize = 4500;
-/// Stars of a catalogue for which that holds: it looks at each one. One star more counts as a pair more and
-/// costs less.
+/// Size of that catalogue: the confirmation reads every star. Each further star counts as one pair, more
+/// than it costs.
 const CONFIRMATION_STARS: usize = 3328;
 
 /// Why a field was not identified.
@@ -62,7 +62,7 @@ pub enum NotIdentified {
     NoMatch,
 }
 
-/// Where the search stands after a call of [`Identifier::advance`].
+/// State of the search after a call of [`Identifier::advance`].
 #[expect(clippy::large_enum_variant, reason = "there is no heap to box the result on")]
 #[derive(Clone, Debug)]
 pub enum Progress {
@@ -86,7 +86,7 @@ pub struct Identifier<const CHAINS: usize, const SIDES: usize, const HITS: usize
     hypotheses: f32,
 }
 
-/// What a call may do, in catalogue pairs, and what it did.
+/// Work of a call and its allowance, catalogue pairs.
 #[derive(Clone, Copy, Debug)]
 struct WorkAllowance {
     done: u32,
@@ -103,8 +103,8 @@ impl WorkAllowance {
     }
 }
 
-/// A base side, and the stars that cannot be corners of it or were tried, a bit each: its own two at the
-/// least.
+/// A base side in progress, and a bit for each star that is excluded or was tried as its corner; its own
+/// two are always set.
 #[derive(Clone, Copy, Debug)]
 struct OpenSide {
     pair: StarPair,
@@ -112,7 +112,7 @@ struct OpenSide {
 }
 
 impl OpenSide {
-    /// No side. All zero, as what is to be made in a static must be.
+    /// No side. All bits zero, so that a static of it lies in `.bss`.
     const NONE: Self = Self { pair: StarPair { i: 0, j: 0, side: Side::NONE }, tried: 0 };
 
     fn is_none(&self) -> bool {
@@ -138,8 +138,9 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         }
     }
 
-    /// Forgets the search, for a new set of stars. `hypotheses` were tried on the same stars before, with
-    /// another camera or other parameters (0 in flight): they count in the false-identification probability.
+    /// Resets the search for a new set of stars. `hypotheses` were tried on the same stars before, with
+    /// another camera or other parameters (0 in flight): they count in the false-identification
+    /// probability.
     pub fn restart(&mut self, hypotheses: f32) {
         self.candidates = Candidates::new();
         self.order = SearchOrder::new();
@@ -177,7 +178,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 break;
             }
             if let Some((mut confirmed, log10_false)) = self.try_side(field, parameters, &mut work) {
-                // Here, where the lists of the search are off the stack.
+                // Called here, where the lists of the search are off the stack.
                 widen(&mut confirmed, field, parameters.tolerance_px(self.order.step()));
                 return Progress::Identified(confirmed, log10_false);
             }
@@ -232,8 +233,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 return Some(found);
             }
         }
-        // With three stars in all, three must do. Else a polygon of four is the least that chance seldom
-        // builds, or that bad centroids let pass by luck, unless it is known how good they are.
+        // With three stars in all, triangles are proposed. Else four corners are required, because
+        // triangles often occur by chance, unless a calibration gives the centroids' sigmas.
         let least = if field.measured().len() > 3 && !field.is_calibrated() { 2 } else { 1 };
         let found = (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least, work));
         self.keep_rest(field, parameters, (i, j));
@@ -269,7 +270,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         };
         let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
         let volume = triple_product(a, b, c);
-        // The height of the triangle over its base must exceed what noise can turn round.
+        // The sense counts only where the triangle's height over its base exceeds the noise: two
+        // tolerances.
         let flat = libm::fabsf(volume) < 2.0 * pair.side.tolerance * pair.side.chord;
         let sense = if flat { 0.0 } else { volume };
         Some((Corner { k, to_i, to_j, by_j, sense }, pairs))
@@ -383,8 +385,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     }
 }
 
-/// The attitude that a polygon's stars have. Not inlined: its list is not to lie on the stack under the
-/// confirmation.
+/// The attitude that a polygon's stars have. Not inlined: keeps its list off the stack of the confirmation.
 #[inline(never)]
 fn attitude_of(polygon: &Polygon, field: &StarField) -> Option<Rotation<Icrs, StarPath>> {
     let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();

@@ -30,7 +30,7 @@ parameter_group! {
 
 impl IdentificationParameters {
     /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its
-    /// centroids are better, and the nearer a match must be, the more it proves.
+    /// centroids are better, and a narrower match is stronger evidence.
     pub fn of_calibrated_lens() -> Self {
         Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
     }
@@ -59,7 +59,7 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// No side. All zero, as what is to be made in a static must be.
+    /// No side. All bits zero, so that a static of it lies in `.bss`.
     pub const NONE: Self = Self { chord: 0.0, tolerance: 0.0, coarse: [0; 2] };
 
     pub fn new(chord: f32, tolerance: f32) -> Self {
@@ -82,7 +82,7 @@ impl Side {
         (low..=high).contains(&catalogue.coarse_square(a, b))
     }
 
-    /// What [`Side::fit`] says of two catalogue stars.
+    /// [`Side::fit`] of the chord of two catalogue stars.
     #[inline(never)]
     pub fn fit_between(&self, catalogue: &Catalogue, a: u16, b: u16) -> Option<f32> {
         self.fit((catalogue.unit(a)? - catalogue.unit(b)?).norm())
