@@ -1,7 +1,7 @@
-//! Which mode comes next, and why (thesis §8).
+//! Mode transitions (thesis §8).
 //!
-//! In: the present mode and what was seen this second. Out: the next mode and the guard that let it through.
-//! The table is read from its top; the first guard that holds decides.
+//! In: the present mode and the results of the second. Out: the next mode and the guard that fired. The
+//! table is evaluated from its top; the first true guard decides.
 //!
 //! | from | guard | to |
 //! |---|---|---|
@@ -18,24 +18,24 @@
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | `pause_s` seconds in the mode | self-test |
 //!
-//! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a
-//! longer gap `LONGEST_STEP_US` count, because nothing was tried in it.
+//! Commands take effect before the second begins. Seconds are local time between the calls; a longer gap
+//! counts as `LONGEST_STEP_US`, because no image was taken in it.
 
 use crate::parameters::table::parameter_group;
 use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
 
-/// What a call counts for at most, and the first one: two seconds and one, microseconds.
+/// Longest time that a call adds to the counters, microseconds; the first call adds one second.
 const LONGEST_STEP_US: i64 = 2 * SECOND_US;
 const SECOND_US: i64 = 1_000_000;
 
 /// Mode of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// Detector and clock are tested before anything is believed.
+    /// Detector and clock are tested before their data are used.
     #[default]
     SelfTest,
-    /// The whole detector is scanned and its stars identified without prior knowledge.
+    /// The whole detector is scanned and its stars identified without a prior.
     Acquisition,
     /// Windows about predicted stars and about the Earth's limb are read.
     Tracking,
@@ -43,7 +43,8 @@ pub enum Mode {
     Eclipse,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage,
-    /// Something keeps failing: the orbit is propagated, the self-test repeated after a pause.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
+    /// pause.
     Safe,
 }
 
@@ -75,7 +76,7 @@ pub enum Guard {
 }
 
 parameter_group! {
-    /// Patience and time-outs.
+    /// Persistence times and time-outs.
     pub struct ModeParameters in "modes" {
         /// Time without an attitude after which stars are acquired anew.
         patience_s: u16 = 3, 1..=60, "s",
@@ -98,14 +99,14 @@ parameter_group! {
     }
 }
 
-/// What a second brought.
+/// Results of a second that the guards use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ModeInputs {
     /// An attitude was found or confirmed.
     pub attitude: bool,
     /// The rate is known: two attitudes in a row.
     pub rate: bool,
-    /// The attitude predicted by the last rate is still good enough for tracking.
+    /// The attitude predicted by the last rate is within the tracking gate.
     pub predicted: bool,
     /// The detector is blinded.
     pub blinded: bool,
@@ -115,7 +116,7 @@ pub struct ModeInputs {
     pub fault: bool,
 }
 
-/// The present mode and what its guards count, microseconds.
+/// The present mode and the counters of its guards, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
     mode: Mode,
@@ -124,7 +125,8 @@ pub struct Modes {
     in_mode_us: i64,
     without_attitude_us: i64,
     with_fault_us: i64,
-    /// For so long without a break the Earth was other than the mode says.
+    /// Uninterrupted time for which the limb's light contradicts the mode (dark in tracking, lit in
+    /// eclipse).
     earth_changed_us: i64,
 }
 
@@ -139,13 +141,12 @@ impl Modes {
         self.mode
     }
 
-    /// Goes to a mode; its counts begin anew.
+    /// Enters a mode; its counters are reset.
     pub fn enter(&mut self, mode: Mode) {
         *self = Self { mode, instant: self.instant, ..Self::default() };
     }
 
-    /// Takes in what the second that ended at `now` brought and goes to the next mode; gives the guard where
-    /// the mode changes.
+    /// Evaluates the second that ended at `now`; returns the guard if the mode changes.
     pub fn next(
         &mut self,
         now: LocalTime,
@@ -168,12 +169,12 @@ impl Modes {
         let (mode, guard) = self.decide(inputs, parameters)?;
         let with_fault_us = self.with_fault_us;
         self.enter(mode);
-        // A fault that outlasts a mode still counts.
+        // The fault counter continues over mode changes.
         self.with_fault_us = with_fault_us;
         Some(guard)
     }
 
-    /// The first line of the table whose guard holds.
+    /// The first row of the table whose guard is true.
     fn decide(&self, inputs: &ModeInputs, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
         let tracking_mode = if inputs.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
         if self.mode != Mode::Safe && reached(self.with_fault_us, parameters.fault_patience_s) {

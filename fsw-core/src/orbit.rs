@@ -1,8 +1,8 @@
 //! From Earth vectors to position, velocity and the frame of the orbit (thesis chapter 5).
 //!
-//! In come the vector to the Earth's centre in the Earth path, the attitude of the stars of the same second
-//! and the time; out go position and velocity with their covariance, km and km/s along the ICRS axes, f64
-//! throughout. Time is TT in microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
+//! In: the vector to the Earth's centre in the Earth path, the star attitude of the same second, the time.
+//! Out: position and velocity with their covariance, km and km/s along the ICRS axes, f64 throughout. Time
+//! is TT in microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
 //!
 //! | file | idea |
 //! |---|---|

@@ -10,10 +10,10 @@
 //! | bias of the fixes | [`BIAS`] | km | considered |
 //!
 //! Propagation is `Φ P Φᵀ + Q`, where only position and velocity have a transition matrix and the others
-//! decay. The update is that of Schmidt: with `S = L Lᵀ` the covariance of the innovation and `W = L⁻¹ H P`,
-//! the matrix loses `Wᵀ W`, except among the considered states, which no measurement betters. In f64 the loss
-//! of digits in the difference is harmless: variances fall by 1e12 at most (test: every campaign of the
-//! filter ends with a Cholesky factor of all states).
+//! decay. The update is that of Schmidt: with `S = L Lᵀ` the covariance of the innovation and `W = L⁻¹ H
+//! P`, the matrix loses `Wᵀ W`, except among the considered states, which no measurement betters. In f64
+//! the cancellation in the difference is acceptable: variances fall by 1e12 at most (test: every campaign
+//! of the filter ends with a Cholesky factor of all states).
 //!
 //! Kept is the lower left half, 728 bytes. A propagation takes 600 multiplications with additions, an
 //! update 700.
@@ -44,10 +44,10 @@ const SLOW: usize = STATES - MOTION;
 /// Elements of the lower left half.
 const ELEMENTS: usize = STATES * (STATES + 1) / 2;
 
-/// Greatest variance that is taken for one: what is made of it stays finite.
+/// Largest valid variance: products of it stay finite.
 const GREATEST_VARIANCE: f64 = 1e30;
 
-/// What a measured position (rows, km) depends on: a column for each state.
+/// Derivative of a measured position (rows, km): a column for each state.
 pub type Sensitivity = SMatrix<f64, 3, STATES>;
 
 /// Symmetric matrix of all states.
@@ -57,7 +57,7 @@ pub struct Covariance {
     elements: [f64; ELEMENTS],
 }
 
-/// A correction of the estimate, and how surprising the measurement was.
+/// A correction of the estimate, and the innovation's NIS.
 #[derive(Clone, Copy, Debug)]
 pub struct Correction {
     /// Of the position, km.
@@ -76,7 +76,7 @@ fn place(row: usize, column: usize) -> usize {
     below * (below + 1) / 2 + above
 }
 
-/// Whether a factor is 0 or -0, which spares its product: integers instead of a call of software arithmetic.
+/// Whether a factor is 0 or -0, tested as an integer: its product of software floating point is skipped.
 fn is_zero(factor: f64) -> bool {
     factor.to_bits() << 1 == 0
 }
@@ -194,8 +194,8 @@ impl Covariance {
         }
     }
 
-    /// Takes in an innovation whose noise has the covariance `noise_km2`, and gives what it corrects; `None`,
-    /// and nothing is changed, when the innovation's covariance is not positive definite.
+    /// Measurement update by an innovation with noise covariance `noise_km2`; returns the correction.
+    /// `None`, and no change, when the innovation's covariance is not positive definite.
     #[inline(never)]
     pub fn correct(
         &mut self,

@@ -3,13 +3,13 @@
 //! In: a [`PositionFix`] with its time, and the rotation from the Earth path to ICRS; out: position, velocity
 //! and limb height with their covariance.
 //!
-//! The start: the first fix begins the filter, with velocity 0 and a sigma of the circular orbit's speed.
-//! State and covariance are given out once a second fix within 60 s agrees with the first (NIS below the
-//! gate). A second one that disagrees takes the first one's place.
+//! Initialisation: the first fix sets the position, with velocity 0 and a sigma of the circular orbit's
+//! speed. State and covariance are valid after a second fix within 60 s passes the gate (NIS). A second fix
+//! that fails it replaces the first.
 //!
 //! The misalignment of the paths and the bias of the fixes are considered, not estimated (Schmidt), so the
-//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`curvilinear`); what a fix
-//! measures is in [`super::observation`].
+//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`curvilinear`);
+//! the measurement model is in [`super::observation`].
 //!
 //! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.87 M, without one 0.33 M,
 //! ephemeris and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them, 0.43 M
@@ -33,18 +33,18 @@ pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
-/// Longest time between the first fix and one that agrees with it, microseconds. After 60 s at up to 11 km/s
-/// the first fix allows any position within 660 km, so that agreement says nothing.
+/// Longest time between the first fix and one that agrees with it, microseconds. After 60 s at up to 11
+/// km/s any position within 660 km passes the gate, so that passing is no evidence.
 const AGREEMENT_US: i64 = 60_000_000;
 
 const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
 
-/// What became of a fix.
+/// Result of a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Update {
-    /// It began the filter, alone or instead of one that it disagrees with.
+    /// It initialised the filter, as the first fix or in place of one that it disagrees with.
     Begun,
-    /// It agrees with the one that began the filter: from now on the state is given out.
+    /// It agrees with the first fix: from now on the state is valid.
     Started,
     /// It was used.
     Accepted {
@@ -56,7 +56,8 @@ pub enum Update {
         /// Its normalised innovation squared.
         nis: f32,
     },
-    /// [`OrbitParameters::patience`] fixes in a row disagreed: the filter began anew with this one.
+    /// [`OrbitParameters::patience`] fixes in a row were rejected: the filter was reinitialised with this
+    /// one.
     Restarted,
     /// It is not a valid position; the filter was propagated only.
     Refused(FixError),
@@ -69,7 +70,7 @@ pub enum ResetReason {
     Backwards,
     /// The gap is longer than [`MAX_GAP_US`].
     TooLong,
-    /// The orbit led into the Earth or out of bounds.
+    /// The propagated state or covariance left its bounds.
     Diverged,
 }
 
@@ -91,8 +92,8 @@ impl OrbitFilter {
         Self { estimate: None }
     }
 
-    /// Starts from a state of another source (the ground), with one sigma for all directions. Gives false,
-    /// and changes nothing, when the state or a sigma is impossible.
+    /// Initialises the filter with a state of another source (the ground), with one sigma for all
+    /// directions. `false`, and no change, when the state or a sigma is out of bounds.
     pub fn initialise(
         &mut self,
         state: OrbitState,
@@ -117,8 +118,8 @@ impl OrbitFilter {
         self.estimate = None;
     }
 
-    /// Takes a fix of the time `time_us`; `earth_to_icrs` is the rotation from the Earth path at that time.
-    /// Propagates there first; if the orbit is lost over it, the fix begins the filter.
+    /// Propagates to `time_us` and updates with a fix of that time; `earth_to_icrs` is the rotation from
+    /// the Earth path. If the propagation resets the filter, the fix initialises it.
     pub fn update(
         &mut self,
         time_us: i64,
@@ -126,7 +127,7 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
-        // An orbit lost here is no error: the fix begins the filter anew and the caller sees `Begun`.
+        // A reset here is no error: the fix initialises the filter again, and the caller gets `Begun`.
         let _ = self.advance(time_us, parameters);
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
@@ -159,7 +160,7 @@ impl OrbitFilter {
         if second { Update::Begun } else { Update::Restarted }
     }
 
-    /// Begins, or begins anew, with a single fix.
+    /// Initialises the filter with a single fix.
     fn begin(
         &mut self,
         time_us: i64,
@@ -170,8 +171,8 @@ impl OrbitFilter {
         self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
     }
 
-    /// Propagates state and covariance to `to_us`; without a state nothing happens. A first fix with which
-    /// none has agreed in 60 s is dropped.
+    /// Propagates state and covariance to `to_us`; without a state nothing happens. A first fix that is not
+    /// confirmed within 60 s is dropped.
     ///
     /// # Errors
     /// Why the filter was reset.
@@ -245,7 +246,7 @@ impl OrbitFilter {
     }
 
     /// Whether an orbit that never settled has made one revolution since its last accepted fix, `since_us`
-    /// microseconds ago. On a right orbit fixes come at least once a revolution.
+    /// microseconds ago. With a correct orbit at least one fix a revolution is accepted.
     pub fn is_stale(&self, since_us: i64) -> bool {
         let Some(estimate) = self.confirmed().filter(|estimate| !estimate.settled) else {
             return false;

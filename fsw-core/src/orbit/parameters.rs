@@ -1,16 +1,15 @@
-//! What is set of the orbit filter.
+//! Parameters of the orbit filter.
 
 use super::dynamics::Dynamics;
 use crate::parameters::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
-/// What of a fix is used.
+/// Components of a fix that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Observation {
     /// All of it, with its covariance.
     Position,
-    /// Its direction alone (eq. 5.25): the two components across the line to the Earth. The limb's height
-    /// plays no part. From a start given by [`super::filter::OrbitFilter::initialise`] it converges if the
+    /// Its direction alone (eq. 5.25): the two components across the line to the Earth.     /// plays no part. From a start given by [`super::filter::OrbitFilter::initialise`] it converges if the
     /// distance is wrong by up to three Earth radii in GEO.
     UnitVector,
     /// All of it until the filter has settled, its direction afterwards.
@@ -20,7 +19,7 @@ pub enum Observation {
 parameter_group! {
     /// Propagation and filter of the orbit.
     pub struct OrbitParameters in "orbit" {
-        /// What of a fix is used.
+        /// Components of a fix that are used.
         observation: Observation = Observation::Position, one of "Position, UnitVector, Combined", "",
             "the distance helps from every orbit";
         /// Forces of the prediction.
@@ -44,10 +43,10 @@ parameter_group! {
             "10 arcsec, 0.15 px of the reference camera: either path aligned to 0.1 px, the centroid error of the thesis";
         /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every
         /// direction alike: neighbouring points of the limb share their clouds, which their sigmas do not
-        /// know. They are considered, not estimated.
+        /// include. They are considered, not estimated.
         bias_over_noise: f32 = 16.0, 0.0..=30.0, "", "rendered orbits: sigmas hold from the first orbit on";
         /// Time for which they last, over the Earth's rate divided by the square of the satellite's: the
-        /// higher it flies, the longer it looks at the same clouds.
+        /// higher the orbit, the longer the same clouds are on the limb.
         bias_time_share: f32 = 0.08, 0.001..=10.0, "", "18 min in GEO, 5 s in LEO; rendered orbits";
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
         /// degrees above J2, 1e-7 km/s2 for a minute or so in LEO. It falls with the fourth power of the
@@ -58,7 +57,7 @@ parameter_group! {
         /// White acceleration everywhere, per root hertz.
         force_noise_km_s15: f32 = 2e-8, 0.0..=1e-3, "km/s^1.5",
             "radiation pressure: 1e-10 km/s2 that lasts for hours";
-        /// Largest normalised innovation squared that is believed.
+        /// Gate: largest normalised innovation squared of an accepted fix.
         gate_nis: f32 = 30.0, 10.0..=1000.0, "", "chi squared of three: one good fix in a million is lost";
         /// Rejections in a row after which the filter starts anew.
         patience: u16 = 10, 1..=600, "",

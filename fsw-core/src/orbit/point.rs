@@ -21,15 +21,15 @@ use crate::matrix::{
 use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
 
-/// A position as seen at one instant.
+/// A position measured at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionFix {
     /// From the Earth's centre to the satellite, km, ICRS axes.
     pub position_km: Vector3<f64>,
     /// Its covariance, km².
     pub covariance_km2: Matrix3<f64>,
-    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made
-    /// linear.
+    /// The position to which the covariance refers, km: `position_km`, or where the measurement was
+    /// linearised.
     pub linearisation_km: Vector3<f64>,
 }
 
@@ -67,9 +67,8 @@ impl PositionFix {
 }
 
 impl PositionFix {
-    /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about
-    /// the Earth sees it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself
-    /// displaced backwards.
+    /// The fix corrected for the aberration of the Earth's image: moving with `velocity_km_s`, the image is
+    /// displaced by `v / c` along the velocity (5 arcsec in a low orbit), and the fix backwards (180 m).
     pub fn without_aberration(mut self, velocity_km_s: &Vector3<f64>) -> Self {
         let distance_km = libm::sqrt(dot(&self.linearisation_km, &self.linearisation_km));
         let up = scaled(&self.linearisation_km, 1.0 / distance_km.max(1.0));
@@ -81,9 +80,9 @@ impl PositionFix {
     }
 }
 
-/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ × δ`,
-/// the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. In flight
-/// it is left out.
+/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ ×
+/// δ`, the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. Not
+/// used in flight.
 pub fn second_order_km2(
     earth_covariance_km2: &Matrix3<f32>,
     attitude: &Rotation<Icrs, StarPath>,

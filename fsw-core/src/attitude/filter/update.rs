@@ -1,5 +1,5 @@
-//! The filter's measurement update: an attitude or a single star taken in, the process noise adapted, a new
-//! beginning.
+//! The filter's measurement update by an attitude or a single star, adaptation of the process noise,
+//! reinitialisation.
 
 use super::blocks::product;
 use super::{
@@ -13,7 +13,8 @@ use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
-    /// Takes in the attitude of a later instant; one of an earlier instant begins the filter anew.
+    /// Measurement update by an attitude; one of an earlier instant, or with NIS >= 40, reinitialises the
+    /// filter.
     pub fn measurement_update(
         &mut self,
         attitude: Rotation<Icrs, StarPath>,
@@ -38,8 +39,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing
-    /// changes, where the filter cannot be propagated there or the star stands where it does not expect it.
+    /// Measurement update by a single star: two axes across its direction. `false`, and no change, where
+    /// the state cannot be propagated to `instant` or the innovation exceeds the limit.
     #[inline(never)]
     pub fn measurement_update_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
@@ -49,7 +50,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let expected = then.attitude.apply(&star.reference);
         let expected = expected.vector();
         let innovation = star.measured.vector().cross(expected);
-        // Two axes across the direction, the first with the axis that is farthest from it.
+        // Two axes across the direction.
         let away = if expected.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
         let Some(right) = away.cross(expected).try_normalize(1e-3) else { return false };
         let up = expected.cross(&right);
@@ -72,16 +73,15 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         true
     }
 
-    /// The correction by an attitude of its own.
+    /// Correction by an attitude, three axes.
     fn correct_attitude(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
         let white = Matrix3::from_diagonal(&(variance * (1.0 - CORRELATED_SHARE)));
         let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
             return false;
         };
-        // That takes 1 / mrad² for given.
+        // `covariance_rad2` returns rad² for a matrix in 1 / mrad².
         let inverse = inverse * (MRAD * MRAD);
-        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much
-        // greater than R.
+        // I - P S⁻¹ as R S⁻¹, without cancellation where S is much greater than R.
         let left = product(&white, &inverse);
         let correct = self.correct(innovation, &inverse, &left, 3.0);
         if correct {
@@ -90,9 +90,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         correct
     }
 
-    /// Kalman's correction with the inverse of the innovation's covariance, 1 / mrad², the share of the
-    /// attitude's row that is left, and the innovation's degrees of freedom; `false`, and nothing changes,
-    /// where the innovation is a surprise.
+    /// Kalman correction: `inverse` of the innovation's covariance, 1 / mrad², `left` = I - K for the
+    /// attitude's row, `freedom` of the innovation; `false`, and no change, for a NIS of 40 or more.
     #[inline(never)]
     fn correct(
         &mut self,
@@ -123,14 +122,14 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 self.covariance.set_block(row, column, block);
             }
         }
-        // Turns leave the matrix a little less orthogonal each.
+        // Renormalises the rotation matrix.
         if let Some(attitude) = Rotation::from_quaternion(self.attitude.quaternion()) {
             self.attitude = attitude;
         }
         true
     }
 
-    /// Adapts the noise to the innovations.
+    /// Adapts the process noise to the mean NIS; not with a rate sensor, whose noise is given.
     fn update_process_noise(&mut self, square: f32) {
         self.mean_nis += (square - self.mean_nis) * (1.0 / CONSISTENCY_IMAGES);
         if self.sensor.is_some() {
@@ -145,7 +144,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.process_noise_psd = (self.process_noise_psd * factor).clamp(least, greatest);
     }
 
-    /// A new beginning after a state of which no noise explains the innovation.
+    /// Reinitialised filter with a rate from the state before: corrected by the innovation over the elapsed
+    /// time if that is 0.05 to 10 s, else the old rate with a larger covariance.
     fn with_rate_after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
         let per_second = 1.0 / elapsed_s.max(MIN_RATE_BASE_S);
         let rate = innovation * per_second;
@@ -156,7 +156,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&both));
             self.has_rate = true;
         } else if before.has_rate {
-            // After a longer gap the old rate is as good as any over that gap.
+            // After a longer gap the old rate is kept, its variance increased by the initial process noise.
             let changed = Matrix3::from_diagonal_element(
                 square(FIRST_PROCESS_NOISE_RAD) * elapsed_s.clamp(0.0, MAX_STEP_S),
             );

@@ -1,5 +1,4 @@
-//! What the orbit filter keeps from one second to the next, and its two steps: propagation and measurement
-//! update.
+//! State of the orbit filter, and its two steps: propagation and measurement update.
 
 use super::{MAX_GAP_US, MAX_SPANS, ResetReason};
 use crate::matrix::{add_scaled, add_to_diagonal, dot, identity, product_transposed, scaled};
@@ -27,18 +26,18 @@ pub(super) struct Estimate {
     pub(super) state: OrbitState,
     pub(super) limb_height_km: f64,
     pub(super) covariance: Covariance,
-    /// Share of the bias at the last fix that is kept.
+    /// Decay of the bias since the last fix, 1 at the fix.
     bias_decay: f64,
     /// Number of inflations since the start.
     inflations: u8,
-    /// Time of the fix that began the filter while no other has agreed with it.
+    /// Time of the first fix until a second one confirms it.
     pub(super) first_fix_us: Option<i64>,
     pub(super) settled: bool,
     /// Fixes rejected in a row.
     pub(super) rejections: u16,
 }
 
-/// A covariance of the slow states at their steady values: limb height and misalignment.
+/// Covariance of limb height and misalignment at their steady-state values; all others 0.
 fn slow_states(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> Covariance {
     let mut covariance = Covariance::ZERO;
     covariance.set(LIMB_HEIGHT, LIMB_HEIGHT, height_variance_km2(position_km, parameters));
@@ -112,8 +111,8 @@ impl Estimate {
         }
     }
 
-    /// Takes in a fix and gives its normalised innovation squared; `None`, and an estimate not to be used,
-    /// when the innovation's covariance is not positive definite.
+    /// Measurement update by a fix; returns its normalised innovation squared. `None`, with the estimate
+    /// invalid, when the innovation's covariance is not positive definite.
     #[inline(never)]
     pub(super) fn measurement_update(
         &mut self,
@@ -124,8 +123,7 @@ impl Estimate {
     ) -> Option<f64> {
         let Innovation { sensitivity, noise_km2, innovation_km } =
             Innovation::of(fix, &self.state.position_km, self.limb_height_km, earth_to_icrs, unit);
-        // The part of the bias that has decayed since the last fix is replaced by a new one of this fix's
-        // shape.
+        // The decayed part of the bias is replaced by a new one with the shape of this fix's noise.
         let renewed = bias_share(parameters) * (1.0 - self.bias_decay * self.bias_decay);
         let mut bias = self.covariance.block(BIAS, BIAS);
         add_scaled(&mut bias, renewed, &noise_km2);
@@ -158,7 +156,7 @@ impl Estimate {
         self.covariance.trace(VELOCITY) < share * share * dot(velocity, velocity)
     }
 
-    /// Notes once that position and velocity are known to the share that the parameters ask for.
+    /// Sets `settled` once the sigmas of position and velocity are below `settled_share` of their length.
     pub(super) fn check_settled(&mut self, parameters: &OrbitParameters) {
         let share = f64::from(parameters.settled_share);
         let position = &self.state.position_km;
@@ -166,15 +164,14 @@ impl Estimate {
         self.settled |= confirmed && self.velocity_is_known_to(share);
     }
 
-    /// Whether state and covariance are possible.
+    /// Whether state and covariance are within their bounds.
     pub(super) fn is_valid(&self) -> bool {
         plausible(&self.state.position_km, &self.state.velocity_km_s)
             && libm::fabs(self.limb_height_km) < 0.5 * EARTH_RADIUS_KM
             && self.covariance.is_valid()
     }
 
-    /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is not to be
-    /// used.
+    /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is invalid.
     pub(super) fn propagate(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
         let gap = to_us.checked_sub(self.state.time_us).ok_or(ResetReason::TooLong)?;
         if gap < 0 {
