@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 pub enum Observation {
     /// All of it, with its covariance.
     Position,
-    /// Its direction alone (eq. 5.25): the two components across the line to the Earth.     /// plays no part. From a start given by [`super::filter::OrbitFilter::initialise`] it converges if the
-    /// distance is wrong by up to three Earth radii in GEO.
+    /// Its direction alone (eq. 5.25): the two components across the line to the Earth. Independent of the
+    /// limb's height. After [`super::filter::OrbitFilter::initialise`] it converges from a distance wrong by
+    /// up to three Earth radii in GEO.
     UnitVector,
     /// All of it until the filter has settled, its direction afterwards.
     Combined,
@@ -26,7 +27,7 @@ parameter_group! {
         dynamics: Dynamics = Dynamics::Full, one of "Kepler, Full", "", "J2, Sun and Moon";
         /// Share of a circular orbit's speed within which the velocity is taken to be zero along every axis
         /// at the start.
-        start_speed_share: f32 = 1.0, 0.1..=3.0, "", "nothing is confirmed of it";
+        start_speed_share: f32 = 1.0, 0.1..=3.0, "", "no fix measures the velocity: the circular speed itself is its sigma";
         /// Standard deviation of the limb height about the one that was set: colour, season, air masses and
         /// the slant of the light over thousands of km.
         limb_height_sigma_km: f32 = 2.0, 0.0..=100.0, "km",

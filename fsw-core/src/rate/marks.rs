@@ -1,30 +1,30 @@
-//! Stars and streaks of one image in another: where they must be at a rate, and the rate from where they are.
+//! Matching of stars and streaks between two images, with or without a rate hypothesis.
 //!
-//! In: the [`Mark`]s of two images, the seconds between them, and a rate that is to be tried or none. Out:
-//! arcs for [`arcs::solve`], or the mean rate between the two images itself.
+//! In: the [`Mark`]s of two images, the seconds between them, and optionally a rate to test. Out: arcs for
+//! [`arcs::solve`], or the mean rate between the two images itself.
 //!
-//! A rate says where each mark must be in the other image ([`match_at_rate`]); without one the marks are matched
-//! by their separations ([`match_by_separation`], thesis §3.1.5, LARM): every two of one image that are as far apart as
-//! two of the other propose a rate, and that on which most marks agree counts.
+//! With a rate the position of each mark in the other image is predicted ([`match_at_rate`]); without one
+//! the marks are matched by their separations ([`match_by_separation`], thesis §3.1.5, LARM): two pairs of
+//! equal separation propose a rate, and the rate with most matches is taken.
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit};
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Stars and streaks of an image remembered for the next.
+/// Largest number of stars and streaks kept for the next image.
 pub const MAX_MARKS: usize = 12;
 /// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
 /// that differ by a fifth, one sigma.
 pub const FREE_BODY_CHANGE: f32 = 0.2;
-/// Rates beyond this are none of a spacecraft, rad/s.
+/// Largest plausible rate of a spacecraft, rad/s.
 pub const FASTEST_RAD_S: f32 = 0.35;
-/// Fewest stars of two images that make a rate.
+/// Least number of matched stars for a rate.
 const FEWEST_MATCHES: u32 = 4;
-/// Farthest from its predicted place that a streak may go on, px.
+/// Largest search radius about a predicted position, px.
 const FARTHEST_PX: f32 = 60.0;
 
-/// What is known of the camera: radians a pixel at the optical centre, and pixels of the detector.
+/// Scale of the camera: angle of a pixel at the optical centre, and detector area.
 #[derive(Clone, Copy, Debug)]
 pub struct DetectorScale {
     /// Angle of a pixel, rad.
@@ -40,11 +40,11 @@ pub struct Mark {
     pub direction: Vector3<f32>,
     /// Along the motion and across it, rad.
     pub sigma_rad: [f32; 2],
-    /// Later than the middle of the frame, s.
+    /// Time after that of the middle row, s.
     pub late_s: f32,
 }
 
-/// Where a mark is after a time at a rate.
+/// Direction of a mark after `elapsed_s` at a constant rate.
 #[inline(never)]
 pub fn rotated(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
     // b' = -ω × b, by the exact rotation about a fixed axis.
@@ -55,8 +55,8 @@ pub fn rotated(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32>
     b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
 }
 
-/// How far a mark may lie from where a rate carries it, three sigma, rad: the rate's error across its
-/// direction, with what else is not known of the rate (`off`, one sigma, rad/s), and the errors of two marks.
+/// Search radius about a predicted mark, three sigma, rad: the rate's error across its direction, an
+/// additional error of the rate (`off`, one sigma, rad/s), and the errors of two marks.
 #[inline(never)]
 fn search_radius(
     mark: &Mark,
@@ -72,7 +72,7 @@ fn search_radius(
     3.0 * libm::sqrtf(variance)
 }
 
-/// The way of a star from a mark of one image to that of the next.
+/// The arc from a mark of one image to that of the next.
 #[inline(never)]
 fn arc_between(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     let both = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
@@ -86,8 +86,8 @@ fn arc_between(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     }
 }
 
-/// Finds the marks that go on in the next image at a rate, and gives the expected number that would by
-/// chance.
+/// Finds the arcs of the marks that are matched in the next image at a rate; returns the expected number of
+/// chance matches.
 #[inline(never)]
 pub fn match_at_rate(
     arcs: &mut Vec<Arc, MAX_ARCS>,
@@ -99,7 +99,7 @@ pub fn match_at_rate(
     arcs.clear();
     let mut chance = 0.0;
     let farthest = FARTHEST_PX * field.rad_per_px;
-    // The rate's change since.
+    // The possible change of the rate.
     let change = 0.5 * FREE_BODY_CHANGE * rate.dot(rate) * elapsed_s;
     for mark in before {
         let there = rotated(mark, rate, elapsed_s);
@@ -152,7 +152,7 @@ pub fn match_by_separation(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Opt
     best
 }
 
-/// The rate from all marks that are where a proposed rate carries them.
+/// The rate from all marks matched at a proposed rate.
 #[inline(never)]
 fn refined_by_marks(before: &[Mark], now: &[Mark], rate: &RateFit, elapsed_s: f32) -> Option<RateFit> {
     let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();

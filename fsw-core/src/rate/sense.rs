@@ -1,14 +1,15 @@
-//! The rate by streaks, and its sense.
+//! Rate by streaks, and the resolution of its sense.
 //!
-//! In: the arcs and marks of an image's streaks, the seconds since the image before, and the [`RateHistory`] of
-//! it. Out: [`StreakRate`], or nothing. The ends of streaks and the exposure give the rate but for its sense
-//! ([`arcs::solve`]). Two hypotheses, this sense and the opposite one, say where the streaks of the last
-//! image must be now; the one that finds them gains. A star found again also gives the mean rate between the
-//! images, better than the ends of its streak do; two such means in a row give the rate now, one alone holds
-//! as far as a free body may have changed since ([`FREE_BODY_CHANGE`]).
+//! In: the arcs and marks of an image's streaks, the seconds since the last image, and its [`RateHistory`].
+//! Out: a [`StreakRate`] or `None`. The ends of streaks and the exposure give the rate except for its sense
+//! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the one
+//! with more matches gains. A star found in both images also gives the mean rate between them, more
+//! accurate than the ends of its streak. Two successive means are extrapolated to the present; a single one
+//! is used with its covariance enlarged by the possible change of a free body's rate
+//! ([`FREE_BODY_CHANGE`]).
 //!
-//! No rate is given where too few streaks agree and no other image has confirmed it, nor one that contradicts
-//! the last image's.
+//! `None` where too few streaks agree and no other image has confirmed the rate, or where it contradicts
+//! that of the last image.
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, fused, inflated};
 use super::marks::{
@@ -17,12 +18,11 @@ use super::marks::{
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Equations beyond the three unknowns that make a rate of one image believed: three whole streaks, or two
-/// and two cut ones.
+/// Redundant equations required of a rate of a single image: three whole streaks, or two and two cut ones.
 const FEWEST_SPARE: usize = 3;
-/// Expected number of chance encounters up to which one encounter decides the sense.
+/// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
-/// The sense is known from so many encounters on, and so many are counted at most.
+/// Net matches from which the sense is known, and largest count.
 const SENSE_KNOWN: i8 = 2;
 const MAX_SENSE: i8 = 4;
 /// A mean rate is extrapolated by the one before it where the images are at most so far apart, s.
@@ -31,14 +31,14 @@ const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
 /// A rate, rad/s, and its covariance, (rad/s)².
 pub type Estimate = (Vector3<f32>, Matrix3<f32>);
 
-/// What is remembered from image to image.
+/// History kept from image to image.
 #[derive(Debug, Default)]
 pub struct RateHistory {
     /// Whole streaks, or stars, of the last image.
     pub marks: Vec<Mark, MAX_MARKS>,
-    /// Rate by the streaks of that image, of the sense that is believed more.
+    /// Rate by the streaks of that image, of the more likely sense.
     streaks: Option<RateFit>,
-    /// Encounters for this sense less those against it.
+    /// Matches for this sense less those for the opposite one.
     sense: i8,
     /// Mean rate up to that image from the one before, if there was one.
     mean: Option<Estimate>,
@@ -70,9 +70,9 @@ impl RateHistory {
         self.known.as_ref().map(|(rate, _)| rate)
     }
 
-    /// Takes in the stars of an image, `elapsed_s` after the last one where that can be compared with it: the
-    /// mean rate between the two by the stars found again, with what it may have changed by since, and their
-    /// number.
+    /// Update by the stars of an image, `elapsed_s` after the last one (`None` if not comparable). Returns
+    /// the mean rate between the two by matched stars, its covariance enlarged by the possible change
+    /// since, and the number of matches.
     #[inline(never)]
     pub fn update_from_stars(
         &mut self,
@@ -86,7 +86,7 @@ impl RateHistory {
         Some(((rate.rad_s, inflated(rate.covariance, off)), rate.count()))
     }
 
-    /// Takes in the streaks of an image, `elapsed_s` after the last one where that can be compared with it.
+    /// Update by the streaks of an image, `elapsed_s` after the last one (`None` if not comparable).
     #[inline(never)]
     pub fn update_from_streaks(
         &mut self,
@@ -109,9 +109,9 @@ impl RateHistory {
         self.known = sure.then_some(estimate.0);
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.streaks = Some(decision.rate);
-        // A contradiction is none of the last image's if that one had less to say.
+        // The last image's rate counts only if its sense was known.
         let contradicts = compared.consistent == Some(false) && before.sense >= SENSE_KNOWN;
-        // Among many lines of which most disagree, some agree by chance.
+        // At least half of the arcs must agree: of many lines some agree by chance.
         let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && 2 * (whole + cut) >= arcs.len();
         (confirmed || alone && !contradicts).then_some(StreakRate {
             estimate: estimate.0,
@@ -129,16 +129,16 @@ fn count(arcs: &[Arc], rate: &RateFit) -> (usize, usize) {
         .fold((0, 0), |(whole, cut), (_, arc)| if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) })
 }
 
-/// The rate of an image beside that of the last one, in the same sense: it cannot have turned over in a few
+/// The rate of an image and that of the last one, in the same sense: it cannot have reversed within a few
 /// seconds.
 struct RateComparison {
     rate: RateFit,
     last: Option<RateFit>,
     /// Seconds since the last image; 1 where there is none.
     elapsed_s: f32,
-    /// By how much a free body's rate may change in a second, rad/s.
+    /// Possible change of a free body's rate in a second, rad/s.
     change: f32,
-    /// Whether the two are like each other; `None` where one of them says too little.
+    /// Whether the two are consistent; `None` where their covariance is too large to decide.
     consistent: Option<bool>,
 }
 
@@ -166,7 +166,7 @@ impl RateComparison {
         (rate, sign): (&RateFit, f32),
         field: DetectorScale,
     ) -> f32 {
-        // Between two images the mean of both rates counts, and what a body may do beside it.
+        // Between two images the mean of both rates applies, plus the possible change.
         let (mean, covariance, off) = match self.last.filter(|_| self.is_consistent()) {
             Some(last) => {
                 ((rate.rad_s + last.rad_s * sign) * 0.5, (rate.covariance + last.covariance) * 0.25, 0.1)
@@ -178,18 +178,18 @@ impl RateComparison {
     }
 }
 
-/// Both senses, and what the last image says of them.
+/// Both senses, and their matches with the last image.
 struct Hypotheses {
     opposite: Option<RateFit>,
-    /// Ways of the marks that this sense finds again.
+    /// Arcs of the marks matched by this sense.
     matches: Vec<Arc, MAX_ARCS>,
-    /// How many more it finds than the opposite one.
+    /// Number of matches above that of the opposite sense.
     gain: i8,
-    /// How many it would find by chance.
+    /// Expected number of chance matches.
     chance: f32,
 }
 
-/// The sense that is believed, with its rate and the mean rate since the last image.
+/// The more likely sense, its rate, and the mean rate since the last image.
 struct Decision {
     rate: RateFit,
     sense: i8,
@@ -214,12 +214,11 @@ impl Hypotheses {
         Self { opposite, matches, gain, chance }
     }
 
-    /// Adds the gain to what was believed before; `None` where the opposite sense is believed and has no
-    /// rate.
+    /// Adds the gain to the previous count; `None` where the opposite sense is more likely and has no rate.
     fn decide(&self, compared: &RateComparison, before: &RateHistory) -> Option<Decision> {
-        // Of two rates that differ one is wrong; whatever was concluded from them is not kept.
+        // The count is kept only if the two rates are consistent.
         let sense = if compared.last.is_some() && compared.is_consistent() { before.sense } else { 0 };
-        // One encounter decides it where chance would hardly bring one about.
+        // One match decides where chance matches are unlikely.
         let weight = if self.chance < MAX_CHANCE_MATCHES { SENSE_KNOWN } else { 1 };
         let sense = (sense + weight * self.gain.clamp(-2, 2)).clamp(-MAX_SENSE, MAX_SENSE);
         if sense < 0 {
@@ -232,7 +231,7 @@ impl Hypotheses {
     }
 }
 
-/// The rate now by all that is known of it, and whether streaks found again took part.
+/// The rate fused from all estimates, and whether matched streaks took part.
 #[inline(never)]
 fn fused_rate(
     compared: &RateComparison,
@@ -249,19 +248,20 @@ fn fused_rate(
     }
     let both = match &decision.mean {
         Some(mean) => fused(streaks, rate_at_image(compared, decision, mean, before)),
-        // Too few for a mean of their own.
+        // Too few matches for a mean rate of their own: they correct the rate.
         None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => corrected(streaks, matches, off),
         None => None,
     };
     let estimate = both.unwrap_or(streaks);
-    // What was found by the last image, with what may have changed since.
+    // The last image's rate, its covariance enlarged by the possible change since.
     let last = before.known.filter(|_| compared.is_consistent());
     let last = last.map(|(known, covariance)| (known, inflated(covariance, change * elapsed_s)));
     (last.and_then(|last| fused(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
-/// The rate now from the mean since the last image, which is that of half the time before: as it is, with
-/// what may have changed since, or extrapolated by the mean before it, whichever is surer.
+/// The rate at the image from the mean rate since the last image, which refers to the middle of that
+/// interval: unchanged with a larger covariance, or extrapolated by the mean before it, whichever has the
+/// smaller covariance.
 fn rate_at_image(
     compared: &RateComparison,
     decision: &Decision,
