@@ -23,15 +23,15 @@ parameter_group! {
         /// Standard deviation of that height: season, wavelength, and that a limb narrower than a pixel seems
         /// 2 km higher than a wide one.
         height_sigma_km: f32 = 1.4, 0.0..=20.0, "km",
-            "fitted to `campaign earth`, seeds 1 and 2; normalised_residual on others";
+            "fitted to `campaign earth`, seeds 1 and 2; judged on others";
         /// Height over which the brightness above the surface falls to 1/e.
         scale_height_km: f32 = 8.0, 0.5..=50.0, "km", "thesis eq. 4.1; scale height of the air's density";
         /// Scatter of the limb's height from one limb point to the next.
         scatter_km: f32 = 0.6, 0.0..=10.0, "km",
-            "fitted to `campaign earth`, seeds 1 and 2; normalised_residual on others";
+            "fitted to `campaign earth`, seeds 1 and 2; judged on others";
         /// Difference of brightness between the limb and the bright side just inside that is not known, share
         /// of it: clouds.
-        cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; normalised_residual on others";
+        cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
         /// Share of the surface's brightness that follows the law of Lommel and Seeliger, the rest Lambert's.
         lommel_share: f32 = 0.5, 0.0..=1.0, "",
             "half way between the two laws: cloud tops follow the one, bare ground the other";
@@ -121,17 +121,17 @@ parameter_group! {
     pub struct HorizonParameters in "earth.horizon" {
         /// Standard deviation of the height: clouds and air masses.
         sigma_km: f32 = 1.8, 0.0..=20.0, "km",
-            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Distance over which it is shared.
         cell_km: f32 = 400.0, 50.0..=10_000.0, "km",
-            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Standard deviation of the place on the detector: clouds in a limb no wider than a pixel; in a
         /// wider one the less the wider it is.
         sigma_px: f32 = 0.48, 0.0..=5.0, "px",
-            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Distance over which it is shared.
         cloud_cell_km: f32 = 300.0, 50.0..=10_000.0, "km",
-            "fitted to `campaign earth` of the seeds 1 and 2, normalised_residual on others";
+            "fitted to `campaign earth` of the seeds 1 and 2, judged on others";
         /// Standard deviation of mean and first wave where the Sun is not known.
         sunless_px: f32 = 0.8, 0.0..=5.0, "px",
             "fitted to `campaign earth` solved without the Sun, seeds 1 and 2";

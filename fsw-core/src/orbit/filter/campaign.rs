@@ -28,7 +28,7 @@ fn campaign(name: &str, scenario: &Scenario, runs: u64) -> (Vector3<f64>, Vector
     let edge = |normal: f64| (1.0 - spread * spread + normal * spread).powi(3);
     assert!((edge(-2.576)..edge(2.576)).contains(&limb), "{name}: limb height {limb}");
     std::println!(
-        "{name}: limb height confirmed to {:.2} km, normalised square {limb:.2} of 1",
+        "{name}: limb height known to {:.2} km, normalised square {limb:.2} of 1",
         outcomes[0].limb_km.1
     );
     std::println!(
@@ -187,7 +187,7 @@ fn bound_m(start: &OrbitState, duration_s: i64, cadence_s: i64, sigma_rad: f64) 
 #[test]
 fn unit_vectors_alone_reach_the_information_bound() {
     // 0.1 deg at 1 Hz for three orbits (thesis §6.2).
-    for (name, radius, inclination, confirmed) in
+    for (name, radius, inclination, known) in
         [("GEO", 42_164.0, 0.1, [112.0, 361.0, 205.0]), ("800 km SSO", 7_178.0, 98.6, [72.0, 232.0, 132.0])]
     {
         let cadence_s = 10;
@@ -198,7 +198,7 @@ fn unit_vectors_alone_reach_the_information_bound() {
         let duration_s = (3.0 * period_s(radius)) as i64;
         let bound = bound_m(&start, duration_s, cadence_s, eye.along_rad);
         std::println!(
-            "{name}: bound {:.0} / {:.0} / {:.0} m, of record {confirmed:?}",
+            "{name}: bound {:.0} / {:.0} / {:.0} m, of record {known:?}",
             bound.x,
             bound.y,
             bound.z

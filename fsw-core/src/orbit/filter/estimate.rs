@@ -160,8 +160,8 @@ impl Estimate {
     pub(super) fn check_settled(&mut self, parameters: &OrbitParameters) {
         let share = f64::from(parameters.settled_share);
         let position = &self.state.position_km;
-        let confirmed = self.covariance.trace(POSITION) < share * share * dot(position, position);
-        self.settled |= confirmed && self.velocity_is_known_to(share);
+        let known = self.covariance.trace(POSITION) < share * share * dot(position, position);
+        self.settled |= known && self.velocity_is_known_to(share);
     }
 
     /// Whether state and covariance are within their bounds.
