@@ -266,7 +266,7 @@ impl<'c> Sensor<'c> {
         }
         self.propagate_in_outage(mode);
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
-            match self.look_at_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
+            match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
                 Ok((looked, fix)) => (record.earth, record.fix) = (looked, fix),
                 Err(error) => record.detector_fault = Some(error.into()),
             }

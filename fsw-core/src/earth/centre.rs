@@ -255,11 +255,11 @@ fn centre_and_derivatives(
     let range = body.radius_km() / cone.sine;
     let deeper = cone.cosine / cone.sine;
     let columns = Matrix3::from_columns(&[
-        body.from_sphere_space(&(first + cone.axis * deeper)) * range,
-        body.from_sphere_space(second) * range,
-        body.from_sphere_space(&cone.axis) * (range * deeper),
+        body.in_space(&(first + cone.axis * deeper)) * range,
+        body.in_space(second) * range,
+        body.in_space(&cone.axis) * (range * deeper),
     ]);
-    (body.from_sphere_space(&cone.axis) * range, columns)
+    (body.in_space(&cone.axis) * range, columns)
 }
 
 /// The fix of a fitted cone; `linear`: the linear solution of the points about that cone (fit with a

@@ -52,7 +52,7 @@ impl Ray {
         }
         let at = |x: f32, y: f32| {
             let seen = camera.earth_direction([x, y])?;
-            Some(unit(&body.to_sphere_space(seen.vector()), seen.vector()))
+            Some(unit(&body.in_sphere_space(seen.vector()), seen.vector()))
         };
         let centre = at(x, y)?;
         let base = SLOPE_BASE_PX;

@@ -60,12 +60,12 @@ impl Body {
     }
 
     /// Into sphere space (of a vector in units of the radius).
-    pub(super) fn to_sphere_space(&self, vector: &Vector3<f32>) -> Vector3<f32> {
+    pub(super) fn in_sphere_space(&self, vector: &Vector3<f32>) -> Vector3<f32> {
         vector + self.pole * (self.stretch * self.pole.dot(vector))
     }
 
     /// Out of sphere space.
-    pub(super) fn from_sphere_space(&self, vector: &Vector3<f32>) -> Vector3<f32> {
+    pub(super) fn in_space(&self, vector: &Vector3<f32>) -> Vector3<f32> {
         vector + self.pole * (self.shrink * self.pole.dot(vector))
     }
 
@@ -73,7 +73,7 @@ impl Body {
     /// to the centre, km. `None` when that is not finite, inside the body, or more than a thousand radii
     /// away.
     pub(super) fn limb_cone(&self, centre_km: &Vector3<f32>) -> Option<(Vector3<f32>, f32, f32)> {
-        let centre = self.to_sphere_space(&(centre_km * (1.0 / self.radius_km)));
+        let centre = self.in_sphere_space(&(centre_km * (1.0 / self.radius_km)));
         let square = centre.dot(&centre);
         // Also refuses NaN.
         if !(square > 1.0 + 1e-4 && square < 1e6) {
@@ -87,7 +87,7 @@ impl Body {
     /// space.
     pub(super) fn upward(&self, point: &Vector3<f32>) -> Vector3<f32> {
         // The gradient of x² + y² + (a z / b)² is S S x, and S x is the point of sphere space.
-        self.to_sphere_space(point)
+        self.in_sphere_space(point)
     }
 
     /// Sine of the Sun's elevation at the surface point whose vector from the centre is `point` in sphere

@@ -3,11 +3,11 @@
 //! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: the sky that
 //! the disc and its glow cover, and the predicted limb points on the detector where it is lit.
 //!
-//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are
-//! `w cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos
-//! - w sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine
-//! pass of [`FINE`] azimuths over those cells gives points evenly along whatever arc there is, 20 degrees
-//! or a turn. Azimuths advance by a constant rotation instead of sine calls.
+//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`. Its points are
+//! `w cos + (e1 cos φ + e2 sin φ) sin`; the vector from the centre to a point is
+//! `(e1 cos φ + e2 sin φ) cos - w sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in
+//! the field and lit, a fine pass of [`FINE`] azimuths over those cells gives points evenly along an arc of
+//! any length, 20 deg to a full turn. Azimuths advance by a constant rotation instead of sine calls.
 //!
 //! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 270
 //! projections.
@@ -117,7 +117,7 @@ impl View {
     /// begins is arbitrary.
     pub fn limb_ray(&self, azimuth: [f32; 2]) -> Option<Direction<EarthPath>> {
         let [axis, ..] = self.axes;
-        Direction::new(self.body.from_sphere_space(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
+        Direction::new(self.body.in_space(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
     }
 
     /// Sine of the angle between the centre and the limb, in sphere space.
@@ -140,11 +140,11 @@ impl View {
         let (at_px, sun_sine) = self.project_limb(azimuth, camera, margin_px)?;
         let ([cosine, sine], [axis, ..]) = (azimuth, self.axes);
         let (radial, tangent) = (self.radial(azimuth), self.radial([-sine, cosine]));
-        let ray = self.body.from_sphere_space(&(axis * self.cosine + radial * self.sine));
+        let ray = self.body.in_space(&(axis * self.cosine + radial * self.sine));
         let step = SLOPE_BASE_PX * camera.rad_per_px();
         // Where the detector's position goes for a step along a vector of sphere space, px per unit.
         let slope = |vector: &Vector3<f32>| {
-            let shift = self.body.from_sphere_space(vector) * step;
+            let shift = self.body.in_space(vector) * step;
             let [x1, y1] = camera.project_earth(&Direction::new(ray + shift)?)?;
             let [x0, y0] = camera.project_earth(&Direction::new(ray - shift)?)?;
             Some([(x1 - x0) / (2.0 * step), (y1 - y0) / (2.0 * step)])
@@ -300,7 +300,7 @@ impl EarthMask<'_> {
     /// Whether a direction meets the Earth, or passes its limb within the margin.
     fn covers(&self, direction: &Direction<EarthPath>) -> bool {
         let View { body, axes: [axis, ..], sine, cosine, .. } = self.view;
-        let ray = body.to_sphere_space(direction.vector());
+        let ray = body.in_sphere_space(direction.vector());
         let turned = axis.cross(&ray);
         let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
         // Sine and cosine of the angle past the limb, times the ray's length.
@@ -313,7 +313,7 @@ impl EarthMask<'_> {
     /// below the horizon by no more than the twilight.
     fn is_lit(&self, direction: &Direction<EarthPath>) -> bool {
         let View { body, centre, .. } = self.view;
-        let ray = unit(&body.to_sphere_space(direction.vector()), direction.vector());
+        let ray = unit(&body.in_sphere_space(direction.vector()), direction.vector());
         let along = centre.dot(&ray);
         let nearest = centre - ray * along;
         let depth = (1.0 - nearest.dot(&nearest)).max(0.0);

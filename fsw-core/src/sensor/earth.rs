@@ -59,10 +59,10 @@ impl Sensor<'_> {
         self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
-    /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into
-    /// the orbit.
+    /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with its
+    /// centre.
     #[inline(never)]
-    pub(super) fn look_at_earth(
+    pub(super) fn measure_earth(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
@@ -123,14 +123,15 @@ impl Sensor<'_> {
             let searched = self.search(detector, body);
             meter.end(Stage::Search);
             match searched? {
-                Ok((read, expected)) => (strips, rough) = (read, expected),
+                Ok((read, prior)) => (strips, rough) = (read, prior),
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
         meter.begin(Stage::Centre);
-        // After fixes that failed or disagreed with the orbit the next is made without it.
-        let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
-        let orbit = predicted.filter(|_| believed).and_then(|predicted| self.expected(&predicted, attitude));
+        // After fixes that failed or disagreed with the orbit the next is made without it as prior.
+        let consistent = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
+        let orbit =
+            predicted.filter(|_| consistent).and_then(|predicted| self.orbit_prior(&predicted, attitude));
         let looked = self.fit(body, &strips, orbit, rough);
         meter.end(Stage::Centre);
         Ok(looked)
@@ -175,9 +176,13 @@ impl Sensor<'_> {
         Some(Prediction { view, covariance_km2, sigma_rad, centre_km })
     }
 
-    /// What the fit of the centre expects by a prediction with the same attitude.
+    /// The prior of the fit of the centre: a prediction with the same attitude.
     #[inline(never)]
-    fn expected(&self, predicted: &Prediction, attitude: &Rotation<Icrs, StarPath>) -> Option<CentrePrior> {
+    fn orbit_prior(
+        &self,
+        predicted: &Prediction,
+        attitude: &Rotation<Icrs, StarPath>,
+    ) -> Option<CentrePrior> {
         let information = inverse(&self.orbit.position_covariance_km2()?)?;
         let information = rotated(&self.earth_path(attitude), &information);
         Some(CentrePrior { centre_km: predicted.centre_km, information })
@@ -206,7 +211,7 @@ impl Sensor<'_> {
         Ok(Ok((read, CentrePrior::from_fix(&rough))))
     }
 
-    /// The centre of the points in the workspace, expected where the orbit has it or else a search (`rough`).
+    /// The centre of the points in the workspace, with the orbit as its prior or else a search (`rough`).
     #[inline(never)]
     fn fit(
         &mut self,
@@ -217,12 +222,12 @@ impl Sensor<'_> {
     ) -> Looked {
         let criteria = self.parameters.earth.strip_criteria(strips, orbit.is_none());
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
-        // Strips that agree on another body than the search do not agree with what is expected either.
+        // Strips that agree on another body than the search contradict the prior and are refused.
         let fix = limb_sensor.fit(&criteria, orbit.or(rough).as_ref(), &mut buffers);
         fix.map_or_else(Looked::Refused, Looked::Found)
     }
 
-    /// What looks at the Earth, and the room to do it in.
+    /// The limb sensor and its buffers.
     fn limb_sensor<'a>(&'a mut self, body: &'a Body) -> (LimbSensor<'a>, Buffers<'a>) {
         let Readout { buffer, limb, rays } = self.workspace.shared.readout();
         let buffers = Buffers { buffer, points: limb, rays };

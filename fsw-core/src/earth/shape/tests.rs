@@ -15,15 +15,15 @@ fn sphere_space_makes_the_ellipsoid_a_sphere_and_back() {
         let angle: f64 = generator.between(-1.5, 1.5);
         let point = (aside * A_KM * angle.cos() + pole * B_KM * angle.sin()) / A_KM;
         let narrow = point.map(|part| part as f32);
-        let to_sphere_space = body.to_sphere_space(&narrow);
-        assert!((to_sphere_space.norm() - 1.0).abs() < 5e-7);
-        assert!((body.from_sphere_space(&to_sphere_space) - narrow).norm() < 5e-7);
+        let in_sphere_space = body.in_sphere_space(&narrow);
+        assert!((in_sphere_space.norm() - 1.0).abs() < 5e-7);
+        assert!((body.in_space(&in_sphere_space) - narrow).norm() < 5e-7);
         // The normal is the gradient.
         let normal = (aside * angle.cos() / A_KM + pole * angle.sin() / B_KM).normalize();
         let sun = Vector3::new(0.6f32, 0.0, 0.8);
         let lit = Body::new(&direction(&pole), Direction::new(sun).as_ref(), &parameters);
         let expected = normal.dot(&sun.map(f64::from));
-        assert!((f64::from(lit.sun_sine(&to_sphere_space).unwrap()) - expected).abs() < 1e-6);
+        assert!((f64::from(lit.sun_sine(&in_sphere_space).unwrap()) - expected).abs() < 1e-6);
     }
 }
 
