@@ -80,13 +80,15 @@ parameter_group! {
     pub struct ModeParameters in "modes" {
         /// Time without an attitude after which stars are acquired anew.
         patience_s: u16 = 3, 1..=60, "s",
-            "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in 1e6";
+            "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
+             1e6";
         /// Time of faults in a row before safe mode.
         fault_patience_s: u16 = 5, 1..=600, "s",
             "`patience_s` and two more: acquisition is tried twice before safe mode";
         /// Time for which the Earth must be dark, or lit, before it counts as such.
         settle_s: u16 = 3, 1..=60, "s",
-            "two wrong frames change no mode; in LEO the Sun moves 0.2 deg, less than from `lit_deg` to `usable_deg`";
+            "two wrong frames change no mode; in LEO the Sun moves 0.2 deg, less than from `lit_deg` to \
+             `usable_deg`";
         /// Longest acquisition.
         acquisition_timeout_s: u16 = 300, 5..=10_000, "s",
             "nine whole searches of 33 s: 1,488 sides of 16,000 to 29,000 pairs at `pairs_per_cycle`";
@@ -95,7 +97,8 @@ parameter_group! {
             "the longest outage in GEO, 75 min, and half as much again";
         /// Pause in safe mode before the next self-test.
         pause_s: u16 = 60, 1..=10_000, "s",
-            "a detector that keeps failing takes 2 % of the seconds; ten tries while a low orbit crosses the South Atlantic Anomaly, 10 min";
+            "a detector that keeps failing takes 2 % of the seconds; ten tries while a low orbit crosses \
+             the South Atlantic Anomaly, 10 min";
     }
 }
 

@@ -60,12 +60,14 @@ parameter_group! {
     pub struct StripParameters in "earth.strips" {
         /// Least rise of brightness across the limb, share of full scale.
         contrast_share: f32 = 0.01, 0.005..=0.5, "",
-            "10 counts of 10 bits, 45 sigma of a joined dark line (20 e- at 39 e- a count and rounding, 0.6; seven lines, 0.22); thesis 12 %, which misses a limb in low light";
+            "10 counts of 10 bits, 45 sigma of a joined dark line (20 e- at 39 e- a count and rounding, \
+             0.6; seven lines, 0.22); thesis 12 %, which misses a limb in low light";
         /// Brightest dark side of a limb point, share of full scale; in a search too.
         dark_share: f32 = 0.12, 0.01..=0.5, "", "thesis 3.2.1: 11 %";
         /// Brightness that counts as saturated, share of full scale.
         saturated_share: f32 = 0.95, 0.5..=1.0, "",
-            "5 % clipped off the bright side move the limb by 5 % of a scale height, 0.4 km: less than `scatter_km`";
+            "5 % clipped off the bright side move the limb by 5 % of a scale height, 0.4 km: less than \
+             `scatter_km`";
         /// Least standard deviation of a limb point.
         floor_px: f32 = 0.05, 0.005..=2.0, "px",
             "vignetting, which is not taken off, moves a limb by up to 0.05 px (`limb/tests.rs`)";
@@ -88,10 +90,12 @@ parameter_group! {
         /// Brightest dark side above the darkest sky, share of full scale.
         dark_share: f32 = 0.06, 0.01..=0.5, "", "thesis 3.2.1: 6 %";
         /// Least length of the bright side.
-        run_px: u16 = 12, 4..=64, "px", "three of the search's blocks of 4 px; a star is 3 to 5 px across (thesis 3.1)";
+        run_px: u16 = 12, 4..=64, "px",
+            "three of the search's blocks of 4 px; a star is 3 to 5 px across (thesis 3.1)";
         /// Greatest length of the rise: a terminator is longer.
         rise_px: u16 = 64, 4..=250, "px",
-            "from 400 km a scale height is 10 px of the reference camera: 42 px from 2 % to all of the brightness; a terminator rises over more";
+            "from 400 km a scale height is 10 px of the reference camera: 42 px from 2 % to all of the \
+             brightness; a terminator rises over more";
         /// Least standard deviation of a limb point: clouds move neighbours alike.
         floor_px: f32 = 1.5, 0.01..=5.0, "px",
             "searches of rendered Earths: normalised squares of the centre's error near 3";
@@ -112,7 +116,8 @@ parameter_group! {
         fewest_points: u16 = 6, 4..=40, "", "twice what fixes a centre";
         /// Shortest arc.
         least_arc_deg: f32 = 10.0, 1.0..=180.0, "deg",
-            "from GEO (disc radius 459 px) its sagitta is 1.7 px: less than the 2 px that an inlier may be off";
+            "from GEO (disc radius 459 px) its sagitta is 1.7 px: less than the 2 px that an inlier may be \
+             off";
     }
 }
 
@@ -143,13 +148,15 @@ parameter_group! {
     pub struct PlausibleParameters in "earth.plausible" {
         /// Greatest standard deviation of the direction.
         sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
-            "half of the reference field's shorter side, 19.4 deg: known worse, a centre is no more than an Earth in the field";
+            "half of the reference field's shorter side, 19.4 deg: known worse, a centre is no more than an \
+             Earth in the field";
         /// Greatest standard deviation of the distance, share of it.
         range_share: f32 = 0.5, 0.001..=1.0, "",
             "in GEO 3.3 Earth radii; the orbit filter converges from up to three (`Observation::UnitVector`)";
         /// Farthest that the body can be: a lit cloud in the night side is a small crescent.
         distance_km: f32 = 100_000.0, 10_000.0..=1e9, "km",
-            "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at 549,000 km";
+            "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at \
+             549,000 km";
     }
 }
 

@@ -27,7 +27,8 @@ parameter_group! {
         dynamics: Dynamics = Dynamics::Full, one of "Kepler, Full", "", "J2, Sun and Moon";
         /// Share of a circular orbit's speed within which the velocity is taken to be zero along every axis
         /// at the start.
-        start_speed_share: f32 = 1.0, 0.1..=3.0, "", "no fix measures the velocity: the circular speed itself is its sigma";
+        start_speed_share: f32 = 1.0, 0.1..=3.0, "",
+            "no fix measures the velocity: the circular speed itself is its sigma";
         /// Standard deviation of the limb height about the one that was set: colour, season, air masses and
         /// the slant of the light over thousands of km.
         limb_height_sigma_km: f32 = 2.0, 0.0..=100.0, "km",
@@ -41,7 +42,8 @@ parameter_group! {
             "2 hours in GEO, 8 min in LEO; rendered orbits: 300 to 400 s in LEO";
         /// Misalignment of the paths against each other about each axis.
         misalignment_sigma_rad: f32 = 5e-5, 0.0..=0.02, "rad",
-            "10 arcsec, 0.15 px of the reference camera: either path aligned to 0.1 px, the centroid error of the thesis";
+            "10 arcsec, 0.15 px of the reference camera: either path aligned to 0.1 px, the centroid error \
+             of the thesis";
         /// Slow errors of a fix (clouds on the limb, the slant of the light) over its white noise, in every
         /// direction alike: neighbouring points of the limb share their clouds, which their sigmas do not
         /// include. They are considered, not estimated.

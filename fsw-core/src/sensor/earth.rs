@@ -59,8 +59,8 @@ impl Sensor<'_> {
         self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
-    /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with its
-    /// centre.
+    /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with
+    /// its centre.
     #[inline(never)]
     pub(super) fn measure_earth(
         &mut self,

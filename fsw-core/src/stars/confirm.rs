@@ -203,7 +203,7 @@ fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPa
     pairs
 }
 
-/// The brightest stars, at most [`MAX_FEW`], that are measured within `radius_px` of their position
+/// The brightest stars, at most [`MAX_FEW_STARS`], that are measured within `radius_px` of their position
 /// predicted by an attitude, with their vector pairs; for updates by single stars, when there are too few
 /// for an attitude.
 pub fn match_predicted_stars(

@@ -54,7 +54,8 @@ impl Scale {
     /// By the Earth, whose centre stands `known_km` away, known to `sigma_km`.
     ///
     /// # Errors
-    /// As [`centre::centre`]; [`FitError::Degenerate`] where the distance does not depend on the focal length.
+    /// As [`centre::centre`]; [`FitError::Degenerate`] where the distance does not depend on the focal
+    /// length.
     pub fn by_the_earth(
         measured: &LimbPoints,
         [known_km, sigma_km]: [f32; 2],

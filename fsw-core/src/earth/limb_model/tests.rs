@@ -2,7 +2,7 @@ use super::*;
 use crate::earth::test_world::parameters;
 use nalgebra::Vector3;
 
-fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> LimbModel {
+fn limb_model(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> LimbModel {
     let expected = ExpectedLimb {
         at_px: [600.0, 500.0],
         outward_px: [1.0, 0.0],
@@ -32,7 +32,7 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
     for (km_per_px, sine, facing) in
         [(14.0, 0.5, 0.3), (14.0, 0.1, 0.9), (1.0, 0.5, -0.3), (0.8, 0.2, 0.9), (3.0, 0.9, 0.1)]
     {
-        let model = zone(km_per_px, sine, facing);
+        let model = limb_model(km_per_px, sine, facing);
         let (scale, radius) = (8.0 / f64::from(km_per_px), 6378.137 / f64::from(km_per_px));
         let surface = scale * 2f64.ln();
         let clear = |place: f64| {

@@ -10,7 +10,7 @@ use std::vec::Vec;
 type Given = (usize, u8, u8);
 type Sides = BTreeSet<(u8, u8)>;
 
-/// Everything an agenda gives, with the number of the tolerance, then its silence.
+/// All sides that the search order gives, with the number of the tolerance; afterwards it gives none.
 fn all_given(measured: &[MeasuredStar], catalogue: &Catalogue, capacity: usize) -> Vec<Given> {
     let camera = camera();
     let field = StarField::whole(measured, catalogue, &camera);
@@ -32,7 +32,7 @@ fn all_given(measured: &[MeasuredStar], catalogue: &Catalogue, capacity: usize) 
 }
 
 /// The sides to be given for one tolerance, by their chords in f64; and those too near a limit to tell.
-fn worth_trying(
+fn expected_sides(
     measured: &[MeasuredStar],
     catalogue: &Catalogue,
     capacity: usize,
@@ -84,7 +84,7 @@ fn every_side_worth_trying_is_given_once_for_every_tolerance() {
                     given.iter().filter(|pair| pair.0 == step).map(|pair| (pair.1, pair.2)).collect();
                 let once: Sides = of_step.iter().copied().collect();
                 assert_eq!(of_step.len(), once.len(), "a side was given twice");
-                let (clear, doubtful) = worth_trying(&measured, &catalogue, capacity, sigma_px);
+                let (clear, doubtful) = expected_sides(&measured, &catalogue, capacity, sigma_px);
                 let stars = measured.len().min(32);
                 expected += clear.len();
                 left_out += stars * stars.saturating_sub(1) / 2 - clear.len() - doubtful.len();
