@@ -4,16 +4,24 @@
 //! |---|---|---|
 //! | [`second`] | a report and the truth of that second | the errors of that second, each with its sigma |
 //! | [`expected`] | the truth's geometry, second by second | the mode the sensor should be in |
+//! | [`quantities`] | the errors of a second | each quantity that has a sigma, declared once |
+//! | [`series`] | a quantity through the run | its errors and how far its sigmas are right |
+//! | [`chi_square`] | a mean square of normalised errors | how probable it is |
+//! | [`sums`] | numbers | root mean squares, shares, medians |
 //! | [`figures`] | the errors of all seconds | what a run comes to, and whether it kept its limits |
-//! | [`sums`] | errors and sigmas | root mean squares, shares, largest |
+//! | [`table`] | what a run comes to | every figure that can be limited, declared once |
 //!
 //! Attitude errors are rotation vectors in star path axes; position and velocity errors are estimate less
 //! truth, in ICRS axes and radial (up), along (flight) and cross (orbit normal).
 
+pub mod chi_square;
 pub mod expected;
 pub mod figures;
+pub mod quantities;
 pub mod second;
+pub mod series;
 pub mod sums;
+pub mod table;
 
 pub use figures::{Figures, Judge, Verdict};
 pub use second::Judged;
@@ -32,3 +40,6 @@ pub fn attitude_error(estimate: [f32; 4], truth: [f64; 4]) -> [f64; 3] {
     let sign = if w < 0.0 { -2.0 } else { 2.0 };
     [sign * x, sign * y, sign * z]
 }
+
+#[cfg(test)]
+mod mutation_tests;

@@ -89,7 +89,7 @@ fn made_up_page() -> (String, crate::judge::Figures) {
         recorder.add(&second, right);
     }
     let figures = judge.finish();
-    let verdicts: Vec<Verdict> = scenario.limits.iter().map(|limit| Verdict::new(limit, &figures)).collect();
+    let verdicts = Verdict::all(&scenario.limits, &figures);
     let page = page::html(&scenario, recorder, &figures, &verdicts, &mut scene).unwrap();
     (page, figures)
 }

@@ -147,7 +147,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     frames.flush()?;
     bar.finish_and_clear();
     let figures = judge.finish();
-    let limits: Vec<Verdict> = scenario.limits.iter().map(|limit| Verdict::new(limit, &figures)).collect();
+    let limits = Verdict::all(&scenario.limits, &figures);
     let html = page::html(scenario, recorder, &figures, &limits, &mut scene)?;
     let summary = Summary {
         scenario: scenario.name.clone(),
@@ -211,9 +211,18 @@ fn print_summary(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: 
         "{} s from {} UTC, flown in {took_s:.1} s ({speed:.0} times real time)\n\n",
         scenario.duration_s, scenario.start_utc
     );
+    for row in figures_table::quantities(&summary.figures) {
+        let [what, rms, error_95, sigma, unit, within, square, right] = row;
+        text += &format!(
+            "  {what:32} {rms:>9} {error_95:>9} {sigma:>9} {unit:7} {within:>9} {square:>8}  {right}\n"
+        );
+    }
+    text.push('\n');
     for line in figures_table::lines(&summary.figures) {
-        let beside = if line.beside.is_empty() { String::new() } else { format!("  ({})", line.beside) };
-        text += &format!("  {:40} {}{beside}\n", line.what, line.reached);
+        text += &format!("  {:34} {}\n", line.what, line.reached);
+        if !line.beside.is_empty() {
+            text += &format!("  {:34} {}\n", "", line.beside);
+        }
     }
     text.push('\n');
     for verdict in &summary.limits {

@@ -35,7 +35,7 @@ mod pointing;
 mod sky;
 mod text;
 
-pub use limits::{LIMITABLE, Limit, Limitable, Side};
+pub use limits::Limit;
 
 use crate::camera_file::CameraFile;
 use crate::error::HostError;

@@ -61,6 +61,9 @@ pub struct ModeJudge {
     before: Option<Mode>,
     expected: Option<Mode>,
     changed_at: u32,
+    /// Since when the mode that the geometry asks for is waited for; and the longest wait.
+    waits_since: Option<u32>,
+    latest_s: Option<u32>,
     present: Option<Disagreement>,
     longest: Vec<Disagreement>,
 }
@@ -84,6 +87,9 @@ impl ModeJudge {
         if self.expected != Some(expected) {
             self.before = self.expected.replace(expected);
             self.changed_at = second.cycle;
+            if self.before.is_some() {
+                self.waits_since.get_or_insert(second.cycle);
+            }
         }
         let fast = !second.sun() && second.rate_deg_s > TRACKABLE_DEG_S;
         if fast {
@@ -105,8 +111,14 @@ impl ModeJudge {
         let unknown = expected == Mode::Eclipse && second.orbit.is_none() && second.mode == Mode::Tracking;
         let flooded = second.earth_in_star_path && second.mode == Mode::SunOutage;
         let followed = fast && second.mode != Mode::SunOutage;
-        let right =
-            second.mode == expected || either || unknown || flooded || followed || (grace && leads_there);
+        let arrived = second.mode == expected || either || unknown || flooded || followed;
+        if let Some(since) = self.waits_since {
+            self.latest_s = self.latest_s.max(Some(second.cycle - since));
+        }
+        if arrived {
+            self.waits_since = None;
+        }
+        let right = arrived || (grace && leads_there);
         self.seconds += 1;
         self.right += u32::from(right);
         self.faint += u32::from(faint);
@@ -138,6 +150,11 @@ impl ModeJudge {
     /// Share of seconds whose mode was right.
     pub fn share(&self) -> Option<f64> {
         (self.seconds > 0).then(|| f64::from(self.right) / f64::from(self.seconds))
+    }
+
+    /// Longest time from a change of the geometry to the mode that it asks for.
+    pub fn latest_s(&self) -> Option<u32> {
+        self.latest_s
     }
 
     /// Seconds in which the lit arc was too short to call.

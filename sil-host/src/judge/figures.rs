@@ -1,17 +1,20 @@
 //! What a run comes to: the figures of `summary.json`, and the limits kept or not.
 //!
-//! In: [`Judged`] seconds, one after the other; constant memory. Attitude is judged in the seconds in which
-//! the Sun does not blind the detector; position and velocity from the first orbit on, for its sigmas must
-//! hold even while the filter converges; the last orbit is the last revolution, or the second half of a run
-//! shorter than two.
+//! In: [`Judged`] seconds, one after the other. Every quantity's errors are kept until the end
+//! ([`Series`](super::series::Series), 50 bytes a second each) and judged over the run and over its last orbit: the last
+//! revolution, or the second half of a run shorter than two.
 
 use super::arcsec;
+use super::chi_square::two_sided;
 use super::expected::{Disagreement, ModeJudge, word};
-use super::second::{Axes, Judged};
-use super::sums::{AxesSums, Median, Share, Squares};
-use crate::scenario::{Limit, Side};
+use super::quantities::QUANTITIES;
+use super::second::Judged;
+use super::series::{Series, Statistics};
+use super::sums::{Median, Share, Squares};
+use super::table;
+use super::table::Side;
+use crate::scenario::Limit;
 use crate::world::attitude::Vector;
-use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -116,6 +119,8 @@ pub struct OrbitFigures {
     pub position_jump_at_s: Option<u32>,
     /// Mean normalised innovation squared; 3 where noise and sigmas agree.
     pub nis_mean: Option<f64>,
+    /// Probability of such a mean or one farther from 3, if noise and sigmas agree.
+    pub nis_consistency: Option<f64>,
     /// The thesis's figures for GEO: radial, along, cross.
     pub thesis_geo_rac_km: [f64; 3],
 }
@@ -131,8 +136,14 @@ pub struct Figures {
     pub attitude_valid_share: Option<f64>,
     /// Share of these attitudes with every axis within three sigma.
     pub within_3_sigma_share: Option<f64>,
+    /// Longest time without an attitude outside Sun states, after the first one.
+    pub recovery_s: Option<u32>,
     /// Share of seconds whose mode is as the geometry says.
     pub mode_share: Option<f64>,
+    /// Longest time from a change of the geometry to the mode that it asks for.
+    pub mode_latest_s: Option<u32>,
+    /// Seconds in which a number was not finite or a sigma not positive, over all quantities.
+    pub not_finite: u32,
     /// Seconds in which the lit arc is too short to be called light or dark.
     pub faint_limb_s: u32,
     /// Seconds in which the sensor turns too fast for a mode to be asked for.
@@ -151,31 +162,30 @@ pub struct Figures {
     pub earth: EarthFigures,
     /// Position and velocity.
     pub orbit: OrbitFigures,
+    /// Every quantity that was estimated ([`QUANTITIES`]).
+    pub quantities: BTreeMap<&'static str, QuantityFigures>,
+}
+
+/// A quantity over the run and over its last orbit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct QuantityFigures {
+    /// Unit of errors and sigmas.
+    pub unit: &'static str,
+    /// From its first second on.
+    pub run: Option<Statistics>,
+    /// The last orbit.
+    pub last_orbit: Option<Statistics>,
 }
 
 impl Figures {
-    /// The figure a limit is set on; `None` where the run did not yield it.
-    pub fn of(&self, key: &str) -> Option<f64> {
-        match key {
-            "attitude_valid_share" => self.attitude_valid_share,
-            "within_3_sigma_share" => self.within_3_sigma_share,
-            "position_within_3_sigma_share" => self.orbit.position_within_3_sigma_share,
-            "mode_share" => self.mode_share,
-            "first_attitude_s" => self.first_attitude_s.map(f64::from),
-            "attitude_rms_arcsec" => self.attitude.rms_arcsec.map(|[x, y, _]| x.max(y)),
-            "rate_share" => self.rate.share,
-            "rate_error_percent" => self.rate.error_percent,
-            "rate_axis_deg" => self.rate.axis_deg,
-            "rate_within_3_sigma_share" => self.rate.within_3_sigma_share,
-            "filtered_rms_arcsec" => self.filtered.rms_arcsec.map(|[x, y, _]| x.max(y)),
-            "earth_direction_rms_deg" => self.earth.direction_rms_deg,
-            "earth_distance_rms_km" => self.earth.distance_rms_km,
-            "final_position_km" => self.orbit.final_position_km,
-            "last_orbit_position_km" => self.orbit.last_orbit_position_km,
-            "last_orbit_velocity_m_s" => self.orbit.last_orbit_velocity_m_s,
-            "position_jump_sigma" => self.orbit.position_jump_sigma,
-            _ => None,
-        }
+    /// A quantity over the run.
+    pub fn run(&self, quantity: &str) -> Option<&Statistics> {
+        self.quantities.get(quantity)?.run.as_ref()
+    }
+
+    /// A quantity over the last orbit.
+    pub fn last_orbit(&self, quantity: &str) -> Option<&Statistics> {
+        self.quantities.get(quantity)?.last_orbit.as_ref()
     }
 }
 
@@ -197,12 +207,20 @@ pub struct Verdict {
 impl Verdict {
     /// Holds a limit against the figures.
     pub fn new(limit: &Limit, figures: &Figures) -> Self {
-        let reached = figures.of(limit.of.key);
+        let reached = (limit.of.of)(figures);
         let kept = reached.is_some_and(|reached| match limit.of.side {
             Side::AtLeast => reached >= limit.value,
             Side::AtMost => reached <= limit.value,
         });
         Self { limit: limit.of.key, side: limit.of.side, demanded: limit.value, reached, kept }
+    }
+
+    /// Holds a scenario's limits against the figures; that every number be finite is demanded of every run.
+    pub fn all(limits: &[Limit], figures: &Figures) -> Vec<Self> {
+        let demanded = Limit { of: &table::NOT_FINITE, value: 0.0 };
+        let limited = !limits.is_empty() || figures.not_finite > 0;
+        let own = limited.then_some(demanded);
+        limits.iter().chain(&own).map(|limit| Self::new(limit, figures)).collect()
     }
 }
 
@@ -213,20 +231,13 @@ pub struct Judge {
     figures: Figures,
     modes: ModeJudge,
     valid: Share,
-    attitude: AxesSums,
-    filtered: AxesSums,
+    /// Seconds without an attitude up to now.
+    without: u32,
+    series: [Series; QUANTITIES.len()],
     bound: [Squares; 3],
     rate: RateSums,
-    direction: [Squares; 2],
-    direction_sigma: Squares,
-    direction_within: Share,
-    distance: [Squares; 2],
-    distance_within: Share,
-    position: AxesSums,
-    last_position: AxesSums,
-    last_velocity: AxesSums,
+    last_rac: [Squares; 3],
     nis: (u32, f64),
-    before: Option<(Vector, Vector)>,
 }
 
 impl Judge {
@@ -242,20 +253,12 @@ impl Judge {
             figures: Figures::default(),
             modes: ModeJudge::default(),
             valid: Share::default(),
-            attitude: AxesSums::default(),
-            filtered: AxesSums::default(),
+            without: 0,
+            series: QUANTITIES.each_ref().map(|quantity| Series::new(quantity.axes)),
             bound: Default::default(),
             rate: RateSums::default(),
-            direction: Default::default(),
-            direction_sigma: Squares::default(),
-            direction_within: Share::default(),
-            distance: Default::default(),
-            distance_within: Share::default(),
-            position: AxesSums::default(),
-            last_position: AxesSums::default(),
-            last_velocity: AxesSums::default(),
+            last_rac: Default::default(),
             nis: (0, 0.0),
-            before: None,
         }
     }
 
@@ -263,33 +266,17 @@ impl Judge {
     pub fn add(&mut self, second: &Judged) -> bool {
         self.figures.seconds += 1;
         *self.figures.mode_seconds.entry(word(second.mode)).or_insert(0) += 1;
-        if second.attitude_rad.is_some() {
-            self.figures.first_attitude_s.get_or_insert(second.cycle + 1);
-        }
-        if !second.sun() {
-            self.valid.add(second.attitude_rad.is_some());
-            if let Some(attitude) = &second.attitude_rad {
-                self.attitude.add(attitude);
-            }
-            if let Some(filtered) = &second.filtered_rad {
-                self.filtered.add(filtered);
+        for (quantity, series) in QUANTITIES.iter().zip(&mut self.series) {
+            if let Some(axes) = (quantity.of)(second) {
+                series.add(second.cycle, axes);
             }
         }
+        self.add_availability(second);
         if second.attitude_rad.is_none()
             && !second.sun()
             && !matches!(second.mode, Mode::SelfTest | Mode::Safe)
         {
             self.rate.add(second, &mut self.figures.rate);
-        }
-        if let Some(earth) = &second.earth {
-            let [x, y] = earth.across_rad;
-            self.direction[0].add(x);
-            self.direction[1].add(y);
-            self.direction_sigma.add(earth.sigma_rad);
-            self.direction_within.add(x.abs().max(y.abs()) <= 3.0 * earth.sigma_rad);
-            self.distance[0].add(earth.distance_km);
-            self.distance[1].add(earth.sigma_km);
-            self.distance_within.add(earth.distance_km.abs() <= 3.0 * earth.sigma_km);
         }
         self.add_orbit(second);
         self.modes.add(second)
@@ -302,94 +289,126 @@ impl Judge {
         }
     }
 
+    fn add_availability(&mut self, second: &Judged) {
+        let known = second.attitude_rad.is_some();
+        if known {
+            self.figures.first_attitude_s.get_or_insert(second.cycle + 1);
+        }
+        self.without = if known || second.sun() { 0 } else { self.without + 1 };
+        if self.figures.first_attitude_s.is_some() {
+            let longest = self.figures.recovery_s.unwrap_or(0);
+            self.figures.recovery_s = Some(longest.max(self.without));
+        }
+        if !second.sun() {
+            self.valid.add(known);
+        }
+    }
+
     fn add_orbit(&mut self, second: &Judged) {
-        let Some(orbit) = &second.orbit else {
-            self.before = None;
-            return;
-        };
+        let Some(orbit) = &second.orbit else { return };
         let figures = &mut self.figures.orbit;
         figures.first_s.get_or_insert(second.cycle + 1);
         figures.final_position_km = Some(orbit.position_km.length());
-        if let Some(jump) = self.before.map(|before| jump_sigma(before, &orbit.position_km))
-            && figures.position_jump_sigma.is_none_or(|largest| jump > largest)
-        {
-            figures.position_jump_sigma = Some(jump);
-            figures.position_jump_at_s = Some(second.cycle);
-        }
-        self.before = Some((orbit.position_km.error, orbit.position_km.sigma));
         if let Some(nis) = orbit.nis {
+            self.figures.not_finite += u32::from(!nis.is_finite());
             self.nis = (self.nis.0 + 1, self.nis.1 + nis);
         }
         if second.cycle >= self.last_orbit_from {
-            self.last_position.add(&orbit.position_rac_km);
-            self.last_velocity.add(&orbit.velocity_rac_km_s);
+            for (sum, error) in self.last_rac.iter_mut().zip(orbit.position_rac_km.error) {
+                sum.add(error);
+            }
         }
         if orbit.settled {
             figures.settled_s.get_or_insert(second.cycle + 1);
         }
         figures.longest_without_fix_s = figures.longest_without_fix_s.max(orbit.since_fix_s);
-        if second.state != SensorState::Full {
-            let worst = orbit.position_km.worst_sigma();
-            let largest = figures.outage_largest_sigma.unwrap_or(0.0);
-            figures.outage_largest_sigma = Some(worst.max(largest));
-        }
-        self.position.add(&orbit.position_km);
     }
 
     /// What the run came to.
     pub fn finish(self) -> Figures {
-        let rad_to_arcsec = arcsec(1.0);
         let mut figures = self.figures;
+        for (quantity, series) in QUANTITIES.iter().zip(&self.series) {
+            figures.not_finite += series.not_finite();
+            let [run, last_orbit] =
+                [0, self.last_orbit_from].map(|first| series.statistics(first, quantity.scale));
+            let of = QuantityFigures { unit: quantity.unit, run, last_orbit };
+            figures.quantities.insert(quantity.key, of);
+        }
         figures.attitude_valid_share = self.valid.value();
-        figures.within_3_sigma_share = self.attitude.within();
+        figures.within_3_sigma_share = figures.run("attitude").map(|of| of.all_within_3_share);
         figures.mode_share = self.modes.share();
+        figures.mode_latest_s = self.modes.latest_s();
         figures.faint_limb_s = self.modes.faint_s();
         figures.fast_s = self.modes.fast_s();
         figures.disagreements = self.modes.disagreements();
-        let [x, y, z] = self.bound.map(|bound| bound.rms().map(|bound| bound * rad_to_arcsec));
-        figures.attitude = AttitudeFigures {
-            rms_arcsec: self.attitude.rms(rad_to_arcsec),
-            sigma_arcsec: self.attitude.sigma(rad_to_arcsec),
-            bound_arcsec: x.zip(y).zip(z).map(|((x, y), z)| [x, y, z]),
-            largest_sigma: self.attitude.largest_sigma(),
-            thesis_arcsec: THESIS_ATTITUDE_ARCSEC,
-        };
+        figures.attitude = attitude(&figures, &self.bound);
         figures.rate = RateFigures {
             share: self.rate.valid.value(),
             either_sense_share: self.rate.either.value(),
             error_percent: self.rate.size.value().map(|size| 100.0 * size),
             axis_deg: self.rate.axis.value(),
-            within_3_sigma_share: self.rate.within.value(),
+            within_3_sigma_share: figures.run("rate").map(|of| of.all_within_3_share),
             ..figures.rate
         };
+        let filtered = figures.run("filtered");
         figures.filtered = FilteredFigures {
-            rms_arcsec: self.filtered.rms(rad_to_arcsec),
-            sigma_arcsec: self.filtered.sigma(rad_to_arcsec),
-            within_3_sigma_share: self.filtered.within(),
-            normalised_square: self.filtered.normalised_square(),
+            rms_arcsec: filtered.and_then(|of| three(&of.rms_axes)),
+            sigma_arcsec: filtered.and_then(|of| three(&of.sigma_axes)),
+            within_3_sigma_share: filtered.map(|of| of.all_within_3_share),
+            normalised_square: filtered.map(|of| of.normalised_square),
         };
-        let [x, y] = self.direction.map(|axis| axis.mean_square());
-        figures.earth = EarthFigures {
-            found_s: self.direction_within.seconds(),
-            direction_rms_deg: x.zip(y).map(|(x, y)| libm::sqrt(0.5 * (x + y)).to_degrees()),
-            direction_sigma_deg: self.direction_sigma.rms().map(f64::to_degrees),
-            direction_within_3_sigma_share: self.direction_within.value(),
-            distance_rms_km: self.distance[0].rms(),
-            distance_sigma_km: self.distance[1].rms(),
-            distance_within_3_sigma_share: self.distance_within.value(),
-        };
+        figures.earth = earth(&figures);
+        let (position, jump) =
+            (figures.run("position"), figures.run("position").and_then(|of| of.jump_sigma));
         figures.orbit = OrbitFigures {
-            last_orbit_rac_km: self.last_position.rms(1.0),
-            last_orbit_position_km: self.last_position.length_rms(1.0),
-            last_orbit_velocity_m_s: self.last_velocity.length_rms(1e3),
-            position_within_3_sigma_share: self.position.within(),
-            position_normalised_square: self.position.normalised_square(),
-            position_largest_sigma: self.position.largest_sigma(),
+            last_orbit_rac_km: three(&self.last_rac.iter().filter_map(Squares::rms).collect::<Vec<f64>>()),
+            last_orbit_position_km: figures.last_orbit("position").map(|of| of.rms),
+            last_orbit_velocity_m_s: figures.last_orbit("velocity").map(|of| of.rms),
+            position_within_3_sigma_share: position.map(|of| of.all_within_3_share),
+            position_normalised_square: position.map(|of| of.normalised_square),
+            position_largest_sigma: position.map(|of| of.largest_sigma),
+            outage_largest_sigma: figures.run("dark_position").map(|of| of.largest_sigma),
+            position_jump_sigma: jump.map(|(sigma, _)| sigma),
+            position_jump_at_s: jump.map(|(_, at)| at),
             nis_mean: (self.nis.0 > 0).then(|| self.nis.1 / f64::from(self.nis.0)),
+            // Innovations of a consistent filter are white: three degrees of freedom each.
+            nis_consistency: (self.nis.0 > 0).then(|| {
+                let freedom = 3.0 * f64::from(self.nis.0);
+                two_sided(self.nis.1 / freedom, freedom)
+            }),
             thesis_geo_rac_km: THESIS_POSITION_KM,
             ..figures.orbit
         };
         figures
+    }
+}
+
+fn three(values: &[f64]) -> Option<[f64; 3]> {
+    values.try_into().ok()
+}
+
+fn attitude(figures: &Figures, bound: &[Squares; 3]) -> AttitudeFigures {
+    let of = figures.run("attitude");
+    let bound: Vec<f64> = bound.iter().filter_map(Squares::rms).map(arcsec).collect();
+    AttitudeFigures {
+        rms_arcsec: of.and_then(|of| three(&of.rms_axes)),
+        sigma_arcsec: of.and_then(|of| three(&of.sigma_axes)),
+        bound_arcsec: three(&bound),
+        largest_sigma: of.map(|of| of.largest_sigma),
+        thesis_arcsec: THESIS_ATTITUDE_ARCSEC,
+    }
+}
+
+fn earth(figures: &Figures) -> EarthFigures {
+    let (direction, distance) = (figures.run("earth_direction"), figures.run("earth_distance"));
+    EarthFigures {
+        found_s: direction.map_or(0, |of| of.seconds),
+        direction_rms_deg: direction.map(|of| of.rms / std::f64::consts::SQRT_2),
+        direction_sigma_deg: direction.map(|of| of.sigma / std::f64::consts::SQRT_2),
+        direction_within_3_sigma_share: direction.map(|of| of.all_within_3_share),
+        distance_rms_km: distance.map(|of| of.rms),
+        distance_sigma_km: distance.map(|of| of.sigma),
+        distance_within_3_sigma_share: distance.map(|of| of.all_within_3_share),
     }
 }
 
@@ -400,7 +419,6 @@ struct RateSums {
     either: Share,
     size: Median,
     axis: Median,
-    within: Share,
 }
 
 impl RateSums {
@@ -414,13 +432,7 @@ impl RateSums {
         self.either.add(turning.either_sense);
         self.size.add(turning.size);
         self.axis.add(turning.axis_deg);
-        self.within.add(turning.rad_s.worst_sigma() <= 3.0);
     }
-}
-
-/// Change of the position's error over the sigma it had before it, largest axis.
-fn jump_sigma((error, sigma): (Vector, Vector), now: &Axes) -> f64 {
-    (0..3).map(|axis| ((now.error[axis] - error[axis]) / sigma[axis]).abs()).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -1,6 +1,4 @@
-//! Running sums: root mean squares, shares, largest values, in constant memory.
-
-use super::second::Axes;
+//! Running sums: root mean squares, shares, medians, in constant memory.
 
 /// A share of seconds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,11 +17,6 @@ impl Share {
     /// The share; none of no seconds.
     pub fn value(&self) -> Option<f64> {
         (self.all > 0).then(|| f64::from(self.of_them) / f64::from(self.all))
-    }
-
-    /// Seconds that were counted.
-    pub fn seconds(&self) -> u32 {
-        self.all
     }
 }
 
@@ -81,73 +74,4 @@ impl Squares {
     pub fn rms(&self) -> Option<f64> {
         (self.count > 0).then(|| libm::sqrt(self.sum / f64::from(self.count)))
     }
-
-    /// Mean square.
-    pub fn mean_square(&self) -> Option<f64> {
-        (self.count > 0).then(|| self.sum / f64::from(self.count))
-    }
-}
-
-/// Errors of three axes with their sigmas.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct AxesSums {
-    error: [Squares; 3],
-    sigma: [Squares; 3],
-    normalised: Squares,
-    within: Share,
-    largest_sigma: f64,
-}
-
-impl AxesSums {
-    /// Adds a second.
-    pub fn add(&mut self, axes: &Axes) {
-        for axis in 0..3 {
-            self.error[axis].add(axes.error[axis]);
-            self.sigma[axis].add(axes.sigma[axis]);
-            self.normalised.add(axes.error[axis] / axes.sigma[axis]);
-        }
-        let worst = axes.worst_sigma();
-        self.within.add(worst <= 3.0);
-        self.largest_sigma = self.largest_sigma.max(worst);
-    }
-
-    /// Root mean square error per axis, times `scale`.
-    pub fn rms(&self, scale: f64) -> Option<[f64; 3]> {
-        each(&self.error, scale)
-    }
-
-    /// Root mean square sigma per axis, times `scale`.
-    pub fn sigma(&self, scale: f64) -> Option<[f64; 3]> {
-        each(&self.sigma, scale)
-    }
-
-    /// Root mean square of the error's length, times `scale`.
-    pub fn length_rms(&self, scale: f64) -> Option<f64> {
-        self.rms(scale).map(|[x, y, z]| libm::sqrt(x * x + y * y + z * z))
-    }
-
-    /// Share of seconds with every axis within three sigma.
-    pub fn within(&self) -> Option<f64> {
-        self.within.value()
-    }
-
-    /// Largest error over its sigma.
-    pub fn largest_sigma(&self) -> Option<f64> {
-        self.within.value().map(|_| self.largest_sigma)
-    }
-
-    /// Mean over the axes of (error / sigma)²; 1 where the sigmas are right.
-    pub fn normalised_square(&self) -> Option<f64> {
-        self.normalised.mean_square()
-    }
-
-    /// Seconds added.
-    pub fn seconds(&self) -> u32 {
-        self.within.seconds()
-    }
-}
-
-fn each(squares: &[Squares; 3], scale: f64) -> Option<[f64; 3]> {
-    let [x, y, z] = squares;
-    Some([x.rms()? * scale, y.rms()? * scale, z.rms()? * scale])
 }

@@ -1,8 +1,9 @@
 //! The figures of a run as people read them: in the report and on the terminal.
 
 use super::scale::label;
+use crate::judge::quantities::QUANTITIES;
+use crate::judge::table::{self, PROBABILITY, Side};
 use crate::judge::{Figures, Verdict};
-use crate::scenario::{LIMITABLE, Side};
 
 /// A figure in words: what, reached, and what it compares with.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,16 +34,61 @@ fn plain(value: Option<f64>, unit: &str) -> String {
     or_dash(value, |value| format!("{} {unit}", label(value)))
 }
 
-/// The table of figures.
+/// A probability: of very small ones only that they are.
+fn probability(value: f64) -> String {
+    if value < 1e-4 { "< 0.0001".to_owned() } else { format!("{value:.4}") }
+}
+
+/// The quantities that were estimated, a row each after a row of titles: what, error rms, 95 % of the errors,
+/// reported sigma, unit, share within 3 sigma, mean of (error / sigma) squared, and whether the sigmas are right.
+pub fn quantities(figures: &Figures) -> Vec<[String; 8]> {
+    let titles = [
+        "Error of the last orbit",
+        "rms",
+        "95 %",
+        "sigma",
+        "",
+        "in 3 sig.",
+        "(e/s)\u{b2}",
+        "of right sigmas (99 %)",
+    ];
+    let rows = QUANTITIES.iter().filter_map(|quantity| {
+        let run = figures.run(quantity.key)?;
+        let last = figures.last_orbit(quantity.key).unwrap_or(run);
+        let [low, high] = run.band_99;
+        let word = match run.normalised_square {
+            square if square < low => ": TOO LARGE",
+            square if square > high => ": TOO SMALL",
+            _ => "",
+        };
+        Some([
+            quantity.words.to_owned(),
+            label(last.rms),
+            label(last.error_95),
+            label(last.sigma),
+            quantity.unit.to_owned(),
+            percent(Some(run.within_share[2])),
+            label(run.normalised_square),
+            format!("{} to {}{word}", label(low), label(high)),
+        ])
+    });
+    std::iter::once(titles.map(str::to_owned)).chain(rows).collect()
+}
+
+/// What is not said of every quantity.
 pub fn lines(figures: &Figures) -> Vec<Line> {
     let line = |what: &str, reached: String, beside: String| Line { what: what.into(), reached, beside };
-    let Figures { attitude, filtered, earth, orbit, .. } = figures;
+    let Figures { attitude, orbit, rate, .. } = figures;
     let seconds = |value: Option<u32>| plain(value.map(f64::from), "s");
     vec![
         line("First attitude", seconds(figures.first_attitude_s), String::new()),
-        line("Attitude valid outside Sun states", percent(figures.attitude_valid_share), String::new()),
         line(
-            "Attitude error about x, y, z, rms",
+            "Attitude valid outside Sun states",
+            percent(figures.attitude_valid_share),
+            format!("longest without {}", seconds(figures.recovery_s)),
+        ),
+        line(
+            "Attitude about x, y, z, rms",
             format!("{} arcsec", three(attitude.rms_arcsec)),
             format!(
                 "sigma {}; Cram\u{e9}r-Rao bound {}; thesis {}",
@@ -52,99 +98,62 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             ),
         ),
         line(
-            "Attitude within 3 sigma, all axes",
-            percent(figures.within_3_sigma_share),
-            format!("largest {}", plain(attitude.largest_sigma, "sigma")),
+            "Mode as the geometry says",
+            percent(figures.mode_share),
+            format!("latest after a change {}", seconds(figures.mode_latest_s)),
         ),
-        line(
-            "Filtered attitude, rms",
-            format!("{} arcsec", three(filtered.rms_arcsec)),
-            format!(
-                "sigma {}; within 3 sigma {}; goal 1.5 about x, y",
-                three(filtered.sigma_arcsec),
-                percent(filtered.within_3_sigma_share)
-            ),
-        ),
-        line("Mode as the geometry says", percent(figures.mode_share), String::new()),
         line(
             "Rate while no attitude is known",
-            percent(figures.rate.share),
+            percent(rate.share),
             format!(
-                "median error {}, axis {}; within 3 sigma {}; of either sense {}; goal 1 %, 0.5 deg",
-                plain(figures.rate.error_percent, "%"),
-                plain(figures.rate.axis_deg, "deg"),
-                percent(figures.rate.within_3_sigma_share),
-                percent(figures.rate.either_sense_share)
+                "median error {}, axis {}; of either sense {}; goal 1 %, 0.5 deg",
+                plain(rate.error_percent, "%"),
+                plain(rate.axis_deg, "deg"),
+                percent(rate.either_sense_share)
             ),
         ),
-        line("Earth found", format!("{} s", earth.found_s), format!("of {} s", figures.seconds)),
+        line("Earth found", format!("{} s", figures.earth.found_s), format!("of {} s", figures.seconds)),
+        line("First orbit", seconds(orbit.first_s), format!("settled {}", seconds(orbit.settled_s))),
         line(
-            "Earth's direction, rms per axis",
-            plain(earth.direction_rms_deg, "deg"),
-            format!(
-                "sigma {}; within 3 sigma {}; goal 0.02 GEO, 0.05 LEO",
-                plain(earth.direction_sigma_deg, "deg"),
-                percent(earth.direction_within_3_sigma_share)
-            ),
-        ),
-        line(
-            "Earth's distance, rms",
-            plain(earth.distance_rms_km, "km"),
-            format!(
-                "sigma {}; within 3 sigma {}",
-                plain(earth.distance_sigma_km, "km"),
-                percent(earth.distance_within_3_sigma_share)
-            ),
-        ),
-        line("First orbit", seconds(orbit.first_s), format!("converged {}", seconds(orbit.settled_s))),
-        line("Position error at the end, 3-D", plain(orbit.final_position_km, "km"), String::new()),
-        line(
-            "Position error of the last orbit, rms",
+            "Position of the last orbit, rms",
             plain(orbit.last_orbit_position_km, "km"),
             format!(
-                "radial, along, cross {}; thesis (GEO) {}",
+                "radial, along, cross {}; thesis (GEO) {}; at the end {}",
                 three(orbit.last_orbit_rac_km),
-                three(Some(orbit.thesis_geo_rac_km))
+                three(Some(orbit.thesis_geo_rac_km)),
+                plain(orbit.final_position_km, "km")
             ),
-        ),
-        line(
-            "Velocity error of the last orbit, rms",
-            plain(orbit.last_orbit_velocity_m_s, "m/s"),
-            String::new(),
-        ),
-        line(
-            "Position within 3 sigma, all axes",
-            percent(orbit.position_within_3_sigma_share),
-            format!(
-                "mean (error / sigma)\u{b2} {} (1 is honest); largest {}",
-                or_dash(orbit.position_normalised_square, label),
-                plain(orbit.position_largest_sigma, "sigma")
-            ),
-        ),
-        line(
-            "Position in eclipse and Sun outage",
-            plain(orbit.outage_largest_sigma, "sigma at most"),
-            format!("longest without a fix {} s", orbit.longest_without_fix_s),
         ),
         line(
             "Largest position jump in a second",
             plain(orbit.position_jump_sigma, "sigma"),
             orbit.position_jump_at_s.map_or(String::new(), |at| format!("in second {at}")),
         ),
-        line("Innovation (NIS), mean", or_dash(orbit.nis_mean, label), "expected 3".into()),
+        line(
+            "Longest without a fix",
+            format!("{} s", orbit.longest_without_fix_s),
+            format!("in eclipse and Sun {}", plain(orbit.outage_largest_sigma, "sigma at most")),
+        ),
+        line(
+            "Innovation (NIS), mean",
+            or_dash(orbit.nis_mean, label),
+            format!("expected 3; probability of such a mean {}", or_dash(orbit.nis_consistency, probability)),
+        ),
     ]
 }
 
 /// A verdict in words: what, demanded, reached.
 pub fn verdict(verdict: &Verdict) -> [String; 3] {
-    let of = LIMITABLE.iter().find(|limitable| limitable.key == verdict.limit);
+    let of = table::figure(verdict.limit);
     let (words, unit) = of.map_or((verdict.limit, ""), |of| (of.words, of.unit));
     let side = match verdict.side {
         Side::AtLeast => "\u{2265}",
         Side::AtMost => "\u{2264}",
     };
-    let show = |value: Option<f64>| {
-        if unit.is_empty() { percent(value) } else { plain(value, unit) }
+    let show = |value: Option<f64>| match unit {
+        "" => percent(value),
+        PROBABILITY => or_dash(value, probability),
+        unit => plain(value, unit),
     };
     [words.to_owned(), format!("{side} {}", show(Some(verdict.demanded))), show(verdict.reached)]
 }

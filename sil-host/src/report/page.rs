@@ -86,9 +86,18 @@ fn verdict_table(page: &mut String, verdicts: &[Verdict]) {
 }
 
 fn figures_section(page: &mut String, figures: &Figures) {
-    page.push_str("<h2>Figures</h2><p class=\"soft\">Estimate less truth. Attitude is judged while the Sun does not blind the \
-        detector, position from the first orbit on.</p>\
-        <table><tr><th>What</th><th>Reached</th><th>Beside</th></tr>");
+    page.push_str("<h2>Figures</h2><p class=\"soft\">Estimate less truth. Errors and sigmas: of the last orbit. The mean square of \
+        error over sigma: of the run, 1 where the sigmas are right; 99 % of runs with right sigmas lie between the limits beside it, \
+        which allow for errors that go together for minutes.</p><table>");
+    for (index, row) in figures_table::quantities(figures).iter().enumerate() {
+        let cell = if index == 0 { "th" } else { "td" };
+        page.push_str("<tr>");
+        row.iter().for_each(|text| {
+            let _ = write!(page, "<{cell}>{text}</{cell}>");
+        });
+        page.push_str("</tr>");
+    }
+    page.push_str("</table><table><tr><th>What</th><th>Reached</th><th>Beside</th></tr>");
     for line in figures_table::lines(figures) {
         let _ = write!(
             page,

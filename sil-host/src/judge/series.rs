@@ -1,0 +1,161 @@
+//! An estimated quantity through a run: its errors with the sigmas reported for them, and what they come to.
+//!
+//! Errors follow each other for minutes (a filter, a horizon's height), so a run of an hour is a few samples, not
+//! 3,600. How many is told from the errors: with `m(b)` the mean square of the means over blocks of `b` seconds,
+//! `b m(b) / m(1)` grows with `b` up to the time for which errors go together (Flyvbjerg and Petersen 1989). The
+//! largest value is taken, which makes the band of the mean square wider rather than narrower than it is.
+
+use super::chi_square::{band_99, two_sided};
+use super::second::Axes;
+use serde::Serialize;
+
+/// Errors and sigmas of a quantity, second by second.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Axes that count, 1 to 3.
+    axes: usize,
+    seconds: Vec<u32>,
+    samples: Vec<Axes>,
+    not_finite: u32,
+}
+
+/// What a series comes to, in the quantity's unit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Seconds with the quantity.
+    pub seconds: u32,
+    /// Root mean square error of each axis.
+    pub rms_axes: Vec<f64>,
+    /// Root mean square of the error's length.
+    pub rms: f64,
+    /// Length of the error that 95 % of the seconds do not exceed.
+    pub error_95: f64,
+    /// Root mean square of the reported sigma of each axis.
+    pub sigma_axes: Vec<f64>,
+    /// Root mean square of the length of the reported sigmas.
+    pub sigma: f64,
+    /// Share of the errors, axis by axis, within 1, 2 and 3 reported sigma; 0.683, 0.954, 0.997 of right ones.
+    pub within_share: [f64; 3],
+    /// Share of the seconds with every axis within 3 sigma.
+    pub all_within_3_share: f64,
+    /// Mean of (error / sigma)² over axes and seconds (NEES over its degrees of freedom); 1 where sigmas are right.
+    pub normalised_square: f64,
+    /// Mean of error / sigma over the seconds, of the axis where it is largest.
+    pub bias_sigma: f64,
+    /// For so long errors go together, s.
+    pub correlation_s: f64,
+    /// 99 % of runs with right sigmas have a mean square between these.
+    pub band_99: [f64; 2],
+    /// Probability of such a mean square or one farther from 1, if the sigmas are right.
+    pub consistency: f64,
+    /// Largest error over its sigma.
+    pub largest_sigma: f64,
+    /// Largest change of an error from one second to the next, over the sigma before it; and the second of it.
+    pub jump_sigma: Option<(f64, u32)>,
+}
+
+impl Series {
+    /// Nothing yet, of so many axes.
+    pub fn new(axes: usize) -> Self {
+        Self { axes, seconds: Vec::new(), samples: Vec::new(), not_finite: 0 }
+    }
+
+    /// Adds a second. One with a number that is not finite or a sigma that is not positive is only counted.
+    pub fn add(&mut self, second: u32, of: Axes) {
+        let errors = of.error.iter().take(self.axes);
+        let sigmas = of.sigma.iter().take(self.axes);
+        if errors.chain(sigmas.clone()).all(|value| value.is_finite())
+            && sigmas.clone().all(|sigma| *sigma > 0.0)
+        {
+            self.seconds.push(second);
+            self.samples.push(of);
+        } else {
+            self.not_finite += 1;
+        }
+    }
+
+    /// Seconds with a number that is not finite or a sigma that is not positive.
+    pub fn not_finite(&self) -> u32 {
+        self.not_finite
+    }
+
+    /// What the seconds from `first` on come to, in units of `1 / scale`; `None` of none.
+    pub fn statistics(&self, first: u32, scale: f64) -> Option<Statistics> {
+        let from = self.seconds.partition_point(|second| *second < first);
+        let (seconds, samples) = (&self.seconds[from..], &self.samples[from..]);
+        let count = samples.len() as f64;
+        if samples.is_empty() {
+            return None;
+        }
+        let axes = 0..self.axes;
+        let rms_of = |of: &dyn Fn(&Axes, usize) -> f64| -> Vec<f64> {
+            let mean = |axis| samples.iter().map(|sample| of(sample, axis).powi(2)).sum::<f64>() / count;
+            axes.clone().map(|axis| scale * libm::sqrt(mean(axis))).collect()
+        };
+        let length = |parts: &[f64]| libm::sqrt(parts.iter().map(|part| part * part).sum());
+        let (rms_axes, sigma_axes) =
+            (rms_of(&|sample, axis| sample.error[axis]), rms_of(&|sample, axis| sample.sigma[axis]));
+        let mut lengths: Vec<f64> = samples.iter().map(|sample| length(&sample.error[..self.axes])).collect();
+        lengths.sort_by(f64::total_cmp);
+        let normalised: Vec<Vec<f64>> = axes
+            .clone()
+            .map(|axis| samples.iter().map(|sample| sample.error[axis] / sample.sigma[axis]).collect())
+            .collect();
+        let each = || normalised.iter().flatten();
+        let all = count * self.axes as f64;
+        let normalised_square = each().map(|deviate| deviate * deviate).sum::<f64>() / all;
+        let correlation_s = correlation(&normalised);
+        let freedom = all / correlation_s;
+        let worst = |index: usize| normalised.iter().map(|axis| axis[index].abs()).fold(0.0, f64::max);
+        Some(Statistics {
+            seconds: samples.len() as u32,
+            rms: length(&rms_axes),
+            rms_axes,
+            error_95: scale * lengths[((0.95 * count).ceil() as usize).clamp(1, lengths.len()) - 1],
+            sigma: length(&sigma_axes),
+            sigma_axes,
+            within_share: [1.0, 2.0, 3.0]
+                .map(|sigmas| each().filter(|deviate| deviate.abs() <= sigmas).count() as f64 / all),
+            all_within_3_share: (0..samples.len()).filter(|index| worst(*index) <= 3.0).count() as f64
+                / count,
+            normalised_square,
+            bias_sigma: normalised
+                .iter()
+                .map(|axis| (axis.iter().sum::<f64>() / count).abs())
+                .fold(0.0, f64::max),
+            correlation_s,
+            band_99: band_99(freedom),
+            consistency: two_sided(normalised_square, freedom),
+            largest_sigma: (0..samples.len()).map(worst).fold(0.0, f64::max),
+            jump_sigma: self.largest_jump(seconds, samples),
+        })
+    }
+
+    fn largest_jump(&self, seconds: &[u32], samples: &[Axes]) -> Option<(f64, u32)> {
+        let pairs = samples.windows(2).zip(seconds.windows(2)).filter(|(_, at)| at[1] == at[0] + 1);
+        let jump = |pair: &[Axes]| {
+            let of = |axis: usize| ((pair[1].error[axis] - pair[0].error[axis]) / pair[0].sigma[axis]).abs();
+            (0..self.axes).map(of).fold(0.0, f64::max)
+        };
+        pairs.map(|(pair, at)| (jump(pair), at[1])).max_by(|one, other| one.0.total_cmp(&other.0))
+    }
+}
+
+/// For how many samples errors go together; 1 for independent ones.
+fn correlation(normalised: &[Vec<f64>]) -> f64 {
+    let mean_square = |block: usize| {
+        let means = normalised.iter().flat_map(|axis| {
+            axis.chunks_exact(block).map(move |chunk| chunk.iter().sum::<f64>() / block as f64)
+        });
+        let (sum, count) = means.fold((0.0, 0), |(sum, count), mean| (sum + mean * mean, count + 1));
+        sum / f64::from(count.max(1))
+    };
+    let single = mean_square(1);
+    let length = normalised.first().map_or(0, Vec::len);
+    let blocks = std::iter::successors(Some(2), |block| Some(2 * block)).take_while(|block| *block <= length);
+    blocks.map(|block| block as f64 * mean_square(block) / single).fold(1.0, f64::max).min(length as f64)
+}
+
+#[cfg(test)]
+#[path = "series_tests.rs"]
+mod tests;
