@@ -5,7 +5,7 @@
 //!
 //! | from | guard | to |
 //! |---|---|---|
-//! | any but safe | `fault_patience` seconds in a row with a fault of detector or self-test | safe |
+//! | any but safe | `fault_patience_s` seconds in a row with a fault of detector or self-test | safe |
 //! | any but self-test, safe | the detector is blinded | Sun outage |
 //! | self-test | passed | acquisition |
 //! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed | tracking, eclipse |
