@@ -1,8 +1,8 @@
 //! Attitude from pairs of directions.
 //!
-//! [`wahba`] finds the rotation, [`covariance`] says how well it is known, [`filter`] propagates it to the
-//! next image. [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one whose error is an ellipse;
-//! [`WeightedPair`] is what the methods ask of either.
+//! [`wahba`] solves for the rotation, [`covariance`] gives its covariance, [`filter`] estimates attitude
+//! and rate over time. [`VectorPair`] is a star with one sigma, [`ExtendedPair`] one with an error ellipse;
+//! [`WeightedPair`] is the interface of both.
 
 pub mod comparison;
 pub mod covariance;
@@ -53,8 +53,8 @@ impl WeightedPair for VectorPair {
     }
 }
 
-/// Least z of a direction whose error is given by its x and y: 87 deg off the line of sight, as far as a
-/// camera sees.
+/// Least z of a direction whose error is given by its x and y: 87 deg off the line of sight, the limit of a
+/// camera's field.
 const LEAST_FORWARD: f32 = 0.05;
 
 /// A star whose error differs from one axis to the other: smeared by a rate, or seen through a lens off its
@@ -67,8 +67,9 @@ pub struct ExtendedPair {
 }
 
 impl ExtendedPair {
-    /// A pair (whose sigma serves the methods that know one only) and the covariance `[xx, xy, yy]`, rad², of
-    /// the x and y of its measured direction; z follows from them, as the vector is of unit length.
+    /// A pair (its sigma is used by methods without weight matrices) and the covariance `[xx, xy, yy]`,
+    /// rad², of the x and y of its measured direction; z follows from them, as the vector is of unit
+    /// length.
     ///
     /// # Errors
     /// [`WahbaError::NotFinite`], or [`WahbaError::Weight`] where the covariance is not positive definite or
@@ -80,7 +81,7 @@ impl ExtendedPair {
         }
         let determinant = xx * yy - xy * xy;
         let in_range = |variance: f32| variance > 1e-12 && variance < 1e6;
-        // An ellipse of 1 : 1000 is the longest that f32 can tell from a line.
+        // f32 resolves ellipses up to 1 : 1000.
         if !(in_range(xx) && in_range(yy) && determinant > 1e-6 * xx * yy)
             || pair.measured.vector().z < LEAST_FORWARD
         {

@@ -32,7 +32,7 @@ const UNDISTORT_ERROR_PX: f32 = 0.5;
 /// tangential distortion, which bends the detector's edges.
 const CORNER_ROUNDING: f32 = 1e-3;
 
-/// How a direction falls on the detector.
+/// Ideal projection of the lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Projection {
     /// Pinhole: radius `f tan(angle)`.
@@ -65,13 +65,13 @@ pub struct CameraParameters {
     pub height_px: u16,
     /// Focal length, px.
     pub focal_length_px: f32,
-    /// Where the line of sight meets the detector, px.
+    /// Principal point, px.
     pub optical_centre_px: [f32; 2],
     /// Ideal projection.
     pub projection: Projection,
-    /// Departure from it.
+    /// Distortion.
     pub distortion: Distortion,
-    /// Whether the star path is seen in a mirror.
+    /// Whether the star path is mirrored in x.
     pub mirrored: bool,
 }
 
@@ -86,7 +86,7 @@ pub enum CameraError {
     FocalLength,
     /// The optical centre is more than a detector's size off the detector.
     OpticalCentre,
-    /// A corner of the detector sees no direction, or the distortion is too strong to be undone there.
+    /// A corner of the detector has no direction, or the distortion cannot be inverted there.
     Distortion,
 }
 
@@ -141,7 +141,7 @@ impl Camera {
     }
 
     /// Cosine of the angle from the line of sight to the farthest corner; `None` unless every corner has a
-    /// direction that falls on it again: a distortion that folds the field over has none.
+    /// direction that falls on it again: a distortion that folds the field has none.
     fn forward_of_corners(&self) -> Option<f32> {
         self.corners_px().into_iter().try_fold(1.0f32, |least, corner| {
             let direction = self.direction(corner)?;
@@ -200,7 +200,7 @@ impl Camera {
     /// The star path's direction that falls on a pixel position; `None` when it is not finite, or that
     /// direction would be more than 87 deg off the line of sight.
     pub fn direction(&self, at_px: [f32; 2]) -> Option<Direction<StarPath>> {
-        self.ray(at_px).map(|ray| self.turned_over(ray)).and_then(Direction::new)
+        self.ray(at_px).map(|ray| self.mirrored_x(ray)).and_then(Direction::new)
     }
 
     /// The Earth path's direction that falls on a pixel position; `None` as for [`Camera::direction`].
@@ -211,7 +211,7 @@ impl Camera {
     /// Where a direction of the star path falls, px (perhaps outside the detector); `None` behind the camera
     /// and more than 87 deg off its line of sight.
     pub fn project(&self, direction: &Direction<StarPath>) -> Option<[f32; 2]> {
-        self.image(self.turned_over(*direction.vector()))
+        self.image(self.mirrored_x(*direction.vector()))
     }
 
     /// Where a direction of the Earth path falls, px; otherwise as [`Camera::project`].
@@ -221,8 +221,8 @@ impl Camera {
 
     /// Where on the detector, `margin_px` inside its edge, a direction of the Earth path falls; `None` where
     /// it does not.
-    pub fn sees_earth(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
-        // A distortion's polynomial may fold directions far outside the field back into it.
+    pub fn project_earth_inside(&self, direction: &Direction<EarthPath>, margin_px: f32) -> Option<[f32; 2]> {
+        // Outside the field the distortion polynomial may fold directions back onto the detector.
         if direction.vector().z < self.corner_forward - CORNER_ROUNDING {
             return None;
         }
@@ -230,7 +230,7 @@ impl Camera {
     }
 
     /// A vector of the star path in detector axes, or back: a mirror changes the sign of x.
-    fn turned_over(&self, vector: Vector3<f32>) -> Vector3<f32> {
+    fn mirrored_x(&self, vector: Vector3<f32>) -> Vector3<f32> {
         if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }
     }
 

@@ -1,4 +1,4 @@
-//! The onboard star catalogue: [`format`] defines its bytes and checks them, [`lookup`] answers from them.
+//! The onboard star catalogue: [`format`] defines and checks its bytes, [`lookup`] reads stars and pairs.
 //!
 //! In: the catalogue bytes, in flash or memory. Out: stars as fixed-point unit vectors (Q1.30, ICRS at the
 //! mission epoch), and for a measured separation the range of star pairs that have it, in O(1).

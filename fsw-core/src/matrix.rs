@@ -83,10 +83,9 @@ fn element<T: Real>(elements: &[T], at: usize) -> T {
 enum Store {
     Replaced,
     Increased,
-    Decreased,
 }
 
-/// `out = a b`, `out + a b` or `out - a b`, where `out` has `rows` rows and `a` has `inner` columns.
+/// `out = a b` or `out + a b`, where `out` has `rows` rows and `a` has `inner` columns.
 #[inline(never)]
 fn multiply<T: Real>(out: &mut [T], store: Store, rows: usize, inner: usize, a: View<T>, b: View<T>) {
     let (mut row, mut column) = (0, 0);
@@ -98,7 +97,6 @@ fn multiply<T: Real>(out: &mut [T], store: Store, rows: usize, inner: usize, a: 
         *place = match store {
             Store::Replaced => sum,
             Store::Increased => *place + sum,
-            Store::Decreased => *place - sum,
         };
         row += 1;
         if row == rows {
@@ -153,15 +151,6 @@ pub fn add_product_transposed<T: Real, const R: usize, const K: usize, const C: 
     b: &SMatrix<T, C, K>,
 ) {
     multiply(out.as_mut_slice(), Store::Increased, R, K, View::of(a), View::of(b).transposed());
-}
-
-/// `out -= a bᵀ`.
-pub fn subtract_product_transposed<T: Real, const R: usize, const K: usize, const C: usize>(
-    out: &mut SMatrix<T, R, C>,
-    a: &SMatrix<T, R, K>,
-    b: &SMatrix<T, C, K>,
-) {
-    multiply(out.as_mut_slice(), Store::Decreased, R, K, View::of(a), View::of(b).transposed());
 }
 
 /// `a p aᵀ`: a covariance carried by `a`, symmetric to the last bit where `p` is.
@@ -240,8 +229,9 @@ pub fn dot<T: Real, const N: usize>(a: &SVector<T, N>, b: &SVector<T, N>) -> T {
     dot_slices(a.as_slice(), b.as_slice())
 }
 
+/// The same of two slices of one length.
 #[inline(never)]
-fn dot_slices<T: Real>(a: &[T], b: &[T]) -> T {
+pub fn dot_slices<T: Real>(a: &[T], b: &[T]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 

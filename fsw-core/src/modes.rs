@@ -1,11 +1,11 @@
-//! Which mode comes next, and why (thesis §8).
+//! Mode transitions (thesis §8).
 //!
-//! In: the present mode and what was seen this second. Out: the next mode and the guard that let it through.
-//! The table is read from its top; the first guard that holds decides.
+//! In: the present mode and the results of the second. Out: the next mode and the guard that fired. The
+//! table is evaluated from its top; the first true guard decides.
 //!
 //! | from | guard | to |
 //! |---|---|---|
-//! | any but safe | `fault_patience` seconds in a row with a fault of detector or self-test | safe |
+//! | any but safe | `fault_patience_s` seconds in a row with a fault of detector or self-test | safe |
 //! | any but self-test, safe | the detector is blinded | Sun outage |
 //! | self-test | passed | acquisition |
 //! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed | tracking, eclipse |
@@ -18,24 +18,24 @@
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | `pause_s` seconds in the mode | self-test |
 //!
-//! Commands are obeyed at once, before the second begins. Seconds are local time between the calls; of a
-//! longer gap `LONGEST_STEP_US` count, because nothing was tried in it.
+//! Commands take effect before the second begins. Seconds are local time between the calls; a longer gap
+//! counts as `LONGEST_STEP_US`, because no image was taken in it.
 
 use crate::parameters::table::parameter_group;
 use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
 
-/// What a call counts for at most, and the first one: two seconds and one, microseconds.
+/// Longest time that a call adds to the counters, microseconds; the first call adds one second.
 const LONGEST_STEP_US: i64 = 2 * SECOND_US;
 const SECOND_US: i64 = 1_000_000;
 
 /// Mode of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// Detector and clock are tested before anything is believed.
+    /// Detector and clock are tested before their data are used.
     #[default]
     SelfTest,
-    /// The whole detector is scanned and its stars identified without prior knowledge.
+    /// The whole detector is scanned and its stars identified without a prior.
     Acquisition,
     /// Windows about predicted stars and about the Earth's limb are read.
     Tracking,
@@ -43,7 +43,8 @@ pub enum Mode {
     Eclipse,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage,
-    /// Something keeps failing: the orbit is propagated, the self-test repeated after a pause.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
+    /// pause.
     Safe,
 }
 
@@ -75,32 +76,40 @@ pub enum Guard {
 }
 
 parameter_group! {
-    /// Patience and time-outs.
+    /// Persistence times and time-outs.
     pub struct ModeParameters in "modes" {
         /// Time without an attitude after which stars are acquired anew.
-        patience_s: u16 = 3, 1..=60, "s", "chosen: two frames may fail one after the other";
+        patience_s: u16 = 3, 1..=60, "s",
+            "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
+             1e6";
         /// Time of faults in a row before safe mode.
-        fault_patience_s: u16 = 5, 1..=600, "s", "chosen";
+        fault_patience_s: u16 = 5, 1..=600, "s",
+            "`patience_s` and two more: acquisition is tried twice before safe mode";
         /// Time for which the Earth must be dark, or lit, before it counts as such.
-        settle_s: u16 = 3, 1..=60, "s", "chosen: two wrong frames change no mode";
+        settle_s: u16 = 3, 1..=60, "s",
+            "two wrong frames change no mode; in LEO the Sun moves 0.2 deg, less than from `lit_deg` to \
+             `usable_deg`";
         /// Longest acquisition.
-        acquisition_timeout_s: u16 = 300, 5..=10_000, "s", "chosen: five minutes";
+        acquisition_timeout_s: u16 = 300, 5..=10_000, "s",
+            "nine whole searches of 33 s: 1,488 sides of 16,000 to 29,000 pairs at `pairs_per_cycle`";
         /// Longest Sun outage.
         outage_timeout_s: u16 = 7200, 10..=60_000, "s",
             "the longest outage in GEO, 75 min, and half as much again";
         /// Pause in safe mode before the next self-test.
-        pause_s: u16 = 60, 1..=10_000, "s", "chosen";
+        pause_s: u16 = 60, 1..=10_000, "s",
+            "a detector that keeps failing takes 2 % of the seconds; ten tries while a low orbit crosses \
+             the South Atlantic Anomaly, 10 min";
     }
 }
 
-/// What a second brought.
+/// Results of a second that the guards use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Seen {
+pub struct ModeInputs {
     /// An attitude was found or confirmed.
     pub attitude: bool,
     /// The rate is known: two attitudes in a row.
     pub rate: bool,
-    /// The attitude predicted by the last rate is still good enough for tracking.
+    /// The attitude predicted by the last rate is within the tracking gate.
     pub predicted: bool,
     /// The detector is blinded.
     pub blinded: bool,
@@ -110,7 +119,7 @@ pub struct Seen {
     pub fault: bool,
 }
 
-/// The present mode and what its guards count, microseconds.
+/// The present mode and the counters of its guards, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
     mode: Mode,
@@ -119,8 +128,9 @@ pub struct Modes {
     in_mode_us: i64,
     without_attitude_us: i64,
     with_fault_us: i64,
-    /// For so long without a break the Earth was other than the mode says.
-    otherwise_us: i64,
+    /// Uninterrupted time for which the limb's light contradicts the mode (dark in tracking, lit in
+    /// eclipse).
+    earth_changed_us: i64,
 }
 
 /// Whether a count has reached `seconds`, to the nearest second: calls are never exactly a second apart.
@@ -134,58 +144,64 @@ impl Modes {
         self.mode
     }
 
-    /// Goes to a mode; its counts begin anew.
+    /// Enters a mode; its counters are reset.
     pub fn enter(&mut self, mode: Mode) {
         *self = Self { mode, instant: self.instant, ..Self::default() };
     }
 
-    /// Takes in what the second that ended at `now` brought and goes to the next mode; gives the guard where
-    /// the mode changes.
-    pub fn next(&mut self, now: LocalTime, seen: &Seen, parameters: &ModeParameters) -> Option<Guard> {
+    /// Evaluates the second that ended at `now`; returns the guard if the mode changes.
+    pub fn next(
+        &mut self,
+        now: LocalTime,
+        inputs: &ModeInputs,
+        parameters: &ModeParameters,
+    ) -> Option<Guard> {
         let elapsed_us =
             self.instant.map_or(SECOND_US, |before| now.us_since(before)).clamp(0, LONGEST_STEP_US);
         self.instant = Some(now);
         let count = |us: i64, goes_on: bool| if goes_on { us.saturating_add(elapsed_us) } else { 0 };
-        let otherwise = match self.mode {
-            Mode::Tracking => seen.dark == Some(true),
-            Mode::Eclipse => seen.dark == Some(false),
+        let earth_changed = match self.mode {
+            Mode::Tracking => inputs.dark == Some(true),
+            Mode::Eclipse => inputs.dark == Some(false),
             _ => false,
         };
         self.in_mode_us = count(self.in_mode_us, true);
-        self.without_attitude_us = count(self.without_attitude_us, !seen.attitude);
-        self.with_fault_us = count(self.with_fault_us, seen.fault);
-        self.otherwise_us = count(self.otherwise_us, otherwise);
-        let (mode, guard) = self.decide(seen, parameters)?;
+        self.without_attitude_us = count(self.without_attitude_us, !inputs.attitude);
+        self.with_fault_us = count(self.with_fault_us, inputs.fault);
+        self.earth_changed_us = count(self.earth_changed_us, earth_changed);
+        let (mode, guard) = self.decide(inputs, parameters)?;
         let with_fault_us = self.with_fault_us;
         self.enter(mode);
-        // A fault that outlasts a mode still counts.
+        // The fault counter continues over mode changes.
         self.with_fault_us = with_fault_us;
         Some(guard)
     }
 
-    /// The first line of the table whose guard holds.
-    fn decide(&self, seen: &Seen, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
-        let following = if seen.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
+    /// The first row of the table whose guard is true.
+    fn decide(&self, inputs: &ModeInputs, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
+        let tracking_mode = if inputs.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
         if self.mode != Mode::Safe && reached(self.with_fault_us, parameters.fault_patience_s) {
             return Some((Mode::Safe, Guard::Faults));
         }
-        let looks = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
-        if looks && seen.blinded {
+        let imaging = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
+        if imaging && inputs.blinded {
             return Some((Mode::SunOutage, Guard::Blinded));
         }
-        let steady = reached(self.otherwise_us, parameters.settle_s);
+        let steady = reached(self.earth_changed_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
         match self.mode {
-            Mode::SelfTest if !seen.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
-            Mode::Acquisition if seen.attitude && seen.rate => Some((following, Guard::AttitudeKnown)),
+            Mode::SelfTest if !inputs.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
+            Mode::Acquisition if inputs.attitude && inputs.rate => {
+                Some((tracking_mode, Guard::AttitudeKnown))
+            }
             Mode::Acquisition if reached(self.in_mode_us, parameters.acquisition_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
             Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
             Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
-            Mode::SunOutage if !seen.blinded && !seen.fault => {
-                Some((if seen.predicted { following } else { Mode::Acquisition }, Guard::SunGone))
+            Mode::SunOutage if !inputs.blinded && !inputs.fault => {
+                Some((if inputs.predicted { tracking_mode } else { Mode::Acquisition }, Guard::SunGone))
             }
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))

@@ -1,8 +1,8 @@
 //! From Earth vectors to position, velocity and the frame of the orbit (thesis chapter 5).
 //!
-//! In come the vector to the Earth's centre in the Earth path, the attitude of the stars of the same second
-//! and the time; out go position and velocity with their covariance, km and km/s along the ICRS axes, f64
-//! throughout. Time is TT in microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
+//! In: the vector to the Earth's centre in the Earth path, the star attitude of the same second, the time.
+//! Out: position and velocity with their covariance, km and km/s along the ICRS axes, f64 throughout. Time
+//! is TT in microseconds since J2000.0 (2000-01-01 12:00 TT), `time_us`.
 //!
 //! | file | idea |
 //! |---|---|
@@ -10,15 +10,15 @@
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | [`observation`] | what a fix measures: innovation, noise, sensitivity |
-//! | `bend` | differences of position that bend with the orbit |
+//! | `curvilinear` | differences of position that bend with the orbit |
 //! | `noise` | process noise, and the slow errors of the fixes |
 //! | [`covariance`] | the filter's covariance |
 //! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
 //! | [`lvlh`] | local vertical, local horizontal |
 
-mod bend;
 pub mod constants;
 pub mod covariance;
+mod curvilinear;
 pub mod dynamics;
 pub mod ephemeris;
 pub mod filter;

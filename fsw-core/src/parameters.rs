@@ -71,7 +71,8 @@ parameter_group! {
         /// Fewest stars that make an attitude.
         fewest_stars: u16 = 3, 3..=16, "", "two fix an attitude, the third shows a wrong one";
         /// Largest standard deviation with which an attitude that is only carried on is reported.
-        carried_sigma_rad: f32 = 0.01, 1e-4..=0.1, "rad", "chosen: 0.6 deg";
+        carried_sigma_rad: f32 = 0.01, 1e-4..=0.1, "rad",
+            "30 px of the reference camera: beyond the widest gate, 24 px, no window would show its star";
     }
 }
 

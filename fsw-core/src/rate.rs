@@ -1,7 +1,7 @@
-//! How fast the sensor turns while no attitude is known (thesis §3.1.5: HARM and LARM).
+//! Angular rate while no attitude is known (thesis §3.1.5: HARM and LARM).
 //!
-//! In: directions that move ([`arcs::Arc`], [`marks::Mark`]) of an image and the seconds since the image
-//! before; what was concluded from that ([`sense::Memory`]). Out: the angular rate of the star path against
+//! In: moving directions of an image ([`arcs::Arc`], [`marks::Mark`]), the seconds since the last image,
+//! and the history of that image ([`sense::RateHistory`]). Out: the angular rate of the star path against
 //! the stars, its own frame, rad/s, with its covariance.
 //!
 //! | file | does |

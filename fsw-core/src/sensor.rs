@@ -240,7 +240,7 @@ impl<'c> Sensor<'c> {
     }
 
     fn forget_orbit(&mut self) {
-        self.orbit.forget();
+        self.orbit.reset();
         self.converged = false;
         self.strip_misses = 0;
     }
@@ -266,7 +266,7 @@ impl<'c> Sensor<'c> {
         }
         self.propagate_in_outage(mode);
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
-            match self.look_at_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
+            match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
                 Ok((looked, fix)) => (record.earth, record.fix) = (looked, fix),
                 Err(error) => record.detector_fault = Some(error.into()),
             }
@@ -321,9 +321,9 @@ impl<'c> Sensor<'c> {
     /// Lets the guards decide what comes next.
     fn change_mode(&mut self, record: &mut Record) {
         let rate = self.motion.as_ref().is_some_and(|motion| motion.rate().is_some());
-        let seen = record.seen(rate, self.prediction_is_within_gate());
+        let inputs = record.mode_inputs(rate, self.prediction_is_within_gate());
         let before = self.modes.mode();
-        let Some(guard) = self.modes.next(self.now, &seen, &self.parameters.modes) else { return };
+        let Some(guard) = self.modes.next(self.now, &inputs, &self.parameters.modes) else { return };
         record.events.note(Event::Mode(self.modes.mode(), guard));
         // An attitude that was lost is not to be trusted again; one that was only predicted for too long is.
         let lost = guard == Guard::AttitudeLost

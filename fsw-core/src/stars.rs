@@ -1,10 +1,9 @@
 //! From centroids to identified stars.
 //!
-//! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of rotation,
-//! merging along a side: thesis §3.1.3), [`confirm`] accepts or refuses a proposal by re-projecting the
-//! catalogue into the image, [`predict`] says which stars an attitude puts where.
+//! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of
+//! rotation, merging along a side: thesis §3.1.3), [`confirm`] verifies a proposal by projecting the
+//! catalogue into the image, [`predict`] gives the star positions of an attitude.
 
-pub mod agenda;
 #[cfg(test)]
 mod artificial;
 pub mod confirm;
@@ -12,6 +11,7 @@ pub mod identify;
 mod parameters;
 pub mod polygon;
 pub mod predict;
+pub mod search_order;
 mod triangles;
 
 use crate::attitude::VectorPair;
@@ -22,21 +22,21 @@ use crate::image::Detection;
 use crate::image::calibration::Calibration;
 use nalgebra::Vector3;
 
-/// Most measured stars that take part in identification; of more, the brightest.
+/// Largest number of measured stars used in identification; of more, the brightest.
 pub const MAX_MEASURED: usize = 64;
 
-/// A measured star on its way to a name.
+/// A measured star.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured {
-    /// Where it stands on the detector, px.
+pub struct MeasuredStar {
+    /// Position on the detector, px.
     pub centre_px: [f32; 2],
     /// Standard deviation of the centre per axis, px.
     pub sigma_px: f32,
-    /// The direction it came from.
+    /// Direction of this position.
     pub direction: Direction<StarPath>,
 }
 
-impl Measured {
+impl MeasuredStar {
     /// A star at a pixel position; `None` when position or sigma are not finite, or the sigma is not
     /// positive.
     pub fn new(camera: &Camera, centre_px: [f32; 2], sigma_px: f32) -> Option<Self> {
@@ -50,15 +50,15 @@ impl Measured {
         Self::new(camera, spot.centre_px(), spot.sigma_px())
     }
 
-    /// Where it would stand had its row been exposed in the middle of the frame (thesis §9.1.1.1): its row
-    /// was exposed `row_time_s` a row from the detector's middle later.
+    /// Rolling-shutter correction: the star at the time of the middle row (thesis §9.1.1.1). Rows are
+    /// exposed `row_time_s` one after the other.
     pub fn at_mid_frame(self, camera: &Camera, rate_rad_s: &Vector3<f32>, row_time_s: f32) -> Option<Self> {
         let later_s = row_delay_s(camera, self.centre_px, row_time_s);
-        let direction = seen_later(&self.direction, rate_rad_s, -later_s)?;
+        let direction = direction_after(&self.direction, rate_rad_s, -later_s)?;
         Some(Self { centre_px: camera.project(&direction)?, direction, ..self })
     }
 
-    /// The pair that this star and the direction its catalogue star is seen in make.
+    /// The vector pair of this star and the apparent direction `seen` of its catalogue star.
     pub fn paired_with(&self, seen: Direction<Icrs>, camera: &Camera) -> VectorPair {
         VectorPair {
             measured: self.direction,
@@ -68,8 +68,8 @@ impl Measured {
     }
 }
 
-/// Where a star is seen a part of a second later: its direction changes by `-ω × b` a second.
-pub fn seen_later(
+/// Direction of a star `later_s` later at a constant rate, to first order: `db/dt = -ω × b`.
+pub fn direction_after(
     direction: &Direction<StarPath>,
     rate_rad_s: &Vector3<f32>,
     later_s: f32,
@@ -78,37 +78,36 @@ pub fn seen_later(
     Direction::new(unit - rate_rad_s.cross(unit) * later_s)
 }
 
-/// How much later than the middle of the frame the row of a place is exposed, s.
+/// Exposure time of a position's row after that of the middle row, s.
 pub fn row_delay_s(camera: &Camera, [_, y]: [f32; 2], row_time_s: f32) -> f32 {
     let [_, middle] = camera.middle_px();
     (y - middle) * row_time_s
 }
 
-/// Measured stars of one image and what they are held against.
+/// Measured stars of one image with catalogue and camera.
 #[derive(Clone, Copy, Debug)]
-pub struct Field<'a> {
-    measured: &'a [Measured],
+pub struct StarField<'a> {
+    measured: &'a [MeasuredStar],
     /// The catalogue.
     pub catalogue: &'a Catalogue<'a>,
     /// The camera.
     pub camera: &'a Camera,
-    /// Detector area in which stars were looked for, px: the whole detector, or the cores of the windows
-    /// read.
+    /// Searched detector area, px: the whole detector, or the windows read without their margins.
     pub searched_px: f32,
-    /// What is known of the lens, if anything.
+    /// Calibration of the lens, if there is one.
     calibration: Option<&'a Calibration<'a>>,
 }
 
-impl<'a> Field<'a> {
+impl<'a> StarField<'a> {
     /// Stars found on the whole detector, brightest first where brightness is known; of more than
     /// [`MAX_MEASURED`] the first.
-    pub fn whole(measured: &'a [Measured], catalogue: &'a Catalogue<'a>, camera: &'a Camera) -> Self {
+    pub fn whole(measured: &'a [MeasuredStar], catalogue: &'a Catalogue<'a>, camera: &'a Camera) -> Self {
         Self { measured, catalogue, camera, searched_px: camera.area_px(), calibration: None }
     }
 
     /// Stars found in windows of `searched_px` in all.
     pub fn windows(
-        measured: &'a [Measured],
+        measured: &'a [MeasuredStar],
         catalogue: &'a Catalogue<'a>,
         camera: &'a Camera,
         searched_px: f32,
@@ -116,12 +115,12 @@ impl<'a> Field<'a> {
         Self { measured, catalogue, camera, searched_px, calibration: None }
     }
 
-    /// The same with what is known of the lens.
+    /// The same with a calibration of the lens.
     pub fn calibrated(self, calibration: Option<&'a Calibration<'a>>) -> Self {
         Self { calibration, ..self }
     }
 
-    /// How far a catalogue star at `at_px` is displaced by its colour, px.
+    /// Displacement of a catalogue star at `at_px` by its colour (lateral chromatic aberration), px.
     pub fn colour_shift_px(&self, at_px: [f32; 2], star: &Star) -> [f32; 2] {
         let b_v = f32::from(star.colour_centi) * 0.01;
         self.calibration.map_or([0.0; 2], |calibration| calibration.colour_shift_px(at_px, b_v))
@@ -132,17 +131,17 @@ impl<'a> Field<'a> {
         self.calibration.is_some()
     }
 
-    /// A measured star as it would stand were it of the calibration's colour, `star` being its name.
-    pub fn without_colour(&self, seen: &Measured, star: &Star) -> Measured {
+    /// The measured star `seen`, identified as `star`, corrected for its colour.
+    pub fn colour_corrected(&self, seen: &MeasuredStar, star: &Star) -> MeasuredStar {
         let [x, y] = seen.centre_px;
         let [dx, dy] = self.colour_shift_px(seen.centre_px, star);
         let moved =
-            self.calibration.and_then(|_| Measured::new(self.camera, [x - dx, y - dy], seen.sigma_px));
+            self.calibration.and_then(|_| MeasuredStar::new(self.camera, [x - dx, y - dy], seen.sigma_px));
         moved.unwrap_or(*seen)
     }
 
     /// The measured stars, at most [`MAX_MEASURED`].
-    pub fn measured(&self) -> &'a [Measured] {
+    pub fn measured(&self) -> &'a [MeasuredStar] {
         self.measured.get(..MAX_MEASURED).unwrap_or(self.measured)
     }
 }
@@ -162,7 +161,7 @@ mod tests {
         ) {
             for (x, y) in [(x, y), (x % 2000.0, y % 2000.0)] {
                 for sigma_px in [sigma_px, 0.1] {
-                    let Some(star) = Measured::new(&camera(), [x, y], sigma_px) else { continue };
+                    let Some(star) = MeasuredStar::new(&camera(), [x, y], sigma_px) else { continue };
                     prop_assert!(star.centre_px == [x, y] && x.is_finite() && y.is_finite());
                     prop_assert!(star.sigma_px > 0.0 && star.sigma_px.is_finite());
                     prop_assert!((star.direction.vector().norm() - 1.0).abs() < 1e-6);
@@ -178,10 +177,13 @@ mod tests {
     #[test]
     fn what_is_not_finite_never_becomes_a_measured_star() {
         let camera = camera();
-        assert!(Measured::new(&camera, [3.0, 4.0], 0.1).is_some());
+        assert!(MeasuredStar::new(&camera, [3.0, 4.0], 0.1).is_some());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             for (centre_px, sigma_px) in [([bad, 4.0], 0.1), ([3.0, bad], 0.1), ([3.0, 4.0], bad)] {
-                assert!(Measured::new(&camera, centre_px, sigma_px).is_none(), "{centre_px:?}, {sigma_px}");
+                assert!(
+                    MeasuredStar::new(&camera, centre_px, sigma_px).is_none(),
+                    "{centre_px:?}, {sigma_px}"
+                );
             }
         }
     }
@@ -190,20 +192,20 @@ mod tests {
     fn a_star_without_an_error_is_refused_and_so_is_one_far_off_the_detector() {
         let camera = camera();
         for sigma_px in [0.0, -0.0, -0.1, f32::MIN_POSITIVE, 1e3, f32::MAX] {
-            assert!(Measured::new(&camera, [3.0, 4.0], sigma_px).is_none(), "{sigma_px}");
+            assert!(MeasuredStar::new(&camera, [3.0, 4.0], sigma_px).is_none(), "{sigma_px}");
         }
-        assert!(Measured::new(&camera, [1e9, 4.0], 0.1).is_none());
-        assert!(Measured::new(&camera, [f32::MAX, f32::MIN], 0.1).is_none());
+        assert!(MeasuredStar::new(&camera, [1e9, 4.0], 0.1).is_none());
+        assert!(MeasuredStar::new(&camera, [f32::MAX, f32::MIN], 0.1).is_none());
     }
 
     #[test]
     fn the_centroid_error_becomes_an_angle_by_the_focal_length() {
         let camera = camera();
         let pair = |sigma_px| {
-            let seen = Measured::new(&camera, [100.0, 900.0], sigma_px).unwrap();
+            let seen = MeasuredStar::new(&camera, [100.0, 900.0], sigma_px).unwrap();
             let bytes = sample::bytes(&[sample::star(&-Vector3::x(), 1)], 26, 0);
             let catalogue = Catalogue::open(&bytes).unwrap();
-            seen.paired_with(catalogue.seen(&catalogue.star(0).unwrap()), &camera)
+            seen.paired_with(catalogue.apparent_direction(&catalogue.star(0).unwrap()), &camera)
         };
         // The reference camera has 3000 px: 0.3 px are 100 microradians.
         assert!((pair(0.3).sigma_rad - 1e-4).abs() < 1e-10);
@@ -216,14 +218,14 @@ mod tests {
         let camera = camera();
         let bytes = sample::bytes(&[], 26, 0);
         let catalogue = Catalogue::open(&bytes).unwrap();
-        let stars: [Measured; 100] =
-            core::array::from_fn(|index| Measured::new(&camera, [index as f32, 0.0], 0.1).unwrap());
+        let stars: [MeasuredStar; 100] =
+            core::array::from_fn(|index| MeasuredStar::new(&camera, [index as f32, 0.0], 0.1).unwrap());
         for count in [0, 1, MAX_MEASURED - 1, MAX_MEASURED, MAX_MEASURED + 1, 100] {
-            let field = Field::whole(&stars[..count], &catalogue, &camera);
+            let field = StarField::whole(&stars[..count], &catalogue, &camera);
             assert_eq!(field.measured().len(), count.min(64));
             assert!((0u8..).zip(field.measured()).all(|(index, star)| star.centre_px[0] == f32::from(index)));
         }
-        assert_eq!(Field::whole(&stars, &catalogue, &camera).searched_px, 1280.0 * 1024.0);
-        assert_eq!(Field::windows(&stars, &catalogue, &camera, 500.0).searched_px, 500.0);
+        assert_eq!(StarField::whole(&stars, &catalogue, &camera).searched_px, 1280.0 * 1024.0);
+        assert_eq!(StarField::windows(&stars, &catalogue, &camera, 500.0).searched_px, 500.0);
     }
 }

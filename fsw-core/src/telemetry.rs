@@ -8,8 +8,8 @@
 
 mod faults;
 
+use crate::earth::FitError;
 pub use crate::earth::MAX_LIMB_POINTS;
-use crate::earth::Refusal;
 use crate::modes::{Guard, Mode};
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
@@ -150,7 +150,7 @@ pub enum EarthStatus {
     /// The centre was found.
     Found,
     /// It was looked for and no centre came of it.
-    Refused(Refusal),
+    Refused(FitError),
 }
 
 /// The Earth as seen in this second.

@@ -19,11 +19,11 @@ use crate::picture::{EXPOSURE_US, Picture};
 use crate::{flight, json, solve};
 use fsw_core::camera::{Camera, Projection};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
-use fsw_core::earth::look::{self, Look, Room};
+use fsw_core::earth::limb_sensor::{self, Buffers, LimbSensor};
 use fsw_core::earth::parameters::{HorizonParameters, LimbParameters};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{Body, EarthFix, EarthParameters, Ellipsoid, Refusal, centre};
+use fsw_core::earth::{Body, EarthFix, EarthParameters, Ellipsoid, FitError, centre};
 use fsw_core::frames::{Direction, EarthPath};
 use fsw_hal::Detector;
 use nalgebra::Vector3;
@@ -107,13 +107,13 @@ pub struct EarthAnswer {
 }
 
 /// Words for the flight code's reason.
-pub fn reason_words(reason: Refusal) -> &'static str {
+pub fn reason_words(reason: FitError) -> &'static str {
     match reason {
-        Refusal::TooFewPoints => "too few limb points",
-        Refusal::NoConsensus => "the limb points do not agree on one body",
-        Refusal::ShortArc => "the arc of the limb is too short",
-        Refusal::Degenerate => "the limb points fix no centre",
-        Refusal::Uncertain => "the limb points leave the centre too uncertain",
+        FitError::TooFewPoints => "too few limb points",
+        FitError::NoConsensus => "the limb points do not agree on one body",
+        FitError::ShortArc => "the arc of the limb is too short",
+        FitError::Degenerate => "the limb points fix no centre",
+        FitError::Uncertain => "the limb points leave the centre too uncertain",
     }
 }
 
@@ -174,7 +174,7 @@ impl Default for PictureEarth {
 #[derive(Clone, Debug)]
 pub struct Found {
     /// The centre, or why there is none.
-    pub fix: Result<EarthFix, Refusal>,
+    pub fix: Result<EarthFix, FitError>,
     /// The limb points of the last step.
     pub limb: Vec<LimbAnswer>,
     /// Side of the blocks in which the picture was read, px.
@@ -216,7 +216,7 @@ impl PictureEarth {
                 return Ok(found);
             }
             // The reason that got furthest: points that do not agree say more than none.
-            if !matches!(&first, Some(Found { fix: Err(reason), .. }) if *reason != Refusal::TooFewPoints) {
+            if !matches!(&first, Some(Found { fix: Err(reason), .. }) if *reason != FitError::TooFewPoints) {
                 first = Some(found);
             }
         }
@@ -237,15 +237,16 @@ impl PictureEarth {
         self.buffer.resize(longer.max(BREADTH * MAX_LENGTH), 0);
         picture.expose(EXPOSURE_US).map_err(fault)?;
         let (body, parameters) = known.body();
-        let look = Look { camera, body: &body, parameters: &parameters };
-        let mut room = Room { buffer: &mut self.buffer, points: &mut self.points, rays: &mut self.rays };
-        let found = look::anywhere(&look, picture, &mut room).map_err(fault)?;
+        let limb_sensor = LimbSensor { camera, body: &body, parameters: &parameters };
+        let mut buffers =
+            Buffers { buffer: &mut self.buffer, points: &mut self.points, rays: &mut self.rays };
+        let found = limb_sensor::acquire(&limb_sensor, picture, &mut buffers).map_err(fault)?;
         let side = f32::from(binning_px);
         let unbinned = |at: f32| at * side + 0.5 * (side - 1.0);
         let limb = self.points.iter().enumerate().map(|(index, point)| LimbAnswer {
             x: unbinned(point.centre_px[0]),
             y: unbinned(point.centre_px[1]),
-            inlier: found.fix.as_ref().is_ok_and(|fix| fix.holds(index)),
+            inlier: found.fix.as_ref().is_ok_and(|fix| fix.is_inlier(index)),
         });
         let fix = found.fix.map(|fix| EarthFix { rms_px: fix.rms_px * side, ..fix });
         Ok(Found { fix, limb: limb.collect(), binning_px })

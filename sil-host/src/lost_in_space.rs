@@ -9,7 +9,7 @@ use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use fsw_core::stars::confirm::{Confirmed, confirm};
 use fsw_core::stars::identify::{IdentificationParameters, Identifier, NotIdentified, Progress};
-use fsw_core::stars::{Field, Measured};
+use fsw_core::stars::{MeasuredStar, StarField};
 
 /// Relative distance of neighbouring focal lengths on the ladder.
 const FOCAL_STEP: f64 = 0.002;
@@ -40,7 +40,7 @@ pub struct Solution {
     /// The camera, its focal length refined.
     pub camera: Camera,
     /// The measured stars, as given.
-    pub measured: Vec<Measured>,
+    pub measured: Vec<MeasuredStar>,
     /// Names and attitude.
     pub confirmed: Confirmed,
     /// Common logarithm of the false-identification probability over all tries.
@@ -73,13 +73,13 @@ impl Solver {
     /// Why it was not identified.
     pub fn identify(
         &mut self,
-        measured: &[Measured],
+        measured: &[MeasuredStar],
         camera: &Camera,
         catalogue: &Catalogue,
         parameters: &IdentificationParameters,
     ) -> Result<(Confirmed, f32), NotIdentified> {
         self.identifier.restart(0.0);
-        let field = Field::whole(measured, catalogue, camera);
+        let field = StarField::whole(measured, catalogue, camera);
         match self.identifier.advance(&field, parameters, u32::MAX) {
             Progress::Identified(confirmed, log10_false) => Ok((confirmed, log10_false)),
             Progress::NotIdentified(reason) => Err(reason),
@@ -111,7 +111,7 @@ impl Solver {
                 let measured = measure(centroids, &camera);
                 self.identifier.restart(hypotheses);
                 match self.identifier.advance(
-                    &Field::whole(&measured, catalogue, &camera),
+                    &StarField::whole(&measured, catalogue, &camera),
                     &parameters,
                     allowance,
                 ) {
@@ -133,8 +133,8 @@ impl Solver {
 }
 
 /// Directions of centroids, given with their sigmas, px. Those outside what the camera can map are left out.
-pub fn measure(centroids: &[([f32; 2], f32)], camera: &Camera) -> Vec<Measured> {
-    centroids.iter().filter_map(|(centre, sigma)| Measured::new(camera, *centre, *sigma)).collect()
+pub fn measure(centroids: &[([f32; 2], f32)], camera: &Camera) -> Vec<MeasuredStar> {
+    centroids.iter().filter_map(|(centre, sigma)| MeasuredStar::new(camera, *centre, *sigma)).collect()
 }
 
 /// The cameras to try, from the given focal length outwards.
@@ -159,7 +159,7 @@ fn refine(start: Solution, centroids: &[([f32; 2], f32)], catalogue: &Catalogue)
         let Ok(camera) = solution.camera.with_focal_length(focal_length) else { break };
         let measured = measure(centroids, &camera);
         let tolerance_px = (4.0 * solution.confirmed.rms_px).max(1.0);
-        let field = Field::whole(&measured, catalogue, &camera);
+        let field = StarField::whole(&measured, catalogue, &camera);
         let Some(confirmed) = confirm(&solution.confirmed.attitude, &field, tolerance_px) else { break };
         solution = Solution { camera, measured, confirmed, ..solution };
     }

@@ -174,7 +174,7 @@ fn time_attitude(solution: &Solution, catalogue: &Catalogue) -> Duration {
         .filter_map(|found| {
             let seen = solution.measured.get(usize::from(found.measured))?;
             let star = catalogue.star(found.star)?;
-            Some(seen.paired_with(catalogue.seen(&star), &solution.camera))
+            Some(seen.paired_with(catalogue.apparent_direction(&star), &solution.camera))
         })
         .collect();
     let begin = Instant::now();

@@ -1,5 +1,5 @@
-//! Attitude methods beside the one that flies, for comparison on the ground (thesis §3.1.4, appendix A). No
-//! image that flies links them.
+//! Attitude methods besides the flown one, for comparison on the ground (thesis §3.1.4, appendix A). Not
+//! linked into the flight image.
 //!
 //! | method | how | source |
 //! |---|---|---|
@@ -35,7 +35,7 @@ use super::WeightedPair;
 use super::covariance::Information;
 use super::wahba::{Solution, WahbaError, loss, svd};
 
-/// How the attitude is found.
+/// Solution method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WahbaMethod {
     /// Singular value decomposition.
@@ -57,7 +57,7 @@ pub enum WahbaMethod {
 }
 
 impl WahbaMethod {
-    /// Every method, the one that flies first.
+    /// Every method, the flown one first.
     pub const ALL: [Self; 8] = [
         Self::Svd,
         Self::Davenport,
@@ -70,7 +70,7 @@ impl WahbaMethod {
     ];
 }
 
-/// The attitude of these stars by this method.
+/// Solves with the given method.
 ///
 /// # Errors
 /// [`WahbaError`].

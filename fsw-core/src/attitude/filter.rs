@@ -1,12 +1,12 @@
-//! The attitude filter: attitude and rate from one image after the other, and where the sensor points next.
+//! The attitude filter: attitude and rate from successive images, and their prediction.
 //!
-//! In: attitudes with their sigmas, each of an instant, or single stars where there are too few for one;
-//! where there is a rate sensor, its readings. Out: attitude, rate and their sigmas at that instant or a
-//! later one. Star path's frame, rad, rad/s.
+//! In: attitudes with sigma and instant, or single stars where there are too few for an attitude; readings
+//! of a rate sensor, if any. Out: attitude, rate and their sigmas at that instant or a later one. Star
+//! path's frame, rad, rad/s.
 //!
-//! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is a rotation
-//! `exp(-[δ×]) A`, whose error `δ` every image gives back to it. The rate is `ω = reading + x₁`: without a
-//! rate sensor the reading is 0 and `x₁` the rate, with one `-x₁` is its bias. The states are those of the
+//! A multiplicative Kalman filter (Lefferts, Markley and Shuster 1982): the attitude is `exp(-[δ×]) A`; the
+//! estimated error `δ` is applied to `A` after every update. The rate is `ω = reading + x₁`: without a rate
+//! sensor the reading is 0 and `x₁` the rate, with one `-x₁` is its bias. The states are those of the
 //! thesis (§3.1.4.2):
 //!
 //! | `BLOCKS` | state | thesis |
@@ -15,50 +15,51 @@
 //! | 3 | attitude, rate, angular acceleration | eq. 3.20 |
 //!
 //! Over `t` the sensor turns by `φ = ω t`, and `δ' = R δ + t J x₁ + t² / 2 J x₂` with `R = exp(-[φ×])` and
-//! `J` its mean over the turn: exact for any rate. White noise drives the last state. Its density follows the
-//! innovations: it grows while their mean square is too large and shrinks while it is not. So one tuning
-//! serves rest, 10 deg/s, slews and a wheel's jitter, which a fixed one cannot (thesis §3.1.4.2). What no
-//! noise explains is a manoeuvre: the filter begins anew from the last two attitudes. No attitude is refused;
-//! whether it is right was decided when its stars were identified.
+//! `J` its mean over the turn: exact for any rate. White noise drives the last state. Its density adapts to
+//! the innovations: x2 per update while their mean square exceeds 1.5, x0.9 while it is below 1.2. So one
+//! tuning covers rest, 10 deg/s, slews and wheel jitter, which a fixed one does not (thesis §3.1.4.2). An
+//! innovation of NIS >= 40 is treated as a manoeuvre: the filter is reinitialised from the last two
+//! attitudes. Attitudes are not gated here, because the identification of their stars has verified them.
 //!
-//! The same stars on the same pixels err alike for tens of seconds. `COLOURED`, that share of an attitude's
-//! variance, is not averaged away but added to the sigmas reported.
+//! Errors of the same stars on the same pixels are correlated over tens of seconds. `CORRELATED_SHARE` of
+//! an attitude's variance is not averaged down but added to the reported sigmas.
 
 mod blocks;
 mod update;
 
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::parameters::table::parameter_group;
-use blocks::{Covariance, Turn, power, product};
+use blocks::{BlockCovariance, RotationStep, power, product};
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
-/// Attitudes farther apart than this give no rate, s: the rotation between them must be the short way round.
+/// Longest time between two attitudes that give a rate, s: the rotation between them must be below half a
+/// turn.
 pub const MAX_RATE_BASE_S: f32 = 10.0;
-/// ... and so near to each other their noise would be taken for a rate, s.
+/// Shortest time between them, s: below, their noise dominates the rate.
 const MIN_RATE_BASE_S: f32 = 0.05;
-/// Longest time over which the state is propagated in one step, s: an hour, beyond which no rate observed is
-/// of use.
+/// Longest time over which the state is propagated in one step, s: an hour.
 const MAX_STEP_S: f32 = 3600.0;
 /// Largest angle over which an attitude is propagated in one step, rad.
 const MAX_ANGLE_RAD: f32 = 1.5;
-/// Share of an attitude's variance that it has in common with the image before: 0.13 to 0.4 in the flights of
-/// all scenarios (autocorrelation of `cycles.csv`).
-const COLOURED: f32 = 0.35;
-/// Images over which the mean square of the innovations is taken.
-const MEMORY: f32 = 16.0;
-/// Mean squares of the normalised innovation, a degree of freedom, at which the noise grows and shrinks, and
-/// its factors a second: a manoeuvre is followed soon, and forgotten in a minute or two.
-const GROWS: (f32, f32) = (1.5, 2.0);
-const SHRINKS: (f32, f32) = (1.2, 0.9);
-/// Normalised innovation squared, 3 degrees of freedom, that noise does not reach: chance 1e-8.
-const SURPRISE: f32 = 40.0;
-/// What the rate changes by in the first second of a sensor of which nothing is known: 1 arcsec/s.
+/// Share of an attitude's variance that is correlated with the previous image: 0.13 to 0.4 in the flights
+/// of all scenarios (autocorrelation of `cycles.csv`).
+const CORRELATED_SHARE: f32 = 0.35;
+/// Time constant of the mean square of the innovations, images.
+const CONSISTENCY_IMAGES: f32 = 16.0;
+/// Mean NIS per degree of freedom above (below) which the process noise is scaled, and the factor per
+/// update: it grows within seconds after a manoeuvre and decays in a minute or two.
+const NOISE_GROWTH: (f32, f32) = (1.5, 2.0);
+const NOISE_DECAY: (f32, f32) = (1.2, 0.9);
+/// Normalised innovation squared from which the filter is reinitialised: probability 1e-8 with 3 degrees of
+/// freedom.
+const RESTART_NIS: f32 = 40.0;
+/// Initial process noise: sigma of the rate's change in a second, 1 arcsec/s.
 const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;
 /// Variances are kept in mrad², so that f32 has digits and range to spare.
 const MRAD: f32 = 1e3;
 
-/// The mean rate.
+/// Estimated rate.
 #[derive(Clone, Copy, Debug)]
 pub struct Rate {
     /// Of the star path against the stars, in its own frame, rad/s.
@@ -79,68 +80,69 @@ parameter_group! {
     }
 }
 
-/// Attitude, rate and what is known of their errors.
+/// State and covariance of the filter.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter<const BLOCKS: usize> {
     attitude: Rotation<Icrs, StarPath>,
     /// Instant of the state.
     instant: LocalTime,
     /// Instant of the last attitude observed.
-    observed: LocalTime,
+    updated_at: LocalTime,
     /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
     states: [Vector3<f32>; BLOCKS],
-    /// mrad, s.
-    covariance: Covariance<BLOCKS>,
+    /// Of the states, mrad and s.
+    covariance: BlockCovariance<BLOCKS>,
     /// Variance of the last attitude observed, mrad².
     variance: Vector3<f32>,
-    /// Whether the states after the attitude are known.
-    rated: bool,
+    /// Whether the states after the attitude are initialised.
+    has_rate: bool,
     /// Reading of the rate sensor, rad/s; 0 without one.
     reading: Vector3<f32>,
     sensor: Option<RateSensorNoise>,
     /// Spectral density of the noise that drives the last state, mrad² / s^(2 BLOCKS - 1).
     process_noise_psd: f32,
     /// Mean square of the normalised innovations, a degree of freedom.
-    consistency: f32,
+    mean_nis: f32,
 }
 
 /// Number of the rate, or negative bias, among the states.
 const RATE: usize = 1;
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
-    /// A first attitude; the rate is not known.
-    pub fn begin(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) -> Self {
+    /// From a first attitude, with unknown rate.
+    pub fn new(attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) -> Self {
         let mut filter = Self {
             attitude,
             instant,
-            observed: instant,
+            updated_at: instant,
             states: [Vector3::zeros(); BLOCKS],
-            covariance: Covariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
+            covariance: BlockCovariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
             variance: squares(&Vector3::from(sigma_rad)),
-            rated: false,
+            has_rate: false,
             reading: Vector3::zeros(),
             sensor: None,
             process_noise_psd: square(FIRST_PROCESS_NOISE_RAD),
-            consistency: 1.0,
+            mean_nis: 1.0,
         };
-        filter.covariance.put(0, 0, Matrix3::from_diagonal(&filter.variance));
+        filter.covariance.set_block(0, 0, Matrix3::from_diagonal(&filter.variance));
         filter
     }
 
     /// The same with a rate sensor, whose readings come with every [`Filter::propagate`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
-        (self.sensor, self.rated) = (Some(noise), true);
+        (self.sensor, self.has_rate) = (Some(noise), true);
         if let Some(state) = self.states.get_mut(RATE) {
             *state = Vector3::zeros();
         }
-        self.covariance.put(0, RATE, Matrix3::zeros());
-        self.covariance.put(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
+        self.covariance.set_block(0, RATE, Matrix3::zeros());
+        self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal_element(square(noise.bias_rad_s)));
         self.process_noise_psd = square(noise.walk_rad_s);
         self
     }
 
-    /// Propagates the state to `instant` with what the rate sensor told of the time before it, rad/s. Where
-    /// it is silent its last reading becomes the rate, and the filter goes on as without one.
+    /// Propagates the state to `instant` with the rate sensor's reading of the time before it, rad/s.
+    /// Without a reading (`None`) its last one becomes the rate estimate, and the filter continues without
+    /// rate sensor.
     pub fn propagate_gyro(
         &mut self,
         instant: LocalTime,
@@ -153,7 +155,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 let rate = core::mem::take(&mut self.reading);
                 self.add(RATE, &rate);
                 let white = Matrix3::from_diagonal_element(square(noise.white_rad));
-                self.covariance.put(RATE, RATE, self.covariance.at(RATE, RATE) + white);
+                self.covariance.set_block(RATE, RATE, self.covariance.at(RATE, RATE) + white);
                 (self.sensor, self.process_noise_psd) = (None, square(FIRST_PROCESS_NOISE_RAD));
             }
             _ => {}
@@ -164,8 +166,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     }
 
     /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a
-    /// second, which covers the changing rate of a nadir law in a low orbit of e = 0.001 through ten minutes
-    /// of blindness, and 40 arcsec/s. Of the acceleration: a tenth in a second.
+    /// second, which covers the changing rate of nadir pointing in a low orbit of e = 0.001 over ten
+    /// minutes without stars, and 40 arcsec/s. Of the acceleration: a tenth in a second.
     fn process_noise_limits() -> (f32, f32) {
         const LEAST_RAD: f32 = 3.4e-8;
         const GREATEST_RAD: f32 = 2e-4;
@@ -176,17 +178,16 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Microseconds from the last attitude observed to `instant`.
+    /// Microseconds from the last measurement update to `instant`.
     pub fn age_us(&self, instant: LocalTime) -> i64 {
-        instant.us_since(self.observed)
+        instant.us_since(self.updated_at)
     }
 
-    /// The rate, once two attitudes at most [`MAX_RATE_BASE_S`] apart have been observed, or with a rate
-    /// sensor.
+    /// The rate, after two attitudes at most [`MAX_RATE_BASE_S`] apart, or with a rate sensor.
     pub fn rate(&self) -> Option<Rate> {
         let noise = self.sensor.map_or(0.0, |sensor| square(sensor.white_rad));
         let variance = self.covariance.at(RATE, RATE).diagonal().map(|variance| variance + noise);
-        self.rated
+        self.has_rate
             .then(|| Rate { rad_s: self.reading + self.state(RATE), sigma_rad_s: self.sigma(&variance) })
     }
 
@@ -196,36 +197,36 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
         then.propagate(instant, None).then(|| {
-            let variance = then.covariance.at(0, 0).diagonal() + then.variance * COLOURED;
+            let variance = then.covariance.at(0, 0).diagonal() + then.variance * CORRELATED_SHARE;
             (then.attitude, then.sigma(&variance).into())
         })
     }
 
-    /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, where there is one: else
-    /// the last holds. `false`, and nothing changes, where [`Filter::at`] gives nothing.
+    /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, or else the last one.
+    /// `false`, and no change, where [`Filter::at`] gives `None`.
     #[inline(never)]
     pub fn propagate(&mut self, instant: LocalTime, reading_rad_s: Option<Vector3<f32>>) -> bool {
         let elapsed = seconds(instant.us_since(self.instant));
         let reading = reading_rad_s.unwrap_or(self.reading);
-        let usable = self.rated && (0.0..=MAX_STEP_S).contains(&elapsed);
-        let Some(turn) = self.turn(&reading, elapsed).filter(|_| usable) else { return false };
+        let usable = self.has_rate && (0.0..=MAX_STEP_S).contains(&elapsed);
+        let Some(turn) = self.rotation_step(&reading, elapsed).filter(|_| usable) else { return false };
         self.attitude = self.attitude.turned(&turn.angle);
-        self.spread(&turn, elapsed);
+        self.propagate_covariance(&turn, elapsed);
         (self.instant, self.reading) = (instant, reading);
         true
     }
 
-    /// How the sensor turns in `elapsed` seconds.
-    fn turn(&self, reading: &Vector3<f32>, elapsed: f32) -> Option<Turn> {
+    /// Rotation of the sensor in `elapsed` seconds.
+    fn rotation_step(&self, reading: &Vector3<f32>, elapsed: f32) -> Option<RotationStep> {
         let driven = (1..BLOCKS).fold(Vector3::zeros(), |sum, k| sum + self.state(k) * power(elapsed, k));
         let angle = reading * elapsed + driven;
-        // Also false where it is not a number.
+        // False for NaN.
         let near = angle.dot(&angle) < MAX_ANGLE_RAD * MAX_ANGLE_RAD;
-        near.then(|| Turn::by(angle))
+        near.then(|| RotationStep::by(angle))
     }
 
     /// Propagates states and covariance: `Φ P Φᵀ + Q`, block by block.
-    fn spread(&mut self, turn: &Turn, elapsed: f32) {
+    fn propagate_covariance(&mut self, turn: &RotationStep, elapsed: f32) {
         for k in 1..BLOCKS {
             let added =
                 (k + 1..BLOCKS).fold(Vector3::zeros(), |sum, m| sum + self.state(m) * power(elapsed, m - k));
@@ -237,7 +238,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             (0, _) => product(&turn.mean, &block) * power(elapsed, column),
             _ => block * power(elapsed, column - row),
         };
-        let halfway = Covariance::<BLOCKS>::from_fn(|row, column| {
+        let halfway = BlockCovariance::<BLOCKS>::from_fn(|row, column| {
             (row..BLOCKS).fold(Matrix3::zeros(), |sum, k| sum + passed(row, k, self.covariance.at(k, column)))
         });
         for row in 0..BLOCKS {
@@ -248,12 +249,12 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 let (a, b) = (BLOCKS - 1 - row, BLOCKS - 1 - column);
                 let noise = self.process_noise_psd * power(elapsed, a) * power(elapsed, b) * elapsed
                     / (a + b + 1) as f32;
-                self.covariance.put(row, column, propagated + Matrix3::from_diagonal_element(noise));
+                self.covariance.set_block(row, column, propagated + Matrix3::from_diagonal_element(noise));
             }
         }
         if let Some(sensor) = self.sensor {
             let lost = Matrix3::from_diagonal_element(square(sensor.white_rad) * elapsed);
-            self.covariance.put(0, 0, self.covariance.at(0, 0) + lost);
+            self.covariance.set_block(0, 0, self.covariance.at(0, 0) + lost);
         }
     }
 
@@ -268,9 +269,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
-    /// Standard deviations, rad, of variances, enlarged where the innovations were larger than expected.
+    /// Standard deviations, rad, of variances, scaled by `mean_nis` where that exceeds 1.
     fn sigma(&self, variance: &Vector3<f32>) -> Vector3<f32> {
-        let scale = self.consistency.max(1.0);
+        let scale = self.mean_nis.max(1.0);
         variance.map(|variance| libm::sqrtf(variance * scale) * (1.0 / MRAD))
     }
 }

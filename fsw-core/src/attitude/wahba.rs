@@ -9,7 +9,7 @@ use super::WeightedPair;
 use crate::frames::{Icrs, Rotation, StarPath};
 use nalgebra::Matrix3;
 
-/// Why no attitude follows from a set of pairs.
+/// Why a set of pairs gives no attitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WahbaError {
     /// Fewer than two pairs.
@@ -17,10 +17,9 @@ pub enum WahbaError {
     /// All measured directions, or all references, lie so close to one line that the rotation about it is
     /// undetermined.
     Parallel,
-    /// All directions lie on one great circle, too few for a method that does not know that it looks for a
-    /// rotation.
+    /// All directions lie on one great circle, which is not sufficient for the unconstrained method.
     Collinear,
-    /// The pairs contradict each other so that two attitudes fit alike.
+    /// Two different attitudes fit the pairs equally well.
     Ambiguous,
     /// A sigma or a covariance is not finite.
     NotFinite,
@@ -28,7 +27,7 @@ pub enum WahbaError {
     Weight,
 }
 
-/// An attitude, how well it is known, and how well it fits.
+/// An attitude with covariance and loss.
 #[derive(Clone, Copy, Debug)]
 pub struct Solution {
     /// The rotation.

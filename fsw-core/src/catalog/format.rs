@@ -1,4 +1,4 @@
-//! Layout of the onboard catalogue, version 2, little-endian, and the door at which it is checked.
+//! Layout of the onboard catalogue, version 2, little-endian, and its check.
 //!
 //! | offset | type | content |
 //! |---|---|---|
@@ -24,9 +24,8 @@
 //!
 //! A star: x, y, z (three i24, Q1.23), then a u32: low 20 bits Hipparcos number, bit 20 proximity flag, top
 //! 11 bits B-V in hundredths of a magnitude plus 512. Rounding to Q1.23 turns a direction by at most 0.021
-//! arcsec (a unit of it is 0.025). How bright a star is only its place in the file tells. Directions of 16
-//! bits a component would be 9,600 bytes less of the reference catalogue's 157,000, and wrong by up to 5
-//! arcsec.
+//! arcsec (a unit of it is 0.025). Brightness is given only by the order of the file. Directions of 16 bits
+//! a component would be 9,600 bytes less of the reference catalogue's 157,000, and wrong by up to 5 arcsec.
 //!
 //! A chord is `|r_i - r_j| = 2 sin(separation / 2)` of the fixed-point vectors: it needs no arc cosine and
 //! loses no digits at small separations.
@@ -50,15 +49,15 @@ pub const SHORT_INDICES: usize = 1 << 12;
 pub const LONG_BINS: usize = 1 << 16;
 /// Unused low bits of a component in Q1.30: the file has 24 bits of it.
 pub const UNUSED_BITS: u32 = 7;
-/// Where the CRC-protected part begins.
+/// Offset of the CRC-protected part.
 pub const CRC_FROM: usize = 12;
 /// Mask of the Hipparcos number within a star's last word.
 pub const HIP_MASK: u32 = (1 << 20) - 1;
 /// Flag of a star with a neighbour too close to be told apart on the detector (thesis §3.1.1).
 pub const FLAG_PROXIMITY: u32 = 1 << 20;
-/// Where B-V stands in that word, and what is added to its hundredths.
+/// Bit position of B-V in that word.
 pub const COLOUR_SHIFT: u32 = 21;
-/// See [`COLOUR_SHIFT`].
+/// Offset added to the hundredths of B-V there.
 pub const COLOUR_OFFSET: i16 = 512;
 
 /// Why catalogue bytes were refused.
@@ -183,7 +182,7 @@ fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
     bytes.get(offset..)?.first_chunk::<2>().map(|word| u16::from_le_bytes(*word))
 }
 
-/// By so much the square of a star's vector may differ from one: rounding is below 2e-7.
+/// Largest deviation of the square of a star's vector from one: rounding is below 2e-7.
 const UNIT_SQUARE: f32 = 1e-5;
 
 impl<'a> Catalogue<'a> {
@@ -223,7 +222,7 @@ impl<'a> Catalogue<'a> {
         let (star_bytes, rest) = rest.split_at_checked(stars.checked_mul(STAR_BYTES)?)?;
         let (bins, rest) = Bins::split(rest, bins.checked_add(1)?, pairs < LONG_BINS)?;
         let (pairs, rest) = Table::split(rest, pairs, stars <= SHORT_INDICES)?;
-        // A bin table that goes back or ends elsewhere would hide pairs without a word.
+        // A bin table that decreases or ends elsewhere would silently hide pairs.
         let firsts = || (0..bins.len()).map(|bin| bins.first_of(bin));
         if !rest.is_empty() || firsts().next_back()?? != pairs.len() || !firsts().is_sorted() {
             return None;

@@ -1,9 +1,9 @@
 //! Stars by index and pairs by separation, each in O(1).
 //!
 //! The pair table is sorted by chord; a bin table holds the first pair of every bin of width `2^shift` in
-//! Q2.30, so a range of chords is two array reads. A range is answered to the bin (reference catalogue: 2^17,
-//! 25 arcsec): it holds every pair asked for and a few more, and the caller compares the exact separations it
-//! needs anyway.
+//! Q2.30, so a range of chords is two array reads. A range is rounded out to whole bins (reference
+//! catalogue: 2^17, 25 arcsec): it contains every pair of the range and a few more; the caller compares
+//! exact separations.
 
 use super::format::{
     COLOUR_OFFSET, COLOUR_SHIFT, Catalogue, FLAG_PROXIMITY, HIP_MASK, Pair, STAR_BYTES, Star,
@@ -17,11 +17,11 @@ use nalgebra::Vector3;
 const COARSE_ERROR: f32 = 1.5e-4;
 /// The chord of two such vectors errs by less: `sqrt(3) 2^-15`.
 pub const COARSE_CHORD_ERROR: f32 = 6e-5;
-/// Aberration moves a direction by no more than this, rad, and changes a chord by no more than this share of
-/// it: the catalogue takes no observer that is faster, and rounding.
-pub const MOST_ABERRATION: f32 = 1.001e-3;
+/// Largest aberration of a direction, rad, and largest relative change of a chord: limit of the observer's
+/// velocity (1e-3) and rounding.
+pub const MAX_ABERRATION: f32 = 1.001e-3;
 
-/// A cone in integers of 16 bits, a little wider than it is.
+/// A cone in integers of 16 bits, widened by their rounding.
 #[derive(Clone, Copy)]
 struct CoarseCone {
     axis: [i32; 3],
@@ -35,19 +35,19 @@ impl CoarseCone {
         Self { axis, limit: ((cosine - COARSE_ERROR) * ONE_Q15 * ONE_Q15) as i32 }
     }
 
-    fn holds(&self, record: &[u8; STAR_BYTES]) -> bool {
+    fn contains(&self, record: &[u8; STAR_BYTES]) -> bool {
         // Of unit vectors: below 2^31.
         let products =
             self.axis.into_iter().zip(words(record)).map(|(axis, word)| axis.wrapping_mul(word >> 16));
         products.fold(0, i32::wrapping_add) >= self.limit
     }
 
-    /// The next star within, with its index; `rest` are the stars not yet looked at, and the index of the
-    /// first of them. Not inlined: in a loop of its own 20 cycles a star, else 44.
+    /// The next star within, with its index; `rest` are the stars not yet tested, and the index of the
+    /// first. Not inlined: in a loop of its own 20 cycles a star, else 44.
     #[inline(never)]
     fn next<'a>(&self, rest: &mut (u16, &'a [[u8; STAR_BYTES]])) -> Option<(u16, &'a [u8; STAR_BYTES])> {
         let (first, stars) = *rest;
-        let place = stars.iter().position(|record| self.holds(record))?;
+        let place = stars.iter().position(|record| self.contains(record))?;
         let (record, after) = stars.get(place..)?.split_first()?;
         let index = first.wrapping_add(place as u16);
         *rest = (index.wrapping_add(1), after);
@@ -55,8 +55,8 @@ impl CoarseCone {
     }
 }
 
-/// The components of a star's record at the top of a word each, Q1.31; below them stands what is beside them.
-/// A whole word costs one load on the target, three bytes three.
+/// The components of a star's record at the top of a word each, Q1.31; their low bits belong to
+/// neighbouring fields. A whole word costs one load on the target, three bytes three.
 fn words(record: &[u8; STAR_BYTES]) -> [i32; 3] {
     let word = |offset: usize| {
         let bytes = record.get(offset..).and_then(|bytes| bytes.first_chunk::<4>());
@@ -110,10 +110,10 @@ impl<'a> Catalogue<'a> {
         self.stars.iter().map(decode_star)
     }
 
-    /// Index and direction, as the Sun sees it, of every star within the cone about `axis` whose half angle
-    /// has the `cosine`, brightest first, and of some just outside. Most stars are refused by a dot product
-    /// in integers of 16 bits.
-    pub fn near(
+    /// Index and direction without aberration of every star within the cone about `axis` whose half angle
+    /// has the `cosine`, brightest first, and of some just outside. Most stars are excluded by a dot
+    /// product in integers of 16 bits.
+    pub fn stars_in_cone(
         &self,
         axis: &Direction<Icrs>,
         cosine: f32,
@@ -127,26 +127,25 @@ impl<'a> Catalogue<'a> {
     }
 
     /// Sets the velocity of the observer over that of light, ICRS, at most 1e-3 (else, or when it is not
-    /// finite, zero): from then on directions are those he sees (aberration).
+    /// finite, zero): from then on directions include its aberration.
     pub fn set_observer_velocity(&mut self, velocity_per_c: Vector3<f32>) {
         let possible = velocity_per_c.dot(&velocity_per_c) < 1e-6;
         self.velocity = if possible { velocity_per_c } else { Vector3::new(0.0, 0.0, 0.0) };
     }
 
-    /// The direction in which the observer sees a star: `r + v - (v r) r`, aberration to first order in `v`
+    /// Apparent direction of a star for the observer: `r + v - (v r) r`, aberration to first order in `v`
     /// (the second is below 0.002 arcsec for the Earth's 30 km/s).
-    pub fn seen(&self, star: &Star) -> Direction<Icrs> {
+    pub fn apparent_direction(&self, star: &Star) -> Direction<Icrs> {
         self.aberrated(&star.direction())
     }
 
-    /// The direction in which the observer sees what the catalogue has in `direction`.
+    /// `direction` with the observer's aberration.
     pub fn aberrated(&self, direction: &Direction<Icrs>) -> Direction<Icrs> {
         let unit = direction.vector();
         Direction::from_unit(unit + self.velocity - unit * unit.dot(&self.velocity))
     }
 
-    /// The unit vector in which the observer sees the star at `index`, ICRS: of its record only the direction
-    /// is decoded.
+    /// Apparent unit vector of the star at `index`, ICRS: only the direction of its record is decoded.
     pub fn unit(&self, index: u16) -> Option<Vector3<f32>> {
         let record = self.stars.get(usize::from(index))?;
         Some(*self.aberrated(&Direction::from_q30(decode_unit(record))).vector())

@@ -1,31 +1,30 @@
-//! The Earth's centre from limb points (thesis §3.2.2; Christian and Robinson 2016), from low orbits to high
-//! ones.
+//! The Earth's centre from limb points (thesis §3.2.2; Christian and Robinson 2016), LEO to GEO.
 //!
-//! In: limb points, the camera, the [`Body`] as it stands. Out: an [`EarthFix`], or why there is none.
+//! In: limb points, the camera, the [`Body`] (shape, pole, Sun). Out: an [`EarthFix`] or a [`FitError`].
 //!
-//! After [`consensus`](super::consensus) the limb cone (axis `w`, half angle `θ`) is fitted to the residuals
-//! across the limb by [`STEPS`] Gauss-Newton steps with Tukey's weights. For a small turn of the axis by
-//! `(a1, a2)` along `e1, e2` and a cone narrower by `a3`, a ray at azimuth `φ` changes its residual by `-a1
-//! cos φ - a2 sin φ + a3`. With `e1` in the middle of the arc and `r = a3 - a1` that is `α (1 - cos φ) - a2
-//! sin φ + r`: the three columns stay apart for any arc, and `1 - cos φ = |t - e1|² / 2` loses no digit, so
-//! normal equations in f32 do. Derivatives are taken on the fitted limb, not at the noisy points, so noise
-//! does not bend the fit. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the covariance follows by the
-//! same derivatives.
+//! After [`consensus`](super::consensus) the limb cone (axis `w`, half angle `θ`) is fitted to the
+//! residuals across the limb by [`STEPS`] Gauss-Newton steps with Tukey's weights. For a small turn of the
+//! axis by `(a1, a2)` along `e1, e2` and a cone narrower by `a3`, a ray at azimuth `φ` changes its residual
+//! by `-a1 cos φ - a2 sin φ + a3`. With `e1` in the middle of the arc and `r = a3 - a1` that is `α (1 - cos
+//! φ) - a2 sin φ + r`: the three columns stay independent for any arc, and `1 - cos φ = |t - e1|² / 2` has
+//! no cancellation, so normal equations in f32 suffice. Derivatives are taken on the fitted limb, not at
+//! the noisy points, so noise causes no bias. Then `C = w / sin θ`, `centre = radius S⁻¹ C`, and the
+//! covariance follows by the same derivatives.
 //!
-//! Where an orbit expects the centre, or a search has found it roughly, that expectation takes part in the
-//! steps ([`Expected`]) but not in the result: a short arc alone would lead the fit far along a curve on
-//! which the limb hardly changes. About the place so found the limb is linear in the centre, and the fix is
-//! what the points alone say in that linear picture.
+//! With a [`CentrePrior`] (of the orbit or of a search) its information is added to the normal equations of
+//! the steps, but not to the result: without it the steps of a short arc diverge along the direction in
+//! which distance and direction trade off. The limb is then linearised about the combined estimate, and the
+//! fix is the linear least-squares solution of the points alone.
 //!
-//! The covariance is enlarged by the residuals' mean square where this exceeds one by more than chance. To it
-//! is added what `horizon` says of errors that neighbouring points share, which no residual shows. Direction,
-//! rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
+//! The covariance is scaled by the residuals' mean square where that exceeds `1 + 2 sqrt(2 / freedom)`. The
+//! covariance of errors that neighbouring points share (`shared_heights`), which the residuals do not show,
+//! is added. Direction, rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
-use super::consensus::agree;
-use super::horizon::{Horizon, Response};
+use super::consensus::find_consensus;
 use super::rays::{self, Cone, Ray, Rays};
-use super::shape::{Body, across, unit};
-use super::{Demand, EarthFix, EarthParameters, LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use super::shape::{Body, normal_basis, unit};
+use super::shared_heights::{FitResponse, SharedHeights};
+use super::{EarthFix, EarthParameters, FitCriteria, FitError, LimbPoint, MAX_SEARCH_POINTS};
 use crate::camera::Camera;
 use crate::matrix::{inverse_by_f64, symmetric_product};
 use crate::order;
@@ -34,21 +33,21 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Gauss-Newton steps.
 pub const STEPS: usize = 5;
-/// Rounds in which the weights of a linear fix follow it; each leaves a sixth of what was missing.
+/// Reweighting rounds of a linear fix; each reduces the remaining error to a sixth.
 const LINEAR_ROUNDS: usize = 2;
 /// Tukey's constant: 95 % efficiency for Gaussian noise.
 const TUKEY: f32 = 4.685;
 /// Sigma of Gaussian noise over the median of its absolute value.
 const SIGMA_PER_MEDIAN: f32 = 1.4826;
-/// Root mean square of what is spread evenly from -1 to 1: `1 / sqrt(3)`.
-const CHANCE_SHARE: f32 = 0.577_35;
-/// Longest step of an angle, rad: as far as the polynomials of `stepped` hold to 1e-9.
+/// Root mean square of a uniform distribution from -1 to 1: `1 / sqrt(3)`.
+const UNIFORM_RMS_SHARE: f32 = 0.577_35;
+/// Largest step of an angle, rad: the polynomials of `stepped` have an error of 1e-9 there.
 const LONGEST_STEP_RAD: f32 = 0.1;
 /// Least determinant of the normal equations when their diagonal is brought to one: f32 leaves an error of
 /// 1e-3 in such an inverse.
 const LEAST_DETERMINANT: f32 = 1e-4;
 
-/// Room for the rays of a second, 5 KiB.
+/// Buffer for the rays of a second, 5 KiB.
 #[derive(Debug)]
 pub struct RayBuffer {
     rays: Rays,
@@ -67,25 +66,25 @@ impl Default for RayBuffer {
     }
 }
 
-/// Where the centre is expected, and how surely.
+/// A priori estimate of the centre, from an orbit or a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
+pub struct CentrePrior {
     /// From the camera to the Earth's centre, Earth path's frame, km.
     pub centre_km: Vector3<f32>,
     /// Inverse of its covariance, 1 / km².
     pub information: Matrix3<f32>,
 }
 
-impl Expected {
-    /// What a rough fix says; `None` where its covariance has no inverse.
-    pub fn after(rough: &EarthFix) -> Option<Self> {
+impl CentrePrior {
+    /// From a rough fix; `None` where its covariance has no inverse.
+    pub fn from_fix(rough: &EarthFix) -> Option<Self> {
         Some(Self { centre_km: rough.centre_km, information: inverse_by_f64(&rough.covariance_km2)? })
     }
 }
 
 /// Symmetric normal equations of three unknowns.
 #[derive(Default)]
-struct Normal {
+struct NormalEquations {
     matrix: Matrix3<f32>,
     right: Vector3<f32>,
     /// Sums of weighted squares and of weights.
@@ -93,20 +92,20 @@ struct Normal {
     weights: f32,
 }
 
-impl Normal {
+impl NormalEquations {
     fn add(&mut self, row: &Vector3<f32>, residual: f32, weight: f32) {
         self.matrix += row * row.transpose() * weight;
         self.right -= row * (residual * weight);
     }
 
-    /// Adds what is expected: `columns` are the derivatives of the centre, which stands at `centre_km`.
-    fn add_expected(&mut self, expected: &Expected, centre_km: &Vector3<f32>, columns: &Matrix3<f32>) {
-        let weighted = columns.transpose() * expected.information;
+    /// Adds a prior: `columns` are the derivatives of the centre `centre_km` by the unknowns.
+    fn add_prior(&mut self, prior: &CentrePrior, centre_km: &Vector3<f32>, columns: &Matrix3<f32>) {
+        let weighted = columns.transpose() * prior.information;
         self.matrix += weighted * columns;
-        self.right += weighted * (expected.centre_km - centre_km);
+        self.right += weighted * (prior.centre_km - centre_km);
     }
 
-    /// The inverse matrix, by cofactors of the matrix with its diagonal brought to one.
+    /// The inverse matrix, by cofactors of the matrix scaled to a unit diagonal.
     fn inverse(&self) -> Option<Matrix3<f32>> {
         let m = &self.matrix;
         let diagonal = Vector3::new(m.m11, m.m22, m.m33);
@@ -127,18 +126,20 @@ impl Normal {
     }
 }
 
-/// A ray against a cone: residual over sigma, sigma, unit vector across the axis.
-fn judged(ray: &Ray, cone: &Cone) -> Option<(f32, f32, Vector3<f32>)> {
+/// Residual of a ray over its sigma, the sigma, rad, and the ray's unit vector across the axis.
+fn normalised_residual(ray: &Ray, cone: &Cone) -> Option<(f32, f32, Vector3<f32>)> {
     let (residual, radial) = cone.residual(ray);
     let sigma = ray.sigma_rad(cone, &radial)?;
     Some((residual / sigma, sigma, radial))
 }
 
-/// Scale of the residuals against their sigmas, at least one: from the median, which outliers do not move.
-fn scale(rays: &Rays, cone: &Cone) -> f32 {
+/// Scale of the normalised residuals, at least one: 1.4826 times the median, robust against outliers.
+fn residual_scale(rays: &Rays, cone: &Cone) -> f32 {
     let mut sizes = [0.0; MAX_SEARCH_POINTS];
     let mut count = 0;
-    for (size, (ratio, ..)) in sizes.iter_mut().zip(rays.iter().filter_map(|ray| judged(ray, cone))) {
+    for (size, (ratio, ..)) in
+        sizes.iter_mut().zip(rays.iter().filter_map(|ray| normalised_residual(ray, cone)))
+    {
         *size = libm::fabsf(ratio);
         count += 1;
     }
@@ -154,26 +155,31 @@ fn tukey(ratio: f32) -> f32 {
 }
 
 /// Axes across the cone's, the first in the middle of the arc.
-fn middle_of_arc(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
+fn arc_axes(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
     let sum = rays.iter().fold(Vector3::zeros(), |sum, ray| sum + cone.residual(ray).1);
     let sum: Vector3<f32> = sum - cone.axis * cone.axis.dot(&sum);
-    // Points all around have no middle.
-    let first = if sum.dot(&sum) > 1e-4 { unit(&sum, &sum) } else { across(&cone.axis).0 };
+    // Points around the whole limb: no middle of the arc, any axis.
+    let first = if sum.dot(&sum) > 1e-4 { unit(&sum, &sum) } else { normal_basis(&cone.axis).0 };
     [first, cone.axis.cross(&first)]
 }
 
 /// The unknowns' derivatives of a residual: of (α, a2, r).
-fn row(radial: &Vector3<f32>, [first, second]: &[Vector3<f32>; 2]) -> Vector3<f32> {
+fn jacobian_row(radial: &Vector3<f32>, [first, second]: &[Vector3<f32>; 2]) -> Vector3<f32> {
     let from_middle = radial - first;
     Vector3::new(0.5 * from_middle.dot(&from_middle), -second.dot(radial), 1.0)
 }
 
 /// The normal equations about a cone, their weights those after a step of (α, a2, r).
-fn normal(rays: &Rays, cone: &Cone, axes: &[Vector3<f32>; 2], step: &Vector3<f32>) -> Normal {
-    let scale = scale(rays, cone);
-    let mut normal = Normal::default();
-    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
-        let row = row(&radial, axes) * (1.0 / sigma);
+fn normal_equations(
+    rays: &Rays,
+    cone: &Cone,
+    axes: &[Vector3<f32>; 2],
+    step: &Vector3<f32>,
+) -> NormalEquations {
+    let scale = residual_scale(rays, cone);
+    let mut normal = NormalEquations::default();
+    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| normalised_residual(ray, cone)) {
+        let row = jacobian_row(&radial, axes) * (1.0 / sigma);
         let left = ratio + row.dot(step);
         let weight = tukey(left / scale);
         normal.add(&row, ratio, weight);
@@ -183,26 +189,26 @@ fn normal(rays: &Rays, cone: &Cone, axes: &[Vector3<f32>; 2], step: &Vector3<f32
     normal
 }
 
-/// Covariance of the unknowns for the heights that neighbours share: what a least-squares solution with these
-/// weights (of a step of (α, a2, r)) and this inverse matrix makes of them.
-fn shared(
+/// Covariance of the unknowns by the heights that neighbouring points share, propagated through the
+/// least-squares solution with these weights (after a step of (α, a2, r)) and this inverse matrix.
+fn shared_covariance(
     rays: &Rays,
     cone: &Cone,
     axes: &[Vector3<f32>; 2],
     step: &Vector3<f32>,
     inverse: &Matrix3<f32>,
-    horizon: &Horizon,
+    heights: &SharedHeights,
 ) -> Matrix3<f32> {
-    let scale = scale(rays, cone);
+    let scale = residual_scale(rays, cone);
     let [first, second] = axes;
-    let mut response = Response::default();
-    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| judged(ray, cone)) {
-        let row = row(&radial, axes);
+    let mut response = FitResponse::default();
+    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| normalised_residual(ray, cone)) {
+        let row = jacobian_row(&radial, axes);
         let weight = tukey((ratio + row.dot(step) / sigma) / scale);
         response
             .add([first.dot(&radial), second.dot(&radial)], &(inverse * row * (weight / (sigma * sigma))));
     }
-    response.covariance(horizon)
+    response.covariance(heights)
 }
 
 /// The cone after a step of (α, a2, r).
@@ -214,14 +220,14 @@ fn stepped(cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &Vector3<f32>
     let square = narrower * narrower;
     let sine = narrower * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
     let cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0));
-    Cone::of(
+    Cone::from_parts(
         unit(&axis, &cone.axis),
         cone.sine * cosine - cone.cosine * sine,
         cone.cosine * cosine + cone.sine * sine,
     )
 }
 
-/// Azimuth that the rays span, rad: a turn without the widest gap.
+/// Azimuth that the rays span, rad: 2π less the widest gap.
 fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32 {
     let mut azimuths = [0.0; MAX_SEARCH_POINTS];
     for (azimuth, ray) in azimuths.iter_mut().zip(rays) {
@@ -241,51 +247,56 @@ fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32
 }
 
 /// The centre of a cone, km, and its derivatives by the unknowns.
-fn centre_of(cone: &Cone, [first, second]: &[Vector3<f32>; 2], body: &Body) -> (Vector3<f32>, Matrix3<f32>) {
+fn centre_and_derivatives(
+    cone: &Cone,
+    [first, second]: &[Vector3<f32>; 2],
+    body: &Body,
+) -> (Vector3<f32>, Matrix3<f32>) {
     let range = body.radius_km() / cone.sine;
     let deeper = cone.cosine / cone.sine;
     let columns = Matrix3::from_columns(&[
-        body.shrunk(&(first + cone.axis * deeper)) * range,
-        body.shrunk(second) * range,
-        body.shrunk(&cone.axis) * (range * deeper),
+        body.in_space(&(first + cone.axis * deeper)) * range,
+        body.in_space(second) * range,
+        body.in_space(&cone.axis) * (range * deeper),
     ]);
-    (body.shrunk(&cone.axis) * range, columns)
+    (body.in_space(&cone.axis) * range, columns)
 }
 
-/// The fix of a fitted cone; with an expectation it is the linear one about that cone.
+/// The fix of a fitted cone; `linear`: the linear solution of the points about that cone (fit with a
+/// prior).
 fn fix(
     rays: &Rays,
     cone: &Cone,
     body: &Body,
     linear: bool,
     parameters: &EarthParameters,
-) -> Result<EarthFix, Refusal> {
-    let axes = middle_of_arc(rays, cone);
-    let mut about = normal(rays, cone, &axes, &Vector3::zeros());
-    let mut inverse = about.inverse().ok_or(Refusal::Degenerate)?;
+) -> Result<EarthFix, FitError> {
+    let axes = arc_axes(rays, cone);
+    let mut about = normal_equations(rays, cone, &axes, &Vector3::zeros());
+    let mut inverse = about.inverse().ok_or(FitError::Degenerate)?;
     let mut step = Vector3::zeros();
-    // Weights from the place alone would hold the fix back there by a sixth of the way.
+    // Without reweighting the fix would stay at the linearisation by a sixth of the way.
     for _ in 0..if linear { LINEAR_ROUNDS } else { 0 } {
         step = inverse * about.right;
-        about = normal(rays, cone, &axes, &step);
-        inverse = about.inverse().ok_or(Refusal::Degenerate)?;
+        about = normal_equations(rays, cone, &axes, &step);
+        inverse = about.inverse().ok_or(FitError::Degenerate)?;
     }
     let normal = about;
     let freedom = (normal.weights - 3.0).max(1.0);
-    // The mean square of the residuals scatters by sqrt(2 / freedom); twice that is taken for chance.
+    // The mean square of the residuals scatters by sqrt(2 / freedom); two sigma are tolerated.
     let chance = 1.0 + 2.0 * libm::sqrtf(2.0 / freedom);
     let mean_square = normal.squares / freedom;
     let enlarged = if mean_square > chance { mean_square } else { 1.0 };
 
-    let (place_km, columns) = centre_of(cone, &axes, body);
+    let (linearisation_km, columns) = centre_and_derivatives(cone, &axes, body);
     if linear {
         step = inverse * normal.right;
     }
     let shift_km = columns * step;
-    // That of any point will do; there are some.
+    // The scale of any point; it varies little over a limb.
     let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
-    let horizon = Horizon::new(cone, body, rad_per_px, parameters);
-    let shared = shared(rays, cone, &axes, &step, &inverse, &horizon);
+    let heights = SharedHeights::new(cone, body, rad_per_px, parameters);
+    let shared = shared_covariance(rays, cone, &axes, &step, &inverse, &heights);
     let noise = inverse * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
     for ray in rays {
@@ -295,8 +306,8 @@ fn fix(
         count += 1.0;
     }
     Ok(EarthFix {
-        centre_km: place_km + shift_km,
-        place_km,
+        centre_km: linearisation_km + shift_km,
+        linearisation_km,
         covariance_km2: symmetric_product(&columns, &(noise + shared)),
         noise_km2: symmetric_product(&columns, &noise),
         arc_rad: arc_rad(rays, cone, &axes),
@@ -305,60 +316,61 @@ fn fix(
     })
 }
 
-/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points that agree as `demand` says. Where the
-/// centre is `expected` the fit is linear about the place that suits both.
+/// The Earth's centre from up to [`MAX_SEARCH_POINTS`] limb points under `criteria`. With a `prior` the fit
+/// is linear about the combined estimate of points and prior.
 ///
 /// # Errors
-/// The first [`Refusal`] that holds.
+/// The first [`FitError`] that applies.
 pub fn centre(
     points: &[LimbPoint],
     camera: &Camera,
     body: &Body,
-    demand: &Demand,
-    expected: Option<&Expected>,
+    criteria: &FitCriteria,
+    prior: Option<&CentrePrior>,
     parameters: &EarthParameters,
     workspace: &mut RayBuffer,
-) -> Result<EarthFix, Refusal> {
+) -> Result<EarthFix, FitError> {
     let rays = &mut workspace.rays;
     rays::fill(rays, points, camera, body);
-    let agreed = agree(rays, body, demand, parameters)?;
-    let start = expected.and_then(|expected| {
-        let (centre, sine, cosine) = body.horizon(&expected.centre_km)?;
-        Some((expected, Cone::of(centre * sine, sine, cosine)?))
+    let agreed = find_consensus(rays, body, criteria, parameters)?;
+    let start = prior.and_then(|prior| {
+        let (centre, sine, cosine) = body.limb_cone(&prior.centre_km)?;
+        Some((prior, Cone::from_parts(centre * sine, sine, cosine)?))
     });
     let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
-        let axes = middle_of_arc(rays, &cone);
-        let mut normal = normal(rays, &cone, &axes, &Vector3::zeros());
-        if let Some((expected, _)) = start {
-            let (centre_km, columns) = centre_of(&cone, &axes, body);
-            normal.add_expected(expected, &centre_km, &columns);
+        let axes = arc_axes(rays, &cone);
+        let mut normal = normal_equations(rays, &cone, &axes, &Vector3::zeros());
+        if let Some((prior, _)) = start {
+            let (centre_km, columns) = centre_and_derivatives(&cone, &axes, body);
+            normal.add_prior(prior, &centre_km, &columns);
         }
-        let step = normal.inverse().ok_or(Refusal::Degenerate)? * normal.right;
-        cone = stepped(&cone, &axes, &step).ok_or(Refusal::Degenerate)?;
+        let step = normal.inverse().ok_or(FitError::Degenerate)? * normal.right;
+        cone = stepped(&cone, &axes, &step).ok_or(FitError::Degenerate)?;
     }
     let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
-    // Points that agree on one body and limb expected elsewhere: the picture linear about both is of no use.
-    // Points that agree by chance are spread evenly over the tolerance.
-    let greatest_px = if demand.alone { CHANCE_SHARE * demand.tolerance_px } else { demand.tolerance_px };
+    // Rejects a consensus that contradicts the prior, where the linearisation does not hold. Without a
+    // prior also chance agreement, whose residuals are uniform over the tolerance.
+    let greatest_px =
+        if criteria.standalone { UNIFORM_RMS_SHARE * criteria.tolerance_px } else { criteria.tolerance_px };
     if fix.rms_px.is_nan() || fix.rms_px > greatest_px {
-        return Err(Refusal::NoConsensus);
+        return Err(FitError::NoConsensus);
     }
     if fix.arc_rad < parameters.fit.least_arc_deg.to_radians() {
-        return Err(Refusal::ShortArc);
+        return Err(FitError::ShortArc);
     }
-    // About the place that an orbit knows a weak direction does no harm.
-    if !demand.alone {
+    // With a prior of the orbit a weakly determined direction is only weighted less.
+    if !criteria.standalone {
         return Ok(fix);
     }
     let (direction_rad, range_km) = fix.sigmas();
     let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
     if distance_km > parameters.plausible.distance_km {
-        return Err(Refusal::Degenerate);
+        return Err(FitError::Degenerate);
     }
     let known = direction_rad <= parameters.plausible.sigma_deg.to_radians()
         && range_km <= parameters.plausible.range_share * distance_km;
-    if known { Ok(fix) } else { Err(Refusal::Uncertain) }
+    if known { Ok(fix) } else { Err(FitError::Uncertain) }
 }
 
 #[cfg(test)]

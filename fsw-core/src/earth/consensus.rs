@@ -1,43 +1,45 @@
-//! Which limb points belong to one body (thesis §3.2.1 step 5, global criterion).
+//! Outlier rejection: which limb points lie on one limb cone (thesis §3.2.1 step 5, global criterion).
 //!
-//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are tried
-//! in an order that is always the same; the rays are sorted along the detector's side on which they spread
-//! more, and a triplet takes one of each third, so that it is never crowded. A ray agrees when it lies within
-//! the tolerance of the cone, its bright side faces the centre, and the Sun lights the limb there. The best
-//! cone is fitted to those that agree, twice over.
+//! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are
+//! tried in a fixed order. The rays are sorted along the detector axis of their larger extent, and a
+//! triplet takes one ray of each third, so that its rays are apart. A ray is an inlier when it lies within
+//! the tolerance of the cone, its bright side faces the centre, and the Sun lights the limb there. The cone
+//! with most inliers is refitted to them twice.
 
 use super::plane;
 use super::rays::{Cone, Ray, Rays};
 use super::shape::Body;
-use super::{Demand, EarthParameters, Refusal};
+use super::{EarthParameters, FitCriteria, FitError};
 use crate::order;
 
-/// Most triplets tried: with half of the points wrong, the chance that all miss is 2e-4.
+/// Largest number of triplets: with half of the points outliers, the probability that none is free of them
+/// is 2e-4.
 pub const MAX_TRIPLETS: u32 = 64;
-/// Fits to those that agree: the second takes in what the first brought near.
+/// Refits to the inliers; the second includes inliers gained by the first.
 const ROUNDS: usize = 2;
-/// Least sine of the Sun's elevation at a limb point: it stands a scale height and more above the ground.
+/// Least sine of the Sun's elevation at a limb point: the air a scale height and more above the ground is
+/// lit after sunset.
 const LEAST_SUN_SINE: f32 = -0.05;
-/// Fractions of a sequence that fills the cube evenly (powers of the root of x⁴ = x + 1, Roberts 2018),
-/// 2^-32.
+/// Additive recurrence of low discrepancy in three dimensions (powers of the root of x⁴ = x + 1, Roberts
+/// 2018), 2^-32.
 pub(super) const FRACTIONS: [u32; 3] = [0xD1B5_4A33, 0xABC9_8389, 0x8CB9_2BA7];
 
-/// Whether a ray agrees with a cone.
-fn agrees(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
+/// Whether a ray is an inlier of a cone.
+fn is_inlier(ray: &Ray, cone: &Cone, body: &Body, tolerance_px: f32) -> bool {
     let (residual, radial) = cone.residual(ray);
     libm::fabsf(residual) < tolerance_px * ray.rad_per_px
         && ray.sigma_rad(cone, &radial).is_some()
         && body.sun_sine(&cone.surface(&radial)).is_none_or(|sine| sine > LEAST_SUN_SINE)
 }
 
-/// The rays that agree with a cone: bit i is that of ray i.
+/// The inliers of a cone: bit i is that of ray i.
 #[inline(never)]
-fn agreeing(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> u128 {
-    let bit = |ray| u128::from(agrees(ray, cone, body, tolerance_px));
+fn inliers_of(rays: &Rays, cone: &Cone, body: &Body, tolerance_px: f32) -> u128 {
+    let bit = |ray| u128::from(is_inlier(ray, cone, body, tolerance_px));
     rays.iter().rev().fold(0, |bits, ray| (bits << 1) | bit(ray))
 }
 
-/// The cone through a ray of each third.
+/// The cone through one ray of each third.
 fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
     let length = rays.len();
     let pick = |third: usize, fraction: u32| {
@@ -52,17 +54,17 @@ fn hypothesis(rays: &Rays, number: u32) -> Option<Cone> {
     Cone::from_plane(&normal, normal.dot(&a))
 }
 
-/// Finds the cone on which most rays agree and leaves only these in the list.
-pub(super) fn agree(
+/// Finds the cone with most inliers and keeps only these in the list.
+pub(super) fn find_consensus(
     rays: &mut Rays,
     body: &Body,
-    demand: &Demand,
+    criteria: &FitCriteria,
     parameters: &EarthParameters,
-) -> Result<Cone, Refusal> {
-    let tolerance_px = demand.tolerance_px;
+) -> Result<Cone, FitError> {
+    let tolerance_px = criteria.tolerance_px;
     let all = rays.len();
-    if all < demand.inliers.max(3) {
-        return Err(Refusal::TooFewPoints);
+    if all < criteria.min_inliers.max(3) {
+        return Err(FitError::TooFewPoints);
     }
     let range = |part: fn(&Ray) -> f32| {
         let (low, high) = rays.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), ray| {
@@ -78,7 +80,7 @@ pub(super) fn agree(
     let mut best: Option<(u128, Cone)> = None;
     for number in 0..MAX_TRIPLETS {
         let Some(cone) = hypothesis(rays, number) else { continue };
-        let with_it = agreeing(rays, &cone, body, tolerance_px);
+        let with_it = inliers_of(rays, &cone, body, tolerance_px);
         if best.is_none_or(|(most, _)| with_it.count_ones() > most.count_ones()) {
             best = Some((with_it, cone));
         }
@@ -86,24 +88,24 @@ pub(super) fn agree(
             break;
         }
     }
-    let (mut inliers, mut cone) = best.ok_or(Refusal::Degenerate)?;
+    let (mut inliers, mut cone) = best.ok_or(FitError::Degenerate)?;
     for _ in 0..ROUNDS {
         let Some(fitted) = plane::fit(rays, inliers) else { break };
-        let with_fitted = agreeing(rays, &fitted, body, tolerance_px);
+        let with_fitted = inliers_of(rays, &fitted, body, tolerance_px);
         if with_fitted.count_ones() < inliers.count_ones() {
             break;
         }
         (inliers, cone) = (with_fitted, fitted);
     }
-    if (inliers.count_ones() as usize) < demand.inliers {
-        return Err(Refusal::NoConsensus);
+    if (inliers.count_ones() as usize) < criteria.min_inliers {
+        return Err(FitError::NoConsensus);
     }
-    keep(rays, inliers);
+    retain(rays, inliers);
     Ok(cone)
 }
 
 /// Keeps the chosen rays, in their order.
-fn keep(rays: &mut Rays, chosen: u128) {
+fn retain(rays: &mut Rays, chosen: u128) {
     let mut kept = 0;
     for at in 0..rays.len() {
         if (chosen >> (at % 128)) & 1 != 0 {

@@ -1,32 +1,31 @@
-//! The limb in a strip: a thin window across the place where it is expected (thesis §3.2.1 step 4, §3.7
-//! tracking).
+//! Limb point in a strip, a thin window across the expected limb (thesis §3.2.1 step 4, §3.7 tracking).
 //!
-//! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] and its sigma, or nothing.
+//! In: the pixels of a [`Strip`] of [`BREADTH`] lines. Out: one [`LimbPoint`] with its sigma, or `None`.
 //!
-//! The lines are shifted onto the middle one by the limb's known slope and joined, at each place without the
-//! greatest and the least of the nine, so that a star or a hot pixel in a line does not count. Dark is the
-//! median of the outer end. The limb is the outermost place that reaches the share `Zone::level` of the
-//! brightness which stands just inside *it*, a mean over a few pixels behind the end of the rise, in to which
-//! clouds and the terminator hardly reach. The share, near one half, is that of a limb in `zone`'s model at
-//! its half-brightness height. Where the air fades more slowly than in the model, the share may be reached
-//! anywhere in it: then the limb is where the brightness of the ground has its share. Vignetting dims both
-//! alike and is not taken off: a lens that loses half of its light in the corner moves the limb by less than
-//! a twentieth of a pixel.
+//! The lines are shifted onto the middle one by the limb's predicted slope and averaged, at each place
+//! without the largest and the smallest of the nine, which removes a star or a hot pixel. The dark level is
+//! the median of the outer end. The limb is the outermost place with the share `LimbModel::level` of the
+//! brightness just inside it, a mean over a few pixels behind the end of the rise. The share, about one
+//! half, is that of `limb_model` at the half-brightness height. Where the air fades more slowly than
+//! modelled, the share is reached throughout it; then the limb is the outermost crossing of that share of
+//! the ground's brightness. Vignetting scales both sides and is not corrected: a lens that loses half of
+//! its light in the corner moves the limb by less than 0.05 px (test).
 //!
-//! The sigma joins the scatter between the lines, the relative scatter of the bright side, a share of its
-//! shading, the floor, and the scatter of the limb's height. Bias against the half-brightness height in
-//! rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some exponentials of the model;
-//! 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock jump).
+//! The sigma is the root sum of squares of the scatter between the lines, the relative scatter of the
+//! bright side, 10 % of its shading, the floor, and the scatter of the limb's height. Bias against the
+//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some
+//! exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock
+//! jump).
 
+use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
-use super::zone::Zone;
 use super::{EarthParameters, LimbPoint};
 use fsw_hal::{DetectorGeometry, Window};
 
-mod any_light;
 mod lines;
-pub use any_light::crossing_in_any_light;
-pub(super) use lines::{END, Lines, dark_of};
+mod without_sun;
+pub(super) use lines::{END_MARGIN, Lines, dark_of};
+pub use without_sun::crossing_without_sun;
 
 /// Lines of a strip.
 pub const BREADTH: usize = 9;
@@ -35,17 +34,17 @@ pub const MAX_LENGTH: usize = 161;
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;
-/// Steps against the rise may take back this share of it: noise and clouds do, a star or an occluder takes
-/// more. Chosen.
+/// Largest sum of falling steps within the rise, share of it: noise and clouds stay below, a star or an
+/// occluder does not. Chosen.
 const GREATEST_FALL: f32 = 0.15;
-/// Clouds between the limb and the bright side change brightness this much more than within it. Chosen.
-const REACH: f32 = 2.0;
-/// Greatest sigma of a point, the greater of px and a share of the rise's length: a worse one says nothing
-/// that the prediction does not. Chosen.
+/// Factor on the bright side's relative scatter for clouds between it and the limb. Chosen.
+const CLOUD_FACTOR: f32 = 2.0;
+/// Largest sigma of a point, the larger of px and a share of the scale height: a worse point adds no
+/// information to the prediction. Chosen.
 pub(super) const GREATEST_SIGMA_PX: f32 = 1.0;
 pub(super) const GREATEST_SIGMA_SHARE: f32 = 0.5;
 
-/// How far a strip reaches from where the limb is expected, px.
+/// Extent of a strip from the expected limb, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
     /// Towards space.
@@ -57,9 +56,9 @@ pub struct Reach {
 /// A window across the expected limb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strip {
-    /// What to read.
+    /// The window to read.
     pub window: Window,
-    /// Where the limb is expected in it.
+    /// The expected limb in it.
     expected: ExpectedLimb,
     /// Whether the strip's lines run along x.
     along_x: bool,
@@ -92,14 +91,14 @@ pub fn strip(expected: &ExpectedLimb, reach: Reach, geometry: &DetectorGeometry)
 
 impl Strip {
     /// Components of the limb's normal along the lines and from one to the next.
-    fn steep_and_flat(&self) -> (f32, f32) {
+    fn normal_components(&self) -> (f32, f32) {
         let [nx, ny] = self.expected.outward_px;
         if self.along_x { (nx, ny) } else { (ny, nx) }
     }
 
     /// Cosine between the lines and the limb's normal.
-    pub(super) fn steepness(&self) -> f32 {
-        libm::fabsf(self.steep_and_flat().0)
+    pub(super) fn normal_cosine(&self) -> f32 {
+        libm::fabsf(self.normal_components().0)
     }
 
     /// Where the limb is expected.
@@ -107,7 +106,7 @@ impl Strip {
         &self.expected
     }
 
-    /// The limb point so many places inward from the outer end of lines of this length.
+    /// The limb point `inward` places from the outer end of lines of `length` places.
     pub(super) fn point(&self, length: usize, inward: f32, sigma_px: f32) -> LimbPoint {
         let from_start = if self.space_beyond { length as f32 - 1.0 - inward } else { inward };
         let [x, y] = [f32::from(self.window.x), f32::from(self.window.y)];
@@ -129,9 +128,9 @@ impl<F> Crossing for F where
 {
 }
 
-/// Where a joined line passes the limb.
+/// Where the averaged line crosses the limb.
 #[derive(Clone, Copy)]
-struct Passage {
+struct LimbEdge {
     place: usize,
     /// Part of the last place before it.
     part: f32,
@@ -139,8 +138,8 @@ struct Passage {
     bright: f32,
 }
 
-/// A strip's joined line, and what it is held against.
-struct JoinedLine<'a> {
+/// The averaged line of a strip with its dark level and the scale of the detector.
+struct StripProfile<'a> {
     lines: &'a Lines<'a>,
     /// Without the inner end.
     profile: &'a [f32],
@@ -149,8 +148,8 @@ struct JoinedLine<'a> {
     parameters: &'a EarthParameters,
 }
 
-impl<'a> JoinedLine<'a> {
-    /// `None` where the outer side is bright.
+impl<'a> StripProfile<'a> {
+    /// `None` where the outer end is brighter than `earth.strips.dark_share`.
     fn new(
         lines: &'a Lines,
         profile: &'a [f32],
@@ -159,52 +158,51 @@ impl<'a> JoinedLine<'a> {
     ) -> Option<Self> {
         let full_scale = f32::from(geometry.full_scale());
         let dark = dark_of(profile, lines.length);
-        let profile = profile.get(..lines.length.checked_sub(END)?)?;
+        let profile = profile.get(..lines.length.checked_sub(END_MARGIN)?)?;
         let is_dark = dark <= parameters.strips.dark_share * full_scale;
         is_dark.then_some(Self { lines, profile, dark, full_scale, parameters })
     }
 
-    /// The outermost place that has its share of the brightness behind it.
-    fn passage(&self, zone: &Zone) -> Option<Passage> {
+    /// The outermost place with the model's share of the brightness behind it.
+    fn find_edge(&self, model: &LimbModel) -> Option<LimbEdge> {
         let Self { profile, dark, full_scale, parameters, .. } = *self;
         let least = parameters.strips.contrast_share * full_scale;
-        // What a place's brightness has beyond its share of the brightness behind it.
+        // Brightness at a place above the model's share of the brightness behind it.
         let excess = |place: usize| {
             let value = profile.get(place)? - dark;
-            zone.bright(profile, place, dark).map(|bright| (value - zone.level * bright, bright))
+            model.bright(profile, place, dark).map(|bright| (value - model.level * bright, bright))
         };
-        let outer = END + (self.lines.length / 8).max(5);
+        let outer = END_MARGIN + (self.lines.length / 8).max(5);
         let first = outer.checked_sub(1)?;
         let mut before = excess(first)?.0;
         let mut found = None;
         for place in outer..profile.len() {
-            // At the inner end of the strip there is no bright side left.
+            // `None` where the bright side would leave the strip.
             let (now, bright) = excess(place)?;
-            if now >= 0.0 && bright > least && zone.has_risen(profile, place, dark, bright) {
+            if now >= 0.0 && bright > least && model.is_ground(profile, place, dark, bright) {
                 found = if before < 0.0 {
-                    Some(Passage { place, part: before / (before - now), bright })
+                    Some(LimbEdge { place, part: before / (before - now), bright })
                 } else {
-                    self.outward(zone, place, first, bright)
+                    self.outward(model, place, first, bright)
                 };
                 break;
             }
             before = now;
         }
-        let Passage { place, bright, .. } = found?;
+        let LimbEdge { place, bright, .. } = found?;
         let saturated = bright + dark > parameters.strips.saturated_share * full_scale;
-        found.filter(|_| !saturated && rises(profile, place, zone, bright))
+        found.filter(|_| !saturated && is_rise(profile, place, model, bright))
     }
 
-    /// Where the line has its share of a brightness last, going outward from `place` to `outermost`: air that
-    /// fades more slowly than the model's has its share all the way out. The outer end itself must be dark; a
-    /// rise ends at least half way up.
-    fn outward(&self, zone: &Zone, place: usize, outermost: usize, bright: f32) -> Option<Passage> {
-        let excess = |place: usize| Some(self.profile.get(place)? - self.dark - zone.level * bright);
+    /// Outermost crossing of the share of `bright` between `place` and `outermost`, for air that fades more
+    /// slowly than modelled. `None` where the outer end is not below the share.
+    fn outward(&self, model: &LimbModel, place: usize, outermost: usize, bright: f32) -> Option<LimbEdge> {
+        let excess = |place: usize| Some(self.profile.get(place)? - self.dark - model.level * bright);
         let mut inner = excess(place)?;
         for place in (outermost + 1..=place).rev() {
             let outer = excess(place - 1)?;
             if outer < 0.0 {
-                return Some(Passage { place, part: outer / (outer - inner), bright });
+                return Some(LimbEdge { place, part: outer / (outer - inner), bright });
             }
             inner = outer;
         }
@@ -212,25 +210,27 @@ impl<'a> JoinedLine<'a> {
     }
 
     /// The limb point of a passage, with its sigma.
-    fn point(&self, passage: &Passage, zone: &Zone, strip: &Strip) -> Option<LimbPoint> {
+    fn point(&self, edge: &LimbEdge, model: &LimbModel, strip: &Strip) -> Option<LimbPoint> {
         let Self { profile, parameters, .. } = *self;
-        let Passage { place, part, bright } = *passage;
-        let smooth = zone.scatter(profile, place, self.dark)?;
-        let half = ((0.5 * zone.scale) as usize).clamp(1, END);
+        let LimbEdge { place, part, bright } = *edge;
+        let smooth = model.scatter(profile, place, self.dark)?;
+        let half = ((0.5 * model.scale) as usize).clamp(1, END_MARGIN);
         let scatter = self.lines.scatter_px(profile, place, half)?;
         let gradient = (profile.get(place)? - profile.get(place.checked_sub(1)?)?).max(1e-3);
-        // Clouds, and the shading by Lambert's law, which holds so far.
-        let (seen, unseen) = (REACH * smooth, parameters.limb.cloud_share);
-        let unsure = libm::sqrtf(seen * seen + unseen * unseen + zone.shading * zone.shading);
-        let level = zone.level * bright * unsure / gradient;
+        // Clouds seen in the bright side, clouds unseen, and the error of the shading model.
+        let (seen, unseen) = (CLOUD_FACTOR * smooth, parameters.limb.cloud_share);
+        let relative_sigma = libm::sqrtf(seen * seen + unseen * unseen + model.shading * model.shading);
+        let level = model.level * bright * relative_sigma / gradient;
         let height = parameters.limb.scatter_km / strip.expected.km_per_px.max(1e-3);
         let floor = parameters.strips.floor_px;
-        let steepness = strip.steepness();
+        let normal_cosine = strip.normal_cosine();
         // Along the lines, then across the limb.
         let sigma = libm::sqrtf(
-            (scatter * scatter + level * level) * steepness * steepness + floor * floor + height * height,
+            (scatter * scatter + level * level) * normal_cosine * normal_cosine
+                + floor * floor
+                + height * height,
         );
-        let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * zone.scale);
+        let greatest = GREATEST_SIGMA_PX.max(GREATEST_SIGMA_SHARE * model.scale);
         if sigma.is_nan() || sigma >= greatest {
             return None;
         }
@@ -248,16 +248,16 @@ pub fn crossing(
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
     let profile = lines.profile()?;
-    let joined = JoinedLine::new(&lines, &profile, geometry, parameters)?;
-    let zone = Zone::new(&strip.expected, strip.steepness(), parameters)?;
-    joined.point(&joined.passage(&zone)?, &zone, strip)
+    let strip_profile = StripProfile::new(&lines, &profile, geometry, parameters)?;
+    let model = LimbModel::new(&strip.expected, strip.normal_cosine(), parameters)?;
+    strip_profile.point(&strip_profile.find_edge(&model)?, &model, strip)
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.
-fn rises(profile: &[f32], place: usize, zone: &Zone, bright: f32) -> bool {
-    let out = (3.0 * (zone.scale + zone.spread)) as usize;
-    let from = place.saturating_sub(out.max(3)).max(END);
-    let fall = profile.get(from..place + zone.begin).map_or(f32::INFINITY, |rise| {
+fn is_rise(profile: &[f32], place: usize, model: &LimbModel, bright: f32) -> bool {
+    let out = (3.0 * (model.scale + model.spread)) as usize;
+    let from = place.saturating_sub(out.max(3)).max(END_MARGIN);
+    let fall = profile.get(from..place + model.begin).map_or(f32::INFINITY, |rise| {
         rise.windows(2).fold(0.0, |fall, pair| match pair {
             [outer, inner] if inner < outer => fall + (outer - inner),
             _ => fall,

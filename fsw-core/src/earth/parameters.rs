@@ -1,6 +1,6 @@
-//! What the room wants to know of the Earth, its limb and the points on it: a checked group for every step.
+//! Parameters of the Earth, its limb and limb points: a checked group for every step.
 
-use super::{Demand, Strips};
+use super::{FitCriteria, Strips};
 use crate::parameters::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +41,7 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Where the Sun must stand.
+    /// Elevation of the Sun.
     pub struct LightParameters in "earth.light" {
         /// Elevation of the Sun above which a limb counts as lit: below it the mode is eclipse.
         lit_deg: f32 = 3.0, 0.0..=45.0, "deg",
@@ -60,14 +60,17 @@ parameter_group! {
     pub struct StripParameters in "earth.strips" {
         /// Least rise of brightness across the limb, share of full scale.
         contrast_share: f32 = 0.01, 0.005..=0.5, "",
-            "chosen: 10 counts of 10 bits; thesis 12 %, which misses a limb in low light";
+            "10 counts of 10 bits, 45 sigma of a joined dark line (20 e- at 39 e- a count and rounding, \
+             0.6; seven lines, 0.22); thesis 12 %, which misses a limb in low light";
         /// Brightest dark side of a limb point, share of full scale; in a search too.
         dark_share: f32 = 0.12, 0.01..=0.5, "", "thesis 3.2.1: 11 %";
         /// Brightness that counts as saturated, share of full scale.
         saturated_share: f32 = 0.95, 0.5..=1.0, "",
-            "chosen: with 5 % left the place of half brightness is not cut";
+            "5 % clipped off the bright side move the limb by 5 % of a scale height, 0.4 km: less than \
+             `scatter_km`";
         /// Least standard deviation of a limb point.
-        floor_px: f32 = 0.05, 0.005..=2.0, "px", "chosen: what blur and pixel grid leave without noise";
+        floor_px: f32 = 0.05, 0.005..=2.0, "px",
+            "vignetting, which is not taken off, moves a limb by up to 0.05 px (`limb/tests.rs`)";
         /// Farthest that an inlier may lie from the limb, besides four times its scatter.
         tolerance_px: f32 = 2.0, 0.2..=20.0, "px", "half of the thesis's 4 px: a strip joins nine lines";
         /// Least share of the strips read that must hold an inlier. Where they lie across the limb most do; a
@@ -87,10 +90,12 @@ parameter_group! {
         /// Brightest dark side above the darkest sky, share of full scale.
         dark_share: f32 = 0.06, 0.01..=0.5, "", "thesis 3.2.1: 6 %";
         /// Least length of the bright side.
-        run_px: u16 = 12, 4..=64, "px", "chosen: longer than the image of a star";
+        run_px: u16 = 12, 4..=64, "px",
+            "three of the search's blocks of 4 px; a star is 3 to 5 px across (thesis 3.1)";
         /// Greatest length of the rise: a terminator is longer.
         rise_px: u16 = 64, 4..=250, "px",
-            "chosen: a limb seen from 400 km rises over some 40 px of the reference camera, a terminator over more";
+            "from 400 km a scale height is 10 px of the reference camera: 42 px from 2 % to all of the \
+             brightness; a terminator rises over more";
         /// Least standard deviation of a limb point: clouds move neighbours alike.
         floor_px: f32 = 1.5, 0.01..=5.0, "px",
             "searches of rendered Earths: normalised squares of the centre's error near 3";
@@ -103,19 +108,21 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Which points make a centre.
+    /// Consensus and fit of the centre.
     pub struct FitParameters in "earth.fit" {
         /// Share of inliers at which a hypothesis is taken at once.
         enough_share: f32 = 0.95, 0.5..=1.0, "", "thesis 3.2.1";
         /// Fewest inliers.
         fewest_points: u16 = 6, 4..=40, "", "twice what fixes a centre";
         /// Shortest arc.
-        least_arc_deg: f32 = 10.0, 1.0..=180.0, "deg", "chosen: shorter, a limb says nothing of the distance";
+        least_arc_deg: f32 = 10.0, 1.0..=180.0, "deg",
+            "from GEO (disc radius 459 px) its sagitta is 1.7 px: less than the 2 px that an inlier may be \
+             off";
     }
 }
 
 parameter_group! {
-    /// Heights that neighbouring points of the limb share.
+    /// Height errors that neighbouring limb points share.
     pub struct HorizonParameters in "earth.horizon" {
         /// Standard deviation of the height: clouds and air masses.
         sigma_km: f32 = 1.8, 0.0..=20.0, "km",
@@ -137,21 +144,23 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// What a centre must be that no orbit helps to find.
+    /// Limits of a centre without an orbit as its prior.
     pub struct PlausibleParameters in "earth.plausible" {
         /// Greatest standard deviation of the direction.
         sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
-            "chosen: a rough centre places strips, and an orbit helps at once";
+            "half of the reference field's shorter side, 19.4 deg: known worse, a centre is no more than an \
+             Earth in the field";
         /// Greatest standard deviation of the distance, share of it.
         range_share: f32 = 0.5, 0.001..=1.0, "",
-            "chosen: the orbit filter converges from up to three radii off";
+            "in GEO 3.3 Earth radii; the orbit filter converges from up to three (`Observation::UnitVector`)";
         /// Farthest that the body can be: a lit cloud in the night side is a small crescent.
         distance_km: f32 = 100_000.0, 10_000.0..=1e9, "km",
-            "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at 549,000 km";
+            "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at \
+             549,000 km";
     }
 }
 
-/// What the room wants to know of the Earth, its limb and the points on it.
+/// Parameters of the Earth, its limb and limb points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EarthParameters {
     /// The body.
@@ -172,8 +181,7 @@ pub struct EarthParameters {
     pub plausible: PlausibleParameters,
 }
 
-/// How many of its scatters ([`LimbParameters::scatter_km`]) a limb point may be off: one good point in
-/// 16,000 is lost.
+/// Tolerance in units of [`LimbParameters::scatter_km`]: one good point in 16,000 is lost.
 const TOLERATED_SCATTERS: f32 = 4.0;
 /// Least and greatest polar over equatorial half axis.
 const AXES_SHARE: [f32; 2] = [0.8, 1.2];
@@ -197,24 +205,23 @@ impl EarthParameters {
         groups.into_iter().flatten().next()
     }
 
-    /// What is demanded of a search that found so many points.
-    pub fn in_search(&self, points: usize) -> Demand {
-        let inliers = self.fewest(self.search.inlier_share, points);
-        Demand { tolerance_px: self.search.tolerance_px, inliers, alone: true }
+    /// Criteria of a search that found this many points.
+    pub fn search_criteria(&self, points: usize) -> FitCriteria {
+        let min_inliers = self.fewest(self.search.inlier_share, points);
+        FitCriteria { tolerance_px: self.search.tolerance_px, min_inliers, standalone: true }
     }
 
-    /// What is demanded of these strips; `alone` where no orbit says what the limb does not. Where a pixel
-    /// spans less than the limb scatters, inliers may lie farther apart.
-    pub fn in_strips(&self, strips: &Strips, alone: bool) -> Demand {
-        let inliers = self.fewest(self.strips.inlier_share, strips.read);
+    /// Criteria of these strips; `alone`: without an orbit as prior. The tolerance includes four times the
+    /// limb's scatter.
+    pub fn strip_criteria(&self, strips: &Strips, alone: bool) -> FitCriteria {
+        let min_inliers = self.fewest(self.strips.inlier_share, strips.read);
         let tolerance_px = self.strips.tolerance_px;
         let scatter_px = TOLERATED_SCATTERS * self.limb.scatter_km / strips.km_per_px.max(1e-3);
         let tolerance_px = libm::sqrtf(tolerance_px * tolerance_px + scatter_px * scatter_px);
-        Demand { tolerance_px, inliers, alone }
+        FitCriteria { tolerance_px, min_inliers, standalone: alone }
     }
 
-    /// By how many times less clouds move a limb of which a pixel spans so many km than one that is no wider
-    /// than a pixel.
+    /// Reduction of the shift by clouds for a limb wider than a pixel: `sqrt(1 + (scale height in px)²)`.
     pub fn clouds_reduction(&self, km_per_px: f32) -> f32 {
         let wide = self.limb.scale_height_km / km_per_px.max(1e-3);
         libm::sqrtf(1.0 + wide * wide)

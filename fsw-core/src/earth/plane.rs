@@ -1,19 +1,19 @@
-//! The limb cone in closed form: the plane in which the rays' unit vectors end.
+//! The limb cone in closed form: the plane through the tips of the rays' unit vectors.
 //!
-//! Christian and Robinson (2016) solve `H n = 1` with a ray `s` a row: the unit vectors of a cone end in a
-//! plane. Here the plane is fitted about the rays' mean, `z = z0 + g · (x, y)` with z along the mean ray, so
-//! that f32 suffices for an arc of 20 deg, for which `H' H` has a condition number of 1e6.
+//! Christian and Robinson (2016) solve `H n = 1` with a ray `s` a row: the tips of a cone's unit vectors
+//! lie in a plane. Here the plane is fitted about the rays' mean, `z = z0 + g · (x, y)` with z along the
+//! mean ray, so that f32 suffices for an arc of 20 deg, for which `H' H` has a condition number of 1e6.
 //!
-//! Noise of the rays is noise of x and y too, which flattens the fitted plane: 20 deg of a limb seen from the
-//! geostationary orbit come out 2 % too far. A second pass therefore takes the noise's own covariance off the
-//! scatter.
+//! Noise of the rays is noise of x and y too, an errors-in-variables bias that flattens the fitted plane:
+//! for 20 deg of limb from GEO the distance is 2 % too large. A second pass therefore subtracts the noise's
+//! covariance from the scatter matrix.
 
 use super::rays::{Cone, Ray};
-use super::shape::across;
+use super::shape::normal_basis;
 use nalgebra::Vector3;
 
-/// Share of the scatter's determinant that must be left when the noise is taken off; else the arc is all
-/// noise, and the first pass stands. Chosen.
+/// Least share of the scatter's determinant that must remain after subtraction of the noise; else the first
+/// pass is the result. Chosen.
 const LEAST_LEFT: f32 = 0.2;
 
 /// Sums of second moments about the mean ray, in its frame.
@@ -72,12 +72,12 @@ pub(super) fn fit(rays: &[Ray], chosen: u128) -> Option<Cone> {
     }
     let mean = first + sum * (1.0 / total);
     let square = mean.dot(&mean);
-    // The mean of a ring around the sky has no direction; no body comes near to that.
+    // The mean of directions around the whole sky has no direction; no body is as large.
     if square.is_nan() || square <= 1e-4 {
         return None;
     }
     let z = mean * (1.0 / libm::sqrtf(square));
-    let (x, y) = across(&z);
+    let (x, y) = normal_basis(&z);
     let in_frame = |v: &Vector3<f32>| Vector3::new(x.dot(v), y.dot(v), z.dot(v));
     let mut scatter = Scatter::default();
     for ray in rays.clone() {
@@ -93,7 +93,7 @@ pub(super) fn fit(rays: &[Ray], chosen: u128) -> Option<Cone> {
     let mut left = scatter;
     for ray in rays {
         let (_, radial) = cone.residual(ray);
-        // Noise moves the ray along the sphere, across the limb.
+        // Noise displaces the ray on the sphere, across the limb.
         let outward = radial * cone.cosine - cone.axis * cone.sine;
         let noise_rad = ray.sigma_px * ray.rad_per_px;
         left.add(&in_frame(&outward), -noise_rad * noise_rad * weight(ray) / total);

@@ -1,9 +1,9 @@
-//! Limb points as rays in sphere space, and the limb cone they are held against.
+//! Limb points as rays in sphere space, and the limb cone with its residuals.
 //!
-//! The residual of a ray is the sine of its angle beyond the cone, `|w × s| cos θ - (w · s) sin θ`, where `w`
-//! is the unit vector to the centre and `θ` the cone's half angle. Both terms are small where the cone is
-//! narrow, so f32 resolves 3e-4 px at any distance; `n · s - 1` would not. The cone and the vector `n` of
-//! Christian and Robinson are the same thing: `n = w / cos θ`, `|n| > 1`.
+//! The residual of a ray is the sine of its angle beyond the cone, `|w × s| cos θ - (w · s) sin θ`, where
+//! `w` is the unit vector to the centre and `θ` the cone's half angle. Both terms are small where the cone
+//! is narrow, so f32 resolves 3e-4 px at any distance; `n · s - 1` would not. Relation to the vector `n` of
+//! Christian and Robinson: `n = w / cos θ`, `|n| > 1`.
 
 use super::shape::{Body, unit};
 use super::{LimbPoint, MAX_SEARCH_POINTS};
@@ -16,13 +16,13 @@ use nalgebra::Vector3;
 pub(super) struct Ray {
     /// Unit vector.
     pub(super) unit: Vector3<f32>,
-    /// How it moves for a pixel outward along the line of measurement.
+    /// Its derivative by a pixel outward along the line of measurement.
     pub(super) outward: Vector3<f32>,
     /// Angle of a pixel there, rad, mean of its two sides.
     pub(super) rad_per_px: f32,
     /// Standard deviation along the line of measurement, px.
     pub(super) sigma_px: f32,
-    /// Number of the limb point.
+    /// Index of the limb point.
     pub(super) index: u8,
 }
 
@@ -32,12 +32,12 @@ const SLOPE_BASE_PX: f32 = 4.0;
 /// All rays of a second.
 pub(super) type Rays = Vec<Ray, MAX_SEARCH_POINTS>;
 
-/// Fills the list with the points that are finite and that the camera can see.
+/// Fills the list with the points that are finite and within the camera's field.
 pub(super) fn fill(rays: &mut Rays, points: &[LimbPoint], camera: &Camera, body: &Body) {
     rays.clear();
     for (index, point) in points.iter().enumerate().take(MAX_SEARCH_POINTS) {
         if let Some(ray) = Ray::new(point, index as u8, camera, body) {
-            // The list holds as many as are taken.
+            // The list holds MAX_SEARCH_POINTS.
             let _ = rays.push(ray);
         }
     }
@@ -52,7 +52,7 @@ impl Ray {
         }
         let at = |x: f32, y: f32| {
             let seen = camera.earth_direction([x, y])?;
-            Some(unit(&body.stretched(seen.vector()), seen.vector()))
+            Some(unit(&body.in_sphere_space(seen.vector()), seen.vector()))
         };
         let centre = at(x, y)?;
         let base = SLOPE_BASE_PX;
@@ -69,7 +69,7 @@ impl Ray {
     /// ray's unit vector across the axis.
     pub(super) fn sigma_rad(&self, cone: &Cone, radial: &Vector3<f32>) -> Option<f32> {
         let slope = self.outward.dot(&(radial * cone.cosine - cone.axis * cone.sine));
-        // A line of measurement nearly along the limb says nothing.
+        // A line of measurement nearly along the limb has no information.
         (slope > LEAST_STEEPNESS * self.rad_per_px).then_some(slope * self.sigma_px)
     }
 }
@@ -93,8 +93,8 @@ const LEAST_RADII: f32 = 1.003;
 const MOST_RADII: f32 = 157.0;
 
 impl Cone {
-    /// From the plane `normal · s = offset` in which its unit vectors end, `normal` of any length; `None` for
-    /// a centre nearer or farther than can be.
+    /// From the plane `normal · s = offset` through the tips of its unit vectors, `normal` of any length;
+    /// `None` outside [`LEAST_RADII`] to [`MOST_RADII`].
     pub(super) fn from_plane(normal: &Vector3<f32>, offset: f32) -> Option<Self> {
         let square = normal.dot(normal);
         if !(square > 1e-30 && square < 1e30) {
@@ -102,11 +102,11 @@ impl Cone {
         }
         let scale = if offset < 0.0 { -1.0 } else { 1.0 } / libm::sqrtf(square);
         let (axis, cosine) = (normal * scale, offset * scale);
-        Self::of(axis, libm::sqrtf((1.0 - cosine * cosine).max(0.0)), cosine)
+        Self::from_parts(axis, libm::sqrtf((1.0 - cosine * cosine).max(0.0)), cosine)
     }
 
-    /// From its parts, where they are possible (and finite).
-    pub(super) fn of(axis: Vector3<f32>, sine: f32, cosine: f32) -> Option<Self> {
+    /// From its parts; `None` outside the limits, or not finite.
+    pub(super) fn from_parts(axis: Vector3<f32>, sine: f32, cosine: f32) -> Option<Self> {
         let possible = sine > 1.0 / MOST_RADII && sine < 1.0 / LEAST_RADII && cosine > 0.0;
         possible.then_some(Self { axis, sine, cosine })
     }

@@ -1,19 +1,18 @@
-//! How far a strip must reach to hold the limb whole.
+//! Length of a strip that contains the whole rise of the limb.
 //!
-//! In: how many km of height a pixel spans at the limb, how well the limb's height is known there. Out: the
-//! strip's [`Reach`], or that it would be longer than a strip can be.
+//! In: height that a pixel spans at the limb, sigma of the limb's height. Out: the strip's [`Reach`], or
+//! `None` where it exceeds the longest strip.
 
 use super::EarthParameters;
 use super::limb::{MAX_LENGTH, Reach};
 
 /// Most strips across the limb in a second: 0.08 M cycles each, 2 of the 4 M that the Earth may take.
 pub const MAX_LIMB_STRIPS: usize = 24;
-/// The limb's glow is faint beyond so many scale heights: 1 %.
+/// Height of the limb's glow, scale heights: there it has fallen to 1 %.
 const GLOW_SCALES: f32 = 4.5;
-/// Inside the limb so many scale heights are looked at: the end of the rise, 0.7, and the bright side, 0.5.
+/// Depth of a strip inside the limb, scale heights: the end of the rise at 0.7, and 0.5 of bright side.
 const BRIGHT_SCALES: f32 = 1.5;
-/// Beyond the glow a strip reaches so far: over the edge that the lens spreads, and to brightness and
-/// darkness on its sides, px.
+/// Margin of a strip beyond the glow on either side, px: the blurred edge, and flat dark and bright ends.
 pub const STRIP_MARGIN_PX: f32 = 9.0;
 
 /// Height over which the limb's glow fades, km.

@@ -1,29 +1,29 @@
-//! The limb anywhere on the detector, without prediction (thesis §3.2.1 steps 1 to 4).
+//! Search for limb points on the whole detector, without prediction (thesis §3.2.1 steps 1 to 4).
 //!
 //! In: a [`Detector`] and a buffer as long as its longer side. Out: up to [`MAX_SEARCH_POINTS`] limb points.
 //!
-//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to bright.
-//! Dark is a level that falls quickly with the pixels and rises slowly. Where a pixel leaves it after
-//! [`LEAST_DARK_PX`] dark ones, the line is followed to the first plateau: 8 px after which the next 8 are
-//! hardly brighter. The limb is where the line passes half of that plateau, going outward from it. Stars and
-//! hot pixels have no plateau, the terminator none within the longest rise. A dark sea among clouds is no
-//! dark side: beside a limb it is hardly brighter than the darkest sky, which a few lines tell beforehand.
-//! What gets through, [`consensus`](super::consensus) is for.
+//! Every sixteenth row and column is read as a window of one line and walked both ways, from dark to
+//! bright. The dark level follows the pixels, downwards fast and upwards slowly. Where a pixel leaves it
+//! after [`LEAST_DARK_PX`] dark ones, the line is followed to the first plateau: 8 px after which the next
+//! 8 are brighter by less than an eighth. The limb is where the line passes half of that plateau, going
+//! outward from it. Stars and hot pixels have no plateau, the terminator none within the longest rise. A
+//! dark sea among clouds is rejected because the dark side of a limb is as dark as the sky, whose level is
+//! measured on a few lines beforehand. Remaining outliers are left to [`consensus`](super::consensus).
 //!
-//! What counts as a rise and as a plateau follows the noise of the line, which its darkest block tells.
+//! The thresholds of rise and plateau scale with the line's noise, measured in its darkest block.
 //!
 //! Where there are more points than the list holds, every second one is dropped, then only every second one
 //! is taken.
 //!
-//! Cost: a line without contrast is only looked through. Of others a pixel is looked at once each way, and at
-//! most three times more along a rise: bounded by the lines alone.
+//! Cost: of a line without contrast only the extremes are computed. On others a pixel is read once each
+//! way, and at most three times more along a rise: the bound depends on the number of lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
+use dark_level::{block_mean, darkest_block, sky_level};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use heapless::Vec;
-use sky::{darkest, level, sky};
 
-mod sky;
+mod dark_level;
 
 /// Dark pixels before a rise.
 pub const LEAST_DARK_PX: usize = 8;
@@ -41,10 +41,10 @@ const BEGIN_SHIFT: u32 = 2;
 const PLATEAU_SHIFT: u32 = 3;
 /// The dark side is brighter than the sky by less than a share of 2^-3 of the plateau.
 const SKY_SHIFT: u32 = 3;
-/// A rise begins at so many sigmas of the line's noise: the dark level, which falls quickly, stands up to two
-/// below the mean.
+/// A rise begins at this many sigmas of the line's noise: the dark level is up to two sigmas below the
+/// mean.
 const BEGIN_SIGMAS: i32 = 4;
-/// A plateau is so many times that above the dark level: half of it then still is a beginning rise.
+/// Least plateau in units of that threshold: half of it then still exceeds it.
 const LEAST_BEGINS: i32 = 2;
 /// Sigma of a point as a share of its rise's length: the plateau's height is known to an eighth, half of it
 /// to a sixteenth.
@@ -64,8 +64,8 @@ struct Thresholds {
     dark: i32,
     /// The darkest sky, fine counts.
     sky: i32,
-    /// By how much a dark side may be brighter than that beside the faintest limb, fine counts.
-    glow: i32,
+    /// Largest excess of a dark side over the sky, fine counts.
+    max_above_sky: i32,
     /// Least length of the bright side, px.
     run: usize,
     /// Longest rise, px.
@@ -97,15 +97,15 @@ impl Line<'_> {
     }
 }
 
-/// Where a line passes the limb.
+/// Limb crossing on a line.
 struct LimbOnLine {
     /// Place of the limb, px from the line's end.
     place: f32,
     sigma_px: f32,
 }
 
-/// Follows a rise that begins at `start`. `Err` is the place at which there is no more of it.
-fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<LimbOnLine, usize> {
+/// Follows a rise that begins at `start` to its plateau. `Err`: the place from which the search continues.
+fn trace_rise(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Result<LimbOnLine, usize> {
     let begin = thresholds.begin;
     let block = |place: usize| line.block(place, dark).ok_or(place);
     let mut plateau = start;
@@ -129,7 +129,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
         blocks = [second, third, fourth, block(plateau + 3 * BLOCK)?];
     }
     let bright = bright.ok_or(plateau)?;
-    if dark - thresholds.sky > thresholds.glow.max(bright >> SKY_SHIFT) {
+    if dark - thresholds.sky > thresholds.max_above_sky.max(bright >> SKY_SHIFT) {
         return Err(plateau + 2 * BLOCK);
     }
     let half = dark + bright / 2;
@@ -161,7 +161,7 @@ fn follow(line: &Line, start: usize, dark: i32, thresholds: &Thresholds) -> Resu
 }
 
 /// The first passage from dark to bright along a line.
-fn walk(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
+fn first_crossing(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
     let mut dark = line.at(0)?;
     let (mut dark_run, mut resume) = (0, 0);
     for place in 0..line.pixels.len() {
@@ -177,7 +177,7 @@ fn walk(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
             continue;
         }
         if dark_run >= LEAST_DARK_PX && place >= resume && dark <= thresholds.dark {
-            match follow(line, place, dark, thresholds) {
+            match trace_rise(line, place, dark, thresholds) {
                 Ok(limb) => return Some(limb),
                 Err(end) => resume = end,
             }
@@ -187,14 +187,14 @@ fn walk(line: &Line, thresholds: &Thresholds) -> Option<LimbOnLine> {
     None
 }
 
-/// Adds points, thinned out evenly when there are too many.
-pub(super) struct Thinned<'a> {
+/// Adds points to a list; when it is full, keeps every second one.
+pub(super) struct Decimator<'a> {
     points: &'a mut Points,
     seen: u32,
     stride: u32,
 }
 
-impl<'a> Thinned<'a> {
+impl<'a> Decimator<'a> {
     /// None seen yet; the list is empty.
     pub(super) fn new(points: &'a mut Points) -> Self {
         Self { points, seen: 0, stride: 1 }
@@ -222,13 +222,13 @@ impl<'a> Thinned<'a> {
     }
 }
 
-/// Reads rows and then columns, from the `first` on every `step`-th, and calls `see` with the detector,
+/// Reads rows and then columns, from the `first` on every `step`-th, and calls `visit` with the detector,
 /// whether it is a row, its number and its pixels.
-pub(super) fn each_line<D: Detector<Error = DetectorError>>(
+pub(super) fn for_each_line<D: Detector<Error = DetectorError>>(
     detector: &mut D,
     buffer: &mut [u16],
     [first, step]: [u16; 2],
-    mut see: impl FnMut(&mut D, bool, u16, &[u16]) -> Result<(), DetectorError>,
+    mut visit: impl FnMut(&mut D, bool, u16, &[u16]) -> Result<(), DetectorError>,
 ) -> Result<(), DetectorError> {
     let DetectorGeometry { width_px, height_px, .. } = detector.geometry();
     for (along_x, length, lines) in [(true, width_px, height_px), (false, height_px, width_px)] {
@@ -240,7 +240,7 @@ pub(super) fn each_line<D: Detector<Error = DetectorError>>(
                 Window { x: line, y: 0, width: 1, height: length }
             };
             detector.read(window, pixels)?;
-            see(detector, along_x, line, pixels)?;
+            visit(detector, along_x, line, pixels)?;
         }
     }
     Ok(())
@@ -260,31 +260,32 @@ pub fn search(
     let full_scale = f32::from(detector.geometry().full_scale());
     let fine = |share: f32| (share * full_scale * (1 << FINE_SHIFT) as f32) as i32;
     let step = parameters.search.step_px;
-    let sky = sky(detector, buffer, step)?;
+    let sky = sky_level(detector, buffer, step)?;
     let contrast = fine(parameters.search.contrast_share).max(1 << FINE_SHIFT);
     let begin = contrast >> BEGIN_SHIFT;
     let quiet = Thresholds {
         contrast,
         begin,
-        // A camera's own dark level may be high, but a picture without any sky has no limb.
+        // Relative to the sky, because a camera's dark level may be high; but bounded, because an image
+        // without sky has no limb.
         dark: (sky + fine(parameters.search.dark_share)).min(fine(parameters.strips.dark_share)),
         sky,
-        glow: begin,
+        max_above_sky: begin,
         run: parameters.search.run_px.into(),
         rise: usize::from(parameters.search.rise_px).min(256),
         floor_px: parameters.search.floor_px,
     };
-    let mut thinned = Thinned::new(points);
-    each_line(detector, buffer, [step / 2, step], |_, along_x, line, pixels| {
-        let (dark, sigma) = darkest(pixels);
+    let mut thinned = Decimator::new(points);
+    for_each_line(detector, buffer, [step / 2, step], |_, along_x, line, pixels| {
+        let (dark, sigma) = darkest_block(pixels);
         let begin = quiet.begin.max(BEGIN_SIGMAS * sigma);
         let thresholds = Thresholds { begin, contrast: quiet.contrast.max(LEAST_BEGINS * begin), ..quiet };
         let brightest = pixels.iter().fold(0, |high, raw| high.max(*raw));
-        if (i32::from(brightest) << FINE_SHIFT) - level(dark) < thresholds.contrast {
+        if (i32::from(brightest) << FINE_SHIFT) - block_mean(dark) < thresholds.contrast {
             return Ok(());
         }
         for backwards in [false, true] {
-            let Some(limb) = walk(&Line { pixels, backwards }, &thresholds) else { continue };
+            let Some(limb) = first_crossing(&Line { pixels, backwards }, &thresholds) else { continue };
             let (place, outward) =
                 if backwards { (pixels.len() as f32 - 1.0 - limb.place, 1.0) } else { (limb.place, -1.0) };
             let across = f32::from(line);

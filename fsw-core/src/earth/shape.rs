@@ -1,4 +1,4 @@
-//! The body's shape: between space and sphere space.
+//! The body's shape: transformation between space and sphere space.
 //!
 //! `S v = v + (a / b - 1) p (p · v)` with the pole `p` and the half axes `a`, `b`, limb height included,
 //! turns the ellipsoid into a sphere of radius `a`. Up to a rotation `S / a` is the matrix B of Christian and
@@ -11,7 +11,7 @@ use super::{EarthParameters, Ellipsoid};
 use crate::frames::{Direction, EarthPath};
 use nalgebra::{Matrix3, Vector3};
 
-/// The body as it stands in the Earth path's frame: shape, limb, pole and Sun.
+/// The body in the Earth path's frame: shape with limb height, pole and Sun.
 #[derive(Clone, Copy, Debug)]
 pub struct Body {
     /// Half axis on the equator, limb height included, km.
@@ -25,7 +25,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// From the pole's and the Sun's direction; a Sun that is not known is taken to light every limb.
+    /// From the directions of pole and Sun; without the Sun every limb counts as lit.
     pub fn new(
         pole: &Direction<EarthPath>,
         sun: Option<&Direction<EarthPath>>,
@@ -50,7 +50,7 @@ impl Body {
     }
 
     /// Whether the Sun's direction is known.
-    pub(super) fn knows_sun(&self) -> bool {
+    pub(super) fn has_sun(&self) -> bool {
         self.sun.is_some()
     }
 
@@ -60,20 +60,20 @@ impl Body {
     }
 
     /// Into sphere space (of a vector in units of the radius).
-    pub(super) fn stretched(&self, vector: &Vector3<f32>) -> Vector3<f32> {
+    pub(super) fn in_sphere_space(&self, vector: &Vector3<f32>) -> Vector3<f32> {
         vector + self.pole * (self.stretch * self.pole.dot(vector))
     }
 
     /// Out of sphere space.
-    pub(super) fn shrunk(&self, vector: &Vector3<f32>) -> Vector3<f32> {
+    pub(super) fn in_space(&self, vector: &Vector3<f32>) -> Vector3<f32> {
         vector + self.pole * (self.shrink * self.pole.dot(vector))
     }
 
     /// The centre in sphere space, radii, and sine and cosine of the limb cone's half angle, from the vector
     /// to the centre, km. `None` when that is not finite, inside the body, or more than a thousand radii
     /// away.
-    pub(super) fn horizon(&self, centre_km: &Vector3<f32>) -> Option<(Vector3<f32>, f32, f32)> {
-        let centre = self.stretched(&(centre_km * (1.0 / self.radius_km)));
+    pub(super) fn limb_cone(&self, centre_km: &Vector3<f32>) -> Option<(Vector3<f32>, f32, f32)> {
+        let centre = self.in_sphere_space(&(centre_km * (1.0 / self.radius_km)));
         let square = centre.dot(&centre);
         // Also refuses NaN.
         if !(square > 1.0 + 1e-4 && square < 1e6) {
@@ -87,7 +87,7 @@ impl Body {
     /// space.
     pub(super) fn upward(&self, point: &Vector3<f32>) -> Vector3<f32> {
         // The gradient of x² + y² + (a z / b)² is S S x, and S x is the point of sphere space.
-        self.stretched(point)
+        self.in_sphere_space(point)
     }
 
     /// Sine of the Sun's elevation at the surface point whose vector from the centre is `point` in sphere
@@ -111,12 +111,12 @@ pub(super) fn unit(vector: &Vector3<f32>, otherwise: &Vector3<f32>) -> Vector3<f
 
 /// `one · (matrix other)`.
 #[inline(never)]
-pub(super) fn between(one: &Vector3<f32>, matrix: &Matrix3<f32>, other: &Vector3<f32>) -> f32 {
+pub(super) fn bilinear(one: &Vector3<f32>, matrix: &Matrix3<f32>, other: &Vector3<f32>) -> f32 {
     one.dot(&(matrix * other))
 }
 
 /// Two unit vectors across a unit vector, right-handed with it.
-pub(super) fn across(axis: &Vector3<f32>) -> (Vector3<f32>, Vector3<f32>) {
+pub(super) fn normal_basis(axis: &Vector3<f32>) -> (Vector3<f32>, Vector3<f32>) {
     let aside = if axis.x * axis.x < 0.5 { Vector3::new(1.0, 0.0, 0.0) } else { Vector3::new(0.0, 1.0, 0.0) };
     let first = unit(&(aside - axis * axis.dot(&aside)), &aside);
     (first, axis.cross(&first))

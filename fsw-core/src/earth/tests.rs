@@ -8,7 +8,7 @@ use crate::oracle::{wide, wide_matrix};
 use std::vec::Vec;
 
 /// One tracking second about a predicted centre.
-fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -> Result<EarthFix, Refusal> {
+fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -> Result<EarthFix, FitError> {
     let (parameters, camera) = (parameters(), camera());
     let body = world.body(&parameters);
     let view = View::new(predicted_km, &body).unwrap();
@@ -22,16 +22,17 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
             crossing(&pixels, &strip, &GEOMETRY, &parameters)
         })
         .collect();
-    let strips = Strips { read: points.len(), unsure: 0, km_per_px: f32::INFINITY };
-    let demand = &parameters.in_strips(&strips, true);
-    centre(&points, &camera, &body, demand, None, &parameters, &mut RayBuffer::new())
+    let strips = Strips { read: points.len(), skipped: 0, km_per_px: f32::INFINITY };
+    let criteria = &parameters.strip_criteria(&strips, true);
+    centre(&points, &camera, &body, criteria, None, &parameters, &mut RayBuffer::new())
 }
 
 #[test]
 fn strips_tolerate_what_a_limb_scatters() {
     let parameters = parameters();
-    let tolerance =
-        |km_per_px: f32| parameters.in_strips(&Strips { read: 24, unsure: 0, km_per_px }, true).tolerance_px;
+    let tolerance = |km_per_px: f32| {
+        parameters.strip_criteria(&Strips { read: 24, skipped: 0, km_per_px }, true).tolerance_px
+    };
     assert_eq!(tolerance(f32::INFINITY), parameters.strips.tolerance_px);
     // Four scatters of 0.6 km are 3 px of 0.8 km, and 2 px are allowed besides.
     assert!((tolerance(0.8) - 13f32.sqrt()).abs() < 1e-4);
@@ -65,8 +66,8 @@ fn strips_after_a_search_find_the_centre_within_the_goal() {
             let mut points = Points::new();
             search(&mut world.picture(1.0, seed), &mut [0; 1280], &parameters, &mut points).unwrap();
             let body = world.body(&parameters);
-            let demand = &parameters.in_search(points.len());
-            let first = centre(&points, &camera(), &body, demand, None, &parameters, &mut RayBuffer::new());
+            let criteria = &parameters.search_criteria(points.len());
+            let first = centre(&points, &camera(), &body, criteria, None, &parameters, &mut RayBuffer::new());
             let fix = first.and_then(|first| track(&world, &first.centre_km, reach, seed));
             match fix {
                 Ok(fix) => {
@@ -98,7 +99,7 @@ fn strips_after_a_search_find_the_centre_within_the_goal() {
 fn sigmas_are_those_across_and_along_the_direction() {
     let fix = EarthFix {
         centre_km: Vector3::new(0.0, 3000.0, 4000.0),
-        place_km: Vector3::new(0.0, 3000.0, 4000.0),
+        linearisation_km: Vector3::new(0.0, 3000.0, 4000.0),
         // 3 km along, 10 km across in x, 5 km across in the plane of y and z.
         covariance_km2: {
             let (along, across) = (Vector3::new(0.0, 0.6, 0.8), Vector3::new(0.0, 0.8, -0.6));

@@ -1,18 +1,18 @@
-//! The Earth as it must look from a predicted position.
+//! Prediction of the Earth's image from a position.
 //!
-//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: what the disc
-//! covers, where its lit side blinds the camera to stars, and where on the detector a lit limb must stand.
+//! In: the vector to the Earth's centre, km, and the [`Body`] in the Earth path's frame. Out: the sky that
+//! the disc and its glow cover, and the predicted limb points on the detector where it is lit.
 //!
-//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`; its points are `w
-//! cos + (e1 cos φ + e2 sin φ) sin`, and a point's vector from the centre is `(e1 cos φ + e2 sin φ) cos - w
-//! sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in the field and lit, a fine pass of
-//! [`FINE`] azimuths over those cells gives points evenly along whatever arc there is, 20 degrees or a turn.
-//! No sine is called: azimuths advance by a constant rotation.
+//! In sphere space the limb is the cone of half angle `asin(1 / |C|)` about the centre `C`. Its points are
+//! `w cos + (e1 cos φ + e2 sin φ) sin`; the vector from the centre to a point is
+//! `(e1 cos φ + e2 sin φ) cos - w sin`. A coarse pass over [`COARSE`] azimuths finds the cells that are in
+//! the field and lit, a fine pass of [`FINE`] azimuths over those cells gives points evenly along an arc of
+//! any length, 20 deg to a full turn. Azimuths advance by a constant rotation instead of sine calls.
 //!
 //! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 270
 //! projections.
 
-use super::shape::{Body, across, unit};
+use super::shape::{Body, normal_basis, unit};
 use super::{EarthParameters, MAX_LIMB_POINTS};
 use crate::camera::Camera;
 use crate::frames::{Direction, EarthPath};
@@ -52,9 +52,9 @@ pub struct ExpectedLimb {
     pub sun_facing: f32,
 }
 
-/// How much of the limb is in the field, rad of azimuth about the centre.
+/// Length of limb in the field, rad of azimuth about the centre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Light {
+pub struct LitArcs {
     /// Lit or not.
     pub arc_rad: f32,
     /// Lit.
@@ -68,8 +68,8 @@ pub struct Light {
 pub struct LimbInField {
     /// Points where it is lit well enough, evenly along it.
     pub points: Vec<ExpectedLimb, MAX_LIMB_POINTS>,
-    /// How much of it there is.
-    pub light: Light,
+    /// Its length.
+    pub lit_arcs: LitArcs,
 }
 
 /// The Earth seen from a place.
@@ -89,18 +89,19 @@ impl View {
     /// From the vector to the Earth's centre, km. `None` when it is not finite, inside the body, or more than
     /// a thousand radii away.
     pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
-        let (centre, sine, cosine) = body.horizon(centre_km)?;
+        let (centre, sine, cosine) = body.limb_cone(centre_km)?;
         let axis = centre * sine;
-        let (first, second) = across(&axis);
+        let (first, second) = normal_basis(&axis);
         Some(Self { body: *body, centre, axes: [axis, first, second], sine, cosine })
     }
 
-    /// Distance of the limb, km: so many km of height a radian spans there.
+    /// Distance of the limb, km: height that a radian spans there.
     pub fn limb_distance_km(&self) -> f32 {
         self.body.radius_km() * self.cosine / self.sine
     }
 
-    /// What the Earth hides, and its glow to `margin_rad` (up to a right angle) from its limb.
+    /// Mask of the sky hidden by the Earth and its glow, the latter to `margin_rad` (up to a right angle)
+    /// from the limb.
     pub fn mask(&self, margin_rad: f32, parameters: &EarthParameters) -> EarthMask<'_> {
         let twilight_sine = sine_cosine(parameters.light.twilight_deg.to_radians()).0;
         EarthMask { view: self, margin_sine: sine_cosine(margin_rad).0, twilight_sine }
@@ -116,7 +117,7 @@ impl View {
     /// begins is arbitrary.
     pub fn limb_ray(&self, azimuth: [f32; 2]) -> Option<Direction<EarthPath>> {
         let [axis, ..] = self.axes;
-        Direction::new(self.body.shrunk(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
+        Direction::new(self.body.in_space(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
     }
 
     /// Sine of the angle between the centre and the limb, in sphere space.
@@ -126,24 +127,24 @@ impl View {
 
     /// Place on the detector and sine of the Sun's elevation of the limb at an azimuth; `None` outside the
     /// field.
-    fn seen(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
+    fn project_limb(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
         let ray = self.limb_ray(azimuth)?;
-        let at_px = camera.sees_earth(&ray, margin_px)?;
+        let at_px = camera.project_earth_inside(&ray, margin_px)?;
         let point = radial * self.cosine - axis * self.sine;
         Some((at_px, self.body.sun_sine(&point).unwrap_or(1.0)))
     }
 
-    /// All about the limb at an azimuth that is in the field.
+    /// The predicted limb point at an azimuth; `None` outside the field.
     fn expected(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<ExpectedLimb> {
-        let (at_px, sun_sine) = self.seen(azimuth, camera, margin_px)?;
+        let (at_px, sun_sine) = self.project_limb(azimuth, camera, margin_px)?;
         let ([cosine, sine], [axis, ..]) = (azimuth, self.axes);
         let (radial, tangent) = (self.radial(azimuth), self.radial([-sine, cosine]));
-        let ray = self.body.shrunk(&(axis * self.cosine + radial * self.sine));
+        let ray = self.body.in_space(&(axis * self.cosine + radial * self.sine));
         let step = SLOPE_BASE_PX * camera.rad_per_px();
         // Where the detector's position goes for a step along a vector of sphere space, px per unit.
         let slope = |vector: &Vector3<f32>| {
-            let shift = self.body.shrunk(vector) * step;
+            let shift = self.body.in_space(vector) * step;
             let [x1, y1] = camera.project_earth(&Direction::new(ray + shift)?)?;
             let [x0, y0] = camera.project_earth(&Direction::new(ray - shift)?)?;
             Some([(x1 - x0) / (2.0 * step), (y1 - y0) / (2.0 * step)])
@@ -164,22 +165,22 @@ impl View {
         Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
-    /// How much of the limb lies inside the detector by `margin_px`.
-    pub fn light(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> Light {
+    /// Length of limb inside the detector by `margin_px`.
+    pub fn lit_arcs(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> LitArcs {
         self.coarse(camera, margin_px, parameters).0
     }
 
     /// The same, and the cells in which a limb that can be measured may stand.
-    fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (Light, u128) {
+    fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (LitArcs, u128) {
         let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
         let least = least_sun_sine(parameters);
-        let mut light = Light::default();
+        let mut light = LitArcs::default();
         // Bit i belongs to azimuth i.
         let mut usable = 0u128;
         let mut azimuth = [1.0, 0.0];
         for _ in 0..COARSE {
             usable >>= 1;
-            if let Some((_, sun_sine)) = self.seen(azimuth, camera, margin_px) {
+            if let Some((_, sun_sine)) = self.project_limb(azimuth, camera, margin_px) {
                 light.arc_rad += CELL_RAD;
                 if sun_sine > lit {
                     light.lit_rad += CELL_RAD;
@@ -189,7 +190,7 @@ impl View {
                     usable |= 1 << (COARSE - 1);
                 }
             }
-            azimuth = turned(azimuth, CELL);
+            azimuth = add_angles(azimuth, CELL);
         }
         // A limb that stands at an azimuth may begin in the cell before and end in the one after.
         (light, usable | usable.rotate_right(1))
@@ -205,11 +206,11 @@ impl View {
         parameters: &EarthParameters,
     ) -> LimbInField {
         let least = least_sun_sine(parameters);
-        let (light, cells) = self.coarse(camera, margin_px, parameters);
-        let mut limb = LimbInField { points: Vec::new(), light };
+        let (lit_arcs, cells) = self.coarse(camera, margin_px, parameters);
+        let mut limb = LimbInField { points: Vec::new(), lit_arcs };
         let mut usable = 0u128;
         for azimuth in FineAzimuths::over(cells) {
-            let seen = self.seen(azimuth, camera, margin_px);
+            let seen = self.project_limb(azimuth, camera, margin_px);
             usable = (usable >> 1) | (u128::from(seen.is_some_and(|(_, sine)| sine > least)) << (FINE - 1));
         }
         let all = usable.count_ones() as usize;
@@ -269,7 +270,7 @@ impl Iterator for FineAzimuths {
             if self.cell >= COARSE {
                 return None;
             }
-            self.start = turned(self.start, CELL);
+            self.start = add_angles(self.start, CELL);
             self.passed += if self.cells & 1 != 0 { FINE as u32 } else { 0 };
         }
         let offset = (2 * self.candidate + 1) * self.count + 2 * FINE as u32 - 2 * self.passed;
@@ -278,11 +279,11 @@ impl Iterator for FineAzimuths {
         let square = angle * angle;
         // Up to 0.05 rad: error 2e-10.
         let small = [1.0 - square * (0.5 - square * (1.0 / 24.0)), angle * (1.0 - square * (1.0 / 6.0))];
-        Some(turned(self.start, small))
+        Some(add_angles(self.start, small))
     }
 }
 
-/// What the Earth and its glow hide.
+/// The sky hidden by the Earth and its glow.
 #[derive(Clone, Copy, Debug)]
 pub struct EarthMask<'v> {
     view: &'v View,
@@ -291,7 +292,7 @@ pub struct EarthMask<'v> {
 }
 
 impl EarthMask<'_> {
-    /// Whether no star can be seen in this direction: the Earth shines there.
+    /// Whether stars in this direction are outshone: lit Earth or lit glow.
     pub fn hides(&self, direction: &Direction<EarthPath>) -> bool {
         self.covers(direction) && self.is_lit(direction)
     }
@@ -299,7 +300,7 @@ impl EarthMask<'_> {
     /// Whether a direction meets the Earth, or passes its limb within the margin.
     fn covers(&self, direction: &Direction<EarthPath>) -> bool {
         let View { body, axes: [axis, ..], sine, cosine, .. } = self.view;
-        let ray = body.stretched(direction.vector());
+        let ray = body.in_sphere_space(direction.vector());
         let turned = axis.cross(&ray);
         let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
         // Sine and cosine of the angle past the limb, times the ray's length.
@@ -308,11 +309,11 @@ impl EarthMask<'_> {
         past < 0.0 && along > 0.0 || (facing > 0.0 && past < self.margin_sine * length)
     }
 
-    /// Whether the Earth shines where this direction meets it, or passes it nearest: the Sun is up, or below
-    /// the horizon by no more than the twilight.
+    /// Whether the Earth is lit where this direction meets it, or passes it nearest: the Sun is up, or
+    /// below the horizon by no more than the twilight.
     fn is_lit(&self, direction: &Direction<EarthPath>) -> bool {
         let View { body, centre, .. } = self.view;
-        let ray = unit(&body.stretched(direction.vector()), direction.vector());
+        let ray = unit(&body.in_sphere_space(direction.vector()), direction.vector());
         let along = centre.dot(&ray);
         let nearest = centre - ray * along;
         let depth = (1.0 - nearest.dot(&nearest)).max(0.0);
@@ -327,7 +328,7 @@ fn least_sun_sine(parameters: &EarthParameters) -> f32 {
 }
 
 /// Sum of two angles given by cosine and sine.
-fn turned([c1, s1]: [f32; 2], [c2, s2]: [f32; 2]) -> [f32; 2] {
+fn add_angles([c1, s1]: [f32; 2], [c2, s2]: [f32; 2]) -> [f32; 2] {
     [c1 * c2 - s1 * s2, s1 * c2 + c1 * s2]
 }
 

@@ -11,13 +11,13 @@ const PARAMETERS: ModeParameters = ModeParameters {
     pause_s: 5,
 };
 
-const NOTHING: Seen =
-    Seen { attitude: false, rate: false, predicted: false, blinded: false, dark: None, fault: false };
-const ATTITUDE: Seen = Seen { attitude: true, rate: true, ..NOTHING };
-const LIT: Seen = Seen { dark: Some(false), ..ATTITUDE };
-const DARK: Seen = Seen { dark: Some(true), ..ATTITUDE };
-const BLINDED: Seen = Seen { blinded: true, ..NOTHING };
-const FAULT: Seen = Seen { fault: true, ..NOTHING };
+const NOTHING: ModeInputs =
+    ModeInputs { attitude: false, rate: false, predicted: false, blinded: false, dark: None, fault: false };
+const ATTITUDE: ModeInputs = ModeInputs { attitude: true, rate: true, ..NOTHING };
+const LIT: ModeInputs = ModeInputs { dark: Some(false), ..ATTITUDE };
+const DARK: ModeInputs = ModeInputs { dark: Some(true), ..ATTITUDE };
+const BLINDED: ModeInputs = ModeInputs { blinded: true, ..NOTHING };
+const FAULT: ModeInputs = ModeInputs { fault: true, ..NOTHING };
 
 fn machine(mode: Mode) -> Modes {
     let mut modes = Modes::default();
@@ -26,18 +26,18 @@ fn machine(mode: Mode) -> Modes {
 }
 
 /// Modes after each of the seconds.
-fn after(mode: Mode, seconds: &[Seen]) -> Vec<Mode> {
+fn after(mode: Mode, seconds: &[ModeInputs]) -> Vec<Mode> {
     after_steps(mode, seconds, 1_000_000)
 }
 
 /// The same where the seconds are `step_us` apart.
-fn after_steps(mode: Mode, seconds: &[Seen], step_us: i64) -> Vec<Mode> {
+fn after_steps(mode: Mode, seconds: &[ModeInputs], step_us: i64) -> Vec<Mode> {
     let mut modes = machine(mode);
     let mut now = LocalTime::from_us(77);
-    let step = |seen: &Seen| {
+    let step = |inputs: &ModeInputs| {
         let before = modes.mode();
         now = now.plus_us(step_us);
-        let guard = modes.next(now, seen, &PARAMETERS);
+        let guard = modes.next(now, inputs, &PARAMETERS);
         assert_eq!(guard.is_some(), before != modes.mode(), "a guard is given exactly when the mode changes");
         modes.mode()
     };
@@ -53,9 +53,9 @@ fn the_sensor_begins_with_its_self_test_and_goes_on_when_it_passes() {
 
 #[test]
 fn acquisition_needs_attitude_and_rate() {
-    assert_eq!(after(Acquisition, &[Seen { rate: false, ..ATTITUDE }]), [Acquisition]);
+    assert_eq!(after(Acquisition, &[ModeInputs { rate: false, ..ATTITUDE }]), [Acquisition]);
     // A rate without an attitude of this second is an old one.
-    assert_eq!(after(Acquisition, &[Seen { attitude: false, ..ATTITUDE }]), [Acquisition]);
+    assert_eq!(after(Acquisition, &[ModeInputs { attitude: false, ..ATTITUDE }]), [Acquisition]);
     assert_eq!(after(Acquisition, &[ATTITUDE]), [Tracking]);
     assert_eq!(after(Acquisition, &[DARK]), [Eclipse]);
 }
@@ -99,8 +99,8 @@ fn the_sun_interrupts_every_mode_that_looks() {
 #[test]
 fn after_the_sun_an_attitude_that_was_predicted_well_saves_the_acquisition() {
     assert_eq!(after(SunOutage, &[BLINDED, NOTHING]), [SunOutage, Acquisition]);
-    assert_eq!(after(SunOutage, &[Seen { predicted: true, ..NOTHING }]), [Tracking]);
-    assert_eq!(after(SunOutage, &[Seen { predicted: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
+    assert_eq!(after(SunOutage, &[ModeInputs { predicted: true, ..NOTHING }]), [Tracking]);
+    assert_eq!(after(SunOutage, &[ModeInputs { predicted: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
     assert_eq!(after(SunOutage, &[BLINDED; 30])[28..], [SunOutage, Safe]);
 }
 

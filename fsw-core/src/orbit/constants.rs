@@ -10,8 +10,6 @@ pub const MU_SUN_KM3_S2: f64 = 132_712_440_041.279_42;
 pub const J2: f64 = 1.082_626_68e-3;
 /// Equatorial radius of the Earth, km (WGS84).
 pub const EARTH_RADIUS_KM: f64 = 6_378.137;
-/// Flattening of the Earth (WGS84).
-pub const EARTH_FLATTENING: f64 = 1.0 / 298.257_223_563;
 /// Rotation of the Earth, rad/s (WGS84).
 pub const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
 /// Astronomical unit, km (IAU 2012).

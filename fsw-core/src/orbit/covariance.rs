@@ -10,17 +10,17 @@
 //! | bias of the fixes | [`BIAS`] | km | considered |
 //!
 //! Propagation is `Φ P Φᵀ + Q`, where only position and velocity have a transition matrix and the others
-//! decay. The update is that of Schmidt: with `S = L Lᵀ` the covariance of the innovation and `W = L⁻¹ H P`,
-//! the matrix loses `Wᵀ W`, except among the considered states, which no measurement betters. In f64 the loss
-//! of digits in the difference is harmless: variances fall by 1e12 at most (test: every campaign of the
-//! filter ends with a Cholesky factor of all states).
+//! decay. The update is that of Schmidt: with `S = L Lᵀ` the covariance of the innovation and `W = L⁻¹ H
+//! P`, the matrix loses `Wᵀ W`, except among the considered states, which no measurement betters. In f64
+//! the cancellation in the difference is acceptable: variances fall by 1e12 at most (test: every campaign
+//! of the filter ends with a Cholesky factor of all states).
 //!
 //! Kept is the lower left half, 728 bytes. A propagation takes 600 multiplications with additions, an
 //! update 700.
 
 use super::dynamics::Transition;
 use super::noise::ProcessNoise;
-use crate::matrix::{Cholesky, add_scaled, product_transposed, symmetrise};
+use crate::matrix::{Cholesky, add_scaled, dot, dot_slices, product_transposed, symmetrise};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// First state of the position.
@@ -44,10 +44,10 @@ const SLOW: usize = STATES - MOTION;
 /// Elements of the lower left half.
 const ELEMENTS: usize = STATES * (STATES + 1) / 2;
 
-/// Greatest variance that is taken for one: what is made of it stays finite.
+/// Largest valid variance: products of it stay finite.
 const GREATEST_VARIANCE: f64 = 1e30;
 
-/// What a measured position (rows, km) depends on: a column for each state.
+/// Derivative of a measured position (rows, km): a column for each state.
 pub type Sensitivity = SMatrix<f64, 3, STATES>;
 
 /// Symmetric matrix of all states.
@@ -57,7 +57,7 @@ pub struct Covariance {
     elements: [f64; ELEMENTS],
 }
 
-/// A correction of the estimate, and how surprising the measurement was.
+/// A correction of the estimate, and the innovation's NIS.
 #[derive(Clone, Copy, Debug)]
 pub struct Correction {
     /// Of the position, km.
@@ -76,13 +76,9 @@ fn place(row: usize, column: usize) -> usize {
     below * (below + 1) / 2 + above
 }
 
-/// Whether a factor is 0 or -0, which spares its product: integers instead of a call of software arithmetic.
+/// Whether a factor is 0 or -0, tested as an integer: its product of software floating point is skipped.
 fn is_zero(factor: f64) -> bool {
     factor.to_bits() << 1 == 0
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 impl Covariance {
@@ -141,7 +137,7 @@ impl Covariance {
 
     /// `Φ P Φᵀ + Q` over `dt` seconds.
     pub fn propagate(&mut self, transition: &Transition, noise: &ProcessNoise, dt: f64) {
-        let (height, bias) = (noise.height_kept, noise.bias_kept);
+        let (height, bias) = (noise.height_decay, noise.bias_decay);
         self.transform(transition, &[height, 1.0, 1.0, 1.0, bias, bias, bias]);
         // White acceleration, integrated.
         let velocity = noise.acceleration * dt;
@@ -151,7 +147,7 @@ impl Covariance {
             self.add(VELOCITY + axis, POSITION + axis, both);
             self.add(VELOCITY + axis, VELOCITY + axis, velocity);
         }
-        self.add(LIMB_HEIGHT, LIMB_HEIGHT, noise.height_renewed);
+        self.add(LIMB_HEIGHT, LIMB_HEIGHT, noise.height_variance_added);
     }
 
     /// Rotates position and velocity.
@@ -198,8 +194,8 @@ impl Covariance {
         }
     }
 
-    /// Takes in an innovation whose noise has the covariance `noise_km2`, and gives what it corrects; `None`,
-    /// and nothing is changed, when the innovation's covariance is not positive definite.
+    /// Measurement update by an innovation with noise covariance `noise_km2`; returns the correction.
+    /// `None`, and no change, when the innovation's covariance is not positive definite.
     #[inline(never)]
     pub fn correct(
         &mut self,
@@ -224,17 +220,17 @@ impl Covariance {
         let white = factor.whitened(&carried).data.0;
         for (i, row) in white.iter().enumerate() {
             for (j, column) in white.iter().enumerate().take(ESTIMATED.min(i + 1)) {
-                self.add(i, j, -dot(row, column));
+                self.add(i, j, -dot_slices(row, column));
             }
         }
         let y = factor.whitened(innovation_km);
-        let mut correction = white.iter().map(|row| dot(row, y.as_slice()));
+        let mut correction = white.iter().map(|row| dot_slices(row, y.as_slice()));
         let mut next = || correction.next().unwrap_or(0.0);
         Some(Correction {
             position_km: Vector3::new(next(), next(), next()),
             velocity_km_s: Vector3::new(next(), next(), next()),
             limb_height_km: next(),
-            nis: dot(y.as_slice(), y.as_slice()),
+            nis: dot(&y, &y),
         })
     }
 
@@ -252,7 +248,7 @@ impl Covariance {
     /// Whether the variances of position and velocity are positive, that of the limb height is not negative,
     /// and all are finite.
     #[inline(never)]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let height = self.at(LIMB_HEIGHT, LIMB_HEIGHT);
         (0..MOTION).all(|state| {
             let variance = self.at(state, state);

@@ -1,10 +1,10 @@
-//! How the satellite moves: acceleration, propagation, and the transition of small errors.
+//! Orbit dynamics: acceleration, propagation, and the state transition matrix.
 //!
 //! In: [`OrbitState`] and a span; out: the state at its end. Acceleration is that of a point mass, of the
-//! Earth's bulge (J2 about the pole of date), and of Sun and Moon, whose pull is constant over one call (150
-//! s at most). The integrator is the classical Runge-Kutta method of the fourth order with fixed steps:
-//! [`STEP_S`] or shorter up to 100 s, 30 s in the longest span allowed. Left out: the tesserals and higher
-//! zonals, drag, radiation pressure (the filter's process noise stands for them).
+//! Earth's bulge (J2 about the pole of date), and of Sun and Moon, whose pull is constant over one call
+//! (150 s at most). The integrator is the classical Runge-Kutta method of the fourth order with fixed
+//! steps: [`STEP_S`] or shorter up to 100 s, 30 s in the longest span allowed. Not modelled: tesserals and
+//! higher zonals, drag, radiation pressure (covered by the filter's process noise).
 //!
 //! Errors: integration 0.3 m after one LEO orbit at 20 s steps, 1.5 m at 30 s. Against GMAT with the same
 //! forces and the second degree's tesserals besides: LEO 0.3 km after two hours, 1.0 km after a day; GEO 1 m,
@@ -28,13 +28,12 @@ pub const STEP_S: f64 = 20.0;
 pub const MAX_STEPS: u32 = 5;
 /// Longest span of one call, microseconds: steps of 30 s.
 pub const MAX_SPAN_US: i64 = 150_000_000;
-/// Least distance from the Earth's centre that is accepted, km: below any satellite's, and divisions stay
-/// finite.
+/// Least accepted distance from the Earth's centre, km: below any orbit; keeps divisions finite.
 pub const LOWEST_KM: f64 = 5_000.0;
-/// Greatest distance that is accepted, km: one and a half times the Moon's.
+/// Largest accepted distance, km: 1.5 times the Moon's.
 pub const HIGHEST_KM: f64 = 600_000.0;
-/// Greatest speed that is accepted, km/s: the velocity after a start from 0 may exceed twice the escape
-/// velocity for seconds.
+/// Largest accepted speed, km/s: the estimate after initialisation with velocity 0 may exceed twice the
+/// escape velocity for seconds.
 pub const FASTEST_KM_S: f64 = 30.0;
 
 /// Which forces act.
@@ -51,11 +50,11 @@ pub enum Dynamics {
 pub enum PropagationError {
     /// The span is longer than [`MAX_SPAN_US`], forwards or backwards.
     TooLong,
-    /// Position or velocity is not finite or no satellite's.
+    /// Position or velocity is not finite or out of bounds.
     Impossible,
 }
 
-/// Whether a satellite can be there and move so.
+/// Whether position and velocity are finite and within the bounds of a satellite.
 #[inline(never)]
 pub fn plausible(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> bool {
     let square = dot(position_km, position_km);
@@ -107,8 +106,8 @@ impl Forces {
 #[inline(never)]
 fn add_tide(sum: &mut Vector3<f64>, body: &Vector3<f64>, mu: f64, r: &Vector3<f64>) {
     let apart = plus_scaled(body, -1.0, r);
-    // The bounds on the state do not keep a satellite off the Moon's place; 1,000 km, half the Moon's radius,
-    // keeps it finite.
+    // The bounds of the state include the Moon's position; at least 1,000 km, about half the Moon's radius,
+    // keep the pull finite.
     let near = dot(&apart, &apart).max(1e6);
     let far = dot(body, body).max(1e6);
     add_scaled(sum, mu / (near * libm::sqrt(near)), &apart);
@@ -166,7 +165,7 @@ impl Forces {
     }
 }
 
-/// How a small error of position (km) and velocity (km/s) moves over a span, row by row.
+/// State transition matrix of position (km) and velocity (km/s) over a span, row by row.
 pub type Transition = [[f64; 6]; 6];
 
 /// The transition of errors over the span between two states of one orbit (eq. 5.23).

@@ -1,4 +1,4 @@
-//! Where Sun, Moon and the Earth's pole are, and how fast the Earth moves: from the time alone.
+//! Analytical ephemerides: Sun, Moon, the Earth's pole and the Earth's velocity.
 //!
 //! Time in is TT, microseconds since J2000.0; vectors out are geocentric, km (or km/s), ICRS axes.
 //!
@@ -158,7 +158,7 @@ fn moon_ecliptic(time_us: i64) -> Vector3<f32> {
     Vector3::new(cosine * cosine_longitude, cosine * sine_longitude, sine) * distance_km
 }
 
-/// The bodies that pull at the satellite, and the axis the Earth bulges about.
+/// Positions of the perturbing bodies, and the pole of the Earth's oblateness.
 #[derive(Clone, Copy, Debug)]
 pub struct Bodies {
     /// The Sun, km; error up to 0.007 deg and 6e-5 of the distance.

@@ -3,13 +3,13 @@
 //! In: a [`PositionFix`] with its time, and the rotation from the Earth path to ICRS; out: position, velocity
 //! and limb height with their covariance.
 //!
-//! The start: the first fix begins the filter, with velocity 0 and a sigma of the circular orbit's speed.
-//! State and covariance are given out once a second fix within 60 s agrees with the first (NIS below the
-//! gate). A second one that disagrees takes the first one's place.
+//! Initialisation: the first fix sets the position, with velocity 0 and a sigma of the circular orbit's
+//! speed. State and covariance are valid after a second fix within 60 s passes the gate (NIS). A second fix
+//! that fails it replaces the first.
 //!
 //! The misalignment of the paths and the bias of the fixes are considered, not estimated (Schmidt), so the
-//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`bend`); what a fix
-//! measures is in [`super::observation`].
+//! covariance is never smaller than they allow. Corrections follow the arc of the orbit (`curvilinear`);
+//! the measurement model is in [`super::observation`].
 //!
 //! Cost on the target (model cycles, `cargo budget`): a second with a fix 0.87 M, without one 0.33 M,
 //! ephemeris and frames included. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them, 0.43 M
@@ -33,18 +33,18 @@ pub const MAX_SPANS: u32 = 48;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 
-/// Longest time between the first fix and one that agrees with it, microseconds. After 60 s at up to 11 km/s
-/// the first fix allows any position within 660 km, so that agreement says nothing.
+/// Longest time between the first fix and one that agrees with it, microseconds. After 60 s at up to 11
+/// km/s any position within 660 km passes the gate, so that passing is no evidence.
 const AGREEMENT_US: i64 = 60_000_000;
 
 const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
 
-/// What became of a fix.
+/// Result of a fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Update {
-    /// It began the filter, alone or instead of one that it disagrees with.
+    /// It initialised the filter, as the first fix or in place of one that it disagrees with.
     Begun,
-    /// It agrees with the one that began the filter: from now on the state is given out.
+    /// It agrees with the first fix: from now on the state is valid.
     Started,
     /// It was used.
     Accepted {
@@ -56,7 +56,8 @@ pub enum Update {
         /// Its normalised innovation squared.
         nis: f32,
     },
-    /// [`OrbitParameters::patience`] fixes in a row disagreed: the filter began anew with this one.
+    /// [`OrbitParameters::patience`] fixes in a row were rejected: the filter was reinitialised with this
+    /// one.
     Restarted,
     /// It is not a valid position; the filter was propagated only.
     Refused(FixError),
@@ -64,12 +65,12 @@ pub enum Update {
 
 /// Why the filter was reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lost {
+pub enum ResetReason {
     /// The clock went backwards.
     Backwards,
     /// The gap is longer than [`MAX_GAP_US`].
     TooLong,
-    /// The orbit led into the Earth or out of bounds.
+    /// The propagated state or covariance left its bounds.
     Diverged,
 }
 
@@ -91,9 +92,9 @@ impl OrbitFilter {
         Self { estimate: None }
     }
 
-    /// Starts from a state of another source (the ground), with one sigma for all directions. Gives false,
-    /// and changes nothing, when the state or a sigma is impossible.
-    pub fn start(
+    /// Initialises the filter with a state of another source (the ground), with one sigma for all
+    /// directions. `false`, and no change, when the state or a sigma is out of bounds.
+    pub fn initialise(
         &mut self,
         state: OrbitState,
         position_sigma_km: f64,
@@ -113,12 +114,12 @@ impl OrbitFilter {
     }
 
     /// Resets the filter.
-    pub fn forget(&mut self) {
+    pub fn reset(&mut self) {
         self.estimate = None;
     }
 
-    /// Takes a fix of the time `time_us`; `earth_to_icrs` is the rotation from the Earth path at that time.
-    /// Propagates there first; if the orbit is lost over it, the fix begins the filter.
+    /// Propagates to `time_us` and updates with a fix of that time; `earth_to_icrs` is the rotation from
+    /// the Earth path. If the propagation resets the filter, the fix initialises it.
     pub fn update(
         &mut self,
         time_us: i64,
@@ -126,7 +127,7 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
-        // An orbit lost here is no error: the fix begins the filter anew and the caller sees `Begun`.
+        // A reset here is no error: the fix initialises the filter again, and the caller gets `Begun`.
         let _ = self.advance(time_us, parameters);
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
@@ -143,8 +144,8 @@ impl OrbitFilter {
         let Some(nis) = updated.measurement_update(fix, earth_to_icrs, unit, parameters) else {
             return Update::Refused(FixError::Covariance);
         };
-        let second = updated.begun_us.take().is_some();
-        if nis <= f64::from(parameters.gate_nis) && updated.is_sound() {
+        let second = updated.first_fix_us.take().is_some();
+        if nis <= f64::from(parameters.gate_nis) && updated.is_valid() {
             updated.check_settled(parameters);
             self.estimate = Some(updated);
             return if second { Update::Started } else { Update::Accepted { nis: nis as f32 } };
@@ -159,7 +160,7 @@ impl OrbitFilter {
         if second { Update::Begun } else { Update::Restarted }
     }
 
-    /// Begins, or begins anew, with a single fix.
+    /// Initialises the filter with a single fix.
     fn begin(
         &mut self,
         time_us: i64,
@@ -170,48 +171,49 @@ impl OrbitFilter {
         self.estimate = Some(Estimate::from_fix(time_us, fix, earth_to_icrs, parameters));
     }
 
-    /// Propagates state and covariance to `to_us`; without a state nothing happens. A first fix with which
-    /// none has agreed in 60 s is dropped.
+    /// Propagates state and covariance to `to_us`; without a state nothing happens. A first fix that is not
+    /// confirmed within 60 s is dropped.
     ///
     /// # Errors
     /// Why the filter was reset.
-    pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
+    pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        if estimate.begun_us.is_some_and(|begun_us| to_us.saturating_sub(begun_us) > AGREEMENT_US) {
-            self.forget();
+        if estimate.first_fix_us.is_some_and(|first_fix_us| to_us.saturating_sub(first_fix_us) > AGREEMENT_US)
+        {
+            self.reset();
             return Ok(());
         }
         let propagated = estimate.propagate(to_us, parameters);
         if propagated.is_err() {
-            self.forget();
+            self.reset();
         }
         propagated
     }
 
     /// The estimate once a second fix has agreed with the first.
-    fn known(&self) -> Option<&Estimate> {
-        self.estimate.as_ref().filter(|estimate| estimate.begun_us.is_none())
+    fn confirmed(&self) -> Option<&Estimate> {
+        self.estimate.as_ref().filter(|estimate| estimate.first_fix_us.is_none())
     }
 
     /// Time, position and velocity; `None`, as for all that follows, until a second fix has agreed with the
     /// first.
     pub fn state(&self) -> Option<&OrbitState> {
-        self.known().map(|estimate| &estimate.state)
+        self.confirmed().map(|estimate| &estimate.state)
     }
 
     /// Height of the true limb above the assumed one, km.
     pub fn limb_height_km(&self) -> Option<f64> {
-        self.known().map(|estimate| estimate.limb_height_km)
+        self.confirmed().map(|estimate| estimate.limb_height_km)
     }
 
     /// Sigma of [`OrbitFilter::limb_height_km`].
     pub fn limb_height_sigma_km(&self) -> Option<f64> {
-        self.known().map(|estimate| libm::sqrt(estimate.covariance.at(LIMB_HEIGHT, LIMB_HEIGHT)))
+        self.confirmed().map(|estimate| libm::sqrt(estimate.covariance.at(LIMB_HEIGHT, LIMB_HEIGHT)))
     }
 
     /// The covariance of all states.
     pub fn covariance(&self) -> Option<&Covariance> {
-        self.known().map(|estimate| &estimate.covariance)
+        self.confirmed().map(|estimate| &estimate.covariance)
     }
 
     /// Covariance of the position, km², ICRS axes.
@@ -232,20 +234,21 @@ impl OrbitFilter {
     /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length
     /// since the start.
     pub fn settled(&self) -> bool {
-        self.known().is_some_and(|estimate| estimate.settled)
+        self.confirmed().is_some_and(|estimate| estimate.settled)
     }
 
     /// Moves the epoch by a step of the clock: the same state under another time.
     pub fn shift_epoch(&mut self, step_us: i64) {
         let Some(estimate) = &mut self.estimate else { return };
         estimate.state.time_us = estimate.state.time_us.saturating_add(step_us);
-        estimate.begun_us = estimate.begun_us.map(|begun_us| begun_us.saturating_add(step_us));
+        estimate.first_fix_us =
+            estimate.first_fix_us.map(|first_fix_us| first_fix_us.saturating_add(step_us));
     }
 
     /// Whether an orbit that never settled has made one revolution since its last accepted fix, `since_us`
-    /// microseconds ago. On a right orbit fixes come at least once a revolution.
+    /// microseconds ago. With a correct orbit at least one fix a revolution is accepted.
     pub fn is_stale(&self, since_us: i64) -> bool {
-        let Some(estimate) = self.known().filter(|estimate| !estimate.settled) else {
+        let Some(estimate) = self.confirmed().filter(|estimate| !estimate.settled) else {
             return false;
         };
         let position_km = &estimate.state.position_km;
@@ -258,7 +261,7 @@ impl OrbitFilter {
 
     /// Fixes rejected in a row.
     pub fn rejections(&self) -> u16 {
-        self.known().map_or(0, |estimate| estimate.rejections)
+        self.confirmed().map_or(0, |estimate| estimate.rejections)
     }
 }
 

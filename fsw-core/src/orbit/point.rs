@@ -21,69 +21,68 @@ use crate::matrix::{
 use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
 
-/// A position as seen at one instant.
+/// A position measured at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionFix {
     /// From the Earth's centre to the satellite, km, ICRS axes.
     pub position_km: Vector3<f64>,
     /// Its covariance, km².
     pub covariance_km2: Matrix3<f64>,
-    /// The position at which that covariance was made, km: `position_km`, or where the measurement was made
-    /// linear.
-    pub place_km: Vector3<f64>,
+    /// The position to which the covariance refers, km: `position_km`, or where the measurement was
+    /// linearised.
+    pub linearisation_km: Vector3<f64>,
 }
 
 impl PositionFix {
     /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the
-    /// vector `place_km` for which that was made, the rotation from the Earth path to ICRS
+    /// vector `linearisation_km` for which that was made, the rotation from the Earth path to ICRS
     /// ([`earth_to_icrs`]), the covariance of the attitude's rotation vector in the star path (rad²), and the
     /// mounting. `None` when anything is not finite.
     #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,
         earth_covariance_km2: &Matrix3<f32>,
-        place_km: &Vector3<f32>,
+        linearisation_km: &Vector3<f32>,
         to_icrs: &Matrix3<f64>,
         attitude_covariance_rad2: &Matrix3<f32>,
         mounting: &Rotation<EarthPath, StarPath>,
     ) -> Option<Self> {
-        let place_km = place_km.map(f64::from);
+        let linearisation_km = linearisation_km.map(f64::from);
         // In the Earth path: the attitude's covariance is rotated there, then the sum into ICRS.
         let mounting = mounting.matrix().map(f64::from);
-        let lever = product_transposed(&cross_matrix(&place_km), &mounting);
+        let lever = product_transposed(&cross_matrix(&linearisation_km), &mounting);
         let mut covariance_km2 = symmetric_product(&lever, &attitude_covariance_rad2.map(f64::from));
         add_scaled(&mut covariance_km2, 1.0, &earth_covariance_km2.map(f64::from));
         let to_satellite = scaled(to_icrs, -1.0);
         let fix = Self {
             position_km: product(&to_satellite, &earth_km.map(f64::from)),
             covariance_km2: symmetric_product(to_icrs, &covariance_km2),
-            place_km: product(&to_satellite, &place_km),
+            linearisation_km: product(&to_satellite, &linearisation_km),
         };
         (finite(&fix.position_km)
-            && finite(&fix.place_km)
+            && finite(&fix.linearisation_km)
             && fix.covariance_km2.iter().all(|x| x.is_finite()))
         .then_some(fix)
     }
 }
 
 impl PositionFix {
-    /// The fix without the aberration of the Earth's image: a satellite that moves with `velocity_km_s` about
-    /// the Earth sees it displaced by `v / c` along its flight (5 arcsec in a low orbit, 180 m), hence itself
-    /// displaced backwards.
+    /// The fix corrected for the aberration of the Earth's image: moving with `velocity_km_s`, the image is
+    /// displaced by `v / c` along the velocity (5 arcsec in a low orbit), and the fix backwards (180 m).
     pub fn without_aberration(mut self, velocity_km_s: &Vector3<f64>) -> Self {
-        let distance_km = libm::sqrt(dot(&self.place_km, &self.place_km));
-        let up = scaled(&self.place_km, 1.0 / distance_km.max(1.0));
+        let distance_km = libm::sqrt(dot(&self.linearisation_km, &self.linearisation_km));
+        let up = scaled(&self.linearisation_km, 1.0 / distance_km.max(1.0));
         let across_km_s = plus_scaled(velocity_km_s, -dot(&up, velocity_km_s), &up);
-        for position_km in [&mut self.position_km, &mut self.place_km] {
+        for position_km in [&mut self.position_km, &mut self.linearisation_km] {
             add_scaled(position_km, distance_km / LIGHT_KM_S, &across_km_s);
         }
         self
     }
 }
 
-/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ × δ`,
-/// the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. In flight
-/// it is left out.
+/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ ×
+/// δ`, the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. Not
+/// used in flight.
 pub fn second_order_km2(
     earth_covariance_km2: &Matrix3<f32>,
     attitude: &Rotation<Icrs, StarPath>,

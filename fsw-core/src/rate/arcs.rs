@@ -1,36 +1,35 @@
-//! The sensor's rate from directions that move: of a streak from end to end, of a star from one image to the
-//! next (thesis §3.1.5, LARM and HARM).
+//! Rate from moving directions: a streak from end to end, a star from one image to the next (thesis §3.1.5,
+//! LARM and HARM).
 //!
 //! In: [`Arc`]s, directions in the star path's frame before and after a time. Out: the [`RateFit`] of the
 //! star path against the stars, in its own frame, and its covariance. A fixed direction's components change
 //! as `db/dt = -ω × b`; over a turn by θ = |ω| τ about a fixed axis its chord is exactly `c - a = -g × (a +
 //! c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over
-//! all of them give `g`. Of a streak cut by the border only the direction is known: its equation across.
+//! all of them give `g`. A streak cut by the border has only the equation across.
 //!
-//! Which arcs belong together is found by consensus: every two arcs propose a rate, the one that most arcs
-//! agree with is refined. One arc alone leaves the component about itself open and gives none.
+//! Outliers are rejected by consensus: every two arcs propose a rate, and the one with most inliers is
+//! refined. One arc alone leaves the component about its direction undetermined and gives no rate.
 //!
-//! Sense. An image alone does not say which end of a streak was first; arcs that are
-//! [`undirected`](Arc::directed) are turned as the proposal wants them, and the rate is one of two, opposite
-//! ones.
+//! Sense. One image does not determine which end of a streak was first; [`undirected`](Arc::directed) arcs
+//! are oriented to fit the proposal, and the rate is one of two opposite ones.
 
 use crate::attitude::covariance::Information;
 use nalgebra::{Matrix3, Vector3};
 
-/// Most arcs.
+/// Largest number of arcs.
 pub const MAX_ARCS: usize = 24;
-/// An arc agrees with a rate within so many sigmas along and across together (squared).
-const AGREES: f32 = 12.0;
+/// Largest squared distance of an inlier from a rate, sigmas² of both axes.
+const INLIER_SQUARE: f32 = 12.0;
 
-/// A wrong arc may hide among few: the variance grows by this over the equations beyond three.
-const FEW: f32 = 6.0;
+/// Additional variance factor over the redundant equations: with few arcs an outlier may be undetected.
+const FEW_ARCS_INFLATION: f32 = 6.0;
 
 /// A direction before and after.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {
     /// Unit vectors, star path.
     pub ends: [Vector3<f32>; 2],
-    /// Standard deviation of the way from one to the other, along it and across it, rad.
+    /// Standard deviation of the displacement, along and across it, rad.
     pub sigma_rad: [f32; 2],
     /// From the first end to the second, and from the second to the first were it the earlier one, s: rows of
     /// a rolling shutter begin one after the other.
@@ -48,12 +47,12 @@ pub struct RateFit {
     pub rad_s: Vector3<f32>,
     /// Its covariance, (rad/s)².
     pub covariance: Matrix3<f32>,
-    /// Which arcs agree, a bit an arc.
+    /// Inliers, a bit per arc.
     pub arcs: u32,
 }
 
 impl RateFit {
-    /// How many arcs agree.
+    /// Number of inliers.
     pub fn count(&self) -> u32 {
         self.arcs.count_ones()
     }
@@ -64,14 +63,15 @@ impl RateFit {
     }
 }
 
-/// What an arc says of the rate: `row · ω = right`, both over its sigma.
+/// Equation of an arc: `row · ω = right`, both over its sigma.
 struct Equation {
     row: Vector3<f32>,
     right: f32,
 }
 
-/// The equations along and across of an arc, taken from its second end to its first where `reversed`; `None`
-/// where its ends are one. `g` is linear in ω but for the tangent, which is that of the rate `about`.
+/// The equations along and across of an arc, taken from its second end to its first where `reversed`;
+/// `None` where its ends coincide. `g` is linear in ω but for the tangent, which is that of the rate
+/// `about`.
 #[inline(never)]
 fn equations(arc: &Arc, about: &Vector3<f32>) -> Option<[Option<Equation>; 2]> {
     let [a, c] = arc.ends;
@@ -91,7 +91,7 @@ fn equations(arc: &Arc, about: &Vector3<f32>) -> Option<[Option<Equation>; 2]> {
     Some([lengthwise, Some(of(&across, 0.0, sigma_across))])
 }
 
-/// Whether an arc must be reversed to go with a rate.
+/// Whether an undirected arc must be reversed to fit a rate.
 fn is_reversed(arc: &Arc, h: &Vector3<f32>) -> bool {
     let [a, c] = arc.ends;
     !arc.directed && (c - a).dot(&h.cross(&(a + c))) > 0.0
@@ -109,8 +109,8 @@ fn misfit(arc: &Arc, h: &Vector3<f32>) -> f32 {
 /// Information is counted in 1/mrad².
 const SCALE: f32 = 1e-6;
 
-/// What the arcs whose bits are set say, turned as `about` wants them: information, 1/mrad², and its product
-/// with the rate.
+/// Normal equations of the arcs whose bits are set, oriented to fit `about`: information, 1/mrad², and its
+/// product with the rate.
 #[inline(never)]
 fn normal_equations(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Matrix3<f32>, Vector3<f32>)> {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -127,13 +127,13 @@ fn normal_equations(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Ma
     Some((matrix, right))
 }
 
-/// Not written out in every place, for the flash it would take.
+/// Not inlined, to save flash.
 #[inline(never)]
 fn inverse(matrix: &Matrix3<f32>) -> Option<Matrix3<f32>> {
     matrix.try_inverse()
 }
 
-/// A rate with independent information on it, 1/mrad², and that information's product with the rate.
+/// A rate updated by independent information, 1/mrad², given with its product with the rate.
 #[inline(never)]
 fn updated(
     (rate, covariance): (Vector3<f32>, Matrix3<f32>),
@@ -145,7 +145,7 @@ fn updated(
     Some((covariance * (before * rate + right), covariance * SCALE))
 }
 
-/// Least squares over the arcs whose bits are set, turned as `about` wants them.
+/// Least squares over the arcs whose bits are set, oriented to fit `about`.
 #[inline(never)]
 fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vector3<f32>, Matrix3<f32>)> {
     let (matrix, right) = normal_equations(arcs, bits, about)?;
@@ -153,8 +153,8 @@ fn least_squares(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Vecto
     Some((information.solve(&right)?, information.covariance_rad2()?))
 }
 
-/// A rate corrected by directed arcs, be they too few for one of their own; the arcs' mean rate may differ
-/// from it by `off` about every axis, rad/s. `None` where an arc does not agree with what comes of it.
+/// A rate updated by directed arcs, which may be too few for a solution of their own; their mean rate may
+/// differ from it by `off` about every axis, rad/s. `None` where an arc does not agree with the result.
 #[inline(never)]
 pub fn corrected(
     (rate, covariance): (Vector3<f32>, Matrix3<f32>),
@@ -162,28 +162,28 @@ pub fn corrected(
     off: f32,
 ) -> Option<(Vector3<f32>, Matrix3<f32>)> {
     let (matrix, right) = normal_equations(arcs, u32::MAX, &rate)?;
-    // The error that all share: (M⁻¹ + off²)⁻¹, which needs no inverse of M.
+    // With the common error: (M⁻¹ + off²)⁻¹, without inverting M.
     let shared = inverse(&(Matrix3::identity() + matrix * (off * off / SCALE)))?;
     let (rate, covariance) = updated((rate, covariance), &(shared * matrix), &(shared * right))?;
     let agrees = |arc: &Arc| {
         let share = off * arc.duration_s[0];
         let looser = arc.sigma_rad.map(|sigma| libm::sqrtf(sigma * sigma + share * share));
-        misfit(&Arc { sigma_rad: looser, ..*arc }, &rate) < AGREES
+        misfit(&Arc { sigma_rad: looser, ..*arc }, &rate) < INLIER_SQUARE
     };
     arcs.iter().all(agrees).then_some((rate, covariance))
 }
 
-/// The arcs that agree with a rate, and their misfit in all.
+/// The inliers of a rate, and the sum of their misfits.
 #[inline(never)]
-fn agreeing(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
+fn inliers_of(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
     arcs.iter().enumerate().fold((0, 0.0), |(bits, sum), (index, arc)| {
         let misfit = misfit(arc, h);
-        if misfit < AGREES { (bits | 1 << index, sum + misfit) } else { (bits, sum) }
+        if misfit < INLIER_SQUARE { (bits | 1 << index, sum + misfit) } else { (bits, sum) }
     })
 }
 
-/// The rate on which most arcs agree; `None` where no two fix all three components. Of undirected arcs the
-/// opposite rate is as good.
+/// The rate with most inliers; `None` where no two arcs determine all three components. With undirected
+/// arcs the opposite rate fits equally well.
 #[inline(never)]
 pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
     let arcs = arcs.get(..MAX_ARCS).unwrap_or(arcs);
@@ -201,10 +201,10 @@ pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
                 let second_arc = Arc { ends, duration_s, directed: true, ..*other };
                 let pair = [Arc { directed: true, ..*one }, second_arc];
                 let proposed = least_squares(&pair, 3, &Vector3::zeros());
-                // Once more, with the tangent of the rate found.
+                // Second iteration, with the tangent of the first result.
                 let proposed = proposed.and_then(|(rate, _)| least_squares(&pair, 3, &rate));
                 if let Some((h, _)) = proposed.filter(|_| !(flipped && other.directed)) {
-                    let (bits, misfit) = agreeing(arcs, &h);
+                    let (bits, misfit) = inliers_of(arcs, &h);
                     let both = (1 << first) | (1 << second);
                     let better = |(_, most, least): (_, u32, f32)| {
                         (bits.count_ones(), -misfit) > (most.count_ones(), -least)
@@ -233,12 +233,12 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
     let mut covariance = Matrix3::zeros();
     for _ in 0..3 {
         (rate, covariance) = least_squares(arcs, bits, &rate)?;
-        bits = agreeing(arcs, &rate).0;
+        bits = inliers_of(arcs, &rate).0;
     }
     if bits.count_ones() < 2 {
         return None;
     }
-    // More equations than unknowns say whether the sigmas hold.
+    // Redundant equations scale the covariance by their mean square.
     let used = |index: usize| (bits >> index) & 1 == 1;
     let (count, misfit) =
         arcs.iter().enumerate().filter(|(index, _)| used(*index)).fold((0.0, 0.0), |(n, sum), (_, arc)| {
@@ -246,19 +246,19 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
         });
     let free: f32 = count - 3.0;
     if free >= 1.0 {
-        covariance *= (misfit / free).max(1.0) * (1.0 + FEW / free);
+        covariance *= (misfit / free).max(1.0) * (1.0 + FEW_ARCS_INFLATION / free);
     }
     Some(RateFit { rad_s: rate, covariance, arcs: bits })
 }
 
-/// A rate's covariance with what else is not known of it, one sigma about every axis, rad/s.
-pub fn widened(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
+/// A rate's covariance enlarged by an independent sigma about every axis, rad/s.
+pub fn inflated(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
     covariance + Matrix3::from_diagonal_element(by_rad_s * by_rad_s)
 }
 
-/// Two independent estimates of a rate as one.
+/// Fuses two independent estimates of a rate.
 #[inline(never)]
-pub fn joined(
+pub fn fused(
     a: (Vector3<f32>, Matrix3<f32>),
     b: (Vector3<f32>, Matrix3<f32>),
 ) -> Option<(Vector3<f32>, Matrix3<f32>)> {
@@ -266,12 +266,12 @@ pub fn joined(
     updated(a, &information, &(information * b.0))
 }
 
-/// Whether two rates of about the same time are one, which may have changed by `change` about every axis,
-/// rad/s; `None` where one of them says so little that it would be like any other.
+/// Whether two rates agree within 4 sigma, allowing a change of `change` about every axis, rad/s; `None`
+/// where the variance exceeds a tenth of the squared rate, so that the test has no power.
 #[inline(never)]
-pub fn is_like(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
+pub fn are_consistent(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
     let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
-    let covariance = widened(a.covariance + b.covariance, change) * (1.0 / SCALE);
+    let covariance = inflated(a.covariance + b.covariance, change) * (1.0 / SCALE);
     let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
     if covariance.trace() >= 0.1 / SCALE * sizes.0.max(sizes.1) {
         return None;

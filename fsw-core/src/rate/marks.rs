@@ -1,32 +1,32 @@
-//! Stars and streaks of one image in another: where they must be at a rate, and the rate from where they are.
+//! Matching of stars and streaks between two images, with or without a rate hypothesis.
 //!
-//! In: the [`Mark`]s of two images, the seconds between them, and a rate that is to be tried or none. Out:
-//! arcs for [`arcs::solve`], or the mean rate between the two images itself.
+//! In: the [`Mark`]s of two images, the seconds between them, and optionally a rate to test. Out: arcs for
+//! [`arcs::solve`], or the mean rate between the two images itself.
 //!
-//! A rate says where each mark must be in the other image ([`encounters`]); without one the marks are matched
-//! by their separations ([`matched`], thesis §3.1.5, LARM): every two of one image that are as far apart as
-//! two of the other propose a rate, and that on which most marks agree counts.
+//! With a rate the position of each mark in the other image is predicted ([`match_at_rate`]); without one
+//! the marks are matched by their separations ([`match_by_separation`], thesis §3.1.5, LARM): two pairs of
+//! equal separation propose a rate, and the rate with most matches is taken.
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit};
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Stars and streaks of an image remembered for the next.
+/// Largest number of stars and streaks kept for the next image.
 pub const MAX_MARKS: usize = 12;
 /// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
 /// that differ by a fifth, one sigma.
-pub const CHANGE: f32 = 0.2;
-/// Rates beyond this are none of a spacecraft, rad/s.
+pub const FREE_BODY_CHANGE: f32 = 0.2;
+/// Largest plausible rate of a spacecraft, rad/s.
 pub const FASTEST_RAD_S: f32 = 0.35;
-/// Fewest stars of two images that make a rate.
+/// Least number of matched stars for a rate.
 const FEWEST_MATCHES: u32 = 4;
-/// Farthest from its predicted place that a streak may go on, px.
+/// Largest search radius about a predicted position, px.
 const FARTHEST_PX: f32 = 60.0;
 
-/// What is known of the camera: radians a pixel at the optical centre, and pixels of the detector.
+/// Scale of the camera: angle of a pixel at the optical centre, and detector area.
 #[derive(Clone, Copy, Debug)]
-pub struct Field {
+pub struct DetectorScale {
     /// Angle of a pixel, rad.
     pub rad_per_px: f32,
     /// Pixels of the detector.
@@ -40,13 +40,13 @@ pub struct Mark {
     pub direction: Vector3<f32>,
     /// Along the motion and across it, rad.
     pub sigma_rad: [f32; 2],
-    /// Later than the middle of the frame, s.
+    /// Time after that of the middle row, s.
     pub late_s: f32,
 }
 
-/// Where a mark is after a time at a rate.
+/// Direction of a mark after `elapsed_s` at a constant rate.
 #[inline(never)]
-pub fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
+pub fn rotated(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32> {
     // b' = -ω × b, by the exact rotation about a fixed axis.
     let angle = libm::sqrtf(rate.dot(rate)) * elapsed_s;
     let Some(axis) = rate.try_normalize(1e-9) else { return mark.direction };
@@ -55,10 +55,16 @@ pub fn carried(mark: &Mark, rate: &Vector3<f32>, elapsed_s: f32) -> Vector3<f32>
     b * cosine - axis.cross(&b) * sine + axis * (axis.dot(&b) * (1.0 - cosine))
 }
 
-/// How far a mark may lie from where a rate carries it, three sigma, rad: the rate's error across its
-/// direction, with what else is not known of the rate (`off`, one sigma, rad/s), and the errors of two marks.
+/// Search radius about a predicted mark, three sigma, rad: the rate's error across its direction, an
+/// additional error of the rate (`off`, one sigma, rad/s), and the errors of two marks.
 #[inline(never)]
-fn reach(mark: &Mark, there: &Vector3<f32>, covariance: &Matrix3<f32>, off: f32, elapsed_s: f32) -> f32 {
+fn search_radius(
+    mark: &Mark,
+    there: &Vector3<f32>,
+    covariance: &Matrix3<f32>,
+    off: f32,
+    elapsed_s: f32,
+) -> f32 {
     let spread = covariance.trace() - there.dot(&(covariance * there));
     let [along, across] = mark.sigma_rad;
     let variance =
@@ -66,9 +72,9 @@ fn reach(mark: &Mark, there: &Vector3<f32>, covariance: &Matrix3<f32>, off: f32,
     3.0 * libm::sqrtf(variance)
 }
 
-/// The way of a star from a mark of one image to that of the next.
+/// The arc from a mark of one image to that of the next.
 #[inline(never)]
-fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
+fn arc_between(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     let both = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
     let ([a, b], [c, d]) = (from.sigma_rad, to.sigma_rad);
     Arc {
@@ -80,24 +86,24 @@ fn way(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     }
 }
 
-/// Finds the marks that go on in the next image at a rate, and gives the expected number that would by
-/// chance.
+/// Finds the arcs of the marks that are matched in the next image at a rate; returns the expected number of
+/// chance matches.
 #[inline(never)]
-pub fn encounters(
+pub fn match_at_rate(
     arcs: &mut Vec<Arc, MAX_ARCS>,
     (before, now): (&[Mark], &[Mark]),
     (rate, covariance): (&Vector3<f32>, &Matrix3<f32>),
     elapsed_s: f32,
-    field: Field,
+    field: DetectorScale,
 ) -> f32 {
     arcs.clear();
     let mut chance = 0.0;
     let farthest = FARTHEST_PX * field.rad_per_px;
-    // The rate's change since.
-    let change = 0.5 * CHANGE * rate.dot(rate) * elapsed_s;
+    // The possible change of the rate.
+    let change = 0.5 * FREE_BODY_CHANGE * rate.dot(rate) * elapsed_s;
     for mark in before {
-        let there = carried(mark, rate, elapsed_s);
-        let reach = reach(mark, &there, covariance, change, elapsed_s);
+        let there = rotated(mark, rate, elapsed_s);
+        let reach = search_radius(mark, &there, covariance, change, elapsed_s);
         if reach.is_nan() || reach > farthest {
             continue;
         }
@@ -106,7 +112,7 @@ pub fn encounters(
         let distance = |mark: &&Mark| (mark.direction - there).norm_squared();
         let nearest = now.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         if let Some(found) = nearest.filter(|found| distance(found) < reach * reach) {
-            let _ = arcs.push(way(mark, found, elapsed_s));
+            let _ = arcs.push(arc_between(mark, found, elapsed_s));
         }
     }
     chance
@@ -114,7 +120,7 @@ pub fn encounters(
 
 /// The rate between two images from the marks of both, matched by their separations.
 #[inline(never)]
-pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit> {
+pub fn match_by_separation(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit> {
     let mut best: Option<RateFit> = None;
     let sigma = |mark: &Mark| mark.sigma_rad[0].max(mark.sigma_rad[1]);
     for (index, a) in before.iter().enumerate() {
@@ -127,13 +133,14 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit>
                         continue;
                     }
                     for (c, d) in [(c, d), (d, c)] {
-                        let proposed = arcs::solve(&[way(a, c, elapsed_s), way(b, d, elapsed_s)]);
+                        let proposed =
+                            arcs::solve(&[arc_between(a, c, elapsed_s), arc_between(b, d, elapsed_s)]);
                         let Some(rate) = proposed.filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S) else {
                             continue;
                         };
                         let most = best.as_ref().map_or(FEWEST_MATCHES - 1, RateFit::count);
                         if let Some(rate) =
-                            confirmed(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most)
+                            refined_by_marks(before, now, &rate, elapsed_s).filter(|rate| rate.count() > most)
                         {
                             best = Some(rate);
                         }
@@ -145,16 +152,16 @@ pub fn matched(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit>
     best
 }
 
-/// The rate from all marks that are where a proposed rate carries them.
+/// The rate from all marks matched at a proposed rate.
 #[inline(never)]
-fn confirmed(before: &[Mark], now: &[Mark], rate: &RateFit, elapsed_s: f32) -> Option<RateFit> {
+fn refined_by_marks(before: &[Mark], now: &[Mark], rate: &RateFit, elapsed_s: f32) -> Option<RateFit> {
     let mut arcs: Vec<Arc, MAX_MARKS> = Vec::new();
     for mark in before {
-        let there = carried(mark, &rate.rad_s, elapsed_s);
-        let reach = reach(mark, &there, &rate.covariance, 0.0, elapsed_s);
+        let there = rotated(mark, &rate.rad_s, elapsed_s);
+        let reach = search_radius(mark, &there, &rate.covariance, 0.0, elapsed_s);
         if let Some(found) = now.iter().find(|found| (found.direction - there).norm_squared() < reach * reach)
         {
-            let _ = arcs.push(way(mark, found, elapsed_s));
+            let _ = arcs.push(arc_between(mark, found, elapsed_s));
         }
     }
     if (arcs.len() as u32) < FEWEST_MATCHES {

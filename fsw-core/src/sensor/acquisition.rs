@@ -6,7 +6,7 @@ use super::timekeeping::SECOND_US;
 use crate::image::DetectionMethod;
 use crate::image::scan;
 use crate::plan;
-use crate::stars::Field;
+use crate::stars::StarField;
 use crate::stars::identify::Progress;
 use crate::telemetry::{DetectorFault, Outcome};
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
@@ -95,7 +95,7 @@ impl Sensor<'_> {
     fn identify(&mut self, scanned: bool) -> Option<Progress> {
         let identification = &self.parameters.identification;
         let share = if scanned { SCANNING_SHARE } else { 1 };
-        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+        let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
         let identifier = self.workspace.shared.identifier()?;
         Some(identifier.advance(&field, identification, identification.pairs_per_cycle / share))

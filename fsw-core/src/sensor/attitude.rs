@@ -36,8 +36,8 @@ impl Sensor<'_> {
     ) {
         let (attitude, sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
         match &mut self.motion {
-            Some(motion) => motion.observe(attitude, sigma_rad, image),
-            None => self.motion = Some(Filter::begin(attitude, sigma_rad, image)),
+            Some(motion) => motion.measurement_update(attitude, sigma_rad, image),
+            None => self.motion = Some(Filter::new(attitude, sigma_rad, image)),
         }
         let filtered = self.motion.as_ref().and_then(|motion| motion.at(image));
         stars.solution = Some(Solution {

@@ -4,10 +4,10 @@ use super::Sensor;
 use super::propagation::Ephemeris;
 use super::record::{Events, FixRecord, Looked};
 use super::workspace::Readout;
-use crate::earth::centre::Expected;
-use crate::earth::look::{EVENLY, HeightVariance, Look, Room, SEARCH_SIGMA_PX};
+use crate::earth::centre::CentrePrior;
+use crate::earth::limb_sensor::{Buffers, EVEN_STRIPS, HeightVariance, LimbSensor, SEARCH_SIGMA_PX};
 use crate::earth::view::View;
-use crate::earth::{Body, Refusal, Strips};
+use crate::earth::{Body, FitError, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::matrix::{inverse, product, product_transposed};
 use crate::telemetry::AttitudeReport;
@@ -59,10 +59,10 @@ impl Sensor<'_> {
         self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
-    /// Looks for the Earth in the image of this second, whose attitude is known, and takes its centre into
-    /// the orbit.
+    /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with
+    /// its centre.
     #[inline(never)]
-    pub(super) fn look_at_earth(
+    pub(super) fn measure_earth(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
@@ -118,19 +118,20 @@ impl Sensor<'_> {
         let mut rough = None;
         // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not
         // sure of the rest.
-        if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.unsure) {
+        if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.skipped) {
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
             meter.end(Stage::Search);
             match searched? {
-                Ok((read, expected)) => (strips, rough) = (read, expected),
+                Ok((read, prior)) => (strips, rough) = (read, prior),
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
         meter.begin(Stage::Centre);
-        // After fixes that failed or disagreed with the orbit the next is made without it.
-        let believed = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
-        let orbit = predicted.filter(|_| believed).and_then(|predicted| self.expected(&predicted, attitude));
+        // After fixes that failed or disagreed with the orbit the next is made without it as prior.
+        let consistent = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
+        let orbit =
+            predicted.filter(|_| consistent).and_then(|predicted| self.orbit_prior(&predicted, attitude));
         let looked = self.fit(body, &strips, orbit, rough);
         meter.end(Stage::Centre);
         Ok(looked)
@@ -140,7 +141,7 @@ impl Sensor<'_> {
     /// enough, or the prediction is not good enough to say that it has too little.
     fn unlit(&self, predicted: &Prediction) -> Option<Looked> {
         let parameters = &self.parameters.earth;
-        let light = predicted.view.light(&self.camera, 0.0, parameters);
+        let light = predicted.view.lit_arcs(&self.camera, 0.0, parameters);
         if light.lit_rad == 0.0 {
             return Some(Looked::Dark);
         }
@@ -160,8 +161,8 @@ impl Sensor<'_> {
             return Ok(Strips::default());
         };
         let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: predicted.covariance_km2 };
-        let (look, mut room) = self.looking(body);
-        look.read_strips(detector, &predicted.view, &variance, &EVENLY, &mut room)
+        let (limb_sensor, mut buffers) = self.limb_sensor(body);
+        limb_sensor.read_strips(detector, &predicted.view, &variance, &EVEN_STRIPS, &mut buffers)
     }
 
     /// The Earth as the orbit predicts it; `None` without an orbit.
@@ -175,12 +176,16 @@ impl Sensor<'_> {
         Some(Prediction { view, covariance_km2, sigma_rad, centre_km })
     }
 
-    /// What the fit of the centre expects by a prediction with the same attitude.
+    /// The prior of the fit of the centre: a prediction with the same attitude.
     #[inline(never)]
-    fn expected(&self, predicted: &Prediction, attitude: &Rotation<Icrs, StarPath>) -> Option<Expected> {
+    fn orbit_prior(
+        &self,
+        predicted: &Prediction,
+        attitude: &Rotation<Icrs, StarPath>,
+    ) -> Option<CentrePrior> {
         let information = inverse(&self.orbit.position_covariance_km2()?)?;
         let information = rotated(&self.earth_path(attitude), &information);
-        Some(Expected { centre_km: predicted.centre_km, information })
+        Some(CentrePrior { centre_km: predicted.centre_km, information })
     }
 
     /// From ICRS to the Earth path.
@@ -195,37 +200,37 @@ impl Sensor<'_> {
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         body: &Body,
-    ) -> Result<Result<(Strips, Option<Expected>), Refusal>, DetectorError> {
-        let (look, mut room) = self.looking(body);
-        let (rough, view) = match look.search(detector, &mut room)? {
+    ) -> Result<Result<(Strips, Option<CentrePrior>), FitError>, DetectorError> {
+        let (limb_sensor, mut buffers) = self.limb_sensor(body);
+        let (rough, view) = match limb_sensor.search(detector, &mut buffers)? {
             Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        let variance = look.height_variance(&view, SEARCH_SIGMA_PX);
-        let read = look.read_strips(detector, &view, &variance, &EVENLY, &mut room)?;
-        Ok(Ok((read, Expected::after(&rough))))
+        let variance = limb_sensor.height_variance(&view, SEARCH_SIGMA_PX);
+        let read = limb_sensor.read_strips(detector, &view, &variance, &EVEN_STRIPS, &mut buffers)?;
+        Ok(Ok((read, CentrePrior::from_fix(&rough))))
     }
 
-    /// The centre of the points in the workspace, expected where the orbit has it or else a search (`rough`).
+    /// The centre of the points in the workspace, with the orbit as its prior or else a search (`rough`).
     #[inline(never)]
     fn fit(
         &mut self,
         body: &Body,
         strips: &Strips,
-        orbit: Option<Expected>,
-        rough: Option<Expected>,
+        orbit: Option<CentrePrior>,
+        rough: Option<CentrePrior>,
     ) -> Looked {
-        let demand = self.parameters.earth.in_strips(strips, orbit.is_none());
-        let (look, mut room) = self.looking(body);
-        // Strips that agree on another body than the search do not agree with what is expected either.
-        let fix = look.fit(&demand, orbit.or(rough).as_ref(), &mut room);
+        let criteria = self.parameters.earth.strip_criteria(strips, orbit.is_none());
+        let (limb_sensor, mut buffers) = self.limb_sensor(body);
+        // Strips that agree on another body than the search contradict the prior and are refused.
+        let fix = limb_sensor.fit(&criteria, orbit.or(rough).as_ref(), &mut buffers);
         fix.map_or_else(Looked::Refused, Looked::Found)
     }
 
-    /// What looks at the Earth, and the room to do it in.
-    fn looking<'a>(&'a mut self, body: &'a Body) -> (Look<'a>, Room<'a>) {
+    /// The limb sensor and its buffers.
+    fn limb_sensor<'a>(&'a mut self, body: &'a Body) -> (LimbSensor<'a>, Buffers<'a>) {
         let Readout { buffer, limb, rays } = self.workspace.shared.readout();
-        let room = Room { buffer, points: limb, rays };
-        (Look { camera: &self.camera, body, parameters: &self.parameters.earth }, room)
+        let buffers = Buffers { buffer, points: limb, rays };
+        (LimbSensor { camera: &self.camera, body, parameters: &self.parameters.earth }, buffers)
     }
 }

@@ -26,9 +26,16 @@ impl Sensor<'_> {
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();
         // The filter has its own account of errors that last.
-        let EarthFix { centre_km, noise_km2, place_km, .. } = fix;
+        let EarthFix { centre_km, noise_km2, linearisation_km, .. } = fix;
         let to_icrs = earth_to_icrs(attitude, &mounting);
-        let fix = PositionFix::new(centre_km, noise_km2, place_km, &to_icrs, &attitude_covariance, &mounting);
+        let fix = PositionFix::new(
+            centre_km,
+            noise_km2,
+            linearisation_km,
+            &to_icrs,
+            &attitude_covariance,
+            &mounting,
+        );
         let Some(mut position) = fix else {
             return FixRecord { nis: None, fault: Some(FixFault::Impossible) };
         };

@@ -3,11 +3,11 @@
 
 use super::timekeeping::Time;
 use crate::catalog::Catalogue;
-use crate::earth::{EarthFix, LimbPoint, Refusal};
+use crate::earth::{EarthFix, FitError, LimbPoint};
 use crate::image::scan::Detections;
-use crate::modes::{Mode, Seen};
+use crate::modes::{Mode, ModeInputs};
 use crate::order::fill;
-use crate::stars::Measured;
+use crate::stars::MeasuredStar;
 use crate::stars::confirm::Match;
 use crate::telemetry::{
     Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
@@ -86,7 +86,7 @@ pub(super) enum Looked {
     /// The Earth's centre, of limb points in the workspace.
     Found(EarthFix),
     /// None, and why.
-    Refused(Refusal),
+    Refused(FitError),
 }
 
 impl Looked {
@@ -167,8 +167,8 @@ impl Record {
 
     /// What the guards of the modes judge by. `rate`: the filter knows the rate; `predicted`: the attitude
     /// propagated to the next second is within the gate.
-    pub(super) fn seen(&self, rate: bool, predicted: bool) -> Seen {
-        Seen {
+    pub(super) fn mode_inputs(&self, rate: bool, predicted: bool) -> ModeInputs {
+        ModeInputs {
             attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),
             rate,
             predicted,
@@ -186,7 +186,12 @@ impl Record {
 
     /// The report: stars by what was `measured` and the `catalogue`, limb points from those of the image.
     #[inline(never)]
-    pub(super) fn report(&self, measured: &[Measured], catalogue: &Catalogue, limb: &[LimbPoint]) -> Report {
+    pub(super) fn report(
+        &self,
+        measured: &[MeasuredStar],
+        catalogue: &Catalogue,
+        limb: &[LimbPoint],
+    ) -> Report {
         let Self { time, stars, earth, .. } = self;
         let solution = stars.solution.as_ref();
         let mut report = Report {
@@ -224,7 +229,7 @@ impl Record {
         };
         fill(&mut report.stars, stars.matches.iter().filter_map(recognised));
         if let Some(fix) = earth.fix() {
-            let inliers = limb.iter().enumerate().filter(|(index, _)| fix.holds(*index));
+            let inliers = limb.iter().enumerate().filter(|(index, _)| fix.is_inlier(*index));
             fill(&mut report.limb_px, inliers.map(|(_, point)| point.centre_px));
         }
         report

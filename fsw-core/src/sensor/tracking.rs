@@ -9,9 +9,9 @@ use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
 use crate::order::fill;
 use crate::plan::{self, MAX_STAR_WINDOWS};
-use crate::stars::confirm::{Confirmed, confirm_among, expected_stars};
+use crate::stars::confirm::{Confirmed, confirm_among, match_predicted_stars};
 use crate::stars::predict::{MAX_FIELD_STARS, Predicted, field_stars};
-use crate::stars::{Field, row_delay_s, seen_later};
+use crate::stars::{StarField, direction_after, row_delay_s};
 use crate::telemetry::Outcome;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
 use heapless::Vec;
@@ -91,9 +91,11 @@ impl Sensor<'_> {
         let Some(rate) = rate else { return };
         for place in predicted {
             let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
-            let seen =
-                self.catalogue.star(place.star).map(|star| attitude.apply(&self.catalogue.seen(&star)));
-            let then = seen.and_then(|seen| seen_later(&seen, &rate.rad_s, later_s));
+            let seen = self
+                .catalogue
+                .star(place.star)
+                .map(|star| attitude.apply(&self.catalogue.apparent_direction(&star)));
+            let then = seen.and_then(|seen| direction_after(&seen, &rate.rad_s, later_s));
             if let Some(at_px) = then.and_then(|direction| self.camera.project(&direction)) {
                 place.centre_px = at_px;
             }
@@ -118,7 +120,7 @@ impl Sensor<'_> {
     fn confirm(&self, expectation: &Expectation) -> Option<Confirmed> {
         let Expectation { attitude, stars, windows } = expectation;
         let measured = &self.workspace.measured;
-        let field = Field::windows(measured, &self.catalogue, &self.camera, plan::searched_px(windows))
+        let field = StarField::windows(measured, &self.catalogue, &self.camera, plan::searched_px(windows))
             .calibrated(self.calibration.as_ref());
         confirm_among(stars, attitude, &field, f32::from(self.parameters.tracking.gate_px) * 0.5)
     }
@@ -148,10 +150,10 @@ impl Sensor<'_> {
     fn follow_few(&mut self, clear_windows: usize, stars: &mut StarRecord) -> Option<Outcome> {
         let mut motion = self.motion?;
         let (attitude, _) = motion.at(self.now)?;
-        let field = Field::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+        let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
-        let mut few = expected_stars(&attitude, &field, f32::from(self.parameters.tracking.gate_px));
-        few.retain(|(_, star)| motion.observe_star(star, self.now));
+        let mut few = match_predicted_stars(&attitude, &field, f32::from(self.parameters.tracking.gate_px));
+        few.retain(|(_, star)| motion.measurement_update_star(star, self.now));
         if few.is_empty() || 2 * few.len() < clear_windows {
             return None;
         }

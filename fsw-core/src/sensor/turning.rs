@@ -15,11 +15,11 @@ use crate::attitude::filter::seconds;
 use crate::image::streaks::Streak;
 use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
-use crate::rate::marks::{Field, MAX_MARKS, Mark};
-use crate::rate::sense::{Estimate, Memory};
+use crate::rate::marks::{DetectorScale, MAX_MARKS, Mark};
+use crate::rate::sense::{Estimate, RateHistory};
 use crate::rate::streaks::{arc_of, mark_of};
 use crate::stars::identify::NotIdentified;
-use crate::stars::{Measured, row_delay_s};
+use crate::stars::{MeasuredStar, row_delay_s};
 use crate::telemetry::{Activity, Outcome, RateReport, RateSource};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 use heapless::Vec;
@@ -49,7 +49,7 @@ const LARGEST_SHARE: f32 = 0.4;
 /// What is remembered from image to image.
 #[derive(Debug, Default)]
 pub(super) struct Turning {
-    memory: Memory,
+    history: RateHistory,
     /// Middles of the image's streaks, px.
     middles_px: Vec<[f32; 2], MAX_STREAKS>,
     /// Instant of the image.
@@ -114,7 +114,7 @@ impl Turning {
     /// Seconds since the marks were taken, where they can be compared with an image of the instant `now`.
     fn elapsed_s(&self, now: LocalTime) -> Option<f32> {
         let elapsed_s = seconds(now.us_since(self.taken));
-        (!self.memory.marks.is_empty() && (BETWEEN_S.0..=BETWEEN_S.1).contains(&elapsed_s))
+        (!self.history.marks.is_empty() && (BETWEEN_S.0..=BETWEEN_S.1).contains(&elapsed_s))
             .then_some(elapsed_s)
     }
 }
@@ -199,8 +199,8 @@ impl Sensor<'_> {
     }
 
     /// What the room of the rate needs to know of the camera.
-    fn rate_field(&self) -> Field {
-        Field { rad_per_px: self.camera.rad_per_px(), area_px: self.camera.area_px() }
+    fn rate_field(&self) -> DetectorScale {
+        DetectorScale { rad_per_px: self.camera.rad_per_px(), area_px: self.camera.area_px() }
     }
 
     /// The rate from the streaks of this second's image and what is remembered of the last.
@@ -222,7 +222,7 @@ impl Sensor<'_> {
         }
         let (elapsed_s, field) = (self.turning.elapsed_s(self.now), self.rate_field());
         self.turning.taken = self.now;
-        let found = self.turning.memory.take_streaks(&arcs, marks, elapsed_s, field)?;
+        let found = self.turning.history.update_from_streaks(&arcs, marks, elapsed_s, field)?;
         let source = if found.from_both { RateSource::Both } else { RateSource::Streaks };
         rate_report(found.estimate, source, found.either_sense, found.whole)
     }
@@ -236,7 +236,7 @@ impl Sensor<'_> {
         let drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended).count();
         let seeks = stars < FEWEST_STARS || DRAWN_SHARE * (drawn + detections.streaks() as usize) >= stars;
         let row_time_s = self.row_time_s();
-        let mark = |star: &Measured| Mark {
+        let mark = |star: &MeasuredStar| Mark {
             direction: *star.direction.vector(),
             sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
             late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
@@ -244,7 +244,7 @@ impl Sensor<'_> {
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
         fill(&mut marks, self.workspace.measured.iter().map(mark));
         let elapsed_s = self.turning.elapsed_s(self.now);
-        let found = self.turning.memory.take_stars(marks, elapsed_s);
+        let found = self.turning.history.update_from_stars(marks, elapsed_s);
         self.turning.middles_px.clear();
         self.turning.taken = self.now;
         self.turning.next = Next { seeks, ..Next::default() };

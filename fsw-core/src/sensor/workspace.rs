@@ -8,7 +8,7 @@ use crate::image::DetectionMethod;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::order::fill;
 use crate::stars::identify::Identifier;
-use crate::stars::{MAX_MEASURED, Measured};
+use crate::stars::{MAX_MEASURED, MeasuredStar};
 use fsw_hal::{Detector, DetectorError, Window};
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -95,7 +95,7 @@ impl Shared {
 pub struct Workspace {
     pub(super) shared: Shared,
     pub(super) detections: Detections,
-    pub(super) measured: Vec<Measured, MAX_MEASURED>,
+    pub(super) measured: Vec<MeasuredStar, MAX_MEASURED>,
 }
 
 impl Default for Workspace {
@@ -121,7 +121,7 @@ impl Workspace {
         self.measured.clear();
         let spots = self.detections.spots().iter();
         let measured = spots.filter_map(|spot| {
-            let star = Measured::from_detection(camera, spot)?;
+            let star = MeasuredStar::from_detection(camera, spot)?;
             match rate_rad_s {
                 Some(rate_rad_s) if row_time_s > 0.0 => star.at_mid_frame(camera, rate_rad_s, row_time_s),
                 _ => Some(star),

@@ -1,6 +1,6 @@
 //! Artificial skies and pictures of them for the tests of this room; the projection is the f64 oracle's.
 
-use super::Measured;
+use super::MeasuredStar;
 use crate::camera::{Camera, CameraParameters, Distortion, Projection};
 use crate::catalog::{Catalogue, sample};
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -110,8 +110,9 @@ impl Picture {
         self
     }
 
-    pub fn measured(&self, camera: &Camera, sigma_px: f32) -> Vec<Measured> {
-        let star = |spot: &Spot| Measured::new(camera, spot.centre_px.map(|x| x as f32), sigma_px).unwrap();
+    pub fn measured(&self, camera: &Camera, sigma_px: f32) -> Vec<MeasuredStar> {
+        let star =
+            |spot: &Spot| MeasuredStar::new(camera, spot.centre_px.map(|x| x as f32), sigma_px).unwrap();
         self.spots.iter().map(star).collect()
     }
 

@@ -1,63 +1,62 @@
-//! Accepts or refuses an attitude hypothesis by re-projection.
+//! Verification of an attitude hypothesis by re-projection.
 //!
-//! In: an attitude that a few stars suggested, the measured stars, the catalogue. The brightest catalogue
-//! stars of the field are projected onto the detector and matched, brightest first, with the one measured
-//! star inside a radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all
-//! matches. Out: matches, attitude, and the odds that as many agree by chance.
+//! In: the attitude of a polygon, the measured stars, the catalogue. The brightest catalogue stars of the
+//! field are projected onto the detector and matched, brightest first, with the one measured star inside a
+//! radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out:
+//! matches, attitude, and the probability of as many matches by chance.
 //!
 //! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars,
-//! measured or projected) would find one of the longer (of M) inside the capture radius `ρ` with probability
-//! `p = M π ρ² / A` on a detector of area A. Of them n matched; the two that fixed the hypothesis are no
-//! evidence for it, so the chance of this hypothesis is the binomial tail `P(X >= n - 2 | L - 2, (M - 2) π ρ²
-//! / A)`, times the number of hypotheses that were tried and of the tests made (see [`BRIGHTEST`] and
-//! [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area covers the whole
-//! region in which polygon and matching would have accepted a star.
+//! measured or projected) would find one of the longer (of M) inside the capture radius `ρ` with
+//! probability `p = M π ρ² / A` on a detector of area A. Of them n matched; the two that defined the
+//! hypothesis are excluded, so the probability of a chance match is the binomial tail `P(X >= n - 2 | L -
+//! 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were tried and of the tests made (see
+//! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area
+//! covers the whole region in which polygon and matching would have accepted a star.
 
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
-use super::{Field, MAX_MEASURED, Measured};
+use super::{MAX_MEASURED, MeasuredStar, StarField};
 use crate::attitude::covariance::{Information, sigmas_rad};
 use crate::attitude::{VectorPair, wahba};
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
 
-/// Matching and solving are repeated this often, the radius shrinking from 2 to 1 tolerances.
+/// Rounds of matching and solving; the radius shrinks from 2 tolerances to 1.
 pub const ROUNDS: usize = 3;
 
-/// The test for chance is made with so many of the brightest on either side, and the best is taken: where
-/// brightness is known, faint noise does not drown the few stars there are.
+/// The chance test uses this many of the brightest stars of either list; the best result counts, so that
+/// many faint false stars do not hide a few true ones.
 pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
-/// ... and with the matches inside these shares of the tolerance: where centroids are better than the
-/// tolerance allows, that is evidence too. The last is for calibrated lenses: each test that cannot help
-/// costs the others.
+/// Radii of the chance test, shares of the tolerance: centroids better than the tolerance add evidence. The
+/// last is for calibrated lenses only, because every further test weakens the others.
 pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
-/// Most stars of [`expected_stars`].
-pub const MAX_FEW: usize = 8;
+/// Most stars of [`match_predicted_stars`].
+pub const MAX_FEW_STARS: usize = 8;
 
-/// A measured star with its name.
+/// A measured star matched with a catalogue star.
 #[derive(Clone, Copy, Debug)]
 pub struct Match {
     /// Index of the measured star.
     pub measured: u8,
     /// Index of the catalogue star.
     pub star: u16,
-    /// Place of the catalogue star among those expected, by brightness.
+    /// Rank of the catalogue star among those predicted, by brightness.
     pub rank: u8,
     /// Measured less projected position, px.
     pub residual_px: [f32; 2],
 }
 
-/// An attitude hypothesis that was checked against the whole field.
+/// An attitude hypothesis verified with the whole field.
 #[derive(Clone, Debug)]
 pub struct Confirmed {
     /// Attitude from all matches but the proximity-flagged.
     pub attitude: Rotation<Icrs, StarPath>,
-    /// Standard deviations of the attitude about x, y, z of the star path, rad: those that the centroids' own
-    /// sigmas give (eq. 3.27), scaled by what the residuals say of these sigmas.
+    /// Standard deviations of the attitude about x, y, z of the star path, rad: by the centroids' sigmas
+    /// (eq. 3.27), times the scale of the residuals.
     pub sigma_rad: [f32; 3],
-    /// Measured stars with their names, brightest catalogue star first.
+    /// Matched stars, brightest catalogue star first.
     pub matches: Vec<Match, MAX_FIELD_STARS>,
-    /// Catalogue stars that should be seen on the detector.
+    /// Number of catalogue stars predicted on the detector.
     pub expected: u16,
     /// Root mean square residual per axis, px.
     pub rms_px: f32,
@@ -92,20 +91,20 @@ pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     (first + libm::log10f(series)).min(0.0)
 }
 
-/// Columns in which measured stars are looked up.
+/// Number of detector columns of the index.
 const COLUMNS: usize = 32;
-/// By so much a star's columns reach beyond its radius, px: more than positions round.
+/// Margin of a star's columns beyond its radius, px: more than the rounding of positions.
 const COLUMN_MARGIN_PX: f32 = 0.01;
 
-/// Which measured stars may be near a position: a bit each, by columns of the detector.
-struct Columns<'a> {
-    measured: &'a [Measured],
+/// Index of the measured stars by detector column: a bit for each star within the radius of the column.
+struct ColumnIndex<'a> {
+    measured: &'a [MeasuredStar],
     stars: [u64; COLUMNS],
     per_px: f32,
 }
 
-impl<'a> Columns<'a> {
-    fn new(field: &Field<'a>, radius_px: f32) -> Self {
+impl<'a> ColumnIndex<'a> {
+    fn new(field: &StarField<'a>, radius_px: f32) -> Self {
         let width_px = f32::from(field.camera.parameters().width_px);
         let measured = field.measured();
         let mut columns = Self { measured, stars: [0; COLUMNS], per_px: COLUMNS as f32 / width_px };
@@ -120,14 +119,13 @@ impl<'a> Columns<'a> {
         columns
     }
 
-    /// The column of a position; what is beside the detector counts to its edge.
+    /// The column of a position; positions outside the detector belong to the edge columns.
     fn column(&self, x: f32) -> usize {
         ((x * self.per_px) as usize).min(COLUMNS - 1)
     }
 
     /// The one measured star within `radius_px` of a position, no more than that of [`Columns::new`], with
-    /// its offset; `None` when there is none, or more than one: which of two close stars carries the name
-    /// would be a guess.
+    /// its offset; `None` when there is none, or more than one (ambiguous).
     fn only_star_near(&self, [x, y]: [f32; 2], radius_px: f32) -> Option<(u8, [f32; 2])> {
         let mut stars = self.stars.get(self.column(x)).copied().unwrap_or(0);
         let mut only = None;
@@ -146,22 +144,23 @@ impl<'a> Columns<'a> {
 
 const _: () = assert!(MAX_MEASURED <= u64::BITS as usize);
 
-/// Matches projected stars with measured ones within `radius_px`, each measured star with the brightest that
-/// claims it.
+/// Matches projected stars with measured ones within `radius_px`; a measured star goes to the brightest
+/// projected star near it.
 fn match_stars(
     expected: &[Predicted],
-    field: &Field,
+    field: &StarField,
     attitude: &Rotation<Icrs, StarPath>,
     radius_px: f32,
 ) -> Vec<Match, MAX_FIELD_STARS> {
-    let columns = Columns::new(field, radius_px);
+    let columns = ColumnIndex::new(field, radius_px);
     let mut taken = [false; MAX_MEASURED];
     let mut matches = Vec::new();
     for (rank, star) in (0u8..).zip(expected) {
         let named = field.catalogue.star(star.star);
         let near = named
             .and_then(|named| {
-                let [x, y] = field.camera.project(&attitude.apply(&field.catalogue.seen(&named)))?;
+                let [x, y] =
+                    field.camera.project(&attitude.apply(&field.catalogue.apparent_direction(&named)))?;
                 let [dx, dy] = field.colour_shift_px([x, y], &named);
                 Some([x + dx, y + dy])
             })
@@ -176,59 +175,59 @@ fn match_stars(
     matches
 }
 
-/// Residuals beyond so many sigmas are taken for what they are: a proton, a hot pixel or a neighbour in the
-/// star's image.
-const DOUBTFUL_SIGMAS: f32 = 2.0;
-/// ... and those beyond so many say nothing of the others' sigmas; of good ones chance brings 1 in 3,000
-/// there.
-const OUTLYING_SIGMAS: f32 = 4.0;
+/// Huber threshold of the solution, sigmas: larger residuals come from a proton, a hot pixel or a neighbour
+/// in the star's image.
+const HUBER_SIGMAS: f32 = 2.0;
+/// Huber threshold of the sigma scale, sigmas: 1 in 3,000 good residuals is larger.
+const OUTLIER_SIGMAS: f32 = 4.0;
 
-/// Sigma of a centroid, or what its residual says of it where that is beyond `sigmas` of it: the weight of an
-/// outlier is bounded.
-fn doubted_sigma_px(found: &Match, seen: &Measured, sigmas: f32) -> f32 {
+/// Huber's sigma: that of the centroid, or its residual over `sigmas` where that is larger, which bounds
+/// the weight of an outlier.
+fn robust_sigma_px(found: &Match, seen: &MeasuredStar, sigmas: f32) -> f32 {
     let [dx, dy] = found.residual_px;
     seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
 }
 
 /// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set.
-fn vector_pairs(matches: &[Match], field: &Field, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
+fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
     for found in matches {
         let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
         if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
             // There are no more matches than the list holds.
-            let doubted = Measured { sigma_px: doubted_sigma_px(found, seen, DOUBTFUL_SIGMAS), ..*seen };
-            let seen = field.without_colour(&doubted, &star);
-            let _ = pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera));
+            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, HUBER_SIGMAS), ..*seen };
+            let seen = field.colour_corrected(&doubted, &star);
+            let _ = pairs.push(seen.paired_with(field.catalogue.apparent_direction(&star), field.camera));
         }
     }
     pairs
 }
 
-/// The brightest stars, at most [`MAX_FEW`], that are measured where an attitude expects them, within
-/// `radius_px`, and what each says: where too few are seen for an attitude of their own.
-pub fn expected_stars(
+/// The brightest stars, at most [`MAX_FEW_STARS`], that are measured within `radius_px` of their position
+/// predicted by an attitude, with their vector pairs; for updates by single stars, when there are too few
+/// for an attitude.
+pub fn match_predicted_stars(
     attitude: &Rotation<Icrs, StarPath>,
-    field: &Field,
+    field: &StarField,
     radius_px: f32,
-) -> Vec<(Match, VectorPair), MAX_FEW> {
+) -> Vec<(Match, VectorPair), MAX_FEW_STARS> {
     let Some(expected) = field_stars(field.catalogue, field.camera, attitude) else { return Vec::new() };
     let matches = match_stars(&expected, field, attitude, radius_px);
     matches
         .iter()
         .filter_map(|found| {
             let star = field.catalogue.star(found.star)?;
-            let seen = field.without_colour(field.measured().get(usize::from(found.measured))?, &star);
-            Some((*found, seen.paired_with(field.catalogue.seen(&star), field.camera)))
+            let seen = field.colour_corrected(field.measured().get(usize::from(found.measured))?, &star);
+            Some((*found, seen.paired_with(field.catalogue.apparent_direction(&star), field.camera)))
         })
-        .take(MAX_FEW)
+        .take(MAX_FEW_STARS)
         .collect()
 }
 
 /// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others
-/// suffice. Not inlined: its list is not to lie on the stack under the matching.
+/// suffice. Not inlined: keeps its list off the stack of the matching.
 #[inline(never)]
-fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
+fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
         let pairs = vector_pairs(matches, field, all);
         if pairs.len() < 3 && !all {
@@ -239,8 +238,9 @@ fn solve(matches: &[Match], field: &Field) -> Option<(Rotation<Icrs, StarPath>, 
     })
 }
 
-/// Ratio of the measured to the projected distances from their means: the focal length the field asks for.
-fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
+/// Ratio of the measured to the projected distances from their means: estimate of the true focal length
+/// over the camera's.
+fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> f32 {
     let count = (matches.len() as f32).max(1.0);
     let positions = || {
         matches.iter().filter_map(|found| {
@@ -264,13 +264,13 @@ fn focal_ratio(matches: &[Match], measured: &[Measured]) -> f32 {
 /// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
 const PRIOR_RESIDUALS: f32 = 10.0;
 
-/// Scale that the residuals ask of the centroids' sigmas. Residuals larger than the sigmas are believed at
-/// once; smaller ones only as far as there are many, because few are small by luck, and not of a calibrated
-/// lens, whose sigmas are known.
-fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
+/// Scale of the centroids' sigmas by the residuals: `sqrt(chi² / freedom)` where that exceeds 1. Below 1 a
+/// prior of weight [`PRIOR_RESIDUALS`] limits it, because few residuals may be small by chance; with a
+/// calibrated lens, whose sigmas are known, it is 1.
+fn sigma_scale(matches: &[Match], field: &StarField) -> f32 {
     let chi_square = matches.iter().fold(0.0, |sum, found| {
         let seen = field.measured().get(usize::from(found.measured));
-        let sigma = seen.map_or(1.0, |seen| doubted_sigma_px(found, seen, OUTLYING_SIGMAS));
+        let sigma = seen.map_or(1.0, |seen| robust_sigma_px(found, seen, OUTLIER_SIGMAS));
         let [dx, dy] = found.residual_px;
         sum + (dx * dx + dy * dy) / (sigma * sigma)
     });
@@ -286,7 +286,7 @@ fn sigma_scale(matches: &[Match], field: &Field) -> f32 {
 
 /// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with
 /// the [`BRIGHTEST`] and [`RADII`], times the number of different ones.
-fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &Field) -> f32 {
+fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &StarField) -> f32 {
     let radii = RADII.get(..RADII.len() - usize::from(!field.is_calibrated())).unwrap_or(&RADII);
     let measured = field.measured().len();
     let beyond_two = |count: usize| count.saturating_sub(2);
@@ -309,25 +309,28 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &F
             best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance));
         }
     }
-    // With more of the brightest than there are the test is the same again.
+    // Tests with more of the brightest than there are stars are identical.
     let distinct = BRIGHTEST.iter().filter(|brightest| **brightest < measured.max(expected)).count() + 1;
     (best + libm::log10f((radii.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
 }
 
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer
 /// than three stars match or the matches fix no attitude.
-pub fn confirm(hypothesis: &Rotation<Icrs, StarPath>, field: &Field, tolerance_px: f32) -> Option<Confirmed> {
-    // Not moved out of its option: a copy would lie on the stack under all that follows.
+pub fn confirm(
+    hypothesis: &Rotation<Icrs, StarPath>,
+    field: &StarField,
+    tolerance_px: f32,
+) -> Option<Confirmed> {
+    // Not moved out of its option: avoids a copy on the stack.
     let expected = field_stars(field.catalogue, field.camera, hypothesis);
     confirm_among(expected.as_ref()?, hypothesis, field, tolerance_px)
 }
 
-/// The same where the catalogue stars that are to be expected are known already, brightest first; only their
-/// names count.
+/// The same with the predicted catalogue stars given, brightest first; their positions are not used.
 pub fn confirm_among(
     expected: &[Predicted],
     hypothesis: &Rotation<Icrs, StarPath>,
-    field: &Field,
+    field: &StarField,
     tolerance_px: f32,
 ) -> Option<Confirmed> {
     let measured = field.measured();
@@ -360,13 +363,13 @@ pub fn confirm_among(
     })
 }
 
-/// Times that [`widen`] doubles the radius.
+/// Doublings of the radius in [`widen`].
 pub const WIDENINGS: usize = 3;
-/// Stars that a wider radius must bring beyond what chance does.
+/// Least gain of matches by a wider radius, above those expected by chance.
 const FEWEST_GAINED: usize = 2;
 
 /// Number of expected stars that have a measured one within `radius_px`.
-fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> usize {
+fn stars_near(expected: &[Predicted], measured: &[MeasuredStar], radius_px: f32) -> usize {
     let near = |[x, y]: [f32; 2]| {
         measured.iter().any(|seen| {
             let [dx, dy] = [seen.centre_px[0] - x, seen.centre_px[1] - y];
@@ -376,13 +379,13 @@ fn stars_near(expected: &[Predicted], measured: &[Measured], radius_px: f32) -> 
     expected.iter().filter(|star| near(star.centre_px)).count()
 }
 
-/// Matches again with twice, four and eight times the tolerance, and keeps what brings clearly more stars
-/// than chance does.
+/// Matches again with 2, 4 and 8 times the tolerance; a wider result is kept if it gains at least 2 stars
+/// plus three times the number expected by chance.
 ///
-/// Centroids worse than the tolerance assumed would otherwise leave only the stars whose errors happen to be
-/// small, with a biased attitude and sigmas that believe it.
+/// Where centroids are worse than the tolerance assumes, the narrow match selects the stars with small
+/// errors: the attitude is biased and its sigmas are too small.
 #[inline(never)]
-pub fn widen(best: &mut Confirmed, field: &Field, tolerance_px: f32) {
+pub fn widen(best: &mut Confirmed, field: &StarField, tolerance_px: f32) {
     let expected = field_stars(field.catalogue, field.camera, &best.attitude);
     let Some(expected) = &expected else { return };
     let widest_px = tolerance_px * (1 << WIDENINGS) as f32;
@@ -401,7 +404,7 @@ pub fn widen(best: &mut Confirmed, field: &Field, tolerance_px: f32) {
         let by_chance = missing as f32 * field.measured().len() as f32 * area;
         let gained = wider.matches.len() as f32 - best.matches.len() as f32;
         if gained >= FEWEST_GAINED as f32 + 3.0 * by_chance {
-            // The evidence stays that of the narrow match: it is what was tested.
+            // The chance probability remains that of the narrow match, which was tested.
             *best = Confirmed { log10_chance: best.log10_chance, ..wider };
         }
     }

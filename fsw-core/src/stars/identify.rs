@@ -1,36 +1,36 @@
 //! Star identification, lost in space (thesis §3.1.3).
 //!
-//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: names and an
-//! attitude that stood confirmation, or "not identified" with the reason. The work is cut into measured base
-//! sides, so it can be resumed from second to second ([`Identifier::advance`]).
+//! In: measured stars, brightest first where brightness is known, and the catalogue. Out: identified stars
+//! and a verified attitude, or [`NotIdentified`]. The work is cut into measured base sides, so it can be
+//! resumed from second to second ([`Identifier::advance`]).
 //!
-//! For every base side (i, j), in the order of the [agenda](super::agenda):
+//! For every base side (i, j), in the order of the [search order](super::search_order):
 //! 1. catalogue pairs of its separation, in both directions, within the tolerance;
-//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the catalogue
-//!    first. A true side so finds its polygon whatever stands beside it;
+//! 2. triangles with every further star k of the [`SEARCHED`] brightest, the likeliest to be in the
+//!    catalogue first. so a true side finds its polygon among any false stars;
 //! 3. only those with the measured sense of rotation;
 //! 4. triangles that share the base side merge into polygons: every corner's separations to all other corners
 //!    must fit too;
 //! 5. polygons are ranked: most corners, then least mean square side error. The best [`PROPOSALS`] of the
 //!    side go to [`confirm`](super::confirm); the first whose false-identification probability is below the
 //!    limit wins. A polygon that has [`EARLY_CORNERS`] over the base side is proposed at once. Of a
-//!    calibrated lens triangles are proposed too: of stars on either side of the Earth's disc, farther apart
-//!    than the catalogue's range, there may be no more, and confirmation sees both groups.
+//!    calibrated lens triangles are proposed too: stars on either side of the Earth's disc may be farther
+//!    apart than the catalogue's range and form no larger polygon; the confirmation matches both groups.
 //!
-//! When all sides have been tried, the search starts over with the next, wider tolerance. All polygons ranked
-//! best so far stay readable ([`Identifier::polygons`]).
+//! When all sides have been tried, the search starts over with the next, wider tolerance. The best polygons
+//! so far stay readable ([`Identifier::polygons`]).
 //!
 //! Bounds: [`MAX_SIDES`] sides, each at most `SEARCHED` passes over the pairs of one separation and
 //! `PROPOSALS + SEARCHED` confirmations; sides with more catalogue pairs than the workspace holds are left
 //! out. Work is counted in catalogue pairs looked at, which is what the allowance of a call limits, to the
 //! star k; base sides, triangles and confirmations count in proportion to what they cost.
 
-use super::Field;
-use super::agenda::{Agenda, MAX_SIDES, SEARCHED, Task};
+use super::StarField;
 use super::confirm::{Confirmed, confirm, widen};
 use super::parameters::Side;
 pub use super::parameters::{IdentificationParameters, TOLERANCES};
 use super::polygon::{Candidates, MAX_POLYGON, Polygon};
+use super::search_order::{MAX_SIDES, SEARCHED, SearchOrder, StarPair};
 use super::triangles::{Corner, Triangles, triple_product};
 use crate::attitude::{VectorPair, wahba};
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -40,15 +40,15 @@ use heapless::Vec;
 pub const PROPOSALS: usize = 3;
 /// Corners over the base side with which a polygon is proposed before all stars k were examined.
 pub const EARLY_CORNERS: u8 = 3;
-// What an allowance counts, in catalogue pairs looked at for a star k: one costs 47 cycles on the target.
+// Cost model of the allowance; unit: a catalogue pair read for a star k, 47 cycles on the target.
 /// A catalogue pair of a base side: 330 cycles.
 const BASE_PAIR_PAIRS: usize = 7;
-/// A triangle looked at because a pair has a star of a base side: 240 cycles, few of them more.
+/// A triangle tested because a pair shares a star with a base side: 240 cycles, few of them more.
 const TRIANGLE_PAIRS: usize = 6;
 /// A confirmation: 0.21 million cycles with the reference catalogue.
 const CONFIRMATION_PAIRS: usize = 4500;
-/// Stars of a catalogue for which that holds: it looks at each one. One star more counts as a pair more and
-/// costs less.
+/// Size of that catalogue: the confirmation reads every star. Each further star counts as one pair, more
+/// than it costs.
 const CONFIRMATION_STARS: usize = 3328;
 
 /// Why a field was not identified.
@@ -62,7 +62,7 @@ pub enum NotIdentified {
     NoMatch,
 }
 
-/// Where the search stands after a call of [`Identifier::advance`].
+/// State of the search after a call of [`Identifier::advance`].
 #[expect(clippy::large_enum_variant, reason = "there is no heap to box the result on")]
 #[derive(Clone, Debug)]
 pub enum Progress {
@@ -80,20 +80,20 @@ pub enum Progress {
 pub struct Identifier<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
     triangles: Triangles<CHAINS, SIDES, HITS>,
     candidates: Candidates,
-    agenda: Agenda,
+    order: SearchOrder,
     /// The base side that the allowance left unfinished.
     open: OpenSide,
     hypotheses: f32,
 }
 
-/// What a call may do, in catalogue pairs, and what it did.
+/// Work of a call and its allowance, catalogue pairs.
 #[derive(Clone, Copy, Debug)]
-struct Work {
+struct WorkAllowance {
     done: u32,
     allowance: u32,
 }
 
-impl Work {
+impl WorkAllowance {
     fn add(&mut self, pairs: usize) {
         self.done = self.done.saturating_add(pairs as u32);
     }
@@ -103,17 +103,17 @@ impl Work {
     }
 }
 
-/// A base side, and the stars that cannot be corners of it or were tried, a bit each: its own two at the
-/// least.
+/// A base side in progress, and a bit for each star that is excluded or was tried as its corner; its own
+/// two are always set.
 #[derive(Clone, Copy, Debug)]
 struct OpenSide {
-    task: Task,
+    pair: StarPair,
     tried: u32,
 }
 
 impl OpenSide {
-    /// No side. All zero, as what is to be made in a static must be.
-    const NONE: Self = Self { task: Task { i: 0, j: 0, side: Side::NONE }, tried: 0 };
+    /// No side. All bits zero, so that a static of it lies in `.bss`.
+    const NONE: Self = Self { pair: StarPair { i: 0, j: 0, side: Side::NONE }, tried: 0 };
 
     fn is_none(&self) -> bool {
         self.tried == 0
@@ -132,17 +132,18 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         Self {
             triangles: Triangles::new(),
             candidates: Candidates::new(),
-            agenda: Agenda::new(),
+            order: SearchOrder::new(),
             open: OpenSide::NONE,
             hypotheses: 0.0,
         }
     }
 
-    /// Forgets the search, for a new set of stars. `hypotheses` were tried on the same stars before, with
-    /// another camera or other parameters (0 in flight): they count in the false-identification probability.
+    /// Resets the search for a new set of stars. `hypotheses` were tried on the same stars before, with
+    /// another camera or other parameters (0 in flight): they count in the false-identification
+    /// probability.
     pub fn restart(&mut self, hypotheses: f32) {
         self.candidates = Candidates::new();
-        self.agenda = Agenda::new();
+        self.order = SearchOrder::new();
         self.open = OpenSide::NONE;
         self.hypotheses = hypotheses;
     }
@@ -161,14 +162,14 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     /// as the calls before.
     pub fn advance(
         &mut self,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
         allowance: u32,
     ) -> Progress {
         if field.measured().len() < 3 {
             return Progress::NotIdentified(NotIdentified::TooFewStars);
         }
-        let mut work = Work { done: 0, allowance };
+        let mut work = WorkAllowance { done: 0, allowance };
         for _ in 0..=MAX_SIDES {
             if work.is_done() {
                 return Progress::Searching;
@@ -177,25 +178,30 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 break;
             }
             if let Some((mut confirmed, log10_false)) = self.try_side(field, parameters, &mut work) {
-                // Here, where the lists of the search are off the stack.
-                widen(&mut confirmed, field, parameters.tolerance_px(self.agenda.step()));
+                // Called here, where the lists of the search are off the stack.
+                widen(&mut confirmed, field, parameters.tolerance_px(self.order.step()));
                 return Progress::Identified(confirmed, log10_false);
             }
         }
-        let reason = if self.agenda.any { NotIdentified::NoMatch } else { NotIdentified::NoSides };
+        let reason = if self.order.any_side { NotIdentified::NoMatch } else { NotIdentified::NoSides };
         Progress::NotIdentified(reason)
     }
 
     /// Opens the next base side with its catalogue pairs; `false` when all have been tried.
     #[inline(never)]
-    fn begin_side(&mut self, field: &Field, parameters: &IdentificationParameters, work: &mut Work) -> bool {
-        let Some(task) = self.agenda.next(field, parameters, SIDES) else { return false };
-        self.triangles.begin(field.catalogue, &task.side);
+    fn begin_side(
+        &mut self,
+        field: &StarField,
+        parameters: &IdentificationParameters,
+        work: &mut WorkAllowance,
+    ) -> bool {
+        let Some(pair) = self.order.next(field, parameters, SIDES) else { return false };
+        self.triangles.begin(field.catalogue, &pair.side);
         let directed = self.triangles.sides.len();
         self.hypotheses += directed as f32;
-        let pairs = field.catalogue.count_between(task.side.low(), task.side.high());
+        let pairs = field.catalogue.count_between(pair.side.low(), pair.side.high());
         work.add(BASE_PAIR_PAIRS * pairs);
-        self.open = OpenSide { task, tried: bit(task.i) | bit(task.j) };
+        self.open = OpenSide { pair, tried: bit(pair.i) | bit(pair.j) };
         true
     }
 
@@ -204,20 +210,20 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     #[inline(never)]
     fn try_side(
         &mut self,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
-        work: &mut Work,
+        work: &mut WorkAllowance,
     ) -> Option<(Confirmed, f32)> {
-        let OpenSide { task, mut tried } = core::mem::replace(&mut self.open, OpenSide::NONE);
-        let Task { i, j, .. } = task;
+        let OpenSide { pair, mut tried } = core::mem::replace(&mut self.open, OpenSide::NONE);
+        let StarPair { i, j, .. } = pair;
         for _ in 0..SEARCHED {
-            let Some(k) = self.agenda.likeliest(field.measured().len(), tried) else { break };
+            let Some(k) = self.order.likeliest(field.measured().len(), tried) else { break };
             if work.is_done() {
-                self.open = OpenSide { task, tried };
+                self.open = OpenSide { pair, tried };
                 return None;
             }
             tried |= bit(k);
-            let Some((corner, pairs)) = self.corner(field, parameters, &task, k) else { continue };
+            let Some((corner, pairs)) = self.corner(field, parameters, &pair, k) else { continue };
             let most_corners = self.triangles.add(field.catalogue, &corner);
             work.add(pairs + TRIANGLE_PAIRS * self.triangles.tried as usize);
             if most_corners >= EARLY_CORNERS
@@ -227,13 +233,13 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 return Some(found);
             }
         }
-        // With three stars in all, three must do. Else a polygon of four is the least that chance seldom
-        // builds, or that bad centroids let pass by luck, unless it is known how good they are.
+        // With three stars in all, triangles are proposed. Else four corners are required, because
+        // triangles often occur by chance, unless a calibration gives the centroids' sigmas.
         let least = if field.measured().len() > 3 && !field.is_calibrated() { 2 } else { 1 };
         let found = (0..PROPOSALS).find_map(|_| self.propose_best(field, parameters, (i, j), least, work));
         self.keep_rest(field, parameters, (i, j));
         if found.is_none() {
-            self.agenda.failed(&task);
+            self.order.update_after_failure(&pair);
         }
         found
     }
@@ -242,16 +248,16 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     /// looked up: the one of the two that has fewer. `None` where both are beyond the catalogue's range.
     fn corner(
         &self,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
-        task: &Task,
+        pair: &StarPair,
         k: u8,
     ) -> Option<(Corner, usize)> {
-        let Field { catalogue, camera, .. } = *field;
+        let StarField { catalogue, camera, .. } = *field;
         let star = |index: u8| field.measured().get(usize::from(index));
-        let (star_i, star_j, star_k) = (star(task.i)?, star(task.j)?, star(k)?);
-        let to_i = parameters.side(self.agenda.step(), star_i, star_k, camera);
-        let to_j = parameters.side(self.agenda.step(), star_j, star_k, camera);
+        let (star_i, star_j, star_k) = (star(pair.i)?, star(pair.j)?, star(k)?);
+        let to_i = parameters.side(self.order.step(), star_i, star_k, camera);
+        let to_j = parameters.side(self.order.step(), star_j, star_k, camera);
         let pairs = |side: &Side| {
             let in_range = side.high() <= catalogue.max_chord();
             in_range.then(|| catalogue.count_between(side.low(), side.high()))
@@ -264,15 +270,16 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         };
         let [a, b, c] = [star_i, star_j, star_k].map(|star| star.direction.vector());
         let volume = triple_product(a, b, c);
-        // The height of the triangle over its base must exceed what noise can turn round.
-        let flat = libm::fabsf(volume) < 2.0 * task.side.tolerance * task.side.chord;
+        // The sense counts only where the triangle's height over its base exceeds the noise: two
+        // tolerances.
+        let flat = libm::fabsf(volume) < 2.0 * pair.side.tolerance * pair.side.chord;
         let sense = if flat { 0.0 } else { volume };
         Some((Corner { k, to_i, to_j, by_j, sense }, pairs))
     }
 
     /// Keeps what remains of the base side's polygons, unconfirmed.
     #[inline(never)]
-    fn keep_rest(&mut self, field: &Field, parameters: &IdentificationParameters, (i, j): (u8, u8)) {
+    fn keep_rest(&mut self, field: &StarField, parameters: &IdentificationParameters, (i, j): (u8, u8)) {
         for _ in 0..PROPOSALS {
             let Some(side) = self.triangles.best(1) else { return };
             let polygon = self.merge(field, parameters, (i, j, side));
@@ -288,11 +295,11 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     #[inline(never)]
     fn propose_best(
         &mut self,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
         (i, j): (u8, u8),
         least: u8,
-        work: &mut Work,
+        work: &mut WorkAllowance,
     ) -> Option<(Confirmed, f32)> {
         let side = self.triangles.best(least)?;
         let polygon = self.merge(field, parameters, (i, j, side));
@@ -314,7 +321,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     #[inline(never)]
     fn merge(
         &self,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
         (i, j, side): (u8, u8, u16),
     ) -> Option<Polygon> {
@@ -342,7 +349,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         &self,
         others: &[(u8, u16)],
         (k, r): (u8, u16),
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
     ) -> Option<f32> {
         let seen = field.measured().get(usize::from(k))?;
@@ -351,7 +358,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
                 return None;
             }
             let side = parameters.side(
-                self.agenda.step(),
+                self.order.step(),
                 seen,
                 field.measured().get(usize::from(*other))?,
                 field.camera,
@@ -364,11 +371,11 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     fn propose(
         &self,
         polygon: &Polygon,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
     ) -> Option<(Confirmed, f32)> {
         let attitude = attitude_of(polygon, field)?;
-        let tolerance_px = parameters.tolerance_px(self.agenda.step());
+        let tolerance_px = parameters.tolerance_px(self.order.step());
         let confirmed = confirm(&attitude, field, tolerance_px)?;
         let log10_false = (confirmed.log10_chance + libm::log10f(self.hypotheses.max(1.0))).min(0.0);
         if log10_false > parameters.log10_false_limit {
@@ -378,14 +385,13 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
     }
 }
 
-/// The attitude that a polygon's stars have. Not inlined: its list is not to lie on the stack under the
-/// confirmation.
+/// The attitude that a polygon's stars have. Not inlined: keeps its list off the stack of the confirmation.
 #[inline(never)]
-fn attitude_of(polygon: &Polygon, field: &Field) -> Option<Rotation<Icrs, StarPath>> {
+fn attitude_of(polygon: &Polygon, field: &StarField) -> Option<Rotation<Icrs, StarPath>> {
     let mut pairs: Vec<VectorPair, MAX_POLYGON> = Vec::new();
     for (seen, name) in &polygon.corners {
         let (seen, star) = (field.measured().get(usize::from(*seen))?, field.catalogue.star(*name)?);
-        pairs.push(seen.paired_with(field.catalogue.seen(&star), field.camera)).ok()?;
+        pairs.push(seen.paired_with(field.catalogue.apparent_direction(&star), field.camera)).ok()?;
     }
     wahba::svd::solve(&pairs).ok()
 }

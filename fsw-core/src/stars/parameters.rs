@@ -1,9 +1,9 @@
 //! Parameters of star identification, and the measured side that they give a tolerance.
 
-use super::Measured;
+use super::MeasuredStar;
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
-use crate::catalog::lookup::{COARSE_CHORD_ERROR, MOST_ABERRATION, q30};
+use crate::catalog::lookup::{COARSE_CHORD_ERROR, MAX_ABERRATION, q30};
 use crate::parameters::table::parameter_group;
 
 /// Tolerances tried one after the other.
@@ -17,7 +17,8 @@ parameter_group! {
         centroid_sigma_px: [f32; TOLERANCES] = [0.35, 1.0, 2.0], 0.05..=3.0, "px",
             "lenses without a calibration; with one 0.2, 0.6, 2";
         /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation.
-        scale_uncertainty: f32 = 2e-4, 0.0..=0.01, "", "chosen: 0.2 px over 1000 px";
+        scale_uncertainty: f32 = 2e-4, 0.0..=0.01, "",
+            "an aluminium barrel, 23e-6 per K, 9 K from where it was calibrated: 0.2 px over 1000 px";
         /// Largest accepted common logarithm of the false-identification probability.
         log10_false_limit: f32 = -9.0, -30.0..=-2.0, "", "one wrong sky in thirty years of an image a second";
         /// Catalogue pairs that may be looked at in one second, triangles and confirmations counted in
@@ -29,13 +30,13 @@ parameter_group! {
 
 impl IdentificationParameters {
     /// The defaults for a lens whose [`Calibration`](crate::image::calibration::Calibration) is known: its
-    /// centroids are better, and the nearer a match must be, the more it proves.
+    /// centroids are better, and a narrower match is stronger evidence.
     pub fn of_calibrated_lens() -> Self {
         Self { centroid_sigma_px: [0.2, 0.6, 2.0], ..Self::default() }
     }
 
     /// The measured side between two stars with the tolerance number `step`.
-    pub(super) fn side(&self, step: usize, a: &Measured, b: &Measured, camera: &Camera) -> Side {
+    pub(super) fn side(&self, step: usize, a: &MeasuredStar, b: &MeasuredStar, camera: &Camera) -> Side {
         let chord = a.direction.chord(&b.direction);
         let tolerance = self.tolerance_px(step) * camera.rad_per_px();
         Side::new(chord, tolerance + self.scale_uncertainty * chord)
@@ -58,11 +59,11 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// No side. All zero, as what is to be made in a static must be.
+    /// No side. All bits zero, so that a static of it lies in `.bss`.
     pub const NONE: Self = Self { chord: 0.0, tolerance: 0.0, coarse: [0; 2] };
 
     pub fn new(chord: f32, tolerance: f32) -> Self {
-        let reach = tolerance + COARSE_CHORD_ERROR + MOST_ABERRATION * chord;
+        let reach = tolerance + COARSE_CHORD_ERROR + MAX_ABERRATION * chord;
         let (low, high) = (chord - reach, chord + reach);
         Self { chord, tolerance, coarse: [if low > 0.0 { q30(low * low) } else { 0 }, q30(high * high)] }
     }
@@ -81,7 +82,7 @@ impl Side {
         (low..=high).contains(&catalogue.coarse_square(a, b))
     }
 
-    /// What [`Side::fit`] says of two catalogue stars.
+    /// [`Side::fit`] of the chord of two catalogue stars.
     #[inline(never)]
     pub fn fit_between(&self, catalogue: &Catalogue, a: u16, b: u16) -> Option<f32> {
         self.fit((catalogue.unit(a)? - catalogue.unit(b)?).norm())

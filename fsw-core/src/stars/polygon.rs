@@ -46,7 +46,8 @@ impl Candidates {
         &self.kept
     }
 
-    /// Keeps a polygon of three or more, unless it says nothing new or eight better ones are known.
+    /// Keeps a polygon of three or more corners, unless it is part of a kept one or eight better ones are
+    /// kept.
     pub fn keep(&mut self, polygon: Polygon) {
         if polygon.corners.len() < 3 || self.kept.iter().any(|kept| kept.contains(&polygon)) {
             return;

@@ -1,26 +1,26 @@
-//! Which catalogue stars an attitude puts on the detector, and where.
+//! Predicted detector positions of the catalogue stars for an attitude.
 //!
 //! In: attitude, camera, catalogue. Out: stars with their pixel positions, brightest first. One pass over the
 //! catalogue with one dot product a star; only those inside the detector's circumscribed cone are projected.
 
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
-use crate::catalog::lookup::MOST_ABERRATION;
+use crate::catalog::lookup::MAX_ABERRATION;
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use heapless::Vec;
 
-/// Most catalogue stars projected; of more, the brightest.
+/// Largest number of predicted stars; of more, the brightest.
 pub const MAX_FIELD_STARS: usize = 48;
-/// The cone is wider by this than the corners' cosine says: in a field narrower than 0.3 deg rounding of the
-/// cosine alone would lose stars in the corners.
+/// Margin of the cone's cosine: in a field narrower than 0.3 deg rounding alone would lose stars in the
+/// corners.
 const COSINE_ROUNDING: f32 = 1e-6;
 
-/// A catalogue star that should be on the detector.
+/// A catalogue star predicted on the detector.
 #[derive(Clone, Copy, Debug)]
 pub struct Predicted {
     /// Index in the catalogue.
     pub star: u16,
-    /// Where the attitude puts it, px.
+    /// Predicted position, px.
     pub centre_px: [f32; 2],
 }
 
@@ -43,7 +43,7 @@ pub fn field_stars(
     let (cosine, middle) = circumscribed_cone(camera)?;
     let boresight = attitude.inverse().apply(&middle);
     let mut field = Vec::new();
-    for (index, direction) in catalogue.near(&boresight, cosine - MOST_ABERRATION) {
+    for (index, direction) in catalogue.stars_in_cone(&boresight, cosine - MAX_ABERRATION) {
         let direction = catalogue.aberrated(&direction);
         if direction.dot(&boresight) < cosine {
             continue;

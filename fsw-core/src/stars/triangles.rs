@@ -16,11 +16,11 @@ use crate::catalog::{Catalogue, Pair};
 use heapless::Vec;
 use nalgebra::Vector3;
 
-/// End of a chain.
+/// Marks the end of a chain.
 const NONE: u16 = u16::MAX;
 /// In place of the last k: no corner yet.
 const NO_CORNER: u8 = u8::MAX;
-/// In place of the last k: proposed and refused, it takes no more corners.
+/// In place of the last k: proposed and rejected, takes no more corners.
 const REJECTED: u8 = u8::MAX - 1;
 
 /// A catalogue pair taken as the base side, in one of its two directions.
@@ -65,7 +65,7 @@ pub(super) struct Corner {
     pub to_j: Side,
     /// Whether its catalogue stars are looked up by the side to j instead of that to i.
     pub by_j: bool,
-    /// Sense of rotation of (i, j, k): +1, -1, or 0 when the triangle is too flat to tell.
+    /// Sense of rotation of (i, j, k): +1, -1, or 0 when the triangle is too flat.
     pub sense: f32,
 }
 
@@ -156,7 +156,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
             let Some(base) = self.sides.get(usize::from(side)) else { break };
             let next = base.next;
             if base.p == p {
-                // Looked up by its q, the pair is meant the other way round.
+                // Looked up by its q: the base side in the opposite direction.
                 let meant = if corner.by_j { side ^ 1 } else { side };
                 self.tried += 1;
                 if self.may_close(catalogue, corner, meant, r) {
@@ -173,7 +173,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
     fn may_close(&self, catalogue: &Catalogue, corner: &Corner, side: u16, r: u16) -> bool {
         let rejected = self.sides.get(usize::from(side)).is_none_or(|base| base.last_k == REJECTED);
         let Some((p, q)) = self.stars_of(side) else { return false };
-        // Where stars stand nearer than the tolerance the third could be one of the two.
+        // With stars closer than the tolerance the third may be one of the two.
         if p == r || q == r || rejected {
             return false;
         }

@@ -130,8 +130,8 @@ fn earth_status() -> impl Strategy<Value = EarthStatus> {
         Dark,
         Faint,
         Found,
-        Refused(Refusal::ShortArc),
-        Refused(Refusal::TooFewPoints),
+        Refused(FitError::ShortArc),
+        Refused(FitError::TooFewPoints),
     ])
 }
 
@@ -259,7 +259,7 @@ fn largest() -> Report {
         detections: u16::MAX,
         focal_ratio: Some(f32::MAX),
         stars: Vec::from_slice(&[star; MAX_STARS]).unwrap(),
-        earth_status: EarthStatus::Refused(Refusal::ShortArc),
+        earth_status: EarthStatus::Refused(FitError::ShortArc),
         earth: Some(earth),
         limb_px: Vec::from_slice(&[[f32::MAX; 2]; MAX_LIMB_POINTS]).unwrap(),
         orbit: Some(orbit),

@@ -91,17 +91,17 @@ impl Row<'_> {
 
 /// What came of looking for the Earth, in a word.
 fn earth_word(status: EarthStatus) -> &'static str {
-    use fsw_core::earth::Refusal;
+    use fsw_core::earth::FitError;
     match status {
         EarthStatus::NotLooked => "not-looked",
         EarthStatus::Dark => "dark",
         EarthStatus::Faint => "faint",
         EarthStatus::Found => "found",
-        EarthStatus::Refused(Refusal::TooFewPoints) => "too-few-points",
-        EarthStatus::Refused(Refusal::NoConsensus) => "no-consensus",
-        EarthStatus::Refused(Refusal::ShortArc) => "short-arc",
-        EarthStatus::Refused(Refusal::Degenerate) => "degenerate",
-        EarthStatus::Refused(Refusal::Uncertain) => "uncertain",
+        EarthStatus::Refused(FitError::TooFewPoints) => "too-few-points",
+        EarthStatus::Refused(FitError::NoConsensus) => "no-consensus",
+        EarthStatus::Refused(FitError::ShortArc) => "short-arc",
+        EarthStatus::Refused(FitError::Degenerate) => "degenerate",
+        EarthStatus::Refused(FitError::Uncertain) => "uncertain",
     }
 }
 

@@ -9,7 +9,7 @@ pub fn try_bytes(bytes: &[u8]) {
     let table = crate::sealed_table(bytes);
     if let Ok(catalogue) = Catalogue::open(&table) {
         for star in catalogue.stars().take(100) {
-            let direction = catalogue.seen(&star);
+            let direction = catalogue.apparent_direction(&star);
             assert!((direction.vector().norm() - 1.0).abs() < 1e-3);
         }
         let most = catalogue.max_chord();

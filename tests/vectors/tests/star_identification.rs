@@ -5,7 +5,7 @@ use catalog_gen::{CatalogueStar, TableParameters, assemble};
 use fsw_core::camera::{Camera, CameraParameters, Distortion, Projection};
 use fsw_core::catalog::Catalogue;
 use fsw_core::stars::identify::{IdentificationParameters, Identifier, Progress};
-use fsw_core::stars::{Field, Measured};
+use fsw_core::stars::{MeasuredStar, StarField};
 use serde_json::Value;
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ type Names = BTreeSet<(String, u32)>;
 
 struct Example {
     labels: Vec<String>,
-    measured: Vec<Measured>,
+    measured: Vec<MeasuredStar>,
     catalogue: Vec<u8>,
     camera: Camera,
     expected: Vec<Names>,
@@ -48,7 +48,7 @@ fn example() -> Option<Example> {
         let place = [x, y].map(|side| (side / z) as f32 * focal_length_px);
         let [cx, cy] = camera.parameters().optical_centre_px;
         labels.push(label.clone());
-        measured.push(Measured::new(&camera, [place[0] + cx, place[1] + cy], 0.3).unwrap());
+        measured.push(MeasuredStar::new(&camera, [place[0] + cx, place[1] + cy], 0.3).unwrap());
     }
     let stars: Vec<_> = file["catalogue"]
         .as_object()
@@ -80,7 +80,7 @@ fn search(example: &Example, log10_limit: f32) -> (Progress, Vec<Names>) {
         IdentificationParameters { log10_false_limit: log10_limit, ..IdentificationParameters::default() };
     let mut identifier = ExampleIdentifier::new();
     identifier.restart(0.0);
-    let field = Field::whole(&example.measured, &catalogue, &example.camera);
+    let field = StarField::whole(&example.measured, &catalogue, &example.camera);
     let progress = identifier.advance(&field, &parameters, u32::MAX);
     let name = |corner: &(u8, u16)| {
         (example.labels[usize::from(corner.0)].clone(), catalogue.star(corner.1).unwrap().hip)

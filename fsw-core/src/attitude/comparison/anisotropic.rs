@@ -7,7 +7,7 @@
 //! damped (Levenberg and Marquardt). At most [`STEPS`] steps. The inverse of the last `Σ GᵀWG` is the
 //! covariance: the Cramer-Rao bound where the ellipses are true.
 //!
-//! What it is worth (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the
+//! Gain over the SVD (10,000 reference fields of 3 to 10 stars each, rms in sigmas of the bound across the
 //! line of sight and about it; test `ellipses_are_worth_what_the_bound_says`); its own are 0.99 to 1.01 in
 //! all cases:
 //!
@@ -18,9 +18,8 @@
 //! | drawn out off the axis, up to 4 : 1 | 1.27, 1.17 |
 //! | 1 : 1 to 10 : 1 in any direction | 2.05, 2.16 |
 //!
-//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain next to nothing in
-//! pitch and yaw: the means along x and y are the best there whatever the weights, and only the roll between
-//! them profits.
+//! Ellipses that are all alike (the thesis's trial: noise twice as wide along x) gain almost nothing in
+//! pitch and yaw, whose optimum is the mean for any common weight; only the roll improves.
 //!
 //! Assumption: the SVD's solution lies in the valley of the optimum, as it does where errors are small beside
 //! the field.
@@ -33,12 +32,12 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Most steps.
 pub const STEPS: usize = 8;
-/// A step smaller than a thousandth of a sigma is the last, for the next would be smaller by the square: what
-/// a step gains in the loss, relative to a sigma of 1 mrad.
+/// Least gain of a step in the loss, relative to a sigma of 1 mrad; a smaller one (a step below 1e-3 sigma)
+/// is the last, because convergence is quadratic.
 const SMALL_GAIN: f32 = 1e-12;
 /// Damping after a first step that made things worse, as a share of the diagonal.
 const FIRST_DAMPING: f32 = 1e-3;
-/// A loss is not worse for as much as its rounding.
+/// Tolerated increase of the loss by rounding.
 const ROUNDING: f32 = 1.0 + 1e-6;
 
 /// The problem at an attitude, units of 1 / mrad².

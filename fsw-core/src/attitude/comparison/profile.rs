@@ -129,7 +129,7 @@ impl Profile {
         self.spread.iter().all(|spread| *spread > 2.0 * MIN_SPREAD)
     }
 
-    /// What is wrong with pairs whose two best attitudes cannot be told apart.
+    /// The error of pairs whose two best attitudes fit equally well.
     pub fn fault(&self) -> WahbaError {
         if self.is_wide() { WahbaError::Ambiguous } else { WahbaError::Parallel }
     }

@@ -1,12 +1,12 @@
-//! What the filter's propagation is made of: a covariance of 3 x 3 blocks, and a turn with its mean.
+//! Covariance of 3 x 3 blocks, and a rotation with its mean, for the filter's propagation.
 
 use nalgebra::{Matrix3, Vector3};
 
 /// Symmetric, of 3 x 3 blocks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Covariance<const BLOCKS: usize>(pub(super) [[Matrix3<f32>; BLOCKS]; BLOCKS]);
+pub(super) struct BlockCovariance<const BLOCKS: usize>(pub(super) [[Matrix3<f32>; BLOCKS]; BLOCKS]);
 
-impl<const BLOCKS: usize> Covariance<BLOCKS> {
+impl<const BLOCKS: usize> BlockCovariance<BLOCKS> {
     pub(super) fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
         Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
     }
@@ -16,8 +16,8 @@ impl<const BLOCKS: usize> Covariance<BLOCKS> {
         self.0.get(row).and_then(|blocks| blocks.get(column)).copied().unwrap_or_default()
     }
 
-    /// Puts a block in its two places; where these are one, rounding must not make it lopsided.
-    pub(super) fn put(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
+    /// Sets a block and its transpose; a diagonal block is symmetrised against rounding.
+    pub(super) fn set_block(&mut self, row: usize, column: usize, block: Matrix3<f32>) {
         let across = block.transpose();
         let (block, across) = if row == column { ((block + across) * 0.5, across) } else { (block, across) };
         for (row, column, block) in [(column, row, across), (row, column, block)] {
@@ -28,13 +28,13 @@ impl<const BLOCKS: usize> Covariance<BLOCKS> {
     }
 }
 
-/// Of two matrices; not written out in every place, for the flash it would take.
+/// Matrix product; not inlined, to save flash.
 #[inline(never)]
 pub(super) fn product(a: &Matrix3<f32>, b: &Matrix3<f32>) -> Matrix3<f32> {
     a * b
 }
 
-/// What a change `k` integrals away makes of a time: `t^k / k!`, k to 2.
+/// `t^k / k!`, k to 2: the k-fold integral of 1 over the time.
 pub(super) fn power(elapsed: f32, k: usize) -> f32 {
     match k {
         0 => 1.0,
@@ -43,14 +43,14 @@ pub(super) fn power(elapsed: f32, k: usize) -> f32 {
     }
 }
 
-/// A turn, its matrix and that matrix's mean over the turn.
-pub(super) struct Turn {
+/// A rotation vector, its matrix and the mean of the matrix over the rotation.
+pub(super) struct RotationStep {
     pub(super) angle: Vector3<f32>,
     pub(super) whole: Matrix3<f32>,
     pub(super) mean: Matrix3<f32>,
 }
 
-impl Turn {
+impl RotationStep {
     /// By `angle`, rad, of at most [`super::MAX_ANGLE_RAD`]: to f32's rounding, by the series of `sin φ / φ`
     /// and its like.
     pub(super) fn by(angle: Vector3<f32>) -> Self {

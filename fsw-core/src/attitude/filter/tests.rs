@@ -16,7 +16,7 @@ fn vector(generator: &mut Generator) -> Vector3<f32> {
     generator.gaussian_vector().map(|component| component as f32)
 }
 
-/// A sensor that turns, and what its images say: errors of [`SIGMA`], of which [`COLOURED`] lasts.
+/// A sensor that turns, and what its images say: errors of [`SIGMA`], of which [`CORRELATED_SHARE`] lasts.
 struct Turning {
     attitude: nalgebra::Rotation3<f64>,
     cycle: u32,
@@ -51,16 +51,17 @@ impl Turning {
     }
 
     fn image(&mut self) -> Rotation<Icrs, StarPath> {
-        let error = self.lasting * COLOURED.sqrt() + vector(&mut self.generator) * (1.0 - COLOURED).sqrt();
+        let error = self.lasting * CORRELATED_SHARE.sqrt()
+            + vector(&mut self.generator) * (1.0 - CORRELATED_SHARE).sqrt();
         self.truth().turned(&error.component_mul(&Vector3::from(SIGMA)))
     }
 
     fn begin<const BLOCKS: usize>(&mut self) -> Filter<BLOCKS> {
-        Filter::begin(self.image(), SIGMA, self.now())
+        Filter::new(self.image(), SIGMA, self.now())
     }
 
-    fn observe<const BLOCKS: usize>(&mut self, filter: &mut Filter<BLOCKS>) {
-        filter.observe(self.image(), SIGMA, self.now());
+    fn update_by_image<const BLOCKS: usize>(&mut self, filter: &mut Filter<BLOCKS>) {
+        filter.measurement_update(self.image(), SIGMA, self.now());
     }
 
     /// Error of a filter's attitude now over its sigma, and over that of an image.
@@ -96,7 +97,7 @@ fn at_any_rate_up_to_ten_degrees_a_second_the_filter_is_honest_and_better_than_i
             let mut filter: Filter<2> = truth.begin();
             for _ in 0..300 {
                 truth.turn(&rate);
-                truth.observe(&mut filter);
+                truth.update_by_image(&mut filter);
             }
             let (over_sigma, over_image) = truth.errors(&filter);
             normalised.push(over_sigma);
@@ -125,7 +126,7 @@ fn the_attitude_is_carried_for_twenty_minutes_within_its_sigma() {
         let mut filter: Filter<2> = truth.begin();
         for _ in 0..200 {
             truth.turn(&rate);
-            truth.observe(&mut filter);
+            truth.update_by_image(&mut filter);
         }
         for _ in 0..1200 {
             truth.turn(&rate);
@@ -154,7 +155,7 @@ fn a_slew_is_followed_without_an_error_beyond_an_images() {
                 _ => 0.0,
             };
             truth.turn(&(axis * (rate_deg_s * DEG)));
-            truth.observe(&mut filter);
+            truth.update_by_image(&mut filter);
             if second > 90 {
                 let (over_sigma, over_image) = truth.errors(&filter);
                 normalised.push(over_sigma);
@@ -187,8 +188,8 @@ fn a_third_state_follows_a_steady_acceleration_more_closely_and_rest_less_so() {
                 truth.turn(&(rate + step * 0.5));
                 rate += step;
                 let image = truth.image();
-                two.observe(image, SIGMA, truth.now());
-                three.observe(image, SIGMA, truth.now());
+                two.measurement_update(image, SIGMA, truth.now());
+                three.measurement_update(image, SIGMA, truth.now());
             }
             for (sum, told) in sums.iter_mut().zip([two.rate().unwrap(), three.rate().unwrap()]) {
                 *sum += (told.rad_s - rate).norm_squared() / (50.0 * ARCSEC * ARCSEC);
@@ -221,8 +222,8 @@ fn a_rate_sensor_bears_a_slew_in_the_dark_and_its_bias_is_found() {
             filter.propagate(truth.now(), Some(rate + bias + white));
             if second < 200 {
                 let image = truth.image();
-                filter.observe(image, SIGMA, truth.now());
-                alone.observe(image, SIGMA, truth.now());
+                filter.measurement_update(image, SIGMA, truth.now());
+                alone.measurement_update(image, SIGMA, truth.now());
             } else {
                 alone.propagate(truth.now(), None);
             }
@@ -249,12 +250,12 @@ fn a_gap_does_not_spoil_the_rate() {
     let mut filter: Filter<2> = truth.begin();
     for _ in 0..60 {
         truth.turn(&rate);
-        truth.observe(&mut filter);
+        truth.update_by_image(&mut filter);
     }
     for _ in 0..5000 {
         truth.turn(&rate);
     }
-    truth.observe(&mut filter);
+    truth.update_by_image(&mut filter);
     assert_eq!(filter.age_us(truth.now()), 0);
     assert!((filter.rate().unwrap().rad_s - rate).norm() < 3.0 * ARCSEC);
     let (over_sigma, _) = truth.errors(&filter);
@@ -267,7 +268,7 @@ fn a_turn_too_far_is_not_predicted() {
     let mut filter: Filter<2> = truth.begin();
     for _ in 0..5 {
         truth.turn(&Vector3::new(0.0, 0.01, 0.0));
-        truth.observe(&mut filter);
+        truth.update_by_image(&mut filter);
     }
     let after = |second: i64| filter.at(LocalTime::from_us(second * 1_000_000));
     assert!(after(100).is_some() && after(5 + 200).is_none() && after(4).is_none());
@@ -284,7 +285,7 @@ fn the_mean_turn_is_the_integral_of_turns() {
             nalgebra::Rotation3::new(-part).into_inner()
         };
         let mean = (0..2000).map(step).sum::<Matrix3<f64>>() / 2000.0;
-        let turn = Turn::by(angle);
+        let turn = RotationStep::by(angle);
         let whole = nalgebra::Rotation3::new(-angle.map(f64::from)).into_inner();
         assert!((turn.mean.map(f64::from) - mean).amax() < 3e-6, "{}", turn.mean.map(f64::from) - mean);
         assert!((turn.whole.map(f64::from) - whole).amax() < 3e-6);
@@ -314,13 +315,13 @@ fn one_star_holds_its_direction_and_a_second_the_roll() {
             let mut filter: Filter<2> = turning.begin();
             for _ in 0..60 {
                 turning.turn(&rate);
-                turning.observe(&mut filter);
+                turning.update_by_image(&mut filter);
             }
             for _ in 0..300 {
                 turning.turn(&rate);
                 for place in places.iter().take(count) {
                     let seen = star(&mut turning, *place, STAR_SIGMA);
-                    assert!(filter.observe_star(&seen, turning.now()));
+                    assert!(filter.measurement_update_star(&seen, turning.now()));
                 }
             }
             errors.push(turning.errors(&filter).0);
@@ -346,13 +347,13 @@ fn a_star_where_none_is_expected_changes_nothing() {
     let mut filter: Filter<2> = turning.begin();
     for _ in 0..20 {
         turning.turn(&rate);
-        turning.observe(&mut filter);
+        turning.update_by_image(&mut filter);
     }
     turning.turn(&rate);
     let mut seen = star(&mut turning, Vector3::new(0.0, 0.1, 1.0), 1.0 * ARCSEC);
     let before = filter.at(turning.now()).unwrap();
     seen.measured = Direction::new(seen.measured.vector() + Vector3::new(60.0 * ARCSEC, 0.0, 0.0)).unwrap();
-    assert!(!filter.observe_star(&seen, turning.now()));
+    assert!(!filter.measurement_update_star(&seen, turning.now()));
     assert_eq!(filter.at(turning.now()).unwrap().1, before.1);
     assert_eq!(filter.age_us(turning.now()), 1_000_000);
 }
@@ -371,7 +372,7 @@ fn images_late_early_and_out_of_order_are_taken_for_what_their_instants_say() {
         now_us += step_us;
         let now = LocalTime::from_us(now_us);
         truth.attitude = nalgebra::Rotation3::new(-rate.map(f64::from) * (now_us as f64 * 1e-6)) * start;
-        filter.observe(truth.image(), SIGMA, now);
+        filter.measurement_update(truth.image(), SIGMA, now);
         if index > 3 {
             let (attitude, sigma) = filter.at(now).unwrap();
             let error = attitude.angle_from(&truth.truth()).component_div(&Vector3::from(sigma));

@@ -1,10 +1,10 @@
-//! The filter's measurement update: an attitude or a single star taken in, the process noise adapted, a new
-//! beginning.
+//! The filter's measurement update by an attitude or a single star, adaptation of the process noise,
+//! reinitialisation.
 
 use super::blocks::product;
 use super::{
-    COLOURED, FIRST_PROCESS_NOISE_RAD, Filter, GROWS, MAX_RATE_BASE_S, MAX_STEP_S, MEMORY, MIN_RATE_BASE_S,
-    MRAD, RATE, SHRINKS, SURPRISE, seconds, square, squares,
+    CONSISTENCY_IMAGES, CORRELATED_SHARE, FIRST_PROCESS_NOISE_RAD, Filter, MAX_RATE_BASE_S, MAX_STEP_S,
+    MIN_RATE_BASE_S, MRAD, NOISE_DECAY, NOISE_GROWTH, RATE, RESTART_NIS, seconds, square, squares,
 };
 use crate::attitude::VectorPair;
 use crate::attitude::covariance::Information;
@@ -13,30 +13,36 @@ use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
-    /// Takes in the attitude of a later instant; one of an earlier instant begins the filter anew.
-    pub fn observe(&mut self, attitude: Rotation<Icrs, StarPath>, sigma_rad: [f32; 3], instant: LocalTime) {
-        let elapsed_s = seconds(instant.us_since(self.observed));
+    /// Measurement update by an attitude; one of an earlier instant, or with NIS >= 40, reinitialises the
+    /// filter.
+    pub fn measurement_update(
+        &mut self,
+        attitude: Rotation<Icrs, StarPath>,
+        sigma_rad: [f32; 3],
+        instant: LocalTime,
+    ) {
+        let elapsed_s = seconds(instant.us_since(self.updated_at));
         let mut then = *self;
         let propagated = then.propagate(instant, None);
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
-        if propagated && then.correct_all(&innovation, &variance) {
-            then.observed = instant;
+        if propagated && then.correct_attitude(&innovation, &variance) {
+            then.updated_at = instant;
             *self = then;
         } else {
             let anew = Self {
                 sensor: self.sensor,
                 reading: self.reading,
-                ..Self::begin(attitude, sigma_rad, instant)
+                ..Self::new(attitude, sigma_rad, instant)
             };
-            *self = anew.after(&then, &innovation, elapsed_s);
+            *self = anew.with_rate_after(&then, &innovation, elapsed_s);
         }
     }
 
-    /// Takes in a single star of a later instant: what it says across its direction. `false`, and nothing
-    /// changes, where the filter cannot be propagated there or the star stands where it does not expect it.
+    /// Measurement update by a single star: two axes across its direction. `false`, and no change, where
+    /// the state cannot be propagated to `instant` or the innovation exceeds the limit.
     #[inline(never)]
-    pub fn observe_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
+    pub fn measurement_update_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
         if !then.propagate(instant, None) {
             return false;
@@ -44,7 +50,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let expected = then.attitude.apply(&star.reference);
         let expected = expected.vector();
         let innovation = star.measured.vector().cross(expected);
-        // Two axes across the direction, the first with the axis that is farthest from it.
+        // Two axes across the direction.
         let away = if expected.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
         let Some(right) = away.cross(expected).try_normalize(1e-3) else { return false };
         let up = expected.cross(&right);
@@ -62,21 +68,20 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
         then.variance = then.variance.sup(&coloured);
-        then.observed = instant;
+        then.updated_at = instant;
         *self = then;
         true
     }
 
-    /// The correction by an attitude of its own.
-    fn correct_all(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
-        let white = Matrix3::from_diagonal(&(variance * (1.0 - COLOURED)));
+    /// Correction by an attitude, three axes.
+    fn correct_attitude(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
+        let white = Matrix3::from_diagonal(&(variance * (1.0 - CORRELATED_SHARE)));
         let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
             return false;
         };
-        // That takes 1 / mrad² for given.
+        // `covariance_rad2` returns rad² for a matrix in 1 / mrad².
         let inverse = inverse * (MRAD * MRAD);
-        // What is left of the attitude's row is R S⁻¹ of it; 1 - P S⁻¹ would lose the digits where S is much
-        // greater than R.
+        // I - P S⁻¹ as R S⁻¹, without cancellation where S is much greater than R.
         let left = product(&white, &inverse);
         let correct = self.correct(innovation, &inverse, &left, 3.0);
         if correct {
@@ -85,9 +90,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         correct
     }
 
-    /// Kalman's correction with the inverse of the innovation's covariance, 1 / mrad², the share of the
-    /// attitude's row that is left, and the innovation's degrees of freedom; `false`, and nothing changes,
-    /// where the innovation is a surprise.
+    /// Kalman correction: `inverse` of the innovation's covariance, 1 / mrad², `left` = I - K for the
+    /// attitude's row, `freedom` of the innovation; `false`, and no change, for a NIS of 40 or more.
     #[inline(never)]
     fn correct(
         &mut self,
@@ -97,7 +101,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         freedom: f32,
     ) -> bool {
         let nis = innovation.dot(&(inverse * innovation)) * (MRAD * MRAD);
-        if nis.is_nan() || nis >= SURPRISE {
+        if nis.is_nan() || nis >= RESTART_NIS {
             return false;
         }
         self.update_process_noise(nis / freedom);
@@ -115,54 +119,55 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                     0 => product(left, &before.at(0, column)),
                     _ => before.at(row, column) - product(&gain, &before.at(0, column)),
                 };
-                self.covariance.put(row, column, block);
+                self.covariance.set_block(row, column, block);
             }
         }
-        // Turns leave the matrix a little less orthogonal each.
+        // Renormalises the rotation matrix.
         if let Some(attitude) = Rotation::from_quaternion(self.attitude.quaternion()) {
             self.attitude = attitude;
         }
         true
     }
 
-    /// Adapts the noise to the innovations.
+    /// Adapts the process noise to the mean NIS; not with a rate sensor, whose noise is given.
     fn update_process_noise(&mut self, square: f32) {
-        self.consistency += (square - self.consistency) * (1.0 / MEMORY);
+        self.mean_nis += (square - self.mean_nis) * (1.0 / CONSISTENCY_IMAGES);
         if self.sensor.is_some() {
             return;
         }
-        let factor = match self.consistency {
-            above if above > GROWS.0 => GROWS.1,
-            below if below < SHRINKS.0 => SHRINKS.1,
+        let factor = match self.mean_nis {
+            above if above > NOISE_GROWTH.0 => NOISE_GROWTH.1,
+            below if below < NOISE_DECAY.0 => NOISE_DECAY.1,
             _ => 1.0,
         };
         let (least, greatest) = Self::process_noise_limits();
         self.process_noise_psd = (self.process_noise_psd * factor).clamp(least, greatest);
     }
 
-    /// A new beginning after a state of which no noise explains the innovation.
-    fn after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
+    /// Reinitialised filter with a rate from the state before: corrected by the innovation over the elapsed
+    /// time if that is 0.05 to 10 s, else the old rate with a larger covariance.
+    fn with_rate_after(mut self, before: &Self, innovation: &Vector3<f32>, elapsed_s: f32) -> Self {
         let per_second = 1.0 / elapsed_s.max(MIN_RATE_BASE_S);
         let rate = innovation * per_second;
         if (MIN_RATE_BASE_S..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
             self.add(RATE, &(before.state(RATE) + rate));
-            self.covariance.put(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
+            self.covariance.set_block(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
             let both = (self.variance + before.variance) * (per_second * per_second);
-            self.covariance.put(RATE, RATE, Matrix3::from_diagonal(&both));
-            self.rated = true;
-        } else if before.rated {
-            // After a longer gap the old rate is as good as any over that gap.
+            self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&both));
+            self.has_rate = true;
+        } else if before.has_rate {
+            // After a longer gap the old rate is kept, its variance increased by the initial process noise.
             let changed = Matrix3::from_diagonal_element(
                 square(FIRST_PROCESS_NOISE_RAD) * elapsed_s.clamp(0.0, MAX_STEP_S),
             );
             self.add(RATE, &before.state(RATE));
-            self.covariance.put(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
-            self.rated = true;
+            self.covariance.set_block(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
+            self.has_rate = true;
         }
         for k in RATE + 1..BLOCKS {
-            self.covariance.put(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
+            self.covariance.set_block(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
         }
-        if before.rated && self.sensor.is_none() {
+        if before.has_rate && self.sensor.is_none() {
             let (least, greatest) = Self::process_noise_limits();
             self.process_noise_psd = (square(rate.norm()) * per_second).clamp(least, greatest);
         }

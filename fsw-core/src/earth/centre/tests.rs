@@ -4,7 +4,7 @@ use crate::oracle::{self, Generator, wide, wide_matrix};
 use nalgebra::Vector3;
 
 /// What a fix in tracking demands.
-const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 6, alone: true };
+const CRITERIA: FitCriteria = FitCriteria { tolerance_px: 2.0, min_inliers: 6, standalone: true };
 
 /// Half of the range in which the mean of `runs` normalised squares of three unknowns lies, 3.3 sigmas (99.9
 /// %).
@@ -43,14 +43,14 @@ fn points(
         .collect()
 }
 
-fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<EarthFix, Refusal> {
+fn solve(world: &World, points: &[LimbPoint], tolerance_px: f32) -> Result<EarthFix, FitError> {
     let mut parameters = parameters();
     (parameters.fit.least_arc_deg, parameters.plausible.range_share) = (5.0, 1.0);
     centre(
         points,
         &camera(),
         &world.body(&parameters),
-        &Demand { tolerance_px, inliers: 6, alone: true },
+        &FitCriteria { tolerance_px, min_inliers: 6, standalone: true },
         None,
         &parameters,
         &mut RayBuffer::new(),
@@ -184,21 +184,21 @@ fn points_that_fix_no_centre_are_refused() {
     let mut generator = Generator::new(6);
     let world = geostationary(0.0, 1);
     let list = points(&world, [0.0, 6.0], 60, 0.1, &mut generator);
-    assert_eq!(solve(&world, &list[..5], 2.0), Err(Refusal::TooFewPoints));
+    assert_eq!(solve(&world, &list[..5], 2.0), Err(FitError::TooFewPoints));
     // The bright side outward: a hole in a bright field.
     let mut hole = list.clone();
     hole.iter_mut().for_each(|point| point.outward_px = point.outward_px.map(|part| -part));
-    assert!(matches!(solve(&world, &hole, 2.0), Err(Refusal::NoConsensus | Refusal::Degenerate)));
+    assert!(matches!(solve(&world, &hole, 2.0), Err(FitError::NoConsensus | FitError::Degenerate)));
     let mut one_place = list.clone();
     one_place.iter_mut().for_each(|point| *point = list[0]);
     assert!(solve(&world, &one_place, 2.0).is_err());
     let mut nowhere = list.clone();
     nowhere.iter_mut().for_each(|point| point.centre_px[0] = f32::NAN);
-    assert_eq!(solve(&world, &nowhere, 2.0), Err(Refusal::TooFewPoints));
+    assert_eq!(solve(&world, &nowhere, 2.0), Err(FitError::TooFewPoints));
     let short = points(&world, [1.0, 1.05], 60, 0.02, &mut generator);
     assert!(matches!(
         solve(&world, &short, 2.0),
-        Err(Refusal::ShortArc | Refusal::Degenerate | Refusal::Uncertain)
+        Err(FitError::ShortArc | FitError::Degenerate | FitError::Uncertain)
     ));
     let scattered: std::vec::Vec<LimbPoint> = (0..60)
         .map(|_| LimbPoint {
@@ -214,7 +214,7 @@ fn points_that_fix_no_centre_are_refused() {
         solve(&far, &points(&far, [0.0, 6.0], 60, 0.1, &mut generator), 2.0)
     };
     assert!(at_times(2.0).is_ok());
-    assert_eq!(at_times(3.0), Err(Refusal::Degenerate));
+    assert_eq!(at_times(3.0), Err(FitError::Degenerate));
     assert!(narrow(&world.centre).z > 0.0);
 }
 
@@ -236,7 +236,7 @@ proptest::proptest! {
         (parameters.fit.fewest_points, parameters.fit.least_arc_deg) = (3, 0.0);
         (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e9, 1e9);
         let body = world.body(&parameters);
-        if let Ok(fix) = centre(&list, &camera(), &body, &Demand { tolerance_px: 200.0, inliers: 3, alone: true }, None, &parameters, &mut RayBuffer::new()) {
+        if let Ok(fix) = centre(&list, &camera(), &body, &FitCriteria { tolerance_px: 200.0, min_inliers: 3, standalone: true }, None, &parameters, &mut RayBuffer::new()) {
             proptest::prop_assert!(fix.centre_km.iter().chain(fix.covariance_km2.iter()).all(|value| value.is_finite()));
             proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
         }
@@ -284,14 +284,14 @@ impl ShortArc {
         noisy
     }
 
-    fn fit(&self, list: &[LimbPoint], expected: Option<&Expected>) -> EarthFix {
+    fn fit(&self, list: &[LimbPoint], expected: Option<&CentrePrior>) -> EarthFix {
         let body = self.world.body(&self.parameters);
-        centre(list, &camera(), &body, &DEMAND, expected, &self.parameters, &mut RayBuffer::new()).unwrap()
+        centre(list, &camera(), &body, &CRITERIA, expected, &self.parameters, &mut RayBuffer::new()).unwrap()
     }
 
     /// An expectation this far from the true centre, known to `sigma_km` along every axis.
-    fn expected(&self, off_km: &Vector3<f64>, sigma_km: f64) -> Expected {
-        Expected {
+    fn expected(&self, off_km: &Vector3<f64>, sigma_km: f64) -> CentrePrior {
+        CentrePrior {
             centre_km: narrow(&(self.world.centre + off_km)),
             information: nalgebra::Matrix3::identity() * (sigma_km * sigma_km).recip() as f32,
         }
@@ -334,7 +334,7 @@ fn a_fix_does_not_lean_towards_the_expected_centre() {
         let noisy = arc.noisy(&mut generator);
         let along = |side: f64| {
             let fix = arc.fit(&noisy, Some(&arc.expected(&(worst * side), 1.0)));
-            let [centre, place] = [fix.centre_km, fix.place_km].map(|at| worst.dot(&wide(&at)));
+            let [centre, place] = [fix.centre_km, fix.linearisation_km].map(|at| worst.dot(&wide(&at)));
             (centre, place)
         };
         let ((ahead, place_ahead), (behind, place_behind)) = (along(off_km), along(-off_km));
@@ -353,14 +353,14 @@ fn an_expectation_far_wrong_does_not_move_the_fix_of_a_long_arc() {
     let body = world.body(&parameters);
     for arc_deg in [360.0, 180.0] {
         let list = points(&world, [0.0, f64::to_radians(arc_deg)], 48, 0.3, &mut generator);
-        let fit = |expected: Option<&Expected>| {
-            centre(&list, &camera(), &body, &DEMAND, expected, &parameters, &mut RayBuffer::new()).unwrap()
+        let fit = |expected: Option<&CentrePrior>| {
+            centre(&list, &camera(), &body, &CRITERIA, expected, &parameters, &mut RayBuffer::new()).unwrap()
         };
         let alone = fit(None);
         let inverse = wide_matrix(&alone.covariance_km2).try_inverse().unwrap();
         // An orbit that is off by three sigmas of its own.
         for off_km in [100.0, 300.0, 1000.0] {
-            let expected = Expected {
+            let expected = CentrePrior {
                 centre_km: narrow(&(world.centre + generator.unit() * off_km)),
                 information: nalgebra::Matrix3::identity() * (off_km as f32 / 3.0).powi(-2),
             };
@@ -403,14 +403,14 @@ proptest::proptest! {
         }
         let information = nalgebra::Matrix3::from_row_slice(&information);
         for information in [information, nalgebra::Matrix3::identity() * diagonal, information * information.transpose()] {
-            let expected = Expected { centre_km: Vector3::from(expected_km), information };
+            let expected = CentrePrior { centre_km: Vector3::from(expected_km), information };
             let mut parameters = parameters();
             (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e9, 1e9);
             let body = world.body(&parameters);
             if let Ok(fix) =
-                centre(&list, &camera(), &body, &Demand { tolerance_px, inliers: 6, alone: true }, Some(&expected), &parameters, &mut RayBuffer::new())
+                centre(&list, &camera(), &body, &FitCriteria { tolerance_px, min_inliers: 6, standalone: true }, Some(&expected), &parameters, &mut RayBuffer::new())
             {
-                let vectors = fix.centre_km.iter().chain(&fix.place_km);
+                let vectors = fix.centre_km.iter().chain(&fix.linearisation_km);
                 proptest::prop_assert!(vectors.chain(&fix.covariance_km2).all(|value| value.is_finite()), "{fix:?}");
                 proptest::prop_assert!(fix.rms_px.is_finite() && fix.arc_rad.is_finite());
                 let (direction_rad, range_km) = fix.sigmas();

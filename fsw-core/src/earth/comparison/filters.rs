@@ -1,10 +1,10 @@
 //! The thesis's two other filters across the limb (§4.2, §7.2.2.1), for comparison with [`limb::crossing`]:
-//! they find the limb by the shape of its rise, not by a share of the brightness behind it. They do not fly.
+//! they find the limb by the shape of its rise, not by a share of the brightness behind it. Not flown.
 //!
-//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing. Both
-//! look at the joined line of [`limb`] from three scale heights outside a first guess, the outermost place
-//! above half of the strip's range, to one and a half inside it. The thesis names the filters and no more;
-//! what is fitted is this project's choice:
+//! In: the pixels of a strip, as for the flight's crossing. Out: a limb point and its sigma, or nothing.
+//! Both use the averaged line of [`limb`] from three scale heights outside a first guess, the outermost
+//! place above half of the strip's range, to one and a half inside it. The thesis only names the filters;
+//! the fitted models are this project's:
 //!
 //! | filter | fitted | the limb |
 //! |---|---|---|
@@ -18,10 +18,10 @@ use crate::earth::limb::{self, Lines, Strip};
 use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
-/// How far outside and inside the first guess a line is looked at, scale heights.
+/// Fitted range outside and inside the first guess, scale heights.
 const OUTSIDE_SCALES: f32 = 3.0;
 const INSIDE_SCALES: f32 = 1.5;
-/// ... and at least so far, px.
+/// Least range, px.
 const LEAST_PX: f32 = 6.0;
 /// Steps of the edge in a px.
 const STEPS: usize = 8;
@@ -53,10 +53,10 @@ impl LimbProfile {
     ) -> Option<Self> {
         let lines = Lines::of(pixels, strip)?;
         let (length, profile) = (lines.length, lines.profile()?);
-        let inner = length.checked_sub(limb::END)?;
+        let inner = length.checked_sub(limb::END_MARGIN)?;
         let full_scale = f32::from(geometry.full_scale());
         let dark = limb::dark_of(&profile, length);
-        let used = profile.get(limb::END..inner)?;
+        let used = profile.get(limb::END_MARGIN..inner)?;
         let most = used.iter().fold(dark, |most, value| if *value > most { *value } else { most });
         if dark > parameters.strips.dark_share * full_scale
             || most - dark < parameters.strips.contrast_share * full_scale
@@ -65,11 +65,11 @@ impl LimbProfile {
             return None;
         }
         let half = 0.5 * (dark + most);
-        let guess = limb::END + used.iter().position(|value| *value > half)?;
+        let guess = limb::END_MARGIN + used.iter().position(|value| *value > half)?;
         let scale =
-            parameters.limb.scale_height_km / (strip.expected().km_per_px * strip.steepness()).max(1e-3);
+            parameters.limb.scale_height_km / (strip.expected().km_per_px * strip.normal_cosine()).max(1e-3);
         let reach = |scales: f32| libm::ceilf((scales * scale).max(LEAST_PX)) as usize;
-        let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END);
+        let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END_MARGIN);
         let to = (guess + reach(INSIDE_SCALES)).min(inner);
         (to > from + 2 * ORDER).then_some(Self { profile, from, to, length, guess, dark, scale })
     }
@@ -89,7 +89,7 @@ impl LimbProfile {
         parameters: &EarthParameters,
     ) -> Option<LimbPoint> {
         let inside = inward > self.from as f32 && inward < self.to as f32 && slope > 1e-3;
-        let noise = rms / slope * strip.steepness();
+        let noise = rms / slope * strip.normal_cosine();
         let height = parameters.limb.scatter_km / strip.expected().km_per_px.max(1e-3);
         let floor = parameters.strips.floor_px;
         let sigma = libm::sqrtf(noise * noise + floor * floor + height * height);
@@ -154,7 +154,7 @@ struct Polynomial {
 
 impl Polynomial {
     /// Least squares through a rise.
-    fn through(rise: &LimbProfile) -> Self {
+    fn circle_through(rise: &LimbProfile) -> Self {
         let (from, to) = (rise.from as f32, rise.to as f32 - 1.0);
         let mut fit =
             Self { middle: 0.5 * (from + to), half: 0.5 * (to - from), terms: [(0.0, 0.0, 0.0); ORDER + 1] };
@@ -201,7 +201,7 @@ pub fn polynomial(
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
     let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
-    let fit = Polynomial::through(&rise);
+    let fit = Polynomial::circle_through(&rise);
     // From the guess inwards to the first maximum, then outwards to half of it.
     let step = 1.0 / STEPS as f32;
     let mut place = rise.guess as f32;

@@ -1,30 +1,30 @@
 //! The focal length checked in flight (ALGORITHMS part 3): by the Earth's apparent size where its distance is
 //! known, and by the stars of the same frame.
 //!
-//! In: limb points and the distance that the orbit says, or stars as seen and as predicted. Out: a [`Scale`],
-//! by what share the lens is longer than the camera says, with its sigma. Both see the detector through the
-//! same lens; [`Scale::apart`] tells whether they agree.
+//! In: limb points and the distance by the orbit, or measured and predicted star positions. Out: a
+//! [`Scale`], the relative error of the camera's focal length, with its sigma. [`Scale::apart`] compares
+//! the two estimates.
 //!
-//! The distance `d` of the centre is fitted for the focal length `f` and for `f (1 + δ)`; with the slope `D`
-//! between them the share is `(d_known - d) / D`, and its sigma that of the difference over `|D|`: the
+//! The distance `d` of the centre is fitted for the focal length `f` and for `f (1 + δ)`; with the slope
+//! `D` between them the share is `(d_known - d) / D`, and its sigma that of the difference over `|D|`: the
 //! horizon's common height, 1.4 km of 6378, leaves 2e-4 at the least. Stars have it ten times better: with
-//! the sigma `s` of a centroid, `s / sqrt(Σ (r - r̄)²)` over their places `r`, 4e-5 for ten of 0.05 px. A
-//! share that the Earth shows and the stars do not is therefore the limb's height, or the orbit's; one that
-//! both show is the lens. Not in flight: the calibration is the ground's.
+//! the sigma `s` of a centroid, `s / sqrt(Σ (r - r̄)²)` over their places `r`, 4e-5 for ten of 0.05 px. An
+//! error that the Earth shows and the stars do not is therefore the limb's height or the orbit's; one that
+//! both show is the lens's. Not flown: calibration is done on the ground.
 
 use crate::camera::Camera;
-use crate::earth::centre::{self, Expected, RayBuffer};
-use crate::earth::{Body, Demand, EarthParameters, LimbPoint, Refusal};
+use crate::earth::centre::{self, CentrePrior, RayBuffer};
+use crate::earth::{Body, EarthParameters, FitCriteria, FitError, LimbPoint};
 
 /// Step of the focal length, share.
 const STEP: f32 = 2e-3;
-/// Least change of the distance for that step, share of the distance over the step: less says nothing of the
-/// lens.
+/// Least relative change of the distance over that of the focal length: below, the focal length is not
+/// observable.
 const LEAST_SLOPE: f32 = 0.01;
 /// Fewest stars.
 const FEWEST_STARS: usize = 3;
 
-/// By what share the lens is longer than the camera says.
+/// Relative error of the focal length: true over the camera's, less one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// The share.
@@ -33,20 +33,20 @@ pub struct Scale {
     pub sigma: f32,
 }
 
-/// Limb points, and whom to ask about them.
+/// Limb points with the arguments of their fit.
 #[derive(Clone, Copy, Debug)]
 pub struct LimbPoints<'a> {
     /// The points.
     pub points: &'a [LimbPoint],
     /// The camera.
     pub camera: &'a Camera,
-    /// The body as it stands.
+    /// The body.
     pub body: &'a Body,
-    /// When the points count as those of one body.
-    pub demand: &'a Demand,
-    /// Where the centre is expected.
-    pub expected: Option<&'a Expected>,
-    /// What the room wants to know.
+    /// Acceptance criteria of the fit.
+    pub criteria: &'a FitCriteria,
+    /// A priori centre.
+    pub prior: Option<&'a CentrePrior>,
+    /// Parameters of the Earth.
     pub parameters: &'a EarthParameters,
 }
 
@@ -54,24 +54,25 @@ impl Scale {
     /// By the Earth, whose centre stands `known_km` away, known to `sigma_km`.
     ///
     /// # Errors
-    /// As [`centre::centre`]; [`Refusal::Degenerate`] where the distance does not depend on the focal length.
+    /// As [`centre::centre`]; [`FitError::Degenerate`] where the distance does not depend on the focal
+    /// length.
     pub fn by_the_earth(
         measured: &LimbPoints,
         [known_km, sigma_km]: [f32; 2],
         workspace: &mut RayBuffer,
-    ) -> Result<Self, Refusal> {
-        let LimbPoints { points, camera, body, demand, expected, parameters } = *measured;
+    ) -> Result<Self, FitError> {
+        let LimbPoints { points, camera, body, criteria, prior, parameters } = *measured;
         let mut longer = *camera.parameters();
         longer.focal_length_px *= 1.0 + STEP;
-        let longer = Camera::new(longer).map_err(|_| Refusal::Degenerate)?;
+        let longer = Camera::new(longer).map_err(|_| FitError::Degenerate)?;
         let mut distance = |camera: &Camera| {
-            let fix = centre::centre(points, camera, body, demand, expected, parameters, workspace)?;
+            let fix = centre::centre(points, camera, body, criteria, prior, parameters, workspace)?;
             Ok((libm::sqrtf(fix.centre_km.dot(&fix.centre_km)), fix.sigmas().1))
         };
         let (distance_km, own_km) = distance(camera)?;
         let slope_km = (distance(&longer)?.0 - distance_km) / STEP;
         if libm::fabsf(slope_km).is_nan() || libm::fabsf(slope_km) < LEAST_SLOPE * distance_km {
-            return Err(Refusal::Degenerate);
+            return Err(FitError::Degenerate);
         }
         let both_km = libm::sqrtf(own_km * own_km + sigma_km * sigma_km);
         Ok(Self { share: (known_km - distance_km) / slope_km, sigma: both_km / libm::fabsf(slope_km) })

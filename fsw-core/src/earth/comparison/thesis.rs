@@ -1,17 +1,17 @@
-//! The thesis's own way to the Earth's centre (§3.2.1 and §3.2.2), for comparison: local criteria, a circle
-//! through three points, Gander's algebraic circle on circularised points. It does not fly: it knows discs
-//! only, and needs no camera.
+//! The thesis's method for the Earth's centre (§3.2.1 and §3.2.2), for comparison: local criteria, a circle
+//! through three points, Gander's algebraic circle on circularised points. Not flown: it is limited to
+//! whole discs and uses no camera model.
 //!
 //! In: a [`Detector`], or limb points; the direction of the Earth's pole on the detector. Out: a [`Circle`],
 //! px, or why there is none. Constants are the thesis's for a scale of 255, scaled to the converter's.
 //!
-//! Two things are ours, because they must be: the thesis's least distance of 10 px between the dark and the
-//! bright centre cannot occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets
-//! [`MAX_TRIPLETS`] are tried. Of the pixels of a line above the threshold those next to one below it are
-//! looked at; any other region has no dark side.
+//! Two deviations were necessary: the thesis's least distance of 10 px between the dark and the bright
+//! centre cannot occur in a region of 13 x 13 px (`LEAST_APART_PX`), and of all triplets [`MAX_TRIPLETS`]
+//! are tried. Of the pixels of a line above the threshold those next to one below it are looked at; any
+//! other region has no dark side.
 
-use crate::earth::search::{Points, Thinned, each_line};
-use crate::earth::{LimbPoint, MAX_SEARCH_POINTS, Refusal};
+use crate::earth::search::{Decimator, Points, for_each_line};
+use crate::earth::{FitError, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use nalgebra::{Matrix4, Vector4};
 
@@ -69,8 +69,8 @@ pub fn limb_points(
     let full_scale = f32::from(geometry.full_scale());
     let threshold = (THRESHOLD * full_scale) as u16;
     let (region, line) = buffer.split_at_mut_checked(AREA).ok_or(DetectorError::BufferLength)?;
-    let mut thinned = Thinned::new(points);
-    each_line(detector, line, [0, GRID_PX], |detector, along_x, across, pixels| {
+    let mut thinned = Decimator::new(points);
+    for_each_line(detector, line, [0, GRID_PX], |detector, along_x, across, pixels| {
         for (place, pair) in pixels.windows(2).enumerate() {
             let [one, next] = [pair.first() > Some(&threshold), pair.get(1) > Some(&threshold)];
             if one == next {
@@ -114,14 +114,14 @@ fn limb_point(
 
 /// Mean place and brightness of pixels.
 #[derive(Clone, Copy, Default)]
-struct Heap {
+struct PixelSums {
     count: usize,
     x: f32,
     y: f32,
     value: f32,
 }
 
-impl Heap {
+impl PixelSums {
     fn add(&mut self, x: usize, y: usize, value: f32) {
         self.count += 1;
         self.x += x as f32;
@@ -139,7 +139,7 @@ impl Heap {
 /// Where a region passes half of its range, from its first pixel, and the unit vector to the dark side.
 fn crossing(region: &[u16], full_scale: f32) -> Option<([f32; 2], [f32; 2])> {
     let threshold = THRESHOLD * full_scale;
-    let (mut dark, mut bright) = (Heap::default(), Heap::default());
+    let (mut dark, mut bright) = (PixelSums::default(), PixelSums::default());
     let (mut least, mut most) = (f32::INFINITY, 0.0);
     for (index, raw) in region.iter().enumerate().take(AREA) {
         let value = f32::from(*raw);
@@ -179,24 +179,24 @@ fn crossing(region: &[u16], full_scale: f32) -> Option<([f32; 2], [f32; 2])> {
 }
 
 /// Centre and radius of the circle through three points.
-fn through([a, b, c]: [[f32; 2]; 3]) -> Option<([f32; 2], f32)> {
+fn circle_through([a, b, c]: [[f32; 2]; 3]) -> Option<([f32; 2], f32)> {
     let ([bx, by], [cx, cy]) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
     let twice = 2.0 * (bx * cy - by * cx);
     let (bb, cc) = (bx * bx + by * by, cx * cx + cy * cy);
     let [x, y] = [(cy * bb - by * cc) / twice, (bx * cc - cx * bb) / twice];
     let radius = libm::sqrtf(x * x + y * y);
-    // Also refuses what is no number.
+    // NaN is refused too.
     (radius < 1e6).then_some(([a[0] + x, a[1] + y], radius))
 }
 
 /// The circle that most points agree on, circularised along the pole's direction on the detector, and fitted.
 ///
 /// # Errors
-/// The first [`Refusal`] that holds.
-pub fn circle(points: &[LimbPoint], pole_px: [f32; 2], eccentricity: f32) -> Result<Circle, Refusal> {
+/// The first [`FitError`] that holds.
+pub fn circle(points: &[LimbPoint], pole_px: [f32; 2], eccentricity: f32) -> Result<Circle, FitError> {
     let points = points.get(..points.len().min(MAX_SEARCH_POINTS)).unwrap_or(points);
     if points.len() < 4 {
-        return Err(Refusal::TooFewPoints);
+        return Err(FitError::TooFewPoints);
     }
     let agrees = |point: &LimbPoint, [x, y]: [f32; 2], radius: f32| {
         let [dx, dy] = [point.centre_px[0] - x, point.centre_px[1] - y];
@@ -204,7 +204,7 @@ pub fn circle(points: &[LimbPoint], pole_px: [f32; 2], eccentricity: f32) -> Res
     };
     let mut best: Option<(usize, [f32; 2], f32)> = None;
     for number in 0..MAX_TRIPLETS {
-        let Some((centre, radius)) = triplet(points, number).and_then(through) else { continue };
+        let Some((centre, radius)) = triplet(points, number).and_then(circle_through) else { continue };
         let count = points.iter().filter(|point| agrees(point, centre, radius)).count();
         if best.is_none_or(|(most, ..)| count > most) {
             best = Some((count, centre, radius));
@@ -213,9 +213,9 @@ pub fn circle(points: &[LimbPoint], pole_px: [f32; 2], eccentricity: f32) -> Res
             break;
         }
     }
-    let (inliers, first, first_radius) = best.ok_or(Refusal::Degenerate)?;
+    let (inliers, first, first_radius) = best.ok_or(FitError::Degenerate)?;
     if (inliers as f32) < LEAST_SHARE * points.len() as f32 {
-        return Err(Refusal::NoConsensus);
+        return Err(FitError::NoConsensus);
     }
     let (mut centre, mut radius) = (first, first_radius);
     let axes = Axes::new(pole_px, eccentricity);
@@ -226,7 +226,7 @@ pub fn circle(points: &[LimbPoint], pole_px: [f32; 2], eccentricity: f32) -> Res
             // In radii, so that the columns are of one size.
             [u / radius, v / radius]
         });
-        let (at, share) = gander(shifted).ok_or(Refusal::Degenerate)?;
+        let (at, share) = gander(shifted).ok_or(FitError::Degenerate)?;
         let [dx, dy] = axes.elliptical([at[0] * radius, at[1] * radius]);
         (centre, radius) = ([centre[0] + dx, centre[1] + dy], radius * share);
     }

@@ -33,7 +33,7 @@ fn points(count: usize, wrong: usize, seed: u64) -> (Vec<LimbPoint>, Vec<bool>) 
 }
 
 /// A third of 40 points.
-const DEMAND: Demand = Demand { tolerance_px: 2.0, inliers: 13, alone: true };
+const CRITERIA: FitCriteria = FitCriteria { tolerance_px: 2.0, min_inliers: 13, standalone: true };
 
 #[test]
 fn a_body_is_found_with_forty_percent_of_the_points_wrong() {
@@ -44,7 +44,7 @@ fn a_body_is_found_with_forty_percent_of_the_points_wrong() {
         let (points, wrong) = points(60, 24, seed);
         let mut rays = Rays::new();
         rays::fill(&mut rays, &points, &camera(), &body);
-        let Ok(_) = agree(&mut rays, &body, &DEMAND, &parameters()) else {
+        let Ok(_) = find_consensus(&mut rays, &body, &CRITERIA, &parameters()) else {
             missed += 1;
             continue;
         };
@@ -63,7 +63,7 @@ fn points_without_a_body_are_refused() {
         let (points, _) = points(40, 40, seed);
         let mut rays = Rays::new();
         rays::fill(&mut rays, &points, &camera(), &body);
-        assert!(agree(&mut rays, &body, &DEMAND, &parameters()).is_err(), "seed {seed}");
+        assert!(find_consensus(&mut rays, &body, &CRITERIA, &parameters()).is_err(), "seed {seed}");
     }
 }
 
@@ -74,9 +74,12 @@ fn a_limb_on_the_night_side_is_no_limb() {
     let mut rays = Rays::new();
     let body = world.body(&parameters());
     rays::fill(&mut rays, &points, &camera(), &body);
-    assert!(agree(&mut rays, &body, &DEMAND, &parameters()).is_ok());
+    assert!(find_consensus(&mut rays, &body, &CRITERIA, &parameters()).is_ok());
     world.sun = world.centre.normalize();
     let night = world.body(&parameters());
     rays::fill(&mut rays, &points, &camera(), &night);
-    assert_eq!(agree(&mut rays, &night, &DEMAND, &parameters()).err(), Some(Refusal::NoConsensus));
+    assert_eq!(
+        find_consensus(&mut rays, &night, &CRITERIA, &parameters()).err(),
+        Some(FitError::NoConsensus)
+    );
 }

@@ -33,7 +33,7 @@ fn the_earth_is_found_without_prediction_from_high_and_low_orbits() {
             &points,
             &camera(),
             &body,
-            &parameters.in_search(points.len()),
+            &parameters.search_criteria(points.len()),
             None,
             &parameters,
             &mut RayBuffer::new(),
@@ -93,7 +93,7 @@ fn a_terminator_alone_gives_few_points_and_no_centre() {
         &points,
         &camera(),
         &body,
-        &parameters.in_search(points.len()),
+        &parameters.search_criteria(points.len()),
         None,
         &parameters,
         &mut RayBuffer::new(),
@@ -170,7 +170,7 @@ fn a_short_buffer_is_refused() {
 #[test]
 fn more_points_than_the_list_holds_are_thinned_out_evenly() {
     let mut points = Points::new();
-    let mut thinned = Thinned { points: &mut points, seen: 0, stride: 1 };
+    let mut thinned = Decimator { points: &mut points, seen: 0, stride: 1 };
     for number in 0..1000 {
         thinned.add(LimbPoint { centre_px: [number as f32, 0.0], sigma_px: 1.0, outward_px: [1.0, 0.0] });
     }
@@ -193,13 +193,13 @@ proptest::proptest! {
             begin: 15 << 6,
             dark: 120 << 6,
             sky: 0,
-            glow: 15 << 6,
+            max_above_sky: 15 << 6,
             run: 12,
             rise: 64,
             floor_px: 0.3,
         };
         for backwards in [false, true] {
-            if let Some(found) = walk(&Line { pixels: &pixels, backwards }, &thresholds) {
+            if let Some(found) = first_crossing(&Line { pixels: &pixels, backwards }, &thresholds) {
                 assert!(found.place >= 0.0 && found.place < pixels.len() as f32);
                 assert!(found.sigma_px.is_finite());
             }

@@ -66,8 +66,8 @@ fn expected_points_stand_on_the_lit_limb_to_a_hundredth_of_a_pixel_and_evenly() 
         gaps.sort_by(f32::total_cmp);
         std::println!(
             "{name}: {greatest:.1e} px off, arc {:.2}, lit {:.2} rad, gaps {:.0} to {:.0} px",
-            found.light.arc_rad,
-            found.light.lit_rad,
+            found.lit_arcs.arc_rad,
+            found.lit_arcs.lit_rad,
             gaps[0],
             gaps[gaps.len() - 1]
         );
@@ -135,11 +135,11 @@ fn distortion_is_followed_to_a_hundredth_of_a_pixel() {
 fn a_dark_or_absent_limb_gives_no_points_and_says_so() {
     let dark = low(500.0, 90.0, [-20.0, 120.0], 1);
     let found = view(&dark).limb(&camera(), 10.0, 24, &parameters());
-    assert!(found.points.is_empty() && found.light.lit_rad == 0.0 && found.light.arc_rad > 0.3);
+    assert!(found.points.is_empty() && found.lit_arcs.lit_rad == 0.0 && found.lit_arcs.arc_rad > 0.3);
     let mut beside = geostationary(0.0, 1);
     beside.centre = -beside.centre;
     let found = view(&beside).limb(&camera(), 10.0, 24, &parameters());
-    assert!(found.points.is_empty() && found.light.arc_rad == 0.0);
+    assert!(found.points.is_empty() && found.lit_arcs.arc_rad == 0.0);
     // The Earth fills the field.
     let mut filled = geostationary(0.0, 1);
     filled.centre *= 0.2;

@@ -131,7 +131,8 @@ fn propagation_is_that_of_full_matrices() {
     let dt = 60.0;
     let end = Dynamics::Full.propagate(&start, 60_000_000).unwrap();
     let motion = transition(&start, &end);
-    let noise = ProcessNoise { acceleration: 1e-3, height_kept: 0.9, height_renewed: 0.2, bias_kept: 0.7 };
+    let noise =
+        ProcessNoise { acceleration: 1e-3, height_decay: 0.9, height_variance_added: 0.2, bias_decay: 0.7 };
     for _ in 0..100 {
         let p = entangled(&mut generator);
         let mut phi = Full::identity();

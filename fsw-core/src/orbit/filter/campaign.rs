@@ -256,7 +256,7 @@ fn a_real_orbit_is_followed() {
             let fix = PositionFix {
                 position_km,
                 covariance_km2: eye.covariance(&position_km, &normal),
-                place_km: position_km,
+                linearisation_km: position_km,
             };
             let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
             assert!(

@@ -1,12 +1,11 @@
-//! What the orbit filter keeps from one second to the next, and its two steps: propagation and measurement
-//! update.
+//! State of the orbit filter, and its two steps: propagation and measurement update.
 
-use super::{Lost, MAX_GAP_US, MAX_SPANS};
+use super::{MAX_GAP_US, MAX_SPANS, ResetReason};
 use crate::matrix::{add_scaled, add_to_diagonal, dot, identity, product_transposed, scaled};
 use crate::orbit::OrbitState;
-use crate::orbit::bend::correct_state;
 use crate::orbit::constants::{EARTH_RADIUS_KM, MICROSECONDS, MU_EARTH_KM3_S2};
 use crate::orbit::covariance::{BIAS, Covariance, LIMB_HEIGHT, MISALIGNMENT, POSITION, VELOCITY};
+use crate::orbit::curvilinear::correct_state;
 use crate::orbit::dynamics::{MAX_SPAN_US, PropagationError, plausible, transition};
 use crate::orbit::noise::{ProcessNoise, bias_share, height_variance_km2, square};
 use crate::orbit::observation::{Innovation, sensitivity};
@@ -27,18 +26,18 @@ pub(super) struct Estimate {
     pub(super) state: OrbitState,
     pub(super) limb_height_km: f64,
     pub(super) covariance: Covariance,
-    /// Share of the bias at the last fix that is kept.
-    bias_kept: f64,
+    /// Decay of the bias since the last fix, 1 at the fix.
+    bias_decay: f64,
     /// Number of inflations since the start.
     inflations: u8,
-    /// Time of the fix that began the filter while no other has agreed with it.
-    pub(super) begun_us: Option<i64>,
+    /// Time of the first fix until a second one confirms it.
+    pub(super) first_fix_us: Option<i64>,
     pub(super) settled: bool,
     /// Fixes rejected in a row.
     pub(super) rejections: u16,
 }
 
-/// A covariance of the slow states at their steady values: limb height and misalignment.
+/// Covariance of limb height and misalignment at their steady-state values; all others 0.
 fn slow_states(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> Covariance {
     let mut covariance = Covariance::ZERO;
     covariance.set(LIMB_HEIGHT, LIMB_HEIGHT, height_variance_km2(position_km, parameters));
@@ -58,9 +57,9 @@ impl Estimate {
             state,
             limb_height_km: 0.0,
             covariance,
-            bias_kept: 1.0,
+            bias_decay: 1.0,
             inflations: INFLATION_SHARES.len() as u8,
-            begun_us: None,
+            first_fix_us: None,
             settled: false,
             rejections: 0,
         };
@@ -104,16 +103,16 @@ impl Estimate {
             state: OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() },
             limb_height_km: 0.0,
             covariance,
-            bias_kept: 1.0,
+            bias_decay: 1.0,
             inflations: 0,
-            begun_us: Some(time_us),
+            first_fix_us: Some(time_us),
             settled: false,
             rejections: 0,
         }
     }
 
-    /// Takes in a fix and gives its normalised innovation squared; `None`, and an estimate not to be used,
-    /// when the innovation's covariance is not positive definite.
+    /// Measurement update by a fix; returns its normalised innovation squared. `None`, with the estimate
+    /// invalid, when the innovation's covariance is not positive definite.
     #[inline(never)]
     pub(super) fn measurement_update(
         &mut self,
@@ -124,9 +123,8 @@ impl Estimate {
     ) -> Option<f64> {
         let Innovation { sensitivity, noise_km2, innovation_km } =
             Innovation::of(fix, &self.state.position_km, self.limb_height_km, earth_to_icrs, unit);
-        // The part of the bias that has decayed since the last fix is replaced by a new one of this fix's
-        // shape.
-        let renewed = bias_share(parameters) * (1.0 - self.bias_kept * self.bias_kept);
+        // The decayed part of the bias is replaced by a new one with the shape of this fix's noise.
+        let renewed = bias_share(parameters) * (1.0 - self.bias_decay * self.bias_decay);
         let mut bias = self.covariance.block(BIAS, BIAS);
         add_scaled(&mut bias, renewed, &noise_km2);
         self.covariance.set_block(BIAS, BIAS, &bias);
@@ -138,7 +136,7 @@ impl Estimate {
             self.covariance.rotate(&rotation);
         }
         self.limb_height_km += correction.limb_height_km;
-        self.bias_kept = 1.0;
+        self.bias_decay = 1.0;
         self.rejections = 0;
         self.inflate_after_start();
         Some(correction.nis)
@@ -158,7 +156,7 @@ impl Estimate {
         self.covariance.trace(VELOCITY) < share * share * dot(velocity, velocity)
     }
 
-    /// Notes once that position and velocity are known to the share that the parameters ask for.
+    /// Sets `settled` once the sigmas of position and velocity are below `settled_share` of their length.
     pub(super) fn check_settled(&mut self, parameters: &OrbitParameters) {
         let share = f64::from(parameters.settled_share);
         let position = &self.state.position_km;
@@ -166,22 +164,21 @@ impl Estimate {
         self.settled |= known && self.velocity_is_known_to(share);
     }
 
-    /// Whether state and covariance are possible.
-    pub(super) fn is_sound(&self) -> bool {
+    /// Whether state and covariance are within their bounds.
+    pub(super) fn is_valid(&self) -> bool {
         plausible(&self.state.position_km, &self.state.velocity_km_s)
             && libm::fabs(self.limb_height_km) < 0.5 * EARTH_RADIUS_KM
-            && self.covariance.is_sound()
+            && self.covariance.is_valid()
     }
 
-    /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is not to be
-    /// used.
-    pub(super) fn propagate(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
-        let gap = to_us.checked_sub(self.state.time_us).ok_or(Lost::TooLong)?;
+    /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is invalid.
+    pub(super) fn propagate(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
+        let gap = to_us.checked_sub(self.state.time_us).ok_or(ResetReason::TooLong)?;
         if gap < 0 {
-            return Err(Lost::Backwards);
+            return Err(ResetReason::Backwards);
         }
         if gap > MAX_GAP_US {
-            return Err(Lost::TooLong);
+            return Err(ResetReason::TooLong);
         }
         for _ in 0..MAX_SPANS {
             let span = to_us.saturating_sub(self.state.time_us).min(MAX_SPAN_US);
@@ -193,17 +190,17 @@ impl Estimate {
     }
 
     #[inline(never)]
-    fn propagate_span(&mut self, span_us: i64, parameters: &OrbitParameters) -> Result<(), Lost> {
+    fn propagate_span(&mut self, span_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
         let after = parameters.dynamics.propagate(&self.state, span_us).map_err(|error| match error {
-            PropagationError::TooLong => Lost::TooLong,
-            PropagationError::Impossible => Lost::Diverged,
+            PropagationError::TooLong => ResetReason::TooLong,
+            PropagationError::Impossible => ResetReason::Diverged,
         })?;
         let dt = span_us as f64 / MICROSECONDS;
         let noise = ProcessNoise::over(&after.position_km, dt, parameters);
         self.covariance.propagate(&transition(&self.state, &after), &noise, dt);
-        self.bias_kept *= noise.bias_kept;
-        self.limb_height_km *= noise.height_kept;
+        self.bias_decay *= noise.bias_decay;
+        self.limb_height_km *= noise.height_decay;
         self.state = after;
-        if self.covariance.is_sound() { Ok(()) } else { Err(Lost::Diverged) }
+        if self.covariance.is_valid() { Ok(()) } else { Err(ResetReason::Diverged) }
     }
 }

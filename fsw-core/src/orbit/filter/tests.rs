@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 fn good_fix(state: &OrbitState) -> PositionFix {
     let position_km = state.position_km;
-    PositionFix { position_km, covariance_km2: Matrix3::identity() * 25.0, place_km: position_km }
+    PositionFix { position_km, covariance_km2: Matrix3::identity() * 25.0, linearisation_km: position_km }
 }
 
 /// A filter that has followed a low orbit for ten minutes without noise, and the true state.
@@ -127,12 +127,12 @@ fn an_outage_of_two_hours_is_crossed_and_more_is_not() {
         assert!((slow / fast - 1.0).abs() < 0.1, "{slow} {fast}");
         assert!(*slow > before);
     }
-    assert_eq!(jumped.advance(truth.time_us + 2 * MAX_GAP_US + 1, &parameters), Err(Lost::TooLong));
+    assert_eq!(jumped.advance(truth.time_us + 2 * MAX_GAP_US + 1, &parameters), Err(ResetReason::TooLong));
     assert!(jumped.state().is_none() && !jumped.settled());
-    assert_eq!(filter.advance(truth.time_us, &parameters), Err(Lost::Backwards));
+    assert_eq!(filter.advance(truth.time_us, &parameters), Err(ResetReason::Backwards));
     assert!(filter.state().is_none());
     let (mut filter, _) = running(&parameters);
-    assert_eq!(filter.advance(i64::MIN, &parameters), Err(Lost::TooLong));
+    assert_eq!(filter.advance(i64::MIN, &parameters), Err(ResetReason::TooLong));
 }
 
 #[test]
@@ -141,10 +141,15 @@ fn an_orbit_into_the_earth_is_forgotten() {
     let mut filter = OrbitFilter::new();
     assert_eq!(filter.advance(5, &parameters), Ok(()));
     let falling = OrbitState { velocity_km_s: Vector3::zeros(), ..circular(7_000.0, 0.0) };
-    assert!(filter.start(falling, 1.0, 1.0, &parameters));
-    assert_eq!(filter.advance(falling.time_us + MAX_GAP_US, &parameters), Err(Lost::Diverged));
-    assert!(!filter.start(falling, f64::NAN, 1.0, &parameters));
-    assert!(!filter.start(OrbitState { position_km: Vector3::zeros(), ..falling }, 1.0, 1.0, &parameters));
+    assert!(filter.initialise(falling, 1.0, 1.0, &parameters));
+    assert_eq!(filter.advance(falling.time_us + MAX_GAP_US, &parameters), Err(ResetReason::Diverged));
+    assert!(!filter.initialise(falling, f64::NAN, 1.0, &parameters));
+    assert!(!filter.initialise(
+        OrbitState { position_km: Vector3::zeros(), ..falling },
+        1.0,
+        1.0,
+        &parameters
+    ));
 }
 
 #[test]
@@ -156,7 +161,7 @@ fn an_orbit_that_never_settled_is_stale_after_a_turn_without_a_fix() {
     for (position_sigma_km, stale) in [(100.0, true), (1.0, false)] {
         let mut filter = OrbitFilter::new();
         assert!(!filter.is_stale(0));
-        assert!(filter.start(state, position_sigma_km, 1e-3, &parameters));
+        assert!(filter.initialise(state, position_sigma_km, 1e-3, &parameters));
         assert_eq!(filter.settled(), !stale);
         filter.advance(state.time_us + period_us - 60_000_000, &parameters).unwrap();
         assert!(!filter.is_stale(period_us - 60_000_000));
@@ -173,7 +178,7 @@ fn a_direction_alone_says_nothing_of_the_distance_however_far_off_that_is() {
     for ratio in [0.2, 0.6, 1.0, 1.7, 5.0, 40.0] {
         let position_km = Vector3::new(cosine, sine, 0.0) * (7_000.0 * ratio);
         let covariance_km2 = Matrix3::identity() * (70.0 * ratio) * (70.0 * ratio);
-        let fix = PositionFix { position_km, covariance_km2, place_km: position_km };
+        let fix = PositionFix { position_km, covariance_km2, linearisation_km: position_km };
         let innovation = Innovation::of(&fix, &expected, 0.0, &Matrix3::identity(), true);
         // An arc of 0.1 rad, or its sine, and a hundredth of the distance across.
         assert!((innovation.innovation_km - Vector3::new(0.0, 700.0, 0.0)).norm() < 2.0, "{innovation:?}");
@@ -202,7 +207,7 @@ fn a_start_many_earth_radii_off_converges() {
             let mut filter = OrbitFilter::new();
             let off = radii * EARTH_RADIUS_KM;
             let wrong = OrbitState { position_km: truth.position_km * (1.0 + off / 42_164.0), ..truth };
-            assert!(filter.start(wrong, off, 3.0, &parameters));
+            assert!(filter.initialise(wrong, off, 3.0, &parameters));
             // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours.
             let mut restarted = 0;
             for _ in 0..3_240 {
@@ -211,7 +216,7 @@ fn a_start_many_earth_radii_off_converges() {
                     truth.position_km * truth.position_km.transpose() / truth.position_km.norm_squared();
                 let covariance_km2 = Matrix3::identity() * 216.0 + along * 1e4;
                 let position_km = truth.position_km;
-                let fix = PositionFix { position_km, covariance_km2, place_km: position_km };
+                let fix = PositionFix { position_km, covariance_km2, linearisation_km: position_km };
                 let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
                 restarted += u32::from(matches!(update, Update::Restarted | Update::Begun));
             }
@@ -288,13 +293,13 @@ proptest! {
         let mut time_us = 760_000_000_000_000i64;
         if let Some((position_km, velocity_km_s, position_sigma, velocity_sigma)) = begin {
             let state = OrbitState { time_us, position_km, velocity_km_s };
-            let taken = filter.start(state, position_sigma, velocity_sigma, &parameters);
+            let taken = filter.initialise(state, position_sigma, velocity_sigma, &parameters);
             assert_eq!(taken, filter.state().is_some());
             assert_finite(&filter);
         }
         for (span_us, position_km, aside, covariance_km2, tilt) in fixes {
             time_us = time_us.saturating_add(span_us);
-            let fix = PositionFix { position_km, covariance_km2, place_km: position_km + aside };
+            let fix = PositionFix { position_km, covariance_km2, linearisation_km: position_km + aside };
             let to_icrs = Matrix3::identity() + crate::matrix::cross_matrix(&tilt);
             match filter.update(time_us, &fix, &to_icrs, &parameters) {
                 Update::Accepted { nis } => assert!(nis <= gate_nis && nis >= 0.0),
@@ -313,7 +318,7 @@ proptest! {
 fn a_step_of_the_clock_moves_the_epoch_and_not_the_satellite() {
     let parameters = OrbitParameters::default();
     let mut filter = OrbitFilter::new();
-    assert!(filter.start(circular(7_000.0, 51.0), 1.0, 1e-3, &parameters));
+    assert!(filter.initialise(circular(7_000.0, 51.0), 1.0, 1e-3, &parameters));
     let before = *filter.state().unwrap();
     for step_us in [3_600_000_000, -600_000_000] {
         filter.shift_epoch(step_us);

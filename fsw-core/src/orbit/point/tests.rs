@@ -181,13 +181,13 @@ fn without_aberration_a_fix_is_where_special_relativity_puts_it_to_the_first_ord
         assert!((seen.norm() / distance_km - 1.0).abs() < 1e-12);
         let place = seen + generator.unit() * 1.0;
         let covariance_km2 = Matrix3::identity() * 4.0;
-        let fix = PositionFix { position_km: seen, covariance_km2, place_km: place };
+        let fix = PositionFix { position_km: seen, covariance_km2, linearisation_km: place };
         let cleaned = fix.without_aberration(&velocity);
         // The place is a kilometre aside: the shift is off by that share of itself.
         let second_order = distance_km * beta.norm_squared() + 2.0 * beta.norm();
         let error = (cleaned.position_km - truth).norm();
         assert!(error < second_order, "{error} of {second_order} km");
-        assert!(((cleaned.position_km - cleaned.place_km) - (seen - place)).norm() < 1e-9);
+        assert!(((cleaned.position_km - cleaned.linearisation_km) - (seen - place)).norm() < 1e-9);
         assert_eq!(cleaned.covariance_km2, covariance_km2);
     }
 }
@@ -195,7 +195,7 @@ fn without_aberration_a_fix_is_where_special_relativity_puts_it_to_the_first_ord
 #[test]
 fn the_aberration_of_a_low_orbit_is_five_arcseconds_backwards() {
     let position_km = Vector3::new(6_800.0, 0.0, 0.0);
-    let fix = PositionFix { position_km, covariance_km2: Matrix3::identity(), place_km: position_km };
+    let fix = PositionFix { position_km, covariance_km2: Matrix3::identity(), linearisation_km: position_km };
     let shift = fix.without_aberration(&Vector3::new(0.3, 7.6, 0.0)).position_km - position_km;
     let arcsec = shift.y / 6_800.0 * crate::oracle::ARCSEC;
     assert!((arcsec - 5.23).abs() < 0.01 && shift.x.abs() < 1e-9 && shift.z.abs() < 1e-9, "{shift}");

@@ -8,7 +8,7 @@ use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
 use crate::order::fill;
 use crate::rate::arcs::MAX_ARCS;
-use crate::rate::marks::{MAX_MARKS, Mark, carried};
+use crate::rate::marks::{MAX_MARKS, Mark, rotated};
 use crate::sensor::Sensor;
 use crate::stars::row_delay_s;
 use fsw_hal::{Detector, DetectorError};
@@ -51,14 +51,14 @@ impl Sensor<'_> {
     #[inline(never)]
     fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
         let mut pieces = Vec::new();
-        let memory = &self.turning.memory;
+        let memory = &self.turning.history;
         let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
             return pieces;
         };
         let half_s = 0.5e-6 * exposure_us as f32;
         let row_time_s = self.row_time_s();
         let piece = |mark: &Mark| {
-            let place = |after_s: f32| self.place(&carried(mark, rate, after_s - mark.late_s));
+            let place = |after_s: f32| self.place(&rotated(mark, rate, after_s - mark.late_s));
             // Its row's delay hardly depends on itself.
             let middle_s = elapsed_s + row_delay_s(&self.camera, place(elapsed_s)?, row_time_s);
             let ([from_x, from_y], [to_x, to_y]) = (place(middle_s - half_s)?, place(middle_s + half_s)?);

@@ -134,18 +134,22 @@ impl Scene {
     /// The picture confirmed with an attitude so far off the truth.
     fn confirm(
         &self,
-        measured: &[Measured],
+        measured: &[MeasuredStar],
         angle_rad: Vector3<f64>,
         tolerance_px: f32,
     ) -> Option<Confirmed> {
         let (catalogue, camera) = (Catalogue::open(&self.bytes).unwrap(), camera());
         let hypothesis = self.picture.attitude_turned(&angle_rad);
-        confirm(&hypothesis, &Field::whole(measured, &catalogue, &camera), tolerance_px)
+        confirm(&hypothesis, &StarField::whole(measured, &catalogue, &camera), tolerance_px)
     }
 
-    fn confirm_and_widen(&self, measured: &[Measured], tolerance_px: f32) -> Option<(Confirmed, Confirmed)> {
+    fn confirm_and_widen(
+        &self,
+        measured: &[MeasuredStar],
+        tolerance_px: f32,
+    ) -> Option<(Confirmed, Confirmed)> {
         let (catalogue, camera) = (Catalogue::open(&self.bytes).unwrap(), camera());
-        let field = Field::whole(measured, &catalogue, &camera);
+        let field = StarField::whole(measured, &catalogue, &camera);
         let narrow = confirm(&self.picture.attitude_turned(&Vector3::zeros()), &field, tolerance_px)?;
         let mut widened = narrow.clone();
         widen(&mut widened, &field, tolerance_px);
@@ -526,9 +530,9 @@ fn the_columns_find_what_a_look_at_every_star_finds() {
         for _ in 0..40 {
             let mut place =
                 |margin: f64| [width, height].map(|side| generator.between(-margin, side + margin) as f32);
-            let stars: List<Measured> =
-                (0..MAX_MEASURED).map(|_| Measured::new(&camera, place(0.0), 0.1).unwrap()).collect();
-            let columns = Columns::new(&Field::whole(&stars, &catalogue, &camera), radius_px);
+            let stars: List<MeasuredStar> =
+                (0..MAX_MEASURED).map(|_| MeasuredStar::new(&camera, place(0.0), 0.1).unwrap()).collect();
+            let columns = ColumnIndex::new(&StarField::whole(&stars, &catalogue, &camera), radius_px);
             for star in &stars {
                 let [x, y] = place(1.5 * f64::from(radius_px));
                 let [near_x, near_y] = star.centre_px;

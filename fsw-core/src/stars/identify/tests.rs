@@ -4,7 +4,7 @@ use crate::catalog::{Catalogue, sample};
 use crate::oracle::Generator;
 use crate::stars::artificial::{Picture, SKY, Spot, camera, camera_parameters, false_star};
 use crate::stars::polygon::KEPT_POLYGONS;
-use crate::stars::{MAX_MEASURED, Measured};
+use crate::stars::{MAX_MEASURED, MeasuredStar};
 use std::collections::BTreeSet;
 use std::vec::Vec as List;
 
@@ -12,9 +12,9 @@ use std::vec::Vec as List;
 type Search = Identifier<1024, 1536, 2048>;
 
 /// All in one call.
-fn search(measured: &[Measured], camera: &Camera) -> Progress {
+fn search(measured: &[MeasuredStar], camera: &Camera) -> Progress {
     let catalogue = SKY.catalogue();
-    let field = Field::whole(measured, &catalogue, camera);
+    let field = StarField::whole(measured, &catalogue, camera);
     Search::new().advance(&field, &IdentificationParameters::default(), u32::MAX)
 }
 
@@ -161,7 +161,7 @@ fn a_search_resumed_with_small_allowances_ends_as_one_in_one_go() {
             _ => seen.spots.iter_mut().for_each(|spot| *spot = false_star(&mut generator)),
         }
         let measured = seen.measured(&camera, 0.3);
-        let field = Field::whole(&measured, &catalogue, &camera);
+        let field = StarField::whole(&measured, &catalogue, &camera);
         let mut at_once = Search::new();
         let whole = at_once.advance(&field, &parameters, u32::MAX);
         assert!(!matches!(whole, Progress::Searching));
@@ -193,7 +193,7 @@ fn an_allowance_is_overdrawn_by_no_more_than_one_side() {
     noise.spots.resize_with(30, || false_star(&mut generator));
     noise.spots.iter_mut().for_each(|spot| *spot = false_star(&mut generator));
     let measured = noise.measured(&camera, 0.3);
-    let field = Field::whole(&measured, &catalogue, &camera);
+    let field = StarField::whole(&measured, &catalogue, &camera);
     let mut search = Search::new();
     // Without an allowance nothing is tried; with the least, one side a call.
     assert!(matches!(search.advance(&field, &Default::default(), 0), Progress::Searching));
@@ -215,7 +215,7 @@ fn the_candidates_stay_readable_best_first_and_the_best_is_the_solution() {
         let look = generator.rotation();
         let picture = Picture::of(&SKY, &camera_parameters(), look).noisy(&mut generator, 0.3);
         let measured = picture.measured(&camera, 0.3);
-        let field = Field::whole(&measured, &catalogue, &camera);
+        let field = StarField::whole(&measured, &catalogue, &camera);
         let mut search = Search::new();
         assert!(search.polygons().is_empty());
         if !matches!(search.advance(&field, &Default::default(), u32::MAX), Progress::Identified(..)) {
@@ -246,7 +246,7 @@ fn hypotheses_tried_before_count_against_a_result() {
     let look = generator.rotation();
     let picture = Picture::of(&SKY, &camera_parameters(), look).noisy(&mut generator, 0.3);
     let measured = picture.measured(&camera, 0.3);
-    let field = Field::whole(&measured, &catalogue, &camera);
+    let field = StarField::whole(&measured, &catalogue, &camera);
     let mut search = Search::new();
     let mut log10_after = |before: f32| {
         search.restart(before);
@@ -266,7 +266,7 @@ fn nothing_is_accepted_above_the_limit_of_false_identification() {
     let look = generator.rotation();
     let picture = Picture::of(&SKY, &camera_parameters(), look).noisy(&mut generator, 0.3);
     let measured = picture.measured(&camera, 0.3);
-    let field = Field::whole(&measured, &catalogue, &camera);
+    let field = StarField::whole(&measured, &catalogue, &camera);
     let mut search = Search::new();
     let end = search.advance(&field, &strict, u32::MAX);
     assert!(matches!(end, Progress::NotIdentified(NotIdentified::NoMatch)), "{end:?}");
@@ -294,7 +294,7 @@ fn fewer_than_three_stars_are_too_few() {
 #[test]
 fn without_a_separation_in_the_catalogues_range_there_are_no_sides() {
     let camera = camera();
-    let star = |x: f32, y: f32| Measured::new(&camera, [x, y], 0.3).unwrap();
+    let star = |x: f32, y: f32| MeasuredStar::new(&camera, [x, y], 0.3).unwrap();
     // All within 8 px: too short to have a direction. Corners: farther apart than the catalogue's 10 deg.
     let close = [star(500.0, 500.0), star(505.0, 500.0), star(500.0, 506.0), star(504.0, 504.0)];
     let far = [star(0.0, 0.0), star(1023.0, 0.0), star(0.0, 1023.0), star(1023.0, 1023.0)];
@@ -305,7 +305,7 @@ fn without_a_separation_in_the_catalogues_range_there_are_no_sides() {
     let bytes = sample::bytes(&[], 17, 1 << 28);
     let empty = Catalogue::open(&bytes).unwrap();
     let measured = [star(100.0, 100.0), star(400.0, 100.0), star(400.0, 300.0)];
-    let field = Field::whole(&measured, &empty, &camera);
+    let field = StarField::whole(&measured, &empty, &camera);
     let end = Search::new().advance(&field, &Default::default(), u32::MAX);
     assert!(matches!(end, Progress::NotIdentified(NotIdentified::NoSides)), "{end:?}");
 }
@@ -378,7 +378,7 @@ fn a_tolerance_is_three_sigmas_of_the_difference_of_two_stars() {
         assert!((parameters.tolerance_px(step) - expected).abs() < 1e-5);
     }
     let camera = camera();
-    let [a, b] = [[100.0, 200.0], [900.0, 700.0]].map(|at| Measured::new(&camera, at, 0.3).unwrap());
+    let [a, b] = [[100.0, 200.0], [900.0, 700.0]].map(|at| MeasuredStar::new(&camera, at, 0.3).unwrap());
     let side = parameters.side(1, &a, &b, &camera);
     let chord = (a.direction.vector() - b.direction.vector()).norm();
     assert!((side.chord - chord).abs() < 1e-6);
@@ -387,7 +387,7 @@ fn a_tolerance_is_three_sigmas_of_the_difference_of_two_stars() {
 
 /// Holds every side of a polygon against the tolerance, in f64; gives the mean square of the errors in
 /// tolerances.
-fn mean_square_error(polygon: &Polygon, field: &Field, sigma_px: f64) -> f64 {
+fn mean_square_error(polygon: &Polygon, field: &StarField, sigma_px: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (at, (one_seen, one_name)) in polygon.corners.iter().enumerate() {
         for (other_seen, other_name) in &polygon.corners[..at] {
@@ -415,7 +415,7 @@ fn all_separations_of_a_polygon_fit_and_its_error_is_their_mean_square() {
         let spots = (0..40).map(|_| false_star(&mut generator)).collect();
         let picture = Picture { spots, look: generator.rotation() };
         let measured = picture.measured(&camera, 0.3);
-        let field = Field::whole(&measured, &catalogue, &camera);
+        let field = StarField::whole(&measured, &catalogue, &camera);
         let mut search = Search::new();
         search.advance(&field, &parameters, 1_000_000);
         assert!(!search.polygons().is_empty());
@@ -450,7 +450,7 @@ fn where_catalogue_stars_stand_together_a_polygon_names_each_star_once() {
         let catalogue = Catalogue::open(&bytes).unwrap();
         let picture = Picture { spots, look };
         let measured = picture.measured(&camera, 0.3);
-        let field = Field::whole(&measured, &catalogue, &camera);
+        let field = StarField::whole(&measured, &catalogue, &camera);
         // Nothing is accepted, so that all sides are tried.
         let parameters = IdentificationParameters { log10_false_limit: -1e9, ..Default::default() };
         let mut search = Search::new();

@@ -19,14 +19,14 @@ use crate::world::ephemeris::LIGHT_KM_S;
 use crate::world::noise::Noise;
 use crate::world::vector::{cross, length, minus, plus, times, unit};
 use fsw_core::camera::Camera;
-use fsw_core::earth::centre::{self, Expected};
+use fsw_core::earth::centre::{self, CentrePrior};
 use fsw_core::earth::comparison::scale::{LimbPoints, Scale};
 use fsw_core::earth::comparison::{filters, thesis};
 use fsw_core::earth::limb::{BREADTH, MAX_LENGTH};
-use fsw_core::earth::look::{self, EVENLY, HeightVariance, Look, Room};
+use fsw_core::earth::limb_sensor::{self, Buffers, EVEN_STRIPS, HeightVariance, LimbSensor};
 use fsw_core::earth::search::Points;
 use fsw_core::earth::view::View;
-use fsw_core::earth::{Body, Demand, EarthFix, EarthParameters, Refusal, Strips};
+use fsw_core::earth::{Body, EarthFix, EarthParameters, FitCriteria, FitError, Strips};
 use fsw_core::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::matrix::inverse;
 use fsw_core::orbit::point::{PositionFix, earth_to_icrs};
@@ -235,33 +235,42 @@ impl Frame {
         })
     }
 
-    fn by_the_flight_code(&mut self, way: Way, noise: &Noise) -> Result<Result<Fix, Refusal>, DetectorError> {
+    fn by_the_flight_code(
+        &mut self,
+        way: Way,
+        noise: &Noise,
+    ) -> Result<Result<Fix, FitError>, DetectorError> {
         let mut parameters = EarthParameters::default();
         if way == Way::Lost {
             parameters = of_a_mean_sphere(parameters);
         }
         let sun = Some(direction(self.sun)).filter(|_| !matches!(way, Way::Lost | Way::Pole));
         let body = Body::new(&direction(self.pole), sun.as_ref(), &parameters);
-        let look = Look { camera: &self.camera, body: &body, parameters: &parameters };
+        let limb_sensor = LimbSensor { camera: &self.camera, body: &body, parameters: &parameters };
         let longer = usize::from(self.picture.geometry().width_px.max(self.picture.geometry().height_px));
         let (mut buffer, mut points) = (vec![0; longer.max(BREADTH * MAX_LENGTH)], Points::new());
         let mut rays = Box::new(centre::RayBuffer::new());
-        let mut room = Room { buffer: &mut buffer, points: &mut points, rays: &mut rays };
+        let mut buffers = Buffers { buffer: &mut buffer, points: &mut points, rays: &mut rays };
         let picture = &mut self.picture;
         let tracked = match way {
-            Way::Tracked => match Tracked::new(&look, self.centre_km, noise) {
+            Way::Tracked => match Tracked::new(&limb_sensor, self.centre_km, noise) {
                 Some(tracked) => Some(tracked),
-                None => return Ok(Err(Refusal::Degenerate)),
+                None => return Ok(Err(FitError::Degenerate)),
             },
             _ => None,
         };
         let fix = match (way, &tracked) {
-            (_, Some(tracked)) => tracked.fix(&look, picture, &mut room)?,
-            (Way::Exponential, _) => look::anywhere_by(&look, picture, &mut room, filters::exponential)?.fix,
-            (Way::Polynomial, _) => look::anywhere_by(&look, picture, &mut room, filters::polynomial)?.fix,
-            _ => look::anywhere(&look, picture, &mut room)?.fix,
+            (_, Some(tracked)) => tracked.fix(&limb_sensor, picture, &mut buffers)?,
+            (Way::Exponential, _) => {
+                limb_sensor::acquire_with(&limb_sensor, picture, &mut buffers, filters::exponential)?.fix
+            }
+            (Way::Polynomial, _) => {
+                limb_sensor::acquire_with(&limb_sensor, picture, &mut buffers, filters::polynomial)?.fix
+            }
+            _ => limb_sensor::acquire(&limb_sensor, picture, &mut buffers)?.fix,
         };
-        let scale = tracked.filter(|_| fix.is_ok()).and_then(|tracked| tracked.scale(&look, &mut room));
+        let scale =
+            tracked.filter(|_| fix.is_ok()).and_then(|tracked| tracked.scale(&limb_sensor, &mut buffers));
         Ok(fix.map(|fix| {
             let focal_length = scale.map(|scale| [f64::from(scale.share), scale.sigma.into()]);
             Fix { focal_length, ..self.judged(&fix) }
@@ -298,12 +307,12 @@ impl Frame {
     fn position(&self, fix: &EarthFix) -> Option<([f64; 2], [f64; 2])> {
         let variances = ATTITUDE_ARCSEC.map(|sigma| (ARCSEC_RAD * sigma).powi(2) as f32);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::from(variances));
-        let EarthFix { centre_km, covariance_km2, place_km, .. } = fix;
+        let EarthFix { centre_km, covariance_km2, linearisation_km, .. } = fix;
         let to_icrs = earth_to_icrs(&self.attitude, &self.mounting);
         let fix = PositionFix::new(
             centre_km,
             covariance_km2,
-            place_km,
+            linearisation_km,
             &to_icrs,
             &attitude_covariance,
             &self.mounting,
@@ -335,7 +344,7 @@ impl Frame {
     /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8).
     /// Its thresholds are those of pictures that fill their scale, so it gets the frame stretched
     /// (`stretched`).
-    fn by_the_thesis(&mut self) -> Result<Result<Fix, Refusal>, DetectorError> {
+    fn by_the_thesis(&mut self) -> Result<Result<Fix, FitError>, DetectorError> {
         let mut points = Points::new();
         let mut picture = stretched(&self.picture).ok_or(DetectorError::BufferLength)?;
         picture.expose(self.exposure_us)?;
@@ -376,42 +385,46 @@ fn stretched(picture: &Picture) -> Option<Picture> {
 /// What an orbit says of the centre, as in every second of tracking.
 struct Tracked {
     view: View,
-    expected: Expected,
-    demand: Demand,
+    prior: CentrePrior,
+    criteria: FitCriteria,
 }
 
 impl Tracked {
-    fn new(look: &Look, centre_km: Vector, noise: &Noise) -> Option<Self> {
+    fn new(limb_sensor: &LimbSensor, centre_km: Vector, noise: &Noise) -> Option<Self> {
         let errs = |axis: u32| ORBIT_SIGMA_KM * noise.gaussian(axis, ORBIT);
         let centre_km = Vector3::new(0, 1, 2).map(|axis: u32| (centre_km[axis as usize] + errs(axis)) as f32);
         let information = Matrix3::identity() * (1.0 / (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32);
-        let view = View::new(&centre_km, look.body)?;
-        let demand = look
+        let view = View::new(&centre_km, limb_sensor.body)?;
+        let criteria = limb_sensor
             .parameters
-            .in_strips(&Strips { km_per_px: look.km_per_px(&view), ..Strips::default() }, false);
-        Some(Self { view, expected: Expected { centre_km, information }, demand })
+            .strip_criteria(&Strips { km_per_px: limb_sensor.km_per_px(&view), ..Strips::default() }, false);
+        Some(Self { view, prior: CentrePrior { centre_km, information }, criteria })
     }
 
     /// The centre from strips about where it is expected.
     fn fix(
         &self,
-        look: &Look,
+        limb_sensor: &LimbSensor,
         picture: &mut Picture,
-        room: &mut Room,
-    ) -> Result<Result<EarthFix, Refusal>, DetectorError> {
+        buffers: &mut Buffers,
+    ) -> Result<Result<EarthFix, FitError>, DetectorError> {
         let everywhere_km2 = (ORBIT_SIGMA_KM * ORBIT_SIGMA_KM) as f32;
         let variance = HeightVariance { everywhere_km2, centre_km2: Matrix3::zeros() };
-        let strips = look.read_strips(picture, &self.view, &variance, &EVENLY, room)?;
-        Ok(look.fit(&look.parameters.in_strips(&strips, false), Some(&self.expected), room))
+        let strips = limb_sensor.read_strips(picture, &self.view, &variance, &EVEN_STRIPS, buffers)?;
+        Ok(limb_sensor.fit(
+            &limb_sensor.parameters.strip_criteria(&strips, false),
+            Some(&self.prior),
+            buffers,
+        ))
     }
 
     /// The focal length, by the points in the room and the distance that the orbit says.
-    fn scale(&self, look: &Look, room: &mut Room) -> Option<Scale> {
-        let Look { camera, body, parameters } = *look;
-        let (points, demand, expected) = (room.points.as_slice(), &self.demand, Some(&self.expected));
-        let measured = LimbPoints { points, camera, body, demand, expected, parameters };
-        let known = [self.expected.centre_km.norm(), ORBIT_SIGMA_KM as f32];
-        Scale::by_the_earth(&measured, known, room.rays).ok()
+    fn scale(&self, limb_sensor: &LimbSensor, buffers: &mut Buffers) -> Option<Scale> {
+        let LimbSensor { camera, body, parameters } = *limb_sensor;
+        let (points, criteria, prior) = (buffers.points.as_slice(), &self.criteria, Some(&self.prior));
+        let measured = LimbPoints { points, camera, body, criteria, prior, parameters };
+        let known = [self.prior.centre_km.norm(), ORBIT_SIGMA_KM as f32];
+        Scale::by_the_earth(&measured, known, buffers.rays).ok()
     }
 }
 

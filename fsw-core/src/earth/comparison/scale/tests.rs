@@ -1,6 +1,6 @@
 use super::*;
 use crate::earth::Strips;
-use crate::earth::look::{self, Look, Room};
+use crate::earth::limb_sensor::{self, Buffers, LimbSensor};
 use crate::earth::search::Points;
 use crate::earth::test_world::{World, camera, geostationary, low, parameters};
 use crate::oracle::Generator;
@@ -14,18 +14,19 @@ fn found(world: &World, wrong: f32) -> Scale {
     let mut described = *camera().parameters();
     described.focal_length_px *= 1.0 + wrong;
     let (camera, body) = (Camera::new(described).unwrap(), world.body(&parameters));
-    let look = Look { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
     let (mut points, mut rays) = (Points::new(), Box::new(RayBuffer::new()));
-    let mut room = Room { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
-    let fix = look::anywhere(&look, &mut world.picture(1.0, 3), &mut room).unwrap().fix.unwrap();
-    let strips = Strips { read: fix.inliers.count_ones() as usize, unsure: 0, km_per_px: f32::INFINITY };
-    let (demand, expected) = (parameters.in_strips(&strips, true), Expected::after(&fix));
+    let mut buffers = Buffers { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
+    let fix =
+        limb_sensor::acquire(&limb_sensor, &mut world.picture(1.0, 3), &mut buffers).unwrap().fix.unwrap();
+    let strips = Strips { read: fix.inliers.count_ones() as usize, skipped: 0, km_per_px: f32::INFINITY };
+    let (criteria, prior) = (parameters.strip_criteria(&strips, true), CentrePrior::from_fix(&fix));
     let measured = LimbPoints {
         points: &points,
         camera: &camera,
         body: &body,
-        demand: &demand,
-        expected: expected.as_ref(),
+        criteria: &criteria,
+        prior: prior.as_ref(),
         parameters: &parameters,
     };
     Scale::by_the_earth(&measured, [world.centre.norm() as f32, 1.0], &mut rays).unwrap()

@@ -55,8 +55,8 @@ fn outliers_up_to_a_half_are_left_out_and_more_are_refused() {
     let chance: List<LimbPoint> = (0..100)
         .map(|_| point([generator.between(0.0, 800.0) as f32, generator.between(0.0, 700.0) as f32]))
         .collect();
-    assert_eq!(circle(&chance, [0.0, 1.0], ECCENTRICITY), Err(Refusal::NoConsensus));
-    assert_eq!(circle(&chance[..3], [0.0, 1.0], ECCENTRICITY), Err(Refusal::TooFewPoints));
+    assert_eq!(circle(&chance, [0.0, 1.0], ECCENTRICITY), Err(FitError::NoConsensus));
+    assert_eq!(circle(&chance[..3], [0.0, 1.0], ECCENTRICITY), Err(FitError::TooFewPoints));
 }
 
 #[test]

@@ -218,7 +218,7 @@ pub(super) fn fly_as(scenario: &Scenario, parameters: &OrbitParameters, seed: u6
         let fix = PositionFix {
             position_km,
             covariance_km2: eye.covariance(&position_km, &normal),
-            place_km: position_km,
+            linearisation_km: position_km,
         };
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
             Update::Rejected { .. } => rejected += 1,

@@ -24,7 +24,7 @@ fn a_correction_by_the_bent_difference_arrives() {
         Vector3::new(7000.001, -120.002, 800.003),
         Vector3::new(4000.0, 6000.0, -900.0),
     ] {
-        let bent = Bent::between(&first, &other).unwrap();
+        let bent = CurvilinearDifference::between(&first, &other).unwrap();
         let (position, _, _) = moved(&first, &velocity, &bent.difference_km, &Vector3::zeros());
         assert!(close(&position, &other, 1e-6), "{position} {other}");
         let direction = bent.rotation * first * bent.scale;
@@ -60,7 +60,7 @@ fn small_corrections_are_straight() {
 fn what_cannot_be_compared_is_refused() {
     let position = Vector3::new(7000.0, 0.0, 0.0);
     for other in [Vector3::zeros(), Vector3::new(f64::NAN, 1.0, 0.0), Vector3::new(-7000.0, 0.0, 0.0)] {
-        assert!(Bent::between(&position, &other).is_none());
-        assert!(Bent::between(&other, &position).is_none());
+        assert!(CurvilinearDifference::between(&position, &other).is_none());
+        assert!(CurvilinearDifference::between(&other, &position).is_none());
     }
 }

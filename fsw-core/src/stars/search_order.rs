@@ -1,75 +1,76 @@
-//! Which base sides are tried, and in what order.
+//! Order in which base sides are tried.
 //!
-//! In: measured stars, brightest first where brightness is known; which sides led to nothing. Out: one base
-//! side after another, for one tolerance after another: every side among the [`SEARCHED`] brightest once, but
-//! for those beyond the catalogue's range, those too short to have a direction, and those with more pairs
-//! than the workspace holds.
+//! In: measured stars, brightest first where brightness is known; the sides that failed. Out: one base side
+//! after another, for one tolerance after another. Every side among the [`SEARCHED`] brightest is given
+//! once, except those beyond the catalogue's range, those shorter than ten tolerances, and those with more
+//! pairs than the workspace holds.
 //!
-//! Brightness tells little of which spots are stars of the catalogue: false stars, hits and edges of clouds
-//! are among the brightest. What tells is the search itself. Every star has a chance `p` to be in the
-//! catalogue, at first `chance_of` its rank. A side of two such stars is identified with probability `f`,
-//! `FOUND`, all others being tried as its corners; so after a side (i, j) without success Bayes' rule has
+//! Brightness alone does not separate catalogue stars from false ones: hits and edges of clouds are among
+//! the brightest spots. So every star has a probability `p` to be in the catalogue, initially
+//! `prior_probability` of its rank. A side of two catalogue stars is identified with probability `f`,
+//! `IDENTIFICATION_PROBABILITY`, because all others are tried as its corners. After a side (i, j) has
+//! failed, Bayes' rule gives
 //!
 //! `p_i <- p_i (1 - f p_j) / (1 - f p_i p_j)`, and the same of j.
 //!
-//! Next is the side whose `p_i p_j` is greatest for its cost. A bright star that is none so loses its sides
-//! to others after two or three, and of N stars, K of them true, about `N² / K²` sides are tried.
+//! The next side is that of the largest `p_i p_j` over its cost. A bright false star is so tried in two or
+//! three sides only, and of N stars, K of them true, about `N² / K²` sides are tried.
 
-use super::Field;
+use super::StarField;
 use super::parameters::{IdentificationParameters, Side, TOLERANCES};
 
 /// Brightest stars whose sides are tried.
 pub const SEARCHED: usize = 32;
 /// Sides among them.
 const SIDES: usize = SEARCHED * (SEARCHED - 1) / 2;
-/// Most base sides of a whole search: all pairs of stars, for every tolerance.
+/// Largest number of base sides of a whole search: all pairs of stars, for every tolerance.
 pub const MAX_SIDES: usize = TOLERANCES * SIDES;
 
 /// Probability that a side of two catalogue stars is identified: one in ten is lost to a centroid beyond
-/// three sigmas of a separation or to fewer than two other stars of the catalogue around. Below 1, so that no
-/// star's chance ever becomes 0.
-const FOUND: f32 = 0.9;
+/// three sigmas of a separation or to fewer than two other stars of the catalogue around. Below 1, so that
+/// no star's probability becomes 0.
+const IDENTIFICATION_PROBABILITY: f32 = 0.9;
 /// Unit of a side's cost, catalogue pairs: a byte then holds up to 2,040, more than a side of the onboard
 /// identifier may have.
 const PAIRS_PER_COST: usize = 8;
-/// What looking for corners costs beside, in that unit, whatever the side: one for each of up to 30 other
-/// stars. A side with the usual 150 pairs so counts 1.6 times as much as one with almost none: likelihood
-/// decides, cost breaks near ties.
+/// Cost of the corners of a side, in that unit: one for each of up to 30 other stars. A side with the usual
+/// 150 pairs then costs 1.6 times as much as one with almost none: the likelihood dominates, the cost
+/// breaks near ties.
 const CORNERS_COST: f32 = 30.0;
 
-/// Chance that the star of a rank is in the catalogue: on rendered frames with false stars half of the first
-/// eight are, six tenths of the next twelve, three tenths of the last four.
-fn chance_of(rank: u8) -> f32 {
+/// Probability that the star of a rank is in the catalogue: on rendered frames with false stars half of the
+/// first eight are, six tenths of the next twelve, three tenths of the last four.
+fn prior_probability(rank: u8) -> f32 {
     0.6 - 0.01 * f32::from(rank)
 }
 
 /// A base side to try.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Task {
+pub(super) struct StarPair {
     /// Its stars, i before j.
     pub i: u8,
     pub j: u8,
     pub side: Side,
 }
 
-/// What is left to try.
+/// The remaining base sides.
 #[derive(Clone, Debug)]
-pub(super) struct Agenda {
-    /// What each side costs, those of star 1 first, then those of star 2 with 0 and 1, and so on; 0: not to
-    /// be tried.
+pub(super) struct SearchOrder {
+    /// Cost of each side, those of star 1 first, then those of star 2 with 0 and 1, and so on; 0: not to be
+    /// tried.
     costs: [u8; SIDES],
-    /// Chance of each star to be in the catalogue.
-    chances: [f32; SEARCHED],
+    /// Probability of each star to be in the catalogue.
+    probabilities: [f32; SEARCHED],
     /// The tolerance in force, and whether its sides are listed.
     step: usize,
     listed: bool,
-    /// Whether there ever was a side worth trying.
-    pub any: bool,
+    /// Whether any side could be tried.
+    pub any_side: bool,
 }
 
-impl Agenda {
+impl SearchOrder {
     pub const fn new() -> Self {
-        Self { costs: [0; SIDES], chances: [0.0; SEARCHED], step: 0, listed: false, any: false }
+        Self { costs: [0; SIDES], probabilities: [0.0; SEARCHED], step: 0, listed: false, any_side: false }
     }
 
     /// Number of the tolerance in force; of the last one when all is done.
@@ -81,19 +82,19 @@ impl Agenda {
     /// of a side.
     pub fn next(
         &mut self,
-        field: &Field,
+        field: &StarField,
         parameters: &IdentificationParameters,
         capacity: usize,
-    ) -> Option<Task> {
+    ) -> Option<StarPair> {
         for _ in self.step..TOLERANCES {
             if !self.listed {
-                self.list(field, parameters, capacity);
+                self.list_sides(field, parameters, capacity);
                 self.listed = true;
             }
             if let Some((i, j)) = self.take_best() {
                 let star = |index: u8| field.measured().get(usize::from(index));
-                self.any = true;
-                return Some(Task {
+                self.any_side = true;
+                return Some(StarPair {
                     i,
                     j,
                     side: parameters.side(self.step(), star(i)?, star(j)?, field.camera),
@@ -105,12 +106,12 @@ impl Agenda {
         None
     }
 
-    /// The side that promises most for its cost, the first of equals; it is not given again.
+    /// The untried side with the largest probability over cost, the first of equals; it is not given again.
     fn take_best(&mut self) -> Option<(u8, u8)> {
         let (mut best, mut most) = (None, 0.0);
         let mut costs = self.costs.iter_mut();
-        for (j, b) in (0u8..).zip(&self.chances) {
-            let before = (0u8..).zip(&self.chances).take(usize::from(j));
+        for (j, b) in (0u8..).zip(&self.probabilities) {
+            let before = (0u8..).zip(&self.probabilities).take(usize::from(j));
             for ((i, a), cost) in before.zip(&mut costs) {
                 let worth = a * b / (CORNERS_COST + f32::from(*cost));
                 if *cost > 0 && worth > most {
@@ -125,22 +126,25 @@ impl Agenda {
         })
     }
 
-    /// Takes in that a side led to nothing.
-    pub fn failed(&mut self, task: &Task) {
-        let [i, j] = [task.i, task.j].map(usize::from);
-        let (Some(a), Some(b)) = (self.chances.get(i).copied(), self.chances.get(j).copied()) else { return };
-        // Never zero: no chance exceeds the first one.
-        let rest = 1.0 - FOUND * a * b;
+    /// Updates the probabilities after a side has failed.
+    pub fn update_after_failure(&mut self, pair: &StarPair) {
+        let [i, j] = [pair.i, pair.j].map(usize::from);
+        let (Some(a), Some(b)) = (self.probabilities.get(i).copied(), self.probabilities.get(j).copied())
+        else {
+            return;
+        };
+        // Never zero: no probability exceeds that of rank 0, 0.6.
+        let rest = 1.0 - IDENTIFICATION_PROBABILITY * a * b;
         for (at, own, other) in [(i, a, b), (j, b, a)] {
-            if let Some(chance) = self.chances.get_mut(at) {
-                *chance = own * (1.0 - FOUND * other) / rest;
+            if let Some(chance) = self.probabilities.get_mut(at) {
+                *chance = own * (1.0 - IDENTIFICATION_PROBABILITY * other) / rest;
             }
         }
     }
 
     /// The likeliest of the first `count` stars that `tried` has no bit of, the first of equals.
     pub fn likeliest(&self, count: usize, tried: u32) -> Option<u8> {
-        let open = (0u8..).zip(&self.chances).take(count).filter(|(k, _)| (tried >> k) & 1 == 0);
+        let open = (0u8..).zip(&self.probabilities).take(count).filter(|(k, _)| (tried >> k) & 1 == 0);
         let best = open.fold(None, |best: Option<(u8, f32)>, (k, chance)| match best {
             Some((_, most)) if most >= *chance => best,
             _ => Some((k, *chance)),
@@ -149,9 +153,9 @@ impl Agenda {
     }
 
     /// Lists the base sides for the tolerance in force.
-    fn list(&mut self, field: &Field, parameters: &IdentificationParameters, capacity: usize) {
-        for (rank, chance) in (0u8..).zip(&mut self.chances) {
-            *chance = chance_of(rank);
+    fn list_sides(&mut self, field: &StarField, parameters: &IdentificationParameters, capacity: usize) {
+        for (rank, chance) in (0u8..).zip(&mut self.probabilities) {
+            *chance = prior_probability(rank);
         }
         self.costs = [0; SIDES];
         let mut costs = self.costs.iter_mut();

@@ -1,7 +1,7 @@
 use super::*;
 use crate::earth::centre::{RayBuffer, centre};
 use crate::earth::test_world::{World, camera, geostationary, low, parameters};
-use crate::earth::{Demand, LimbPoint};
+use crate::earth::{FitCriteria, LimbPoint};
 use crate::oracle::{self, Generator, wide, wide_matrix};
 use std::vec::Vec;
 
@@ -29,7 +29,7 @@ fn the_waves_have_the_stated_correlation() {
     let sine = (6378.0 / range) as f32;
     let cosine = libm::sqrtf(1.0 - sine * sine);
     let cone = Cone { axis: world.centre.normalize().map(|part| part as f32), sine, cosine };
-    let [heights, _] = Horizon::new(&cone, &body, 1e-3, &parameters).fields;
+    let [heights, _] = SharedHeights::new(&cone, &body, 1e-3, &parameters).fields;
     let total: f32 = (0..MODES).map(|wave| heights.share(wave)).sum();
     let radius_km = f64::from(body.radius_km() * cosine);
     for distance_km in [0.0, 250.0, 500.0, 1000.0, 2000.0] {
@@ -110,13 +110,13 @@ impl Scene {
         (parameters.horizon.sigma_km, parameters.horizon.cell_km) = (sigma_km as f32, cell_km as f32);
         (parameters.plausible.sigma_deg, parameters.plausible.range_share) = (1e3, 1e3);
         let body = self.world.body(&parameters);
-        let demand = Demand { tolerance_px: 30.0, inliers: 6, alone: true };
+        let criteria = FitCriteria { tolerance_px: 30.0, min_inliers: 6, standalone: true };
         let mut generator = Generator::new(77);
         let mut sums = [0.0; 2];
         for _ in 0..runs {
             let list = self.points(&mut generator);
             let fix =
-                centre(&list, &camera(), &body, &demand, None, &parameters, &mut RayBuffer::new()).unwrap();
+                centre(&list, &camera(), &body, &criteria, None, &parameters, &mut RayBuffer::new()).unwrap();
             let error = wide(&fix.centre_km) - self.world.centre;
             for (sum, covariance) in sums.iter_mut().zip([fix.covariance_km2, fix.noise_km2]) {
                 *sum += error.dot(&(wide_matrix(&covariance).try_inverse().unwrap() * error)) / runs as f64;

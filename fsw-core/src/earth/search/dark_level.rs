@@ -1,6 +1,6 @@
-//! The darkest parts of a picture and of its lines: sky, if there is any.
+//! Dark level and noise of an image and of its lines, from their darkest blocks.
 
-use super::{FINE_SHIFT, each_line};
+use super::{FINE_SHIFT, for_each_line};
 use fsw_hal::{Detector, DetectorError};
 
 /// Lines of a search from one that is read to the next.
@@ -14,7 +14,7 @@ const BRIGHTEST_BLOCK: u32 = u16::MAX as u32 * BLOCK as u32;
 const SIGMA_OF_STEPS: u32 = 968;
 
 /// Sum of the darkest block of a line and sigma of the noise in it, fine counts.
-pub(super) fn darkest(pixels: &[u16]) -> (u32, i32) {
+pub(super) fn darkest_block(pixels: &[u16]) -> (u32, i32) {
     let (mut least, mut found) = (BRIGHTEST_BLOCK, &[][..]);
     for block in pixels.chunks_exact(BLOCK) {
         let sum = block.iter().map(|raw| u32::from(*raw)).sum();
@@ -31,24 +31,24 @@ pub(super) fn darkest(pixels: &[u16]) -> (u32, i32) {
 }
 
 /// Mean of a block of this sum, fine counts.
-pub(super) fn level(sum: u32) -> i32 {
+pub(super) fn block_mean(sum: u32) -> i32 {
     ((sum >> BLOCK.ilog2()) << FINE_SHIFT) as i32
 }
 
-/// Level of the darkest sky of a picture searched with this step, fine counts: of the darkest blocks of the
-/// lines the second, in case that a line is broken.
-pub(super) fn sky(
+/// Level of the darkest sky of an image searched with this step, fine counts: the second smallest of the
+/// lines' darkest blocks, so that one defective line does no harm.
+pub(super) fn sky_level(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16],
     step: u16,
 ) -> Result<i32, DetectorError> {
     let mut least = [BRIGHTEST_BLOCK; 2];
-    each_line(detector, buffer, [step / 2, step.saturating_mul(LINES)], |_, _, _, pixels| {
-        let (of_line, _) = darkest(pixels);
+    for_each_line(detector, buffer, [step / 2, step.saturating_mul(LINES)], |_, _, _, pixels| {
+        let (of_line, _) = darkest_block(pixels);
         let [first, second] = least;
         least = [first.min(of_line), second.min(first.max(of_line))];
         Ok(())
     })?;
     let [_, sum] = least;
-    Ok(level(sum))
+    Ok(block_mean(sum))
 }

@@ -13,10 +13,10 @@ fn find(picture: &mut Picture, world: &World, sun_known: bool) -> Found {
     let known = world.body(&parameters);
     let body = if sun_known { known } else { known.without_sun() };
     let camera = camera();
-    let look = Look { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
     let mut rays = Box::new(centre::RayBuffer::new());
-    let mut room = Room { buffer: &mut [0; 2048], points: &mut search::Points::new(), rays: &mut rays };
-    anywhere(&look, picture, &mut room).unwrap()
+    let mut buffers = Buffers { buffer: &mut [0; 2048], points: &mut search::Points::new(), rays: &mut rays };
+    acquire(&limb_sensor, picture, &mut buffers).unwrap()
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn ground(x: f64, y: f64) -> f64 {
 
 #[test]
 fn what_is_no_measurable_earth_is_refused_with_its_reason() {
-    use Refusal::{Degenerate, NoConsensus, ShortArc, TooFewPoints};
+    use FitError::{Degenerate, NoConsensus, ShortArc, TooFewPoints};
     let geo = geostationary(40.0, 3);
     let leo = low(800.0, 90.0, [40.0, 30.0], 7);
     let night = World { sun: geo.centre.normalize(), ..geo.clone() };
@@ -119,7 +119,7 @@ fn what_is_no_measurable_earth_is_refused_with_its_reason() {
         if filled { 0.0 } else { ground(x, y) }
     };
     let flat = |_: f64, y: f64| 300.0 / (1.0 + (-(y - 500.0) / 6.0).exp());
-    let cases: [(&str, Picture, &World, &[Refusal]); 12] = [
+    let cases: [(&str, Picture, &World, &[FitError]); 12] = [
         ("night", night.picture(1.0, 2), &night, &[TooFewPoints]),
         ("airglow", drawn(airglow), &leo_night, &[TooFewPoints, NoConsensus]),
         ("Sun in the field", drawn(sun), &geo, &[TooFewPoints, NoConsensus]),
@@ -186,9 +186,9 @@ fn a_short_buffer_is_the_detectors_error() {
     let world = geostationary(5.0, 3);
     let parameters = parameters();
     let (body, camera) = (world.body(&parameters), camera());
-    let look = Look { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
     let mut rays = Box::new(centre::RayBuffer::new());
-    let mut room = Room { buffer: &mut [0; 100], points: &mut search::Points::new(), rays: &mut rays };
+    let mut buffers = Buffers { buffer: &mut [0; 100], points: &mut search::Points::new(), rays: &mut rays };
     let mut picture = Picture { pixels: std::vec![40; GEOMETRY.whole().area()] };
-    assert_eq!(anywhere(&look, &mut picture, &mut room), Err(DetectorError::BufferLength));
+    assert_eq!(acquire(&limb_sensor, &mut picture, &mut buffers), Err(DetectorError::BufferLength));
 }

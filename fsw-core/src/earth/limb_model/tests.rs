@@ -2,7 +2,7 @@ use super::*;
 use crate::earth::test_world::parameters;
 use nalgebra::Vector3;
 
-fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> Zone {
+fn limb_model(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> LimbModel {
     let expected = ExpectedLimb {
         at_px: [600.0, 500.0],
         outward_px: [1.0, 0.0],
@@ -13,7 +13,7 @@ fn zone(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> Zone {
     };
     let mut parameters = parameters();
     parameters.limb.lommel_share = 0.5;
-    Zone::new(&expected, 1.0, &parameters).unwrap()
+    LimbModel::new(&expected, 1.0, &parameters).unwrap()
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
     for (km_per_px, sine, facing) in
         [(14.0, 0.5, 0.3), (14.0, 0.1, 0.9), (1.0, 0.5, -0.3), (0.8, 0.2, 0.9), (3.0, 0.9, 0.1)]
     {
-        let zone = zone(km_per_px, sine, facing);
+        let model = limb_model(km_per_px, sine, facing);
         let (scale, radius) = (8.0 / f64::from(km_per_px), 6378.137 / f64::from(km_per_px));
         let surface = scale * 2f64.ln();
         let clear = |place: f64| {
@@ -42,12 +42,12 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
             // Half Lambert's law, half Lommel and Seeliger's, with the exact turn of the normal, over those
             // at the limb.
             let turn = (1.0 - (place - surface) / radius).acos();
-            let law = |turn: f64| {
+            let reflectance = |turn: f64| {
                 let sunlight = turn.cos() * f64::from(sine) + turn.sin() * f64::from(facing);
                 let view = turn.sin().hypot(0.1);
                 sunlight * (1.0 / (sunlight + view) + 0.5)
             };
-            (law(turn) / law(0.0)).clamp(0.3, 4.0)
+            (reflectance(turn) / reflectance(0.0)).clamp(0.3, 4.0)
         };
         let spread = (0.81f64 + 1.0 / 12.0 + 1.0 / 6.0).sqrt();
         let blurred = |place: f64| {
@@ -60,11 +60,11 @@ fn the_share_is_that_of_a_finely_blurred_limb() {
                 })
                 .sum::<f64>()
         };
-        let count = zone.end - zone.begin;
-        let bright = (zone.begin..zone.end).map(|place| blurred(place as f64)).sum::<f64>() / count as f64;
+        let count = model.end - model.begin;
+        let bright = (model.begin..model.end).map(|place| blurred(place as f64)).sum::<f64>() / count as f64;
         let expected = blurred(0.0) / bright;
-        std::println!("{km_per_px} km per px, sine {sine}: level {:.4}, fine {expected:.4}", zone.level);
-        assert!((f64::from(zone.level) / expected - 1.0).abs() < 0.02);
+        std::println!("{km_per_px} km per px, sine {sine}: level {:.4}, fine {expected:.4}", model.level);
+        assert!((f64::from(model.level) / expected - 1.0).abs() < 0.02);
     }
 }
 
@@ -78,18 +78,18 @@ fn a_rise_longer_than_a_strip_has_no_zone() {
         sun_sine: 0.5,
         sun_facing: 0.0,
     };
-    assert!(Zone::new(&expected, 1.0, &parameters()).is_none());
+    assert!(LimbModel::new(&expected, 1.0, &parameters()).is_none());
     let nowhere = ExpectedLimb { km_per_px: f32::NAN, ..expected };
-    assert!(Zone::new(&nowhere, 1.0, &parameters()).is_none());
+    assert!(LimbModel::new(&nowhere, 1.0, &parameters()).is_none());
 }
 
 #[test]
 fn the_quick_root_errs_by_five_millionths_of_it_at_most() {
-    assert_eq!(root(0.0), 0.0);
+    assert_eq!(fast_sqrt(0.0), 0.0);
     // Twelve numbers a percent, over 16 decades.
     for step in 0..44_000 {
         let square = 1e-12 * (f64::from(step) / 1200.0).exp();
         let exact = (square as f32 as f64).sqrt();
-        assert!((f64::from(root(square as f32)) / exact - 1.0).abs() < 5e-6, "{square:e}");
+        assert!((f64::from(fast_sqrt(square as f32)) / exact - 1.0).abs() < 5e-6, "{square:e}");
     }
 }

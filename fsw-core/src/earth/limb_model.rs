@@ -1,36 +1,38 @@
-//! What brightness does across a limb: where its bright side begins, and what share of it stands at the limb.
+//! Model of the brightness across a limb: extent of the bright side, and the share of its brightness at the
+//! limb.
 //!
 //! Model: above the surface the brightness falls as exp(-h / H) (thesis eq. 4.1-4.2, thin air); below the
-//! limb by a depth `d` of a sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the camera,
-//! so that by Lambert's law the brightness is `1 - d / R + sqrt(2 d / R) facing / sine`, with the sine of the
-//! Sun's elevation and the cosine `facing` of its angle from the camera at the limb; a share of the light
-//! follows the law of Lommel and Seeliger instead, which has the limb brighter. The lens blurs this by a
-//! Gaussian. From it follows the share of the bright side's mean that stands at the half-brightness height;
-//! it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
+//! limb by a depth `d` of a sphere of radius `R` the normal is turned by `sqrt(2 d / R)` towards the
+//! camera, so that by Lambert's law the brightness is `1 - d / R + sqrt(2 d / R) facing / sine`, with the
+//! sine of the Sun's elevation and the cosine `facing` of its angle from the camera at the limb; a share of
+//! the light follows the law of Lommel and Seeliger instead, with a brighter limb. The lens blurs this by a
+//! Gaussian. The model gives the share of the bright side's mean at the half-brightness height; it is one
+//! half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
 
 use super::EarthParameters;
 use super::view::ExpectedLimb;
 
-/// The bright side begins this many spreads inside the surface: there the blurred edge has 70 % of its
-/// height, and the rest is in the model.
+/// The bright side begins this many spreads inside the surface: there the blurred edge is at 70 %, and the
+/// model accounts for the rest.
 const SPREADS_INSIDE: f32 = 0.5;
-/// Length of the bright side, the longer of px and scale heights: two pixels to average noise, half a scale
-/// height so that clouds and the terminator hardly reach in. Chosen.
+/// Length of the bright side, the longer of px and scale heights: two pixels to average noise, only half a
+/// scale height to limit the influence of clouds and terminator. Chosen.
 const LEAST_BRIGHT_PX: f32 = 2.0;
 const BRIGHT_SCALES: f32 = 0.5;
-/// Most pixels of the bright side: noise is averaged by five, more only costs.
+/// Largest length of the bright side, px: noise falls to a fifth (sqrt 24), more only costs cycles.
 const MOST_BRIGHT_PX: f32 = 24.0;
 /// Longest rise and bright side together, px: what a strip of 161 px holds inside its dark end and its
 /// margin.
 const LONGEST_PX: f32 = 120.0;
 /// Variance of a pixel's own width, a twelfth, and of the joined lines' shifts between pixels, a sixth, px².
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0 + 1.0 / 6.0;
-/// Cosine of the view that is added in squares: haze blurs the surface's last 30 km.
+/// Added to the cosine of the view as squares: haze blurs the surface's last 30 km (0.1² R / 2).
 const HAZE: f32 = 0.1;
-/// Least and greatest brightness of ground over that of its limb: beyond, the laws do not hold. Chosen.
+/// Limits of the ground's brightness over that of its limb: beyond, the reflectance laws do not hold.
+/// Chosen.
 const LEAST_SHADE: f32 = 0.3;
 const GREATEST_SHADE: f32 = 4.0;
-/// Share of the shading that may be wrong, because ground is no perfect matt surface. Chosen.
+/// Relative error of the shading model: ground is no ideal diffuse surface. Chosen.
 const SHADING_ERROR: f32 = 0.1;
 /// Gaussian weights of a spread's thirds, from the middle outwards to 3 1/3 spreads; their sum, both sides,
 /// is one.
@@ -47,31 +49,30 @@ const WEIGHTS: [f32; 11] = [
     0.001_477_9,
     0.000_514_3,
 ];
-/// Least fall of the air's brightness, px: below, the lens alone shapes the limb.
+/// Least scale height, px: below, the lens alone forms the profile.
 const LEAST_SCALE_PX: f32 = 0.1;
-/// Greatest rise of ground over a scale height: between air, which brightens by 2.7, and ground, which hardly
-/// does.
+/// Largest brightening over a scale height that counts as ground: between air, 2.7, and ground, about 1.
 const GREATEST_RISE: f32 = 1.7;
-/// Places of the bright side at which the model is taken; against a fine mean in `zone/tests.rs`.
+/// Samples of the model over the bright side; compared with a fine mean in `limb_model/tests.rs`.
 const SAMPLES: usize = 4;
 
-/// How long the rise and the bright side are, in places along the lines.
-pub(super) struct Zone {
+/// Profile of a limb, in places along the lines.
+pub(super) struct LimbModel {
     /// Places behind the half-brightness place at which the bright side begins and ends.
     pub(super) begin: usize,
     pub(super) end: usize,
     /// Share of the bright side's mean at the half-brightness height.
     pub(super) level: f32,
-    /// Relative error that the shading may bring.
+    /// Relative error of the brightness by the shading model.
     pub(super) shading: f32,
-    /// The fall of the air's brightness to 1 / e.
+    /// Scale height: the air's brightness falls to 1 / e.
     pub(super) scale: f32,
     /// Spread of the picture, pixel's own width included.
     pub(super) spread: f32,
 }
 
-/// The model along a line.
-struct Model {
+/// Brightness along a line.
+struct BrightnessModel {
     scale: f32,
     /// Place of the surface.
     surface: f32,
@@ -86,24 +87,24 @@ struct Model {
     scaling: f32,
 }
 
-impl Model {
-    /// Brightness, the limb's being one, at a place inward of the half-brightness height, without the lens;
-    /// `air` is that of the air there.
+impl BrightnessModel {
+    /// Unblurred brightness over that of the limb at a place inward of the half-brightness height; `air` is
+    /// the air's there.
     fn clear(&self, place: f32, air: f32) -> f32 {
         if place < self.surface {
             return air;
         }
         let square = self.turning * (place - self.surface);
-        let sunlight = self.sine * (1.0 - 0.5 * square) + root(square) * self.facing;
-        (self.scaling * law(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
+        let sunlight = self.sine * (1.0 - 0.5 * square) + fast_sqrt(square) * self.facing;
+        (self.scaling * reflectance(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
-    /// The same through the lens.
+    /// The same, blurred by the lens.
     fn blurred(&self, place: f32, spread: f32) -> f32 {
         let step = spread * (1.0 / 3.0);
         let (inward, outward) = (libm::expf(step / self.scale), libm::expf(-step / self.scale));
         let (mut inner, mut outer) = (place, place);
-        // Where the surface is passed the air's brightness is not looked at, whatever it grows to.
+        // Inside the surface the air's brightness is not used, however large it grows.
         let mut inner_air = 0.5 * libm::expf(place / self.scale);
         let mut outer_air = inner_air;
         let [middle, sides @ ..] = WEIGHTS;
@@ -117,9 +118,10 @@ impl Model {
     }
 }
 
-/// Square root of a number from 0 to 1e30, to 5e-6 of it: from the exponent halved, by two of Newton's steps
-/// for the reciprocal root. A strip's model takes 200 of them; libm's exact one costs 63 cycles, this one 25.
-fn root(square: f32) -> f32 {
+/// Square root of a number from 0 to 1e30, to 5e-6 of it: initial value by halving the exponent, two Newton
+/// steps for the reciprocal root. A strip's model takes 200 of them; libm's exact root costs 63 cycles,
+/// this one 25.
+fn fast_sqrt(square: f32) -> f32 {
     let half = 0.5 * square;
     let first = f32::from_bits(0x5F37_59DF_u32.wrapping_sub(square.to_bits() >> 1));
     let second = first * (1.5 - half * first * first);
@@ -128,8 +130,8 @@ fn root(square: f32) -> f32 {
 
 /// Brightness under a Sun of this sine of elevation, seen at an angle of this square of the cosine; `share`
 /// of it is Lommel's and Seeliger's.
-fn law(share: f32, sunlight: f32, square: f32) -> f32 {
-    let view = root(square + HAZE * HAZE);
+fn reflectance(share: f32, sunlight: f32, square: f32) -> f32 {
+    let view = fast_sqrt(square + HAZE * HAZE);
     sunlight * (share * 2.0 / (sunlight + view) + 1.0 - share)
 }
 
@@ -139,30 +141,35 @@ pub(super) fn elevation(slant: f32) -> (f32, f32) {
     (sine, slant * sine)
 }
 
-/// How many times as bright ground in a depth below the limb is as ground in a lesser one, by the squares of
-/// the cosine of the view there, under a light of this slant.
-pub(super) fn growth(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
+/// Brightness of ground at a greater depth below the limb over that at a lesser one, both given by the
+/// square of the cosine of the view, for sunlight of this slant.
+pub(super) fn brightness_ratio(slant: f32, [near, far]: [f32; 2], parameters: &EarthParameters) -> f32 {
     let (sine, facing) = elevation(slant);
-    let at = |square: f32| law(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
+    let at =
+        |square: f32| reflectance(parameters.limb.lommel_share, sine + libm::sqrtf(square) * facing, square);
     at(far) / at(near)
 }
 
-impl Zone {
+impl LimbModel {
     /// `steepness` is the cosine between the lines and the limb's normal. `None` where the rise is longer
     /// than a strip.
-    pub(super) fn new(expected: &ExpectedLimb, steepness: f32, parameters: &EarthParameters) -> Option<Self> {
-        let km_per_px = (expected.km_per_px * steepness).max(1e-3);
+    pub(super) fn new(
+        expected: &ExpectedLimb,
+        normal_cosine: f32,
+        parameters: &EarthParameters,
+    ) -> Option<Self> {
+        let km_per_px = (expected.km_per_px * normal_cosine).max(1e-3);
         let scale = (parameters.limb.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
         let psf = parameters.limb.psf_sigma_px;
-        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / steepness;
+        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / normal_cosine;
         let surface = scale * core::f32::consts::LN_2;
         let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
-        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / steepness).min(MOST_BRIGHT_PX);
+        let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / normal_cosine).min(MOST_BRIGHT_PX);
         let length = libm::floorf(length + 0.5);
         if (begin + length).is_nan() || begin + length >= LONGEST_PX {
             return None;
         }
-        let model = Model {
+        let model = BrightnessModel {
             scale,
             surface,
             turning: 2.0 * km_per_px / parameters.ellipsoid.equatorial_km.max(1.0),
@@ -171,7 +178,7 @@ impl Zone {
             share: parameters.limb.lommel_share,
             scaling: 1.0,
         };
-        let model = Model { scaling: 1.0 / law(model.share, model.sine, 0.0), ..model };
+        let model = BrightnessModel { scaling: 1.0 / reflectance(model.share, model.sine, 0.0), ..model };
         let mut bright = 0.0;
         for sample in 0..SAMPLES {
             let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;
@@ -193,9 +200,9 @@ impl Zone {
         Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
     }
 
-    /// Whether the bright side behind `place` is bright ground, not glowing air: a scale height farther in it
-    /// is hardly brighter. A line that ends before that cannot tell.
-    pub(super) fn has_risen(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
+    /// Whether the bright side behind `place` is ground, not air: a scale height farther in it brightens by
+    /// less than 1.7. `true` where the line ends before.
+    pub(super) fn is_ground(&self, profile: &[f32], place: usize, dark: f32, bright: f32) -> bool {
         let farther = self.bright(profile, place + self.scale as usize, dark);
         farther.is_none_or(|farther| farther < GREATEST_RISE * bright)
     }
