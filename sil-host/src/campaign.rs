@@ -11,7 +11,8 @@
 //! |---|---|
 //! | [`cases`] | the kinds of fields |
 //! | [`blocks`] | fields tried at a time |
-//! | [`acquire`] | the other campaign: the whole sensor, from pixels |
+//! | [`flights`] | a scenario flown many times |
+//! | [`acquire`] | the whole sensor lost in space, from pixels |
 //! | [`earth`] | the Earth in single frames |
 //! | [`lines`] | the file of what is done |
 
@@ -19,6 +20,7 @@ pub mod acquire;
 pub mod blocks;
 pub mod cases;
 pub mod earth;
+pub mod flights;
 pub mod lines;
 
 use crate::cli::CampaignIdentifyArguments;

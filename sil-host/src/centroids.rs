@@ -19,7 +19,6 @@ use crate::world::fixed_pattern::PatternModel;
 use crate::world::noise::{Noise, Stream};
 use crate::world::stars::DetectorModel;
 use fsw_core::image::calibration::Calibration;
-use std::path::Path;
 use std::process::ExitCode;
 
 /// Magnitudes of the table.
@@ -159,16 +158,12 @@ impl Sky<'_> {
     }
 }
 
-fn scenario(path: Option<&Path>) -> Result<Scenario, HostError> {
-    path.map_or_else(|| Ok(Scenario::default_embedded()), Scenario::load)
-}
-
 /// Prints the table.
 ///
 /// # Errors
 /// When the scenario cannot be read or its lens not be calibrated.
 pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
-    let scenario = scenario(arguments.scenario.as_deref())?;
+    let scenario = Scenario::named(arguments.scenario.as_deref())?;
     let detector = DetectorModel { pattern: PatternModel::NONE, ..scenario.detector };
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &detector)?;
     let calibration = scenario.calibration()?.ok_or_else(|| {
@@ -213,7 +208,7 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
 /// # Errors
 /// When the scenario cannot be read, its lens not be calibrated, or the file not be written.
 pub fn corrections(arguments: &CorrectionsArguments) -> Result<ExitCode, HostError> {
-    let scenario = scenario(arguments.scenario.as_deref())?;
+    let scenario = Scenario::named(arguments.scenario.as_deref())?;
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &scenario.detector)?;
     let bytes = crate::calibration::build(&lens, crate::calibration::Grid::REFERENCE)?;
     crate::output::write_whole(&arguments.out, &bytes)?;

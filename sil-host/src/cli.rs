@@ -231,6 +231,8 @@ pub struct CampaignArguments {
 pub enum Campaign {
     /// Identification of random skies beside the peers' figures, with a count of false identifications
     Identify(CampaignIdentifyArguments),
+    /// A scenario flown many times: every figure's median, its interval, what 95 % of the flights keep
+    Run(CampaignRunArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
     /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its
@@ -250,6 +252,23 @@ pub struct CommonArguments {
     /// One JSON object a row on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `campaign run`.
+#[derive(Debug, Args)]
+pub struct CampaignRunArguments {
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
+    pub scenario: Option<PathBuf>,
+    /// Flights
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub runs: u64,
+    /// Number of the first one; campaigns of other machines begin elsewhere
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub first: u64,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
 }
 
 /// Arguments of `campaign acquire`.

@@ -132,9 +132,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     let bar = progress(scenario, json);
     harness::fly(scenario, &mut scene, |second: Second<'_>| {
         let mode_right = judge.add(second.judged);
-        if second.cycle.is_multiple_of(BOUND_EVERY_S)
-            && let Some(bound_rad) = bound_of(&second, scenario.exposure_us)
-        {
+        if let Some(bound_rad) = bound_every_minute(&second, scenario.exposure_us) {
             judge.add_bound(bound_rad);
         }
         recorder.add(&second, mode_right);
@@ -166,9 +164,12 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     Ok(summary)
 }
 
-/// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that
-/// second's image.
-fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
+/// In every [`BOUND_EVERY_S`]th second the Cramer-Rao bound of its attitude for the stars that were used; only where
+/// it was found in that second's image.
+pub fn bound_every_minute(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
+    if !second.cycle.is_multiple_of(BOUND_EVERY_S) {
+        return None;
+    }
     let scene: &Scene = second.scene;
     if scene.cycle() != Some(second.cycle.into()) || second.report.attitude?.age_s > 0 {
         return None;
@@ -183,10 +184,7 @@ fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
 /// # Errors
 /// When the scenario cannot be read or flown, or a file cannot be written.
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
-    let scenario = match &arguments.scenario {
-        Some(path) => Scenario::load(path)?,
-        None => Scenario::default_embedded(),
-    };
+    let scenario = Scenario::named(arguments.scenario.as_deref())?;
     let scenario = scenario.with_seed(arguments.seed);
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scenario.name));
     let began = Instant::now();

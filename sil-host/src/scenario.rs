@@ -205,6 +205,14 @@ impl Scenario {
         Self::parse(&embedded_path(name), text).expect("embedded scenario")
     }
 
+    /// A scenario file, or one that comes with the program; the default one where none is named.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no scenario.
+    pub fn named(path: Option<&Path>) -> Result<Self, HostError> {
+        path.map_or_else(|| Ok(Self::default_embedded()), Self::load)
+    }
+
     /// Reads the file at `path`; where there is none, the name of an embedded scenario will do.
     ///
     /// # Errors

@@ -42,3 +42,14 @@ fn a_file_of_something_else_is_refused_with_its_line_and_left_alone() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     std::fs::remove_file(&path).unwrap();
 }
+
+#[test]
+fn two_campaigns_at_a_time_on_one_file_are_refused() {
+    let path = scratch("shared");
+    let first = LinesFile::open::<Block>(Some(&path)).unwrap();
+    let message = LinesFile::open::<Block>(Some(&path)).unwrap_err().to_string();
+    assert!(message.contains("another run is writing into this file"), "{message}");
+    drop(first);
+    assert!(LinesFile::open::<Block>(Some(&path)).is_ok());
+    std::fs::remove_file(&path).unwrap();
+}

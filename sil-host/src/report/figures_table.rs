@@ -57,8 +57,8 @@ pub fn quantities(figures: &Figures) -> Vec<[String; 8]> {
         let last = figures.last_orbit(quantity.key).unwrap_or(run);
         let [low, high] = run.band_99;
         let word = match run.normalised_square {
-            square if square < low => ": TOO LARGE",
-            square if square > high => ": TOO SMALL",
+            square if square < low => ": sigmas TOO LARGE",
+            square if square > high => ": sigmas TOO SMALL",
             _ => "",
         };
         Some([
@@ -142,6 +142,15 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
     ]
 }
 
+/// A figure's value with its unit.
+pub fn value(value: Option<f64>, unit: &str) -> String {
+    match unit {
+        "" => percent(value),
+        PROBABILITY => or_dash(value, probability),
+        unit => plain(value, unit),
+    }
+}
+
 /// A verdict in words: what, demanded, reached.
 pub fn verdict(verdict: &Verdict) -> [String; 3] {
     let of = table::figure(verdict.limit);
@@ -150,10 +159,6 @@ pub fn verdict(verdict: &Verdict) -> [String; 3] {
         Side::AtLeast => "\u{2265}",
         Side::AtMost => "\u{2264}",
     };
-    let show = |value: Option<f64>| match unit {
-        "" => percent(value),
-        PROBABILITY => or_dash(value, probability),
-        unit => plain(value, unit),
-    };
+    let show = |of| value(of, unit);
     [words.to_owned(), format!("{side} {}", show(Some(verdict.demanded))), show(verdict.reached)]
 }
