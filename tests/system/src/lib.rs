@@ -31,6 +31,16 @@ pub fn target_dir() -> PathBuf {
     test.ancestors().nth(3).expect("TARGET/PROFILE/deps/test").to_path_buf()
 }
 
+/// How much of a repeated trial is made: `gate` in the gate's tests, `long` in those of `tests/run long`, which
+/// sets `SEXTANT_TIER=long`. Cases are drawn from fixed seeds and the gate's are the first of the long ones.
+pub fn amount<T>(gate: T, long: T) -> T {
+    match std::env::var("SEXTANT_TIER").as_deref() {
+        Ok("long") => long,
+        Err(_) => gate,
+        Ok(tier) => panic!("SEXTANT_TIER is \"long\" or not set, not {tier:?}"),
+    }
+}
+
 /// Runs cargo in the workspace and insists on success.
 pub fn cargo(arguments: &[&str]) {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -44,7 +54,7 @@ pub fn cargo(arguments: &[&str]) {
     assert!(status.success(), "cargo {arguments:?} failed");
 }
 
-/// The program, built once for all tests of a file, with the optimisation it is used with.
+/// The program, built once for all tests, with the optimisation it is used with.
 pub fn sil_host() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {

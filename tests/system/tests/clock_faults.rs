@@ -2,8 +2,8 @@
 //! stars allow it.
 //!
 //! Every fault of the table begins in second 14 of a flight at a constant rate; the exposure is so short that
-//! stars are drawn out by 7 px at most. `cargo test -p system-tests --test clock_faults -- --nocapture`
-//! prints the table.
+//! stars are drawn out by 7 px at most. The table is printed by
+//! `cargo test --release -p system-tests --test system clock_faults:: -- --nocapture`.
 
 use fsw_core::modes::Mode;
 use fsw_core::sensor::{Command, Instruments, Workspace};

@@ -10,10 +10,13 @@ use sil_host::judge::{arcsec, attitude_error};
 use sil_host::lost_in_space::Solver;
 use sil_host::world::fields::{FieldGenerator, FieldSettings};
 use std::path::Path;
+use system_tests::amount;
 
 const FIELDS: u64 = 1000;
-/// Fields of pure noise; each is searched to the end.
+/// Fields of pure noise; each is searched to the end, which takes seconds. None identified of 20 says with
+/// 95 % that fewer than 14 % are, none of the gate's 5 that fewer than 46 % are: a guard against a blunder.
 const NOISE_FIELDS: u64 = 20;
+const GATE_NOISE_FIELDS: u64 = 5;
 const SEED: u64 = 20_261_121;
 /// An attitude further off than this is a wrong sky.
 const WRONG_ARCSEC: f64 = 600.0;
@@ -101,5 +104,6 @@ fn fields_with_brightness_are_identified() {
 #[test]
 fn centroids_of_pure_noise_are_never_identified() {
     let nothing = FieldSettings { limit_v: -5.0, ..settings(0.3, 30, false) };
-    assert_eq!(try_fields(FieldSettings { seed: SEED + 1, ..nothing }, NOISE_FIELDS).identified, 0);
+    let fields = amount(GATE_NOISE_FIELDS, NOISE_FIELDS);
+    assert_eq!(try_fields(FieldSettings { seed: SEED + 1, ..nothing }, fields).identified, 0);
 }

@@ -1,0 +1,22 @@
+//! The system tests in one program, so that they run side by side on every core and are linked once.
+//!
+//! `cargo test --release -p system-tests --test system FILE::` runs those of one file. Tests share nothing but
+//! the program under test: each writes into a `scratch` folder of its own.
+
+mod attitude_sets;
+mod bad_input;
+mod calibrate;
+mod clock_faults;
+mod detector_faults;
+mod earth_pictures;
+mod earth_real;
+mod earth_vectors;
+mod emulator;
+mod extended_objects;
+mod identify_fields;
+mod lenses;
+mod rate_sensor;
+mod rates;
+mod scenarios;
+mod sensor_cycles;
+mod sky_pictures;
