@@ -4,7 +4,7 @@ use serde_json::Value;
 use sil_host::run::harness;
 use sil_host::scenario::{EMBEDDED, Scenario};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::{amount, json_lines, run, scratch, sil_host};
 
@@ -127,29 +127,93 @@ fn a_limit_that_is_missed_gives_status_1_and_says_so() {
     assert!(page.contains("1 limit missed"));
 }
 
-#[test]
-fn a_killed_run_leaves_whole_rows_up_to_the_last_full_line() {
-    let folder = scratch("killed");
-    let file = scenario(&folder, 800_000, "");
-    let out = folder.join("out");
-    let mut child = Command::new(sil_host())
-        .args(["run", &file, "--out", out.to_str().unwrap()])
+/// Starts a run that would last for days and waits for its first rows.
+fn started(file: &str, out: &Path) -> Child {
+    let child = Command::new(sil_host())
+        .args(["run", file, "--out", out.to_str().unwrap()])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
     let began = Instant::now();
-    let rows = || std::fs::read_to_string(out.join("cycles.csv")).map_or(0, |text| text.lines().count());
+    let rows =
+        || std::fs::read_to_string(out.join("cycles.csv.partial")).map_or(0, |text| text.lines().count());
     while rows() < 20 && began.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_millis(50));
     }
+    child
+}
+
+fn ended(mut child: Child) {
     child.kill().expect("it runs still");
     child.wait().expect("it ends");
-    let text = std::fs::read_to_string(out.join("cycles.csv")).unwrap();
+}
+
+#[test]
+fn a_killed_run_leaves_partial_files_of_whole_rows_and_nothing_of_an_older_one() {
+    let folder = scratch("killed");
+    let out = folder.join("out");
+    std::fs::create_dir_all(&out).unwrap();
+    FILES.iter().for_each(|name| std::fs::write(out.join(name), "of an older run").unwrap());
+    let file = scenario(&folder, 800_000, "");
+    ended(started(&file, &out));
+    assert!(FILES.iter().all(|name| !out.join(name).exists()));
+    let text = std::fs::read_to_string(out.join("cycles.csv.partial")).unwrap();
     let whole = &text[..text.rfind('\n').expect("a full line")];
     let columns = whole.lines().next().unwrap().split(',').count();
     assert!(whole.lines().count() >= 20);
     assert!(whole.lines().all(|row| row.split(',').count() == columns));
+    let stream = read(&out, "telemetry.bin.partial");
+    let (mut rest, mut frames) = (&stream[..], 0);
+    while let Some((frame, after)) = fsw_core::telemetry::split_first(rest) {
+        assert_eq!(fsw_core::telemetry::decode(frame).unwrap().cycle, frames);
+        (rest, frames) = (after, frames + 1);
+    }
+    assert!(frames >= 19);
+    // The folder is free again, and the next run leaves nothing partial in it.
+    let file = scenario(&folder, 12, "");
+    assert_eq!(run(&["run", &file, "--out", out.to_str().unwrap()]).status.code(), Some(0));
+    let mut names: Vec<_> = std::fs::read_dir(&out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["cycles.csv", "report.html", "summary.json", "telemetry.bin"]);
+}
+
+#[test]
+fn two_runs_at_a_time_do_not_share_a_folder() {
+    let folder = scratch("shared");
+    let out = folder.join("out");
+    let file = scenario(&folder, 800_000, "");
+    let first = started(&file, &out);
+    let second = run(&["run", &file, "--out", out.to_str().unwrap()]);
+    ended(first);
+    let message = String::from_utf8_lossy(&second.stderr);
+    assert_eq!(second.status.code(), Some(2));
+    assert!(
+        message.contains("another run is writing into this folder") && message.lines().count() == 1,
+        "{message}"
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_standard_output_that_is_lost_is_status_2() {
+    let folder = scratch("lost-output");
+    let (file, out) = (scenario(&folder, 5, ""), folder.join("out"));
+    for json in [&[][..], &["--json"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = Command::new(sil_host())
+            .args(["run", &file, "--out", out.to_str().unwrap()])
+            .args(json)
+            .stdout(full)
+            .output()
+            .expect("the program starts");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(message.contains("standard output cannot be written"), "{message}");
+    }
 }
 
 #[test]
