@@ -266,6 +266,9 @@ pub struct CampaignRunArguments {
     /// Number of the first one; campaigns of other machines begin elsewhere
     #[arg(long, value_name = "I", default_value_t = 0)]
     pub first: u64,
+    /// Flights at a time [default: one for each core]
+    #[arg(long, value_name = "J")]
+    pub jobs: Option<usize>,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,

@@ -8,7 +8,8 @@
 //! | [`series`] | a quantity through the run | its errors and how far its sigmas are right |
 //! | [`chi_square`] | a mean square of normalised errors | how probable it is |
 //! | [`sums`] | numbers | root mean squares, shares, medians |
-//! | [`figures`] | the errors of all seconds | what a run comes to, and whether it kept its limits |
+//! | [`run`] | the errors of all seconds | what the run comes to |
+//! | [`figures`] | what a run comes to | its figures, and whether it kept its limits |
 //! | [`table`] | what a run comes to | every figure that can be limited, declared once |
 //!
 //! Attitude errors are rotation vectors in star path axes; position and velocity errors are estimate less
@@ -18,12 +19,14 @@ pub mod chi_square;
 pub mod expected;
 pub mod figures;
 pub mod quantities;
+pub mod run;
 pub mod second;
 pub mod series;
 pub mod sums;
 pub mod table;
 
-pub use figures::{Figures, Judge, Verdict};
+pub use figures::{Figures, Verdict};
+pub use run::Judge;
 pub use second::Judged;
 
 use crate::world::attitude::compose;

@@ -1,9 +1,9 @@
-//! Files that are whole or marked as partial, folders that one run has to itself, and a standard output whose loss
-//! is told.
+//! Files that are whole or marked as partial, folders that one run has to itself, and a standard output whose
+//! loss is told.
 //!
-//! A file under way has [`PARTIAL`] behind its name until it is whole; then it takes the place of an older one in
-//! one step. A run that is stopped leaves its partial files, which can be read up to their last whole line or
-//! frame, and nothing of an older run beside them.
+//! A file under way has [`PARTIAL`] behind its name until it is whole; then it takes the place of an older
+//! one in one step. A run that is stopped leaves its partial files, which can be read up to their last whole
+//! line or frame, and nothing of an older run beside them.
 
 use crate::error::HostError;
 use std::ffi::OsString;
@@ -26,8 +26,8 @@ pub fn say(words: Arguments<'_>) {
     print(words, "\n");
 }
 
-/// Text on standard output. A reader that closed the pipe has what it wanted; any other failure is told at the end
-/// of the program ([`lost`]).
+/// Text on standard output. A reader that closed the pipe has what it wanted; any other failure is told at
+/// the end of the program ([`lost`]).
 pub fn print(words: Arguments<'_>, end: &str) {
     let mut stdout = std::io::stdout().lock();
     let written = stdout.write_fmt(words).and_then(|()| stdout.write_all(end.as_bytes()));
@@ -137,8 +137,8 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder if there is none, keeps it for this run, and removes `results` that an earlier one left,
-    /// whole or partial.
+    /// Makes the folder if there is none, keeps it for this run, and removes `results` that an earlier one
+    /// left, whole or partial.
     ///
     /// # Errors
     /// When another run has it or the system refuses.

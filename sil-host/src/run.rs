@@ -10,10 +10,10 @@
 //! | `telemetry.bin` | the sensor's telemetry, a stream ([`fsw_core::telemetry`]) |
 //! | `report.html` | plots and frames, self-contained |
 //!
-//! The folder belongs to the run: what an earlier one left under these names is removed first, a second run at the
-//! same time is refused, and a file under way is marked as partial ([`crate::output`]). Memory grows by 400 bytes a
-//! second of the run. The same scenario and seed give the same bytes in every file. Ends with status 1 when a limit was
-//! missed.
+//! The folder belongs to the run: what an earlier one left under these names is removed first, a second run
+//! at the same time is refused, and a file under way is marked as partial ([`crate::output`]). Memory grows
+//! by 400 bytes a second of the run. The same scenario and seed give the same bytes in every file. Ends with
+//! status 1 when a limit was missed.
 
 pub mod csv;
 pub mod events;
@@ -164,8 +164,8 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     Ok(summary)
 }
 
-/// In every [`BOUND_EVERY_S`]th second the Cramer-Rao bound of its attitude for the stars that were used; only where
-/// it was found in that second's image.
+/// In every [`BOUND_EVERY_S`]th second the Cramer-Rao bound of its attitude for the stars that were used;
+/// only where it was found in that second's image.
 pub fn bound_every_minute(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
     if !second.cycle.is_multiple_of(BOUND_EVERY_S) {
         return None;
@@ -222,7 +222,7 @@ fn print_summary(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: 
     text.push('\n');
     for verdict in &summary.limits {
         let [what, demanded, reached] = figures_table::verdict(verdict);
-        let word = if verdict.kept { "kept" } else { "MISSED" };
+        let word = figures_table::kept_or_missed(verdict.kept);
         text += &format!("  {word:6}  {what:46} {demanded:>14}   reached {reached}\n");
     }
     let word = match (summary.limits.is_empty(), summary.kept) {

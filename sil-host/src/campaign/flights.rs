@@ -1,13 +1,13 @@
 //! `sil-host campaign run`: a scenario flown many times, judged as one.
 //!
-//! In: a scenario, a number of runs, a seed. Out: of every figure that can be limited the median over the runs with its
-//! 95 % confidence interval, the value that 95 % of the runs keep, how often its limit was missed, and the run that was
-//! worst. A run is the scenario with another seed, from which everything random in it follows: clouds, noise, hits,
-//! the horizon's height.
+//! In: a scenario, a number of runs, a seed. Out: of every figure that can be limited the median over the
+//! runs with its 95 % confidence interval, the value that 95 % of the runs keep, how often its limit was
+//! missed, and the run that was worst. A run is the scenario with another seed, from which everything random
+//! in it follows: clouds, noise, hits, the horizon's height.
 //!
-//! Run `i` depends on the campaign's seed and `i` alone, so any split over machines (`--first`) merges to the same table:
-//! put the files of `--out` one behind the other. A campaign that was stopped goes on from its file. Ends with status 1
-//! when a limit was missed in a run.
+//! Run `i` depends on the campaign's seed and `i` alone, so any split over machines (`--first`) merges to the
+//! same table: put the files of `--out` one behind the other. A campaign that was stopped goes on from its
+//! file. Ends with status 1 when a limit was missed in a run.
 
 use super::lines::LinesFile;
 use super::progress;
@@ -182,7 +182,9 @@ fn text(rows: &[Row]) -> String {
 /// When the scenario cannot be read or flown, or the file of runs cannot be used.
 pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
     let base = Scenario::named(arguments.scenario.as_deref())?;
-    let flown = flown(&base, arguments)?;
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs.unwrap_or(0)).build();
+    let threads = threads.map_err(|error| HostError::usage(error.to_string(), "ask for fewer --jobs"))?;
+    let flown = threads.install(|| flown(&base, arguments))?;
     let rows: Vec<Row> = table::figures().filter_map(|figure| row(figure, &base.limits, &flown)).collect();
     if arguments.common.json {
         rows.iter().for_each(json::print_line);
@@ -190,7 +192,10 @@ pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
         let shown =
             |row: &&Row| row.limit.is_some() || row.figure.contains("_95_") || row.figure.contains("_sigma_");
         let shown: Vec<Row> = rows.iter().filter(shown).cloned().collect();
-        say!("{}: {} runs\n{}", base.name, flown.len(), text(&shown).trim_end());
+        let named = arguments.scenario.as_ref().map_or(base.name.clone(), |path| path.display().to_string());
+        let worst = shown.iter().max_by_key(|row| row.missed).map_or(0, |row| row.worst_flight_seed);
+        say!("{}: {} runs\n{}", base.name, flown.len(), text(&shown));
+        say!("To see one of them again: sil-host run {named} --seed {worst}");
     }
     let kept = flown.iter().all(|flown| flown.missed.is_empty());
     Ok(if kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })

@@ -45,6 +45,7 @@ fn any_split_of_the_runs_and_any_stop_merge_to_the_same_flights() {
         scenario: None,
         runs,
         first,
+        jobs: None,
         common: crate::cli::CommonArguments { seed: 5, out, json: true },
     };
     let whole = flown_of(&base, &arguments(0, 4, None));

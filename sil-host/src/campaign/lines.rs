@@ -1,7 +1,7 @@
 //! The file that remembers what a campaign has done: one JSON object a line.
 //!
-//! A campaign that was stopped goes on behind what the file holds; a last line that was cut off is left out. Two
-//! campaigns at a time on one file are refused.
+//! A campaign that was stopped goes on behind what the file holds; a last line that was cut off is left out.
+//! Two campaigns at a time on one file are refused.
 
 use crate::error::HostError;
 use serde::Serialize;

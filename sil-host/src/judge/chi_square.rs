@@ -1,8 +1,8 @@
 //! How probable a mean square of normalised errors is, if the sigmas are right.
 //!
-//! A mean of squares of `freedom` independent Gaussian numbers of unit variance, times `freedom`, is chi-square
-//! distributed. By the cube root's normal approximation (Wilson and Hilferty 1931): within 0.006 of the true
-//! probability from 3 degrees of freedom on.
+//! A mean of squares of `freedom` independent Gaussian numbers of unit variance, times `freedom`, is
+//! chi-square distributed. By the cube root's normal approximation (Wilson and Hilferty 1931): within 0.006
+//! of the true probability from 3 degrees of freedom on.
 
 /// Gaussian deviates within which 99 % lie.
 const WITHIN_99: f64 = 2.5758;
@@ -31,7 +31,8 @@ mod tests {
 
     #[test]
     fn bands_are_those_of_the_tables() {
-        // Chi-square quantiles of 0.5 % and 99.5 % over the degrees of freedom (Abramowitz and Stegun, tab. 26.8).
+        // Chi-square quantiles of 0.5 % and 99.5 % over the degrees of freedom (Abramowitz and Stegun, tab.
+        // 26.8).
         for (freedom, low, high) in [(3.0, 0.0717, 12.838), (10.0, 2.156, 25.188), (100.0, 67.328, 140.169)] {
             let [from, to] = band_99(freedom).map(|mean| mean * freedom);
             assert!((from - low).abs() < 0.1 && (to - high).abs() < 0.1, "{freedom}: {from} {to}");

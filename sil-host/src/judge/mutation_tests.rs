@@ -1,8 +1,8 @@
 //! The judge judged: a flight as honest as it says passes, and whatever is made wrong in it is found.
 //!
-//! The honest flight is drawn, not flown: the truth of the default scenario with errors of the sigmas that are
-//! reported, those of the orbit going together for [`TAU_S`]. So the test says nothing of the flight code and does
-//! not depend on it.
+//! The honest flight is drawn, not flown: the truth of the default scenario with errors of the sigmas that
+//! are reported, those of the orbit going together for [`TAU_S`]. So the test says nothing of the flight code
+//! and does not depend on it.
 
 use super::expected::mode_of;
 use super::{Judge, Judged, Verdict};

@@ -33,8 +33,9 @@ const fn quantity(
     Quantity { key, words, unit, scale, axes, of }
 }
 
-/// Attitude is judged while the Sun does not blind the detector, and by itself while it does; position and velocity
-/// from the first orbit on, for their sigmas must hold even while the filter converges, in ICRS axes.
+/// Attitude is judged while the Sun does not blind the detector, and by itself while it does; position and
+/// velocity from the first orbit on, for their sigmas must hold even while the filter converges, in ICRS
+/// axes.
 pub const QUANTITIES: [Quantity; 9] = [
     quantity("attitude", "Attitude", ("arcsec", ARCSEC), 3, |of| of.attitude_rad.filter(|_| !of.sun())),
     quantity("filtered", "Filtered attitude", ("arcsec", ARCSEC), 3, |of| {

@@ -1,9 +1,10 @@
 //! An estimated quantity through a run: its errors with the sigmas reported for them, and what they come to.
 //!
-//! Errors follow each other for minutes (a filter, a horizon's height), so a run of an hour is a few samples, not
-//! 3,600. How many is told from the errors: with `m(b)` the mean square of the means over blocks of `b` seconds,
-//! `b m(b) / m(1)` grows with `b` up to the time for which errors go together (Flyvbjerg and Petersen 1989). The
-//! largest value is taken, which makes the band of the mean square wider rather than narrower than it is.
+//! Errors follow each other for minutes (a filter, a horizon's height), so a run of an hour is a few samples,
+//! not 3,600. How many is told from the errors: with `m(b)` the mean square of the means over blocks of `b`
+//! seconds, `b m(b) / m(1)` grows with `b` up to the time for which errors go together (Flyvbjerg and
+//! Petersen 1989). The largest value is taken, which makes the band of the mean square wider rather than
+//! narrower than it is.
 
 use super::chi_square::{band_99, two_sided};
 use super::second::Axes;
@@ -34,11 +35,13 @@ pub struct Statistics {
     pub sigma_axes: Vec<f64>,
     /// Root mean square of the length of the reported sigmas.
     pub sigma: f64,
-    /// Share of the errors, axis by axis, within 1, 2 and 3 reported sigma; 0.683, 0.954, 0.997 of right ones.
+    /// Share of the errors, axis by axis, within 1, 2 and 3 reported sigma; 0.683, 0.954, 0.997 of right
+    /// ones.
     pub within_share: [f64; 3],
     /// Share of the seconds with every axis within 3 sigma.
     pub all_within_3_share: f64,
-    /// Mean of (error / sigma)² over axes and seconds (NEES over its degrees of freedom); 1 where sigmas are right.
+    /// Mean of (error / sigma)² over axes and seconds (NEES over its degrees of freedom); 1 where sigmas are
+    /// right.
     pub normalised_square: f64,
     /// Mean of error / sigma over the seconds, of the axis where it is largest.
     pub bias_sigma: f64,
@@ -50,7 +53,8 @@ pub struct Statistics {
     pub consistency: f64,
     /// Largest error over its sigma.
     pub largest_sigma: f64,
-    /// Largest change of an error from one second to the next, over the sigma before it; and the second of it.
+    /// Largest change of an error from one second to the next, over the sigma before it; and the second of
+    /// it.
     pub jump_sigma: Option<(f64, u32)>,
 }
 

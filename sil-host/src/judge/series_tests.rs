@@ -1,8 +1,8 @@
 use super::*;
 use crate::world::noise::{Noise, Stream};
 
-/// A series of three axes whose errors go together for `tau` seconds (first-order Gauss-Markov), of sigma 1, told
-/// with `told` times that.
+/// A series of three axes whose errors go together for `tau` seconds (first-order Gauss-Markov), of sigma 1,
+/// told with `told` times that.
 fn series(seed: u64, seconds: u32, tau: f64, told: f64) -> Series {
     let noise = Noise::new(seed, 0, Stream::Attitude);
     let kept = if tau > 0.0 { libm::exp(-1.0 / tau) } else { 0.0 };

@@ -1,4 +1,5 @@
-//! Every figure of a run that can be limited, declared once: its key, unit, side, words, and where it is found.
+//! Every figure of a run that can be limited, declared once: its key, unit, side, words, and where it is
+//! found.
 
 use super::figures::Figures;
 use super::series::Statistics;

@@ -4,6 +4,7 @@ use super::scale::label;
 use crate::judge::quantities::QUANTITIES;
 use crate::judge::table::{self, PROBABILITY, Side};
 use crate::judge::{Figures, Verdict};
+use console::{StyledObject, style};
 
 /// A figure in words: what, reached, and what it compares with.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +41,8 @@ fn probability(value: f64) -> String {
 }
 
 /// The quantities that were estimated, a row each after a row of titles: what, error rms, 95 % of the errors,
-/// reported sigma, unit, share within 3 sigma, mean of (error / sigma) squared, and whether the sigmas are right.
+/// reported sigma, unit, share within 3 sigma, mean of (error / sigma) squared, and whether the sigmas are
+/// right.
 pub fn quantities(figures: &Figures) -> Vec<[String; 8]> {
     let titles = [
         "Error of the last orbit",
@@ -149,6 +151,11 @@ pub fn value(value: Option<f64>, unit: &str) -> String {
         PROBABILITY => or_dash(value, probability),
         unit => plain(value, unit),
     }
+}
+
+/// The word for a limit: on a terminal in green or red.
+pub fn kept_or_missed(kept: bool) -> StyledObject<&'static str> {
+    if kept { style("kept").green() } else { style("MISSED").red().bold() }
 }
 
 /// A verdict in words: what, demanded, reached.

@@ -1,7 +1,7 @@
 //! What a scenario demands of a run: the `[limits]` of its file.
 //!
-//! Every limit is a figure of the judge's table ([`table`]) and a value. All are optional; a run without limits is
-//! flown and shown, and fails only where a number is none.
+//! Every limit is a figure of the judge's table ([`table`]) and a value. All are optional; a run without
+//! limits is flown and shown, and fails only where a number is none.
 
 use super::text::Text;
 use crate::error::HostError;

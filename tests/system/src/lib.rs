@@ -31,8 +31,9 @@ pub fn target_dir() -> PathBuf {
     test.ancestors().nth(3).expect("TARGET/PROFILE/deps/test").to_path_buf()
 }
 
-/// How much of a repeated trial is made: `gate` in the gate's tests, `long` in those of `tests/run long`, which
-/// sets `SEXTANT_TIER=long`. Cases are drawn from fixed seeds and the gate's are the first of the long ones.
+/// How much of a repeated trial is made: `gate` in the gate's tests, `long` in those of `tests/run long`,
+/// which sets `SEXTANT_TIER=long`. Cases are drawn from fixed seeds and the gate's are the first of the long
+/// ones.
 pub fn amount<T>(gate: T, long: T) -> T {
     match std::env::var("SEXTANT_TIER").as_deref() {
         Ok("long") => long,

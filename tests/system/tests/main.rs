@@ -1,7 +1,7 @@
 //! The system tests in one program, so that they run side by side on every core and are linked once.
 //!
-//! `cargo test --release -p system-tests --test system FILE::` runs those of one file. Tests share nothing but
-//! the program under test: each writes into a `scratch` folder of its own.
+//! `cargo test --release -p system-tests --test system FILE::` runs those of one file. Tests share nothing
+//! but the program under test: each writes into a `scratch` folder of its own.
 
 mod attitude_sets;
 mod bad_input;

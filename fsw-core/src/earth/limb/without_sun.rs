@@ -10,8 +10,8 @@ use fsw_hal::DetectorGeometry;
 const DEPTH_KM: f32 = 25.0;
 /// Places averaged there, px.
 const BEHIND: usize = 3;
-/// Least brightness there, share of that at the limb: between a layer of airglow, 0.4 (`surface_continues`), and
-/// ground, about 1.
+/// Least brightness there, share of that at the limb: between a layer of airglow, 0.4 (`surface_continues`),
+/// and ground, about 1.
 const LEAST_BEHIND: f32 = 0.6;
 /// Largest and least number of places behind the bright side from which the Sun's slant is estimated.
 const FAR_PX: usize = 12;

@@ -1,6 +1,8 @@
 use super::*;
+use crate::judge::Verdict;
 use crate::judge::second::{Axes, OrbitError, TurningError};
 use crate::judge::table;
+use crate::scenario::Limit;
 use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 
