@@ -164,7 +164,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     Ok(summary)
 }
 
-/// In every [`BOUND_EVERY_S`]th second the Cramer-Rao bound of its attitude for the stars that were used;
+/// Once in `BOUND_EVERY_S` seconds the Cramer-Rao bound of its attitude for the stars that were used;
 /// only where it was found in that second's image.
 pub fn bound_every_minute(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
     if !second.cycle.is_multiple_of(BOUND_EVERY_S) {

@@ -1,7 +1,7 @@
 //! What a run comes to: the figures of `summary.json`, and the limits kept or not.
 //!
-//! Errors are those of [`QUANTITIES`](super::quantities::QUANTITIES), over the run and over its last orbit: the last
-//! revolution, or the second half of a run shorter than two.
+//! Errors are those of [`QUANTITIES`](super::quantities::QUANTITIES), over the run and over its last orbit:
+//! the last revolution, or the second half of a run shorter than two.
 
 use super::expected::Disagreement;
 use super::series::Statistics;
@@ -153,7 +153,7 @@ pub struct Figures {
     pub earth: EarthFigures,
     /// Position and velocity.
     pub orbit: OrbitFigures,
-    /// Every quantity that was estimated ([`QUANTITIES`]).
+    /// Every quantity that was estimated.
     pub quantities: BTreeMap<&'static str, QuantityFigures>,
 }
 

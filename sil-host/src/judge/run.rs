@@ -1,7 +1,7 @@
 //! Gathers a run's seconds into its figures.
 //!
-//! In: [`Judged`] seconds, one after the other. Every quantity's errors are kept until the end ([`Series`], 50 bytes
-//! a second each).
+//! In: [`Judged`] seconds, one after the other. Every quantity's errors are kept until the end ([`Series`],
+//! 50 bytes a second each).
 
 use super::arcsec;
 use super::chi_square::two_sided;
