@@ -201,7 +201,7 @@ fn two_runs_at_a_time_do_not_share_a_folder() {
 #[test]
 fn a_standard_output_that_is_lost_is_status_2() {
     let folder = scratch("lost-output");
-    let (file, out) = (scenario(&folder, 5, ""), folder.join("out"));
+    let (file, out) = (scenario(&folder, 12, ""), folder.join("out"));
     for json in [&[][..], &["--json"]] {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let output = Command::new(sil_host())
