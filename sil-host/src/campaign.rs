@@ -36,7 +36,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lines::LinesFile;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
@@ -160,6 +160,38 @@ fn progress(what: &str, pieces: u64, json: bool) -> ProgressBar {
         bar.set_message(what.to_string());
     }
     bar
+}
+
+/// Flies the runs of a campaign that are not done yet, on every core, adds each to the file, and gives all in
+/// the order of their keys. `what` names the campaign on the terminal, `json`: nothing is shown there;
+/// `workspace` makes what a thread uses again from run to run.
+///
+/// # Errors
+/// When a run cannot be flown or the file not be written.
+fn fly_open<K: Copy + Ord + Send, R: Serialize + Send, W>(
+    (what, json): (&str, bool),
+    file: &LinesFile,
+    mut done: BTreeMap<K, R>,
+    keys: impl Iterator<Item = K>,
+    workspace: impl Fn() -> W + Send + Sync,
+    fly: impl Fn(&mut W, K) -> Result<R, HostError> + Send + Sync,
+) -> Result<Vec<R>, HostError> {
+    let open: Vec<K> = keys.filter(|key| !done.contains_key(key)).collect();
+    let bar = progress(what, open.len() as u64, json);
+    let flown: Result<Vec<(K, R)>, HostError> = open
+        .into_iter()
+        // In turn, so that a campaign that is stopped has done the first runs.
+        .par_bridge()
+        .map_init(workspace, |workspace, key| {
+            let flown = fly(workspace, key)?;
+            file.add(&flown)?;
+            bar.inc(1);
+            Ok((key, flown))
+        })
+        .collect();
+    bar.finish_and_clear();
+    done.extend(flown?);
+    Ok(done.into_values().collect())
 }
 
 /// The rows of a campaign; `out` is the file of finished blocks.

@@ -131,10 +131,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     let mut recorder = Recorder::new(scenario.duration_s);
     let bar = progress(scenario, json);
     harness::fly(scenario, &mut scene, |second: Second<'_>| {
-        let mode_right = judge.add(second.judged);
-        if let Some(bound_rad) = bound_every_minute(&second, scenario.exposure_us) {
-            judge.add_bound(bound_rad);
-        }
+        let mode_right = judge_second(&mut judge, &second, scenario.exposure_us);
         recorder.add(&second, mode_right);
         frames.add(second.report)?;
         if cycles.add(&second)? {
@@ -164,12 +161,20 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     Ok(summary)
 }
 
-/// Once in `BOUND_EVERY_S` seconds the Cramer-Rao bound of its attitude for the stars that were used;
-/// only where it was found in that second's image.
-pub fn bound_every_minute(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
-    if !second.cycle.is_multiple_of(BOUND_EVERY_S) {
-        return None;
+/// Judges a second, once in `BOUND_EVERY_S` seconds beside the Cramer-Rao bound; gives whether its mode was
+/// right.
+pub fn judge_second(judge: &mut Judge, second: &Second<'_>, exposure_us: u32) -> bool {
+    if second.cycle.is_multiple_of(BOUND_EVERY_S)
+        && let Some(bound_rad) = bound_of(second, exposure_us)
+    {
+        judge.add_bound(bound_rad);
     }
+    judge.add(second.judged)
+}
+
+/// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that
+/// second's image.
+fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
     let scene: &Scene = second.scene;
     if scene.cycle() != Some(second.cycle.into()) || second.report.attitude?.age_s > 0 {
         return None;

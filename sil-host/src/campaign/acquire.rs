@@ -11,8 +11,8 @@
 //! file, from which a campaign that was stopped goes on. Ends with status 1 when an attitude was wrong, or
 //! less than [`GOAL_PERCENT`] were found.
 
+use super::fly_open;
 use super::lines::LinesFile;
-use super::progress;
 use crate::cli::CampaignAcquireArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::flight;
@@ -26,7 +26,6 @@ use crate::world::pointing::{Mount, rotation};
 use crate::world::scene::{Scene, SensorState};
 use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::Workspace;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -229,30 +228,16 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
     let catalogue = flight::flight_catalogue(&camera, &base.file)?;
     let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
     let wanted = 0..arguments.runs;
-    let mut done: BTreeMap<u64, Run> = held
+    let done: BTreeMap<u64, Run> = held
         .into_iter()
         .filter(|run| run.seed == seed && wanted.contains(&run.run))
         .map(|run| (run.run, run))
         .collect();
-    let open: Vec<u64> = wanted.filter(|run| !done.contains_key(run)).collect();
-    let bar = progress("acquire", open.len() as u64, arguments.common.json);
-    let flown: Result<Vec<Run>, HostError> = open
-        .into_iter()
-        // In turn, so that a campaign that is stopped has done the first runs.
-        .par_bridge()
-        .map_init(
-            || Box::new(Workspace::new()),
-            |workspace, run| {
-                let flown = fly(&base, catalogue, seed, run, workspace)?;
-                file.add(&flown)?;
-                bar.inc(1);
-                Ok(flown)
-            },
-        )
-        .collect();
-    bar.finish_and_clear();
-    done.extend(flown?.into_iter().map(|run| (run.run, run)));
-    Ok(done.into_values().collect())
+    let terminal = ("acquire", arguments.common.json);
+    let workspace = || Box::new(Workspace::new());
+    fly_open(terminal, &file, done, wanted, workspace, |workspace, run| {
+        fly(&base, catalogue, seed, run, workspace)
+    })
 }
 
 /// Runs the command.

@@ -21,14 +21,13 @@ pub mod limit;
 pub mod rows;
 pub mod seen;
 
+use super::fly_open;
 use super::lines::LinesFile;
-use super::progress;
 use crate::cli::CampaignEarthArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::json;
 use crate::world::noise::{Noise, Stream};
 use cases::CASES;
-use rayon::prelude::*;
 use rows::Table;
 use seen::{Frame, Seen};
 use serde::{Deserialize, Serialize};
@@ -92,29 +91,15 @@ pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
     let base = cases::base()?;
     let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
     let number = |name: &str| CASES.iter().position(|case| case.name == name);
-    let mut done: BTreeMap<(usize, u64), Run> = held
+    let done: BTreeMap<(usize, u64), Run> = held
         .into_iter()
         .filter(|run| run.seed == seed && run.run < arguments.runs)
         .filter_map(|run| Some(((number(&run.case)?, run.run), run)))
         .collect();
     // Run by run, so that neighbours share an Earth.
     let keys = (0..arguments.runs).flat_map(|run| (0..CASES.len()).map(move |number| (number, run)));
-    let open: Vec<_> = keys.filter(|key| !done.contains_key(key)).collect();
-    let bar = progress("earth", open.len() as u64, arguments.common.json);
-    let flown: Result<Vec<_>, HostError> = open
-        .into_iter()
-        // In turn, so that a campaign that is stopped has done the first runs.
-        .par_bridge()
-        .map(|(number, run)| {
-            let flown = fly(&base, seed, run, number)?;
-            file.add(&flown)?;
-            bar.inc(1);
-            Ok(((number, run), flown))
-        })
-        .collect();
-    bar.finish_and_clear();
-    done.extend(flown?);
-    Ok(done.into_values().collect())
+    let terminal = ("earth", arguments.common.json);
+    fly_open(terminal, &file, done, keys, || (), |(), (number, run)| fly(&base, seed, run, number))
 }
 
 /// Runs the command.

@@ -9,17 +9,16 @@
 //! same table: put the files of `--out` one behind the other. A campaign that was stopped goes on from its
 //! file. Ends with status 1 when a limit was missed in a run.
 
+use super::fly_open;
 use super::lines::LinesFile;
-use super::progress;
 use crate::cli::CampaignRunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::json;
 use crate::judge::table::{self, Figure, Side};
 use crate::judge::{Judge, Verdict};
 use crate::report::figures_table;
-use crate::run::{bound_every_minute, harness};
+use crate::run::{harness, judge_second};
 use crate::scenario::{Limit, Scenario};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -74,10 +73,7 @@ fn fly(base: &Scenario, seed: u64, run: u64) -> Result<Flown, HostError> {
     let mut scene = scenario.scene()?;
     let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
     harness::fly(&scenario, &mut scene, |second| {
-        judge.add(second.judged);
-        if let Some(bound_rad) = bound_every_minute(&second, scenario.exposure_us) {
-            judge.add_bound(bound_rad);
-        }
+        judge_second(&mut judge, &second, scenario.exposure_us);
         Ok(())
     })?;
     let figures = judge.finish();
@@ -103,23 +99,9 @@ fn flown(base: &Scenario, arguments: &CampaignRunArguments) -> Result<Vec<Flown>
     let seed = arguments.common.seed;
     let numbers = arguments.first..arguments.first.saturating_add(arguments.runs);
     let ours = held.into_iter().filter(|flown| flown.scenario == base.name && flown.seed == seed);
-    let mut done: BTreeMap<u64, Flown> = ours.map(|flown| (flown.run, flown)).collect();
-    let missing: Vec<u64> = numbers.filter(|run| !done.contains_key(run)).collect();
-    let bar = progress(&base.name, missing.len() as u64, arguments.common.json);
-    let new: Result<Vec<Flown>, HostError> = missing
-        .into_iter()
-        // In turn, so that a campaign that is stopped has done the first runs.
-        .par_bridge()
-        .map(|run| {
-            let flown = fly(base, seed, run)?;
-            file.add(&flown)?;
-            bar.inc(1);
-            Ok(flown)
-        })
-        .collect();
-    bar.finish_and_clear();
-    done.extend(new?.into_iter().map(|flown| (flown.run, flown)));
-    Ok(done.into_values().collect())
+    let done: BTreeMap<u64, Flown> = ours.map(|flown| (flown.run, flown)).collect();
+    let terminal = (base.name.as_str(), arguments.common.json);
+    fly_open(terminal, &file, done, numbers, || (), |(), run| fly(base, seed, run))
 }
 
 /// A figure over the runs; `None` where none yielded it.
@@ -150,8 +132,7 @@ fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row
 
 /// The table: the limited figures, and errors and sigmas of the last orbit.
 fn text(rows: &[Row]) -> String {
-    let titles = ["median", "95 % interval of it", "95 % keep", "limit", ""];
-    let [median, interval, keep, limit, missed] = titles;
+    let [median, interval, keep, limit, missed] = ["median", "95 % interval of it", "95 % keep", "limit", ""];
     let mut text =
         format!("{:30} {median:>14}  {interval:28} {keep:>14} {limit:>12}  {missed:12}  worst: --seed\n", "");
     for row in rows {

@@ -151,8 +151,8 @@ impl Judge {
             normalised_square: filtered.map(|of| of.normalised_square),
         };
         figures.earth = earth(&figures);
-        let (position, jump) =
-            (figures.run("position"), figures.run("position").and_then(|of| of.jump_sigma));
+        let position = figures.run("position");
+        let jump = position.and_then(|of| of.jump_sigma);
         figures.orbit = OrbitFigures {
             last_orbit_rac_km: three(&self.last_rac.iter().filter_map(Squares::rms).collect::<Vec<f64>>()),
             last_orbit_position_km: figures.last_orbit("position").map(|of| of.rms),
