@@ -53,6 +53,8 @@ pub enum Command {
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
     Parameters(ParametersArguments),
+    /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
+    Columns(ColumnsArguments),
 }
 
 fn scenario_help() -> String {
@@ -370,6 +372,14 @@ pub struct BudgetArguments {
 /// Arguments of `parameters`.
 #[derive(Debug, Args)]
 pub struct ParametersArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `columns`.
+#[derive(Debug, Args)]
+pub struct ColumnsArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,

@@ -3,7 +3,8 @@
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::commands::{
-    attitude, budget, calibrate, centroids, defects, earth, identify, parameters, record, render, run, solve,
+    attitude, budget, calibrate, centroids, columns, defects, earth, identify, parameters, record, render,
+    run, solve,
 };
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
 use sil_host::{campaign, output};
@@ -45,6 +46,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
             Some(Command::Parameters(arguments)) => parameters::run(&arguments),
+            Some(Command::Columns(arguments)) => columns::run(&arguments),
         },
     }
 }

@@ -6,7 +6,7 @@
 //! | file | content |
 //! |---|---|
 //! | `summary.json` | the figures, the limits, and whether they were kept |
-//! | `cycles.csv` | a row a second ([`crate::formats::cycles::HEADER`]) |
+//! | `cycles.csv` | a row a second ([`crate::formats::cycles::columns`]) |
 //! | `telemetry.bin` | the sensor's telemetry, a stream ([`fsw_core::telemetry`]) |
 //! | `report.html` | plots and frames, self-contained |
 //!
@@ -19,6 +19,7 @@ use crate::bound;
 use crate::cli::RunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::cycles::CyclesFile;
+use crate::formats::cycles::columns::RowInputs;
 use crate::formats::json;
 use crate::harness::{self, Second};
 use crate::judge::{Figures, Judge, Verdict};
@@ -128,7 +129,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
         let mode_right = judge_second(&mut judge, &second, scenario.exposure_us);
         recorder.add(&second, mode_right);
         frames.add(second.report)?;
-        if cycles.add(&second)? {
+        if cycles.add(&RowInputs { second, mode_right })? {
             frames.flush()?;
             bar.set_position(second.cycle.into());
         }
