@@ -36,7 +36,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Campaign(arguments)) => match arguments.of {
-                Campaign::Identify(arguments) => campaign::run(&arguments),
+                Campaign::Identify(arguments) => campaign::identify::run(&arguments),
                 Campaign::Run(arguments) => campaign::flights::run(&arguments),
                 Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
                 Campaign::Earth(arguments) => campaign::earth::run(&arguments),

@@ -16,6 +16,7 @@
 //! status 1 when a limit was missed.
 
 use crate::bound;
+use crate::campaign::family::Family;
 use crate::cli::RunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::cycles::CyclesFile;
@@ -184,8 +185,13 @@ fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
 /// # Errors
 /// When the scenario cannot be read or flown, or a file cannot be written.
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
-    let scenario = Scenario::named(arguments.scenario.as_deref())?;
-    let scenario = scenario.with_seed(arguments.seed);
+    let named = arguments.scenario.as_deref();
+    let scenario = match arguments.run {
+        None => Scenario::named(named)?.with_seed(arguments.seed),
+        Some(run) => {
+            Family::new(named, arguments.vary.as_deref())?.member(arguments.seed.unwrap_or(1), run)?.0
+        }
+    };
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scenario.name));
     let began = Instant::now();
     let summary = fly_into(&scenario, &folder, arguments.json)?;
