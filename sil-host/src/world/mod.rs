@@ -38,6 +38,7 @@
 //! | [`psf`] | lens, place on the detector | the image of a star as a few Gaussians |
 //! | [`pixel`] | a Gaussian | its share in the sensitive part of pixels |
 //! | [`spots`] | places and charges | mean electrons of a window |
+//! | [`streaks`] | ways and charges | the same, of points that move |
 //! | [`vignetting`] | place on the detector | what is left of the light |
 //! | [`shutter`] | attitude over time, row | where a star is when its row collects light |
 //! | [`imaging`] | - | the settings of all of these |
@@ -89,6 +90,7 @@ pub mod sky;
 pub mod slew;
 pub mod spots;
 pub mod stars;
+pub mod streaks;
 pub mod sun;
 pub mod trajectory;
 pub mod tumble;
