@@ -12,6 +12,7 @@
 pub mod fit;
 mod plot;
 
+use crate::calibration::{self, Built, sights};
 use crate::camera_file::{CameraFile, Projection};
 use crate::cli::CalibrateArguments;
 use crate::error::{Faults, HostError};
@@ -21,9 +22,11 @@ use crate::output::write_whole;
 use crate::picture::Picture;
 use crate::solve::{PictureSolver, check_size, reason_words};
 use crate::world::attitude::{Vector, matrix};
+use crate::world::sky;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fit::{Fit, Sighting, View};
 use fsw_core::frames::ARCSEC_PER_RAD;
+use fsw_hal::Detector;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -31,6 +34,9 @@ use std::process::ExitCode;
 
 /// Most rounds of solving and fitting.
 const ROUNDS_MAX: usize = 5;
+
+/// Rounds of profiles and lens.
+const LENS_ROUNDS: usize = 2;
 
 /// Stars by Hipparcos number.
 type Stars = BTreeMap<u32, Vector>;
@@ -183,7 +189,8 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
         return Err(HostError::input(&arguments.camera, None, what, "start from a rectilinear camera"));
     }
     let mut album = Album::load(&arguments.images, &start);
-    let calibration = calibrated(&mut album, &start, |line| eprintln!("{line}"))?;
+    let mut calibration = calibrated(&mut album, &start, |line| eprintln!("{line}"))?;
+    let profiles = star_calibration(&album, &mut calibration, arguments.full_well_e);
     let Calibration { fit, names, .. } = &calibration;
     let head = format!(
         "# Calibrated by `sil-host calibrate` from {} pictures: {} stars, rms {:.3} px an axis.\n",
@@ -191,10 +198,62 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
         fit.views.iter().map(|view| view.stars.len()).sum::<usize>(),
         fit.rms_px()
     );
-    write_whole(&arguments.out, (head + &fit.camera.to_toml()).as_bytes())?;
+    say!("{}", table(&calibration).trim_end());
+    let mut camera = fit.camera.clone();
+    match profiles {
+        Ok(built) => {
+            let path = arguments.out.with_extension("corr");
+            write_whole(&path, &built.bytes)?;
+            camera.correction_table = path.file_name().map(PathBuf::from);
+            say!(
+                "Star profiles and corrections of {} stars, {:.4} px an axis left beyond noise: {}",
+                built.stars,
+                built.residual_px,
+                path.display()
+            );
+        }
+        Err(error) => say!("No star profiles and corrections: {error}"),
+    }
+    write_whole(&arguments.out, (head + &camera.to_toml()).as_bytes())?;
     let drawing = arguments.out.with_extension("svg");
     write_whole(&drawing, plot::svg(&calibration).as_bytes())?;
-    say!("{}", table(&calibration).trim_end());
     say!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.faults.status())
+}
+
+/// Star profiles and corrections from the pictures that were identified. With the profiles the lens is fitted
+/// to the centres of gravity of many more stars: what the flight code finds without them is displaced where
+/// images are lopsided.
+fn star_calibration(
+    album: &Album,
+    calibration: &mut Calibration,
+    full_well_e: f64,
+) -> Result<Built, HostError> {
+    for _ in 0..LENS_ROUNDS {
+        let built = built(album, calibration, full_well_e)?;
+        let views: Vec<View> = built.views.into_iter().filter(|view| !view.stars.is_empty()).collect();
+        let found = fit::fit(&calibration.fit.camera, &views).filter(|fit| fit.views.len() == calibration.names.len());
+        calibration.plain = fit::plain(&calibration.fit.camera, &views);
+        calibration.fit = found.ok_or_else(|| {
+            HostError::usage("the stars of some pictures do not fit the lens", "leave these pictures out")
+        })?;
+    }
+    built(album, calibration, full_well_e)
+}
+
+/// Star profiles and corrections with the lens and the attitudes as they are now.
+fn built(
+    album: &Album,
+    Calibration { fit, names, .. }: &Calibration,
+    full_well_e: f64,
+) -> Result<Built, HostError> {
+    let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
+    let (mut sights, mut attitudes, mut bits) = (Vec::new(), Vec::new(), 1);
+    for (name, view) in names.iter().zip(&fit.views) {
+        let Some((_, picture)) = album.pictures.iter().find(|(taken, _)| taken == name) else { continue };
+        bits = picture.geometry().bits;
+        sights.extend(sights::sights((attitudes.len(), picture, &view.attitude), &fit.camera, &stars));
+        attitudes.push(view.attitude);
+    }
+    calibration::build(sights, attitudes, &fit.camera, (bits, full_well_e))
 }

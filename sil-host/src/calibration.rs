@@ -1,274 +1,260 @@
-//! Makes what the flight code wants to know of a lens and its pixels: a
+//! Makes what the flight code wants to know of a lens and its pixels from pictures of the sky: a
 //! [calibration](fsw_core::image::calibration).
 //!
-//! In: a camera, what the optics do to light, a detector. Out: the bytes of the file.
+//! In: the stars of pictures whose attitudes are known ([`sights`]), a camera. Out: the bytes of the file.
+//! Nothing is asked of the world but pictures: those of a user's own camera serve as well.
 //!
-//! Profiles: the world's image of a star on pixels that are sensitive throughout, at distances from the
-//! optical centre [`PROFILE_STEP_PX`] apart.
-//!
-//! Corrections: stars without noise on the detector's own pixels are drawn where the flight code, with these
-//! profiles, finds them at each tenth of a pixel (found by `ROUNDS` rounds, the error being a slow function
-//! of the place), and what is missing to their true place is the entry. The centroids are those of the flight
-//! code itself, the images those of the world's PSF and pixels, read here and drawn as single spots
-//! ([`Lens`]), not as a scene.
-//!
-//! The stars have B-V = [`COLOUR`]; how far others are displaced outwards (lateral colour) is measured at
-//! each profile. What is left at other places, phases and colours (B-V from 0 to 1.4) is measured last and,
-//! with `UNMODELLED_PX`, written into the file: the part of a centroid's error that is no noise. Where the
-//! world's stars have no colours, neither have these.
+//! 1. Profiles are fitted to the pixels, at distances from the optical centre `PROFILE_STEP_PX` apart.
+//! 2. With them the flight code measures each star; the attitudes are fitted anew to what it finds, and both
+//!    are done once more (`ROUNDS`).
+//! 3. What is missing to where the stars should be becomes the displacement by colour of each profile and the
+//!    correction tables.
+//! 4. What is then left beyond the noise is the part of a centroid's error that is no noise; it is written
+//!    into the file.
 
-mod star;
+pub mod centroid;
+mod corrections;
+mod format;
+pub mod pictures;
+mod profiles;
+pub mod sights;
 
+use crate::calibrate::fit::{self, Sighting, View};
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::world::noise::{Noise, Stream};
-use crate::world::pixel::PixelResponse;
-use fsw_core::checksum::crc32;
-use fsw_core::image::FULL_SCALE;
-use fsw_core::image::calibration::{
-    CRC_FROM, Calibration, HEADER_BYTES, MAGIC, PHASES, POINTS_PER_PX, PROFILE_REACH_PX, RADIAL_POINTS,
-    TANGENTIAL_POINTS, VERSION,
-};
-use fsw_hal::Window;
-pub use star::{Lens, find, source_crc, window_about};
+use crate::world::attitude::{Vector, apply};
+use crate::world::optics::Optics;
+use corrections::Miss;
+pub use format::with_gain;
+use format::{Content, Layout, StarProfile};
+use fsw_core::image::calibration::{Calibration, PHASES};
+use profiles::PixelNoise;
+use sights::Sight;
 
 /// From a profile to the next, px.
-pub const PROFILE_STEP_PX: u16 = 64;
-/// Colour of the stars, B-V: the mean of those of the catalogue.
-pub const COLOUR: f64 = 0.6;
-/// What gains that differ by 1 % from pixel to pixel, and stars too faint to be separated within the image,
-/// add to the error without noise, px: with it attitudes of flights lie within three of their sigmas as often
-/// as they should.
-const UNMODELLED_PX: f64 = 0.012;
-/// Colours over which the rest is measured.
-const COLOURS: [f64; 5] = [0.0, 0.3, 0.6, 1.0, 1.4];
-/// Phases at which the displacement by colour is measured.
-const COLOUR_PHASES: u32 = 16;
-/// Rounds in which a star is brought to where it is measured at a phase.
-const ROUNDS: u32 = 2;
-/// Rounds in which the coefficients of a spline are found: 0.75^100 is 3e-13.
-const SPLINE_ROUNDS: u32 = 100;
-/// Half the side of a drawn window, px.
+const PROFILE_STEP_PX: u16 = 64;
+/// From a correction table to the next, px.
+const TABLE_STEP_PX: u16 = 200;
+/// Half the side of a star's window, px.
 const HALF_WINDOW_PX: u16 = 16;
-/// Greatest correction in the tables, px.
-const LARGEST_PX: f64 = 0.4;
-/// Places at which the rest is measured, for each colour.
-const CHECKS: u32 = 400;
+/// Rounds of profiles, centroids and attitudes.
+const ROUNDS: u32 = 2;
+/// Fewest stars, all pictures together.
+const FEWEST_STARS: usize = 1500;
+/// Error of a centroid beside its noise before any is known, px.
+const FIRST_RESIDUAL_PX: f64 = 0.01;
+/// A centroid that misses by more, in its own sigmas, is disturbed.
+const OUTLIER: f64 = 5.0;
+/// Half the width of the ring over which a displacement by colour is taken, px: it is as smooth as the lens.
+const COLOUR_RING_PX: f64 = 96.0;
+/// The rest is told from centroids with less noise than this, px.
+const QUIET_PX: f64 = 0.03;
 
-/// How the correction tables lie over the detector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Grid {
-    /// From a table to the next, px.
-    pub step_px: u16,
-    /// Tables of one quadrant, the others being its mirror images; else of the whole detector.
-    pub mirrored: bool,
+/// A calibration, and what it was made from.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// Bytes of the file.
+    pub bytes: Vec<u8>,
+    /// Stars, all pictures together.
+    pub stars: usize,
+    /// What the corrections leave of a centroid's error without noise, px an axis.
+    pub residual_px: f64,
+    /// The pictures with their attitudes, and where the centres of gravity of their stars' images are.
+    pub views: Vec<View>,
 }
 
-impl Grid {
-    /// That of the reference camera.
-    pub const REFERENCE: Self = Self { step_px: 200, mirrored: false };
+/// A sight whose star the flight code found.
+struct Found<'s> {
+    sight: &'s Sight,
+    /// Measured place, px.
+    at_px: [f64; 2],
+    /// Standard deviation an axis by noise alone, px.
+    noise_px: f64,
 }
 
-/// A star's profile, of a displacement by colour not known yet: the spline through the world's light at the
-/// points of the grid.
-fn profile(lens: &Lens, radius_px: f64) -> Vec<u8> {
-    const REACH: i64 = PROFILE_REACH_PX as i64;
-    const POINTS: i64 = POINTS_PER_PX as i64;
-    let [cx, cy] = lens.centre_px;
-    // The star stays where it is to half a pixel: the image changes slowly over the field.
-    let base = [(cx + radius_px).round(), cy.round()];
-    let half = REACH as u16 + 1;
-    let side = 2 * half + 1;
-    let window = Window { x: base[0] as u16 - half, y: base[1] as u16 - half, width: side, height: side };
-    let mut light = vec![0.0; TANGENTIAL_POINTS * RADIAL_POINTS];
-    for (px, py) in (0..POINTS).flat_map(|px| (0..POINTS).map(move |py| (px, py))) {
-        let mut image = vec![0.0; window.area()];
-        let at = [base[0] + px as f64 / POINTS as f64, base[1] + py as f64 / POINTS as f64];
-        lens.draw(PixelResponse::Full, &lens.spot(at, 1.0, COLOUR), window, &mut image);
-        for (index, share) in image.iter().enumerate() {
-            let from = |pixel: usize, phase: i64| (pixel as i64 - i64::from(half)) * POINTS - phase;
-            let (u, v) = (from(index % usize::from(side), px), from(index / usize::from(side), py));
-            if u.abs() <= REACH * POINTS && (0..=REACH * POINTS).contains(&v) {
-                light[v as usize * RADIAL_POINTS + (u + REACH * POINTS) as usize] = *share;
-            }
-        }
+impl Found<'_> {
+    /// What is to be added to the measured place, px, and its length in sigmas.
+    fn miss_px(&self) -> ([f64; 2], f64) {
+        let miss = [0, 1].map(|axis| self.sight.at_px[axis] - self.at_px[axis]);
+        (miss, libm::hypot(miss[0], miss[1]) / self.noise_px.hypot(3.0 * FIRST_RESIDUAL_PX))
     }
-    let points = spline(&light);
-    let scale = points.iter().map(|point| point.abs()).fold(1e-9, f64::max) / f64::from(i16::MAX);
-    let mut bytes = (scale as f32).to_le_bytes().to_vec();
-    bytes.extend(0f32.to_le_bytes());
-    bytes.extend(points.iter().flat_map(|point| ((point / scale).round() as i16).to_le_bytes()));
-    bytes
 }
 
-/// How far the flight code finds stars displaced outwards for each magnitude of B-V, px: the mean over
-/// phases.
-fn colour_px(lens: &Lens, calibration: &Calibration, radius_px: f64) -> Option<f64> {
-    let CameraFile { width_px, height_px, .. } = lens.camera;
-    let corner = [f64::from(width_px) - lens.centre_px[0], f64::from(height_px) - lens.centre_px[1]];
-    let outwards = corner.map(|side| side / libm::hypot(corner[0], corner[1]));
-    let (mut sum, mut count) = (0.0, 0.0);
-    for phase in 0..COLOUR_PHASES {
-        let beside = [phase % 4, phase / 4].map(|k| f64::from(k) / 4.0 - 0.5);
-        let at = [0, 1].map(|k| lens.centre_px[k] + radius_px * outwards[k] + beside[k]);
-        let ends = [COLOURS[0], COLOURS[COLOURS.len() - 1]];
-        if let [Some(hot), Some(cool)] = ends.map(|b_v| lens.measured(at, b_v, Some(calibration))) {
-            sum += (0..2).map(|k| (cool[k] - hot[k]) * outwards[k]).sum::<f64>() / (ends[1] - ends[0]);
+/// What the flight code finds of the stars with a calibration, those that are disturbed left out.
+fn found<'s>(sights: &'s [Sight], bits: u8, calibration: &Calibration) -> Vec<Found<'s>> {
+    let residual_px = f64::from(calibration.residual_px());
+    let measured = in_parallel(sights, |sight| {
+        let seen: Option<([f64; 2], f64)> =
+            centroid::find(sight.window, bits, sight.pixels.clone(), Some(calibration), sight.at_px);
+        Some(seen.map(|(at_px, sigma_px)| {
+            let variance = sigma_px * sigma_px - residual_px * residual_px;
+            Found { sight, at_px, noise_px: variance.max(1e-8).sqrt() }
+        }))
+    });
+    let near = |found: &Found| found.miss_px().1 < OUTLIER;
+    measured.into_iter().flatten().flatten().filter(near).collect()
+}
+
+/// The pictures with what was found of their stars, so many pixels farther from the optical centre than
+/// measured as `outwards_px` says of a distance from it.
+fn views(
+    found: &[Found],
+    attitudes: &[[Vector; 3]],
+    centre_px: [f64; 2],
+    outwards_px: impl Fn(f64) -> f64,
+) -> Vec<View> {
+    let mut views: Vec<View> =
+        attitudes.iter().map(|attitude| View { attitude: *attitude, stars: Vec::new() }).collect();
+    for Found { sight, at_px, noise_px } in found {
+        let Sight { hip, direction, .. } = **sight;
+        let sigma_px = noise_px.hypot(FIRST_RESIDUAL_PX);
+        let from = [0, 1].map(|axis| at_px[axis] - centre_px[axis]);
+        let distance = libm::hypot(from[0], from[1]).max(1.0);
+        let at_px = [0, 1].map(|axis| at_px[axis] + outwards_px(distance) * from[axis] / distance);
+        views[sight.picture].stars.push(Sighting { hip, direction, at_px, sigma_px });
+    }
+    views
+}
+
+/// Noise of an empty pixel, digital numbers: the median absolute deviation along the windows' first lines.
+fn empty_dn(sights: &[Sight]) -> f64 {
+    let middle = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(1.0)
+    };
+    let of_sight = |sight: &Sight| {
+        let line: Vec<f64> = sight.pixels.iter().take(sight.window.width.into()).map(|v| f64::from(*v)).collect();
+        let floor = middle(&mut line.clone());
+        middle(&mut line.iter().map(|value| (value - floor).abs()).collect())
+    };
+    // Of normal noise it is 0.6745 standard deviations.
+    middle(&mut sights.iter().map(of_sight).collect()) / 0.6745
+}
+
+/// How far stars at this distance from the optical centre are displaced outwards for each magnitude of B-V,
+/// px: a line through their misses.
+fn colour_px(found: &[Found], centre_px: [f64; 2], radius_px: f64, colour: f64) -> f64 {
+    let (mut seen, mut all) = (0.0, 1e-9);
+    for star in found {
+        let from = [0, 1].map(|axis| star.at_px[axis] - centre_px[axis]);
+        let distance = libm::hypot(from[0], from[1]).max(1.0);
+        if (distance - radius_px).abs() > COLOUR_RING_PX {
+            continue;
+        }
+        let outwards = -(0..2).map(|axis| star.miss_px().0[axis] * from[axis] / distance).sum::<f64>();
+        let weight = star.noise_px.hypot(FIRST_RESIDUAL_PX).powi(-2);
+        let b_v = star.sight.b_v - colour;
+        seen += weight * b_v * outwards;
+        all += weight * b_v * b_v;
+    }
+    seen / all
+}
+
+/// What is to be corrected at the found stars, their displacement by colour taken off.
+fn misses(found: &[Found], calibration: &Calibration) -> Vec<Miss> {
+    let miss = |star: &Found| {
+        let shift = calibration.colour_shift_px(star.at_px.map(|px| px as f32), star.sight.b_v as f32);
+        let (miss, _) = star.miss_px();
+        Miss {
+            at_px: star.at_px,
+            correction_px: [0, 1].map(|axis| miss[axis] + f64::from(shift[axis])),
+            sigma_px: star.noise_px.hypot(FIRST_RESIDUAL_PX),
+        }
+    };
+    found.iter().map(miss).collect()
+}
+
+/// Root mean square of what a calibration leaves beyond the noise, px an axis.
+fn residual_px(found: &[Found], calibration: &Calibration) -> f64 {
+    let (mut beyond, mut count) = (0.0, 0.0);
+    let all = found.iter().zip(misses(found, calibration));
+    for (star, miss) in all.filter(|(star, _)| star.noise_px < QUIET_PX) {
+        for part in miss.correction_px {
+            beyond += part * part - star.noise_px * star.noise_px;
             count += 1.0;
         }
     }
-    (count > 0.0).then(|| sum / count)
+    eprintln!("beyond {beyond} of {count}");
+    (beyond / f64::max(count, 1.0)).max(1e-6).sqrt()
 }
 
-/// Coefficients of the quadratic B-spline through `values`: `1/8, 6/8, 1/8` of three neighbours along either
-/// axis are a value. Each round leaves at most three quarters of what is missing.
-fn spline(values: &[f64]) -> Vec<f64> {
-    let at = |points: &[f64], row: i64, column: i64| {
-        // Even about the first row; nothing beyond the other edges.
-        let row = row.unsigned_abs() as usize;
-        let inside = row < TANGENTIAL_POINTS && (0..RADIAL_POINTS as i64).contains(&column);
-        if inside { points[row * RADIAL_POINTS + column as usize] } else { 0.0 }
-    };
-    let mut points = values.to_vec();
-    for _ in 0..SPLINE_ROUNDS {
-        let along: Vec<_> = (0..points.len())
-            .map(|index| {
-                let (row, column) = ((index / RADIAL_POINTS) as i64, (index % RADIAL_POINTS) as i64);
-                let beside = |by: i64| at(&points, row, column + by);
-                0.125 * (beside(-1) + beside(1)) + 0.75 * beside(0)
-            })
-            .collect();
-        for (index, point) in points.iter_mut().enumerate() {
-            let (row, column) = ((index / RADIAL_POINTS) as i64, (index % RADIAL_POINTS) as i64);
-            let beside = |by: i64| at(&along, row + by, column);
-            *point += values[index] - 0.125 * (beside(-1) + beside(1)) - 0.75 * beside(0);
-        }
-    }
-    points
+/// A calibration just made.
+fn opened(bytes: &[u8]) -> Result<Calibration<'_>, HostError> {
+    Calibration::open(bytes).map_err(|_| HostError::usage("the star profiles are no calibration", "report this"))
 }
 
-/// The tables' places along one side: optical coordinate of the first, and their number.
-fn places(grid: Grid, centre: f64, side: u16) -> (i16, u16) {
-    let step = f64::from(grid.step_px);
-    let beyond = (f64::from(side) - 1.0 - centre).max(if grid.mirrored { centre } else { 0.0 });
-    // A star must be drawn at the first; from it to the edge the corrections go straight on.
-    let before =
-        if grid.mirrored { 0.0 } else { ((centre - 1.5 * f64::from(HALF_WINDOW_PX)) / step).floor() };
-    let after = (beyond / step).ceil().max(1.0);
-    ((-before * step) as i16, (before + after) as u16 + 1)
-}
-
-/// One table: corrections at the phases about a place, px. Where the flight code takes a star's shape for
-/// none, which it does at few phases, the entry is that of the phase before; `None` where it does so at most.
-fn table(lens: &Lens, calibration: &Calibration, optical_px: [f64; 2]) -> Option<Vec<[f64; 2]>> {
-    let base = [0, 1].map(|k| (lens.centre_px[k] + optical_px[k]).floor());
-    let mut entries = Vec::with_capacity(PHASES * PHASES);
-    let (mut last, mut unseen) = ([0.0; 2], 0);
-    for (row, column) in (0..PHASES).flat_map(|row| (0..PHASES).map(move |column| (row, column))) {
-        let phase = [column, row].map(|step| step as f64 / (PHASES - 1) as f64);
-        let goal = [base[0] + phase[0], base[1] + phase[1]];
-        let found = (0..ROUNDS).try_fold(goal, |place, _| {
-            let seen = lens.measured(place, COLOUR, Some(calibration))?;
-            Some([0, 1].map(|k| place[k] + goal[k] - seen[k]))
-        });
-        match found {
-            Some(place) => last = [0, 1].map(|k| place[k] - goal[k]),
-            None => unseen += 1,
-        }
-        entries.push(last);
-    }
-    (2 * unseen < entries.len()).then_some(entries)
-}
-
-/// Bytes of a calibration with these profiles and corrections.
-fn file(
-    lens: &Lens,
-    grid: Grid,
-    profiles: &[Vec<u8>],
-    tables: &[Vec<[f64; 2]>],
-    residual_px: f64,
-) -> Vec<u8> {
-    let CameraFile { width_px, height_px, .. } = lens.camera;
-    let [cx, cy] = lens.centre_px;
-    let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
-    let largest = tables.iter().flatten().flatten().map(|px| px.abs()).fold(0.0, f64::max).min(LARGEST_PX);
-    let px_per_entry = (largest / 127.0) as f32;
-    let mut body = Vec::new();
-    let short = |body: &mut Vec<u8>, value: u16| body.extend(value.to_le_bytes());
-    let real = |body: &mut Vec<u8>, value: f64| body.extend((value as f32).to_le_bytes());
-    body.extend([0; 4]);
-    short(&mut body, width_px);
-    short(&mut body, height_px);
-    real(&mut body, cx);
-    real(&mut body, cy);
-    short(&mut body, profiles.len() as u16);
-    short(&mut body, PROFILE_STEP_PX);
-    short(&mut body, columns);
-    short(&mut body, rows);
-    short(&mut body, grid.step_px);
-    short(&mut body, u16::from(grid.mirrored));
-    body.extend(first_x.to_le_bytes());
-    body.extend(first_y.to_le_bytes());
-    body.extend(px_per_entry.to_le_bytes());
-    real(&mut body, lens.full_well_e / f64::from(FULL_SCALE));
-    real(&mut body, residual_px);
-    body.extend(lens.source_crc.to_le_bytes());
-    real(&mut body, COLOUR);
-    profiles.iter().for_each(|profile| body.extend(profile));
-    for [dx, dy] in tables.iter().flatten() {
-        // Without any correction the scale is 0 and so are all entries.
-        let entry = |px: &f64| (px / f64::from(px_per_entry).max(1e-9)).round().clamp(-127.0, 127.0);
-        body.extend([entry(dx) as i8 as u8, entry(dy) as i8 as u8]);
-    }
-    let length = (CRC_FROM + body.len()) as u32;
-    body[..4].copy_from_slice(&length.to_le_bytes());
-    let mut bytes = Vec::new();
-    bytes.extend(MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
-    bytes.extend((HEADER_BYTES as u16).to_le_bytes());
-    bytes.extend(crc32(&body).to_le_bytes());
-    bytes.extend(body);
-    bytes
-}
-
-/// Builds the calibration of a lens.
+/// Builds the calibration of `camera` from the stars of pictures of so many bits, taken in these attitudes,
+/// ICRS to sensor. `full_well_e` is the charge at full scale, electrons.
 ///
 /// # Errors
-/// Where the flight code does not find the stars.
-pub fn build(lens: &Lens, grid: Grid) -> Result<Vec<u8>, HostError> {
-    let CameraFile { width_px, height_px, .. } = lens.camera;
-    let [cx, cy] = lens.centre_px;
-    let far = |centre: f64, side: u16| centre.max(f64::from(side) - 1.0 - centre);
-    let radius_px = libm::hypot(far(cx, width_px), far(cy, height_px));
-    let last = (radius_px / f64::from(PROFILE_STEP_PX)).round() as u16;
-    let radii = || (0..=last).map(|index| f64::from(index) * f64::from(PROFILE_STEP_PX));
-    let mut profiles: Vec<_> = radii().map(|radius_px| profile(lens, radius_px)).collect();
-    let ((first_x, columns), (first_y, rows)) = (places(grid, cx, width_px), places(grid, cy, height_px));
-    let count = usize::from(columns) * usize::from(rows);
-    let none = vec![vec![[0.0; 2]; PHASES * PHASES]; count];
-    let unseen =
-        || HostError::usage("the flight code does not find this lens's stars", "correct the [optics]");
-    let uncorrected = file(lens, grid, &profiles, &none, 0.01);
-    let open = |bytes| Calibration::open(bytes).map_err(|_| unseen());
-    let step = f64::from(grid.step_px);
-    let at = |first: i16, index: u16| f64::from(first) + step * f64::from(index);
-    let nodes: Vec<_> = (0..rows)
-        .flat_map(|row| (0..columns).map(move |column| [at(first_x, column), at(first_y, row)]))
-        .collect();
-    let calibration = open(&uncorrected)?;
-    for (profile, radius_px) in profiles.iter_mut().zip(radii()) {
-        let colour_px = colour_px(lens, &calibration, radius_px).ok_or_else(unseen)?;
-        profile[4..8].copy_from_slice(&(colour_px as f32).to_le_bytes());
+/// Where the stars are too few, or the flight code does not find them.
+pub fn build(
+    mut sights: Vec<Sight>,
+    mut attitudes: Vec<[Vector; 3]>,
+    camera: &CameraFile,
+    (bits, full_well_e): (u8, f64),
+) -> Result<Built, HostError> {
+    let few = |what: String| HostError::usage(what, "give more pictures of the sky, or longer exposures");
+    if sights.len() < FEWEST_STARS {
+        return Err(few(format!("{} stars do not give star profiles, {FEWEST_STARS} do", sights.len())));
     }
-    let tables = in_parallel(&nodes, |node| table(lens, &calibration, *node)).ok_or_else(unseen)?;
-    let corrected = file(lens, grid, &profiles, &tables, 0.01);
-    let rest = residual_px(lens, &open(&corrected)?).ok_or_else(unseen)?;
-    Ok(file(lens, grid, &profiles, &tables, libm::hypot(rest, UNMODELLED_PX)))
+    let unseen = || few("the flight code does not find the stars of these pictures".to_owned());
+        let optics = Optics::new(camera)
+        .ok_or_else(|| HostError::usage("only rectilinear cameras are calibrated", "give another camera"))?;
+    let layout = Layout::new(camera, full_well_e)?;
+    let (radii_px, nodes) = (layout.radii_px(), layout.nodes());
+    let colour = sights.iter().map(|sight| sight.b_v).sum::<f64>() / sights.len() as f64;
+    let noise = PixelNoise {
+        empty_dn: empty_dn(&sights),
+        dn_per_e: f64::from((1u32 << bits) - 1) / full_well_e,
+    };
+    let plain = vec![vec![[0.0; 2]; PHASES * PHASES]; nodes.count[0] * nodes.count[1]];
+    let fitted = |sights: &[Sight]| {
+        let points = profiles::fit(sights, layout.centre_px, &radii_px, noise)?;
+        Some(points.into_iter().map(|points| StarProfile { points, colour_px: 0.0 }).collect::<Vec<_>>())
+    };
+    for _ in 1..ROUNDS {
+        let profiles = fitted(&sights).ok_or_else(unseen)?;
+        let content =
+            Content { profiles: &profiles, tables: &plain, residual_px: FIRST_RESIDUAL_PX, colour };
+        let bytes = layout.bytes(&content);
+        let seen = found(&sights, bits, &opened(&bytes)?);
+        let views = views(&seen, &attitudes, layout.centre_px, |_| 0.0);
+        attitudes = views.iter().map(|view| fit::attitude(camera, view)).collect();
+        for sight in &mut sights {
+            let seen = optics.project(apply(&attitudes[sight.picture], sight.direction));
+            sight.at_px = seen.unwrap_or(sight.at_px);
+        }
+    }
+    let mut profiles = fitted(&sights).ok_or_else(unseen)?;
+    let content = Content { profiles: &profiles, tables: &plain, residual_px: FIRST_RESIDUAL_PX, colour };
+    let uncorrected = layout.bytes(&content);
+    let seen = found(&sights, bits, &opened(&uncorrected)?);
+    for (profile, radius_px) in profiles.iter_mut().zip(&radii_px) {
+        profile.colour_px = colour_px(&seen, layout.centre_px, *radius_px, colour);
+    }
+    let content = Content { profiles: &profiles, tables: &plain, residual_px: FIRST_RESIDUAL_PX, colour };
+    let coloured = layout.bytes(&content);
+    let tables = corrections::tables(&misses(&seen, &opened(&coloured)?), &nodes).ok_or_else(unseen)?;
+    let content = Content { tables: &tables, ..content };
+    let corrected = layout.bytes(&content);
+    let corrected = opened(&corrected)?;
+    let residual_px = residual_px(&found(&sights, bits, &corrected), &corrected);
+    let bytes = layout.bytes(&Content { residual_px, ..content });
+    let outwards_px = |distance_px: f64| {
+        let nearest = (distance_px / f64::from(PROFILE_STEP_PX)).round() as usize;
+        profiles.get(nearest.min(profiles.len() - 1)).map_or(0.0, |profile| profiles::outwards_px(&profile.points))
+    };
+    let views = views(&seen, &attitudes, layout.centre_px, outwards_px);
+    Ok(Built { stars: seen.len(), bytes, residual_px, views })
 }
 
 /// Maps on all processors, in order. Not by rayon: callers hold a lock, and a worker of a pool that waits
 /// takes up other work, which may want the same lock.
-fn in_parallel<T: Sync, R: Send>(items: &[T], map: impl Fn(&T) -> Option<R> + Sync) -> Option<Vec<R>> {
+fn in_parallel<'t, T: Sync, R: Send>(
+    items: &'t [T],
+    map: impl Fn(&'t T) -> Option<R> + Sync,
+) -> Option<Vec<R>> {
     let workers = std::thread::available_parallelism().map_or(1, |count| count.get());
     let share = items.len().div_ceil(workers).max(1);
     std::thread::scope(|scope| {
@@ -283,35 +269,6 @@ fn in_parallel<T: Sync, R: Send>(items: &[T], map: impl Fn(&T) -> Option<R> + Sy
         }
         Some(all)
     })
-}
-
-/// Root mean square error an axis of stars without noise over places, phases and colours, px.
-fn residual_px(lens: &Lens, calibration: &Calibration) -> Option<f64> {
-    let noise = Noise::new(1, 0, Stream::Centroid);
-    let margin = 2.0 * f64::from(HALF_WINDOW_PX);
-    let along = |side: u16, part: f64| margin + (f64::from(side) - 2.0 * margin) * part;
-    let places: Vec<_> = (0..CHECKS)
-        .map(|k| {
-            [
-                along(lens.camera.width_px, noise.uniform(k, 0)),
-                along(lens.camera.height_px, noise.uniform(k, 1)),
-            ]
-        })
-        .collect();
-    let squares = in_parallel(&places, |place| {
-        Some(COLOURS.iter().fold((0.0, 0.0), |(sum, count), b_v| {
-            match lens.measured(*place, *b_v, Some(calibration)) {
-                Some(seen) => {
-                    let shift = calibration.colour_shift_px(place.map(|px| px as f32), *b_v as f32);
-                    let square = |k: usize| (seen[k] - place[k] - f64::from(shift[k])).powi(2);
-                    (sum + square(0) + square(1), count + 2.0)
-                }
-                None => (sum, count),
-            }
-        }))
-    })?;
-    let (sum, count) = squares.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
-    (count > 0.0).then(|| (sum / count).sqrt())
 }
 
 #[cfg(test)]

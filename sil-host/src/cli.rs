@@ -36,7 +36,7 @@ pub enum Command {
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
     #[command(after_help = crate::attitude::LINES)]
     Attitude(AttitudeArguments),
-    /// Focal length, optical centre and distortion of a lens from its sky pictures
+    /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky pictures
     Calibrate(CalibrateArguments),
     /// Bad pixels and columns' offsets of a detector, from dark pictures, for the flight code
     Defects(DefectsArguments),
@@ -46,8 +46,8 @@ pub enum Command {
     Record(RecordArguments),
     /// Centroid errors by magnitude, beside the Cramer-Rao bound
     Centroids(CentroidsArguments),
-    /// Star profiles and correction tables of a scenario's camera, for the flight code
-    Corrections(CorrectionsArguments),
+    /// Pictures of the sky that a camera at rest takes, to calibrate it
+    SkyPictures(SkyPicturesArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
@@ -199,9 +199,13 @@ pub struct CalibrateArguments {
     /// Camera file to start from, its focal length right to 2 %
     #[arg(long, value_name = "START.toml")]
     pub camera: PathBuf,
-    /// Camera file to write; a drawing of the residuals comes beside it (.svg)
+    /// Camera file to write; a drawing of the residuals (.svg) comes beside it, and the star profiles and
+    /// corrections (.corr) where the pictures show enough stars
     #[arg(long, value_name = "CAM.toml")]
     pub out: PathBuf,
+    /// Charge of a full pixel by the detector's data sheet, electrons
+    #[arg(long, value_name = "E", default_value_t = 40_000.0, allow_negative_numbers = true)]
+    pub full_well_e: f64,
 }
 
 /// Arguments of `defects`.
@@ -347,14 +351,20 @@ pub struct CentroidsArguments {
     pub seed: u64,
 }
 
-/// Arguments of `corrections`.
+/// Arguments of `sky-pictures`.
 #[derive(Debug, Args)]
-pub struct CorrectionsArguments {
-    /// Scenario file, or the name of one that comes with the program [default: geo-eclipse]
-    #[arg(value_name = "SCENARIO.toml")]
-    pub scenario: Option<PathBuf>,
-    /// The file to write
-    #[arg(long, value_name = "FILE.corr")]
+pub struct SkyPicturesArguments {
+    /// Number of pictures
+    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub count: u32,
+    /// Camera file [default: the reference camera]
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: Option<PathBuf>,
+    /// Seed of attitudes and noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for sky-0000.png and so on; made where it is missing
+    #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::calibration::{COLOUR, Lens, window_about};
+use crate::calibration::centroid::{COLOUR, Lens, window_about};
 use crate::camera_file::CameraFile;
 use crate::flight::{self, REFERENCE_CALIBRATION};
 use crate::judge::{arcsec, attitude_error};

@@ -15,7 +15,7 @@ use super::fly_open;
 use super::lines::LinesFile;
 use crate::cli::CampaignAcquireArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
-use crate::flight;
+use crate::flight::{self, StarCalibration};
 use crate::json;
 use crate::judge::arcsec;
 use crate::run::harness::{Flight, truth_of};
@@ -96,7 +96,7 @@ fn satellite(
 /// Flies a run.
 fn fly(
     base: &Scenario,
-    catalogue: Catalogue<'static>,
+    (catalogue, calibration): (Catalogue<'static>, Option<&StarCalibration>),
     seed: u64,
     run: u64,
     workspace: &mut Workspace,
@@ -114,7 +114,7 @@ fn fly(
         sigma_arcsec: None,
         stars: 0,
     };
-    let mut flight = Flight::new(&scenario, &mut scene, catalogue, workspace)?;
+    let mut flight = Flight::new(&scenario, &mut scene, catalogue, calibration, workspace)?;
     // The self-test has the first second.
     for cycle in 0..=CYCLES {
         flight.second(|second| {
@@ -226,6 +226,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
     let base = Scenario::parse(Path::new("the satellite of the campaign"), TEXT)?;
     let camera = flight::camera(&base.camera, &base.file)?;
     let catalogue = flight::flight_catalogue(&camera, &base.file)?;
+    let calibration = base.calibration()?;
     let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
     let wanted = 0..arguments.runs;
     let done: BTreeMap<u64, Run> = held
@@ -236,7 +237,7 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
     let terminal = ("acquire", arguments.common.json);
     let workspace = || Box::new(Workspace::new());
     fly_open(terminal, &file, done, wanted, workspace, |workspace, run| {
-        fly(&base, catalogue, seed, run, workspace)
+        fly(&base, (catalogue, calibration.as_ref()), seed, run, workspace)
     })
 }
 

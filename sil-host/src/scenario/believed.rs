@@ -1,0 +1,189 @@
+//! The `[believed]` of a scenario: how what the flight code is told differs from what is.
+//!
+//! Every key is *told less true*, 0 for no difference. The defaults are those of a camera that was calibrated
+//! on the ground, on a cooler day, and launched; they are differences of one instrument and do not change
+//! with the seed. Those of the camera come beside what `calibrate` errs by
+//! ([`crate::flight::calibrated_camera`]).
+//!
+//! | key | default | where the default comes from |
+//! |---|---|---|
+//! | `focal_length_ppm` | -50 | calibrated 5 K cooler, the lens grows by 10 ppm a kelvin ([`pictures`]) |
+//! | `optical_centre_px` | `[0.05, -0.05]` | a lens that has moved in its barrel by 0.4 um at launch |
+//! | `distortion_px` | 0.02 | radial, at the farthest corner: what calibrations of a year apart differ by |
+//! | `mount_deg` | `[0.003, -0.002, 0.002]` | turns of the star path about its axes: 10 arcsec of a theodolite |
+//! | `row_time_percent` | 0.01 | a quartz clock, 100 ppm |
+//! | `gyro_percent` | -20 | noise, walk, bias and scale error: a data sheet of the better specimens |
+//! | `clock_offset_s` | 0.02 | one way light time and processing of a time message left uncorrected |
+//! | `clock_drift_ppm` | 1 | a temperature-compensated quartz, 0.09 s a day |
+//! | `detector_gain_percent` | 3 | electrons a digital number by a photon transfer curve |
+//!
+//! The star calibration has the gain's difference and no other key: it is made of pictures of the cooler lens ([`crate::calibration`]), that
+//! of the reference camera once and for all.
+//!
+//! [`pictures`]: crate::calibration::pictures
+
+use super::text::Text;
+use crate::calibration::pictures::{FOCAL_LENGTH_PER_K, GAIN_FOUND, WARMER_K};
+use crate::camera_file::CameraFile;
+use crate::error::HostError;
+use crate::world::attitude::matrix;
+use crate::world::gyro::GyroModel;
+use crate::world::pointing::{Mount, quaternion, rotation};
+use crate::world::vector::product;
+use fsw_hal::{Instant, LocalTime};
+use serde::Deserialize;
+use toml::Spanned;
+
+/// What the flight code is told, less what is true.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Believed {
+    /// Focal length, parts per million.
+    pub focal_length_ppm: f64,
+    /// Optical centre, px.
+    pub optical_centre_px: [f64; 2],
+    /// Radial distortion at the farthest corner, px.
+    pub distortion_px: f64,
+    /// Star path to Earth path: turns about the axes of the star path, degrees.
+    pub mount_deg: [f64; 3],
+    /// Time from a row to the next, percent.
+    pub row_time_percent: f64,
+    /// Errors of the gyro, percent.
+    pub gyro_percent: f64,
+    /// Clock at the start, s.
+    pub clock_offset_s: f64,
+    /// Rate of the clock, parts per million.
+    pub clock_drift_ppm: f64,
+    /// Electrons a digital number, percent.
+    pub detector_gain_percent: f64,
+}
+
+impl Default for Believed {
+    fn default() -> Self {
+        Self {
+            focal_length_ppm: -1e6 * FOCAL_LENGTH_PER_K * WARMER_K,
+            optical_centre_px: [0.05, -0.05],
+            distortion_px: 0.02,
+            mount_deg: [0.003, -0.002, 0.002],
+            row_time_percent: 0.01,
+            gyro_percent: -20.0,
+            clock_offset_s: 0.02,
+            clock_drift_ppm: 1.0,
+            detector_gain_percent: 100.0 * (GAIN_FOUND - 1.0),
+        }
+    }
+}
+
+impl Believed {
+    /// No difference: the flight code is told the truth.
+    pub const TRUTH: Self = Self {
+        focal_length_ppm: 0.0,
+        optical_centre_px: [0.0; 2],
+        distortion_px: 0.0,
+        mount_deg: [0.0; 3],
+        row_time_percent: 0.0,
+        gyro_percent: 0.0,
+        clock_offset_s: 0.0,
+        clock_drift_ppm: 0.0,
+        detector_gain_percent: 0.0,
+    };
+
+    /// The differences one by one: key, and the same with that one at zero.
+    pub fn each_at_zero(&self) -> [(&'static str, Self); 9] {
+        [
+            ("focal_length_ppm", Self { focal_length_ppm: 0.0, ..*self }),
+            ("optical_centre_px", Self { optical_centre_px: [0.0; 2], ..*self }),
+            ("distortion_px", Self { distortion_px: 0.0, ..*self }),
+            ("mount_deg", Self { mount_deg: [0.0; 3], ..*self }),
+            ("row_time_percent", Self { row_time_percent: 0.0, ..*self }),
+            ("gyro_percent", Self { gyro_percent: 0.0, ..*self }),
+            ("clock_offset_s", Self { clock_offset_s: 0.0, ..*self }),
+            ("clock_drift_ppm", Self { clock_drift_ppm: 0.0, ..*self }),
+            ("detector_gain_percent", Self { detector_gain_percent: 0.0, ..*self }),
+        ]
+    }
+
+    /// The camera as the flight code is told it; `camera` is as it was calibrated, on a day as warm.
+    pub fn camera(&self, camera: &CameraFile) -> CameraFile {
+        let mut told = camera.clone();
+        told.focal_length_px *= 1.0 + 1e-6 * self.focal_length_ppm;
+        for (at, by) in told.optical_centre_px.iter_mut().zip(self.optical_centre_px) {
+            *at += by;
+        }
+        let far = |side: u16, centre: f64| centre.max(f64::from(side) - 1.0 - centre) / camera.focal_length_px;
+        let [x, y] = camera.optical_centre_px;
+        let corner = libm::hypot(far(camera.width_px, x), far(camera.height_px, y));
+        told.distortion.k1 += self.distortion_px / (camera.focal_length_px * corner.powi(3));
+        told
+    }
+
+    /// Star path to Earth path as the flight code is told it, a quaternion.
+    pub fn star_to_earth(&self, mount: &Mount) -> [f64; 4] {
+        let turn = |axis: usize| rotation(axis, self.mount_deg[axis].to_radians());
+        let turned = product(&turn(2), &product(&turn(1), &turn(0)));
+        quaternion(&product(&matrix(mount.star_to_earth()), &turned))
+    }
+
+    /// The gyro as its data sheet has it.
+    pub fn gyro(&self, gyro: &GyroModel) -> GyroModel {
+        let share = 1.0 + 0.01 * self.gyro_percent;
+        GyroModel {
+            noise_deg_s: gyro.noise_deg_s * share,
+            bias_deg_s: gyro.bias_deg_s * share,
+            drift_deg_s_h: gyro.drift_deg_s_h * share,
+            scale_error: gyro.scale_error * share,
+            ..*gyro
+        }
+    }
+
+    /// What counter and clock read `elapsed_us` after power-on, where it is truly `terrestrial_us`; both run
+    /// on one quartz.
+    pub fn clock(&self, elapsed_us: i64, terrestrial_us: i64) -> Instant {
+        let gained_us = (elapsed_us as f64 * 1e-6 * self.clock_drift_ppm).round() as i64;
+        let offset_us = (1e6 * self.clock_offset_s).round() as i64;
+        Instant::new(LocalTime::from_us(elapsed_us + gained_us), terrestrial_us + offset_us + gained_us)
+    }
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawBelieved {
+    focal_length_ppm: Option<Spanned<f64>>,
+    optical_centre_px: Option<Spanned<[f64; 2]>>,
+    distortion_px: Option<Spanned<f64>>,
+    mount_deg: Option<Spanned<[f64; 3]>>,
+    row_time_percent: Option<Spanned<f64>>,
+    gyro_percent: Option<Spanned<f64>>,
+    clock_offset_s: Option<Spanned<f64>>,
+    clock_drift_ppm: Option<Spanned<f64>>,
+    detector_gain_percent: Option<Spanned<f64>>,
+}
+
+/// Reads the table.
+pub(super) fn read(text: &Text<'_>, raw: &RawBelieved) -> Result<Believed, HostError> {
+    let number = |key: &str, value: &Option<Spanned<f64>>, default: f64, most: f64| {
+        text.number(&format!("believed.{key}"), value.as_ref(), default, (-most, most))
+    };
+    let default = Believed::default();
+    Ok(Believed {
+        focal_length_ppm: number("focal_length_ppm", &raw.focal_length_ppm, default.focal_length_ppm, 1e5)?,
+        optical_centre_px: match &raw.optical_centre_px {
+            Some(centre) => text.array("believed.optical_centre_px", centre, (-100.0, 100.0))?,
+            None => default.optical_centre_px,
+        },
+        distortion_px: number("distortion_px", &raw.distortion_px, default.distortion_px, 100.0)?,
+        mount_deg: match &raw.mount_deg {
+            Some(turns) => text.array("believed.mount_deg", turns, (-10.0, 10.0))?,
+            None => default.mount_deg,
+        },
+        row_time_percent: number("row_time_percent", &raw.row_time_percent, default.row_time_percent, 100.0)?,
+        gyro_percent: number("gyro_percent", &raw.gyro_percent, default.gyro_percent, 99.0)?,
+        clock_offset_s: number("clock_offset_s", &raw.clock_offset_s, default.clock_offset_s, 3600.0)?,
+        clock_drift_ppm: number("clock_drift_ppm", &raw.clock_drift_ppm, default.clock_drift_ppm, 1000.0)?,
+        detector_gain_percent: number(
+            "detector_gain_percent",
+            &raw.detector_gain_percent,
+            default.detector_gain_percent,
+            90.0,
+        )?,
+    })
+}
