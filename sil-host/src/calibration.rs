@@ -9,8 +9,8 @@
 //!    are done once more (`ROUNDS`).
 //! 3. What is missing to where the stars should be becomes the displacement by colour of each profile and the
 //!    correction tables.
-//! 4. What is then left beyond the noise is the part of a centroid's error that is no noise; it is written
-//!    into the file.
+//! 4. What is then left beyond the noise in every `JUDGING_OF`th picture, which the fits have not seen, is the
+//!    part of a centroid's error that is no noise; it is written into the file.
 
 pub mod centroid;
 mod corrections;
@@ -47,8 +47,10 @@ const FIRST_RESIDUAL_PX: f64 = 0.01;
 const OUTLIER: f64 = 5.0;
 /// Half the width of the ring over which a displacement by colour is taken, px: it is as smooth as the lens.
 const COLOUR_RING_PX: f64 = 96.0;
-/// The rest is told from centroids with less noise than this, px.
-const QUIET_PX: f64 = 0.03;
+/// Of so many pictures one is not fitted but judges the fit.
+const JUDGING_OF: usize = 5;
+/// Rounds of the fit of what is left and the weights that depend on it.
+const RESIDUAL_ROUNDS: u32 = 10;
 
 /// A calibration, and what it was made from.
 #[derive(Debug, Clone)]
@@ -123,7 +125,8 @@ fn empty_dn(sights: &[Sight]) -> f64 {
         values.get(values.len() / 2).copied().unwrap_or(1.0)
     };
     let of_sight = |sight: &Sight| {
-        let line: Vec<f64> = sight.pixels.iter().take(sight.window.width.into()).map(|v| f64::from(*v)).collect();
+        let line: Vec<f64> =
+            sight.pixels.iter().take(sight.window.width.into()).map(|v| f64::from(*v)).collect();
         let floor = middle(&mut line.clone());
         middle(&mut line.iter().map(|value| (value - floor).abs()).collect())
     };
@@ -164,23 +167,110 @@ fn misses(found: &[Found], calibration: &Calibration) -> Vec<Miss> {
     found.iter().map(miss).collect()
 }
 
-/// Root mean square of what a calibration leaves beyond the noise, px an axis.
+/// What a calibration leaves of the errors of centroids without noise, px an axis.
 fn residual_px(found: &[Found], calibration: &Calibration) -> f64 {
-    let (mut beyond, mut count) = (0.0, 0.0);
-    let all = found.iter().zip(misses(found, calibration));
-    for (star, miss) in all.filter(|(star, _)| star.noise_px < QUIET_PX) {
-        for part in miss.correction_px {
-            beyond += part * part - star.noise_px * star.noise_px;
-            count += 1.0;
+    let both = |(star, miss): (&Found, Miss)| miss.correction_px.map(|px| (star.noise_px.powi(2), px * px));
+    beyond_noise_px(&found.iter().zip(misses(found, calibration)).flat_map(both).collect::<Vec<_>>())
+}
+
+/// `r` of `E[miss²] = r² + a noise²`, px, from pairs of `noise²` and `miss²`, by least squares weighted with the
+/// squares' own scatter. `a` takes up that the flight code's noise is an upper bound. Never less than a
+/// standard deviation of `r²`: fewer stars prove less.
+fn beyond_noise_px(squares: &[(f64, f64)]) -> f64 {
+    let (mut residual2, mut share) = (FIRST_RESIDUAL_PX.powi(2), 1.0);
+    for _ in 0..RESIDUAL_ROUNDS {
+        let [mut w, mut v, mut vv, mut m, mut vm] = [0.0; 5];
+        for (noise2, miss2) in squares {
+            // A square of a normal error scatters by sqrt(2) of its mean.
+            let weight = 0.5 / (residual2 + share * noise2).powi(2);
+            (w, v, vv) = (w + weight, v + weight * noise2, vv + weight * noise2 * noise2);
+            (m, vm) = (m + weight * miss2, vm + weight * noise2 * miss2);
         }
+        let determinant = w * vv - v * v;
+        if determinant.is_nan() || determinant <= 0.0 {
+            break;
+        }
+        residual2 = ((vv * m - v * vm) / determinant).max((vv / determinant).sqrt());
+        share = ((w * vm - v * m) / determinant).max(0.1);
     }
-    eprintln!("beyond {beyond} of {count}");
-    (beyond / f64::max(count, 1.0)).max(1e-6).sqrt()
+    residual2.sqrt()
 }
 
 /// A calibration just made.
 fn opened(bytes: &[u8]) -> Result<Calibration<'_>, HostError> {
-    Calibration::open(bytes).map_err(|_| HostError::usage("the star profiles are no calibration", "report this"))
+    Calibration::open(bytes)
+        .map_err(|_| HostError::usage("the star profiles are no calibration", "report this"))
+}
+
+/// Pictures of too few stars, or of none that the flight code finds.
+fn few(what: impl Into<String>) -> HostError {
+    HostError::usage(what.into(), "give more pictures of the sky, or longer exposures")
+}
+
+fn unseen() -> HostError {
+    few("the flight code does not find the stars of these pictures")
+}
+
+/// What a calibration is made with, beside the stars.
+struct Bench<'c> {
+    camera: &'c CameraFile,
+    optics: Optics,
+    layout: Layout,
+    bits: u8,
+    noise: PixelNoise,
+    /// Mean colour of the stars, B-V.
+    colour: f64,
+}
+
+impl<'c> Bench<'c> {
+    fn new(
+        sights: &[Sight],
+        camera: &'c CameraFile,
+        (bits, full_well_e): (u8, f64),
+    ) -> Result<Self, HostError> {
+        let refused = || HostError::usage("only rectilinear cameras are calibrated", "give another camera");
+        Ok(Self {
+            camera,
+            optics: Optics::new(camera).ok_or_else(refused)?,
+            layout: Layout::new(camera, full_well_e)?,
+            bits,
+            noise: PixelNoise {
+                empty_dn: empty_dn(sights),
+                dn_per_e: f64::from((1u32 << bits) - 1) / full_well_e,
+            },
+            colour: sights.iter().map(|sight| sight.b_v).sum::<f64>() / sights.len() as f64,
+        })
+    }
+
+    /// Profiles of these stars, of a displacement by colour not known yet.
+    fn profiles(&self, sights: &[Sight]) -> Result<Vec<StarProfile>, HostError> {
+        let points = profiles::fit(sights, self.layout.centre_px, &self.layout.radii_px(), self.noise);
+        let profile = |points| StarProfile { points, colour_px: 0.0 };
+        Ok(points.ok_or_else(unseen)?.into_iter().map(profile).collect())
+    }
+
+    /// Bytes of a calibration; without tables nothing is corrected.
+    fn bytes(&self, profiles: &[StarProfile], tables: Option<&[Vec<[f64; 2]>]>, residual_px: f64) -> Vec<u8> {
+        let [columns, rows] = self.layout.nodes().count;
+        let plain = vec![vec![[0.0; 2]; PHASES * PHASES]; columns * rows];
+        let content =
+            Content { profiles, tables: tables.unwrap_or(&plain), residual_px, colour: self.colour };
+        self.layout.bytes(&content)
+    }
+
+    /// Fits the attitudes anew to what the flight code finds with profiles of these stars, and says where
+    /// they then should be.
+    fn align(&self, sights: &mut [Sight], attitudes: &mut Vec<[Vector; 3]>) -> Result<(), HostError> {
+        let bytes = self.bytes(&self.profiles(sights)?, None, FIRST_RESIDUAL_PX);
+        let views =
+            views(&found(sights, self.bits, &opened(&bytes)?), attitudes, self.layout.centre_px, |_| 0.0);
+        *attitudes = views.iter().map(|view| fit::attitude(self.camera, view)).collect();
+        for sight in sights {
+            let seen = self.optics.project(apply(&attitudes[sight.picture], sight.direction));
+            sight.at_px = seen.unwrap_or(sight.at_px);
+        }
+        Ok(())
+    }
 }
 
 /// Builds the calibration of `camera` from the stars of pictures of so many bits, taken in these attitudes,
@@ -194,59 +284,42 @@ pub fn build(
     camera: &CameraFile,
     (bits, full_well_e): (u8, f64),
 ) -> Result<Built, HostError> {
-    let few = |what: String| HostError::usage(what, "give more pictures of the sky, or longer exposures");
     if sights.len() < FEWEST_STARS {
         return Err(few(format!("{} stars do not give star profiles, {FEWEST_STARS} do", sights.len())));
     }
-    let unseen = || few("the flight code does not find the stars of these pictures".to_owned());
-        let optics = Optics::new(camera)
-        .ok_or_else(|| HostError::usage("only rectilinear cameras are calibrated", "give another camera"))?;
-    let layout = Layout::new(camera, full_well_e)?;
-    let (radii_px, nodes) = (layout.radii_px(), layout.nodes());
-    let colour = sights.iter().map(|sight| sight.b_v).sum::<f64>() / sights.len() as f64;
-    let noise = PixelNoise {
-        empty_dn: empty_dn(&sights),
-        dn_per_e: f64::from((1u32 << bits) - 1) / full_well_e,
-    };
-    let plain = vec![vec![[0.0; 2]; PHASES * PHASES]; nodes.count[0] * nodes.count[1]];
-    let fitted = |sights: &[Sight]| {
-        let points = profiles::fit(sights, layout.centre_px, &radii_px, noise)?;
-        Some(points.into_iter().map(|points| StarProfile { points, colour_px: 0.0 }).collect::<Vec<_>>())
-    };
+    let bench = Bench::new(&sights, camera, (bits, full_well_e))?;
     for _ in 1..ROUNDS {
-        let profiles = fitted(&sights).ok_or_else(unseen)?;
-        let content =
-            Content { profiles: &profiles, tables: &plain, residual_px: FIRST_RESIDUAL_PX, colour };
-        let bytes = layout.bytes(&content);
-        let seen = found(&sights, bits, &opened(&bytes)?);
-        let views = views(&seen, &attitudes, layout.centre_px, |_| 0.0);
-        attitudes = views.iter().map(|view| fit::attitude(camera, view)).collect();
-        for sight in &mut sights {
-            let seen = optics.project(apply(&attitudes[sight.picture], sight.direction));
-            sight.at_px = seen.unwrap_or(sight.at_px);
-        }
+        bench.align(&mut sights, &mut attitudes)?;
     }
-    let mut profiles = fitted(&sights).ok_or_else(unseen)?;
-    let content = Content { profiles: &profiles, tables: &plain, residual_px: FIRST_RESIDUAL_PX, colour };
-    let uncorrected = layout.bytes(&content);
-    let seen = found(&sights, bits, &opened(&uncorrected)?);
-    for (profile, radius_px) in profiles.iter_mut().zip(&radii_px) {
-        profile.colour_px = colour_px(&seen, layout.centre_px, *radius_px, colour);
+    let (judging, fitted): (Vec<Sight>, Vec<Sight>) =
+        sights.into_iter().partition(|sight| sight.picture % JUDGING_OF == JUDGING_OF - 1);
+    let mut profiles = bench.profiles(&fitted)?;
+    let bytes = bench.bytes(&profiles, None, FIRST_RESIDUAL_PX);
+    let uncorrected = opened(&bytes)?;
+    let mut seen = found(&fitted, bits, &uncorrected);
+    let centre_px = bench.layout.centre_px;
+    for (profile, radius_px) in profiles.iter_mut().zip(bench.layout.radii_px()) {
+        profile.colour_px = colour_px(&seen, centre_px, radius_px, bench.colour);
     }
-    let content = Content { profiles: &profiles, tables: &plain, residual_px: FIRST_RESIDUAL_PX, colour };
-    let coloured = layout.bytes(&content);
-    let tables = corrections::tables(&misses(&seen, &opened(&coloured)?), &nodes).ok_or_else(unseen)?;
-    let content = Content { tables: &tables, ..content };
-    let corrected = layout.bytes(&content);
-    let corrected = opened(&corrected)?;
-    let residual_px = residual_px(&found(&sights, bits, &corrected), &corrected);
-    let bytes = layout.bytes(&Content { residual_px, ..content });
+    let bytes = bench.bytes(&profiles, None, FIRST_RESIDUAL_PX);
+    let misses = misses(&seen, &opened(&bytes)?);
+    let tables = corrections::tables(&misses, &bench.layout.nodes()).ok_or_else(unseen)?;
+    let bytes = bench.bytes(&profiles, Some(&tables), FIRST_RESIDUAL_PX);
+    let corrected = opened(&bytes)?;
+    let residual_px = residual_px(&found(&judging, bits, &corrected), &corrected);
+    seen.extend(found(&judging, bits, &uncorrected));
     let outwards_px = |distance_px: f64| {
         let nearest = (distance_px / f64::from(PROFILE_STEP_PX)).round() as usize;
-        profiles.get(nearest.min(profiles.len() - 1)).map_or(0.0, |profile| profiles::outwards_px(&profile.points))
+        profiles
+            .get(nearest.min(profiles.len() - 1))
+            .map_or(0.0, |profile| profiles::outwards_px(&profile.points))
     };
-    let views = views(&seen, &attitudes, layout.centre_px, outwards_px);
-    Ok(Built { stars: seen.len(), bytes, residual_px, views })
+    Ok(Built {
+        stars: seen.len(),
+        views: views(&seen, &attitudes, centre_px, outwards_px),
+        bytes: bench.bytes(&profiles, Some(&tables), residual_px),
+        residual_px,
+    })
 }
 
 /// Maps on all processors, in order. Not by rayon: callers hold a lock, and a worker of a pool that waits

@@ -12,11 +12,13 @@
 //! | [`cases`] | the kinds of fields |
 //! | [`blocks`] | fields tried at a time |
 //! | [`flights`] | a scenario flown many times |
+//! | [`belief`] | the same with each difference between what is and what the flight code is told |
 //! | [`acquire`] | the whole sensor lost in space, from pixels |
 //! | [`earth`] | the Earth in single frames |
 //! | [`lines`] | the file of what is done |
 
 pub mod acquire;
+pub mod belief;
 pub mod blocks;
 pub mod cases;
 pub mod earth;

@@ -46,8 +46,6 @@ pub enum Command {
     Record(RecordArguments),
     /// Centroid errors by magnitude, beside the Cramer-Rao bound
     Centroids(CentroidsArguments),
-    /// Pictures of the sky that a camera at rest takes, to calibrate it
-    SkyPictures(SkyPicturesArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
@@ -194,8 +192,12 @@ pub struct AttitudeArguments {
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
     /// Pictures of one lens: PNG, TIFF, JPEG or FITS
-    #[arg(required = true, value_name = "IMAGE")]
+    #[arg(required_unless_present = "rendered", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
+    /// So many pictures of the rendered sky instead, through the camera of --camera in a laboratory that is
+    /// cooler than the flight
+    #[arg(long, value_name = "N", conflicts_with = "images", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rendered: Option<u32>,
     /// Camera file to start from, its focal length right to 2 %
     #[arg(long, value_name = "START.toml")]
     pub camera: PathBuf,
@@ -203,8 +205,8 @@ pub struct CalibrateArguments {
     /// corrections (.corr) where the pictures show enough stars
     #[arg(long, value_name = "CAM.toml")]
     pub out: PathBuf,
-    /// Charge of a full pixel by the detector's data sheet, electrons
-    #[arg(long, value_name = "E", default_value_t = 40_000.0, allow_negative_numbers = true)]
+    /// Charge of a full pixel by the detector's data sheet, electrons; of a rendered one the laboratory's
+    #[arg(long, value_name = "E", default_value_t = 40_000.0, conflicts_with = "rendered")]
     pub full_well_e: f64,
 }
 
@@ -237,6 +239,9 @@ pub enum Campaign {
     Identify(CampaignIdentifyArguments),
     /// A scenario flown many times: every figure's median, its interval, what 95 % of the flights keep
     Run(CampaignRunArguments),
+    /// The same with every difference between what is and what the flight code is told, with none, and with
+    /// each alone or left out: what it costs, figure by figure
+    Belief(CampaignRunArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
     /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its
@@ -349,23 +354,6 @@ pub struct CentroidsArguments {
     /// Seed of places and noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-}
-
-/// Arguments of `sky-pictures`.
-#[derive(Debug, Args)]
-pub struct SkyPicturesArguments {
-    /// Number of pictures
-    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub count: u32,
-    /// Camera file [default: the reference camera]
-    #[arg(long, value_name = "CAM.toml")]
-    pub camera: Option<PathBuf>,
-    /// Seed of attitudes and noise
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
-    /// Folder for sky-0000.png and so on; made where it is missing
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
 }
 
 /// Arguments of `budget`.

@@ -3,8 +3,8 @@
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
 //! it was made for such a field, else one built in memory from the same star source.
 
-use crate::calibration::pictures::{self, Laboratory, SkyPicture};
 use crate::calibration;
+use crate::calibration::pictures::{self, Laboratory, SkyPicture};
 use crate::camera_file::{CameraFile, Projection};
 use crate::error::HostError;
 use crate::world::imaging::ImagingModel;
@@ -65,8 +65,7 @@ pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
 }
 
 /// The reference camera's calibration, also in the flight image. It and the camera file beside it were made
-/// once of pictures of the cooler lens: `sil-host sky-pictures --count 400 --out sky` and `sil-host calibrate
-/// sky/*.png --camera reference.toml --full-well-e 41200 --out reference-calibrated.toml`.
+/// of pictures of the cooler lens by the command that [`crate::calibrate`] names.
 pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference-calibrated.corr");
 
 /// A camera as it was calibrated, at the temperature of the flight: for the reference camera what `calibrate`
@@ -107,7 +106,11 @@ impl StarCalibration {
 
     /// The same with so many times the electrons a count.
     pub fn with_gain(&self, factor: f64) -> Self {
-        if (factor - 1.0).abs() < 1e-9 { self.clone() } else { Self::new(calibration::with_gain(&self.0, factor)) }
+        if (factor - 1.0).abs() < 1e-9 {
+            self.clone()
+        } else {
+            Self::new(calibration::with_gain(&self.0, factor))
+        }
     }
 }
 
@@ -115,8 +118,6 @@ impl StarCalibration {
 /// for them.
 const STARS: usize = 4_000;
 const PICTURES_MAX: u32 = 150;
-/// Seed of these pictures.
-const LABORATORY_SEED: u64 = 1;
 
 /// Calibrations made in this program, by what they were made from.
 static MADE: Mutex<BTreeMap<u32, Option<StarCalibration>>> = Mutex::new(BTreeMap::new());
@@ -154,7 +155,7 @@ fn calibrated(
 ) -> Result<Vec<u8>, HostError> {
     let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
     let (camera, imaging) = pictures::cooler(camera, imaging, pictures::WARMER_K);
-    let mut laboratory = Laboratory::new((&camera, &imaging), detector, &stars, LABORATORY_SEED)?;
+    let mut laboratory = Laboratory::new((&camera, &imaging), detector, &stars, pictures::SEED)?;
     let (mut sights, mut attitudes) = (Vec::new(), Vec::new());
     for index in 0..PICTURES_MAX {
         let SkyPicture { picture, attitude } = laboratory.picture(index)?;

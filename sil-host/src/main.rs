@@ -4,7 +4,7 @@
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
 use sil_host::{
-    attitude, budget, calibrate, calibration, campaign, centroids, defects, earth, identify, output, parameters, record,
+    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, output, parameters, record,
     render, run, solve,
 };
 use std::process::ExitCode;
@@ -37,12 +37,12 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Campaign(arguments)) => match arguments.of {
                 Campaign::Identify(arguments) => campaign::run(&arguments),
                 Campaign::Run(arguments) => campaign::flights::run(&arguments),
+                Campaign::Belief(arguments) => campaign::belief::run(&arguments),
                 Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
                 Campaign::Earth(arguments) => campaign::earth::run(&arguments),
             },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),
-            Some(Command::SkyPictures(arguments)) => calibration::pictures::run(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
             Some(Command::Parameters(arguments)) => parameters::run(&arguments),
         },

@@ -37,11 +37,7 @@ impl Kind {
     }
 }
 
-/// A grey picture of 16 bits.
-///
-/// # Errors
-/// Never for pixels of this size.
-pub fn png(pixels: &[u16], geometry: DetectorGeometry) -> Result<Vec<u8>, image::ImageError> {
+fn png(pixels: &[u16], geometry: DetectorGeometry) -> Result<Vec<u8>, image::ImageError> {
     // The encoder takes the machine's byte order and writes the format's.
     let bytes: Vec<u8> = pixels.iter().flat_map(|value| value.to_ne_bytes()).collect();
     let (width, height) = (geometry.width_px.into(), geometry.height_px.into());

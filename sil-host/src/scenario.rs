@@ -37,7 +37,7 @@ mod pointing;
 mod sky;
 mod text;
 
-pub use believed::Believed;
+pub use believed::{Believed, PARTS};
 pub use limits::Limit;
 
 use crate::calibration::pictures::GAIN_FOUND;
@@ -296,8 +296,7 @@ impl Scenario {
     /// When the camera file names a table that cannot be read.
     pub fn calibration(&self) -> Result<Option<StarCalibration>, HostError> {
         let made = flight::calibration(&self.camera, &self.imaging, &self.detector)?;
-        let factor = (1.0 + 0.01 * self.believed.detector_gain_percent) / GAIN_FOUND;
-        Ok(made.map(|calibration| calibration.with_gain(factor)))
+        Ok(made.map(|calibration| calibration.with_gain(self.believed.gain() / GAIN_FOUND)))
     }
 
     /// The camera as the flight code is told it.
@@ -308,17 +307,16 @@ impl Scenario {
     /// The flight code's parameters for this scenario, with this calibration: the only place where they are
     /// made, all from what is [believed](Believed).
     pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
-        let camera = flight::camera_parameters(&self.believed_camera());
+        let defaults = Parameters::for_camera(flight::camera_parameters(&self.believed_camera()));
         let star_to_earth = self.believed.star_to_earth(&self.mount).map(|part| part as f32);
-        let mount = MountParameters { star_to_earth };
-        let row_time_s = self.imaging.shutter.row_time_s() * (1.0 + 0.01 * self.believed.row_time_percent);
+        let mount = MountParameters { star_to_earth, ..defaults.mount };
+        let row_time_s = self.believed.row_time_s(self.imaging.shutter.row_time_s());
         let gyro = self.gyro.as_ref().map(|gyro| self.believed.gyro(gyro));
         let calibration_crc = calibration.map_or(0, Calibration::crc);
         let identification = match calibration {
             Some(_) => IdentificationParameters::of_calibrated_lens(),
             None => IdentificationParameters::default(),
         };
-        let defaults = Parameters::for_camera(camera);
         let rate_sensor = gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
             // One that is too noisy is left to the report: the flight code would refuse it.
             Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()

@@ -76,7 +76,9 @@ pub fn tables(misses: &[Miss], nodes: &Nodes) -> Option<Vec<Vec<[f64; 2]>>> {
         let entries: Vec<(usize, f64)> = nodes
             .about(miss.at_px)
             .into_iter()
-            .flat_map(|(node, share)| terms.iter().enumerate().map(move |(k, term)| (node * TERMS + k, share * term)))
+            .flat_map(|(node, share)| {
+                terms.iter().enumerate().map(move |(k, term)| (node * TERMS + k, share * term))
+            })
             .collect();
         for (i, a) in &entries {
             for (axis, right) in right.iter_mut().enumerate() {
@@ -90,7 +92,8 @@ pub fn tables(misses: &[Miss], nodes: &Nodes) -> Option<Vec<Vec<[f64; 2]>>> {
     let factors = matrix.cholesky()?;
     let found = right.map(|right| factors.solve(&right));
     let step = 1.0 / (PHASES - 1) as f64;
-    let phases = || (0..PHASES).flat_map(|y| (0..PHASES).map(move |x| terms([x as f64 * step, y as f64 * step])));
+    let phases =
+        || (0..PHASES).flat_map(|y| (0..PHASES).map(move |x| terms([x as f64 * step, y as f64 * step])));
     let table = |node: usize| {
         let value = |terms: &[f64; TERMS], axis: usize| {
             terms.iter().enumerate().map(|(k, term)| term * found[axis][node * TERMS + k]).sum::<f64>()

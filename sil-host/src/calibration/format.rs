@@ -1,7 +1,7 @@
 //! Where profiles and tables of a calibration lie, and its bytes.
 
-use super::{HALF_WINDOW_PX, PROFILE_STEP_PX, TABLE_STEP_PX};
 use super::corrections::Nodes;
+use super::{HALF_WINDOW_PX, PROFILE_STEP_PX, TABLE_STEP_PX};
 use crate::camera_file::CameraFile;
 use crate::error::HostError;
 use fsw_core::checksum::crc32;
@@ -10,6 +10,8 @@ use fsw_core::image::calibration::{CRC_FROM, HEADER_BYTES, MAGIC, VERSION};
 
 /// Greatest correction in the tables, px.
 const LARGEST_PX: f64 = 0.4;
+/// Charge of a full pixel that a detector may have, electrons.
+const FULL_WELL_E: std::ops::RangeInclusive<f64> = 100.0..=1e8;
 /// Where the electrons of a scaled count stand.
 const ELECTRONS_OFFSET: usize = 48;
 /// Where the checksum stands.
@@ -51,8 +53,12 @@ impl Layout {
     /// Of a camera whose pixels hold so many electrons at full scale.
     ///
     /// # Errors
-    /// Where the optical centre lies off the detector.
+    /// Where the optical centre lies off the detector, or no detector holds so few or many electrons.
     pub fn new(camera: &CameraFile, full_well_e: f64) -> Result<Self, HostError> {
+        if !FULL_WELL_E.contains(&full_well_e) {
+            let what = format!("a full well of {full_well_e} electrons is out of range");
+            return Err(HostError::usage(what, "give 100 to 1e8"));
+        }
         let size_px = [camera.width_px, camera.height_px];
         let margin = 2.0 * f64::from(HALF_WINDOW_PX);
         let inside = |at: f64, side: u16| (margin..=f64::from(side) - margin).contains(&at);
@@ -67,7 +73,9 @@ impl Layout {
 
     /// Distances of the profiles from the optical centre, px.
     pub fn radii_px(&self) -> Vec<f64> {
-        let far = |axis: usize| self.centre_px[axis].max(f64::from(self.size_px[axis]) - 1.0 - self.centre_px[axis]);
+        let far = |axis: usize| {
+            self.centre_px[axis].max(f64::from(self.size_px[axis]) - 1.0 - self.centre_px[axis])
+        };
         let last = (libm::hypot(far(0), far(1)) / f64::from(PROFILE_STEP_PX)).round() as u16;
         (0..=last).map(|index| f64::from(index) * f64::from(PROFILE_STEP_PX)).collect()
     }

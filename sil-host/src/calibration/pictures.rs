@@ -7,11 +7,8 @@
 //! has. The lens is cooler than in flight, see [`cooler`].
 
 use crate::camera_file::CameraFile;
-use crate::cli::SkyPicturesArguments;
 use crate::error::HostError;
-use crate::output::write_whole;
 use crate::picture::Picture;
-use crate::render;
 use crate::world::attitude::{Vector, matrix, uniform};
 use crate::world::disturbances::Disturbances;
 use crate::world::imaging::ImagingModel;
@@ -20,12 +17,11 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::protons::Protons;
 use crate::world::psf::{LensModel, PsfModel};
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
-use crate::world::sky;
 use crate::world::stars::DetectorModel;
-use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_hal::{Detector, DetectorGeometry};
-use std::process::ExitCode;
 
+/// Seed of attitudes, noise and pixel pattern.
+pub const SEED: u64 = 1;
 /// Exposure, µs: the longest of the detector; faint stars are many.
 pub const EXPOSURE_US: u32 = 2_000_000;
 /// Bits of the pictures' values.
@@ -38,7 +34,7 @@ const PEDESTAL: f64 = 2048.0;
 pub const WARMER_K: f64 = 5.0;
 /// Electrons a digital number as a laboratory finds them, over the true ones: a photon transfer curve.
 pub const GAIN_FOUND: f64 = 1.03;
-/// Growth of the focal length: a lens that is compensated to less than half of its aluminium barrel's 23e-6.
+/// Growth of the focal length a kelvin: a lens that is compensated to less than half of its aluminium barrel's 23e-6.
 pub const FOCAL_LENGTH_PER_K: f64 = 10e-6;
 
 /// The camera and its optics as many kelvins cooler: focal length and best focus go with the barrel.
@@ -47,9 +43,7 @@ pub fn cooler(camera: &CameraFile, imaging: &ImagingModel, kelvins: f64) -> (Cam
     let focal_length_px = camera.focal_length_px * (1.0 - share);
     let moved_mm = share * camera.focal_length_px * 1e-3 * imaging.pixel_pitch_um;
     let psf = match imaging.psf {
-        PsfModel::Lens(lens) => {
-            PsfModel::Lens(LensModel { defocus_mm: lens.defocus_mm - moved_mm, ..lens })
-        }
+        PsfModel::Lens(lens) => PsfModel::Lens(LensModel { defocus_mm: lens.defocus_mm - moved_mm, ..lens }),
         round @ PsfModel::Gaussian { .. } => round,
     };
     (CameraFile { focal_length_px, ..camera.clone() }, ImagingModel { psf, ..*imaging })
@@ -84,8 +78,7 @@ impl Laboratory {
         stars: &[WorldStar],
         seed: u64,
     ) -> Result<Self, HostError> {
-        let mut settings =
-            SceneSettings::new(camera.clone(), Motion::fixed([0.0, 0.0, 0.0, 1.0]), seed);
+        let mut settings = SceneSettings::new(camera.clone(), Motion::fixed([0.0, 0.0, 0.0, 1.0]), seed);
         settings.imaging = *imaging;
         settings.detector = *detector;
         settings.disturbances = Disturbances { protons: Protons::Fixed(0), ..Disturbances::default() };
@@ -133,27 +126,4 @@ fn exposed(scene: &mut Scene, cycle: u64) -> Result<Vec<u16>, HostError> {
     let mut pixels = vec![0; whole.area()];
     scene.read(whole, &mut pixels).map_err(fault)?;
     Ok(pixels)
-}
-
-/// Runs `sil-host sky-pictures`.
-///
-/// # Errors
-/// When the camera cannot be drawn or a file not be written.
-pub fn run(arguments: &SkyPicturesArguments) -> Result<ExitCode, HostError> {
-    let camera = arguments.camera.as_deref().map_or_else(|| Ok(CameraFile::reference()), CameraFile::load)?;
-    let (camera, imaging) = cooler(&camera, &ImagingModel::REFERENCE, WARMER_K);
-    let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
-    let detector = DetectorModel::reference();
-    let mut laboratory = Laboratory::new((&camera, &imaging), &detector, &stars, arguments.seed)?;
-    std::fs::create_dir_all(&arguments.out)
-        .map_err(|error| HostError::system(&arguments.out, "made", &error, "give another folder"))?;
-    for index in 0..arguments.count {
-        let SkyPicture { picture, .. } = laboratory.picture(index)?;
-        let path = arguments.out.join(format!("sky-{index:04}.png"));
-        let bytes = render::png(picture.pixels(), picture.geometry())
-            .map_err(|error| HostError::usage(error.to_string(), "report this"))?;
-        write_whole(&path, &bytes)?;
-    }
-    say!("{}: {} pictures", arguments.out.display(), arguments.count);
-    Ok(ExitCode::SUCCESS)
 }

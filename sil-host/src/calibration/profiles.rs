@@ -74,7 +74,8 @@ fn turned(sight: &Sight, centre_px: [f64; 2]) -> Vec<(Option<[(usize, f64); 9]>,
 
 /// The star's flux and floor by its pixels beyond the profile's reach and the sum of the others.
 fn first_light(pixels: &[(Option<[(usize, f64); 9]>, f64)]) -> Light {
-    let mut outside: Vec<f64> = pixels.iter().filter(|(near, _)| near.is_none()).map(|pixel| pixel.1).collect();
+    let mut outside: Vec<f64> =
+        pixels.iter().filter(|(near, _)| near.is_none()).map(|pixel| pixel.1).collect();
     outside.sort_by(f64::total_cmp);
     let floor = outside.get(outside.len() / 2).copied().unwrap_or(0.0);
     let flux = pixels.iter().filter(|(near, _)| near.is_some()).map(|(_, value)| value - floor).sum();
@@ -117,8 +118,11 @@ fn ring(stars: &[&Sight], centre_px: [f64; 2], noise: PixelNoise) -> Option<Vec<
     let mut lights: Vec<_> = pixels.iter().map(|pixels| first_light(pixels)).collect();
     let mut spline: Option<Vec<f64>> = None;
     for _ in 0..ROUNDS {
-        let (mut matrix, mut right) = (DMatrix::zeros(COEFFICIENTS, COEFFICIENTS), DVector::zeros(COEFFICIENTS));
-        for (pixels, light) in pixels.iter().zip(&lights).filter(|(_, light)| light.flux > 20.0 * noise.empty_dn) {
+        let (mut matrix, mut right) =
+            (DMatrix::zeros(COEFFICIENTS, COEFFICIENTS), DVector::zeros(COEFFICIENTS));
+        for (pixels, light) in
+            pixels.iter().zip(&lights).filter(|(_, light)| light.flux > 20.0 * noise.empty_dn)
+        {
             for (near, value) in pixels {
                 let Some(near_points) = near else { continue };
                 let seen = (value - light.floor) / light.flux;
@@ -138,7 +142,8 @@ fn ring(stars: &[&Sight], centre_px: [f64; 2], noise: PixelNoise) -> Option<Vec<
         smooth(&mut matrix);
         let solution = matrix.cholesky()?.solve(&right);
         // A star's light is in all pixels together once.
-        let row_sum = |row: usize| (0..RADIAL_POINTS).map(|column| solution[row * RADIAL_POINTS + column]).sum::<f64>();
+        let row_sum =
+            |row: usize| (0..RADIAL_POINTS).map(|column| solution[row * RADIAL_POINTS + column]).sum::<f64>();
         let all = row_sum(0) + 2.0 * (1..TANGENTIAL_POINTS).map(row_sum).sum::<f64>();
         let whole = all / (POINTS_PER_PX * POINTS_PER_PX) as f64;
         let found: Vec<f64> = solution.iter().map(|point| point / whole).collect();
@@ -178,15 +183,19 @@ fn smooth(matrix: &mut DMatrix<f64>) {
 
 /// Coefficients of the profiles at these distances from the optical centre; `None` where the stars do not
 /// determine them.
-pub fn fit(sights: &[Sight], centre_px: [f64; 2], radii_px: &[f64], noise: PixelNoise) -> Option<Vec<Vec<f64>>> {
+pub fn fit(
+    sights: &[Sight],
+    centre_px: [f64; 2],
+    radii_px: &[f64],
+    noise: PixelNoise,
+) -> Option<Vec<Vec<f64>>> {
     let distance = |sight: &Sight| libm::hypot(sight.at_px[0] - centre_px[0], sight.at_px[1] - centre_px[1]);
     super::in_parallel(radii_px, |radius_px| {
         let mut by_ring: Vec<(f64, &Sight)> =
             sights.iter().map(|sight| ((distance(sight) - radius_px).abs(), sight)).collect();
         by_ring.sort_by(|a, b| a.0.total_cmp(&b.0));
         let within = by_ring.iter().take_while(|(beside, _)| *beside <= RING_PX).count();
-        let stars: Vec<&Sight> =
-            by_ring.iter().take(within.max(STARS)).map(|(_, sight)| *sight).collect();
+        let stars: Vec<&Sight> = by_ring.iter().take(within.max(STARS)).map(|(_, sight)| *sight).collect();
         ring(&stars, centre_px, noise)
     })
 }

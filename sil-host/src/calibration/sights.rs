@@ -51,10 +51,8 @@ impl Sight {
         let corner = width / 2 - HALF;
         (0..SIDE).flat_map(move |row| (0..SIDE).map(move |column| (corner + column, corner + row))).map(
             move |(column, row)| {
-                let place = [
-                    f64::from(x) + column as f64 - self.at_px[0],
-                    f64::from(y) + row as f64 - self.at_px[1],
-                ];
+                let place =
+                    [f64::from(x) + column as f64 - self.at_px[0], f64::from(y) + row as f64 - self.at_px[1]];
                 (place, f64::from(self.pixels[row * width + column]))
             },
         )

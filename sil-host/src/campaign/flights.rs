@@ -94,7 +94,7 @@ fn fly(base: &Scenario, seed: u64, run: u64) -> Result<Flown, HostError> {
 }
 
 /// The runs, those that the file holds already not flown again, in order.
-fn flown(base: &Scenario, arguments: &CampaignRunArguments) -> Result<Vec<Flown>, HostError> {
+pub(super) fn flown(base: &Scenario, arguments: &CampaignRunArguments) -> Result<Vec<Flown>, HostError> {
     let (file, held) = LinesFile::open::<Flown>(arguments.common.out.as_deref())?;
     let seed = arguments.common.seed;
     let numbers = arguments.first..arguments.first.saturating_add(arguments.runs);
@@ -105,7 +105,7 @@ fn flown(base: &Scenario, arguments: &CampaignRunArguments) -> Result<Vec<Flown>
 }
 
 /// A figure over the runs; `None` where none yielded it.
-fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row> {
+pub(super) fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row> {
     let of = |flown: &Flown| Some((*flown.figures.get(figure.key)?, flown.flight_seed));
     let mut values: Vec<(f64, u64)> = flown.iter().filter_map(of).collect();
     values.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -157,15 +157,19 @@ fn text(rows: &[Row]) -> String {
     text
 }
 
+/// The threads that fly, so many or one for each core.
+pub(super) fn threads(jobs: Option<usize>) -> Result<rayon::ThreadPool, HostError> {
+    let threads = rayon::ThreadPoolBuilder::new().num_threads(jobs.unwrap_or(0)).build();
+    threads.map_err(|error| HostError::usage(error.to_string(), "ask for fewer --jobs"))
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// When the scenario cannot be read or flown, or the file of runs cannot be used.
 pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
     let base = Scenario::named(arguments.scenario.as_deref())?;
-    let threads = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs.unwrap_or(0)).build();
-    let threads = threads.map_err(|error| HostError::usage(error.to_string(), "ask for fewer --jobs"))?;
-    let flown = threads.install(|| flown(&base, arguments))?;
+    let flown = threads(arguments.jobs)?.install(|| flown(&base, arguments))?;
     let rows: Vec<Row> = table::figures().filter_map(|figure| row(figure, &base.limits, &flown)).collect();
     if arguments.common.json {
         rows.iter().for_each(json::print_line);

@@ -9,7 +9,7 @@ use crate::flight::{self, StarCalibration};
 use crate::judge::Judged;
 use crate::judge::second::image_cycle;
 use crate::run::faults::{self, Fault, Faulty};
-use crate::scenario::Scenario;
+use crate::scenario::{Believed, Scenario};
 use crate::world::gyro::Gyro;
 use crate::world::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
@@ -18,7 +18,7 @@ use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, LocalTime, MagneticField, Magnetometer,
-    RateSensor, Window,
+    RateSensor, RateSensorError, Window,
 };
 
 /// A second that was flown.
@@ -177,14 +177,36 @@ impl<'a> Flight<'a> {
     }
 }
 
+/// The gyro behind a driver with the believed scale.
+struct DrivenGyro<'t> {
+    gyro: Gyro<'t>,
+    believed: &'t Believed,
+}
+
+impl fsw_hal::ErrorType for DrivenGyro<'_> {
+    type Error = RateSensorError;
+}
+
+impl RateSensor for DrivenGyro<'_> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+        let reading = self.gyro.angular_rate()?;
+        let driven = |AngularRate { instant, rad_s }| AngularRate {
+            instant,
+            rad_s: self.believed.gyro_reading(rad_s),
+        };
+        Ok(reading.map(driven))
+    }
+}
+
 /// The gyro in a second, where there is one.
 fn gyro_of<'t>(
     scenario: &'t Scenario,
     (cycle, instant): (u32, LocalTime),
     truth: &'t Truth,
-) -> Option<Gyro<'t>> {
+) -> Option<DrivenGyro<'t>> {
     let model = scenario.gyro.as_ref()?;
-    Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
+    let gyro = Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth };
+    Some(DrivenGyro { gyro, believed: &scenario.believed })
 }
 
 /// What the magnetometer reads in a second.
