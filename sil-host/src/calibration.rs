@@ -14,17 +14,18 @@
 
 pub mod centroid;
 mod corrections;
+pub mod fit;
 mod format;
 pub mod pictures;
 mod profiles;
 pub mod sights;
 
-use crate::calibrate::fit::{self, Sighting, View};
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
+use crate::formats::camera_file::CameraFile;
 use crate::world::attitude::{Vector, apply};
-use crate::world::optics::Optics;
+use crate::world::lens::optics::Optics;
 use corrections::Miss;
+use fit::{Sighting, View};
 pub use format::with_gain;
 use format::{Content, Layout, StarProfile};
 use fsw_core::image::calibration::{Calibration, PHASES};
@@ -345,5 +346,4 @@ fn in_parallel<'t, T: Sync, R: Send>(
 }
 
 #[cfg(test)]
-#[path = "calibration_tests.rs"]
 mod tests;

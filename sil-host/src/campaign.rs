@@ -27,10 +27,10 @@ pub mod lines;
 
 use crate::cli::CampaignIdentifyArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
+use crate::flight::lost_in_space::Solver;
 use crate::flight::{self, Density};
-use crate::json;
-use crate::lost_in_space::Solver;
-use crate::star_scene;
+use crate::formats::json;
+use crate::harness::star_scene;
 use crate::world::scene::WorldStar;
 use blocks::{Block, Key, Outcome};
 use cases::{Case, LIMIT_V, Maker, Peers};
@@ -270,5 +270,4 @@ fn print_summary(rows: &[Row]) {
 }
 
 #[cfg(test)]
-#[path = "campaign_tests.rs"]
 mod tests;

@@ -3,8 +3,9 @@
 //! In: the arguments of the process. Out: [`CommandLine`], or one line on stderr and exit status 2. Help and
 //! version go to stdout with status 0.
 
-use crate::error::{HostError, one_line};
+use crate::error::HostError;
 use crate::scenario;
+use crate::words::one_line;
 use clap::{Args, Parser, Subcommand};
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
@@ -34,7 +35,7 @@ pub enum Command {
     /// Identification of centroid lists, one field a line
     Identify(IdentifyArguments),
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
-    #[command(after_help = crate::attitude::LINES)]
+    #[command(after_help = crate::commands::attitude::methods::LINES)]
     Attitude(AttitudeArguments),
     /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky pictures
     Calibrate(CalibrateArguments),
@@ -178,7 +179,7 @@ pub struct AttitudeArguments {
     #[arg(value_name = "SETS.jsonl", required_unless_present = "table")]
     pub sets: Option<PathBuf>,
     /// Methods, separated by commas: svd, q, quest, foam, esoq, esoq2, lsq, anisotropic
-    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::attitude::method)]
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::commands::attitude::methods::method)]
     pub method: Vec<WahbaMethod>,
     /// All methods on the stars of the sky, beside the thesis's table 3.9 and the Cramer-Rao bound
     #[arg(long, conflicts_with_all = ["sets", "method"])]

@@ -3,13 +3,15 @@
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
 //! it was made for such a field, else one built in memory from the same star source.
 
+pub mod lost_in_space;
+
 use crate::calibration;
 use crate::calibration::pictures::{self, Laboratory, SkyPicture};
-use crate::camera_file::{CameraFile, Projection};
 use crate::error::HostError;
-use crate::world::imaging::ImagingModel;
+use crate::formats::camera_file::{CameraFile, Projection};
+use crate::world::detector::imaging::ImagingModel;
 use crate::world::sky;
-use crate::world::stars::DetectorModel;
+use crate::world::sky::stars::DetectorModel;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::camera::{self, Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;
@@ -65,7 +67,7 @@ pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
 }
 
 /// The reference camera's calibration, also in the flight image. It and the camera file beside it were made
-/// of pictures of the cooler lens by the command that [`crate::calibrate`] names.
+/// of pictures of the cooler lens by the command that [`crate::commands::calibrate`] names.
 pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference-calibrated.corr");
 
 /// A camera as it was calibrated, at the temperature of the flight: for the reference camera what `calibrate`

@@ -2,11 +2,11 @@
 //! status.
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
-use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{
-    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, output, parameters, record,
-    render, run, solve,
+use sil_host::commands::{
+    attitude, budget, calibrate, centroids, defects, earth, identify, parameters, record, render, run, solve,
 };
+use sil_host::error::{EXIT_BAD_INPUT, HostError};
+use sil_host::{campaign, output};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

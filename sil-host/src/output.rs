@@ -190,5 +190,4 @@ pub fn held(path: &Path, file: &File, what: &str) -> Result<(), HostError> {
 }
 
 #[cfg(test)]
-#[path = "output_tests.rs"]
 mod tests;

@@ -21,11 +21,11 @@ pub mod plot;
 pub mod scale;
 pub mod trace;
 
+use crate::harness::Second;
+use crate::harness::events;
 use crate::judge::arcsec;
 use crate::judge::expected::mode_of;
 use crate::judge::second::Judged;
-use crate::run::events;
-use crate::run::harness::Second;
 use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 use moments::Moments;
@@ -173,5 +173,4 @@ impl Recorder {
 }
 
 #[cfg(test)]
-#[path = "report_tests.rs"]
 mod tests;

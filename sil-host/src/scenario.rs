@@ -38,29 +38,29 @@ mod sky;
 mod text;
 
 pub use believed::{Believed, PARTS};
-pub use limits::Limit;
 
 use crate::calibration::pictures::GAIN_FOUND;
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
 use crate::flight::{self, StarCalibration};
-use crate::run::faults::Fault;
+use crate::formats::camera_file::CameraFile;
+use crate::harness::faults::Fault;
+use crate::judge::Limit;
 use crate::world::attitude::{Vector, dot};
-use crate::world::bodies::BodiesModel;
-use crate::world::civil_time;
-use crate::world::disturbances::Disturbances;
+use crate::world::detector::disturbances::Disturbances;
+use crate::world::detector::imaging::ImagingModel;
 use crate::world::earth::EarthModel;
-use crate::world::gyro::GyroModel;
-use crate::world::imaging::ImagingModel;
-use crate::world::jitter::{Jitter, JitterModel};
-use crate::world::magnetometer::MagnetometerModel;
+use crate::world::instruments::gyro::GyroModel;
+use crate::world::instruments::magnetometer::MagnetometerModel;
 use crate::world::motion::Motion;
+use crate::world::motion::jitter::{Jitter, JitterModel};
+use crate::world::motion::pointing::{Mount, Pointing};
+use crate::world::motion::trajectory::Trajectory;
 use crate::world::orbit::{Forces, MU_EARTH, TruthOrbit};
-use crate::world::pointing::{Mount, Pointing};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky as stars;
-use crate::world::stars::DetectorModel;
-use crate::world::trajectory::Trajectory;
+use crate::world::sky::bodies::BodiesModel;
+use crate::world::sky::stars::DetectorModel;
+use crate::world::time::civil_time;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::stars::identify::IdentificationParameters;
@@ -431,5 +431,4 @@ fn camera(text: &Text<'_>, raw: &RawFile) -> Result<CameraFile, HostError> {
 }
 
 #[cfg(test)]
-#[path = "scenario_tests.rs"]
 mod tests;

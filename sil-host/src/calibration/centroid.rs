@@ -4,15 +4,15 @@
 //! their own, in electrons, by the world's [`Psf`] and [`PixelResponse`]: no calibration is made from it.
 
 use super::HALF_WINDOW_PX;
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::world::colour;
-use crate::world::imaging::ImagingModel;
-use crate::world::optics::Optics;
-use crate::world::pixel::PixelResponse;
-use crate::world::psf::Psf;
-use crate::world::spots::{Brush, Spot};
-use crate::world::stars::DetectorModel;
+use crate::formats::camera_file::CameraFile;
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::detector::pixel::PixelResponse;
+use crate::world::lens::optics::Optics;
+use crate::world::lens::psf::Psf;
+use crate::world::lens::spots::{Brush, Spot};
+use crate::world::sky::colour;
+use crate::world::sky::stars::DetectorModel;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
 use fsw_core::image::{DetectionMethod, DetectionParameters};

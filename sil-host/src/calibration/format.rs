@@ -2,8 +2,8 @@
 
 use super::corrections::Nodes;
 use super::{HALF_WINDOW_PX, PROFILE_STEP_PX, TABLE_STEP_PX};
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
+use crate::formats::camera_file::CameraFile;
 use fsw_core::checksum::crc32;
 use fsw_core::image::FULL_SCALE;
 use fsw_core::image::calibration::{CRC_FROM, HEADER_BYTES, MAGIC, VERSION};

@@ -6,18 +6,18 @@
 //! is taken off, [`PEDESTAL`] is left as the value of an empty pixel, 16 bits hold the fraction that the mean
 //! has. The lens is cooler than in flight, see [`cooler`].
 
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::picture::Picture;
+use crate::formats::camera_file::CameraFile;
+use crate::formats::picture::Picture;
 use crate::world::attitude::{Vector, matrix, uniform};
-use crate::world::disturbances::Disturbances;
-use crate::world::imaging::ImagingModel;
+use crate::world::detector::disturbances::Disturbances;
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::detector::protons::Protons;
+use crate::world::lens::psf::{LensModel, PsfModel};
 use crate::world::motion::Motion;
 use crate::world::noise::{Noise, Stream};
-use crate::world::protons::Protons;
-use crate::world::psf::{LensModel, PsfModel};
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
-use crate::world::stars::DetectorModel;
+use crate::world::sky::stars::DetectorModel;
 use fsw_hal::{Detector, DetectorGeometry};
 
 /// Seed of attitudes, noise and pixel pattern.

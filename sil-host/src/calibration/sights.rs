@@ -5,10 +5,10 @@
 
 use super::HALF_WINDOW_PX;
 use super::centroid::window_about;
-use crate::camera_file::CameraFile;
-use crate::picture::Picture;
+use crate::formats::camera_file::CameraFile;
+use crate::formats::picture::Picture;
 use crate::world::attitude::{Vector, apply, dot};
-use crate::world::optics::Optics;
+use crate::world::lens::optics::Optics;
 use crate::world::scene::WorldStar;
 use fsw_hal::{Detector, DetectorGeometry, Window};
 

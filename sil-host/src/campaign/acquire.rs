@@ -16,13 +16,13 @@ use super::lines::LinesFile;
 use crate::cli::CampaignAcquireArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::flight::{self, StarCalibration};
-use crate::json;
+use crate::formats::json;
+use crate::harness::{Flight, truth_of};
 use crate::judge::arcsec;
-use crate::run::harness::{Flight, truth_of};
 use crate::scenario::Scenario;
-use crate::world::attitude::{apply, matrix};
+use crate::world::attitude::{apply, matrix, rotation};
+use crate::world::motion::pointing::Mount;
 use crate::world::noise::{Noise, Stream};
-use crate::world::pointing::{Mount, rotation};
 use crate::world::scene::{Scene, SensorState};
 use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::Workspace;
@@ -257,5 +257,4 @@ pub fn run(arguments: &CampaignAcquireArguments) -> Result<ExitCode, HostError> 
 }
 
 #[cfg(test)]
-#[path = "acquire_tests.rs"]
 mod tests;

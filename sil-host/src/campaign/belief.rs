@@ -11,7 +11,7 @@
 use super::flights::{self, Flown};
 use crate::cli::CampaignRunArguments;
 use crate::error::HostError;
-use crate::json;
+use crate::formats::json;
 use crate::judge::table::{self, Figure};
 use crate::report::figures_table;
 use crate::scenario::{Believed, PARTS, Scenario};
@@ -112,5 +112,4 @@ pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
 }
 
 #[cfg(test)]
-#[path = "belief_tests.rs"]
 mod tests;

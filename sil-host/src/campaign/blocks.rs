@@ -3,11 +3,11 @@
 //! In: a case and the numbers of its fields. Out: a [`Block`] of whole numbers that depend on the seed, the
 //! case and the numbers of the fields alone, so that any order and any number of threads give the same table.
 
-use crate::attitude_table::APART_PX;
 use crate::campaign::cases::{Case, Maker};
-use crate::identify::{FieldInput, answer_with};
+use crate::commands::attitude::table::APART_PX;
+use crate::commands::identify::{FieldInput, answer_with};
+use crate::flight::lost_in_space::Solver;
 use crate::judge::{arcsec, attitude_error};
-use crate::lost_in_space::Solver;
 use crate::world::fields::Field;
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
@@ -136,5 +136,4 @@ pub fn fly(
 }
 
 #[cfg(test)]
-#[path = "blocks_tests.rs"]
 mod tests;

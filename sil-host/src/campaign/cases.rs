@@ -8,12 +8,12 @@
 //! Fields are those of [`FieldGenerator`]: 15 deg square on 1024 x 1024 px (52.7 arcsec a pixel), all stars
 //! to V = 6.
 
-use crate::camera_file::{CameraFile, Distortion};
 use crate::error::HostError;
+use crate::formats::camera_file::{CameraFile, Distortion};
 use crate::world::attitude;
 use crate::world::fields::{Field, FieldGenerator, FieldSettings, FieldStar};
+use crate::world::lens::optics::Optics;
 use crate::world::noise::{Noise, Stream};
-use crate::world::optics::Optics;
 use crate::world::scene::WorldStar;
 use fsw_core::stars::identify::IdentificationParameters;
 
@@ -335,5 +335,4 @@ fn change(change: Change, stars: &mut Vec<FieldStar>, lot: &Noise) {
 }
 
 #[cfg(test)]
-#[path = "cases_tests.rs"]
 mod tests;

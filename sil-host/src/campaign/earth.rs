@@ -25,7 +25,7 @@ use super::fly_open;
 use super::lines::LinesFile;
 use crate::cli::CampaignEarthArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
-use crate::json;
+use crate::formats::json;
 use crate::world::noise::{Noise, Stream};
 use cases::CASES;
 use rows::Table;
@@ -119,5 +119,4 @@ pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
 }
 
 #[cfg(test)]
-#[path = "earth_tests.rs"]
 mod tests;

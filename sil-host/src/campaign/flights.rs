@@ -12,13 +12,15 @@
 use super::fly_open;
 use super::lines::LinesFile;
 use crate::cli::CampaignRunArguments;
+use crate::commands::run::judge_second;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
-use crate::json;
+use crate::formats::json;
+use crate::harness;
+use crate::judge::Limit;
 use crate::judge::table::{self, Figure, Side};
 use crate::judge::{Judge, Verdict};
 use crate::report::figures_table;
-use crate::run::{harness, judge_second};
-use crate::scenario::{Limit, Scenario};
+use crate::scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -187,5 +189,4 @@ pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
 }
 
 #[cfg(test)]
-#[path = "flights_tests.rs"]
 mod tests;

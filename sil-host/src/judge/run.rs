@@ -229,5 +229,4 @@ impl RateSums {
 }
 
 #[cfg(test)]
-#[path = "run_tests.rs"]
 mod tests;

@@ -161,5 +161,4 @@ fn correlation(normalised: &[Vec<f64>]) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "series_tests.rs"]
 mod tests;

@@ -6,7 +6,7 @@ use super::{MODE_ROWS, Recorder, figures_table, frames};
 use crate::error::HostError;
 use crate::judge::{Figures, Verdict};
 use crate::scenario::Scenario;
-use crate::world::pointing::Law;
+use crate::world::motion::pointing::Law;
 use crate::world::scene::Scene;
 use std::fmt::Write as _;
 

@@ -33,11 +33,11 @@
 
 use super::text::Text;
 use crate::calibration::pictures::{FOCAL_LENGTH_PER_K, GAIN_FOUND, WARMER_K};
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::world::attitude::matrix;
-use crate::world::gyro::GyroModel;
-use crate::world::pointing::{Mount, quaternion, rotation};
+use crate::formats::camera_file::CameraFile;
+use crate::world::attitude::{matrix, quaternion, rotation};
+use crate::world::instruments::gyro::GyroModel;
+use crate::world::motion::pointing::Mount;
 use crate::world::vector::product;
 use fsw_hal::{Instant, LocalTime};
 use serde::Deserialize;
@@ -228,5 +228,4 @@ pub(super) fn read(text: &Text<'_>, raw: &RawBelieved) -> Result<Believed, HostE
 }
 
 #[cfg(test)]
-#[path = "believed_tests.rs"]
 mod tests;

@@ -1,7 +1,7 @@
 //! `sil-host run` and `render` as people meet them: files, statuses, equal runs.
 
 use serde_json::Value;
-use sil_host::run::harness;
+use sil_host::harness;
 use sil_host::scenario::{EMBEDDED, Scenario};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -219,7 +219,7 @@ fn a_standard_output_that_is_lost_is_status_2() {
 #[test]
 fn a_rendered_frame_is_the_same_in_both_kinds_of_file() {
     use fsw_hal::Detector;
-    use sil_host::picture::Picture;
+    use sil_host::formats::picture::Picture;
     let folder = scratch("render");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let (png, fits) = (file("frame.png"), file("frame.fits"));

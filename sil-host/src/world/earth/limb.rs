@@ -267,5 +267,4 @@ impl Profile {
 }
 
 #[cfg(test)]
-#[path = "limb_tests.rs"]
 mod tests;

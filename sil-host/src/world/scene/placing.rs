@@ -6,9 +6,9 @@
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
-use crate::world::scene_settings::SceneSettings;
-use crate::world::shutter::Way;
-use crate::world::spots::{Spot, Spots};
+use crate::world::detector::shutter::Way;
+use crate::world::lens::spots::{Spot, Spots};
+use crate::world::scene::settings::SceneSettings;
 use crate::world::vector::{length, plus};
 
 /// Most images a star is smeared into.
