@@ -5,6 +5,7 @@
 //! | [`flights`] | a scenario flown many times |
 //! | [`family`] | the scenario of each run: its seed, and keys that are drawn (`--vary`) |
 //! | [`vary`] | the file that says what is drawn |
+//! | [`belief`] | the same with each difference between what is and what the flight code is told |
 //! | [`identify`] | identification of random centroid fields |
 //! | [`acquire`] | the whole sensor lost in space, from pixels |
 //! | [`earth`] | the Earth in single frames |
@@ -17,6 +18,7 @@
 //! files of `--out` one behind the other to merge them. What the file holds already is not done again.
 
 pub mod acquire;
+pub mod belief;
 pub mod earth;
 pub mod family;
 pub mod flights;

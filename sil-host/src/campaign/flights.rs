@@ -64,7 +64,7 @@ pub struct Row {
 }
 
 /// Flights of a campaign.
-struct Flights<'a> {
+pub(super) struct Flights<'a> {
     family: &'a Family,
     seed: u64,
     /// What the runs that are asked for draw.
@@ -73,7 +73,7 @@ struct Flights<'a> {
 
 impl<'a> Flights<'a> {
     /// Every run's scenario is checked before any is flown.
-    fn new(family: &'a Family, arguments: &CampaignRunArguments) -> Result<Self, HostError> {
+    pub(super) fn new(family: &'a Family, arguments: &CampaignRunArguments) -> Result<Self, HostError> {
         let seed = arguments.common.seed;
         let numbers = arguments.common.numbers(arguments.runs);
         let drawn =
@@ -139,7 +139,7 @@ fn flown(family: &Family, arguments: &CampaignRunArguments) -> Result<Vec<Flown>
 }
 
 /// A figure over the runs; `None` where none yielded it.
-fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row> {
+pub(super) fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row> {
     let of = |flown: &'_ Flown| flown.figures.get(figure.key).copied();
     let mut values: Vec<(f64, &Flown)> = flown.iter().filter_map(|flown| Some((of(flown)?, flown))).collect();
     values.sort_by(|one, other| one.0.total_cmp(&other.0));
