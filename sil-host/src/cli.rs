@@ -51,6 +51,8 @@ pub enum Command {
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
     Parameters(ParametersArguments),
+    /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
+    Columns(ColumnsArguments),
 }
 
 fn scenario_help() -> String {
@@ -71,6 +73,12 @@ pub struct RunArguments {
     /// Seed of everything random, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Fly run I of `campaign run` with this --seed (of 1 if none is given)
+    #[arg(long, value_name = "I")]
+    pub run: Option<u64>,
+    /// What the campaign varies
+    #[arg(long, value_name = "FILE.toml", requires = "run")]
+    pub vary: Option<PathBuf>,
     /// The summary as one line on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
@@ -242,7 +250,7 @@ pub enum Campaign {
     Run(CampaignRunArguments),
     /// The same with every difference between what is and what the flight code is told, with none, and with
     /// each alone or left out: what it costs, figure by figure
-    Belief(CampaignRunArguments),
+    Belief(CampaignBeliefArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
     /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its
@@ -251,17 +259,33 @@ pub enum Campaign {
 }
 
 /// What every campaign asks for.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct CommonArguments {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Number of the first run; campaigns of other machines begin elsewhere
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub first: u64,
+    /// Runs at a time [default: one for each core]
+    #[arg(long, value_name = "J")]
+    pub jobs: Option<u16>,
     /// File to which finished runs are appended; what it holds already is not done again
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
+    /// Write all runs as a table, a row a run: CSV or Parquet; may be given several times
+    #[arg(long, value_name = "FILE.(csv,parquet)")]
+    pub table: Vec<PathBuf>,
     /// One JSON object a row on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+impl CommonArguments {
+    /// The numbers of so many runs.
+    pub fn numbers(&self, runs: u64) -> std::ops::Range<u64> {
+        self.first..self.first.saturating_add(runs)
+    }
 }
 
 /// Arguments of `campaign run`.
@@ -271,14 +295,27 @@ pub struct CampaignRunArguments {
     #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
     pub scenario: Option<PathBuf>,
     /// Flights
-    #[arg(long, value_name = "N", default_value_t = 20)]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
-    /// Number of the first one; campaigns of other machines begin elsewhere
-    #[arg(long, value_name = "I", default_value_t = 0)]
-    pub first: u64,
-    /// Flights at a time [default: one for each core]
-    #[arg(long, value_name = "J")]
-    pub jobs: Option<usize>,
+    /// Keys of the scenario that every flight draws anew: a file in the scenario's shape with { uniform = [low,
+    /// high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] }, { whole = [low, high] } or { choice =
+    /// [a, b] } in the place of values
+    #[arg(long, value_name = "FILE.toml")]
+    pub vary: Option<PathBuf>,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// Arguments of `campaign belief`.
+#[derive(Debug, Args)]
+pub struct CampaignBeliefArguments {
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
+    pub scenario: Option<PathBuf>,
+    /// Flights of each row, with the same seeds
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
@@ -288,7 +325,7 @@ pub struct CampaignRunArguments {
 #[derive(Debug, Args)]
 pub struct CampaignAcquireArguments {
     /// Directions
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
     /// The rest
     #[command(flatten)]
@@ -299,7 +336,7 @@ pub struct CampaignAcquireArguments {
 #[derive(Debug, Args)]
 pub struct CampaignEarthArguments {
     /// Frames of each case
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
     /// The rest
     #[command(flatten)]
@@ -368,6 +405,14 @@ pub struct BudgetArguments {
 /// Arguments of `parameters`.
 #[derive(Debug, Args)]
 pub struct ParametersArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `columns`.
+#[derive(Debug, Args)]
+pub struct ColumnsArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,

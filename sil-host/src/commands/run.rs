@@ -6,7 +6,8 @@
 //! | file | content |
 //! |---|---|
 //! | `summary.json` | the figures, the limits, and whether they were kept |
-//! | `cycles.csv` | a row a second ([`crate::formats::cycles::HEADER`]) |
+//! | `cycles.csv` | a row a second ([`crate::formats::cycles::columns`]) |
+//! | `truth.oem`, `estimate.oem`, `truth.aem`, `estimate.aem` | CCSDS ephemerides ([`crate::formats::ephemerides`]) |
 //! | `telemetry.bin` | the sensor's telemetry, a stream ([`fsw_core::telemetry`]) |
 //! | `report.html` | plots and frames, self-contained |
 //!
@@ -16,15 +17,18 @@
 //! status 1 when a limit was missed.
 
 use crate::bound;
+use crate::campaign::family::Family;
 use crate::cli::RunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::cycles::CyclesFile;
+use crate::formats::cycles::columns::RowInputs;
+use crate::formats::ephemerides::{self, Ephemerides};
 use crate::formats::json;
 use crate::harness::{self, Second};
 use crate::judge::{Figures, Judge, Verdict};
 use crate::output::{Folder, PartialFile, write_whole};
-use crate::report::{Recorder, figures_table, page};
-use crate::scenario::Scenario;
+use crate::report::{Recorder, page, terminal};
+use crate::scenario::{EMBEDDED, Scenario};
 use crate::world::scene::{Scene, VisibleStar};
 use fsw_core::telemetry;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -57,7 +61,7 @@ pub struct Summary {
     pub figures: Figures,
 }
 
-/// The files of a run.
+/// The files of a run, beside its ephemerides.
 const FILES: [&str; 4] = ["cycles.csv", "telemetry.bin", "summary.json", "report.html"];
 
 /// The stream of telemetry; whole frames only are handed to the system.
@@ -111,16 +115,17 @@ fn progress(scenario: &Scenario, json: bool) -> ProgressBar {
     bar
 }
 
-/// Flies and judges a scenario; writes the files into `folder`.
+/// Flies and judges a scenario; writes the files into `folder`. The report says that `command` flies it.
 ///
 /// # Errors
 /// When the scenario cannot be flown or a file cannot be written.
-pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summary, HostError> {
+pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -> Result<Summary, HostError> {
     let mut scene = scenario.scene()?;
-    let folder = Folder::claim(folder, &FILES)?;
+    let folder = Folder::claim(folder, &[FILES, ephemerides::FILES].concat())?;
     let [cycles, frames, summary_file, report_file] = FILES.map(|name| folder.file(name));
     let mut cycles = CyclesFile::create(&cycles)?;
     let mut frames = TelemetryFile::create(&frames)?;
+    let mut ephemerides = Ephemerides::create(&folder, scenario)?;
     let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
     let mut recorder = Recorder::new(scenario.duration_s);
     let bar = progress(scenario, json);
@@ -128,18 +133,21 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
         let mode_right = judge_second(&mut judge, &second, scenario.exposure_us);
         recorder.add(&second, mode_right);
         frames.add(second.report)?;
-        if cycles.add(&second)? {
+        ephemerides.add(&second)?;
+        if cycles.add(&RowInputs { second, mode_right })? {
             frames.flush()?;
+            ephemerides.flush()?;
             bar.set_position(second.cycle.into());
         }
         Ok(())
     })?;
     cycles.finish()?;
     frames.finish()?;
+    ephemerides.finish()?;
     bar.finish_and_clear();
     let figures = judge.finish();
     let limits = Verdict::all(&scenario.limits, &figures);
-    let html = page::html(scenario, recorder, &figures, &limits, &mut scene)?;
+    let html = page::html(scenario, &recorder, (&figures, &limits), &mut scene, command)?;
     let summary = Summary {
         scenario: scenario.name.clone(),
         seed: scenario.seed,
@@ -183,51 +191,51 @@ fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
 /// # Errors
 /// When the scenario cannot be read or flown, or a file cannot be written.
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
-    let scenario = Scenario::named(arguments.scenario.as_deref())?;
-    let scenario = scenario.with_seed(arguments.seed);
+    let named = arguments.scenario.as_deref();
+    let scenario = match arguments.run {
+        None => Scenario::named(named)?.with_seed(arguments.seed),
+        Some(run) => {
+            Family::new(named, arguments.vary.as_deref())?.member(arguments.seed.unwrap_or(1), run)?.0
+        }
+    };
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scenario.name));
     let began = Instant::now();
-    let summary = fly_into(&scenario, &folder, arguments.json)?;
+    let summary = fly_into(&scenario, &folder, &command(arguments, scenario.seed), arguments.json)?;
     let took_s = began.elapsed().as_secs_f64();
     if arguments.json {
         json::print_line(&summary);
     } else {
-        print_summary(&scenario, &summary, &folder, took_s);
+        let Summary { figures, limits, .. } = &summary;
+        let width = terminal::width();
+        say!("{}", terminal::summary(&scenario, figures, limits, (&folder, took_s), width));
     }
     Ok(if summary.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }
 
-/// The summary for people, on stdout.
-fn print_summary(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: f64) {
-    let mut text = format!("{}: {}\n", scenario.name, scenario.description);
-    let speed = f64::from(scenario.duration_s) / took_s;
-    text += &format!(
-        "{} s from {} UTC, flown in {took_s:.1} s ({speed:.0} times real time)\n\n",
-        scenario.duration_s, scenario.start_utc
-    );
-    for row in figures_table::quantities(&summary.figures) {
-        let [what, rms, error_95, sigma, unit, within, square, right] = row;
-        text += &format!(
-            "  {what:32} {rms:>9} {error_95:>9} {sigma:>9} {unit:7} {within:>9} {square:>8}  {right}\n"
-        );
-    }
-    text.push('\n');
-    for line in figures_table::lines(&summary.figures) {
-        text += &format!("  {:34} {}\n", line.what, line.reached);
-        if !line.beside.is_empty() {
-            text += &format!("  {:34} {}\n", "", line.beside);
-        }
-    }
-    text.push('\n');
-    for verdict in &summary.limits {
-        let [what, demanded, reached] = figures_table::verdict(verdict);
-        let word = figures_table::kept_or_missed(verdict.kept);
-        text += &format!("  {word:6}  {what:46} {demanded:>14}   reached {reached}\n");
-    }
-    let word = match (summary.limits.is_empty(), summary.kept) {
-        (true, _) => "No limits were set.",
-        (false, true) => "All limits kept.",
-        (false, false) => "Limits NOT kept.",
+/// The command that makes a run again, wherever its files went.
+fn command(arguments: &RunArguments, seed: u64) -> String {
+    let scenario = match &arguments.scenario {
+        Some(path) => path.display().to_string(),
+        None => EMBEDDED[0].0.to_owned(),
     };
-    say!("{text}\n{word} Report: {}", folder.join("report.html").display());
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+    let scenario =
+        if scenario.chars().all(plain) { scenario } else { format!("'{}'", scenario.replace('\'', "'\\''")) };
+    format!("sil-host run {scenario} --seed {seed}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_one_that_a_shell_reads_alike() {
+        let of = |scenario: Option<&str>| {
+            let scenario = scenario.map(Into::into);
+            command(&RunArguments { scenario, ..RunArguments::default() }, 7)
+        };
+        assert_eq!(of(None), "sil-host run geo-eclipse --seed 7");
+        assert_eq!(of(Some("my/leo.toml")), "sil-host run my/leo.toml --seed 7");
+        assert_eq!(of(Some("it's mine.toml")), "sil-host run 'it'\\''s mine.toml' --seed 7");
+    }
 }

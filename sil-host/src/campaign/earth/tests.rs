@@ -1,13 +1,18 @@
 use super::*;
 use crate::cli::CommonArguments;
 use rows::Row;
-use seen::{Fix, Way};
+use seen::Fix;
 use std::path::Path;
 
 fn arguments(runs: u64, out: Option<&Path>) -> CampaignEarthArguments {
     CampaignEarthArguments {
         runs,
-        common: CommonArguments { seed: 5, out: out.map(Path::to_path_buf), json: true },
+        common: CommonArguments {
+            seed: 5,
+            out: out.map(Path::to_path_buf),
+            json: true,
+            ..CommonArguments::default()
+        },
     }
 }
 
