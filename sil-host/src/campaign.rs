@@ -3,9 +3,9 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`flights`] | a scenario flown many times |
+//! | [`belief`] | the same with each difference between what is and what the flight code is told |
 //! | [`family`] | the scenario of each run: its seed, and keys that are drawn (`--vary`) |
 //! | [`vary`] | the file that says what is drawn |
-//! | [`belief`] | the same with each difference between what is and what the flight code is told |
 //! | [`identify`] | identification of random centroid fields |
 //! | [`acquire`] | the whole sensor lost in space, from pixels |
 //! | [`earth`] | the Earth in single frames |

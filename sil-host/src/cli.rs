@@ -250,7 +250,7 @@ pub enum Campaign {
     Run(CampaignRunArguments),
     /// The same with every difference between what is and what the flight code is told, with none, and with
     /// each alone or left out: what it costs, figure by figure
-    Belief(CampaignRunArguments),
+    Belief(CampaignBeliefArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
     /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its
@@ -302,6 +302,20 @@ pub struct CampaignRunArguments {
     /// [a, b] } in the place of values
     #[arg(long, value_name = "FILE.toml")]
     pub vary: Option<PathBuf>,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// Arguments of `campaign belief`.
+#[derive(Debug, Args)]
+pub struct CampaignBeliefArguments {
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
+    pub scenario: Option<PathBuf>,
+    /// Flights of each row, with the same seeds
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,

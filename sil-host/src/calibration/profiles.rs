@@ -37,6 +37,11 @@ struct Light {
     floor: f64,
 }
 
+/// Coefficients of a spline about a place, with their weights.
+type Near = [(usize, f64); 9];
+/// What a pixel has of a star's profile, where it has anything, and its value, digital numbers.
+type ProfilePixel = (Option<Near>, f64);
+
 /// The three points of a spline about a place, counted from `first`, with their weights.
 fn basis(at: f64) -> (i64, [f64; 3]) {
     let index = (at + 0.5).floor();
@@ -47,7 +52,7 @@ fn basis(at: f64) -> (i64, [f64; 3]) {
 
 /// The coefficients about a place along and across the radius, px, and their weights; `None` beyond the
 /// reach.
-fn shares([along, across]: [f64; 2]) -> Option<[(usize, f64); 9]> {
+fn shares([along, across]: [f64; 2]) -> Option<Near> {
     let points = POINTS_PER_PX as f64;
     let (column, in_row) = basis((along + PROFILE_REACH_PX as f64) * points);
     let (row, in_column) = basis(across.abs() * points);
@@ -64,7 +69,7 @@ fn shares([along, across]: [f64; 2]) -> Option<[(usize, f64); 9]> {
 }
 
 /// A star's pixels along and across its radius, with their values.
-fn turned(sight: &Sight, centre_px: [f64; 2]) -> Vec<(Option<[(usize, f64); 9]>, f64)> {
+fn turned(sight: &Sight, centre_px: [f64; 2]) -> Vec<ProfilePixel> {
     let from = [sight.at_px[0] - centre_px[0], sight.at_px[1] - centre_px[1]];
     let radius = libm::hypot(from[0], from[1]);
     let [cos, sin] = if radius > 0.5 { from.map(|part| part / radius) } else { [1.0, 0.0] };
@@ -73,7 +78,7 @@ fn turned(sight: &Sight, centre_px: [f64; 2]) -> Vec<(Option<[(usize, f64); 9]>,
 }
 
 /// The star's flux and floor by its pixels beyond the profile's reach and the sum of the others.
-fn first_light(pixels: &[(Option<[(usize, f64); 9]>, f64)]) -> Light {
+fn first_light(pixels: &[ProfilePixel]) -> Light {
     let mut outside: Vec<f64> =
         pixels.iter().filter(|(near, _)| near.is_none()).map(|pixel| pixel.1).collect();
     outside.sort_by(f64::total_cmp);
@@ -82,12 +87,12 @@ fn first_light(pixels: &[(Option<[(usize, f64); 9]>, f64)]) -> Light {
     Light { flux, floor }
 }
 
-fn share(near: &Option<[(usize, f64); 9]>, spline: &[f64]) -> f64 {
+fn share(near: &Option<Near>, spline: &[f64]) -> f64 {
     near.as_ref().map_or(0.0, |all| all.iter().map(|(index, weight)| weight * spline[*index]).sum())
 }
 
 /// Flux and floor by least squares to a spline.
-fn light(pixels: &[(Option<[(usize, f64); 9]>, f64)], spline: &[f64]) -> Light {
+fn light(pixels: &[ProfilePixel], spline: &[f64]) -> Light {
     let (mut n, mut f, mut ff, mut s, mut fs) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (near, value) in pixels {
         let share = share(near, spline);

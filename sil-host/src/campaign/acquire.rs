@@ -266,8 +266,8 @@ impl Experiment for Directions<'_> {
     }
 
     fn fly(&self, workspace: &mut Box<Workspace>, run: &u64) -> Result<Run, HostError> {
-        let files = (self.catalogue, self.calibration.as_ref());
-        fly(&self.base, files, self.arguments.common.seed, *run, workspace)
+        let instrument = (self.catalogue, self.calibration.as_ref());
+        fly(&self.base, instrument, self.arguments.common.seed, *run, workspace)
     }
 }
 

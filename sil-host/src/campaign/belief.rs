@@ -5,18 +5,18 @@
 //! medians over the runs of [`FIGURES`]. All rows fly the same seeds, so that rows differ by the differences
 //! alone. A difference of the scenario that is zero has no rows of its own.
 //!
-//! The runs of a row are those of `campaign run` with a scenario of another name ([`flights`]).
+//! An [`Experiment`] whose runs are those of `campaign run` ([`flights`]) with another belief.
 
 use super::Experiment;
 use super::family::Family;
-use super::flights::{self, Flights, Flown};
-use crate::cli::CampaignRunArguments;
+use super::flights::{self, Flown};
+use crate::cli::CampaignBeliefArguments;
 use crate::error::HostError;
 use crate::formats::json;
 use crate::judge::table::{self, Figure};
 use crate::report::figures_table;
-use crate::scenario::{Believed, PARTS};
-use serde::Serialize;
+use crate::scenario::{Believed, PARTS, Scenario};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -34,24 +34,16 @@ pub const FIGURES: [(&str, &str); 10] = [
     ("nis_consistency", "NIS"),
 ];
 
-/// What is believed in a row.
-#[derive(Clone, Debug, PartialEq)]
-struct Variant {
-    name: String,
-    believed: Believed,
-}
-
 /// The rows for a scenario that believes this.
-fn variants(believed: &Believed) -> Vec<Variant> {
-    let named = |name: &str, believed| Variant { name: name.to_owned(), believed };
-    let mut all = vec![named("all", *believed), named("none", Believed::TRUTH)];
+fn variants(believed: &Believed) -> Vec<(String, Believed)> {
+    let mut all = vec![("all".to_owned(), *believed), ("none".to_owned(), Believed::TRUTH)];
     for (key, take) in PARTS {
         let (mut only, mut without) = (Believed::TRUTH, *believed);
         take(&mut only, believed);
         take(&mut without, &Believed::TRUTH);
         if only != Believed::TRUTH {
-            all.push(named(&format!("only {key}"), only));
-            all.push(named(&format!("without {key}"), without));
+            all.push((format!("only {key}"), only));
+            all.push((format!("without {key}"), without));
         }
     }
     all
@@ -92,72 +84,79 @@ fn text(rows: &[Row]) -> String {
     text
 }
 
-/// The flights of all rows.
-struct Beliefs<'a> {
-    name: &'a str,
-    rows: Vec<Flights<'a>>,
+/// A flight of a row.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Flight {
+    differences: String,
+    #[serde(flatten)]
+    flown: Flown,
 }
 
-impl Experiment for Beliefs<'_> {
-    /// Row and run.
+/// Flights of all rows, each row a family of its own.
+struct Flights<'a> {
+    name: String,
+    rows: Vec<(String, Family)>,
+    arguments: &'a CampaignBeliefArguments,
+}
+
+impl<'a> Flights<'a> {
+    fn new(base: &Scenario, arguments: &'a CampaignBeliefArguments) -> Self {
+        let family = |believed| Family::of_scenario(Scenario { believed, ..base.clone() });
+        let rows = variants(&base.believed).into_iter().map(|(name, believed)| (name, family(believed)));
+        Self { name: base.name.clone(), rows: rows.collect(), arguments }
+    }
+
+    /// The rows of the table of these flights.
+    fn table(&self, flights: &[Flight]) -> Vec<Row> {
+        let row = |(name, _): &(String, Family)| {
+            let ours = flights.iter().filter(|flight| flight.differences == *name);
+            Row::new(name.clone(), &ours.map(|flight| flight.flown.clone()).collect::<Vec<_>>())
+        };
+        self.rows.iter().map(row).collect()
+    }
+}
+
+impl Experiment for Flights<'_> {
     type Key = (usize, u64);
-    type Run = Flown;
+    type Run = Flight;
     type Workspace = ();
 
     fn name(&self) -> &str {
-        self.name
+        &self.name
     }
 
     fn keys(&self) -> Vec<(usize, u64)> {
-        let of_row = |(row, flights): (usize, &Flights<'_>)| {
-            flights.keys().into_iter().map(move |run| (row, run)).collect::<Vec<_>>()
-        };
-        self.rows.iter().enumerate().flat_map(of_row).collect()
+        let numbers = || self.arguments.common.numbers(self.arguments.runs);
+        (0..self.rows.len()).flat_map(|row| numbers().map(move |run| (row, run))).collect()
     }
 
-    fn key_of(&self, flown: &Flown) -> Option<(usize, u64)> {
-        let rows = self.rows.iter().enumerate();
-        rows.filter_map(|(row, flights)| Some((row, flights.key_of(flown)?))).next()
+    fn key_of(&self, flight: &Flight) -> Option<(usize, u64)> {
+        let ours = flight.flown.scenario == self.name && flight.flown.seed == self.arguments.common.seed;
+        let row = self.rows.iter().position(|(name, _)| *name == flight.differences)?;
+        ours.then_some((row, flight.flown.run))
     }
 
     fn workspace(&self) {}
 
-    fn fly(&self, (): &mut (), (row, run): &(usize, u64)) -> Result<Flown, HostError> {
-        self.rows[*row].fly(&mut (), run)
+    fn fly(&self, (): &mut (), (row, run): &(usize, u64)) -> Result<Flight, HostError> {
+        let (differences, family) = &self.rows[*row];
+        let flown = flights::fly(family, self.arguments.common.seed, *run)?;
+        Ok(Flight { differences: differences.clone(), flown })
     }
-}
-
-/// The rows of a family's variants.
-fn rows(
-    family: &Family,
-    variants: &[Variant],
-    arguments: &CampaignRunArguments,
-) -> Result<Vec<Row>, HostError> {
-    let base = &family.base.name;
-    let families: Vec<Family> = variants
-        .iter()
-        .map(|Variant { name, believed }| family.believing(format!("{base}, {name}"), *believed))
-        .collect();
-    let flights = families.iter().map(|family| Flights::new(family, arguments)).collect::<Result<_, _>>()?;
-    let flown = super::runs(&Beliefs { name: base, rows: flights }, &arguments.common)?;
-    let row = |(family, variant): (&Family, &Variant)| {
-        let ours = flown.iter().filter(|flown| flown.scenario == family.base.name);
-        Row::new(variant.name.clone(), &ours.cloned().collect::<Vec<_>>())
-    };
-    Ok(families.iter().zip(variants).map(row).collect())
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// As `campaign run`.
-pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
-    let family = Family::new(arguments.scenario.as_deref(), arguments.vary.as_deref())?;
-    let rows = rows(&family, &variants(&family.base.believed), arguments)?;
+/// When the scenario cannot be read or flown, or the file of runs cannot be used.
+pub fn run(arguments: &CampaignBeliefArguments) -> Result<ExitCode, HostError> {
+    let base = Scenario::named(arguments.scenario.as_deref())?;
+    let flights = Flights::new(&base, arguments);
+    let rows = flights.table(&super::runs(&flights, &arguments.common)?);
     if arguments.common.json {
         rows.iter().for_each(json::print_line);
     } else {
-        say!("{}: medians of {} runs\n{}", family.base.name, arguments.runs, text(&rows));
+        say!("{}: medians of {} runs\n{}", base.name, arguments.runs, text(&rows));
     }
     Ok(ExitCode::SUCCESS)
 }

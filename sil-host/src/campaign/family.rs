@@ -5,7 +5,7 @@
 
 use super::vary::{Variation, key_at};
 use crate::error::{HostError, InputError};
-use crate::scenario::{Believed, Scenario};
+use crate::scenario::Scenario;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -18,8 +18,6 @@ pub struct Family {
     /// The scenario as its file has it.
     pub base: Scenario,
     varied: Option<Varied>,
-    /// What every member believes, whatever its own file says.
-    believed: Option<Believed>,
 }
 
 #[derive(Clone, Debug)]
@@ -44,6 +42,11 @@ impl Family {
         Self::of_text(&path, &text, vary.map(Variation::load).transpose()?)
     }
 
+    /// Of a scenario of which nothing is drawn but the seed.
+    pub fn of_scenario(base: Scenario) -> Self {
+        Self { base, varied: None }
+    }
+
     /// Of the text of a scenario; `path` is for messages and for the folder of its files.
     ///
     /// # Errors
@@ -53,13 +56,7 @@ impl Family {
         // A scenario is TOML.
         let table = toml::from_str(text).unwrap_or_default();
         let varied = variation.map(|variation| Varied { path: path.to_path_buf(), table, variation });
-        Ok(Self { base, varied, believed: None })
-    }
-
-    /// The same scenarios under another name, all of which believe this.
-    pub fn believing(&self, name: String, believed: Believed) -> Self {
-        let base = Scenario { name, believed, ..self.base.clone() };
-        Self { base, varied: self.varied.clone(), believed: Some(believed) }
+        Ok(Self { base, varied })
     }
 
     /// The scenario of a run, and what was drawn for it.
@@ -78,8 +75,7 @@ impl Family {
         let scenario = Scenario::parse(path, &text).map_err(|error| refused(variation, &text, run, error))?;
         let value = |value| serde_json::to_value(value).unwrap_or_default();
         let values = drawn.into_iter().map(|(key, of)| (key, value(of))).collect();
-        let believed = self.believed.unwrap_or(scenario.believed);
-        Ok((Scenario { believed, ..scenario.with_seed(seed_of_flight) }, values))
+        Ok((scenario.with_seed(seed_of_flight), values))
     }
 }
 

@@ -64,7 +64,7 @@ pub struct Row {
 }
 
 /// Flights of a campaign.
-pub(super) struct Flights<'a> {
+struct Flights<'a> {
     family: &'a Family,
     seed: u64,
     /// What the runs that are asked for draw.
@@ -73,7 +73,7 @@ pub(super) struct Flights<'a> {
 
 impl<'a> Flights<'a> {
     /// Every run's scenario is checked before any is flown.
-    pub(super) fn new(family: &'a Family, arguments: &CampaignRunArguments) -> Result<Self, HostError> {
+    fn new(family: &'a Family, arguments: &CampaignRunArguments) -> Result<Self, HostError> {
         let seed = arguments.common.seed;
         let numbers = arguments.common.numbers(arguments.runs);
         let drawn =
@@ -107,7 +107,8 @@ impl Experiment for Flights<'_> {
     }
 }
 
-fn fly(family: &Family, seed: u64, run: u64) -> Result<Flown, HostError> {
+/// Flies a run.
+pub(super) fn fly(family: &Family, seed: u64, run: u64) -> Result<Flown, HostError> {
     let (scenario, drawn) = family.member(seed, run)?;
     let mut scene = scenario.scene()?;
     let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
