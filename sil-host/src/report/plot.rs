@@ -110,10 +110,14 @@ impl<'a> Panel<'a> {
             notes.push("logarithmic away from 0".to_owned());
         }
         if let Some(largest) = self.line.largest().filter(|largest| *largest > 1.001 * high) {
-            notes.push(format!("largest {}", label(largest)));
+            notes.push(format!("largest {} {}", label(largest), self.unit));
         }
         if let Some(three_sigma) = self.band.and_then(envelope).filter(|three_sigma| *three_sigma > high) {
-            notes.push(format!("\u{b1}3\u{3c3} off the scale: {} (median)", label(three_sigma)));
+            notes.push(format!(
+                "\u{b1}3\u{3c3} off the scale: {} {} (median)",
+                label(three_sigma),
+                self.unit
+            ));
         }
         notes.join(" \u{b7} ")
     }
