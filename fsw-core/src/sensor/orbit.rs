@@ -77,6 +77,7 @@ impl Sensor<'_> {
             velocity_km_s: state.velocity_km_s.into(),
             sigma_position_km: position.map(|sigma| sigma as f32),
             sigma_velocity_km_s: velocity.map(|sigma| sigma as f32),
+            correlations: self.orbit.covariance()?.motion_correlations(),
             limb_height_km: single(self.orbit.limb_height_km()),
             limb_height_sigma_km: single(self.orbit.limb_height_sigma_km()),
             nis,

@@ -13,7 +13,9 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::scene::Truth;
 use crate::world::vector::length;
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::{AttitudeReport, EarthReport, FilteredAttitude, OrbitReport, Report};
+use fsw_core::telemetry::{
+    AttitudeReport, EarthReport, FilteredAttitude, MOTION_CORRELATIONS, OrbitReport, Report,
+};
 use std::path::Path;
 
 /// For so long errors of position and velocity go together, s.
@@ -109,6 +111,7 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
                     .map(|axis| truth.velocity_km_s[axis] + VELOCITY_SIGMA_KM_S * slow[3 + axis]),
                 sigma_position_km: [POSITION_SIGMA_KM as f32; 3],
                 sigma_velocity_km_s: [VELOCITY_SIGMA_KM_S as f32; 3],
+                correlations: [0.0; MOTION_CORRELATIONS],
                 limb_height_km: 0.3,
                 limb_height_sigma_km: 0.5,
                 nis: fix.then_some(nis as f32),
