@@ -159,7 +159,7 @@ impl Recorder {
         }
         if let Some(orbit) = &judged.orbit {
             for axis in 0..3 {
-                let (position, velocity) = (&orbit.position_rac_km, &orbit.velocity_rac_km_s);
+                let (position, velocity) = (&orbit.position_km.axes, &orbit.velocity_km_s.axes);
                 self.position[axis].add(at, position.error[axis], position.sigma[axis]);
                 self.velocity[axis].add(at, 1e3 * velocity.error[axis], 1e3 * velocity.sigma[axis]);
             }

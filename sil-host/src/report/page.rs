@@ -140,8 +140,7 @@ fn plots(page: &mut String, recorder: &Recorder) {
         &frame.plot("Rate error", &panels),
     );
     let panels = three(["radial", "along track", "cross track"], "km", &recorder.position);
-    let words =
-        "The envelope takes the errors of the ICRS axes as uncorrelated; limits are judged in ICRS axes.";
+    let words = "Along the true axes, the envelope by the reported covariance.";
     section(page, "Position error", words, &frame.plot("Position error", &panels));
     let panels = three(["radial", "along track", "cross track"], "m/s", &recorder.velocity);
     section(page, "Velocity error", words, &frame.plot("Velocity error", &panels));
