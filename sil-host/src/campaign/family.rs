@@ -42,11 +42,6 @@ impl Family {
         Self::of_text(&path, &text, vary.map(Variation::load).transpose()?)
     }
 
-    /// Of a scenario of which only the seed changes.
-    pub fn plain(base: Scenario) -> Self {
-        Self { base, varied: None }
-    }
-
     /// Of the text of a scenario; `path` is for messages and for the folder of its files.
     ///
     /// # Errors

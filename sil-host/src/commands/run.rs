@@ -27,8 +27,8 @@ use crate::formats::json;
 use crate::harness::{self, Second};
 use crate::judge::{Figures, Judge, Verdict};
 use crate::output::{Folder, PartialFile, write_whole};
-use crate::report::{Recorder, figures_table, page};
-use crate::scenario::Scenario;
+use crate::report::{Recorder, page, terminal};
+use crate::scenario::{EMBEDDED, Scenario};
 use crate::world::scene::{Scene, VisibleStar};
 use fsw_core::telemetry;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -115,11 +115,11 @@ fn progress(scenario: &Scenario, json: bool) -> ProgressBar {
     bar
 }
 
-/// Flies and judges a scenario; writes the files into `folder`.
+/// Flies and judges a scenario; writes the files into `folder`. The report says that `command` flies it.
 ///
 /// # Errors
 /// When the scenario cannot be flown or a file cannot be written.
-pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summary, HostError> {
+pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -> Result<Summary, HostError> {
     let mut scene = scenario.scene()?;
     let folder = Folder::claim(folder, &[FILES, ephemerides::FILES].concat())?;
     let [cycles, frames, summary_file, report_file] = FILES.map(|name| folder.file(name));
@@ -147,7 +147,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, json: bool) -> Result<Summar
     bar.finish_and_clear();
     let figures = judge.finish();
     let limits = Verdict::all(&scenario.limits, &figures);
-    let html = page::html(scenario, recorder, &figures, &limits, &mut scene)?;
+    let html = page::html(scenario, &recorder, (&figures, &limits), &mut scene, command)?;
     let summary = Summary {
         scenario: scenario.name.clone(),
         seed: scenario.seed,
@@ -200,47 +200,42 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
     };
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scenario.name));
     let began = Instant::now();
-    let summary = fly_into(&scenario, &folder, arguments.json)?;
+    let summary = fly_into(&scenario, &folder, &command(arguments, scenario.seed), arguments.json)?;
     let took_s = began.elapsed().as_secs_f64();
     if arguments.json {
         json::print_line(&summary);
     } else {
-        print_summary(&scenario, &summary, &folder, took_s);
+        let Summary { figures, limits, .. } = &summary;
+        let width = terminal::width();
+        say!("{}", terminal::summary(&scenario, figures, limits, (&folder, took_s), width));
     }
     Ok(if summary.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }
 
-/// The summary for people, on stdout.
-fn print_summary(scenario: &Scenario, summary: &Summary, folder: &Path, took_s: f64) {
-    let mut text = format!("{}: {}\n", scenario.name, scenario.description);
-    let speed = f64::from(scenario.duration_s) / took_s;
-    text += &format!(
-        "{} s from {} UTC, flown in {took_s:.1} s ({speed:.0} times real time)\n\n",
-        scenario.duration_s, scenario.start_utc
-    );
-    for row in figures_table::quantities(&summary.figures) {
-        let [what, rms, error_95, sigma, unit, within, square, right] = row;
-        text += &format!(
-            "  {what:32} {rms:>9} {error_95:>9} {sigma:>9} {unit:7} {within:>9} {square:>8}  {right}\n"
-        );
-    }
-    text.push('\n');
-    for line in figures_table::lines(&summary.figures) {
-        text += &format!("  {:34} {}\n", line.what, line.reached);
-        if !line.beside.is_empty() {
-            text += &format!("  {:34} {}\n", "", line.beside);
-        }
-    }
-    text.push('\n');
-    for verdict in &summary.limits {
-        let [what, demanded, reached] = figures_table::verdict(verdict);
-        let word = figures_table::kept_or_missed(verdict.kept);
-        text += &format!("  {word:6}  {what:46} {demanded:>14}   reached {reached}\n");
-    }
-    let word = match (summary.limits.is_empty(), summary.kept) {
-        (true, _) => "No limits were set.",
-        (false, true) => "All limits kept.",
-        (false, false) => "Limits NOT kept.",
+/// The command that makes a run again, wherever its files went.
+fn command(arguments: &RunArguments, seed: u64) -> String {
+    let scenario = match &arguments.scenario {
+        Some(path) => path.display().to_string(),
+        None => EMBEDDED[0].0.to_owned(),
     };
-    say!("{text}\n{word} Report: {}", folder.join("report.html").display());
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+    let scenario =
+        if scenario.chars().all(plain) { scenario } else { format!("'{}'", scenario.replace('\'', "'\\''")) };
+    format!("sil-host run {scenario} --seed {seed}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_one_that_a_shell_reads_alike() {
+        let of = |scenario: Option<&str>| {
+            let scenario = scenario.map(Into::into);
+            command(&RunArguments { scenario, ..RunArguments::default() }, 7)
+        };
+        assert_eq!(of(None), "sil-host run geo-eclipse --seed 7");
+        assert_eq!(of(Some("my/leo.toml")), "sil-host run my/leo.toml --seed 7");
+        assert_eq!(of(Some("it's mine.toml")), "sil-host run 'it'\\''s mine.toml' --seed 7");
+    }
 }

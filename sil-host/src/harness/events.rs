@@ -34,3 +34,8 @@ pub fn words(event: &Event) -> String {
         Event::SunInPath => "Sun in a path by prediction".into(),
     }
 }
+
+/// Whether the orbit began or ended with an event.
+pub fn is_restart(event: &Event) -> bool {
+    matches!(event, Event::OrbitStarted | Event::OrbitRestarted | Event::OrbitForgotten)
+}

@@ -1,12 +1,15 @@
 use super::*;
-use crate::harness::truth_of;
-use crate::judge::{Judge, Verdict};
+use crate::harness::faults::{Fault, FaultKind};
+use crate::harness::{Second, truth_of};
+use crate::judge::expected::mode_of;
+use crate::judge::{Judge, Judged, Verdict};
 use crate::scenario::Scenario;
 use crate::world::attitude::apply;
 use crate::world::noise::{Noise, Stream};
+use fsw_core::modes::Mode;
 use fsw_core::telemetry::{
-    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, MOTION_CORRELATIONS, OrbitReport, Outcome,
-    Report,
+    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, FilteredAttitude, MOTION_CORRELATIONS,
+    OrbitReport, Outcome, Report,
 };
 
 /// A report of a sensor whose errors are Gaussian with the sigmas it reports; `decay` shrinks those of the
@@ -23,6 +26,8 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
     let sees = mode == Mode::Tracking;
     let direction =
         [nadir[0] + draw(3) * 8.0, nadir[1] + draw(4) * 8.0, nadir[2]].map(|c| (c / distance) as f32);
+    let attitude =
+        AttitudeReport { quaternion, sigma_rad: [5e-6, 5e-6, 35e-6], log10_false: -20.0, age_s: 0 };
     Report {
         cycle,
         local_us: i64::from(cycle) * 1_000_000,
@@ -30,12 +35,8 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
         clock: ClockState::Synchronised,
         mode,
         outcome: Some(if cycle == 0 { Outcome::Identified } else { Outcome::Tracked }),
-        attitude: (!sun).then_some(AttitudeReport {
-            quaternion,
-            sigma_rad: [5e-6, 5e-6, 35e-6],
-            log10_false: -20.0,
-            age_s: 0,
-        }),
+        attitude: (!sun).then_some(attitude),
+        filtered: (!sun).then_some(FilteredAttitude { quaternion, sigma_rad: attitude.sigma_rad }),
         detections: 30,
         earth_status: if sees { EarthStatus::Found } else { EarthStatus::Dark },
         earth: sees.then_some(EarthReport {
@@ -64,6 +65,9 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
     }
 }
 
+/// What is said to be broken.
+const FAULTS: [Fault; 1] = [Fault { kind: FaultKind::TimeOut(1.0), from_s: 700, until_s: 760 }];
+
 /// The page of a made-up run of the default scenario, and its figures.
 fn made_up_page() -> (String, crate::judge::Figures) {
     let scenario = Scenario::default_embedded();
@@ -86,13 +90,14 @@ fn made_up_page() -> (String, crate::judge::Figures) {
             rate,
             field,
             scene: &scene,
-            faults: &[],
+            faults: &FAULTS,
         };
         recorder.add(&second, right);
     }
     let figures = judge.finish();
     let verdicts = Verdict::all(&scenario.limits, &figures);
-    let page = page::html(&scenario, recorder, &figures, &verdicts, &mut scene).unwrap();
+    let page =
+        page::html(&scenario, &recorder, (&figures, &verdicts), &mut scene, "sil-host run it").unwrap();
     (page, figures)
 }
 
@@ -110,6 +115,16 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
         "orbit started by two fixes that agree",
         "data:image/png;base64,",
         "\u{2713} kept",
+        "class=\"fault\"",
+        "<title>time-out</title>",
+        "second 21: orbit started",
+        "<h2>Injected faults</h2>",
+        "<h2>Orbit and Sun</h2>",
+        "<h2>Are the sigmas right?</h2>",
+        "<b>Earth's direction</b>: sigmas",
+        "normalised innovation squared",
+        "<code>sil-host run it</code>",
+        concat!("Sextant ", env!("CARGO_PKG_VERSION")),
     ] {
         assert!(page.contains(part), "{part} is missing");
     }
@@ -133,6 +148,33 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
     assert!((direction_deg / (8.0 / 42_165.0f64).to_degrees() - 1.0).abs() < 0.03, "{direction_deg}");
     assert!((figures.earth.distance_rms_km.unwrap() / 6.0 - 1.0).abs() < 0.03);
     assert_eq!(figures.mode_share, Some(1.0));
+}
+
+#[test]
+fn the_verdict_comes_first_then_frames_then_figures_then_plots() {
+    let (page, figures) = made_up_page();
+    let mut at = 0;
+    for part in [
+        "class=\"badge",
+        "class=\"sentence",
+        "<h2>Frames",
+        "<h2>Limits",
+        "<h2>Figures",
+        "<h2>Plots",
+        "<h2>Terms",
+    ] {
+        let next = page.find(part).unwrap_or_else(|| panic!("{part} is missing"));
+        assert!(next > at, "{part} comes too early");
+        at = next;
+    }
+    // A made-up filter knows no innovations: every one is 3, which chance does not do.
+    let limits = page.matches("\u{2717} MISSED").count();
+    assert_eq!(
+        page.matches("<tr class=\"missed\"").count() - limits,
+        opinion::contradictions(&figures).len()
+    );
+    assert!(limits == 0 || page.find("\u{2717} MISSED") < page.find("\u{2713} kept"));
+    assert_eq!(page.contains("badge good"), limits == 0 && opinion::contradictions(&figures).is_empty());
 }
 
 #[test]

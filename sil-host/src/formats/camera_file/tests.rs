@@ -31,7 +31,10 @@ fn everything_but_the_first_five_keys_has_a_default() {
     for key in ["width_px", "height_px", "bits", "focal_length_px", "optical_centre_px"] {
         let without: Vec<&str> = lines.iter().copied().filter(|line| !line.starts_with(key)).collect();
         let message = fault(&without.join("\n"));
-        assert!(message.starts_with("c.toml:") && message.contains(&format!("`{key}`")), "{message}");
+        assert!(
+            message.starts_with("sil-host: c.toml:") && message.contains(&format!("`{key}`")),
+            "{message}"
+        );
     }
 }
 
@@ -49,15 +52,27 @@ fn optional_keys_are_read() {
 #[test]
 fn a_fault_names_file_line_and_key() {
     let cases = [
-        ("width_px = 640", "width_px = 8", "c.toml:2: detector.width_px: 8 px is out of range"),
-        ("height_px = 480", "height_px = 99999999999", "c.toml:3: detector.height_px: 99999999999 px"),
-        ("bits = 12", "bits = 17", "c.toml:4: detector.bits: 17 bits"),
-        ("bits = 12", "bits = \"ten\"", "c.toml:4: bits: invalid type"),
-        ("bits = 12", "bits = 12\ngain = 3", "c.toml:5: unknown field `gain`"),
-        ("focal_length_px = 1000", "focal_length_px = nan", "c.toml:7: optics.focal_length_px: NaN"),
-        ("[319.5, 239.5]", "[319.5]", "c.toml:8: optical_centre_px: invalid length"),
-        ("[319.5, 239.5]", "[\n  319.5,\n  9e9,\n]", "c.toml:8: optics.optical_centre_px: 9000000000"),
-        ("bits = 12", "bits = = 12", "c.toml:4:"),
+        ("width_px = 640", "width_px = 8", "sil-host: c.toml:2: detector.width_px: 8 px is out of range"),
+        (
+            "height_px = 480",
+            "height_px = 99999999999",
+            "sil-host: c.toml:3: detector.height_px: 99999999999 px",
+        ),
+        ("bits = 12", "bits = 17", "sil-host: c.toml:4: detector.bits: 17 bits"),
+        ("bits = 12", "bits = \"ten\"", "sil-host: c.toml:4: bits: invalid type"),
+        ("bits = 12", "bits = 12\ngain = 3", "sil-host: c.toml:5: unknown field `gain`"),
+        (
+            "focal_length_px = 1000",
+            "focal_length_px = nan",
+            "sil-host: c.toml:7: optics.focal_length_px: NaN",
+        ),
+        ("[319.5, 239.5]", "[319.5]", "sil-host: c.toml:8: optical_centre_px: invalid length"),
+        (
+            "[319.5, 239.5]",
+            "[\n  319.5,\n  9e9,\n]",
+            "sil-host: c.toml:8: optics.optical_centre_px: 9000000000",
+        ),
+        ("bits = 12", "bits = = 12", "sil-host: c.toml:4:"),
     ];
     for (from, to, expected) in cases {
         let message = fault(&GOOD.replace(from, to));
@@ -65,16 +80,16 @@ fn a_fault_names_file_line_and_key() {
         assert!(message.contains("; ") && !message.contains('\n'), "{message}");
     }
     let message = fault(&format!("{GOOD}distortion = {{ k1 = 1, k9 = 2 }}\n"));
-    assert!(message.starts_with("c.toml:9: unknown field `k9`"), "{message}");
+    assert!(message.starts_with("sil-host: c.toml:9: unknown field `k9`"), "{message}");
     let message = fault(&format!("{GOOD}projection = \"round\"\n"));
-    assert!(message.starts_with("c.toml:9: projection: unknown variant"), "{message}");
+    assert!(message.starts_with("sil-host: c.toml:9: projection: unknown variant"), "{message}");
 }
 
 #[test]
 fn a_missing_or_empty_file_is_said_plainly() {
     let message = CameraFile::load(Path::new("no/such.toml")).unwrap_err().to_string();
-    assert!(message.starts_with("no/such.toml: cannot be read: no such file"), "{message}");
-    assert!(fault("").starts_with("c.toml:1: missing field `detector`"), "{}", fault(""));
+    assert!(message.starts_with("sil-host: no/such.toml: cannot be read: no such file"), "{message}");
+    assert!(fault("").starts_with("sil-host: c.toml:1: missing field `detector`"), "{}", fault(""));
 }
 
 #[test]
