@@ -119,10 +119,17 @@ impl<'a> Flight<'a> {
     ) -> Result<Self, HostError> {
         let calibration = calibration.and_then(StarCalibration::open);
         let parameters = scenario.flight_parameters(calibration.as_ref());
-        let sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
+        let mut sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
             let what = format!("the flight code refuses the scenario ({error:?})");
             HostError::input(&scenario.file, None, what, "change what it names")
         })?;
+        if let Some((state, start)) = scenario.ground_state().zip(scenario.orbit_filter.start) {
+            let velocity_sigma_km_s = 1e-3 * start.velocity_sigma_m_s;
+            if !sensor.initialise_orbit(state, start.position_sigma_km, velocity_sigma_km_s) {
+                let what = "the flight code refuses the state of orbit_filter.start";
+                return Err(HostError::input(&scenario.file, None, what, "give smaller errors"));
+            }
+        }
         Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0 })
     }
 

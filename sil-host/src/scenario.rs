@@ -18,6 +18,7 @@
 //! | `[disturbances]` | what is on the detector and neither star nor Earth |
 //! | `[sky]` | planets, Moon, Sun's light, other satellites |
 //! | `[earth]` | how the Earth is drawn |
+//! | `[orbit_filter]` | what the orbit filter takes of an image, and a state from the ground |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
 //! | `[[faults]]` | what breaks, and when |
@@ -33,6 +34,7 @@ mod limits;
 mod mount;
 mod optics;
 mod orbit;
+pub mod orbit_filter;
 mod pointing;
 mod sky;
 mod text;
@@ -45,7 +47,8 @@ use crate::flight::{self, StarCalibration};
 use crate::formats::camera_file::CameraFile;
 use crate::harness::faults::Fault;
 use crate::judge::Limit;
-use crate::world::attitude::{Vector, dot};
+use crate::judge::second::orbit_axes;
+use crate::world::attitude::{Vector, apply, dot};
 use crate::world::detector::disturbances::Disturbances;
 use crate::world::detector::imaging::ImagingModel;
 use crate::world::earth::EarthModel;
@@ -61,9 +64,13 @@ use crate::world::sky as stars;
 use crate::world::sky::bodies::BodiesModel;
 use crate::world::sky::stars::DetectorModel;
 use crate::world::time::civil_time;
+use crate::world::vector::{plus, transposed};
 use fsw_core::image::calibration::Calibration;
+use fsw_core::orbit::OrbitState;
+use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::stars::identify::IdentificationParameters;
+use orbit_filter::OrbitFilterModel;
 use serde::Deserialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -147,6 +154,8 @@ pub struct Scenario {
     pub believed: Believed,
     /// What breaks, and when.
     pub faults: Vec<Fault>,
+    /// What the orbit filter is told.
+    pub orbit_filter: OrbitFilterModel,
     /// The errors of the gyro, where there is one.
     pub gyro: Option<GyroModel>,
     /// The errors of the magnetometer, where there is one.
@@ -178,6 +187,8 @@ struct RawFile {
     sky: sky::RawSky,
     #[serde(default)]
     earth: earth::RawEarth,
+    #[serde(default)]
+    orbit_filter: orbit_filter::RawOrbitFilter,
     gyro: Option<instruments::RawGyro>,
     magnetometer: Option<instruments::RawMagnetometer>,
     #[serde(default)]
@@ -288,6 +299,7 @@ impl Scenario {
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
             bodies: sky::read(&text, &raw.sky)?,
             earth: earth::read(&text, &raw.earth)?,
+            orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
             believed: believed::read(&text, &raw.believed)?,
@@ -327,8 +339,10 @@ impl Scenario {
             // One that is too noisy is left to the report: the flight code would refuse it.
             Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()
         });
+        let observation = self.orbit_filter.observation.unwrap_or(defaults.orbit.observation);
         Parameters {
             identification,
+            orbit: OrbitParameters { observation, ..defaults.orbit },
             rate_sensor,
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,
@@ -375,6 +389,19 @@ impl Scenario {
         Scene::new(settings, &stars::in_year(self.start_year())).map_err(|error| {
             let to_do = "give a longer focal length, a smaller aperture_mm, or psf = \"gaussian\"";
             HostError::input(&self.file, None, error.to_string(), to_do)
+        })
+    }
+
+    /// The state that the ground tells the flight code at the start.
+    pub fn ground_state(&self) -> Option<OrbitState> {
+        let start = self.orbit_filter.start.as_ref()?;
+        let (r, v) = (self.position_km, self.velocity_km_s);
+        let axes = transposed(&orbit_axes(r, v)?);
+        let velocity_error_km_s = start.velocity_error_m_s.map(|error| 1e-3 * error);
+        Some(OrbitState {
+            time_us: self.start_us,
+            position_km: plus(r, 1.0, apply(&axes, start.position_error_km)).into(),
+            velocity_km_s: plus(v, 1.0, apply(&axes, velocity_error_km_s)).into(),
         })
     }
 

@@ -9,7 +9,7 @@
 
 use crate::error::HostError;
 use crate::output::PartialFile;
-use crate::world::time::civil_time::shown_text;
+use crate::world::time::civil_time::{shown_text, utc_text};
 use std::path::Path;
 
 /// Longest time between two states of a segment, µs.
@@ -67,7 +67,8 @@ impl MessageFile {
             Message::Orbit => "CCSDS_OEM_VERS = 2.0",
             Message::Attitude => "CCSDS_AEM_VERS = 1.0",
         };
-        let start = shown_text(name.start_us);
+        // Of all times in the message this one is UTC.
+        let start = utc_text(name.start_us);
         let kept_back = format!(
             "{version}\nCOMMENT {}\nCOMMENT CREATION_DATE is the run's start: the same run gives the same bytes\n\
              CREATION_DATE = {start}\nORIGINATOR = SEXTANT\n",

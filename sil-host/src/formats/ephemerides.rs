@@ -12,7 +12,7 @@
 use super::ccsds::{Message, MessageFile, RunName};
 use crate::error::HostError;
 use crate::harness::Second;
-use crate::judge::second::image_cycle;
+use crate::judge::second::{image_cycle, motion_covariance};
 use crate::output::Folder;
 use crate::scenario::Scenario;
 
@@ -71,7 +71,8 @@ impl Ephemerides {
         let Some(instant_us) = report.instant_us else { return Ok(()) };
         let [orbit, attitude] = &mut self.estimate;
         if let Some(reported) = &report.orbit {
-            orbit.add(instant_us, &state(reported.position_km, reported.velocity_km_s), None)?;
+            let covariance = motion_covariance(reported);
+            orbit.add(instant_us, &state(reported.position_km, reported.velocity_km_s), Some(&covariance))?;
         }
         let single = report.attitude.map(|single| single.quaternion);
         if let Some(quaternion) = report.filtered.map(|filtered| filtered.quaternion).or(single) {

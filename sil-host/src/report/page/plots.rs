@@ -125,8 +125,7 @@ fn attitude(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
 
 fn orbit(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
     let panels = three(ORBIT_AXES, "km", &recorder.position);
-    let words =
-        "The envelope takes the errors of the ICRS axes as uncorrelated; limits are judged in ICRS axes.";
+    let words = "Along the true axes, the envelope by the reported covariance.";
     section(page, "Position error", words, &wide.plot("Position error", &panels));
     let panels = three(ORBIT_AXES, "m/s", &recorder.velocity);
     section(page, "Velocity error", words, &wide.plot("Velocity error", &panels));
