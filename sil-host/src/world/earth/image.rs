@@ -14,10 +14,11 @@
 //! widths. The surface is taken where the line meets it whose depth below the limb is the mean over the PSF,
 //! and is not blurred otherwise: [`super::map`] leaves out what a pixel cannot resolve.
 //!
-//! Motion: a row collects light over the exposure about its own time. While the limb moves by more than 2 px
-//! across itself the exposure is divided; within a part the blur has the variance of the motion, `(way across
-//! the limb)² / 12`, added, and the ground's motion counts to what a pixel cannot resolve. Terminator and
-//! clouds stand still within a part.
+//! Motion: a row collects light over the exposure about its own time. While the limb moves by no more than 2
+//! px across itself the blur has the variance of the motion, `(way across the limb)² / 12`, added. Beyond that
+//! the profile is integrated over the way ([`super::limb::Limb::read`]), and the exposure is divided into parts over each of
+//! which clouds of the smallest kind hardly move: 7 km on the ground, 2 to 8 px. The ground's motion within a
+//! part counts to what a pixel cannot resolve; terminator and clouds stand still within it.
 //!
 //! What is smooth is not computed for every pixel. The detector is divided into cells of 16 x 8 px, whatever
 //! the window: depth and height of the limb are those of the biquadratic through 3 x 3 points of a cell, the
@@ -29,7 +30,7 @@
 //! once.
 
 use super::cell::{AREA, Cell, HEIGHT, KM_PER_DEPTH, Lane, Node, Places, SIGMA_KM, WIDTH};
-use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
+use super::cell::{BACK, COUNT, CUBE, MOVED_KM, SLOPE, SPREAD, WAY_KM};
 use super::lattice::smooth;
 use super::limb::REACH_SIGMAS;
 use super::looks::Looks;
@@ -49,8 +50,11 @@ use std::sync::Arc;
 const HAZE: f32 = 0.1;
 /// Variance of a pixel's own width, px².
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
-/// Motion of the limb across itself up to which an exposure is drawn at once, px.
+/// Motion of the limb across itself up to which it counts as blur, px.
 const STEP_PX: f64 = 2.0;
+/// Motion of the image in a part of a divided exposure, km at the limb, and most of it, px.
+const PART_KM: f64 = 7.0;
+const PART_PX: f64 = 8.0;
 /// Most parts of an exposure.
 const STEPS_MAX: f64 = 512.0;
 /// `q` at which the limb's height begins and ceases to count, from the disc's middle outwards: deep in the
@@ -73,6 +77,8 @@ pub struct EarthImage {
     /// Parts of the exposure, and the length of one, s.
     steps: u32,
     step_s: f64,
+    /// Whether the limb's profile is integrated over its motion in a part.
+    integrates: bool,
     white_e_s: f64,
     top_km: f64,
     shade: Shade,
@@ -114,6 +120,7 @@ pub struct CellBuffer {
     share: Lane,
     km_per_depth: Lane,
     sigma_km: Lane,
+    moved_km: Lane,
     /// Of a line of sight: lowest point, direction back, slope, way, spread.
     sight: [Lane; 9],
     /// Of the point seen: place, sunlight, view, and size on the ground, then level, then albedo.
@@ -137,6 +144,7 @@ impl CellBuffer {
         share: [0.0; AREA],
         km_per_depth: [0.0; AREA],
         sigma_km: [0.0; AREA],
+        moved_km: [0.0; AREA],
         sight: [[0.0; AREA]; 9],
         place: [[0.0; AREA]; 3],
         lit: [0.0; AREA],
@@ -151,11 +159,19 @@ impl EarthImage {
     pub fn new(model: &EarthModel, seed: u64, optics: &Optics, psf_sigma_px: f64, view: &View) -> Self {
         let variance_px2 = psf_sigma_px * psf_sigma_px + PIXEL_VARIANCE;
         let f = optics.focal_length_px();
-        let steps = (limb_motion_px(optics, view) / STEP_PX).ceil().clamp(1.0, STEPS_MAX);
         let distance = length(view.position_km);
+        let limb_km = (distance * distance - POLE_KM * POLE_KM).max(0.0).sqrt();
+        let part_px = (PART_KM * f / limb_km.max(1.0)).clamp(STEP_PX, PART_PX);
+        let moved_px = limb_motion_px(optics, view);
+        // Along the limb the ground goes by as well.
+        let turned_px = length(view.rate_rad_s) * f * view.exposure_s;
+        let integrates = moved_px > STEP_PX;
+        let parts = if integrates { moved_px.max(turned_px) / part_px } else { 1.0 };
+        let steps = parts.ceil().clamp(1.0, STEPS_MAX);
         // The way to the limb is shorter than that to the limb of the smallest sphere inside.
-        let way_km = (distance * distance - POLE_KM * POLE_KM).max(0.0).sqrt() + 2000.0;
-        let reach_km = (REACH_SIGMAS + 1.0) * (variance_px2 + STEP_PX).sqrt() * way_km / f;
+        let way_km = limb_km + 2000.0;
+        let reach_px = (REACH_SIGMAS + 1.0) * (variance_px2 + STEP_PX).sqrt() + 0.5 * PART_PX;
+        let reach_km = reach_px * way_km / f;
         let top_km = model.atmosphere_top_km + 2.0 * reach_km + HIGHEST_KM;
         let cone_sine = ((EQUATOR_KM + top_km) / distance).min(1.0);
         let sights = Sights::new(model, optics, view);
@@ -174,6 +190,7 @@ impl EarthImage {
             variance_px2,
             per_focal_length: f.recip(),
             steps: steps as u32,
+            integrates,
             step_s: view.exposure_s / steps,
             white_e_s: model.white_e_s(f) * view.transmission,
             top_km: model.atmosphere_top_km,
@@ -304,14 +321,16 @@ impl EarthImage {
         let Some(sight) = self.sights.sight(pose, pixel) else {
             return Node { depth: f32::NAN, values: [0.0; COUNT] };
         };
-        let moved_km = sight.km_s * self.step_s;
-        let sigma2 = self.variance_px2 * sight.km_per_px * sight.km_per_px + moved_km * moved_km / 12.0;
+        let moved_km = (sight.km_s * self.step_s).abs();
+        let (blurred_km, moved_km) = if self.integrates { (0.0, moved_km) } else { (moved_km, 0.0) };
+        let sigma2 = self.variance_px2 * sight.km_per_px * sight.km_per_px + blurred_km * blurred_km / 12.0;
         let sigma_km = sigma2.sqrt();
-        let lift = self.lift_km(&sight, sigma_km) / sight.km_per_depth.max(1e-9);
+        let lift = self.lift_km(&sight, sigma_km, moved_km) / sight.km_per_depth.max(1e-9);
         let [x, y, z] = sight.nearest.map(|c| c as f32);
         let mut values = [0.0; COUNT];
         (values[0], values[1], values[2]) = (x, y, z);
         (values[KM_PER_DEPTH], values[SIGMA_KM]) = (sight.km_per_depth as f32, sigma_km as f32);
+        values[MOVED_KM] = moved_km as f32;
         if CORNER {
             // A pixel's angle, and how far the ground goes by within a part: the box of the motion as a
             // Gaussian of two widths.
@@ -329,12 +348,12 @@ impl EarthImage {
 
     /// How much higher than in the mean the limb stands under a line of sight, km; 0 where that makes no
     /// difference.
-    fn lift_km(&self, sight: &Sight, sigma_km: f64) -> f64 {
+    fn lift_km(&self, sight: &Sight, sigma_km: f64, moved_km: f64) -> f64 {
         let (deep, shallow) = HORIZON_DEPTH;
         let counts = smooth((deep - sight.depth) / (deep - shallow));
         // Two cells and more above the last light.
         let high = -sight.depth * sight.km_per_depth
-            > self.top_km + REACH_SIGMAS * sigma_km + HIGHEST_KM + 40.0 * sight.km_per_px;
+            > self.top_km + REACH_SIGMAS * sigma_km + 0.5 * moved_km + HIGHEST_KM + 40.0 * sight.km_per_px;
         if counts == 0.0 || high {
             return 0.0;
         }
@@ -344,16 +363,17 @@ impl EarthImage {
 
     /// What falls into a cell, from its points and some margin.
     fn content(&self, cell: &Cell) -> Content {
-        let (mut low, mut high, mut sigma) = (f32::MAX, f32::MIN, 0.0f32);
+        let (mut low, mut high, mut sigma, mut moved) = (f32::MAX, f32::MIN, 0.0f32, 0.0f32);
         for node in cell.iter().flatten() {
             if node.depth.is_nan() {
                 return Content::Nothing;
             }
             let height = -node.depth * node.values[KM_PER_DEPTH];
-            (low, high, sigma) = (low.min(height), high.max(height), sigma.max(node.values[SIGMA_KM]));
+            (low, high) = (low.min(height), high.max(height));
+            (sigma, moved) = (sigma.max(node.values[SIGMA_KM]), moved.max(node.values[MOVED_KM]));
         }
         let margin = 0.1 * (high - low) + 1.0;
-        let reach = REACH_SIGMAS as f32 * 1.1 * sigma + margin;
+        let reach = REACH_SIGMAS as f32 * 1.1 * sigma + 0.55 * moved + margin;
         if low > self.top_km as f32 + reach {
             Content::Nothing
         } else if high < -reach {
@@ -366,7 +386,18 @@ impl EarthImage {
     /// Brightness of the pixels in the buffer, relative to a white surface with the Sun in the zenith.
     fn light(&self, cell: &Cell, content: Content, cell_buffer: &mut CellBuffer) {
         let CellBuffer {
-            places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, ..
+            places,
+            seen,
+            numbers,
+            light,
+            depth,
+            glow,
+            cube,
+            share,
+            km_per_depth,
+            sigma_km,
+            moved_km,
+            ..
         } = cell_buffer;
         let count = places.count();
         places.depth(cell, depth);
@@ -378,7 +409,11 @@ impl EarthImage {
             for (depth, km) in depth[..count].iter_mut().zip(&*km_per_depth) {
                 *depth *= -km;
             }
-            self.looks.limb.read(&sigma_km[..count], [depth, share, glow]);
+            moved_km[..count].fill(0.0);
+            if self.integrates {
+                places.values(cell, MOVED_KM, moved_km);
+            }
+            self.looks.limb.read([&sigma_km[..count], moved_km], [depth, share, glow]);
             // Nothing of the surface shines in the upper air.
             for number in 0..count {
                 let (depth_km, part) = (depth[number], share[number]);
