@@ -71,8 +71,10 @@ pub struct EarthModel {
     pub cloud_top_km: f64,
     /// Brightness of thick air at the limb over that of the surface below.
     pub air_brightness: f64,
+    /// What makes the limb stand higher here than there.
+    pub horizon: horizon::Family,
     /// Standard deviation of the limb's height over thousands of km, km; half of it comes on top over
-    /// hundreds. 0: none.
+    /// hundreds. 0: nothing that a seed makes.
     pub height_variation_km: f64,
     /// Whether the limb stands higher over the tropics and the summer half.
     pub season: bool,
@@ -104,6 +106,7 @@ impl Default for EarthModel {
             scale_height_km: 8.0,
             cloud_top_km: 3.0,
             air_brightness: 0.45,
+            horizon: horizon::Family::Noise,
             height_variation_km: 1.5,
             season: true,
             airglow: true,
