@@ -3,8 +3,8 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::attitude::comparison::{self, WahbaMethod};
-use sil_host::attitude::name;
-use sil_host::attitude_table::Sky;
+use sil_host::commands::attitude::methods::name;
+use sil_host::commands::attitude::table::Sky;
 use std::hint::black_box;
 use std::time::Duration;
 

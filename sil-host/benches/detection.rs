@@ -6,8 +6,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_hal::Detector;
-use sil_host::picture::Picture;
-use sil_host::star_scene;
+use sil_host::formats::picture::Picture;
+use sil_host::harness::star_scene;
 use std::hint::black_box;
 use std::time::Duration;
 

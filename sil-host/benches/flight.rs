@@ -10,7 +10,7 @@ use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_
 use fsw_core::modes::Mode;
 use fsw_core::sensor::Workspace;
 use sil_host::flight;
-use sil_host::run::harness::{Flight, Second};
+use sil_host::harness::{Flight, Second};
 use sil_host::scenario::Scenario;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -6,11 +6,11 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use fsw_core::catalog::Catalogue;
-use sil_host::camera_file::CameraFile;
+use sil_host::commands::identify::{FieldInput, answer};
+use sil_host::flight::lost_in_space::Solver;
 use sil_host::flight::{self, Density};
-use sil_host::identify::{FieldInput, answer};
-use sil_host::lost_in_space::Solver;
-use sil_host::star_scene;
+use sil_host::formats::camera_file::CameraFile;
+use sil_host::harness::star_scene;
 use sil_host::world::fields::{FieldGenerator, FieldSettings};
 use std::hint::black_box;
 use std::ops::RangeInclusive;

@@ -1,8 +1,8 @@
 //! What the truth orbit costs: a day set up, a place asked for, and what a simulated second asks of the sky.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use sil_host::world::ephemeris;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
+use sil_host::world::time::ephemeris;
 use std::hint::black_box;
 
 /// The equinox of 2026-09-23 0:05 UTC.

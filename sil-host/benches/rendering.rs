@@ -10,17 +10,17 @@ use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
 use fsw_hal::{Detector, Window};
-use sil_host::camera_file::CameraFile;
-use sil_host::star_scene;
+use sil_host::formats::camera_file::CameraFile;
+use sil_host::harness::star_scene;
+use sil_host::world::detector::imaging::ImagingModel;
 use sil_host::world::earth::EarthModel;
-use sil_host::world::imaging::ImagingModel;
+use sil_host::world::lens::spots::{Brush, Spot};
 use sil_host::world::motion::Motion;
+use sil_host::world::motion::pointing::{Mount, Pointing};
+use sil_host::world::motion::trajectory::{Look, Trajectory};
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
-use sil_host::world::pointing::{Mount, Pointing};
 use sil_host::world::scene::{Scene, SceneSettings};
-use sil_host::world::spots::{Brush, Spot};
-use sil_host::world::stars::DetectorModel;
-use sil_host::world::trajectory::{Look, Trajectory};
+use sil_host::world::sky::stars::DetectorModel;
 use std::hint::black_box;
 use std::time::Duration;
 

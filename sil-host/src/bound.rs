@@ -12,9 +12,9 @@
 //! right to 1e-3.
 
 use crate::world::attitude::Vector;
-use crate::world::optics::Optics;
+use crate::world::lens::optics::Optics;
 use crate::world::scene::{Scene, VisibleStar};
-use crate::world::stars::DetectorModel;
+use crate::world::sky::stars::DetectorModel;
 use crate::world::vector::{cross, plus};
 use fsw_hal::Window;
 
@@ -124,9 +124,9 @@ pub fn attitude_of_places_rad(optics: &Optics, stars: &[([f64; 2], [f64; 3])]) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::pixel::PixelResponse;
-    use crate::world::psf::Psf;
-    use crate::world::spots::{Brush, Spot};
+    use crate::world::detector::pixel::PixelResponse;
+    use crate::world::lens::psf::Psf;
+    use crate::world::lens::spots::{Brush, Spot};
 
     /// Bound of a Gaussian star of `sigma_px` on full pixels.
     fn gaussian(electrons: f64, phase: [f64; 2], sigma_px: f64, variance_e2: f64) -> [f64; 2] {
@@ -167,7 +167,7 @@ mod tests {
         // f = 3000 px, stars 300 px from the centre on both axes, 0.3 px: an angle of s = 1e-4 rad. About z
         // only the two coordinates across the radius count: s² / (4 0.1²). About x the y coordinates count,
         // by 1 on the x axis and by 1 + 0.1² on the y axis: s² / (2 + 2 1.01²).
-        let camera = crate::camera_file::CameraFile::reference();
+        let camera = crate::formats::camera_file::CameraFile::reference();
         let optics = Optics::new(&camera).unwrap();
         let [cx, cy] = optics.centre_px();
         let star = |x: f64, y: f64| ([cx + x, cy + y], [0.09, 0.0, 0.09]);

@@ -19,10 +19,10 @@
 
 mod star;
 
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
+use crate::formats::camera_file::CameraFile;
+use crate::world::detector::pixel::PixelResponse;
 use crate::world::noise::{Noise, Stream};
-use crate::world::pixel::PixelResponse;
 use fsw_core::checksum::crc32;
 use fsw_core::image::FULL_SCALE;
 use fsw_core::image::calibration::{
@@ -315,5 +315,4 @@ fn residual_px(lens: &Lens, calibration: &Calibration) -> Option<f64> {
 }
 
 #[cfg(test)]
-#[path = "calibration_tests.rs"]
 mod tests;

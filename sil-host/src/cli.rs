@@ -3,8 +3,9 @@
 //! In: the arguments of the process. Out: [`CommandLine`], or one line on stderr and exit status 2. Help and
 //! version go to stdout with status 0.
 
-use crate::error::{HostError, one_line};
+use crate::error::HostError;
 use crate::scenario;
+use crate::words::one_line;
 use clap::{Args, Parser, Subcommand};
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
@@ -34,7 +35,7 @@ pub enum Command {
     /// Identification of centroid lists, one field a line
     Identify(IdentifyArguments),
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
-    #[command(after_help = crate::attitude::LINES)]
+    #[command(after_help = crate::commands::attitude::methods::LINES)]
     Attitude(AttitudeArguments),
     /// Focal length, optical centre and distortion of a lens from its sky pictures
     Calibrate(CalibrateArguments),
@@ -52,6 +53,8 @@ pub enum Command {
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
     Parameters(ParametersArguments),
+    /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
+    Columns(ColumnsArguments),
 }
 
 fn scenario_help() -> String {
@@ -72,6 +75,12 @@ pub struct RunArguments {
     /// Seed of everything random, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Fly run I of `campaign run` with this --seed (of 1 if none is given)
+    #[arg(long, value_name = "I")]
+    pub run: Option<u64>,
+    /// What the campaign varies
+    #[arg(long, value_name = "FILE.toml", requires = "run")]
+    pub vary: Option<PathBuf>,
     /// The summary as one line on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
@@ -180,7 +189,7 @@ pub struct AttitudeArguments {
     #[arg(value_name = "SETS.jsonl", required_unless_present = "table")]
     pub sets: Option<PathBuf>,
     /// Methods, separated by commas: svd, q, quest, foam, esoq, esoq2, lsq, anisotropic
-    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::attitude::method)]
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::commands::attitude::methods::method)]
     pub method: Vec<WahbaMethod>,
     /// All methods on the stars of the sky, beside the thesis's table 3.9 and the Cramer-Rao bound
     #[arg(long, conflicts_with_all = ["sets", "method"])]
@@ -241,17 +250,33 @@ pub enum Campaign {
 }
 
 /// What every campaign asks for.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct CommonArguments {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Number of the first run; campaigns of other machines begin elsewhere
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub first: u64,
+    /// Runs at a time [default: one for each core]
+    #[arg(long, value_name = "J")]
+    pub jobs: Option<u16>,
     /// File to which finished runs are appended; what it holds already is not done again
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
+    /// Write all runs as a table, a row a run: CSV or Parquet; may be given several times
+    #[arg(long, value_name = "FILE.(csv,parquet)")]
+    pub table: Vec<PathBuf>,
     /// One JSON object a row on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+impl CommonArguments {
+    /// The numbers of so many runs.
+    pub fn numbers(&self, runs: u64) -> std::ops::Range<u64> {
+        self.first..self.first.saturating_add(runs)
+    }
 }
 
 /// Arguments of `campaign run`.
@@ -261,14 +286,13 @@ pub struct CampaignRunArguments {
     #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
     pub scenario: Option<PathBuf>,
     /// Flights
-    #[arg(long, value_name = "N", default_value_t = 20)]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
-    /// Number of the first one; campaigns of other machines begin elsewhere
-    #[arg(long, value_name = "I", default_value_t = 0)]
-    pub first: u64,
-    /// Flights at a time [default: one for each core]
-    #[arg(long, value_name = "J")]
-    pub jobs: Option<usize>,
+    /// Keys of the scenario that every flight draws anew: a file in the scenario's shape with { uniform = [low,
+    /// high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] }, { whole = [low, high] } or { choice =
+    /// [a, b] } in the place of values
+    #[arg(long, value_name = "FILE.toml")]
+    pub vary: Option<PathBuf>,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
@@ -278,7 +302,7 @@ pub struct CampaignRunArguments {
 #[derive(Debug, Args)]
 pub struct CampaignAcquireArguments {
     /// Directions
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
     /// The rest
     #[command(flatten)]
@@ -289,7 +313,7 @@ pub struct CampaignAcquireArguments {
 #[derive(Debug, Args)]
 pub struct CampaignEarthArguments {
     /// Frames of each case
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
     /// The rest
     #[command(flatten)]
@@ -369,6 +393,14 @@ pub struct BudgetArguments {
 /// Arguments of `parameters`.
 #[derive(Debug, Args)]
 pub struct ParametersArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `columns`.
+#[derive(Debug, Args)]
+pub struct ColumnsArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,

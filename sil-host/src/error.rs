@@ -3,6 +3,7 @@
 //! Every message has the form `sil-host: FILE:LINE: what; what to do`, without `:LINE` where a file has no
 //! lines and without `FILE` where none is concerned. The program then ends with [`EXIT_BAD_INPUT`].
 
+use crate::words::{io_words, one_line};
 use fsw_hal::DetectorError;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -19,13 +20,10 @@ pub const EXIT_JUDGED_FAILED: u8 = 1;
 pub enum HostError {
     /// A picture file cannot be used.
     #[error("sil-host: {0}")]
-    Picture(#[from] crate::picture::PictureError),
-    /// A camera file cannot be used.
-    #[error("sil-host: {0}")]
-    Camera(#[from] crate::camera_file::CameraFileError),
+    Picture(#[from] crate::formats::picture::PictureError),
     /// A file of recorded frames cannot be used.
     #[error("sil-host: {0}")]
-    Frames(#[from] crate::frames_file::FramesFileError),
+    Frames(#[from] crate::formats::frames_file::FramesFileError),
     /// Something else in a file is wrong.
     #[error("sil-host: {0}")]
     Input(InputError),
@@ -111,22 +109,6 @@ impl Faults {
     pub fn status(&self) -> ExitCode {
         if self.any { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS }
     }
-}
-
-/// `text` with every run of white space and control characters replaced by one blank, so that a message stays
-/// a line whatever a library or a file name puts into it.
-pub(crate) fn one_line(text: &str) -> String {
-    text.split(|c: char| c.is_whitespace() || c.is_control())
-        .filter(|word| !word.is_empty())
-        .collect::<Vec<_>>()
-        .join(" ")
-}
-
-/// The system's words for an input/output fault, without the number it adds to them.
-pub(crate) fn io_words(error: &std::io::Error) -> String {
-    let text = error.to_string();
-    let words = text.split(" (os error").next().unwrap_or(&text);
-    one_line(words).to_lowercase()
 }
 
 #[cfg(test)]

@@ -3,11 +3,13 @@
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
 //! it was made for such a field, else one built in memory from the same star source.
 
+pub mod lost_in_space;
+
 use crate::calibration::{self, Lens};
-use crate::camera_file::{CameraFile, Projection};
 use crate::error::HostError;
-use crate::world::imaging::ImagingModel;
-use crate::world::stars::DetectorModel;
+use crate::formats::camera_file::{CameraFile, Projection};
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::sky::stars::DetectorModel;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::camera::{self, Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;

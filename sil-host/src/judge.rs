@@ -9,8 +9,9 @@
 //! | [`chi_square`] | a mean square of normalised errors | how probable it is |
 //! | [`sums`] | numbers | root mean squares, shares, medians |
 //! | [`run`] | the errors of all seconds | what the run comes to |
-//! | [`figures`] | what a run comes to | its figures, and whether it kept its limits |
+//! | [`figures`] | - | what a run comes to |
 //! | [`table`] | what a run comes to | every figure that can be limited, declared once |
+//! | [`verdict`] | figures and limits | whether these are kept |
 //!
 //! Attitude errors are rotation vectors in star path axes; position and velocity errors are estimate less
 //! truth, in ICRS axes and radial (up), along (flight) and cross (orbit normal).
@@ -24,10 +25,12 @@ pub mod second;
 pub mod series;
 pub mod sums;
 pub mod table;
+pub mod verdict;
 
-pub use figures::{Figures, Verdict};
+pub use figures::Figures;
 pub use run::Judge;
 pub use second::Judged;
+pub use verdict::{Limit, Verdict};
 
 use crate::world::attitude::compose;
 

@@ -2,11 +2,12 @@
 //! status.
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
-use sil_host::error::{EXIT_BAD_INPUT, HostError};
-use sil_host::{
-    attitude, budget, calibrate, campaign, centroids, defects, earth, identify, output, parameters, record,
-    render, run, solve,
+use sil_host::commands::{
+    attitude, budget, calibrate, centroids, columns, defects, earth, identify, parameters, record, render,
+    run, solve,
 };
+use sil_host::error::{EXIT_BAD_INPUT, HostError};
+use sil_host::{campaign, output};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -35,7 +36,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Campaign(arguments)) => match arguments.of {
-                Campaign::Identify(arguments) => campaign::run(&arguments),
+                Campaign::Identify(arguments) => campaign::identify::run(&arguments),
                 Campaign::Run(arguments) => campaign::flights::run(&arguments),
                 Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
                 Campaign::Earth(arguments) => campaign::earth::run(&arguments),
@@ -45,6 +46,7 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
             Some(Command::Parameters(arguments)) => parameters::run(&arguments),
+            Some(Command::Columns(arguments)) => columns::run(&arguments),
         },
     }
 }

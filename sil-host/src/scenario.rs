@@ -35,32 +35,32 @@ mod pointing;
 mod sky;
 mod text;
 
-pub use limits::Limit;
-
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
 use crate::flight;
-use crate::run::faults::Fault;
+use crate::formats::camera_file::CameraFile;
+use crate::harness::faults::Fault;
+use crate::judge::Limit;
 use crate::world::attitude::{Vector, dot};
-use crate::world::bodies::BodiesModel;
-use crate::world::civil_time;
-use crate::world::disturbances::Disturbances;
+use crate::world::detector::disturbances::Disturbances;
+use crate::world::detector::imaging::ImagingModel;
 use crate::world::earth::EarthModel;
-use crate::world::gyro::GyroModel;
-use crate::world::imaging::ImagingModel;
-use crate::world::jitter::{Jitter, JitterModel};
-use crate::world::magnetometer::MagnetometerModel;
+use crate::world::instruments::gyro::GyroModel;
+use crate::world::instruments::magnetometer::MagnetometerModel;
 use crate::world::motion::Motion;
+use crate::world::motion::jitter::{Jitter, JitterModel};
+use crate::world::motion::pointing::{Mount, Pointing};
+use crate::world::motion::trajectory::Trajectory;
 use crate::world::orbit::{Forces, MU_EARTH, TruthOrbit};
-use crate::world::pointing::{Mount, Pointing};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky as stars;
-use crate::world::stars::DetectorModel;
-use crate::world::trajectory::Trajectory;
+use crate::world::sky::bodies::BodiesModel;
+use crate::world::sky::stars::DetectorModel;
+use crate::world::time::civil_time;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::stars::identify::IdentificationParameters;
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use text::Text;
@@ -200,9 +200,8 @@ struct RawCamera {
 impl Scenario {
     /// The scenario flown when none is asked for.
     pub fn default_embedded() -> Self {
-        let (name, text) = EMBEDDED[0];
         // The embedded files are part of the program and every one is read by a test.
-        Self::parse(&embedded_path(name), text).expect("embedded scenario")
+        Self::named(None).expect("embedded scenario")
     }
 
     /// A scenario file, or one that comes with the program; the default one where none is named.
@@ -210,7 +209,8 @@ impl Scenario {
     /// # Errors
     /// When the file cannot be read or is no scenario.
     pub fn named(path: Option<&Path>) -> Result<Self, HostError> {
-        path.map_or_else(|| Ok(Self::default_embedded()), Self::load)
+        let (path, text) = Self::text(path)?;
+        Self::parse(&path, &text)
     }
 
     /// Reads the file at `path`; where there is none, the name of an embedded scenario will do.
@@ -218,19 +218,24 @@ impl Scenario {
     /// # Errors
     /// The first fault found, with line and key.
     pub fn load(path: &Path) -> Result<Self, HostError> {
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(error) => {
-                let named = EMBEDDED.iter().find(|(name, _)| path.as_os_str() == *name);
-                let Some((name, text)) = named else {
-                    let names = EMBEDDED.map(|(name, _)| name).join(", ");
-                    let to_do = format!("give a scenario file or one of {names}");
-                    return Err(HostError::system(path, "read", &error, &to_do));
-                };
-                return Self::parse(&embedded_path(name), text);
-            }
-        };
-        Self::parse(path, &text)
+        Self::named(Some(path))
+    }
+
+    /// Path and text of a scenario file, or of one that comes with the program; of the default one where none
+    /// is named.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn text(path: Option<&Path>) -> Result<(PathBuf, Cow<'static, str>), HostError> {
+        let embedded = |(name, text): (&str, &'static str)| (embedded_path(name), Cow::Borrowed(text));
+        let Some(path) = path else { return Ok(embedded(EMBEDDED[0])) };
+        std::fs::read_to_string(path).map(|text| (path.to_path_buf(), Cow::Owned(text))).or_else(|error| {
+            let named = EMBEDDED.into_iter().find(|(name, _)| path.as_os_str() == *name);
+            named.map(embedded).ok_or_else(|| {
+                let names = EMBEDDED.map(|(name, _)| name).join(", ");
+                HostError::system(path, "read", &error, &format!("give a scenario file or one of {names}"))
+            })
+        })
     }
 
     /// Checks `text`; `path` is for messages and for the folder of the camera file.
@@ -414,5 +419,4 @@ fn camera(text: &Text<'_>, raw: &RawFile) -> Result<CameraFile, HostError> {
 }
 
 #[cfg(test)]
-#[path = "scenario_tests.rs"]
 mod tests;

@@ -4,15 +4,15 @@
 //! electrons, by the world's [`Psf`] and [`PixelResponse`]; centroids of the flight code.
 
 use super::HALF_WINDOW_PX;
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::world::colour;
-use crate::world::imaging::ImagingModel;
-use crate::world::optics::Optics;
-use crate::world::pixel::PixelResponse;
-use crate::world::psf::Psf;
-use crate::world::spots::{Brush, Spot};
-use crate::world::stars::DetectorModel;
+use crate::formats::camera_file::CameraFile;
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::detector::pixel::PixelResponse;
+use crate::world::lens::optics::Optics;
+use crate::world::lens::psf::Psf;
+use crate::world::lens::spots::{Brush, Spot};
+use crate::world::sky::colour;
+use crate::world::sky::stars::DetectorModel;
 use fsw_core::checksum::crc32;
 use fsw_core::image::calibration::{Calibration, VERSION};
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};

@@ -57,5 +57,4 @@ impl LinesFile {
 }
 
 #[cfg(test)]
-#[path = "lines_tests.rs"]
 mod tests;

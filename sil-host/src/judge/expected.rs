@@ -175,5 +175,4 @@ impl ModeJudge {
 }
 
 #[cfg(test)]
-#[path = "expected_tests.rs"]
 mod tests;

@@ -1,12 +1,10 @@
-//! What a run comes to: the figures of `summary.json`, and the limits kept or not.
+//! What a run comes to: the figures of `summary.json`.
 //!
 //! Errors are those of [`QUANTITIES`](super::quantities::QUANTITIES), over the run and over its last orbit:
 //! the last revolution, or the second half of a run shorter than two.
 
 use super::expected::Disagreement;
 use super::series::Statistics;
-use super::table::{self, Side};
-use crate::scenario::Limit;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -177,40 +175,5 @@ impl Figures {
     /// A quantity over the last orbit.
     pub fn last_orbit(&self, quantity: &str) -> Option<&Statistics> {
         self.quantities.get(quantity)?.last_orbit.as_ref()
-    }
-}
-
-/// A limit, held against the run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
-    /// The figure's key.
-    pub limit: &'static str,
-    /// The side on which it is kept.
-    pub side: Side,
-    /// What was demanded.
-    pub demanded: f64,
-    /// What was reached; none where the run did not yield the figure.
-    pub reached: Option<f64>,
-    /// Whether the limit is kept.
-    pub kept: bool,
-}
-
-impl Verdict {
-    /// Holds a limit against the figures.
-    pub fn new(limit: &Limit, figures: &Figures) -> Self {
-        let reached = (limit.of.of)(figures);
-        let kept = reached.is_some_and(|reached| match limit.of.side {
-            Side::AtLeast => reached >= limit.value,
-            Side::AtMost => reached <= limit.value,
-        });
-        Self { limit: limit.of.key, side: limit.of.side, demanded: limit.value, reached, kept }
-    }
-
-    /// Holds a scenario's limits against the figures; that every number be finite is demanded of every run.
-    pub fn all(limits: &[Limit], figures: &Figures) -> Vec<Self> {
-        let demanded = Limit { of: &table::NOT_FINITE, value: 0.0 };
-        let limited = !limits.is_empty() || figures.not_finite > 0;
-        let own = limited.then_some(demanded);
-        limits.iter().chain(&own).map(|limit| Self::new(limit, figures)).collect()
     }
 }

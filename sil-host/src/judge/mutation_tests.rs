@@ -6,7 +6,7 @@
 
 use super::expected::mode_of;
 use super::{Judge, Judged, Verdict};
-use crate::run::harness::truth_of;
+use crate::harness::truth_of;
 use crate::scenario::Scenario;
 use crate::world::attitude::{apply, compose};
 use crate::world::noise::{Noise, Stream};

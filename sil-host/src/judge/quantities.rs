@@ -41,7 +41,7 @@ pub const QUANTITIES: [Quantity; 9] = [
     quantity("filtered", "Filtered attitude", ("arcsec", ARCSEC), 3, |of| {
         of.filtered_rad.filter(|_| !of.sun())
     }),
-    quantity("sun_attitude", "Attitude carried through the Sun", ("arcsec", ARCSEC), 3, |of| {
+    quantity("sun_attitude", "Attitude in Sun outages", ("arcsec", ARCSEC), 3, |of| {
         of.attitude_rad.filter(|_| of.sun())
     }),
     quantity("rate", "Rate without an attitude", ("deg/s", DEG), 3, |of| Some(of.turning?.rad_s)),

@@ -13,7 +13,7 @@ use super::figures::{
 use super::quantities::QUANTITIES;
 use super::second::Judged;
 use super::series::Series;
-use super::sums::{Median, Share, Squares};
+use super::sums::{Share, Sizes, Squares};
 use crate::world::attitude::Vector;
 use fsw_core::modes::Mode;
 
@@ -138,8 +138,8 @@ impl Judge {
         figures.rate = RateFigures {
             share: self.rate.valid.value(),
             either_sense_share: self.rate.either.value(),
-            error_percent: self.rate.size.value().map(|size| 100.0 * size),
-            axis_deg: self.rate.axis.value(),
+            error_percent: self.rate.size.median().map(|size| 100.0 * size),
+            axis_deg: self.rate.axis.median(),
             within_3_sigma_share: figures.run("rate").map(|of| of.all_within_3_share),
             ..figures.rate
         };
@@ -210,8 +210,8 @@ fn earth(figures: &Figures) -> EarthFigures {
 struct RateSums {
     valid: Share,
     either: Share,
-    size: Median,
-    axis: Median,
+    size: Sizes,
+    axis: Sizes,
 }
 
 impl RateSums {
@@ -229,5 +229,4 @@ impl RateSums {
 }
 
 #[cfg(test)]
-#[path = "run_tests.rs"]
 mod tests;

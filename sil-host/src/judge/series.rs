@@ -58,6 +58,29 @@ pub struct Statistics {
     pub jump_sigma: Option<(f64, u32)>,
 }
 
+/// How the sigmas of a quantity stand to its errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SigmaFit {
+    /// As 99 % of runs with right sigmas.
+    Right,
+    /// The errors are smaller.
+    TooLarge,
+    /// The errors are larger.
+    TooSmall,
+}
+
+impl Statistics {
+    /// How the sigmas stand to the errors, by [`Self::band_99`].
+    pub fn sigma_fit(&self) -> SigmaFit {
+        let [low, high] = self.band_99;
+        match self.normalised_square {
+            square if square < low => SigmaFit::TooLarge,
+            square if square > high => SigmaFit::TooSmall,
+            _ => SigmaFit::Right,
+        }
+    }
+}
+
 impl Series {
     /// Nothing yet, of so many axes.
     pub fn new(axes: usize) -> Self {
@@ -161,5 +184,4 @@ fn correlation(normalised: &[Vec<f64>]) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "series_tests.rs"]
 mod tests;

@@ -2,9 +2,9 @@
 
 use super::scale::label;
 use crate::judge::quantities::QUANTITIES;
+use crate::judge::series::SigmaFit;
 use crate::judge::table::{self, PROBABILITY, Side};
 use crate::judge::{Figures, Verdict};
-use console::{StyledObject, style};
 
 /// A figure in words: what, reached, and what it compares with.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,41 +40,59 @@ fn probability(value: f64) -> String {
     if value < 1e-4 { "< 0.0001".to_owned() } else { format!("{value:.4}") }
 }
 
-/// The quantities that were estimated, a row each after a row of titles: what, error rms, 95 % of the errors,
-/// reported sigma, unit, share within 3 sigma, mean of (error / sigma) squared, and whether the sigmas are
-/// right.
-pub fn quantities(figures: &Figures) -> Vec<[String; 8]> {
-    let titles = [
-        "Error of the last orbit",
-        "rms",
-        "95 %",
-        "sigma",
-        "",
-        "in 3 sig.",
-        "(e/s)\u{b2}",
-        "of right sigmas (99 %)",
-    ];
+/// A quantity that was estimated, in words.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuantityRow {
+    /// What it is.
+    pub what: &'static str,
+    /// Error rms of the last orbit.
+    pub rms: String,
+    /// 95 % of these errors.
+    pub error_95: String,
+    /// Reported sigma of the last orbit.
+    pub sigma: String,
+    /// Unit of these.
+    pub unit: &'static str,
+    /// Share of the run within 3 sigma.
+    pub within: String,
+    /// Mean of (error / sigma)² over the run.
+    pub square: String,
+    /// Where 99 % of runs with right sigmas lie.
+    pub band: String,
+    /// Whether it lies there.
+    pub fit: SigmaFit,
+}
+
+impl QuantityRow {
+    /// Whether the sigmas are right, in a word.
+    pub fn word(&self) -> &'static str {
+        match self.fit {
+            SigmaFit::Right => "right",
+            SigmaFit::TooLarge => "TOO LARGE",
+            SigmaFit::TooSmall => "TOO SMALL",
+        }
+    }
+}
+
+/// The quantities that were estimated.
+pub fn quantities(figures: &Figures) -> Vec<QuantityRow> {
     let rows = QUANTITIES.iter().filter_map(|quantity| {
         let run = figures.run(quantity.key)?;
         let last = figures.last_orbit(quantity.key).unwrap_or(run);
         let [low, high] = run.band_99;
-        let word = match run.normalised_square {
-            square if square < low => ": sigmas TOO LARGE",
-            square if square > high => ": sigmas TOO SMALL",
-            _ => "",
-        };
-        Some([
-            quantity.words.to_owned(),
-            label(last.rms),
-            label(last.error_95),
-            label(last.sigma),
-            quantity.unit.to_owned(),
-            percent(Some(run.within_share[2])),
-            label(run.normalised_square),
-            format!("{} to {}{word}", label(low), label(high)),
-        ])
+        Some(QuantityRow {
+            what: quantity.words,
+            rms: label(last.rms),
+            error_95: label(last.error_95),
+            sigma: label(last.sigma),
+            unit: quantity.unit,
+            within: percent(Some(run.within_share[2])),
+            square: label(run.normalised_square),
+            band: format!("{} to {}", label(low), label(high)),
+            fit: run.sigma_fit(),
+        })
     });
-    std::iter::once(titles.map(str::to_owned)).chain(rows).collect()
+    rows.collect()
 }
 
 /// What is not said of every quantity.
@@ -153,11 +171,6 @@ pub fn value(value: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// The word for a limit: on a terminal in green or red.
-pub fn kept_or_missed(kept: bool) -> StyledObject<&'static str> {
-    if kept { style("kept").green() } else { style("MISSED").red().bold() }
-}
-
 /// A verdict in words: what, demanded, reached.
 pub fn verdict(verdict: &Verdict) -> [String; 3] {
     let of = table::figure(verdict.limit);
@@ -168,4 +181,10 @@ pub fn verdict(verdict: &Verdict) -> [String; 3] {
     };
     let show = |of| value(of, unit);
     [words.to_owned(), format!("{side} {}", show(Some(verdict.demanded))), show(verdict.reached)]
+}
+
+/// Verdicts, those that miss first.
+pub fn missed_first(verdicts: &[Verdict]) -> impl Iterator<Item = &Verdict> {
+    let of = |kept: bool| verdicts.iter().filter(move |verdict| verdict.kept == kept);
+    of(false).chain(of(true))
 }

@@ -6,7 +6,7 @@
 
 use super::moments::Moment;
 use crate::error::HostError;
-use crate::run::harness::truth_of;
+use crate::harness::truth_of;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::earth::{EQUATOR_KM, POLE_KM};
 use crate::world::scene::{Scene, Truth};

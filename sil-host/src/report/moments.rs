@@ -1,7 +1,7 @@
 //! Seconds worth a picture, chosen while the run goes by: the first identification, the longest and the
 //! shortest lit limb tracked, eclipse, the Sun in a path, the end.
 
-use crate::run::harness::Second;
+use crate::harness::Second;
 use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{Outcome, Report};

@@ -1,24 +1,31 @@
 //! Plots as inline SVG: panels one above the other over a common axis of time.
 //!
-//! Colours are the page's variables, so that plots follow light and dark. Behind the curves the geometry is
-//! shaded: the Sun in a path, and eclipse.
+//! Colours are the page's variables, so that plots follow light and dark. Behind the curves is shaded what
+//! the sensor met: the Sun in a path, no lit limb, injected faults; what happened to the orbit is a line. An
+//! error is drawn in its own range ([`Scale`]); where its envelope does not fit in, a label says so.
 
 use super::scale::{Scale, label};
 use super::trace::{Banded, Marks, Stretches, Trace};
+use crate::harness::faults::Fault;
 use std::fmt::Write as _;
 
-/// Width of a plot, and of the margins left and right of its panels.
-const WIDTH: f64 = 1000.0;
+/// Width of a plot over the whole page, and of one beside another.
+pub const WIDE: f64 = 1000.0;
+/// See [`WIDE`].
+pub const HALF: f64 = 500.0;
+/// Margins left and right of the panels.
 const LEFT: f64 = 74.0;
 const RIGHT: f64 = 24.0;
 /// Height of a panel, of the gap between two, and of the axis of time.
 const HEIGHT: f64 = 112.0;
 const GAP: f64 = 10.0;
 const AXIS: f64 = 30.0;
+/// Errors to be seen in a panel; the others are marked at its edge.
+const NEARLY_ALL: f64 = 0.999;
 
 /// Shaded: the Sun in a path.
 pub const SUN: u8 = 0;
-/// Shaded: eclipse.
+/// Shaded: no lit limb in the field.
 pub const DARK: u8 = 1;
 
 /// What all plots of a run share.
@@ -28,6 +35,12 @@ pub struct Frame<'a> {
     pub stretches: Stretches,
     /// [`SUN`] and [`DARK`].
     pub geometry: &'a Marks,
+    /// What was broken, and when.
+    pub faults: &'a [Fault],
+    /// When the orbit was begun, restarted or forgotten, in words.
+    pub restarts: &'a [(u32, String)],
+    /// [`WIDE`] or [`HALF`].
+    pub width: f64,
 }
 
 /// A curve in a panel.
@@ -42,26 +55,67 @@ pub struct Panel<'a> {
     level: Option<f64>,
 }
 
+/// Three sigma, as they typically were.
+fn envelope(sigma: &Trace) -> Option<f64> {
+    sigma.quantile(0.5).map(|sigma| 3.0 * sigma)
+}
+
+fn scale_of(line: &Trace, band: Option<f64>) -> Scale {
+    let of = |share| line.quantile(share).unwrap_or(1.0);
+    // A class of sizes ends 1.2 % above its middle.
+    let nearly_all = (1.012 * of(NEARLY_ALL)).min(line.largest().unwrap_or(f64::INFINITY));
+    Scale::about_zero(of(0.5), nearly_all, band)
+}
+
 impl<'a> Panel<'a> {
     /// An error in its three-sigma envelope.
     pub fn banded(name: &'a str, unit: &'a str, of: &'a Banded) -> Self {
-        let mut sigmas: Vec<f64> = of.sigma.magnitudes().collect();
-        sigmas.sort_by(f64::total_cmp);
-        let band = sigmas.get(sigmas.len() / 2).map(|sigma| 3.0 * sigma);
-        let scale = Scale::about_zero(of.error.magnitudes(), band);
+        Self::banded_like(name, unit, of, of)
+    }
+
+    /// The same on the scale of another.
+    pub fn banded_like(name: &'a str, unit: &'a str, of: &'a Banded, like: &Banded) -> Self {
+        let scale = scale_of(&like.error, envelope(&like.sigma));
         Self { name, unit, line: &of.error, band: Some(&of.sigma), scale, level: None }
     }
 
     /// An error without an envelope.
     pub fn signed(name: &'a str, unit: &'a str, line: &'a Trace) -> Self {
-        let scale = Scale::about_zero(line.magnitudes(), None);
-        Self { name, unit, line, band: None, scale, level: None }
+        Self { name, unit, line, band: None, scale: scale_of(line, None), level: None }
     }
 
     /// A count, or another quantity from zero up, beside a level.
     pub fn counted(name: &'a str, unit: &'a str, line: &'a Trace, level: Option<f64>) -> Self {
-        let scale = Scale::from_zero(line.magnitudes().chain(level));
+        let scale = Scale::from_zero(line.largest().unwrap_or(0.0).max(level.unwrap_or(0.0)));
         Self { name, unit, line, band: None, scale, level }
+    }
+
+    /// A quantity in the range in which it lies, at least `least` wide.
+    pub fn ranging(name: &'a str, unit: &'a str, line: &'a Trace, least: f64) -> Self {
+        let (low, high) = line.extremes().unwrap_or((0.0, 0.0));
+        Self { name, unit, line, band: None, scale: Scale::between(low, high, least), level: None }
+    }
+
+    /// Whether no part of the envelope is in the panel.
+    fn envelope_off_scale(&self) -> bool {
+        let least = self.band.and_then(|sigma| sigma.extremes()).map(|(low, _)| 3.0 * low);
+        least.is_some_and(|least| least > self.scale.high())
+    }
+
+    /// What the panel cannot show.
+    fn notes(&self) -> String {
+        let mut notes = Vec::new();
+        let high = self.scale.high();
+        if self.scale.is_logarithmic() {
+            notes.push("logarithmic away from 0".to_owned());
+        }
+        if let Some(largest) = self.line.largest().filter(|largest| *largest > 1.001 * high) {
+            notes.push(format!("largest {}", label(largest)));
+        }
+        if let Some(three_sigma) = self.band.and_then(envelope).filter(|three_sigma| *three_sigma > high) {
+            notes.push(format!("\u{b1}3\u{3c3} off the scale: {} (median)", label(three_sigma)));
+        }
+        notes.join(" \u{b7} ")
     }
 }
 
@@ -80,8 +134,26 @@ fn pieces(trace: &Trace) -> Vec<Vec<(usize, f64, f64)>> {
 }
 
 impl Frame<'_> {
-    fn x(&self, second: f64) -> f64 {
-        LEFT + (WIDTH - LEFT - RIGHT) * second / f64::from(self.stretches.seconds)
+    /// Left edge of the panels, and right edge.
+    pub(super) fn edges(&self) -> (f64, f64) {
+        (LEFT, self.width - RIGHT)
+    }
+
+    pub(super) fn x(&self, second: f64) -> f64 {
+        let (left, right) = self.edges();
+        left + (right - left) * second / f64::from(self.stretches.seconds)
+    }
+
+    /// Where a run of stretches begins, and how wide it is.
+    pub(super) fn span(&self, (from, to): (usize, usize)) -> (f64, f64) {
+        let [left, right] = [from, to].map(|index| self.x(self.stretches.start_s(index)));
+        (left, right - left)
+    }
+
+    /// Where a fault begins, and how wide it is: a single second of a day must be seen too.
+    pub(super) fn span_of(&self, fault: &Fault) -> (f64, f64) {
+        let [left, right] = [fault.from_s, fault.until_s].map(|second| self.x(second.into()));
+        (left, (right - left).max(1.5))
     }
 
     /// Middle of a stretch.
@@ -89,35 +161,58 @@ impl Frame<'_> {
         0.5 * (self.x(self.stretches.start_s(index)) + self.x(self.stretches.start_s(index + 1)))
     }
 
-    fn open(&self, svg: &mut String, title: &str, height: f64) {
+    pub(super) fn open(&self, svg: &mut String, title: &str, height: f64) {
         let _ = write!(
             svg,
-            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{title}\">"
+            "<svg class=\"plot\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{title}\">",
+            self.width,
+            height + AXIS
         );
     }
 
-    fn shade(&self, svg: &mut String, top: f64, height: f64) {
-        for (bit, class) in [(DARK, "dark"), (SUN, "sun")] {
-            for (from, to) in self.geometry.runs(bit) {
-                let (left, right) =
-                    (self.x(self.stretches.start_s(from)), self.x(self.stretches.start_s(to)));
-                let width = right - left;
+    /// What the sensor met, behind `height` of curves.
+    fn shade(&self, svg: &mut String, height: f64) {
+        for (bit, class, words) in [(DARK, "dark", "no lit limb"), (SUN, "sun", "Sun in a path")] {
+            for run in self.geometry.runs(bit) {
+                let (left, width) = self.span(run);
                 let _ = write!(
                     svg,
-                    "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
+                    "<rect class=\"{class}\" x=\"{left:.1}\" y=\"0\" width=\"{width:.1}\" height=\"{height:.1}\">\
+                     <title>{words}</title></rect>"
                 );
             }
+        }
+        for fault in self.faults {
+            let (left, width) = self.span_of(fault);
+            let _ = write!(
+                svg,
+                "<rect class=\"fault\" x=\"{left:.1}\" y=\"0\" width=\"{width:.1}\" height=\"{height:.1}\">\
+                 <title>{}</title></rect>",
+                fault.kind.word()
+            );
+        }
+    }
+
+    /// Lines where the orbit was begun, restarted or forgotten.
+    fn restart_lines(&self, svg: &mut String, height: f64) {
+        for (second, words) in self.restarts {
+            let x = self.x((*second).into());
+            let _ = write!(
+                svg,
+                "<path class=\"restart\" d=\"M{x:.1} 0V{height:.1}\"><title>second {second}: {words}</title></path>"
+            );
         }
     }
 
     /// Lines of the axis of time through panels that end at `bottom`, and its labels.
-    fn time_axis(&self, svg: &mut String, bottom: f64) {
+    pub(super) fn time_axis(&self, svg: &mut String, bottom: f64) {
         let seconds = f64::from(self.stretches.seconds);
         let steps = [
             1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 10_800.0,
             21_600.0, 43_200.0,
         ];
-        let step = steps.into_iter().find(|step| seconds / step <= 13.0).unwrap_or(86_400.0);
+        let labels = 13.0 * self.width / WIDE;
+        let step = steps.into_iter().find(|step| seconds / step <= labels).unwrap_or(86_400.0);
         let mut at = 0.0;
         while at <= seconds {
             let x = self.x(at);
@@ -138,7 +233,7 @@ impl Frame<'_> {
         let _ = write!(
             svg,
             "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{unit} since start</text>",
-            WIDTH - RIGHT,
+            self.edges().1,
             bottom + AXIS - 2.0
         );
     }
@@ -147,7 +242,7 @@ impl Frame<'_> {
     pub fn plot(&self, title: &str, panels: &[Panel<'_>]) -> String {
         let bottom = panels.len() as f64 * (HEIGHT + GAP) - GAP;
         let mut svg = String::new();
-        self.open(&mut svg, title, bottom + AXIS);
+        self.open(&mut svg, title, bottom);
         self.time_axis(&mut svg, bottom);
         for (number, panel) in panels.iter().enumerate() {
             self.panel(&mut svg, panel, number as f64 * (HEIGHT + GAP));
@@ -157,53 +252,59 @@ impl Frame<'_> {
     }
 
     fn panel(&self, svg: &mut String, panel: &Panel<'_>, top: f64) {
-        let width = WIDTH - LEFT - RIGHT;
+        let (left, right) = self.edges();
+        let (width, whole) = (right - left, self.width);
         let _ = write!(
             svg,
-            "<svg x=\"0\" y=\"{top}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\">\
-             <rect class=\"ground\" x=\"{LEFT}\" y=\"0\" width=\"{width}\" height=\"{HEIGHT}\"/>"
+            "<svg x=\"0\" y=\"{top}\" width=\"{whole}\" height=\"{HEIGHT}\" viewBox=\"0 0 {whole} {HEIGHT}\">\
+             <rect class=\"ground\" x=\"{left}\" y=\"0\" width=\"{width}\" height=\"{HEIGHT}\"/>"
         );
-        self.shade(svg, 0.0, HEIGHT);
+        self.shade(svg, HEIGHT);
         let y = |value: f64| HEIGHT * (1.0 - panel.scale.height(value));
         for tick in panel.scale.ticks() {
-            let (at, text, right) = (y(tick), label(tick), WIDTH - RIGHT);
+            let (at, text) = (y(tick), label(tick));
             let class = if tick == 0.0 { "zero" } else { "grid" };
             let place = (at + 4.0).clamp(10.0, HEIGHT - 2.0);
             let _ = write!(
                 svg,
-                "<path class=\"{class}\" d=\"M{LEFT} {at:.1}H{right}\"/>\
+                "<path class=\"{class}\" d=\"M{left} {at:.1}H{right}\"/>\
                  <text class=\"tick\" x=\"{:.1}\" y=\"{place:.1}\" text-anchor=\"end\">{text}</text>",
-                LEFT - 6.0
+                left - 6.0
             );
         }
         if let Some(level) = panel.level {
-            let _ = write!(svg, "<path class=\"level\" d=\"M{LEFT} {:.1}H{:.1}\"/>", y(level), WIDTH - RIGHT);
+            let _ = write!(svg, "<path class=\"level\" d=\"M{left} {:.1}H{right:.1}\"/>", y(level));
         }
-        self.line(svg, panel.line, y);
+        self.line(svg, panel, y);
         // Over the curve, so that its edge is seen where the curve fills it.
-        if let Some(sigma) = panel.band {
+        if let Some(sigma) = panel.band.filter(|_| !panel.envelope_off_scale()) {
             self.band(svg, sigma, y);
         }
+        self.restart_lines(svg, HEIGHT);
         if panel.line.is_empty() {
             let _ = write!(
                 svg,
                 "<text class=\"none\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">not reported in this run</text>",
-                LEFT + 0.5 * width,
+                left + 0.5 * width,
                 0.5 * HEIGHT + 4.0
             );
         }
         let _ = write!(
             svg,
-            "<text class=\"name\" x=\"{:.1}\" y=\"16\">{} <tspan class=\"unit\">{}</tspan></text></svg>",
-            LEFT + 8.0,
+            "<text class=\"name\" x=\"{:.1}\" y=\"16\">{} <tspan class=\"unit\">{}</tspan></text>\
+             <text class=\"note\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text></svg>",
+            left + 8.0,
             panel.name,
-            panel.unit
+            panel.unit,
+            right - 8.0,
+            HEIGHT - 7.0,
+            panel.notes()
         );
     }
 
-    fn line(&self, svg: &mut String, trace: &Trace, y: impl Fn(f64) -> f64) {
-        let mut path = String::new();
-        for piece in pieces(trace) {
+    fn line(&self, svg: &mut String, panel: &Panel<'_>, y: impl Fn(f64) -> f64) {
+        let (mut path, mut beyond) = (String::new(), String::new());
+        for piece in pieces(panel.line) {
             for (number, (index, low, high)) in piece.iter().enumerate() {
                 let (x, letter) = (self.middle(*index), if number == 0 { 'M' } else { 'L' });
                 let _ = write!(path, "{letter}{x:.1} {:.1}", y(*low));
@@ -211,9 +312,18 @@ impl Frame<'_> {
                 if high > low || piece.len() == 1 {
                     let _ = write!(path, "L{:.1} {:.1}", x + 0.1, y(*high));
                 }
+                if y(*high) < 0.0 {
+                    let _ = write!(beyond, "M{x:.1} 0v6");
+                }
+                if y(*low) > HEIGHT {
+                    let _ = write!(beyond, "M{x:.1} {HEIGHT}v-6");
+                }
             }
         }
         let _ = write!(svg, "<path class=\"line\" d=\"{path}\"/>");
+        if !beyond.is_empty() {
+            let _ = write!(svg, "<path class=\"beyond\" d=\"{beyond}\"/>");
+        }
     }
 
     fn band(&self, svg: &mut String, sigma: &Trace, y: impl Fn(f64) -> f64) {
@@ -229,49 +339,52 @@ impl Frame<'_> {
         }
         let _ = write!(svg, "<path class=\"band\" d=\"{path}\"/>");
     }
+}
 
-    /// Rows of things that were the case: pale where expected, solid where flown, in another colour where
-    /// wrong. A row is its name and its bit in both sets.
-    pub fn strip(
-        &self,
-        title: &str,
-        rows: &[&str],
-        expected: &Marks,
-        flown: &Marks,
-        wrong: &Marks,
-    ) -> String {
-        const ROW: f64 = 24.0;
-        let bottom = rows.len() as f64 * ROW;
-        let mut svg = String::new();
-        self.open(&mut svg, title, bottom + AXIS);
-        self.time_axis(&mut svg, bottom);
-        for (bit, name) in rows.iter().enumerate() {
-            let top = bit as f64 * ROW;
-            for (marks, class, inset) in
-                [(expected, "expected", 2.0), (flown, "flown", 8.0), (wrong, "wrong", 8.0)]
-            {
-                for (from, to) in marks.runs(bit as u8) {
-                    let left = self.x(self.stretches.start_s(from));
-                    // A single second of a day must be seen too.
-                    let width = (self.x(self.stretches.start_s(to)) - left).max(1.5);
-                    let _ = write!(
-                        svg,
-                        "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{:.1}\"/>",
-                        top + inset,
-                        ROW - 2.0 * inset
-                    );
-                }
-            }
-            let _ = write!(
-                svg,
-                "<path class=\"grid\" d=\"M{LEFT} {:.1}H{:.1}\"/><text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{name}</text>",
-                top + ROW,
-                WIDTH - RIGHT,
-                LEFT - 6.0,
-                top + 16.0
-            );
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn banded(sigma: f64, spike: f64) -> Banded {
+        let stretches = Stretches::of(4000);
+        let mut of = Banded::new(stretches);
+        for cycle in 0..4000 {
+            let error = if cycle == 1234 { spike } else { f64::from(cycle % 7) - 3.0 };
+            of.add(stretches.index(cycle), error, sigma);
         }
-        svg.push_str("</svg>");
-        svg
+        of
+    }
+
+    #[test]
+    fn an_envelope_that_does_not_fit_is_told_and_not_drawn() {
+        let geometry = Marks::new(Stretches::of(4000));
+        let frame = Frame {
+            stretches: Stretches::of(4000),
+            geometry: &geometry,
+            faults: &[],
+            restarts: &[(70, "orbit restarted".into())],
+            width: WIDE,
+        };
+        let (fits, wide) = (banded(1.0, 0.0), banded(100.0, 0.0));
+        let svg = frame.plot("", &[Panel::banded("radial", "km", &fits)]);
+        assert!(svg.contains("class=\"band\"") && !svg.contains("off the scale"));
+        assert!(svg.contains("second 70: orbit restarted"));
+        let svg = frame.plot("", &[Panel::banded("radial", "km", &wide)]);
+        assert!(!svg.contains("class=\"band\"") && svg.contains("\u{b1}3\u{3c3} off the scale: 3"), "{svg}");
+    }
+
+    #[test]
+    fn a_spike_beyond_the_range_is_marked_and_told() {
+        let geometry = Marks::new(Stretches::of(4000));
+        let frame = Frame {
+            stretches: Stretches::of(4000),
+            geometry: &geometry,
+            faults: &[],
+            restarts: &[],
+            width: HALF,
+        };
+        let of = banded(1.0, 50.0);
+        let svg = frame.plot("", &[Panel::banded("radial", "km", &of)]);
+        assert!(svg.contains("largest 50") && svg.contains("class=\"beyond\""), "{svg}");
     }
 }

@@ -20,25 +20,45 @@ fn round_up(value: f64) -> f64 {
         .unwrap_or(value)
 }
 
+/// A range of errors this many times their median is drawn logarithmically; of Gaussian ones it is 5 times.
+const LOGARITHMIC_FROM: f64 = 25.0;
+/// An envelope is brought into the panel if it is no wider than this many times the range of the errors.
+const ENVELOPE_MAX: f64 = 3.0;
+
 impl Scale {
-    /// For errors about zero whose farthest values, a stretch each, are `magnitudes`, in a band of typically
-    /// `band`.
-    pub fn about_zero(magnitudes: impl Iterator<Item = f64>, band: Option<f64>) -> Self {
-        let mut all: Vec<f64> = magnitudes.collect();
-        all.sort_by(f64::total_cmp);
-        let largest = all.last().copied().unwrap_or(1.0).max(1e-9);
-        let typical = band.or(all.get(all.len() / 2).copied()).unwrap_or(1.0).max(1e-9);
-        if largest > 12.0 * typical {
-            Self { low: -largest * 1.3, high: largest * 1.3, knee: Some(round_up(typical) * 0.5) }
+    /// For errors about zero of which half are below `median` and 99.9 % below `nearly_all`, in an envelope
+    /// of typically `band`.
+    pub fn about_zero(median: f64, nearly_all: f64, band: Option<f64>) -> Self {
+        let nearly_all = nearly_all.max(1e-9);
+        let band = band.filter(|band| *band <= ENVELOPE_MAX * nearly_all).unwrap_or(0.0);
+        if nearly_all > LOGARITHMIC_FROM * median {
+            let high = 1.3 * nearly_all.max(band);
+            Self { low: -high, high, knee: Some(round_up(median.max(1e-4 * high)) * 0.5) }
         } else {
-            let high = 1.1 * largest.max(1.15 * band.unwrap_or(0.0));
+            let high = 1.15 * nearly_all.max(band);
             Self { low: -high, high, knee: None }
         }
     }
 
-    /// From zero up to the largest of `values`.
-    pub fn from_zero(values: impl Iterator<Item = f64>) -> Self {
-        Self { low: 0.0, high: 1.1 * values.fold(1.0, f64::max), knee: None }
+    /// From `low` to `high`, at least `least` apart.
+    pub fn between(low: f64, high: f64, least: f64) -> Self {
+        let margin = 0.5 * (least - (high - low)).max(0.1 * (high - low));
+        Self { low: low - margin, high: high + margin, knee: None }
+    }
+
+    /// From zero up to somewhat more than `largest`.
+    pub fn from_zero(largest: f64) -> Self {
+        Self { low: 0.0, high: 1.1 * largest.max(1.0), knee: None }
+    }
+
+    /// The value at the upper edge.
+    pub fn high(&self) -> f64 {
+        self.high
+    }
+
+    /// Whether values away from zero are drawn by their logarithm.
+    pub fn is_logarithmic(&self) -> bool {
+        self.knee.is_some()
     }
 
     fn bend(&self, value: f64) -> f64 {
@@ -97,23 +117,38 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quiet_curves_are_linear_and_fill_the_panel() {
-        let scale = Scale::about_zero([1.0, 2.0, 1.5].into_iter(), Some(1.5));
-        assert!(scale.knee.is_none());
+    fn errors_are_drawn_linearly_in_their_own_range() {
+        let scale = Scale::about_zero(0.67, 3.3, Some(3.0));
+        assert!(!scale.is_logarithmic());
         assert!((scale.height(0.0) - 0.5).abs() < 1e-12);
-        assert!(scale.height(2.0) > 0.9 && scale.height(2.0) < 1.0);
+        assert!(scale.height(3.3) > 0.9 && scale.height(3.3) < 1.0);
         let ticks = scale.ticks();
         assert!(ticks.contains(&0.0) && (3..=9).contains(&ticks.len()), "{ticks:?}");
     }
 
     #[test]
+    fn a_wide_envelope_does_not_flatten_the_errors() {
+        let fits = Scale::about_zero(1.0, 5.0, Some(14.0));
+        assert!(fits.high() > 14.0 && fits.high() < 17.0, "{fits:?}");
+        let wide = Scale::about_zero(1.0, 5.0, Some(1000.0));
+        assert!(wide.high() < 6.0, "{wide:?}");
+    }
+
+    #[test]
     fn a_curve_that_falls_from_thousands_to_tenths_shows_both() {
-        let values = (0..100).map(|n| if n < 3 { 3000.0 } else { 0.2 });
-        let scale = Scale::about_zero(values, None);
+        let scale = Scale::about_zero(0.2, 3000.0, None);
+        assert!(scale.is_logarithmic());
         assert!(scale.height(0.2) - scale.height(0.0) > 0.03, "{scale:?}");
         assert!(scale.height(3000.0) < 1.0 && scale.height(3000.0) > 0.9);
         let ticks = scale.ticks();
         assert!((3..=11).contains(&ticks.len()), "{ticks:?}");
+    }
+
+    #[test]
+    fn a_level_curve_has_room_about_it() {
+        let scale = Scale::between(35_786.0, 35_786.0, 2.0);
+        assert!((scale.height(35_786.0) - 0.5).abs() < 1e-9);
+        assert!(scale.ticks().len() >= 3);
     }
 
     #[test]

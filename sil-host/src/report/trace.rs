@@ -1,5 +1,7 @@
 //! Curves of a run in constant memory: least and greatest value of every stretch of seconds, so that spikes
-//! stay visible.
+//! stay visible; and how large their values are.
+
+use crate::judge::sums::Sizes;
 
 /// Most stretches a run is cut into: two values each, 1500 points a curve.
 const STRETCHES_MAX: usize = 750;
@@ -36,12 +38,13 @@ impl Stretches {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     ranges: Vec<Option<(f64, f64)>>,
+    sizes: Sizes,
 }
 
 impl Trace {
     /// A curve without values.
     pub fn new(stretches: Stretches) -> Self {
-        Self { ranges: vec![None; stretches.count] }
+        Self { ranges: vec![None; stretches.count], sizes: Sizes::default() }
     }
 
     /// Adds a value to stretch `index`; what is no number is left out.
@@ -49,6 +52,7 @@ impl Trace {
         if let Some(range) = self.ranges.get_mut(index).filter(|_| value.is_finite()) {
             let (low, high) = range.unwrap_or((value, value));
             *range = Some((low.min(value), high.max(value)));
+            self.sizes.add(value);
         }
     }
 
@@ -62,9 +66,19 @@ impl Trace {
         self.ranges.iter().all(Option::is_none)
     }
 
-    /// Magnitude of the farthest value of every stretch that has one.
-    pub fn magnitudes(&self) -> impl Iterator<Item = f64> + '_ {
-        self.ranges.iter().flatten().map(|(low, high)| low.abs().max(high.abs()))
+    /// Least and greatest value of all; none of a curve without values.
+    pub fn extremes(&self) -> Option<(f64, f64)> {
+        self.ranges.iter().flatten().copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// Magnitude of the farthest value.
+    pub fn largest(&self) -> Option<f64> {
+        self.extremes().map(|(low, high)| low.abs().max(high.abs()))
+    }
+
+    /// Magnitude below which `share` of the seconds lie, to 2.4 %.
+    pub fn quantile(&self, share: f64) -> Option<f64> {
+        self.sizes.quantile(share)
     }
 }
 
@@ -135,7 +149,9 @@ mod tests {
         }
         assert!(stretches.count * 2 <= 1500);
         assert_eq!(trace.ranges()[stretches.index(43_210)], Some((-0.5, 9.0)));
-        assert_eq!(trace.magnitudes().filter(|m| *m > 1.0).count(), 1);
+        assert_eq!((trace.extremes(), trace.largest()), (Some((-0.5, 9.0)), Some(9.0)));
+        let nearly_all = trace.quantile(0.999).unwrap();
+        assert!((nearly_all / 0.5 - 1.0).abs() < 0.024, "{nearly_all}");
         assert_eq!(trace.ranges().iter().flatten().count(), stretches.count);
     }
 

@@ -23,11 +23,11 @@
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::world::disturbances::Disturbances;
-use crate::world::fixed_pattern::PatternModel;
-use crate::world::pixel::PixelResponse;
-use crate::world::protons::Protons;
-use crate::world::stars::DetectorModel;
+use crate::world::detector::disturbances::Disturbances;
+use crate::world::detector::fixed_pattern::PatternModel;
+use crate::world::detector::pixel::PixelResponse;
+use crate::world::detector::protons::Protons;
+use crate::world::sky::stars::DetectorModel;
 use serde::Deserialize;
 use toml::Spanned;
 

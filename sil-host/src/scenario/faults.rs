@@ -3,11 +3,11 @@
 //! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`,
 //! `late-frame`, `doubled-image`, `wrong-geometry` and `bit-flips` take `share`, a probability (default 1;
 //! bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s`
-//! and `clock-step` `step_s`; `clock-invalid` nothing. See [`crate::run::faults`] for what each does.
+//! and `clock-step` `step_s`; `clock-invalid` nothing. See [`crate::harness::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::run::faults::{Fault, FaultKind};
+use crate::harness::faults::{Fault, FaultKind};
 use serde::Deserialize;
 use toml::Spanned;
 

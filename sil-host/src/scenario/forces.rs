@@ -10,9 +10,9 @@
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::world::earth_orientation::EarthOrientation;
 use crate::world::orbit::OrbitError;
 use crate::world::orbit::forces::{Forces, LARGEST_DEGREE, Satellite};
+use crate::world::time::earth_orientation::EarthOrientation;
 use serde::Deserialize;
 use toml::Spanned;
 

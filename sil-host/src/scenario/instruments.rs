@@ -21,8 +21,8 @@
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::world::gyro::GyroModel;
-use crate::world::magnetometer::MagnetometerModel;
+use crate::world::instruments::gyro::GyroModel;
+use crate::world::instruments::magnetometer::MagnetometerModel;
 use serde::Deserialize;
 use toml::Spanned;
 

@@ -5,18 +5,10 @@
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::judge::table::{self, Figure};
+use crate::judge::Limit;
+use crate::judge::table;
 use std::collections::BTreeMap;
 use toml::Spanned;
-
-/// A limit of a scenario.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limit {
-    /// The figure.
-    pub of: &'static Figure,
-    /// Its value, in the figure's unit.
-    pub value: f64,
-}
 
 /// Reads the `[limits]`.
 pub(super) fn read(

@@ -3,7 +3,7 @@
 use super::ANGLE_DEG;
 use super::text::Text;
 use crate::error::HostError;
-use crate::world::pointing::Mount;
+use crate::world::motion::pointing::Mount;
 use serde::Deserialize;
 use toml::Spanned;
 

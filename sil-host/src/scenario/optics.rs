@@ -17,10 +17,10 @@
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::world::imaging::ImagingModel;
-use crate::world::psf::{LensModel, Psf, PsfModel};
-use crate::world::shutter::Shutter;
-use crate::world::vignetting::VignettingModel;
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::detector::shutter::Shutter;
+use crate::world::lens::psf::{LensModel, Psf, PsfModel};
+use crate::world::lens::vignetting::VignettingModel;
 use serde::Deserialize;
 use toml::Spanned;
 

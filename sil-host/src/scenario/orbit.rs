@@ -13,9 +13,9 @@
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::attitude::Vector;
-use crate::world::earth_orientation::EarthOrientation;
 use crate::world::orbit::track::Samples;
 use crate::world::orbit::{OrbitError, TruthOrbit, check_state, oem, sp3, state_of_elements, tle};
+use crate::world::time::earth_orientation::EarthOrientation;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -184,5 +184,4 @@ fn elements(text: &Text<'_>, orbit: &RawOrbit, a_km: &Spanned<f64>) -> Result<(V
 }
 
 #[cfg(test)]
-#[path = "orbit_tests.rs"]
 mod tests;

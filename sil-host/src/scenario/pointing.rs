@@ -2,7 +2,7 @@
 //!
 //! | key | says | default |
 //! |---|---|---|
-//! | `law` | `"nadir"`, `"inertial"` or `"spin"` ([`crate::world::pointing`]) | `"nadir"` |
+//! | `law` | `"nadir"`, `"inertial"` or `"spin"` ([`crate::world::motion::pointing`]) | `"nadir"` |
 //! | `off_nadir_deg` | nadir: line of sight of the Earth path from nadir towards flight | 0 |
 //! | `ra_deg`, `dec_deg` | inertial, spin: ICRS direction of the Earth path's line of sight, at the start | needed |
 //! | `roll_deg` | then turned about it | 0 |
@@ -15,11 +15,11 @@
 use super::text::Text;
 use super::{ANGLE_DEG, DURATION_S};
 use crate::error::HostError;
-use crate::world::attitude::Vector;
-use crate::world::jitter::{JitterModel, Line};
-use crate::world::pointing::{Aim, Law, Pointing, quaternion};
-use crate::world::slew::{PEAK, Slew};
-use crate::world::tumble::Tumble;
+use crate::world::attitude::{Vector, quaternion};
+use crate::world::motion::jitter::{JitterModel, Line};
+use crate::world::motion::pointing::{Aim, Law, Pointing};
+use crate::world::motion::slew::{PEAK, Slew};
+use crate::world::motion::tumble::Tumble;
 use crate::world::vector::{length, unit};
 use serde::Deserialize;
 use toml::Spanned;

@@ -9,8 +9,8 @@
 
 use super::text::Text;
 use crate::error::HostError;
-use crate::world::bodies::BodiesModel;
-use crate::world::satellites::CROSSINGS_AN_HOUR_MAX;
+use crate::world::sky::bodies::BodiesModel;
+use crate::world::sky::satellites::CROSSINGS_AN_HOUR_MAX;
 use serde::Deserialize;
 use toml::Spanned;
 

@@ -1,6 +1,7 @@
 //! The text of a scenario file: from places in it to messages with a line.
 
-use crate::error::{HostError, io_words};
+use crate::error::HostError;
+use crate::words::io_words;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 

@@ -4,7 +4,7 @@
 //! constant rate `ω` (rad/s, in its own axes) sees directions turn the other way, `A(t) = exp(-[ω×] t) A(0)`,
 //! which is `q(t) = δ ⊗ q(0)` with `δ = [ω/|ω| sin(|ω| t / 2), cos(|ω| t / 2)]`.
 
-use super::noise::Noise;
+use crate::world::noise::Noise;
 
 /// A vector of three components.
 pub type Vector = [f64; 3];
@@ -83,10 +83,40 @@ pub fn uniform(noise: &Noise, index: u32) -> [f64; 4] {
     normalised(q).unwrap_or([0.0, 0.0, 0.0, 1.0])
 }
 
+/// The matrix that takes components to a frame turned by `angle_rad` about axis 0 (x), 1 (y) or 2 (z).
+pub fn rotation(axis: usize, angle_rad: f64) -> [Vector; 3] {
+    let (s, c) = libm::sincos(angle_rad);
+    match axis {
+        0 => [[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]],
+        1 => [[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]],
+        _ => [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]],
+    }
+}
+
+/// The quaternion of a rotation matrix, `matrix(quaternion(A)) = A`, scalar not negative.
+///
+/// The largest of the four components is found from the diagonal, the others from sums and differences across
+/// it (Shepperd 1978), so that no small number is divided by.
+pub fn quaternion(a: &[Vector; 3]) -> [f64; 4] {
+    let trace = a[0][0] + a[1][1] + a[2][2];
+    let squares = [0, 1, 2].map(|k| 1.0 + 2.0 * a[k][k] - trace);
+    let (yz, zx, xy) = (a[1][2] + a[2][1], a[2][0] + a[0][2], a[0][1] + a[1][0]);
+    let (x, y, z) = (a[1][2] - a[2][1], a[2][0] - a[0][2], a[0][1] - a[1][0]);
+    let w = 1.0 + trace;
+    let largest = squares.iter().fold(w, |most, square| most.max(*square));
+    let parallel = match largest {
+        m if m == w => [x, y, z, w],
+        m if m == squares[0] => [squares[0], xy, zx, x],
+        m if m == squares[1] => [xy, squares[1], yz, y],
+        _ => [zx, yz, squares[2], z],
+    };
+    normalised(parallel).unwrap_or([0.0, 0.0, 0.0, 1.0])
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::noise::Stream;
     use super::*;
+    use crate::world::noise::Stream;
     use proptest::prelude::*;
 
     fn quaternion() -> impl Strategy<Value = [f64; 4]> {

@@ -9,11 +9,11 @@
 //! Lines: `{"id","centroids":[[x,y,brightness],..]}` as `identify` reads it, and the truth
 //! `{"id","hip":[number or null,..],"q":[x,y,z,w]}`. Brightness is `10^(-0.4 V)`, larger is brighter.
 
-use super::attitude::{self, dot};
 use super::noise::{Noise, Stream};
-use super::optics::Optics;
 use super::scene::WorldStar;
-use crate::camera_file::CameraFile;
+use crate::formats::camera_file::CameraFile;
+use crate::world::attitude::{self, dot};
+use crate::world::lens::optics::Optics;
 use serde_json::json;
 
 /// What the fields are like.

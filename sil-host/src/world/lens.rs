@@ -14,10 +14,24 @@
 //! Refraction is Snell's law in vector form at spheres (Welford, Aberrations of Optical Systems, ch. 4);
 //! dispersion after Cauchy, `n = A + B / wavelength²` from the catalogue's `n_d` and `V_d`, right to 0.002 in
 //! the band. Left out: coatings, ghosts, tolerances of manufacture. Vignetting by the mounts narrows the
-//! pupil, see [`super::vignetting`].
+//! pupil, see [`vignetting`].
+//!
+//! | module | takes | gives |
+//! |---|---|---|
+//! | [`optics`] | camera, direction in the sensor frame | pixel |
+//! | [`psf`] | lens, place on the detector | the image of a star as a few Gaussians |
+//! | [`spots`] | places and charges | mean electrons of a window |
+//! | [`streaks`] | ways and charges | the same, of points that move |
+//! | [`vignetting`] | place on the detector | what is left of the light |
 
-use super::attitude::{Vector, dot};
+pub mod optics;
+pub mod psf;
+pub mod spots;
+pub mod streaks;
+pub mod vignetting;
+
 use super::vector::{plus, times};
+use crate::world::attitude::{Vector, dot};
 
 /// Wavelengths of the Fraunhofer lines F, d, C, µm.
 const FRAUNHOFER_UM: [f64; 3] = [0.486_132_7, 0.587_561_8, 0.656_272_5];

@@ -1,9 +1,25 @@
 //! How the star path's attitude goes with time.
 //!
 //! Either a turning with constant rate, for tests of single parts, or a [`Trajectory`] about the Earth.
+//!
+//! | module | takes | gives |
+//! |---|---|---|
+//! | [`moving_frame`] | rotations in a row | frame and rate, the one the derivative of the other |
+//! | [`pointing`] | time, orbit, law, slews | frames of the two paths |
+//! | [`tumble`] | attitude, rate, inertia, time | free turning of a body |
+//! | [`slew`] | axis, angle, time | a smooth turn |
+//! | [`jitter`] | deviation, frequencies, seed, time | pointing errors |
+//! | [`trajectory`] | orbit, pointing, mounting | the truth of a second |
 
-use super::attitude::{Turning, Vector};
-use super::trajectory::Trajectory;
+pub mod jitter;
+pub mod moving_frame;
+pub mod pointing;
+pub mod slew;
+pub mod trajectory;
+pub mod tumble;
+
+use crate::world::attitude::{Turning, Vector};
+use crate::world::motion::trajectory::Trajectory;
 
 /// Attitude over time.
 #[derive(Debug, Clone, PartialEq)]

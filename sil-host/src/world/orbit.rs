@@ -45,9 +45,9 @@ pub use elements::{check_state, state_of_elements};
 pub use forces::Forces;
 pub use gravity::MU_EARTH;
 
-use super::attitude::Vector;
-use super::civil_time;
 use super::vector::{length, minus, plus, times};
+use crate::world::attitude::Vector;
+use crate::world::time::civil_time;
 use forces::Dynamics;
 use gravity::Gravity;
 use integrator::Node;
@@ -185,7 +185,7 @@ impl TruthOrbit {
         samples: &track::Samples,
         start_us: i64,
         seconds: u32,
-        orientation: &super::earth_orientation::EarthOrientation,
+        orientation: &crate::world::time::earth_orientation::EarthOrientation,
     ) -> Result<Self, OrbitError> {
         let nodes = track::nodes(samples, start_us, seconds, orientation)?;
         Ok(Self::through(start_us, &nodes))
@@ -255,5 +255,4 @@ impl Piece {
 }
 
 #[cfg(test)]
-#[path = "orbit_tests.rs"]
 mod tests;

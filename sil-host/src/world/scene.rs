@@ -14,35 +14,36 @@
 //! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say
 //!    what they always do
 //!
-//! With a rolling shutter a star is where it is at the time of its own row, see [`super::shutter`]; the Earth
-//! is drawn as of the middle of the exposure. False stars and protons are new in each cycle; hot and dead
-//! pixels and patterns stay.
+//! With a rolling shutter a star is where it is at the time of its own row, see
+//! [`crate::world::detector::shutter`]; the Earth is drawn as of the middle of the exposure. False stars and
+//! protons are new in each cycle; hot and dead pixels and patterns stay.
 
-use super::attitude::{self, Vector};
-use super::bodies::{BodyLight, Exposing};
-use super::cells::Cells;
-use super::colour::{self, BANDS};
-use super::disturbances::Deposits;
 use super::earth::image::{CellBuffer, EarthImage};
-use super::fixed_pattern::{Darks, FixedPattern};
 use super::motion::Motion;
 use super::noise::{Noise, Stream};
-use super::optics::Optics;
-use super::protons;
-use super::psf::Psf;
-pub use super::scene_settings::{SceneError, SceneSettings, VisibleStar, WorldStar};
-use super::spots::{Brush, Spot, Spots};
-use super::streaks::Streaks;
-use super::sun;
-use super::trajectory::{Look, Trajectory};
-pub use super::trajectory::{SensorState, Truth};
-use super::vignetting::Vignetting;
-use crate::picture::check_request;
+use crate::formats::picture::check_request;
+use crate::world::attitude::{self, Vector};
+use crate::world::detector::deposits::Deposits;
+use crate::world::detector::fixed_pattern::{Darks, FixedPattern};
+use crate::world::detector::protons;
+use crate::world::lens::optics::Optics;
+use crate::world::lens::psf::Psf;
+use crate::world::lens::spots::{Brush, Spot, Spots};
+use crate::world::lens::streaks::Streaks;
+use crate::world::lens::vignetting::Vignetting;
+use crate::world::motion::trajectory::{Look, Trajectory};
+pub use crate::world::motion::trajectory::{SensorState, Truth};
+pub use crate::world::scene::settings::{SceneError, SceneSettings, VisibleStar, WorldStar};
+use crate::world::sky::bodies::{BodyLight, Exposing};
+use crate::world::sky::cells::Cells;
+use crate::world::sky::colour::{self, BANDS};
+use crate::world::sky::sun;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
 use std::sync::Arc;
 
 mod kept;
 mod placing;
+mod settings;
 
 use kept::Kept;
 use placing::PointLight;
@@ -444,9 +445,7 @@ impl Detector for Scene {
 }
 
 #[cfg(test)]
-#[path = "scene_tests.rs"]
 mod tests;
 
 #[cfg(test)]
-#[path = "scene_statistics_tests.rs"]
 mod statistics_tests;

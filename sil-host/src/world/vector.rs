@@ -1,6 +1,6 @@
 //! Arithmetic of three components, for readers who would rather see a formula than loops.
 
-use super::attitude::{Vector, dot};
+use crate::world::attitude::{Vector, dot};
 
 /// `a + k b`.
 #[inline]

@@ -1,8 +1,8 @@
 //! The files that people give to the host: pictures, scenarios, cameras, orbits. Each is read or refused in
 //! one line.
 
-use sil_host::camera_file::CameraFile;
-use sil_host::picture::Picture;
+use sil_host::formats::camera_file::CameraFile;
+use sil_host::formats::picture::Picture;
 use sil_host::scenario::Scenario;
 use sil_host::world::orbit::{oem, sp3};
 use std::path::Path;

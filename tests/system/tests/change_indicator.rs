@@ -6,9 +6,9 @@
 //! and the table made anew: `SEXTANT_BLESS=1 cargo test -p system-tests --test change_indicator`.
 
 use fsw_core::telemetry::Report;
+use sil_host::commands::record::{self, mission::MISSION};
+use sil_host::harness::status::{activity_word, fault_words};
 use sil_host::judge::expected::word;
-use sil_host::record::{self, mission::MISSION};
-use sil_host::run::status::{activity_word, fault_words};
 use system_tests::{scratch, workspace};
 
 const TABLE: &str = "tests/system/tests/change_indicator.csv";

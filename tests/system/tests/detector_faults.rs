@@ -4,8 +4,8 @@
 //! stated here: a detector that hands out an old image as a new one is believed.
 
 use fsw_core::modes::Mode;
-use sil_host::run::faults::FaultKind;
-use sil_host::run::harness;
+use sil_host::harness;
+use sil_host::harness::faults::FaultKind;
 use sil_host::scenario::Scenario;
 use std::path::Path;
 
@@ -68,7 +68,7 @@ fn every_fault_is_reported_or_borne_and_the_sensor_recovers() {
         }
     }
     let late = |cycle: usize| {
-        let acts = |fault: &sil_host::run::faults::Fault| {
+        let acts = |fault: &sil_host::harness::faults::Fault| {
             matches!(fault.kind, FaultKind::LateFrame(_)) && fault.acts_in(cycle as u32)
         };
         scenario.faults.iter().any(acts)

@@ -6,14 +6,14 @@
 //! the limb, and how it changes with distance.
 
 use fsw_hal::Window;
-use sil_host::camera_file::CameraFile;
-use sil_host::picture::Picture;
+use sil_host::formats::camera_file::CameraFile;
+use sil_host::formats::picture::Picture;
 use sil_host::world::earth::EarthModel;
 use sil_host::world::earth::image::CellBuffer;
-use sil_host::world::optics::Optics;
+use sil_host::world::lens::optics::Optics;
+use sil_host::world::motion::pointing::{Mount, Pointing};
+use sil_host::world::motion::trajectory::{Look, Trajectory};
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
-use sil_host::world::pointing::{Mount, Pointing};
-use sil_host::world::trajectory::{Look, Trajectory};
 use std::path::PathBuf;
 use system_tests::data;
 

@@ -8,7 +8,7 @@ use fsw_core::earth::comparison::thesis;
 use fsw_core::earth::search::Points;
 use fsw_hal::Detector;
 use serde_json::Value;
-use sil_host::picture::Picture;
+use sil_host::formats::picture::Picture;
 use sil_host::world::noise::{Noise, Stream};
 use std::path::{Path, PathBuf};
 use system_tests::{data, json_lines, run, scratch};

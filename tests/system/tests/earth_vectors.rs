@@ -5,7 +5,7 @@
 //! same clouds: errors last for the half minute in which the limb moves on by the horizon's cells, so that
 //! 900 s are worth some thirty pictures.
 
-use sil_host::run::harness;
+use sil_host::harness;
 use sil_host::scenario::Scenario;
 use std::path::Path;
 

@@ -7,11 +7,11 @@
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::image::{Detection, DetectionParameters};
 use fsw_core::telemetry::Outcome;
-use sil_host::run::harness;
+use sil_host::harness;
 use sil_host::scenario::{EMBEDDED, Scenario};
 use sil_host::world::attitude::{apply, matrix};
-use sil_host::world::ephemeris;
 use sil_host::world::scene::Scene;
+use sil_host::world::time::ephemeris;
 use std::path::Path;
 use system_tests::amount;
 
@@ -139,7 +139,7 @@ fn hits_and_hot_pixels_bring_few_spots_and_hide_few_stars() {
     let clean = spinning(0.01, 10);
     let mut dirty = clean.clone();
     dirty.disturbances.hot_pixels = 500;
-    dirty.disturbances.protons = sil_host::world::protons::Protons::Fixed(200);
+    dirty.disturbances.protons = sil_host::world::detector::protons::Protons::Fixed(200);
     let (mut stars, mut others, mut before) = (0, 0, 0);
     for cycle in [0, 4, 8] {
         let [one, other] = [&clean, &dirty].map(|scenario| {

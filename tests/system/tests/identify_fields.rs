@@ -3,11 +3,11 @@
 
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
-use sil_host::camera_file::CameraFile;
+use sil_host::commands::identify::{FieldInput, answer};
+use sil_host::flight::lost_in_space::Solver;
 use sil_host::flight::{self, Density};
-use sil_host::identify::{FieldInput, answer};
+use sil_host::formats::camera_file::CameraFile;
 use sil_host::judge::{arcsec, attitude_error};
-use sil_host::lost_in_space::Solver;
 use sil_host::world::fields::{FieldGenerator, FieldSettings};
 use std::path::Path;
 use system_tests::amount;
@@ -40,7 +40,7 @@ fn try_fields(settings: FieldSettings, fields: u64) -> Tally {
     let camera: Camera = flight::camera(&settings.camera, Path::new("15 deg")).unwrap();
     let bytes = flight::catalogue_bytes(&camera, Density::Full).unwrap();
     let catalogue = Catalogue::open(&bytes).unwrap();
-    let sky = sil_host::star_scene::sky();
+    let sky = sil_host::harness::star_scene::sky();
     let generator = FieldGenerator::new(settings, &sky).unwrap();
     let mut solver = Solver::default();
     let mut tally = Tally::default();

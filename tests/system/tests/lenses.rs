@@ -7,10 +7,10 @@
 //! held to the stars, the Earth outside both paths: from there it is 17.4 degrees wide and would fill the
 //! narrow fields.
 
-use sil_host::camera_file::CameraFile;
 use sil_host::flight;
+use sil_host::formats::camera_file::CameraFile;
+use sil_host::harness;
 use sil_host::judge::{Figures, Judge};
-use sil_host::run::harness;
 use sil_host::scenario::Scenario;
 use std::path::Path;
 

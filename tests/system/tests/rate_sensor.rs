@@ -10,7 +10,7 @@ use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
     Window,
 };
-use sil_host::camera_file::CameraFile;
+use sil_host::formats::camera_file::CameraFile;
 use sil_host::judge::{arcsec, attitude_error};
 use sil_host::world::attitude::{normalised, uniform};
 use sil_host::world::motion::Motion;

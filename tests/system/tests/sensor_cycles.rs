@@ -8,16 +8,16 @@ use fsw_core::telemetry::{
     self, Activity, ClockFault, ClockState, DetectorFault, EarthStatus, Event, Outcome, Report,
 };
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
-use sil_host::camera_file::CameraFile;
+use sil_host::formats::camera_file::CameraFile;
+use sil_host::harness::ThisSecond;
 use sil_host::judge::attitude_error;
-use sil_host::run::harness::ThisSecond;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::uniform;
+use sil_host::world::detector::shutter::Shutter;
 use sil_host::world::motion::Motion;
+use sil_host::world::motion::trajectory;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
-use sil_host::world::shutter::Shutter;
-use sil_host::world::trajectory;
 use sil_host::{flight, star_scene};
 use std::path::Path;
 

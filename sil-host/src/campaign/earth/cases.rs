@@ -4,19 +4,19 @@
 //! day of the year, its camera looking at the disc or at a horizon, turned in any way about its line of
 //! sight. Drawn anew until the Sun is in neither path, the phase is the case's and enough of the limb is lit.
 
-use crate::camera_file::CameraFile;
 use crate::error::HostError;
-use crate::run::harness::truth_of;
+use crate::formats::camera_file::CameraFile;
+use crate::harness::truth_of;
 use crate::scenario::Scenario;
-use crate::world::attitude::{Vector, apply};
-use crate::world::ephemeris;
-use crate::world::imaging::ImagingModel;
+use crate::world::attitude::{Vector, apply, rotation};
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::lens::optics::Optics;
+use crate::world::motion::pointing::{Mount, Pointing};
+use crate::world::motion::trajectory::{Trajectory, Truth};
 use crate::world::noise::{Noise, Stream};
-use crate::world::optics::Optics;
 use crate::world::orbit::{MU_EARTH, TruthOrbit};
-use crate::world::pointing::{Mount, Pointing, rotation};
 use crate::world::scene::Scene;
-use crate::world::trajectory::{Trajectory, Truth};
+use crate::world::time::ephemeris;
 use crate::world::vector::angle;
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -9,14 +9,14 @@
 
 use super::cases::{Case, Drawn};
 use super::limit::{self, Limb};
-use crate::earth::of_a_mean_sphere;
+use crate::commands::earth::of_a_mean_sphere;
 use crate::error::HostError;
 use crate::flight;
-use crate::picture::Picture;
+use crate::formats::picture::Picture;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::earth::EQUATOR_KM;
-use crate::world::ephemeris::LIGHT_KM_S;
 use crate::world::noise::Noise;
+use crate::world::time::ephemeris::LIGHT_KM_S;
 use crate::world::vector::{cross, length, minus, plus, times, unit};
 use fsw_core::camera::Camera;
 use fsw_core::earth::centre::{self, CentrePrior};

@@ -38,10 +38,9 @@ use super::map::{AlbedoMap, MapBuffer};
 pub use super::sight::View;
 use super::sight::{Pose, Sight, Sights, limb_motion_px};
 use super::{EQUATOR_KM, EarthModel, POLE_KM};
-use crate::world::attitude::{Vector, apply};
-use crate::world::ephemeris::LIGHT_KM_S;
-use crate::world::optics::Optics;
-use crate::world::pointing::rotation;
+use crate::world::attitude::{Vector, apply, rotation};
+use crate::world::lens::optics::Optics;
+use crate::world::time::ephemeris::LIGHT_KM_S;
 use crate::world::vector::{angle, length, times, unit};
 use fsw_hal::Window;
 use std::sync::Arc;
@@ -500,5 +499,4 @@ impl EarthImage {
 }
 
 #[cfg(test)]
-#[path = "image_tests.rs"]
 mod tests;

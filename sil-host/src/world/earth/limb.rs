@@ -309,5 +309,4 @@ impl Profile {
 }
 
 #[cfg(test)]
-#[path = "limb_tests.rs"]
 mod tests;

@@ -13,10 +13,9 @@
 
 use super::ellipsoid::{Ellipsoid, to_sphere};
 use super::{EQUATOR_KM, EarthModel};
-use crate::world::attitude::{Vector, apply, dot};
-use crate::world::ephemeris::LIGHT_KM_S;
-use crate::world::optics::Optics;
-use crate::world::pointing::rotation;
+use crate::world::attitude::{Vector, apply, dot, rotation};
+use crate::world::lens::optics::Optics;
+use crate::world::time::ephemeris::LIGHT_KM_S;
 use crate::world::vector::{cross, length, minus, plus, product, times, transposed};
 
 /// Where and how the Earth is seen from.

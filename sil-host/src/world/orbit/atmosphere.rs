@@ -8,9 +8,8 @@
 //!
 //! Height is counted along the radius, 3 m from the geodetic one at 500 km (5e-5 of the density).
 
-use crate::world::attitude::{Vector, apply, dot};
+use crate::world::attitude::{Vector, apply, dot, rotation};
 use crate::world::earth::{EQUATOR_KM, POLE_KM};
-use crate::world::pointing::rotation;
 use crate::world::vector::length;
 
 /// By how much the bulge follows the Sun, rad.

@@ -11,8 +11,8 @@
 use super::gravity::{Gravity, LARGEST};
 use super::{atmosphere, radiation};
 use crate::world::attitude::{Vector, apply};
-use crate::world::earth_orientation::EarthOrientation;
-use crate::world::ephemeris::{self, EARTH_RATE_RAD_S};
+use crate::world::time::earth_orientation::EarthOrientation;
+use crate::world::time::ephemeris::{self, EARTH_RATE_RAD_S};
 use crate::world::vector::{cross, length, minus, plus, times, transposed};
 
 /// The Sun's attraction, km³/s².

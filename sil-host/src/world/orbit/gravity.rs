@@ -184,5 +184,4 @@ impl Gravity {
 }
 
 #[cfg(test)]
-#[path = "gravity_tests.rs"]
 mod tests;

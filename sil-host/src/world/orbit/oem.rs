@@ -6,8 +6,8 @@
 //! accelerations and covariances are not used.
 
 use super::track::{Frame, Samples};
-use crate::world::civil_time::{self, Clock};
-use crate::world::earth_orientation::LineFault;
+use crate::world::time::civil_time::{self, Clock};
+use crate::world::time::earth_orientation::LineFault;
 
 /// What the metadata of a segment say.
 #[derive(Default)]

@@ -8,7 +8,7 @@
 
 use crate::world::attitude::Vector;
 use crate::world::earth::EQUATOR_KM as EARTH_KM;
-use crate::world::ephemeris::AU_KM;
+use crate::world::time::ephemeris::AU_KM;
 use crate::world::vector::{angle, length, minus, times};
 
 /// Radius of the Sun (IAU 2015), km.

@@ -6,8 +6,8 @@
 //! (SP3-d)", 2016.
 
 use super::track::{Frame, Samples};
-use crate::world::civil_time::{self, Clock};
-use crate::world::earth_orientation::LineFault;
+use crate::world::time::civil_time::{self, Clock};
+use crate::world::time::earth_orientation::LineFault;
 
 /// The positions of `satellite`, or of the only one in the file.
 ///

@@ -6,8 +6,8 @@
 //! good as the elements: about 1 km at their epoch, 1 to 3 km a day away from it.
 
 use crate::world::attitude::{Vector, apply};
-use crate::world::civil_time::Clock;
-use crate::world::earth_orientation::EarthOrientation;
+use crate::world::time::civil_time::Clock;
+use crate::world::time::earth_orientation::EarthOrientation;
 use crate::world::vector::transposed;
 use sgp4::{Constants, Elements, MinutesSinceEpoch};
 
@@ -58,7 +58,7 @@ fn check(line: &str, index: usize) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::civil_time;
+    use crate::world::time::civil_time;
     use crate::world::vector::{length, minus};
 
     const LINES: [&str; 2] = [

@@ -12,7 +12,7 @@
 use super::integrator::Node;
 use super::{LEAST_RADIUS_KM, LONGEST_S, MARGIN_S, MU_EARTH, OrbitError};
 use crate::world::attitude::{Vector, apply};
-use crate::world::earth_orientation::{EarthOrientation, gcrf_to_eme2000};
+use crate::world::time::earth_orientation::{EarthOrientation, gcrf_to_eme2000};
 use crate::world::vector::{length, transposed};
 
 /// Samples that a polynomial goes through.
@@ -138,5 +138,4 @@ fn node(places: &[(f64, Vector)], t_s: f64) -> Node {
 }
 
 #[cfg(test)]
-#[path = "track_tests.rs"]
 mod tests;

@@ -7,11 +7,11 @@
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
-use crate::world::colour::BANDS;
-use crate::world::scene_settings::SceneSettings;
-use crate::world::shutter::Way;
-use crate::world::spots::{Spot, Spots};
-use crate::world::streaks::{Streaks, length_px};
+use crate::world::detector::shutter::Way;
+use crate::world::lens::spots::{Spot, Spots};
+use crate::world::lens::streaks::{Streaks, length_px};
+use crate::world::scene::settings::SceneSettings;
+use crate::world::sky::colour::BANDS;
 use crate::world::vector::{length, plus};
 
 /// Longest smear that is drawn as images in a row, px.

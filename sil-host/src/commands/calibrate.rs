@@ -1,0 +1,200 @@
+//! `sil-host calibrate`: focal length, optical centre and distortion of a lens from pictures of the sky.
+//!
+//! In: pictures taken with one lens, a camera file that is right to 2 % in the focal length. Out: a camera
+//! file, a drawing of the residuals beside it (same name, `.svg`), a table on stdout. Pictures are solved by
+//! the flight code ([`crate::commands::solve`]), their stars taken from the star source in double precision, and the
+//! lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again, until no star
+//! comes or goes: towards the corners a better lens finds more.
+//!
+//! A picture that cannot be read or has another size costs one line on stderr and status 2 at the end; one
+//! that cannot be identified is named and left out.
+
+pub mod fit;
+mod plot;
+
+use crate::cli::CalibrateArguments;
+use crate::commands::solve::{PictureSolver, check_size, reason_words};
+use crate::error::{Faults, HostError};
+use crate::flight::lost_in_space::FocalLength;
+use crate::flight::{self, Density};
+use crate::formats::camera_file::{CameraFile, Projection};
+use crate::formats::picture::Picture;
+use crate::output::write_whole;
+use crate::world::attitude::{Vector, matrix};
+use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fit::{Fit, Sighting, View};
+use fsw_core::frames::ARCSEC_PER_RAD;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Most rounds of solving and fitting.
+const ROUNDS_MAX: usize = 5;
+
+/// Stars by Hipparcos number.
+type Stars = BTreeMap<u32, Vector>;
+
+/// The stars of a picture as the flight code names them with this camera; none where it names none.
+fn view(
+    solver: &mut PictureSolver,
+    (name, picture): (&Path, &mut Picture),
+    (camera, focal_length): (&CameraFile, FocalLength),
+    stars: &Stars,
+) -> Result<Result<View, &'static str>, HostError> {
+    let camera = flight::camera(camera, name)?;
+    let bytes = flight::catalogue_bytes(&camera, Density::Brightest)?;
+    let catalogue = flight::open(&bytes)?;
+    let found = solver.find(name, picture, (&camera, focal_length), &catalogue)?;
+    let solution = match found.solution {
+        Ok(solution) => solution,
+        Err(reason) => return Ok(Err(reason_words(reason))),
+    };
+    let sighting = |index: u8, star: u16| {
+        let measured = solution.measured.get(usize::from(index))?;
+        let hip = catalogue.star(star)?.hip;
+        Some(Sighting {
+            hip,
+            direction: *stars.get(&hip)?,
+            at_px: measured.centre_px.map(f64::from),
+            sigma_px: measured.sigma_px.into(),
+        })
+    };
+    let matches = solution.confirmed.matches.iter();
+    Ok(Ok(View {
+        attitude: matrix(solution.confirmed.attitude.quaternion().map(f64::from)),
+        stars: matches.filter_map(|found| sighting(found.measured, found.star)).collect(),
+    }))
+}
+
+/// The pictures that serve, with their names.
+struct Album {
+    pictures: Vec<(PathBuf, Picture)>,
+    faults: Faults,
+}
+
+impl Album {
+    fn load(names: &[PathBuf], start: &CameraFile) -> Self {
+        let (mut pictures, mut faults) = (Vec::new(), Faults::default());
+        for name in names {
+            let loaded = Picture::load(name).map_err(HostError::from);
+            let fitting = loaded.and_then(|picture| check_size(start, name, &picture).map(|()| picture));
+            pictures.extend(faults.noted(fitting).map(|picture| (name.clone(), picture)));
+        }
+        Self { pictures, faults }
+    }
+}
+
+/// A lens and the pictures it was found from.
+pub struct Calibration {
+    /// The lens.
+    pub fit: Fit,
+    /// The same stars with nothing but the focal length fitted: camera, attitudes.
+    pub plain: (CameraFile, Vec<View>),
+    /// Names of the pictures that were identified.
+    pub names: Vec<PathBuf>,
+}
+
+/// Solves and fits in turn; `say` is called for pictures that are not identified.
+///
+/// # Errors
+/// When the flight code refuses a camera, or the stars do not determine the lens.
+fn calibrated(
+    album: &mut Album,
+    start: &CameraFile,
+    mut say: impl FnMut(String),
+) -> Result<Calibration, HostError> {
+    let source = catalog_gen::source::stars();
+    let stars: Stars = source.iter().map(|star| (star.hip, star.direction_at(DEFAULT_EPOCH_YEAR))).collect();
+    let mut solver = PictureSolver::default();
+    let mut camera = (start.clone(), FocalLength::Within2Percent);
+    let mut last: Option<(Vec<Vec<u32>>, Calibration)> = None;
+    for _ in 0..ROUNDS_MAX {
+        let (mut views, mut names) = (Vec::new(), Vec::new());
+        for (name, picture) in &mut album.pictures {
+            match view(&mut solver, (name, picture), (&camera.0, camera.1), &stars)? {
+                Ok(view) => {
+                    views.push(view);
+                    names.push(name.clone());
+                }
+                Err(reason) if last.is_none() => {
+                    say(format!("{}: not identified ({reason}), left out", name.display()));
+                }
+                Err(_) => {}
+            }
+        }
+        let hips = |view: &View| view.stars.iter().map(|star| star.hip).collect::<Vec<_>>();
+        let named: Vec<Vec<u32>> = views.iter().map(hips).collect();
+        if last.as_ref().is_some_and(|(before, _)| *before == named) {
+            break;
+        }
+        let Some(fit) = fit::fit(start, &views) else {
+            let what = format!(
+                "{} stars in {} pictures do not determine the lens",
+                named.concat().len(),
+                views.len()
+            );
+            return Err(HostError::usage(what, "give more pictures, or a start camera nearer to the truth"));
+        };
+        camera = (fit.camera.clone(), FocalLength::Rough);
+        let plain = fit::plain(start, &fit.views);
+        last = Some((named, Calibration { fit, plain, names }));
+    }
+    last.map(|(_, calibration)| calibration)
+        .ok_or_else(|| HostError::usage("no picture serves", "give pictures of the sky"))
+}
+
+/// What people read.
+fn table(calibration: &Calibration) -> String {
+    let Calibration { fit, plain: (plain, before), names } = calibration;
+    let mut text = "Residuals with the focal length alone -> with the lens found:\n".to_owned();
+    let arcsec = |px: f64| px / fit.camera.focal_length_px * f64::from(ARCSEC_PER_RAD);
+    for ((name, view), old) in names.iter().zip(&fit.views).zip(before) {
+        let rms = |camera: &CameraFile, view: &View| fit::rms_px(camera, std::slice::from_ref(view));
+        let (was, is) = (rms(plain, old), rms(&fit.camera, view));
+        let count = view.stars.len();
+        let _ = writeln!(text, "{}: {count} stars, rms {was:.3} -> {is:.3} px an axis", name.display());
+    }
+    let (was, is) = (fit::rms_px(plain, before), fit.rms_px());
+    let count: usize = fit.views.iter().map(|view| view.stars.len()).sum();
+    let _ = writeln!(
+        text,
+        "{} pictures, {count} stars, {} outliers left out: rms {was:.3} -> {is:.3} px an axis ({:.1} -> {:.1} arcsec)",
+        names.len(),
+        fit.outliers,
+        arcsec(was),
+        arcsec(is)
+    );
+    for (free, sigma) in &fit.free {
+        let _ = writeln!(text, "{:<21} {:>12.5} ± {sigma:.5}", free.key(), free.of(&fit.camera));
+    }
+    text
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// What concerns all pictures: camera files, a lens that the stars do not determine, files that cannot be
+/// written.
+pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
+    let start = CameraFile::load(&arguments.camera)?;
+    if start.projection != Projection::Rectilinear {
+        let what = "only rectilinear cameras can be calibrated";
+        return Err(HostError::input(&arguments.camera, None, what, "start from a rectilinear camera"));
+    }
+    let mut album = Album::load(&arguments.images, &start);
+    let calibration = calibrated(&mut album, &start, |line| eprintln!("{line}"))?;
+    let Calibration { fit, names, .. } = &calibration;
+    let head = format!(
+        "# Calibrated by `sil-host calibrate` from {} pictures: {} stars, rms {:.3} px an axis.\n",
+        names.len(),
+        fit.views.iter().map(|view| view.stars.len()).sum::<usize>(),
+        fit.rms_px()
+    );
+    write_whole(&arguments.out, (head + &fit.camera.to_toml()).as_bytes())?;
+    let drawing = arguments.out.with_extension("svg");
+    write_whole(&drawing, plot::svg(&calibration).as_bytes())?;
+    say!("{}", table(&calibration).trim_end());
+    say!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
+    Ok(album.faults.status())
+}

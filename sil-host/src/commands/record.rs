@@ -1,0 +1,193 @@
+//! `sil-host record`: what the emulated computer is to fly, and what the host makes of it.
+//!
+//! In: a picture and its field of view, or nothing for the [`mission`]. Out, in a folder:
+//!
+//! | file | content |
+//! |---|---|
+//! | `frames.bin` | a frame a second ([`crate::formats::frames_file`]) |
+//! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
+//! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
+//!
+//! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the
+//! flight code is made for a calibrated camera; catalogue and calibration are those in the flight image.
+
+pub mod mission;
+
+use crate::cli::RecordArguments;
+use crate::commands::solve::{PictureSolver, camera_for, reason_words};
+use crate::error::HostError;
+use crate::flight;
+use crate::formats::frames_file::{FramesWriter, Recording};
+use crate::formats::picture::Picture;
+use crate::harness::status::status_word;
+use crate::judge::expected::word;
+use crate::output::write_whole;
+use fsw_core::image::calibration::Calibration;
+use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::stars::identify::IdentificationParameters;
+use fsw_core::telemetry::{self, Report};
+use fsw_hal::{Detector, DetectorGeometry, Instant, LocalTime};
+use mission::Flight;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Relative error that a refined focal length of an uncalibrated lens leaves in a separation.
+const SCALE_UNCERTAINTY: f32 = 0.001;
+
+/// The files of a recording.
+#[derive(Clone, Debug)]
+pub struct RecordingFiles {
+    /// Frames.
+    pub frames: PathBuf,
+    /// Parameter table.
+    pub parameters: PathBuf,
+    /// The host's telemetry.
+    pub telemetry: PathBuf,
+}
+
+impl RecordingFiles {
+    /// The files in a folder.
+    pub fn within(folder: &Path) -> Self {
+        let file = |name| folder.join(name);
+        Self {
+            frames: file("frames.bin"),
+            parameters: file("parameters.bin"),
+            telemetry: file("telemetry.bin"),
+        }
+    }
+}
+
+/// Flies recorded frames on the host and gives its reports.
+///
+/// # Errors
+/// When the frames cannot be read or the flight code refuses the parameters.
+pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostError> {
+    let mut recording = Recording::load(frames)?;
+    let mut workspace = Box::new(Workspace::new());
+    let catalogue = flight::open(catalog_gen::REFERENCE)?;
+    // As in the flight image: its own calibration, where the parameters name one.
+    let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
+    let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
+    let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).map_err(|error| {
+        HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
+    })?;
+    let seconds = recording.len();
+    let fly = |second: usize| {
+        let clock = &mut recording.turn_to(second);
+        sensor.cycle(
+            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor: &mut () },
+            Command::Continue,
+        )
+    };
+    Ok((0..seconds).map(fly).collect())
+}
+
+/// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or
+/// is made.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn record(
+    geometry: DetectorGeometry,
+    parameters: Parameters,
+    folder: &Path,
+    draw: impl FnOnce(&mut FramesWriter) -> Result<(), HostError>,
+) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| HostError::system(folder, "made", &error, "give another folder"))?;
+    let files = RecordingFiles::within(folder);
+    let mut writer = FramesWriter::create(&files.frames, geometry)?;
+    draw(&mut writer)?;
+    writer.finish()?;
+    let mut table = [0; MAX_TABLE_BYTES];
+    write_whole(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
+    let reports = fly(&files.frames, parameters)?;
+    let mut stream = Vec::new();
+    let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
+    for report in &reports {
+        stream.extend_from_slice(telemetry::encode_next(report, &mut buffer).map_err(encoding_fault)?);
+    }
+    write_whole(&files.telemetry, &stream)?;
+    Ok((files, reports))
+}
+
+/// Records a flight.
+///
+/// # Errors
+/// When its clips need different instruments, or a file cannot be written.
+pub fn record_flight(flight: &Flight, folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    let (geometry, parameters) = flight.instrument()?;
+    record(geometry, parameters, folder, |writer| flight.draw(writer))
+}
+
+/// Records a picture, shown every second anew.
+fn record_picture(
+    picture: &mut Picture,
+    parameters: Parameters,
+    seconds: u32,
+    folder: &Path,
+) -> Result<(RecordingFiles, Vec<Report>), HostError> {
+    record(picture.geometry(), parameters, folder, |writer| {
+        for second in 0..seconds {
+            let us = i64::from(second) * 1_000_000;
+            let instant = Instant::new(LocalTime::from_us(us), us);
+            writer.record(picture, instant, parameters.imaging.exposure_us)?;
+        }
+        Ok(())
+    })
+}
+
+fn encoding_fault(error: fsw_core::packet::PacketError) -> HostError {
+    HostError::usage(format!("a packet cannot be made ({error:?})"), "report this")
+}
+
+/// The picture and the parameters for its camera, its focal length refined.
+fn picture(name: &Path, fov_deg: f64) -> Result<(Picture, Parameters), HostError> {
+    let mut picture = Picture::load(name)?;
+    let (camera, focal_length) = camera_for(None, Some(fov_deg), name, &picture)?;
+    let bytes = flight::catalogue_bytes(&camera, flight::Density::Brightest)?;
+    let catalogue = flight::open(&bytes)?;
+    let found = PictureSolver::default().find(name, &mut picture, (&camera, focal_length), &catalogue)?;
+    let solution = found.solution.map_err(|reason| {
+        HostError::input(
+            name,
+            None,
+            format!("not identified ({})", reason_words(reason)),
+            "give another picture",
+        )
+    })?;
+    let parameters = Parameters::for_camera(*solution.camera.parameters());
+    let identification = IdentificationParameters {
+        scale_uncertainty: SCALE_UNCERTAINTY,
+        ..IdentificationParameters::default()
+    };
+    Ok((picture, Parameters { identification, ..parameters }))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the picture cannot be used or a file cannot be written.
+pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
+    let (files, reports) = match (&arguments.image, arguments.fov_deg) {
+        (Some(name), Some(fov_deg)) => {
+            let (mut picture, parameters) = picture(name, fov_deg)?;
+            record_picture(&mut picture, parameters, arguments.seconds, &arguments.out)?
+        }
+        _ => record_flight(&mission::MISSION, &arguments.out)?,
+    };
+    for report in &reports {
+        say!(
+            "second {}: {}, {}, {} stars named, Earth {:?}",
+            report.cycle,
+            word(report.mode),
+            status_word(report),
+            report.stars.len(),
+            report.earth_status
+        );
+    }
+    say!("fly it: cargo obc -- {} {} obc-telemetry.bin", files.frames.display(), files.parameters.display());
+    say!("then compare obc-telemetry.bin with {}", files.telemetry.display());
+    Ok(ExitCode::SUCCESS)
+}

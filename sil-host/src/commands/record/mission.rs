@@ -1,0 +1,208 @@
+//! What the emulated computer flies: clips of scenarios, one after the other.
+//!
+//! In: a [`Flight`]. Out: a frame a second and the parameter table for them. Between two clips the sensor is
+//! not asked for as long as the clips are apart; where the next one is earlier, for `PAUSE_US`, and the clock
+//! is set back. What the flight code makes of that (a gap that it crosses, one too long, a step backwards) is
+//! part of the flight.
+//!
+//! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the
+//! strips across the limb, which from the lowest orbit and after a gap are longest and from there need
+//! another mount, [`STORM`] the scan and the identification.
+//!
+//! | clip of the mission | what is new in it |
+//! |---|---|
+//! | low orbit, 4 min before dusk | self-test, acquisition, tracking, the orbit started by two fixes |
+//! | a few seconds later, twice | the orbit crosses gaps and its speed becomes known |
+//! | night, 5.5 min later | the stars are lost and acquired anew; eclipse |
+//! | sunrise, 48 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
+//! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
+//! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
+//! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
+//! | tumbling at 4 deg/s | streaks found by the scan, then sought as lines |
+//!
+//! Time-outs are short and the fixes' slow errors small, so that 132 seconds suffice to know an orbit and to
+//! lose it; all else is the scenarios' own.
+
+use crate::error::HostError;
+use crate::formats::frames_file::FramesWriter;
+use crate::harness::ThisSecond;
+use crate::scenario::Scenario;
+use crate::world::detector::disturbances::Disturbances;
+use crate::world::detector::protons::Protons;
+use fsw_core::modes::ModeParameters;
+use fsw_core::orbit::parameters::OrbitParameters;
+use fsw_core::parameters::Parameters;
+use fsw_hal::{DetectorGeometry, Instant, LocalTime};
+use std::path::Path;
+
+/// A piece of an embedded scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clip {
+    /// Name of the scenario.
+    pub scenario: &'static str,
+    /// Its first second that is shown.
+    pub from_s: u32,
+    /// Seconds shown.
+    pub seconds: u32,
+}
+
+const LEO: &str = "sso-noon-midnight";
+const GEO: &str = "geo-eclipse";
+
+/// What is shown to the emulated computer in one go.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight {
+    /// The pieces, in order.
+    pub clips: &'static [Clip],
+    /// What is on the detector and neither star nor Earth; none: what the scenarios say.
+    pub disturbances: Option<fn() -> Disturbances>,
+}
+
+/// Every mode.
+pub const MISSION: Flight = Flight {
+    clips: &[
+        Clip { scenario: LEO, from_s: 440, seconds: 12 },
+        Clip { scenario: LEO, from_s: 456, seconds: 10 },
+        Clip { scenario: LEO, from_s: 480, seconds: 18 },
+        Clip { scenario: LEO, from_s: 830, seconds: 27 },
+        Clip { scenario: LEO, from_s: 3723, seconds: 21 },
+        Clip { scenario: LEO, from_s: 3903, seconds: 10 },
+        Clip { scenario: GEO, from_s: 0, seconds: 10 },
+        Clip { scenario: GEO, from_s: 13_678, seconds: 12 },
+        Clip { scenario: "tumbling", from_s: 60, seconds: 12 },
+    ],
+    disturbances: None,
+};
+
+/// The limb from 450 km: found, tracked while the orbit becomes known, and expected after a gap over which
+/// that has become unsure.
+pub const WIDE_LIMB: Flight = Flight {
+    clips: &[
+        Clip { scenario: "leo-oblique", from_s: 0, seconds: 20 },
+        Clip { scenario: "leo-oblique", from_s: 45, seconds: 10 },
+    ],
+    disturbances: None,
+};
+
+/// More spots than the flight code may look at, in which no stars are found.
+pub const STORM: Flight =
+    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }], disturbances: Some(storm) };
+
+fn storm() -> Disturbances {
+    Disturbances {
+        false_stars: 200,
+        hot_pixels: 1_000,
+        protons: Protons::Fixed(300),
+        ..Disturbances::default()
+    }
+}
+
+/// Local time between a clip and one of an earlier date: longer than any orbit is propagated over.
+const PAUSE_US: i64 = 3 * 3_600_000_000;
+
+/// The mission's time-outs.
+const MODES: ModeParameters = ModeParameters {
+    patience_s: 3,
+    fault_patience_s: 5,
+    settle_s: 3,
+    acquisition_timeout_s: 5,
+    outage_timeout_s: 10,
+    pause_s: 3,
+};
+
+/// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave
+/// the orbit unknown.
+const BIAS_OVER_NOISE: f32 = 2.0;
+const BIAS_TIME_SHARE: f32 = 0.03;
+const LIMB_HEIGHT_SIGMA_KM: f32 = 0.3;
+
+/// Parameters in a hurry.
+fn hurried(parameters: Parameters) -> Parameters {
+    let orbit = OrbitParameters {
+        bias_over_noise: BIAS_OVER_NOISE,
+        bias_time_share: BIAS_TIME_SHARE,
+        limb_height_sigma_km: LIMB_HEIGHT_SIGMA_KM,
+        ..parameters.orbit
+    };
+    Parameters { modes: MODES, orbit, ..parameters }
+}
+
+fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
+    Ok(scenario.flight_parameters(scenario.calibration()?.as_ref()))
+}
+
+impl Flight {
+    /// The detector and its flight parameters: those of the first clip's scenario, with the mission's
+    /// time-outs.
+    ///
+    /// # Errors
+    /// When there is no clip, or they need different ones: camera and mount must be the same in all. (The
+    /// exposure may differ: frames in a file have been exposed.)
+    pub fn instrument(&self) -> Result<(DetectorGeometry, Parameters), HostError> {
+        let [first, others @ ..] = self.clips else {
+            return Err(HostError::usage("no clip to fly", "report this"));
+        };
+        let scenario = self.scenario(first)?;
+        let geometry = scenario.camera.geometry();
+        let parameters = hurried(flight_parameters(&scenario)?);
+        for clip in others {
+            let other = self.scenario(clip)?;
+            let mut needed = hurried(flight_parameters(&other)?);
+            needed.imaging.exposure_us = parameters.imaging.exposure_us;
+            if needed != parameters || other.camera.geometry() != geometry {
+                let what = format!("{} needs another instrument than {}", clip.scenario, first.scenario);
+                return Err(HostError::usage(what, "report this"));
+            }
+        }
+        Ok((geometry, parameters))
+    }
+
+    fn scenario(&self, clip: &Clip) -> Result<Scenario, HostError> {
+        let scenario = Scenario::load(Path::new(clip.scenario))?;
+        let disturbances = self.disturbances.map_or(scenario.disturbances, |crowd| crowd());
+        Ok(Scenario { disturbances, ..scenario })
+    }
+
+    /// Writes the frames.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn draw(&self, writer: &mut FramesWriter) -> Result<(), HostError> {
+        let mut last: Option<(i64, i64)> = None;
+        for clip in self.clips {
+            let scenario = self.scenario(clip)?;
+            let mut scene = scenario.scene()?;
+            for cycle in (clip.from_s..).take(clip.seconds as usize) {
+                let instant_us = scenario.instant_us(cycle);
+                let local_us = last.map_or(0, |(local_us, before_us)| match instant_us - before_us {
+                    elapsed_us @ 1.. => local_us + elapsed_us,
+                    _ => local_us + PAUSE_US,
+                });
+                last = Some((local_us, instant_us));
+                let instant = Instant::new(LocalTime::from_us(local_us), instant_us);
+                let mut detector =
+                    ThisSecond { scene: &mut scene, cycle: cycle.into(), instant: instant.local };
+                writer.record(&mut detector, instant, scenario.exposure_us)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
+        for flight in [MISSION, WIDE_LIMB, STORM] {
+            for clip in flight.clips {
+                assert!(clip.from_s + clip.seconds <= flight.scenario(clip).unwrap().duration_s, "{clip:?}");
+            }
+            assert!(flight.instrument().unwrap().1.check().is_ok());
+        }
+        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
+        const BOTH: &[Clip] = &[MISSION.clips[0], WIDE_LIMB.clips[0]];
+        assert!(Flight { clips: BOTH, ..MISSION }.instrument().is_err());
+    }
+}

@@ -1,0 +1,332 @@
+//! Frames recorded for the emulated target, and their replay on the host.
+//!
+//! All numbers are little-endian. A 16-byte header, then the frames: local time (i64, microseconds since
+//! power-on) and Terrestrial Time (i64, microseconds since J2000.0) of the middle of the exposure, and the
+//! pixels row by row, a `u16` each:
+//!
+//! | byte | what |
+//! |---|---|
+//! | 0 | magic `SXTF` |
+//! | 4 | version, u16, 3 |
+//! | 6 | width, u16, px |
+//! | 8 | height, u16, px |
+//! | 10 | bits, u8 |
+//! | 11 | 0 |
+//! | 12 | number of frames, u32 |
+//!
+//! A replay shows the frame of the second it was [turned to](Recording::turn_to), whether or not those before
+//! it were exposed. The firmware reads the same file by semihosting, so that host and target see the same
+//! pixels.
+
+use crate::formats::picture::{check_request, copy_window};
+use crate::words::{io_words, one_line};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use std::fs::File;
+use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// The first four bytes of a file of frames.
+pub const MAGIC: [u8; 4] = *b"SXTF";
+/// The version written and read.
+pub const VERSION: u16 = 3;
+/// Length of the header, bytes.
+pub const HEADER_BYTES: usize = 16;
+/// Length of a frame's two times, bytes.
+const INSTANT_BYTES: usize = 16;
+
+/// What is wrong with a file of frames.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {what}; {to_do}", one_line(&file.display().to_string()))]
+pub struct FramesFileError {
+    /// The file.
+    pub file: PathBuf,
+    /// What is wrong.
+    pub what: String,
+    /// What to do about it.
+    pub to_do: String,
+}
+
+fn fault(file: &Path, what: impl Into<String>, to_do: &str) -> FramesFileError {
+    FramesFileError { file: file.to_path_buf(), what: what.into(), to_do: to_do.into() }
+}
+
+/// Writes frames, one after another; the count is put into the header at the end.
+#[derive(Debug)]
+pub struct FramesWriter {
+    path: PathBuf,
+    file: BufWriter<File>,
+    geometry: DetectorGeometry,
+    count: u32,
+}
+
+impl FramesWriter {
+    /// Creates (or empties) the file at `path`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn create(path: &Path, geometry: DetectorGeometry) -> Result<Self, FramesFileError> {
+        let file = File::create(path).map_err(|e| unwritable(path, &e))?;
+        let mut writer = Self { path: path.to_path_buf(), file: BufWriter::new(file), geometry, count: 0 };
+        writer.write(&header(geometry, 0))?;
+        Ok(writer)
+    }
+
+    /// Appends a whole frame, row by row, taken at `instant`.
+    ///
+    /// # Errors
+    /// When the frame has another size than the detector or the file cannot be written.
+    pub fn push(&mut self, instant: Instant, frame: &[u16]) -> Result<(), FramesFileError> {
+        if frame.len() != self.geometry.whole().area() {
+            let what =
+                format!("a frame of {} px for a detector of {}", frame.len(), self.geometry.whole().area());
+            return Err(fault(&self.path, what, "write whole frames"));
+        }
+        self.write(&instant.local.as_us().to_le_bytes())?;
+        self.write(&instant.terrestrial_us.unwrap_or(NOT_SYNCHRONISED).to_le_bytes())?;
+        let bytes: Vec<u8> = frame.iter().flat_map(|value| value.to_le_bytes()).collect();
+        self.write(&bytes)?;
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Exposes `detector` and appends its whole frame as that of `instant`.
+    ///
+    /// # Errors
+    /// When the detector fails or [`Self::push`] does.
+    pub fn record<D: Detector<Error = DetectorError>>(
+        &mut self,
+        detector: &mut D,
+        instant: Instant,
+        exposure_us: u32,
+    ) -> Result<(), FramesFileError> {
+        let mut frame = vec![0; self.geometry.whole().area()];
+        detector.expose(exposure_us).and_then(|_| detector.read(self.geometry.whole(), &mut frame)).map_err(
+            |e| fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time"),
+        )?;
+        self.push(instant, &frame)
+    }
+
+    /// Writes the count and closes the file; gives the number of frames.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn finish(mut self) -> Result<u32, FramesFileError> {
+        let header = header(self.geometry, self.count);
+        self.file.seek(SeekFrom::Start(0)).map_err(|e| unwritable(&self.path, &e))?;
+        self.write(&header)?;
+        self.file.flush().map_err(|e| unwritable(&self.path, &e))?;
+        Ok(self.count)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), FramesFileError> {
+        self.file.write_all(bytes).map_err(|e| unwritable(&self.path, &e))
+    }
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> FramesFileError {
+    fault(path, format!("cannot be written: {}", io_words(error)), "check the folder and the space left")
+}
+
+fn header(geometry: DetectorGeometry, count: u32) -> [u8; HEADER_BYTES] {
+    let mut header = [0; HEADER_BYTES];
+    header[..4].copy_from_slice(&MAGIC);
+    header[4..6].copy_from_slice(&VERSION.to_le_bytes());
+    header[6..8].copy_from_slice(&geometry.width_px.to_le_bytes());
+    header[8..10].copy_from_slice(&geometry.height_px.to_le_bytes());
+    header[10] = geometry.bits;
+    header[12..].copy_from_slice(&count.to_le_bytes());
+    header
+}
+
+/// Recorded frames served as a detector.
+#[derive(Debug, Clone)]
+pub struct Recording {
+    geometry: DetectorGeometry,
+    /// The file without its header.
+    data: Vec<u8>,
+    second: usize,
+    /// Pixels of the frame that was exposed, and of which second it is.
+    exposed: Option<(usize, Vec<u16>)>,
+}
+
+impl Recording {
+    /// Reads the file at `path` whole.
+    ///
+    /// # Errors
+    /// When it cannot be read, is no file of frames, or its length contradicts its header.
+    pub fn load(path: &Path) -> Result<Self, FramesFileError> {
+        let bytes = std::fs::read(path).map_err(|e| {
+            fault(path, format!("cannot be read: {}", io_words(&e)), "check the path and its permissions")
+        })?;
+        Self::decode(path, bytes)
+    }
+
+    fn decode(path: &Path, mut bytes: Vec<u8>) -> Result<Self, FramesFileError> {
+        const AGAIN: &str = "record the frames again";
+        let Some((header, data)) = bytes.split_at_checked(HEADER_BYTES) else {
+            return Err(fault(path, "shorter than a header", AGAIN));
+        };
+        let word = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
+        if header[..4] != MAGIC {
+            return Err(fault(
+                path,
+                "no file of recorded frames (SXTF)",
+                "give a file that this program wrote",
+            ));
+        }
+        if word(4) != VERSION || header[11] != 0 {
+            return Err(fault(path, format!("version {} is unknown", word(4)), AGAIN));
+        }
+        let geometry = DetectorGeometry { width_px: word(6), height_px: word(8), bits: header[10] };
+        let count = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
+        let frame_bytes = frame_bytes(&geometry);
+        if frame_bytes == INSTANT_BYTES || !(1..=16).contains(&geometry.bits) || count == 0 {
+            return Err(fault(path, "the header describes no frame", AGAIN));
+        }
+        if Some(data.len()) != frame_bytes.checked_mul(count as usize) {
+            let what = format!("{} bytes of pixels for {count} frames of {frame_bytes} bytes", data.len());
+            return Err(fault(path, what, AGAIN));
+        }
+        let mut frames = data.chunks_exact(frame_bytes).filter_map(|frame| frame.get(INSTANT_BYTES..));
+        if frames.any(|frame| pixels(frame).any(|value| value > geometry.full_scale())) {
+            return Err(fault(path, format!("a pixel exceeds {} bits", geometry.bits), AGAIN));
+        }
+        bytes.drain(..HEADER_BYTES);
+        Ok(Self { geometry, data: bytes, second: 0, exposed: None })
+    }
+
+    /// Times and pixels of frame `index`, as in the file.
+    fn frame(&self, index: usize) -> Option<(Instant, &[u8])> {
+        let mut frames = self.data.chunks_exact(frame_bytes(&self.geometry));
+        let (local, rest) = frames.nth(index)?.split_first_chunk()?;
+        let (terrestrial, pixels) = rest.split_first_chunk()?;
+        let terrestrial_us = i64::from_le_bytes(*terrestrial);
+        let terrestrial_us = (terrestrial_us != NOT_SYNCHRONISED).then_some(terrestrial_us);
+        Some((Instant { local: LocalTime::from_us(i64::from_le_bytes(*local)), terrestrial_us }, pixels))
+    }
+
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.data.len() / frame_bytes(&self.geometry)
+    }
+
+    /// Whether there is no frame; never the case for a file that loads.
+    pub fn is_empty(&self) -> bool {
+        self.data.is_empty()
+    }
+
+    /// Turns to a second (past the last frame the last stays) and gives its times.
+    pub fn turn_to(&mut self, second: usize) -> Instant {
+        self.second = second.min(self.len().saturating_sub(1));
+        let none = Instant { local: LocalTime::default(), terrestrial_us: None };
+        self.frame(self.second).map_or(none, |(instant, _)| instant)
+    }
+}
+
+/// Terrestrial Time of a frame that was taken without one.
+const NOT_SYNCHRONISED: i64 = i64::MIN;
+
+/// Length of a frame in the file: its times and its pixels.
+fn frame_bytes(geometry: &DetectorGeometry) -> usize {
+    INSTANT_BYTES + 2 * geometry.whole().area()
+}
+
+/// Little-endian pixels.
+fn pixels(bytes: &[u8]) -> impl Iterator<Item = u16> {
+    bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+}
+
+impl fsw_hal::ErrorType for Recording {
+    type Error = DetectorError;
+}
+
+impl Detector for Recording {
+    fn geometry(&self) -> DetectorGeometry {
+        self.geometry
+    }
+
+    /// The exposure time is that of the recording; any is accepted.
+    fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
+        if self.exposed.as_ref().is_none_or(|(second, _)| *second != self.second) {
+            self.exposed = self.frame(self.second).map(|(_, bytes)| (self.second, pixels(bytes).collect()));
+        }
+        Ok(())
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        let (second, _) = self.exposed.as_ref().ok_or(DetectorError::NotExposed)?;
+        Ok(self.frame(*second).ok_or(DetectorError::NotExposed)?.0.local)
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        check_request(&self.geometry, window, pixels.len())?;
+        let (_, frame) = self.exposed.as_ref().ok_or(DetectorError::NotExposed)?;
+        copy_window(frame, &self.geometry, window, pixels);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 3, height_px: 2, bits: 10 };
+
+    fn instant(us: i64) -> Instant {
+        Instant::new(LocalTime::from_us(us + 40), us)
+    }
+
+    fn written(name: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("sextant-{}-{name}.sxtf", std::process::id()));
+        let mut writer = FramesWriter::create(&path, GEOMETRY).unwrap();
+        writer.push(instant(-7), &[0, 1, 2, 3, 4, 5]).unwrap();
+        writer.push(instant(1_000_000), &[10, 11, 12, 13, 14, 1023]).unwrap();
+        assert!(writer.push(instant(0), &[1]).is_err());
+        assert_eq!(writer.finish(), Ok(2));
+        path
+    }
+
+    #[test]
+    fn the_bytes_are_those_of_the_table() {
+        let path = written("bytes");
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(&bytes[..16], b"SXTF\x03\0\x03\0\x02\0\x0a\0\x02\0\0\0");
+        assert_eq!((bytes.len(), &bytes[70..]), (72, &[0xff, 0x03][..]));
+        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_replay_gives_frame_after_frame_and_keeps_the_last() {
+        let path = written("replay");
+        let mut recording = Recording::load(&path).unwrap();
+        let window = Window { x: 1, y: 0, width: 2, height: 2 };
+        let mut pixels = [0; 4];
+        assert_eq!(recording.read(window, &mut pixels), Err(DetectorError::NotExposed));
+        let seconds =
+            [(0, -7, [1, 2, 4, 5]), (1, 1_000_000, [11, 12, 14, 1023]), (9, 1_000_000, [11, 12, 14, 1023])];
+        for (second, instant_us, expected) in seconds {
+            assert_eq!(recording.turn_to(second), instant(instant_us));
+            assert_eq!(recording.expose(1000), Ok(instant(instant_us).local));
+            recording.read(window, &mut pixels).unwrap();
+            assert_eq!(pixels, expected);
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn damaged_files_are_refused() {
+        let path = written("damaged");
+        let good = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        let refused =
+            |bytes: &[u8]| Recording::decode(Path::new("f"), bytes.to_vec()).unwrap_err().to_string();
+        for length in 0..good.len() {
+            assert!(refused(&good[..length]).starts_with("f: "));
+        }
+        for (at, value) in [(0, b'X'), (4, 1), (6, 4), (10, 0), (10, 9), (11, 1), (12, 3)] {
+            let mut bytes = good.clone();
+            bytes[at] = value;
+            assert!(!refused(&bytes).contains('\n'), "byte {at}");
+        }
+    }
+}

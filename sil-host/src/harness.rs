@@ -1,0 +1,219 @@
+//! Flies a scenario: the world behind the detector trait, one [`Sensor::cycle`] a second.
+//!
+//! In: a [`Scenario`]. Out: every second, handed to a listener: the report, the truth and the judged errors.
+//! Nothing depends on the time of day or on the number of cores, so a scenario and a seed give the same
+//! seconds everywhere.
+
+pub mod events;
+pub mod faults;
+pub mod star_scene;
+pub mod status;
+
+use crate::error::HostError;
+use crate::flight;
+use crate::judge::Judged;
+use crate::judge::second::image_cycle;
+use crate::scenario::Scenario;
+use crate::world::instruments::gyro::Gyro;
+use crate::world::instruments::magnetometer::BodyMagnetometer;
+use crate::world::scene::{Scene, Truth};
+use faults::{Fault, Faulty};
+use fsw_core::catalog::Catalogue;
+use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::telemetry::Report;
+use fsw_hal::{
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
+    RateSensor, Window,
+};
+
+/// A second that was flown.
+#[derive(Clone, Copy, Debug)]
+pub struct Second<'a> {
+    /// Its number, from 0.
+    pub cycle: u32,
+    /// What the sensor reported.
+    pub report: &'a Report,
+    /// How it was.
+    pub truth: &'a Truth,
+    /// The errors.
+    pub judged: &'a Judged,
+    /// What the gyro read, where there is one and its range sufficed.
+    pub rate: Option<AngularRate>,
+    /// What the magnetometer read, where there is one and its range sufficed.
+    pub field: Option<MagneticField>,
+    /// The world, holding the image of this second where the sensor asked for one.
+    pub scene: &'a Scene,
+    /// What breaks in the run.
+    pub faults: &'a [Fault],
+}
+
+/// The detector in one second: an exposure in it is one of that second, however many seconds went without.
+#[derive(Debug)]
+pub struct ThisSecond<'a> {
+    /// The world.
+    pub scene: &'a mut Scene,
+    /// The second.
+    pub cycle: u64,
+    /// Its image's instant.
+    pub instant: LocalTime,
+}
+
+impl fsw_hal::ErrorType for ThisSecond<'_> {
+    type Error = DetectorError;
+}
+
+impl Detector for ThisSecond<'_> {
+    fn geometry(&self) -> DetectorGeometry {
+        self.scene.geometry()
+    }
+
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        self.scene.expose_cycle(self.cycle, exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        // An image of another second is one that was exposed before: its instant is as far back.
+        let exposed = self.scene.cycle().ok_or(DetectorError::NotExposed)?;
+        Ok(self.instant.plus_us((exposed as i64 - self.cycle as i64).saturating_mul(SECOND_US)))
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        self.scene.read(window, pixels)
+    }
+}
+
+/// A second, us.
+const SECOND_US: i64 = 1_000_000;
+/// After a late second those that follow are called in haste, so far apart, until they are on time again, us.
+const HASTE_US: i64 = 500_000;
+/// The counter in the first second: the sensor is not the first that is switched on, us.
+const POWERED_US: i64 = 10 * SECOND_US;
+
+/// The truth of a second; a scenario's scene always has one.
+pub fn truth_of(scene: &Scene, cycle: u32) -> Result<Truth, HostError> {
+    let missing = || HostError::usage(format!("second {cycle} has no truth"), "report this");
+    scene.truth_at(cycle.into()).ok_or_else(missing)
+}
+
+/// A scenario under way: the world, and the flight code in it.
+pub struct Flight<'a> {
+    scenario: &'a Scenario,
+    scene: &'a mut Scene,
+    sensor: Sensor<'a>,
+    cycle: u32,
+    /// By how much the second before was late, us.
+    late_us: i64,
+}
+
+impl<'a> Flight<'a> {
+    /// At the start; `catalogue` is that of the scenario's camera.
+    ///
+    /// # Errors
+    /// When the flight code refuses the scenario.
+    pub fn new(
+        scenario: &'a Scenario,
+        scene: &'a mut Scene,
+        catalogue: Catalogue<'a>,
+        workspace: &'a mut Workspace,
+    ) -> Result<Self, HostError> {
+        let calibration = scenario.calibration()?;
+        let parameters = scenario.flight_parameters(calibration.as_ref());
+        let sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
+            let what = format!("the flight code refuses the scenario ({error:?})");
+            HostError::input(&scenario.file, None, what, "change what it names")
+        })?;
+        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0 })
+    }
+
+    /// The next second, handed to `listen`.
+    ///
+    /// # Errors
+    /// When `listen` fails.
+    pub fn second(
+        &mut self,
+        listen: impl FnOnce(Second<'_>) -> Result<(), HostError>,
+    ) -> Result<(), HostError> {
+        let (scenario, cycle) = (self.scenario, self.cycle);
+        let late_us = (faults::lateness_s(&scenario.faults, cycle) * 1e6) as i64;
+        self.late_us = late_us.max(self.late_us - SECOND_US + HASTE_US).max(0);
+        self.scene.delay(self.late_us as f64 * 1e-6);
+        let truth = truth_of(self.scene, cycle)?;
+        let local = LocalTime::from_us(POWERED_US + i64::from(cycle) * SECOND_US + self.late_us);
+        let clock = Instant::new(local, scenario.instant_us(cycle) + self.late_us);
+        let mut clock = faults::faulty_clock(&scenario.faults, cycle, clock);
+        let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
+        let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, (cycle, local));
+        let mut gyro = gyro_of(scenario, (cycle, local), &truth);
+        let report = match &mut gyro {
+            Some(rate_sensor) => self.sensor.cycle(
+                &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor },
+                Command::Continue,
+            ),
+            None => self.sensor.cycle(
+                &mut Instruments {
+                    detector: &mut detector,
+                    clock: &mut clock,
+                    meter: &mut (),
+                    rate_sensor: &mut (),
+                },
+                Command::Continue,
+            ),
+        };
+        let image = image_cycle(&report);
+        let judged = if image == cycle {
+            Judged::new(&report, &truth, &truth)
+        } else {
+            Judged::new(&report, &truth, &truth_of(self.scene, image)?)
+        };
+        listen(Second {
+            cycle,
+            report: &report,
+            truth: &truth,
+            judged: &judged,
+            rate: gyro.and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
+            field: field_of(scenario, (cycle, local), &truth),
+            scene: self.scene,
+            faults: &scenario.faults,
+        })?;
+        self.cycle += 1;
+        Ok(())
+    }
+}
+
+/// The gyro in a second, where there is one.
+fn gyro_of<'t>(
+    scenario: &'t Scenario,
+    (cycle, instant): (u32, LocalTime),
+    truth: &'t Truth,
+) -> Option<Gyro<'t>> {
+    let model = scenario.gyro.as_ref()?;
+    Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
+}
+
+/// What the magnetometer reads in a second.
+fn field_of(scenario: &Scenario, (cycle, instant): (u32, LocalTime), truth: &Truth) -> Option<MagneticField> {
+    let model = scenario.magnetometer.as_ref()?;
+    BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth }
+        .magnetic_field()
+        .ok()
+        .flatten()
+}
+
+/// Flies the scenario and hands every second to `listen`.
+///
+/// # Errors
+/// When the world or the flight code refuses the scenario, or `listen` fails.
+pub fn fly(
+    scenario: &Scenario,
+    scene: &mut Scene,
+    mut listen: impl FnMut(Second<'_>) -> Result<(), HostError>,
+) -> Result<(), HostError> {
+    let camera = flight::camera(&scenario.camera, &scenario.file)?;
+    let catalogue = flight::flight_catalogue(&camera, &scenario.file)?;
+    let mut workspace = Box::new(Workspace::new());
+    let mut flight = Flight::new(scenario, scene, catalogue, &mut workspace)?;
+    for _ in 0..scenario.duration_s {
+        flight.second(&mut listen)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,41 @@
+//! What happened in a second, in words.
+
+use crate::judge::expected::word;
+use fsw_core::modes::Guard;
+use fsw_core::telemetry::Event;
+
+/// Why a mode was left.
+fn reason(guard: Guard) -> &'static str {
+    match guard {
+        Guard::SelfTestPassed => "self-test passed",
+        Guard::AttitudeKnown => "attitude and rate known",
+        Guard::AttitudeLost => "attitude lost",
+        Guard::EarthDark => "no lit limb in the field",
+        Guard::EarthLit => "lit limb in the field",
+        Guard::Blinded => "detector blinded",
+        Guard::SunGone => "no longer blinded",
+        Guard::TimedOut => "mode lasted too long",
+        Guard::Faults => "faults in a row",
+        Guard::PauseOver => "pause over",
+        Guard::Commanded => "commanded",
+    }
+}
+
+/// An event in words, without comma or semicolon.
+pub fn words(event: &Event) -> String {
+    match event {
+        Event::Mode(mode, guard) => format!("to {}: {}", word(*mode), reason(*guard)),
+        Event::OrbitStarted => "orbit started by two fixes that agree".into(),
+        Event::OrbitConverged => "orbit converged".into(),
+        Event::FixRejected => "fix rejected".into(),
+        Event::OrbitRestarted => "orbit restarted".into(),
+        Event::OrbitForgotten => "orbit forgotten".into(),
+        Event::ClockJump => "clock jump".into(),
+        Event::SunInPath => "Sun in a path by prediction".into(),
+    }
+}
+
+/// Whether the orbit began or ended with an event.
+pub fn is_restart(event: &Event) -> bool {
+    matches!(event, Event::OrbitStarted | Event::OrbitRestarted | Event::OrbitForgotten)
+}

@@ -1,0 +1,173 @@
+//! What is to be said of a run first: whether it is right, in a badge and a sentence.
+
+use super::figures_table;
+use super::scale::label;
+use crate::judge::quantities::QUANTITIES;
+use crate::judge::series::SigmaFit;
+use crate::judge::{Figures, Verdict};
+
+/// A mean NIS less probable than this contradicts the filter's sigmas.
+const NIS_IMPROBABLE: f64 = 0.01;
+/// Most of what misses that a sentence names.
+const NAMED: usize = 5;
+
+/// A run in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grade {
+    /// Every limit is kept, and every figure is as it should be.
+    Right,
+    /// No limit is missed, but a figure contradicts itself, or nothing was demanded.
+    Doubtful,
+    /// A limit is missed.
+    Missed,
+}
+
+/// What is to be said first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opinion {
+    /// In a word.
+    pub grade: Grade,
+    /// In a few words.
+    pub badge: String,
+    /// In a sentence: whether it is right, and what misses.
+    pub sentence: String,
+    /// What was reached.
+    pub reached: String,
+}
+
+fn number(count: usize, one: &str, more: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { more })
+}
+
+/// The first few of `names`, and how many more there are.
+fn named(names: &[String]) -> String {
+    let first = names[..names.len().min(NAMED)].join("; ");
+    match names.len().saturating_sub(NAMED) {
+        0 => first,
+        more => format!("{first}; and {more} more"),
+    }
+}
+
+/// Figures that contradict themselves, whether or not a limit is set on them.
+pub fn contradictions(figures: &Figures) -> Vec<String> {
+    let of_quantity = |words: &str, fit| match fit {
+        SigmaFit::Right => None,
+        SigmaFit::TooLarge => Some(format!("{words}: sigmas too large")),
+        SigmaFit::TooSmall => Some(format!("{words}: sigmas too small")),
+    };
+    let quantities = QUANTITIES
+        .iter()
+        .filter_map(|quantity| of_quantity(quantity.words, figures.run(quantity.key)?.sigma_fit()));
+    let nis = figures.orbit.nis_consistency.filter(|probability| *probability < NIS_IMPROBABLE);
+    let not_finite = (figures.not_finite > 0).then(|| format!("{} s with no number", figures.not_finite));
+    quantities.chain(nis.map(|_| "innovations not as the sigmas say".to_owned())).chain(not_finite).collect()
+}
+
+impl Opinion {
+    /// Of a run's figures and limits.
+    pub fn of(figures: &Figures, verdicts: &[Verdict]) -> Self {
+        let missed: Vec<String> = verdicts
+            .iter()
+            .filter(|verdict| !verdict.kept)
+            .map(|verdict| figures_table::verdict(verdict)[0].clone())
+            .collect();
+        let contradictions = contradictions(figures);
+        let doubts = number(contradictions.len(), "figure is not right", "figures are not right");
+        let limits = number(verdicts.len(), "limit", "limits");
+        let (grade, badge, sentence) = match (verdicts.is_empty(), missed.len(), contradictions.len()) {
+            (_, 1.., _) => (
+                Grade::Missed,
+                number(missed.len(), "limit missed", "limits missed"),
+                format!("NOT right: {} of {limits} MISSED \u{2013} {}.", missed.len(), named(&missed)),
+            ),
+            (true, _, 0) => (
+                Grade::Doubtful,
+                "no limits set".to_owned(),
+                "No limits were set; the reported sigmas are as the errors.".to_owned(),
+            ),
+            (true, ..) => (
+                Grade::Doubtful,
+                "no limits set".to_owned(),
+                format!("No limits were set; {doubts} \u{2013} {}.", named(&contradictions)),
+            ),
+            (false, _, 0) => (
+                Grade::Right,
+                "all right".to_owned(),
+                "Right: all limits are kept, and the reported sigmas are as the errors.".to_owned(),
+            ),
+            (false, ..) => (
+                Grade::Doubtful,
+                format!("limits kept, {doubts}"),
+                format!("All limits are kept, but {doubts} \u{2013} {}.", named(&contradictions)),
+            ),
+        };
+        Self { grade, badge, sentence, reached: reached(figures) }
+    }
+}
+
+/// Attitude and position in a sentence.
+fn reached(figures: &Figures) -> String {
+    let rms = |key: &str| Some(figures.last_orbit(key).or(figures.run(key))?.rms);
+    let attitude = figures.attitude.rms_arcsec.map_or_else(
+        || "no attitude".to_owned(),
+        |rms| format!("attitude {} arcsec about x, y, z", rms.map(label).join(", ")),
+    );
+    let position = rms("position")
+        .map_or_else(|| "no orbit".to_owned(), |rms| format!("position {} km (last orbit)", label(rms)));
+    format!("Reached, rms: {attitude}; {position}.")
+}
+
+/// A time in words.
+pub fn duration(seconds: u32) -> String {
+    let parts = [(seconds / 3600, "h"), (seconds / 60 % 60, "min"), (seconds % 60, "s")];
+    let parts: Vec<String> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count} {unit}")).collect();
+    parts.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::judge::Limit;
+    use crate::judge::figures::QuantityFigures;
+    use crate::judge::series::Statistics;
+    use crate::judge::table;
+
+    fn figures(normalised_square: f64) -> Figures {
+        let run = Statistics { normalised_square, band_99: [0.5, 2.0], ..Statistics::default() };
+        let of = QuantityFigures { unit: "km", run: Some(run), last_orbit: None };
+        let quantities = std::iter::once(("position", of)).collect();
+        Figures { mode_share: Some(0.97), quantities, ..Figures::default() }
+    }
+
+    fn opinion(normalised_square: f64, demanded: Option<f64>) -> Opinion {
+        let figures = figures(normalised_square);
+        let of = table::figure("mode_share").unwrap();
+        let limits: Vec<Limit> = demanded.map(|value| Limit { of, value }).into_iter().collect();
+        Opinion::of(&figures, &Verdict::all(&limits, &figures))
+    }
+
+    #[test]
+    fn only_a_run_whose_limits_and_figures_are_right_is_called_right() {
+        assert_eq!(opinion(1.0, Some(0.9)).grade, Grade::Right);
+        let doubtful = opinion(0.002, Some(0.9));
+        assert_eq!(doubtful.grade, Grade::Doubtful);
+        assert!(doubtful.sentence.contains("Position: sigmas too large"), "{}", doubtful.sentence);
+        assert_eq!(doubtful.badge, "limits kept, 1 figure is not right");
+        assert_eq!(opinion(1.0, None).grade, Grade::Doubtful);
+    }
+
+    #[test]
+    fn what_misses_is_named() {
+        let missed = opinion(1.0, Some(0.99));
+        assert_eq!((missed.grade, missed.badge.as_str()), (Grade::Missed, "1 limit missed"));
+        assert!(missed.sentence.contains("1 of 2 limits MISSED \u{2013} mode as the geometry says"));
+        let many: Vec<String> = (0..9).map(|n| n.to_string()).collect();
+        assert_eq!(named(&many), "0; 1; 2; 3; 4; and 4 more");
+    }
+
+    #[test]
+    fn times_are_words() {
+        assert_eq!((duration(21_600), duration(3_725)), ("6 h".into(), "1 h 2 min 5 s".into()));
+    }
+}
