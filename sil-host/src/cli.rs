@@ -6,6 +6,7 @@
 use crate::error::HostError;
 use crate::scenario;
 use crate::words::one_line;
+use crate::world::earth::horizon;
 use clap::{Args, Parser, Subcommand};
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
@@ -315,9 +316,20 @@ pub struct CampaignEarthArguments {
     /// Frames of each case
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
+    /// What makes the limb stand higher here than there: noise, temperature or cloud_tops
+    #[arg(long, value_name = "FAMILY", default_value = "noise", value_parser = horizon)]
+    pub horizon: horizon::Family,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+/// The family of horizon heights that a name means.
+fn horizon(name: &str) -> Result<horizon::Family, String> {
+    horizon::Family::named(name).ok_or_else(|| {
+        let known = horizon::Family::ALL.map(horizon::Family::name);
+        format!("give one of {}", known.join(", "))
+    })
 }
 
 /// Arguments of `campaign identify`.

@@ -41,6 +41,8 @@ pub struct Run {
     pub run: u64,
     /// Name of the case.
     pub case: String,
+    /// Name of the family of horizon heights.
+    pub horizon: String,
     /// Angle between Sun and satellite seen from the Earth, deg.
     pub phase_deg: f64,
     /// Lit limb on the detector, deg of azimuth about the centre.
@@ -59,7 +61,9 @@ fn fly(base: &Scenario, seed: u64, run: u64, number: usize) -> Result<Run, HostE
     let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
     let mut frame = Frame::new(drawn, case, &noise)?;
     let (limit_deg, seen) = (frame.limit_deg(), frame.look(&noise)?);
-    let rounded = Run { seed, run, case: case.name.into(), phase_deg, lit_limb_deg, limit_deg, seen };
+    let horizon = base.earth.horizon.name().to_owned();
+    let rounded =
+        Run { seed, run, case: case.name.into(), horizon, phase_deg, lit_limb_deg, limit_deg, seen };
     // As a file holds it: rounded to what a line says.
     Ok(rounded.rounded())
 }
@@ -104,7 +108,8 @@ impl Experiment for Frames<'_> {
 
     fn key_of(&self, run: &Run) -> Option<Self::Key> {
         let case = CASES.iter().position(|case| case.name == run.case)?;
-        (run.seed == self.arguments.common.seed).then_some((case, run.run))
+        let ours = run.seed == self.arguments.common.seed && run.horizon == self.arguments.horizon.name();
+        ours.then_some((case, run.run))
     }
 
     fn workspace(&self) {}
@@ -119,7 +124,9 @@ impl Experiment for Frames<'_> {
 /// # Errors
 /// When the file cannot be used.
 pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
-    super::runs(&Frames { arguments, base: cases::base()? }, &arguments.common)
+    let mut base = cases::base()?;
+    base.earth.horizon = arguments.horizon;
+    super::runs(&Frames { arguments, base }, &arguments.common)
 }
 
 /// The run with the frame of which the flight's way knows least: none, or the largest error of the direction

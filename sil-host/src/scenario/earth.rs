@@ -33,7 +33,7 @@ pub(super) fn read(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostEr
     };
     let horizon = raw.horizon.as_ref().map_or(Ok(default.horizon), |name| {
         Family::named(name.get_ref()).ok_or_else(|| {
-            let known = Family::NAMED.map(|(name, _)| name).join(", ");
+            let known = Family::ALL.map(Family::name).join(", ");
             text.fault(name.span().start, "earth.horizon", "no such family", &format!("give one of {known}"))
         })
     })?;

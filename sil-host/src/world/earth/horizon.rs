@@ -77,13 +77,21 @@ pub enum Family {
 }
 
 impl Family {
-    /// All, with the names that scenarios and campaigns give them.
-    pub const NAMED: [(&'static str, Self); 3] =
-        [("noise", Self::Noise), ("temperature", Self::Temperature), ("cloud_tops", Self::CloudTops)];
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Noise, Self::Temperature, Self::CloudTops];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Noise => "noise",
+            Self::Temperature => "temperature",
+            Self::CloudTops => "cloud_tops",
+        }
+    }
 
     /// That of a name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::NAMED.into_iter().find(|(known, _)| *known == name).map(|(_, family)| family)
+        Self::ALL.into_iter().find(|family| family.name() == name)
     }
 }
 
@@ -323,7 +331,7 @@ mod tests {
 
     #[test]
     fn every_family_has_its_seeds_and_cloud_tops_no_mean() {
-        for (name, family) in Family::NAMED {
+        for family in Family::ALL {
             let heights = |seed: u64| -> Vec<f64> {
                 let clouds = Albedo::new(seed, 0.3, 1.0);
                 let field = Horizon::new(family, seed, 1.5, true, &clouds);
@@ -333,7 +341,7 @@ mod tests {
             assert!(one == heights(1) && one != other);
             let all: Vec<f64> = (1..9).flat_map(heights).collect();
             let (mean, deviation) = moments(&all);
-            println!("{name}: mean {mean:.2}, deviation {deviation:.2} km");
+            println!("{}: mean {mean:.2}, deviation {deviation:.2} km", family.name());
             // Eight fields of some 1000 cells of clouds: 4 sigma of the mean are 0.1 km.
             assert!(family != Family::CloudTops || mean.abs() < 0.15, "{mean}");
             assert!((0.2..4.0).contains(&deviation));
