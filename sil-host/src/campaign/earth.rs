@@ -43,6 +43,8 @@ pub struct Run {
     pub case: String,
     /// Name of the family of horizon heights.
     pub horizon: String,
+    /// Name of the law by which surfaces are bright.
+    pub surface: String,
     /// Angle between Sun and satellite seen from the Earth, deg.
     pub phase_deg: f64,
     /// Lit limb on the detector, deg of azimuth about the centre.
@@ -61,9 +63,9 @@ fn fly(base: &Scenario, seed: u64, run: u64, number: usize) -> Result<Run, HostE
     let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
     let mut frame = Frame::new(drawn, case, &noise)?;
     let (limit_deg, seen) = (frame.limit_deg(), frame.look(&noise)?);
-    let horizon = base.earth.horizon.name().to_owned();
+    let (horizon, surface) = (base.earth.horizon.name().to_owned(), base.earth.surface.name().to_owned());
     let rounded =
-        Run { seed, run, case: case.name.into(), horizon, phase_deg, lit_limb_deg, limit_deg, seen };
+        Run { seed, run, case: case.name.into(), horizon, surface, phase_deg, lit_limb_deg, limit_deg, seen };
     // As a file holds it: rounded to what a line says.
     Ok(rounded.rounded())
 }
@@ -108,7 +110,10 @@ impl Experiment for Frames<'_> {
 
     fn key_of(&self, run: &Run) -> Option<Self::Key> {
         let case = CASES.iter().position(|case| case.name == run.case)?;
-        let ours = run.seed == self.arguments.common.seed && run.horizon == self.arguments.horizon.name();
+        let CampaignEarthArguments { horizon, surface, .. } = self.arguments;
+        let ours = run.seed == self.arguments.common.seed
+            && run.horizon == horizon.name()
+            && run.surface == surface.name();
         ours.then_some((case, run.run))
     }
 
@@ -125,7 +130,7 @@ impl Experiment for Frames<'_> {
 /// When the file cannot be used.
 pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
     let mut base = cases::base()?;
-    base.earth.horizon = arguments.horizon;
+    (base.earth.horizon, base.earth.surface) = (arguments.horizon, arguments.surface);
     super::runs(&Frames { arguments, base }, &arguments.common)
 }
 
