@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`cases`] | the kinds of views |
 //! | [`seen`] | the ways of looking, and their errors |
+//! | [`heights`] | what heights of the limb have in common |
 //! | [`limit`] | what the best of all methods could reach |
 //! | [`rows`] | the table |
 //!
@@ -16,6 +17,7 @@
 //! nearly possible.
 
 pub mod cases;
+pub mod heights;
 pub mod limit;
 pub mod rows;
 pub mod seen;
@@ -27,6 +29,7 @@ use crate::formats::json;
 use crate::scenario::Scenario;
 use crate::world::noise::{Noise, Stream};
 use cases::CASES;
+use heights::Heights;
 use rows::Table;
 use seen::{Frame, Seen, Way};
 use serde::{Deserialize, Serialize};
@@ -56,13 +59,13 @@ pub struct Run {
 }
 
 /// Draws a frame and looks at it.
-fn fly(base: &Scenario, seed: u64, run: u64, number: usize) -> Result<Run, HostError> {
+fn fly(base: &Scenario, heights: &Heights, seed: u64, run: u64, number: usize) -> Result<Run, HostError> {
     let case = &CASES[number];
     let drawn = cases::draw(base, number, case, seed, run)?;
     let (phase_deg, lit_limb_deg) = (drawn.phase_deg, drawn.truth.lit_limb_deg);
     let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
     let mut frame = Frame::new(drawn, case, &noise)?;
-    let (limit_deg, seen) = (frame.limit_deg(), frame.look(&noise)?);
+    let (limit_deg, seen) = (frame.limit_deg(heights), frame.look(&noise)?);
     let (horizon, surface) = (base.earth.horizon.name().to_owned(), base.earth.surface.name().to_owned());
     let rounded =
         Run { seed, run, case: case.name.into(), horizon, surface, phase_deg, lit_limb_deg, limit_deg, seen };
@@ -90,6 +93,7 @@ fn millionths(value: f64) -> f64 {
 struct Frames<'a> {
     arguments: &'a CampaignEarthArguments,
     base: Scenario,
+    heights: Heights,
 }
 
 impl Experiment for Frames<'_> {
@@ -120,7 +124,7 @@ impl Experiment for Frames<'_> {
     fn workspace(&self) {}
 
     fn fly(&self, (): &mut (), (case, run): &Self::Key) -> Result<Run, HostError> {
-        fly(&self.base, self.arguments.common.seed, *run, *case)
+        fly(&self.base, &self.heights, self.arguments.common.seed, *run, *case)
     }
 }
 
@@ -131,7 +135,8 @@ impl Experiment for Frames<'_> {
 pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
     let mut base = cases::base()?;
     (base.earth.horizon, base.earth.surface) = (arguments.horizon, arguments.surface);
-    super::runs(&Frames { arguments, base }, &arguments.common)
+    let heights = Heights::of(&base.earth);
+    super::runs(&Frames { arguments, base, heights }, &arguments.common)
 }
 
 /// The run with the frame of which the flight's way knows least: none, or the largest error of the direction
