@@ -6,6 +6,8 @@
 use crate::error::HostError;
 use crate::scenario;
 use crate::words::one_line;
+use crate::world::earth::horizon::Family;
+use crate::world::earth::photometry::Photometry;
 use clap::{Args, Parser, Subcommand};
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
@@ -338,9 +340,26 @@ pub struct CampaignEarthArguments {
     /// Frames of each case
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
+    /// What makes the limb stand higher here than there: noise, temperature or cloud_tops
+    #[arg(long, value_name = "FAMILY", default_value = "noise", value_parser = horizon)]
+    pub horizon: Family,
+    /// Law by which surfaces are bright: mixed or minnaert
+    #[arg(long, value_name = "LAW", default_value = "mixed", value_parser = surface)]
+    pub surface: Photometry,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+/// The family of horizon heights that a name means.
+fn horizon(name: &str) -> Result<Family, String> {
+    Family::named(name).ok_or_else(|| format!("give one of {}", Family::ALL.map(Family::name).join(", ")))
+}
+
+/// The law of brightness that a name means.
+fn surface(name: &str) -> Result<Photometry, String> {
+    let known = Photometry::ALL.map(Photometry::name);
+    Photometry::named(name).ok_or_else(|| format!("give one of {}", known.join(", ")))
 }
 
 /// Arguments of `campaign identify`.
