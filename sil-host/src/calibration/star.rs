@@ -18,6 +18,7 @@ use fsw_core::image::calibration::{Calibration, VERSION};
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
 use fsw_core::image::{DetectionMethod, DetectionParameters};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use std::sync::Arc;
 
 /// Electrons of the stars: bright, but no pixel near its full well.
 const ELECTRONS: f64 = 50_000.0;
@@ -28,7 +29,7 @@ const BITS: u8 = 16;
 #[derive(Debug, Clone)]
 pub struct Lens {
     pub(super) camera: CameraFile,
-    psf: Psf,
+    psf: Arc<Psf>,
     response: PixelResponse,
     pub(super) full_well_e: f64,
     colours: bool,

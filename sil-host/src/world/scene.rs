@@ -39,7 +39,7 @@ use crate::world::sky::cells::Cells;
 use crate::world::sky::colour::{self, BANDS};
 use crate::world::sky::sun;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 mod kept;
 mod placing;
@@ -95,6 +95,8 @@ pub struct Scene {
     exposure: Option<Exposure>,
     /// By how much the seconds are late, s.
     late_s: f64,
+    /// The truth that was asked for last, by its time: world, flight and judge ask for the same.
+    last_truth: Arc<Mutex<Option<(f64, Truth)>>>,
     /// What of the exposure is drawn.
     kept: Kept,
     // From call to call, so that a small window costs no allocation.
@@ -143,12 +145,13 @@ impl Scene {
             pattern: Arc::new(FixedPattern::new(&settings.detector.pattern, seed, geometry)),
             hot_pixels: settings.disturbances.hot_pixels(seed, geometry),
             dead_pixels: settings.disturbances.dead_pixels(seed, geometry),
-            psf: Arc::new(psf),
+            psf,
             sky: Arc::new(Sky { stars: lit, cells }),
             settings,
             optics,
             exposure: None,
             late_s: 0.0,
+            last_truth: Arc::default(),
             kept: Kept::default(),
             scratch: None,
         })
@@ -187,7 +190,14 @@ impl Scene {
     /// The truth of a cycle, whether it has been exposed or not; trajectories only.
     pub fn truth_at(&self, cycle: u64) -> Option<Truth> {
         let trajectory = self.settings.motion.trajectory()?;
-        Some(trajectory.truth(self.middle_s(cycle), &self.optics))
+        let middle_s = self.middle_s(cycle);
+        let mut last = self.last_truth.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, truth)) = last.filter(|(t_s, _)| *t_s == middle_s) {
+            return Some(truth);
+        }
+        let truth = trajectory.truth(middle_s, &self.optics);
+        *last = Some((middle_s, truth));
+        Some(truth)
     }
 
     /// From now on the middle of a cycle's exposure is so much later, s.
