@@ -17,6 +17,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
 use fsw_core::image::{DetectionMethod, DetectionParameters};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use std::sync::Arc;
 
 /// Electrons of the stars: bright, but no pixel near its full well.
 const ELECTRONS: f64 = 50_000.0;
@@ -29,7 +30,7 @@ pub const COLOUR: f64 = 0.6;
 /// Stars without noise, as the world images them.
 #[derive(Debug, Clone)]
 pub struct Lens {
-    psf: Psf,
+    psf: Arc<Psf>,
     response: PixelResponse,
     full_well_e: f64,
     colours: bool,

@@ -2,13 +2,12 @@
 //!
 //! In: stars (ICRS unit vectors, V), a camera, a motion, a seed. Out: raw frames, drawn window by window.
 //! Every [`Detector::expose`] advances one cycle of [`CYCLE_S`] (the first is cycle 0) and integrates for the
-//! exposure time `T` about the instant `t = cycle * 1 s`, over `t ± T/2`; the truth is that of `t`. While the
-//! sensor turns, a star is drawn as a row of images at most [`Psf::step_px`] apart. Light becomes a number in
-//! this order:
+//! exposure time `T` about the instant `t = cycle * 1 s`, over `t ± T/2`; the truth is that of `t`. What adds
+//! light or charge is an [`effects::Effect`]. Light becomes a number in this order:
 //!
-//! 1. light: stars and false stars, the Earth (`Scene::add_light`); times the vignetting; the even veil of a
-//!    Sun in the field
-//! 2. charge: light times the pixel's gain, dark current, hot pixels (`Scene::add_charge`), all of them means
+//! 1. light: the Earth, Moon and Sun, stars and false stars; times the vignetting; the even veil of a Sun in
+//!    the field
+//! 2. charge: light times the pixel's gain, dark current, hot pixels, all of them means
 //! 3. `Poisson(charge) + read noise`
 //! 4. protons; offsets of column and row
 //! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say
@@ -18,7 +17,7 @@
 //! [`crate::world::detector::shutter`]; the Earth is drawn as of the middle of the exposure. False stars and
 //! protons are new in each cycle; hot and dead pixels and patterns stay.
 
-use super::earth::image::{CellBuffer, EarthImage};
+use super::earth::image::CellBuffer;
 use super::motion::Motion;
 use super::noise::{Noise, Stream};
 use crate::formats::picture::check_request;
@@ -31,20 +30,21 @@ use crate::world::lens::psf::Psf;
 use crate::world::lens::spots::{Brush, Spot, Spots};
 use crate::world::lens::streaks::Streaks;
 use crate::world::lens::vignetting::Vignetting;
-use crate::world::motion::trajectory::{Look, Trajectory};
+use crate::world::motion::trajectory::Look;
 pub use crate::world::motion::trajectory::{SensorState, Truth};
 pub use crate::world::scene::settings::{SceneError, SceneSettings, VisibleStar, WorldStar};
-use crate::world::sky::bodies::{BodyLight, Exposing};
+use crate::world::sky::bodies::Exposing;
 use crate::world::sky::cells::Cells;
 use crate::world::sky::colour::{self, BANDS};
-use crate::world::sky::sun;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
+pub mod effects;
 mod kept;
 mod placing;
 mod settings;
 
+use effects::{EFFECTS, Effect, Maker, Moment, Stage};
 use kept::Kept;
 use placing::PointLight;
 
@@ -57,19 +57,13 @@ const BAND_PX: usize = 8192;
 #[derive(Debug, Clone)]
 struct Exposure {
     cycle: u64,
-    time_s: f64,
     /// Mean electrons of the dark current.
     darks: Darks,
-    /// Mean electrons of the veil of the Sun in a path.
-    veil_e: f64,
-    spots: Spots,
-    streaks: Streaks,
+    /// What adds to the pixels, by stage.
+    effects: [Vec<Arc<dyn Effect>>; 3],
     protons: Deposits,
     visible: Vec<VisibleStar>,
     truth: Option<Truth>,
-    /// In the Earth path, and in the star path where it comes into the field.
-    earths: Vec<EarthImage>,
-    bodies: BodyLight,
 }
 
 /// The stars, by where they are, with their electrons a second in each part of the band.
@@ -89,12 +83,15 @@ pub struct Scene {
     sky: Arc<Sky>,
     pattern: Arc<FixedPattern>,
     /// Charge in e-/s here, e- once multiplied with the exposure time.
-    hot_pixels: Deposits,
+    hot_pixels: Arc<Deposits>,
     /// Place, and whether full scale is read; sorted by row.
     dead_pixels: Vec<(u16, u16, bool)>,
+    effects: Vec<(Stage, Maker)>,
     exposure: Option<Exposure>,
     /// By how much the seconds are late, s.
     late_s: f64,
+    /// The truth that was asked for last, by its time: world, flight and judge ask for the same.
+    last_truth: Arc<Mutex<Option<(f64, Truth)>>>,
     /// What of the exposure is drawn.
     kept: Kept,
     // From call to call, so that a small window costs no allocation.
@@ -141,14 +138,16 @@ impl Scene {
         Ok(Self {
             vignetting: Vignetting::new(&settings.imaging.vignetting, &optics),
             pattern: Arc::new(FixedPattern::new(&settings.detector.pattern, seed, geometry)),
-            hot_pixels: settings.disturbances.hot_pixels(seed, geometry),
+            hot_pixels: Arc::new(settings.disturbances.hot_pixels(seed, geometry)),
+            effects: EFFECTS.to_vec(),
             dead_pixels: settings.disturbances.dead_pixels(seed, geometry),
-            psf: Arc::new(psf),
+            psf,
             sky: Arc::new(Sky { stars: lit, cells }),
             settings,
             optics,
             exposure: None,
             late_s: 0.0,
+            last_truth: Arc::default(),
             kept: Kept::default(),
             scratch: None,
         })
@@ -187,7 +186,19 @@ impl Scene {
     /// The truth of a cycle, whether it has been exposed or not; trajectories only.
     pub fn truth_at(&self, cycle: u64) -> Option<Truth> {
         let trajectory = self.settings.motion.trajectory()?;
-        Some(trajectory.truth(self.middle_s(cycle), &self.optics))
+        let middle_s = self.middle_s(cycle);
+        let mut last = self.last_truth.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, truth)) = last.filter(|(t_s, _)| *t_s == middle_s) {
+            return Some(truth);
+        }
+        let truth = trajectory.truth(middle_s, &self.optics);
+        *last = Some((middle_s, truth));
+        Some(truth)
+    }
+
+    /// Adds an effect to those of the world, after them.
+    pub fn add_effect(&mut self, stage: Stage, make: Maker) {
+        self.effects.push((stage, make));
     }
 
     /// From now on the middle of a cycle's exposure is so much later, s.
@@ -236,98 +247,43 @@ impl Scene {
         let electrons = |v| star_e_s(&self.settings, v, 0.0).map(|e| e * time_s);
         spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
         let spots = Spots::new(self.psf.clone(), detector.response, spots);
-        let trajectory = self.settings.motion.trajectory();
         let pitch_um = imaging.pixel_pitch_um;
         let hits = disturbances.protons.hits(run, truth.as_ref(), geometry, pitch_um, time_s);
-        let (earths, bodies) =
-            trajectory.zip(truth.as_ref()).map_or_else(Default::default, |(trajectory, truth)| {
-                (self.earths(trajectory, truth, time_s), self.bodies(trajectory, truth, time_s))
-            });
-        let veil_e_s = trajectory.zip(truth.as_ref().filter(|truth| truth.state.is_blinded())).map_or(
-            0.0,
-            |(trajectory, truth)| {
-                let transmission = match truth.state {
-                    SensorState::SunInEarthPath => imaging.earth_path_transmission,
-                    _ => imaging.star_path_transmission,
-                };
-                transmission * sun::veil_e_s(&trajectory.earth, &geometry)
-            },
-        );
+        let moment = Moment { cycle, time_s, truth: truth.as_ref() };
+        let mut effects: [Vec<Arc<dyn Effect>>; 3] = Default::default();
+        for (stage, make) in &self.effects {
+            effects[*stage as usize].extend(make(self, &moment));
+        }
+        effects[Stage::Light as usize].extend([Arc::new(spots) as Arc<dyn Effect>, Arc::new(streaks)]);
         self.kept.clear();
         self.exposure = Some(Exposure {
             cycle,
-            time_s,
             darks: self.pattern.darks(detector.dark_now_e_s() * time_s),
-            veil_e: veil_e_s * time_s,
-            spots,
-            streaks,
+            effects,
             protons: protons::tracks(run, hits, geometry, pitch_um),
             visible,
             truth,
-            earths,
-            bodies,
         });
         Ok(())
     }
 
-    /// The Earth in either path.
-    fn earths(&self, trajectory: &Trajectory, truth: &Truth, exposure_s: f64) -> Vec<EarthImage> {
-        let SceneSettings { imaging, detector, earth_seed, .. } = &self.settings;
-        let look = Look {
-            seed: *earth_seed,
-            psf_sigma_px: self.psf.rms_px(),
-            exposure_s,
-            row_time_s: imaging.shutter.row_time_s(),
-            transmission: imaging.earth_path_transmission,
-        };
-        let in_star_path =
-            Look { transmission: detector.throughput * imaging.star_path_transmission, ..look };
-        let mut earths = vec![trajectory.earth_image(truth, &self.optics, &look)];
-        earths.extend(trajectory.earth_in_star_path(truth, &self.optics, &in_star_path));
-        earths
-    }
-
-    /// Moon and Sun in either path.
-    fn bodies(&self, trajectory: &Trajectory, truth: &Truth, time_s: f64) -> BodyLight {
-        let SceneSettings { imaging, detector, bodies, .. } = &self.settings;
-        let filter = trajectory.earth.mirror_transmission * trajectory.earth.filter_transmission;
-        let exposing = Exposing {
-            t_s: (truth.instant_us - trajectory.orbit.start_us()) as f64 * 1e-6,
-            time_s,
-            psf_sigma_px: self.psf.rms_px(),
-            transmissions: [
-                detector.throughput * imaging.star_path_transmission,
-                filter * imaging.earth_path_transmission,
-            ],
-        };
-        BodyLight::new(bodies, trajectory, truth, &self.optics, &exposing)
-    }
-
-    /// Adds the mean electrons of all light to `light`, the pixels of `window` row by row: whatever shines
-    /// adds itself here, before the vignetting.
-    fn add_light(
+    /// Adds the mean electrons that the pixels of `window` have before the readout, row by row.
+    fn add_charge(
         &self,
         exposure: &Exposure,
         window: Window,
-        light: &mut [f64],
-        cell_buffer: &mut CellBuffer,
+        electrons: &mut [f64],
+        buffer: &mut CellBuffer,
     ) {
-        for earth in &exposure.earths {
-            earth.add_to(window, light, cell_buffer);
-        }
-        exposure.bodies.add_to(window, exposure.time_s, light);
-        exposure.spots.add_to(window, light);
-        exposure.streaks.add_to(window, light);
-        self.vignetting.dim(window, light);
-        if exposure.veil_e > 0.0 {
-            light.iter_mut().for_each(|pixel| *pixel += exposure.veil_e);
-        }
-    }
-
-    /// Turns the light of `window` into mean charge: whatever frees electrons without light adds itself here.
-    fn add_charge(&self, exposure: &Exposure, window: Window, electrons: &mut [f64]) {
+        let [light, stray, charge] = &exposure.effects;
+        let mut add = |effects: &[Arc<dyn Effect>], electrons: &mut [f64]| {
+            effects.iter().for_each(|effect| effect.add_to(window, electrons, buffer));
+        };
+        add(light, electrons);
+        self.vignetting.dim(window, electrons);
+        add(stray, electrons);
         self.pattern.charge(window, &exposure.darks, electrons);
-        self.hot_pixels.add_to(window, exposure.time_s, electrons);
+        add(charge, electrons);
     }
 
     /// Mean electrons that a star of this kind at `pixel` gives in `exposure_s` in the pixels of `window`, if
@@ -357,8 +313,7 @@ impl Scene {
         let Scratch { electrons, cell_buffer } = scratch;
         electrons.clear();
         electrons.resize(numbers.len(), 0.0);
-        self.add_light(exposure, window, electrons, cell_buffer);
-        self.add_charge(exposure, window, electrons);
+        self.add_charge(exposure, window, electrons, cell_buffer);
         let SceneSettings { detector, camera, seed, .. } = &self.settings;
         let [photon, readout] =
             [Stream::Photon, Stream::Read].map(|stream| Noise::new(*seed, exposure.cycle, stream));

@@ -9,6 +9,12 @@ use super::shutter::Shutter;
 use crate::world::lens::optics::Optics;
 use crate::world::lens::psf::{LensModel, Psf, PsfModel};
 use crate::world::lens::vignetting::VignettingModel;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// How many PSF are kept.
+const KEPT: usize = 4;
+
+static LAST: Mutex<Vec<(ImagingModel, Optics, Arc<Psf>)>> = Mutex::new(Vec::new());
 
 /// The optics of a scene beside the camera's projection.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,11 +79,21 @@ impl ImagingModel {
             && shares.iter().all(|share| (0.0..=1.0).contains(share))
     }
 
-    /// The PSF of a camera; `None` where the lens cannot be made for it.
-    pub fn psf(&self, optics: &Optics) -> Option<Psf> {
-        match &self.psf {
-            PsfModel::Gaussian { sigma_px } => Some(Psf::gaussian(*sigma_px)),
-            PsfModel::Lens(lens) => Psf::of_lens(lens, &self.vignetting, self.pixel_pitch_um, optics),
+    /// The PSF of a camera; `None` where the lens cannot be made for it. The last few are kept: the runs of a
+    /// campaign ask for the same.
+    pub fn psf(&self, optics: &Optics) -> Option<Arc<Psf>> {
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((.., psf)) = last.iter().find(|(model, seen, _)| model == self && seen == optics) {
+            return Some(Arc::clone(psf));
         }
+        let psf = Arc::new(match &self.psf {
+            PsfModel::Gaussian { sigma_px } => Psf::gaussian(*sigma_px),
+            PsfModel::Lens(lens) => Psf::of_lens(lens, &self.vignetting, self.pixel_pitch_um, optics)?,
+        });
+        if last.len() == KEPT {
+            last.remove(0);
+        }
+        last.push((*self, *optics, Arc::clone(&psf)));
+        Some(psf)
     }
 }

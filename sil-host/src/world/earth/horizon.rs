@@ -49,7 +49,7 @@ const OBLIQUITY_SINE: f64 = 0.397_8;
 /// mean of the surfaces of 265.0 and 121.1 hPa. Tropical +0.52 and +0.50, midlatitude summer +0.40 and +0.45,
 /// winter -0.21 and -0.18, subarctic summer +0.07 and +0.22, winter -0.58 and -0.59 km.
 const ATMOSPHERES_KM: [(f64, f64, f64); 3] =
-    [(0.258_8, 0.51, 0.0), (0.707_1, 0.117, 0.309), (0.866_0, -0.223, 0.366)];
+    [(0.258_8, 0.51, 0.0), (std::f64::consts::FRAC_1_SQRT_2, 0.117, 0.309), (0.866_0, -0.223, 0.366)];
 /// Deviation of planetary waves, km.
 const WAVES_KM: f64 = 0.2;
 /// Share of low cloud tops, and where they end, km.

@@ -139,7 +139,8 @@ fn windows_of_a_flight_equal_its_whole_frame() {
     let mut scene = scenario.scene().unwrap();
     scene.expose_cycle(900, scenario.exposure_us).unwrap();
     let geometry = scene.geometry();
-    let whole = read(&mut scene, geometry.whole());
+    // By another one: windows of this one are drawn alone.
+    let whole = read(&mut scene.clone(), geometry.whole());
     let noise = Noise::new(12, 0, Stream::Shuffle);
     for k in 0..60 {
         let pick = |n, side: u16| (noise.uniform(k, n) * f64::from(side)) as u16;
@@ -280,4 +281,30 @@ fn wrong_requests_and_settings_are_refused() {
         ..settings
     };
     assert_eq!(Scene::new(settings, &[]).err(), Some(SceneError::Detector));
+}
+
+#[test]
+fn a_new_effect_is_a_type_and_a_line() {
+    #[derive(Debug)]
+    struct Glow(f64);
+    impl effects::Effect for Glow {
+        fn add_to(&self, _: Window, electrons: &mut [f64], _: &mut CellBuffer) {
+            electrons.iter_mut().for_each(|pixel| *pixel += self.0);
+        }
+    }
+    let mean = |glows: bool| {
+        let mut settings = SceneSettings::new(small_camera(), Motion::fixed(IDENTITY), 5);
+        settings.camera.bits = 16;
+        let mut scene = Scene::new(settings, &[]).unwrap();
+        if glows {
+            scene.add_effect(effects::Stage::Stray, |_, moment| vec![Arc::new(Glow(500.0 * moment.time_s))]);
+        }
+        scene.expose(400_000).unwrap();
+        let whole = scene.geometry().whole();
+        let numbers = read(&mut scene, whole);
+        numbers.iter().map(|v| f64::from(*v)).sum::<f64>() / numbers.len() as f64
+            * scene.settings().detector.gain_e_per_dn(16)
+    };
+    // 7680 pixels of a noise of 32 e-: 4 sigma of the difference are 2.1 e-.
+    assert!((mean(true) - mean(false) - 200.0).abs() < 2.1);
 }
