@@ -47,7 +47,7 @@ fn section(page: &mut String, title: &str, words: &str, svg: &str) {
 }
 
 /// A plot of three axes, where any of them was reported.
-fn if_any<'a>(of: &'a [Banded; 3]) -> Option<&'a [Banded; 3]> {
+fn if_any(of: &[Banded; 3]) -> Option<&[Banded; 3]> {
     of.iter().any(|banded| !banded.error.is_empty()).then_some(of)
 }
 
