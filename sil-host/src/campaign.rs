@@ -3,6 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`flights`] | a scenario flown many times |
+//! | [`belief`] | the same with each difference between what is and what the flight code is told |
 //! | [`family`] | the scenario of each run: its seed, and keys that are drawn (`--vary`) |
 //! | [`vary`] | the file that says what is drawn |
 //! | [`identify`] | identification of random centroid fields |
@@ -17,6 +18,7 @@
 //! files of `--out` one behind the other to merge them. What the file holds already is not done again.
 
 pub mod acquire;
+pub mod belief;
 pub mod earth;
 pub mod family;
 pub mod flights;

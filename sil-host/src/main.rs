@@ -38,12 +38,12 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Campaign(arguments)) => match arguments.of {
                 Campaign::Identify(arguments) => campaign::identify::run(&arguments),
                 Campaign::Run(arguments) => campaign::flights::run(&arguments),
+                Campaign::Belief(arguments) => campaign::belief::run(&arguments),
                 Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
                 Campaign::Earth(arguments) => campaign::earth::run(&arguments),
             },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),
-            Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
             Some(Command::Parameters(arguments)) => parameters::run(&arguments),
             Some(Command::Columns(arguments)) => columns::run(&arguments),

@@ -5,7 +5,8 @@
 //! | [`recorder`] | seconds | what the page needs of them, in constant memory |
 //! | [`trace`] | values, second by second | curves of constant length that keep every spike |
 //! | [`scale`] | how large a curve's values are | heights and ticks |
-//! | [`plot`], [`strip`] | curves; modes | inline SVG over the time of the run |
+//! | [`panel`] | a curve | its scale, and what it cannot show |
+//! | [`plot`], [`strip`] | panels; modes | inline SVG over the time of the run |
 //! | [`histogram`] | errors and sigmas | inline SVG: how far the sigmas are right |
 //! | [`orbit_view`] | the truth | inline SVG: orbit, Earth, shadow, Sun |
 //! | [`moments`] | seconds | the few worth a picture |
@@ -26,6 +27,7 @@ pub mod moments;
 pub mod opinion;
 pub mod orbit_view;
 pub mod page;
+pub mod panel;
 pub mod plot;
 pub mod recorder;
 pub mod scale;

@@ -20,9 +20,11 @@
 //! | `[earth]` | how the Earth is drawn |
 //! | `[orbit_filter]` | what the orbit filter takes of an image, and a state from the ground |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
+//! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
 //! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
+mod believed;
 mod detector;
 mod earth;
 mod faults;
@@ -37,8 +39,11 @@ mod pointing;
 mod sky;
 mod text;
 
+pub use believed::{Believed, PARTS};
+
+use crate::calibration::pictures::GAIN_FOUND;
 use crate::error::HostError;
-use crate::flight;
+use crate::flight::{self, StarCalibration};
 use crate::formats::camera_file::CameraFile;
 use crate::harness::faults::Fault;
 use crate::judge::Limit;
@@ -145,6 +150,8 @@ pub struct Scenario {
     pub bodies: BodiesModel,
     /// How the Earth is drawn.
     pub earth: EarthModel,
+    /// What the flight code is told, less what is true.
+    pub believed: Believed,
     /// What breaks, and when.
     pub faults: Vec<Fault>,
     /// What the orbit filter is told.
@@ -184,6 +191,8 @@ struct RawFile {
     orbit_filter: orbit_filter::RawOrbitFilter,
     gyro: Option<instruments::RawGyro>,
     magnetometer: Option<instruments::RawMagnetometer>,
+    #[serde(default)]
+    believed: believed::RawBelieved,
     #[serde(default)]
     faults: Vec<faults::RawFault>,
     #[serde(default)]
@@ -293,6 +302,7 @@ impl Scenario {
             orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
+            believed: believed::read(&text, &raw.believed)?,
             faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
         })
@@ -302,22 +312,30 @@ impl Scenario {
     ///
     /// # Errors
     /// When the camera file names a table that cannot be read.
-    pub fn calibration(&self) -> Result<Option<Calibration<'static>>, HostError> {
-        flight::calibration(&self.camera, &self.imaging, &self.detector)
+    pub fn calibration(&self) -> Result<Option<StarCalibration>, HostError> {
+        let made = flight::calibration(&self.camera, &self.imaging, &self.detector)?;
+        Ok(made.map(|calibration| calibration.with_gain(self.believed.gain() / GAIN_FOUND)))
+    }
+
+    /// The camera as the flight code is told it.
+    pub fn believed_camera(&self) -> CameraFile {
+        self.believed.camera(&flight::calibrated_camera(&self.camera))
     }
 
     /// The flight code's parameters for this scenario, with this calibration: the only place where they are
-    /// made.
+    /// made, all from what is [believed](Believed).
     pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
-        let camera = flight::camera_parameters(&self.camera);
-        let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };
+        let defaults = Parameters::for_camera(flight::camera_parameters(&self.believed_camera()));
+        let star_to_earth = self.believed.star_to_earth(&self.mount).map(|part| part as f32);
+        let mount = MountParameters { star_to_earth, ..defaults.mount };
+        let row_time_s = self.believed.row_time_s(self.imaging.shutter.row_time_s());
+        let gyro = self.gyro.as_ref().map(|gyro| self.believed.gyro(gyro));
         let calibration_crc = calibration.map_or(0, Calibration::crc);
         let identification = match calibration {
             Some(_) => IdentificationParameters::of_calibrated_lens(),
             None => IdentificationParameters::default(),
         };
-        let defaults = Parameters::for_camera(camera);
-        let rate_sensor = self.gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
+        let rate_sensor = gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
             // One that is too noisy is left to the report: the flight code would refuse it.
             Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()
         });
@@ -328,7 +346,7 @@ impl Scenario {
             rate_sensor,
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,
-                row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
+                row_time_ns: libm::round(1e9 * row_time_s) as u32,
                 calibration_crc,
             },
             mount,

@@ -13,7 +13,7 @@ use super::spread::{Spread, share_interval_percent};
 use super::{Experiment, again};
 use crate::cli::CampaignAcquireArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
-use crate::flight;
+use crate::flight::{self, StarCalibration};
 use crate::formats::json;
 use crate::harness::{Flight, truth_of};
 use crate::judge::arcsec;
@@ -93,7 +93,7 @@ fn satellite(
 /// Flies a run.
 fn fly(
     base: &Scenario,
-    catalogue: Catalogue<'static>,
+    (catalogue, calibration): (Catalogue<'static>, Option<&StarCalibration>),
     seed: u64,
     run: u64,
     workspace: &mut Workspace,
@@ -111,7 +111,7 @@ fn fly(
         sigma_arcsec: None,
         stars: 0,
     };
-    let mut flight = Flight::new(&scenario, &mut scene, catalogue, workspace)?;
+    let mut flight = Flight::new(&scenario, &mut scene, catalogue, calibration, workspace)?;
     // The self-test has the first second.
     for cycle in 0..=CYCLES {
         flight.second(|second| {
@@ -241,6 +241,7 @@ struct Directions<'a> {
     arguments: &'a CampaignAcquireArguments,
     base: Scenario,
     catalogue: Catalogue<'static>,
+    calibration: Option<StarCalibration>,
 }
 
 impl Experiment for Directions<'_> {
@@ -265,7 +266,8 @@ impl Experiment for Directions<'_> {
     }
 
     fn fly(&self, workspace: &mut Box<Workspace>, run: &u64) -> Result<Run, HostError> {
-        fly(&self.base, self.catalogue, self.arguments.common.seed, *run, workspace)
+        let instrument = (self.catalogue, self.calibration.as_ref());
+        fly(&self.base, instrument, self.arguments.common.seed, *run, workspace)
     }
 }
 
@@ -277,7 +279,8 @@ pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError>
     let base = Scenario::parse(Path::new("the satellite of the campaign"), TEXT)?;
     let camera = flight::camera(&base.camera, &base.file)?;
     let catalogue = flight::flight_catalogue(&camera, &base.file)?;
-    super::runs(&Directions { arguments, base, catalogue }, &arguments.common)
+    let calibration = base.calibration()?;
+    super::runs(&Directions { arguments, base, catalogue, calibration }, &arguments.common)
 }
 
 /// Runs the command.

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`cases`] | the kinds of views |
 //! | [`seen`] | the ways of looking, and their errors |
+//! | [`heights`] | what heights of the limb have in common |
 //! | [`limit`] | what the best of all methods could reach |
 //! | [`rows`] | the table |
 //!
@@ -16,6 +17,7 @@
 //! nearly possible.
 
 pub mod cases;
+pub mod heights;
 pub mod limit;
 pub mod rows;
 pub mod seen;
@@ -27,6 +29,7 @@ use crate::formats::json;
 use crate::scenario::Scenario;
 use crate::world::noise::{Noise, Stream};
 use cases::CASES;
+use heights::Heights;
 use rows::Table;
 use seen::{Frame, Seen, Way};
 use serde::{Deserialize, Serialize};
@@ -41,6 +44,10 @@ pub struct Run {
     pub run: u64,
     /// Name of the case.
     pub case: String,
+    /// Name of the family of horizon heights.
+    pub horizon: String,
+    /// Name of the law by which surfaces are bright.
+    pub surface: String,
     /// Angle between Sun and satellite seen from the Earth, deg.
     pub phase_deg: f64,
     /// Lit limb on the detector, deg of azimuth about the centre.
@@ -52,14 +59,16 @@ pub struct Run {
 }
 
 /// Draws a frame and looks at it.
-fn fly(base: &Scenario, seed: u64, run: u64, number: usize) -> Result<Run, HostError> {
+fn fly(base: &Scenario, heights: &Heights, seed: u64, run: u64, number: usize) -> Result<Run, HostError> {
     let case = &CASES[number];
     let drawn = cases::draw(base, number, case, seed, run)?;
     let (phase_deg, lit_limb_deg) = (drawn.phase_deg, drawn.truth.lit_limb_deg);
     let noise = Noise::new(seed, run, Stream::Centroid).part(number as u64);
     let mut frame = Frame::new(drawn, case, &noise)?;
-    let (limit_deg, seen) = (frame.limit_deg(), frame.look(&noise)?);
-    let rounded = Run { seed, run, case: case.name.into(), phase_deg, lit_limb_deg, limit_deg, seen };
+    let (limit_deg, seen) = (frame.limit_deg(heights), frame.look(&noise)?);
+    let (horizon, surface) = (base.earth.horizon.name().to_owned(), base.earth.surface.name().to_owned());
+    let rounded =
+        Run { seed, run, case: case.name.into(), horizon, surface, phase_deg, lit_limb_deg, limit_deg, seen };
     // As a file holds it: rounded to what a line says.
     Ok(rounded.rounded())
 }
@@ -84,6 +93,7 @@ fn millionths(value: f64) -> f64 {
 struct Frames<'a> {
     arguments: &'a CampaignEarthArguments,
     base: Scenario,
+    heights: Heights,
 }
 
 impl Experiment for Frames<'_> {
@@ -104,13 +114,17 @@ impl Experiment for Frames<'_> {
 
     fn key_of(&self, run: &Run) -> Option<Self::Key> {
         let case = CASES.iter().position(|case| case.name == run.case)?;
-        (run.seed == self.arguments.common.seed).then_some((case, run.run))
+        let CampaignEarthArguments { horizon, surface, .. } = self.arguments;
+        let ours = run.seed == self.arguments.common.seed
+            && run.horizon == horizon.name()
+            && run.surface == surface.name();
+        ours.then_some((case, run.run))
     }
 
     fn workspace(&self) {}
 
     fn fly(&self, (): &mut (), (case, run): &Self::Key) -> Result<Run, HostError> {
-        fly(&self.base, self.arguments.common.seed, *run, *case)
+        fly(&self.base, &self.heights, self.arguments.common.seed, *run, *case)
     }
 }
 
@@ -119,7 +133,10 @@ impl Experiment for Frames<'_> {
 /// # Errors
 /// When the file cannot be used.
 pub fn runs(arguments: &CampaignEarthArguments) -> Result<Vec<Run>, HostError> {
-    super::runs(&Frames { arguments, base: cases::base()? }, &arguments.common)
+    let mut base = cases::base()?;
+    (base.earth.horizon, base.earth.surface) = (arguments.horizon, arguments.surface);
+    let heights = Heights::of(&base.earth);
+    super::runs(&Frames { arguments, base, heights }, &arguments.common)
 }
 
 /// The run with the frame of which the flight's way knows least: none, or the largest error of the direction

@@ -42,6 +42,11 @@ impl Family {
         Self::of_text(&path, &text, vary.map(Variation::load).transpose()?)
     }
 
+    /// Of a scenario of which nothing is drawn but the seed.
+    pub fn of_scenario(base: Scenario) -> Self {
+        Self { base, varied: None }
+    }
+
     /// Of the text of a scenario; `path` is for messages and for the folder of its files.
     ///
     /// # Errors

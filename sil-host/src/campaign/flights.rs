@@ -107,7 +107,8 @@ impl Experiment for Flights<'_> {
     }
 }
 
-fn fly(family: &Family, seed: u64, run: u64) -> Result<Flown, HostError> {
+/// Flies a run.
+pub(super) fn fly(family: &Family, seed: u64, run: u64) -> Result<Flown, HostError> {
     let (scenario, drawn) = family.member(seed, run)?;
     let mut scene = scenario.scene()?;
     let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
@@ -139,7 +140,7 @@ fn flown(family: &Family, arguments: &CampaignRunArguments) -> Result<Vec<Flown>
 }
 
 /// A figure over the runs; `None` where none yielded it.
-fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row> {
+pub(super) fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) -> Option<Row> {
     let of = |flown: &'_ Flown| flown.figures.get(figure.key).copied();
     let mut values: Vec<(f64, &Flown)> = flown.iter().filter_map(|flown| Some((of(flown)?, flown))).collect();
     values.sort_by(|one, other| one.0.total_cmp(&other.0));

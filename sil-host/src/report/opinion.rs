@@ -29,8 +29,10 @@ pub struct Opinion {
     pub grade: Grade,
     /// In a few words.
     pub badge: String,
-    /// In a sentence: whether it is right, and what misses.
-    pub sentence: String,
+    /// In a clause: whether it is right.
+    pub verdict: String,
+    /// The first of what is not right; empty where all is.
+    pub wrong: String,
     /// What was reached.
     pub reached: String,
 }
@@ -74,34 +76,42 @@ impl Opinion {
         let contradictions = contradictions(figures);
         let doubts = number(contradictions.len(), "figure is not right", "figures are not right");
         let limits = number(verdicts.len(), "limit", "limits");
-        let (grade, badge, sentence) = match (verdicts.is_empty(), missed.len(), contradictions.len()) {
+        let (grade, badge, verdict, wrong) = match (verdicts.is_empty(), missed.len(), contradictions.len()) {
             (_, 1.., _) => (
                 Grade::Missed,
                 number(missed.len(), "limit missed", "limits missed"),
-                format!("NOT right: {} of {limits} MISSED \u{2013} {}.", missed.len(), named(&missed)),
-            ),
-            (true, _, 0) => (
-                Grade::Doubtful,
-                "no limits set".to_owned(),
-                "No limits were set; the reported sigmas are as the errors.".to_owned(),
+                format!("NOT right: {} of {limits} MISSED", missed.len()),
+                missed,
             ),
             (true, ..) => (
                 Grade::Doubtful,
                 "no limits set".to_owned(),
-                format!("No limits were set; {doubts} \u{2013} {}.", named(&contradictions)),
+                match contradictions.len() {
+                    0 => "No limits were set; the reported sigmas are as the errors".to_owned(),
+                    _ => format!("No limits were set; {doubts}"),
+                },
+                contradictions,
             ),
             (false, _, 0) => (
                 Grade::Right,
                 "all right".to_owned(),
-                "Right: all limits are kept, and the reported sigmas are as the errors.".to_owned(),
+                "Right: all limits are kept, and the reported sigmas are as the errors".to_owned(),
+                contradictions,
             ),
             (false, ..) => (
                 Grade::Doubtful,
                 format!("limits kept, {doubts}"),
-                format!("All limits are kept, but {doubts} \u{2013} {}.", named(&contradictions)),
+                format!("All limits are kept, but {doubts}"),
+                contradictions,
             ),
         };
-        Self { grade, badge, sentence, reached: reached(figures) }
+        Self { grade, badge, verdict, wrong: named(&wrong), reached: reached(figures) }
+    }
+
+    /// In a sentence: whether it is right, and what is not.
+    pub fn sentence(&self) -> String {
+        let Self { verdict, wrong, .. } = self;
+        if wrong.is_empty() { format!("{verdict}.") } else { format!("{verdict} \u{2013} {wrong}.") }
     }
 }
 
@@ -152,7 +162,7 @@ mod tests {
         assert_eq!(opinion(1.0, Some(0.9)).grade, Grade::Right);
         let doubtful = opinion(0.002, Some(0.9));
         assert_eq!(doubtful.grade, Grade::Doubtful);
-        assert!(doubtful.sentence.contains("Position: sigmas too large"), "{}", doubtful.sentence);
+        assert_eq!(doubtful.wrong, "Position: sigmas too large");
         assert_eq!(doubtful.badge, "limits kept, 1 figure is not right");
         assert_eq!(opinion(1.0, None).grade, Grade::Doubtful);
     }
@@ -161,7 +171,7 @@ mod tests {
     fn what_misses_is_named() {
         let missed = opinion(1.0, Some(0.99));
         assert_eq!((missed.grade, missed.badge.as_str()), (Grade::Missed, "1 limit missed"));
-        assert!(missed.sentence.contains("1 of 2 limits MISSED \u{2013} mode as the geometry says"));
+        assert!(missed.sentence().contains("1 of 2 limits MISSED \u{2013} mode as the geometry says"));
         let many: Vec<String> = (0..9).map(|n| n.to_string()).collect();
         assert_eq!(named(&many), "0; 1; 2; 3; 4; and 4 more");
     }

@@ -117,6 +117,7 @@ impl OrbitView {
                 path(piece.iter().copied().map(point))
             );
         }
+        self.flight(&mut svg, point);
         self.ends(&mut svg, point);
         rays(&mut svg);
         svg.push_str("</svg>");
@@ -144,7 +145,21 @@ impl OrbitView {
         pieces
     }
 
-    /// Start, with the direction of flight, and end of what is drawn.
+    /// The direction of flight, on the way.
+    fn flight(&self, svg: &mut String, point: impl Fn([f64; 2]) -> [f64; 2]) {
+        let [Some(from), Some(to)] = [8, 10].map(|part| self.places.get(self.places.len() * part / 64))
+        else {
+            return;
+        };
+        let ([x, y], [u, v]) = (point(from.0), point(to.0));
+        let heading = libm::atan2(v - y, u - x).to_degrees();
+        let _ = write!(
+            svg,
+            "<path class=\"flight\" transform=\"translate({x:.1} {y:.1}) rotate({heading:.0})\" d=\"M-6 -6L3 0L-6 6\"/>"
+        );
+    }
+
+    /// Start and end of what is drawn.
     fn ends(&self, svg: &mut String, point: impl Fn([f64; 2]) -> [f64; 2]) {
         let (Some((first, _)), Some((last, _))) = (self.places.first(), self.places.last()) else { return };
         let ([x, y], [u, v]) = (point(*first), point(*last));

@@ -75,7 +75,7 @@ fn head(page: &mut String, scenario: &Scenario, opinion: &Opinion, command: &str
         "<p class=\"sentence {class}\">{}</p><p>{}</p>\
          <p class=\"soft\">Flown: {}. {} from {} UTC, one second a cycle, seed {}. Sextant {}. \
          The same run again: <code>{}</code></p>",
-        opinion.sentence,
+        opinion.sentence(),
         opinion.reached,
         escaped(&scenario.description),
         duration(scenario.duration_s),

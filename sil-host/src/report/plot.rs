@@ -1,11 +1,11 @@
 //! Plots as inline SVG: panels one above the other over a common axis of time.
 //!
 //! Colours are the page's variables, so that plots follow light and dark. Behind the curves is shaded what
-//! the sensor met: the Sun in a path, no lit limb, injected faults; what happened to the orbit is a line. An
-//! error is drawn in its own range ([`Scale`]); where its envelope does not fit in, a label says so.
+//! the sensor met: the Sun in a path, no lit limb, injected faults; what happened to the orbit is a line.
 
-use super::scale::{Scale, label};
-use super::trace::{Banded, Marks, Stretches, Trace};
+use super::panel::Panel;
+use super::scale::label;
+use super::trace::{Marks, Stretches, Trace};
 use crate::harness::faults::Fault;
 use std::fmt::Write as _;
 
@@ -16,13 +16,10 @@ pub const HALF: f64 = 500.0;
 /// Margins left and right of the panels.
 const LEFT: f64 = 74.0;
 const RIGHT: f64 = 24.0;
-/// Height of a panel, of the gap between two, and of the axis of time.
+/// Height of a panel, of its name above it, and of the axis of time.
 const HEIGHT: f64 = 112.0;
-const GAP: f64 = 10.0;
+const NAME: f64 = 24.0;
 const AXIS: f64 = 30.0;
-/// Errors to be seen in a panel; the others are marked at its edge.
-const NEARLY_ALL: f64 = 0.999;
-
 /// Shaded: the Sun in a path.
 pub const SUN: u8 = 0;
 /// Shaded: no lit limb in the field.
@@ -41,82 +38,6 @@ pub struct Frame<'a> {
     pub restarts: &'a [(u32, String)],
     /// [`WIDE`] or [`HALF`].
     pub width: f64,
-}
-
-/// A curve in a panel.
-#[derive(Clone, Debug)]
-pub struct Panel<'a> {
-    name: &'a str,
-    unit: &'a str,
-    line: &'a Trace,
-    band: Option<&'a Trace>,
-    scale: Scale,
-    /// A level to compare with.
-    level: Option<f64>,
-}
-
-/// Three sigma, as they typically were.
-fn envelope(sigma: &Trace) -> Option<f64> {
-    sigma.quantile(0.5).map(|sigma| 3.0 * sigma)
-}
-
-fn scale_of(line: &Trace, band: Option<f64>) -> Scale {
-    let of = |share| line.quantile(share).unwrap_or(1.0);
-    // A class of sizes ends 1.2 % above its middle.
-    let nearly_all = (1.012 * of(NEARLY_ALL)).min(line.largest().unwrap_or(f64::INFINITY));
-    Scale::about_zero(of(0.5), nearly_all, band)
-}
-
-impl<'a> Panel<'a> {
-    /// An error in its three-sigma envelope.
-    pub fn banded(name: &'a str, unit: &'a str, of: &'a Banded) -> Self {
-        Self::banded_like(name, unit, of, of)
-    }
-
-    /// The same on the scale of another.
-    pub fn banded_like(name: &'a str, unit: &'a str, of: &'a Banded, like: &Banded) -> Self {
-        let scale = scale_of(&like.error, envelope(&like.sigma));
-        Self { name, unit, line: &of.error, band: Some(&of.sigma), scale, level: None }
-    }
-
-    /// An error without an envelope.
-    pub fn signed(name: &'a str, unit: &'a str, line: &'a Trace) -> Self {
-        Self { name, unit, line, band: None, scale: scale_of(line, None), level: None }
-    }
-
-    /// A count, or another quantity from zero up, beside a level.
-    pub fn counted(name: &'a str, unit: &'a str, line: &'a Trace, level: Option<f64>) -> Self {
-        let scale = Scale::from_zero(line.largest().unwrap_or(0.0).max(level.unwrap_or(0.0)));
-        Self { name, unit, line, band: None, scale, level }
-    }
-
-    /// A quantity in the range in which it lies, at least `least` wide.
-    pub fn ranging(name: &'a str, unit: &'a str, line: &'a Trace, least: f64) -> Self {
-        let (low, high) = line.extremes().unwrap_or((0.0, 0.0));
-        Self { name, unit, line, band: None, scale: Scale::between(low, high, least), level: None }
-    }
-
-    /// Whether no part of the envelope is in the panel.
-    fn envelope_off_scale(&self) -> bool {
-        let least = self.band.and_then(|sigma| sigma.extremes()).map(|(low, _)| 3.0 * low);
-        least.is_some_and(|least| least > self.scale.high())
-    }
-
-    /// What the panel cannot show.
-    fn notes(&self) -> String {
-        let mut notes = Vec::new();
-        let high = self.scale.high();
-        if self.scale.is_logarithmic() {
-            notes.push("logarithmic away from 0".to_owned());
-        }
-        if let Some(largest) = self.line.largest().filter(|largest| *largest > 1.001 * high) {
-            notes.push(format!("largest {}", label(largest)));
-        }
-        if let Some(three_sigma) = self.band.and_then(envelope).filter(|three_sigma| *three_sigma > high) {
-            notes.push(format!("\u{b1}3\u{3c3} off the scale: {} (median)", label(three_sigma)));
-        }
-        notes.join(" \u{b7} ")
-    }
 }
 
 /// Stretches in a row that have values: number, least, greatest.
@@ -182,15 +103,29 @@ impl Frame<'_> {
                 );
             }
         }
-        for fault in self.faults {
+        for (fault, words) in self.fault_spans() {
             let (left, width) = self.span_of(fault);
             let _ = write!(
                 svg,
                 "<rect class=\"fault\" x=\"{left:.1}\" y=\"0\" width=\"{width:.1}\" height=\"{height:.1}\">\
-                 <title>{}</title></rect>",
-                fault.kind.word()
+                 <title>{words}</title></rect>"
             );
         }
+    }
+
+    /// The faults, those of the same seconds together, with their numbers and words.
+    pub(super) fn fault_spans(&self) -> Vec<(&Fault, String)> {
+        let mut spans: Vec<(&Fault, String)> = Vec::new();
+        for (number, fault) in (1..).zip(self.faults) {
+            let words = format!("{number} {}", fault.kind.word());
+            let alike =
+                |(of, _): &&mut (&Fault, String)| (of.from_s, of.until_s) == (fault.from_s, fault.until_s);
+            match spans.iter_mut().find(alike) {
+                Some((_, all)) => *all += &format!(", {words}"),
+                None => spans.push((fault, words)),
+            }
+        }
+        spans
     }
 
     /// Lines where the orbit was begun, restarted or forgotten.
@@ -240,12 +175,12 @@ impl Frame<'_> {
 
     /// Panels over the axis of time.
     pub fn plot(&self, title: &str, panels: &[Panel<'_>]) -> String {
-        let bottom = panels.len() as f64 * (HEIGHT + GAP) - GAP;
+        let bottom = panels.len() as f64 * (NAME + HEIGHT);
         let mut svg = String::new();
         self.open(&mut svg, title, bottom);
         self.time_axis(&mut svg, bottom);
         for (number, panel) in panels.iter().enumerate() {
-            self.panel(&mut svg, panel, number as f64 * (HEIGHT + GAP));
+            self.panel(&mut svg, panel, number as f64 * (NAME + HEIGHT));
         }
         svg.push_str("</svg>");
         svg
@@ -256,8 +191,17 @@ impl Frame<'_> {
         let (width, whole) = (right - left, self.width);
         let _ = write!(
             svg,
-            "<svg x=\"0\" y=\"{top}\" width=\"{whole}\" height=\"{HEIGHT}\" viewBox=\"0 0 {whole} {HEIGHT}\">\
-             <rect class=\"ground\" x=\"{left}\" y=\"0\" width=\"{width}\" height=\"{HEIGHT}\"/>"
+            "<rect class=\"between\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{NAME}\"/>\
+             <text class=\"name\" x=\"{left}\" y=\"{:.1}\">{} <tspan class=\"unit\">{}</tspan></text>\
+             <text class=\"note\" x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
+             <svg x=\"0\" y=\"{}\" width=\"{whole}\" height=\"{HEIGHT}\" viewBox=\"0 0 {whole} {HEIGHT}\">\
+             <rect class=\"ground\" x=\"{left}\" y=\"0\" width=\"{width}\" height=\"{HEIGHT}\"/>",
+            top + NAME - 7.0,
+            panel.name,
+            panel.unit,
+            top + NAME - 7.0,
+            panel.notes(),
+            top + NAME
         );
         self.shade(svg, HEIGHT);
         let y = |value: f64| HEIGHT * (1.0 - panel.scale.height(value));
@@ -289,17 +233,7 @@ impl Frame<'_> {
                 0.5 * HEIGHT + 4.0
             );
         }
-        let _ = write!(
-            svg,
-            "<text class=\"name\" x=\"{:.1}\" y=\"16\">{} <tspan class=\"unit\">{}</tspan></text>\
-             <text class=\"note\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text></svg>",
-            left + 8.0,
-            panel.name,
-            panel.unit,
-            right - 8.0,
-            HEIGHT - 7.0,
-            panel.notes()
-        );
+        svg.push_str("</svg>");
     }
 
     fn line(&self, svg: &mut String, panel: &Panel<'_>, y: impl Fn(f64) -> f64) {
@@ -344,6 +278,8 @@ impl Frame<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::harness::faults::FaultKind;
+    use crate::report::trace::Banded;
 
     fn banded(sigma: f64, spike: f64) -> Banded {
         let stretches = Stretches::of(4000);
@@ -371,6 +307,21 @@ mod tests {
         assert!(svg.contains("second 70: orbit restarted"));
         let svg = frame.plot("", &[Panel::banded("radial", "km", &wide)]);
         assert!(!svg.contains("class=\"band\"") && svg.contains("\u{b1}3\u{3c3} off the scale: 3"), "{svg}");
+    }
+
+    #[test]
+    fn faults_of_the_same_seconds_are_shaded_once() {
+        let fault = |row, from_s| Fault { kind: FaultKind::StuckRow(row), from_s, until_s: 900 };
+        let geometry = Marks::new(Stretches::of(4000));
+        let frame = Frame {
+            stretches: Stretches::of(4000),
+            geometry: &geometry,
+            faults: &[fault(60, 700), fault(512, 700), fault(9, 800)],
+            restarts: &[],
+            width: WIDE,
+        };
+        let words: Vec<String> = frame.fault_spans().into_iter().map(|(_, words)| words).collect();
+        assert_eq!(words, ["1 stuck-row, 2 stuck-row", "3 stuck-row"]);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::plot::Frame;
 use super::trace::Marks;
-use crate::harness::faults::Fault;
 use std::fmt::Write as _;
 
 /// Height of a row.
@@ -56,21 +55,15 @@ impl Frame<'_> {
     }
 
     fn fault_row(&self, svg: &mut String) {
-        let mut numbers: Vec<(&Fault, String)> = Vec::new();
-        for (number, fault) in (1..).zip(self.faults) {
-            match numbers.iter_mut().find(|(drawn, _)| drawn.from_s == fault.from_s) {
-                Some((_, text)) => text.push_str(&format!("+{number}")),
-                None => numbers.push((fault, format!("{number}"))),
-            }
-        }
-        for (fault, text) in numbers {
+        for (fault, words) in self.fault_spans() {
             let (left, width) = self.span_of(fault);
             let _ = write!(
                 svg,
-                "<rect class=\"fault\" x=\"{left:.1}\" y=\"2\" width=\"{width:.1}\" height=\"{:.1}\"/>\
-                 <text class=\"tick\" x=\"{:.1}\" y=\"16\" text-anchor=\"middle\">{text}</text>",
+                "<rect class=\"fault\" x=\"{left:.1}\" y=\"2\" width=\"{width:.1}\" height=\"{:.1}\"><title>{words}</title></rect>\
+                 <text class=\"tick\" x=\"{:.1}\" y=\"16\" text-anchor=\"middle\">{}</text>",
                 ROW - 4.0,
-                left + 0.5 * width
+                left + 0.5 * width,
+                numbers(&words)
             );
         }
         self.row_name(svg, "faults", 0.0);
@@ -87,4 +80,10 @@ impl Frame<'_> {
             top + 16.0
         );
     }
+}
+
+/// The numbers of faults named together.
+fn numbers(words: &str) -> String {
+    let numbers = words.split(", ").filter_map(|fault| fault.split(' ').next());
+    numbers.collect::<Vec<_>>().join("+")
 }

@@ -54,7 +54,12 @@ pub fn summary(
     );
     text += &wrapped(&flown, width, "", "  ");
     text.push('\n');
-    let sentence = wrapped(&opinion.sentence, width, "", "  ");
+    // What misses follows, a line each.
+    let sentence = match opinion.grade {
+        Grade::Missed => format!("{}.", opinion.verdict),
+        Grade::Right | Grade::Doubtful => opinion.sentence(),
+    };
+    let sentence = wrapped(&sentence, width, "", "  ");
     let sentence = sentence.trim_end();
     text += &match opinion.grade {
         Grade::Right => format!("{}\n", style(sentence).green()),

@@ -63,7 +63,7 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOrbitFilter) -> Result<OrbitFilterM
         text.number(&format!("orbit_filter.start.{key}"), Some(value), 0.0, range)
     };
     let triple = |key: &str, value: &Option<Spanned<Vector>>, range| match value {
-        Some(value) => text.triple(&format!("orbit_filter.start.{key}"), value, range),
+        Some(value) => text.array(&format!("orbit_filter.start.{key}"), value, range),
         None => Ok([0.0; 3]),
     };
     let start = |raw: &RawStart| -> Result<GroundStart, HostError> {

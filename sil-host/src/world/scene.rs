@@ -195,6 +195,11 @@ impl Scene {
         self.late_s = late_s;
     }
 
+    /// From now on the star path rests in this attitude, ICRS to sensor, and there is no Earth.
+    pub fn rest_in(&mut self, quaternion: [f64; 4]) {
+        self.settings.motion = Motion::fixed(quaternion);
+    }
+
     /// Time of the middle of a cycle's exposure, s.
     fn middle_s(&self, cycle: u64) -> f64 {
         cycle as f64 * CYCLE_S + self.late_s

@@ -5,7 +5,8 @@ use crate::judge::Figures;
 use crate::judge::quantities::QUANTITIES;
 use crate::judge::series::SigmaFit;
 use crate::report::Recorder;
-use crate::report::plot::{Frame, HALF, Panel, WIDE};
+use crate::report::panel::Panel;
+use crate::report::plot::{Frame, HALF, WIDE};
 use crate::report::recorder::MODE_ROWS;
 use crate::report::scale::label;
 use crate::report::strip::Rows;
@@ -97,7 +98,7 @@ fn attitude(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
     );
     if let Some(of) = if_any(&recorder.sun_attitude) {
         let panels = three(ATTITUDE_AXES, "arcsec", of);
-        let words = "The detector is blinded; gyro and orbit carry the last attitude on.";
+        let words = "The detector is blinded; the last attitude is carried on.";
         section(
             page,
             "Attitude error in Sun outages",
@@ -155,8 +156,7 @@ fn histograms(page: &mut String, recorder: &Recorder, figures: &Figures) {
         let words = quantity.words;
         let _ = write!(
             page,
-            "<figure>{}<figcaption><b>{words}</b>: sigmas <b class=\"{class}\">{word}</b>; (e/\u{3c3})\u{b2} {}; {:.2} % beyond 5\u{3c3}\
-             </figcaption></figure>",
+            "<figure>{}<figcaption><b>{words}</b>: sigmas <b class=\"{class}\">{word}</b>; <span class=\"whole\">(e/\u{3c3})\u{b2} {}</span>; <span class=\"whole\">{:.2} % beyond 5\u{3c3}</span></figcaption></figure>",
             deviates.draw(words),
             label(run.normalised_square),
             100.0 * f64::from(beyond) / f64::from(all)

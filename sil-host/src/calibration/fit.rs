@@ -169,6 +169,12 @@ pub fn plain(camera: &CameraFile, views: &[View]) -> (CameraFile, Vec<View>) {
     (camera, views)
 }
 
+/// The attitude, ICRS to sensor, that fits the stars of a view with this camera.
+pub fn attitude(camera: &CameraFile, view: &View) -> [Vector; 3] {
+    let problem = Problem { free: &[], camera: camera.clone(), views: vec![view.clone()] };
+    problem.solved().0.views.first().map_or(view.attitude, |view| view.attitude)
+}
+
 /// The lens of `views`, from `camera` on; `None` where the stars do not determine even its focal length.
 pub fn fit(camera: &CameraFile, views: &[View]) -> Option<Fit> {
     let count = |views: &[View]| views.iter().map(|view| view.stars.len()).sum::<usize>();
