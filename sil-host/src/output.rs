@@ -57,13 +57,15 @@ fn refused(path: &Path, error: &std::io::Error) -> HostError {
     )
 }
 
-/// A file under way.
+/// A file under way. What is [kept](Self::keep) goes to the system whole, with what follows it or at
+/// [`flush`](Self::flush), so that a run that is killed leaves whole pieces.
 #[derive(Debug)]
 pub struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: File,
-    length: u64,
+    kept: Vec<u8>,
+    handed_over: u64,
 }
 
 impl PartialFile {
@@ -74,49 +76,65 @@ impl PartialFile {
     pub fn create(path: &Path) -> Result<Self, HostError> {
         let partial = partial_name(path);
         let file = File::create(&partial).map_err(|error| refused(path, &error))?;
-        Ok(Self { path: path.to_path_buf(), partial, file, length: 0 })
+        Ok(Self { path: path.to_path_buf(), partial, file, kept: Vec::new(), handed_over: 0 })
     }
 
-    /// Hands bytes to the system.
+    /// Keeps a piece back until it is flushed.
+    pub fn keep(&mut self, piece: &[u8]) {
+        self.kept.extend_from_slice(piece);
+    }
+
+    /// Hands what is kept to the system.
+    ///
+    /// # Errors
+    /// When it refuses.
+    pub fn flush(&mut self) -> Result<(), HostError> {
+        self.file.write_all(&self.kept).map_err(|error| refused(&self.path, &error))?;
+        self.handed_over += self.kept.len() as u64;
+        self.kept.clear();
+        Ok(())
+    }
+
+    /// Hands bytes to the system, behind what is kept.
     ///
     /// # Errors
     /// When it refuses.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), HostError> {
-        self.file.write_all(bytes).map_err(|error| refused(&self.path, &error))?;
-        self.length += bytes.len() as u64;
-        Ok(())
+        self.keep(bytes);
+        self.flush()
     }
 
-    /// Bytes handed over so far.
+    /// Length of the file with what is kept.
     pub fn length(&self) -> u64 {
-        self.length
+        self.handed_over + self.kept.len() as u64
     }
 
-    /// Replaces bytes that were handed over before, from `place` on.
+    /// Replaces bytes that are in the file or kept, from `place` on.
     ///
     /// # Errors
     /// When the system refuses.
     pub fn overwrite(&mut self, place: u64, bytes: &[u8]) -> Result<(), HostError> {
+        self.flush()?;
         let replaced = self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes));
         let back = replaced.and_then(|()| self.file.seek(SeekFrom::End(0)));
         back.map(|_| ()).map_err(|error| refused(&self.path, &error))
     }
 
-    /// Gives the file its name: it is whole.
+    /// Hands over what is kept and gives the file its name: it is whole.
     ///
     /// # Errors
     /// When the system refuses.
-    pub fn finish(self) -> Result<(), HostError> {
+    pub fn finish(mut self) -> Result<(), HostError> {
+        self.flush()?;
         let named = self.file.sync_all().and_then(|()| std::fs::rename(&self.partial, &self.path));
-        named.map_err(|error| refused(&self.path, &error))?;
-        Ok(())
+        named.map_err(|error| refused(&self.path, &error))
     }
 }
 
 impl Drop for PartialFile {
     /// Of a file of which nothing could be written nothing is left.
     fn drop(&mut self) {
-        if self.length == 0 {
+        if self.handed_over == 0 {
             let _ = std::fs::remove_file(&self.partial);
         }
     }

@@ -67,33 +67,21 @@ const FILES: [&str; 4] = ["cycles.csv", "telemetry.bin", "summary.json", "report
 /// The stream of telemetry; whole frames only are handed to the system.
 struct TelemetryFile {
     file: PartialFile,
-    kept_back: Vec<u8>,
     buffer: Vec<u8>,
 }
 
 impl TelemetryFile {
     fn create(path: &Path) -> Result<Self, HostError> {
         let buffer = vec![0; telemetry::MAX_FRAME_BYTES + 2];
-        Ok(Self { file: PartialFile::create(path)?, kept_back: Vec::new(), buffer })
+        Ok(Self { file: PartialFile::create(path)?, buffer })
     }
 
     fn add(&mut self, report: &telemetry::Report) -> Result<(), HostError> {
         let frame = telemetry::encode_next(report, &mut self.buffer).map_err(|error| {
             HostError::usage(format!("a frame cannot be made ({error:?})"), "report this")
         })?;
-        self.kept_back.extend_from_slice(frame);
+        self.file.keep(frame);
         Ok(())
-    }
-
-    fn flush(&mut self) -> Result<(), HostError> {
-        self.file.write(&self.kept_back)?;
-        self.kept_back.clear();
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<(), HostError> {
-        self.flush()?;
-        self.file.finish()
     }
 }
 
@@ -135,14 +123,14 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -
         frames.add(second.report)?;
         ephemerides.add(&second)?;
         if cycles.add(&RowInputs { second, mode_right })? {
-            frames.flush()?;
+            frames.file.flush()?;
             ephemerides.flush()?;
             bar.set_position(second.cycle.into());
         }
         Ok(())
     })?;
     cycles.finish()?;
-    frames.finish()?;
+    frames.file.finish()?;
     ephemerides.finish()?;
     bar.finish_and_clear();
     let figures = judge.finish();

@@ -50,7 +50,6 @@ pub struct MessageFile {
     file: PartialFile,
     message: Message,
     name: RunName,
-    kept_back: String,
     /// Place of the present segment's `STOP_TIME` in the file, and its last instant.
     segment: Option<(u64, i64)>,
     covariances: String,
@@ -69,22 +68,14 @@ impl MessageFile {
         };
         // Of all times in the message this one is UTC.
         let start = utc_text(name.start_us);
-        let kept_back = format!(
+        let head = format!(
             "{version}\nCOMMENT {}\nCOMMENT CREATION_DATE is the run's start: the same run gives the same bytes\n\
              CREATION_DATE = {start}\nORIGINATOR = SEXTANT\n",
             name.comment
         );
-        let mut file = Self {
-            file: PartialFile::create(path)?,
-            message,
-            name,
-            kept_back,
-            segment: None,
-            covariances: String::new(),
-            covariance_us: None,
-        };
-        file.flush()?;
-        Ok(file)
+        let mut file = PartialFile::create(path)?;
+        file.write(head.as_bytes())?;
+        Ok(Self { file, message, name, segment: None, covariances: String::new(), covariance_us: None })
     }
 
     /// Adds a state: position (km) and velocity (km/s), or a quaternion; of an orbit with its covariance,
@@ -101,15 +92,16 @@ impl MessageFile {
         let goes_on = |(_, last_us): (u64, i64)| instant_us > last_us && instant_us - last_us <= GAP_US;
         if !self.segment.is_some_and(goes_on) {
             self.end_segment()?;
-            self.begin_segment(instant_us)?;
+            self.begin_segment(instant_us);
         }
-        self.kept_back += &shown_text(instant_us);
+        let mut line = shown_text(instant_us);
         for (index, value) in state.iter().enumerate() {
             // A millimetre, a micrometre a second; a thousandth of an arcsecond.
             let digits = if self.message == Message::Orbit && index < 3 { 6 } else { 9 };
-            self.kept_back += &format!(" {value:.digits$}");
+            line += &format!(" {value:.digits$}");
         }
-        self.kept_back.push('\n');
+        self.keep(&line);
+        self.keep("\n");
         if let Some((_, last_us)) = &mut self.segment {
             *last_us = instant_us;
         }
@@ -127,44 +119,47 @@ impl MessageFile {
     }
 
     /// Metadata, up to the first line of data.
-    fn begin_segment(&mut self, first_us: i64) -> Result<(), HostError> {
+    fn begin_segment(&mut self, first_us: i64) {
         let frames = match self.message {
             Message::Orbit => "REF_FRAME = ICRF\n",
             Message::Attitude => "REF_FRAME_A = ICRF\nREF_FRAME_B = SENSOR_1\nATTITUDE_DIR = A2B\n",
         };
-        self.kept_back += &format!(
+        let head = format!(
             "\nMETA_START\nOBJECT_NAME = {}\nOBJECT_ID = UNKNOWN\nCENTER_NAME = EARTH\n{frames}TIME_SYSTEM = TT\n\
              START_TIME = {}\nSTOP_TIME = ",
             self.name.object,
             shown_text(first_us)
         );
-        self.flush()?;
+        self.keep(&head);
         self.segment = Some((self.file.length(), first_us));
-        self.kept_back += &shown_text(self.name.end_us.max(first_us));
-        self.kept_back += match self.message {
+        self.keep(&shown_text(self.name.end_us.max(first_us)));
+        self.keep(match self.message {
             Message::Orbit => "\nMETA_STOP\n",
             Message::Attitude => {
                 "\nATTITUDE_TYPE = QUATERNION\nQUATERNION_TYPE = LAST\nMETA_STOP\n\
                  COMMENT SENSOR_1 is the star path: x along the columns, y along the rows, z along the line of sight\n\
                  DATA_START\n"
             }
-        };
-        Ok(())
+        });
     }
 
     /// The covariances behind the data, and the true `STOP_TIME`.
     fn end_segment(&mut self) -> Result<(), HostError> {
         let Some((place, last_us)) = self.segment.take() else { return Ok(()) };
         if self.message == Message::Attitude {
-            self.kept_back += "DATA_STOP\n";
+            self.keep("DATA_STOP\n");
         }
         if !self.covariances.is_empty() {
-            self.kept_back += &format!("COVARIANCE_START\n{}COVARIANCE_STOP\n", self.covariances);
+            let block = format!("COVARIANCE_START\n{}COVARIANCE_STOP\n", self.covariances);
+            self.keep(&block);
             self.covariances.clear();
         }
         self.covariance_us = None;
-        self.flush()?;
         self.file.overwrite(place, shown_text(last_us).as_bytes())
+    }
+
+    fn keep(&mut self, text: &str) {
+        self.file.keep(text.as_bytes());
     }
 
     /// Hands whole lines over to the system.
@@ -172,9 +167,7 @@ impl MessageFile {
     /// # Errors
     /// When it refuses.
     pub fn flush(&mut self) -> Result<(), HostError> {
-        self.file.write(self.kept_back.as_bytes())?;
-        self.kept_back.clear();
-        Ok(())
+        self.file.flush()
     }
 
     /// Ends the message and gives the file its name.

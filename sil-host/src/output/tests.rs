@@ -42,7 +42,8 @@ fn a_file_has_its_name_only_when_it_is_whole() {
 fn bytes_handed_over_before_are_replaced_and_writing_goes_on_at_the_end() {
     let path = fresh("replaced").join("a");
     let mut file = PartialFile::create(&path).unwrap();
-    file.write(b"until ....").unwrap();
+    file.keep(b"until ....");
+    assert_eq!((file.length(), std::fs::read(path.with_extension("partial")).unwrap()), (10, Vec::new()));
     file.overwrite(6, b"noon").unwrap();
     file.write(b", rest").unwrap();
     assert_eq!(file.length(), 16);

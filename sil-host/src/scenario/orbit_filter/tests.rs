@@ -1,6 +1,6 @@
 use super::*;
 use crate::harness;
-use crate::scenario::{EMBEDDED, Scenario};
+use crate::scenario::{Believed, EMBEDDED, Scenario};
 use std::path::Path;
 
 fn parsed(lines: &str) -> Result<Scenario, HostError> {
@@ -30,11 +30,13 @@ fn every_observation_can_be_flown_and_others_are_refused() {
 
 #[test]
 fn a_state_from_the_ground_is_the_orbit_before_any_fix_with_its_error_and_sigma() {
-    let scenario = parsed(
+    // The sensor's clock tells the world's time: an offset would be an error along the track.
+    let mut scenario = parsed(
         "[orbit_filter.start]\nposition_sigma_km = 2.0\nvelocity_sigma_m_s = 0.5\n\
          position_error_km = [0.5, -1.5, 0.25]\nvelocity_error_m_s = [0.0, 0.1, 0.0]",
     )
     .unwrap();
+    scenario.believed = Believed::TRUTH;
     let mut scene = scenario.scene().unwrap();
     let mut first = None;
     harness::fly(&scenario, &mut scene, |second| {
