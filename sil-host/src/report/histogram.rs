@@ -1,7 +1,7 @@
 //! Histograms of error over reported sigma, with the unit Gaussian that right sigmas would give.
 //!
 //! In: errors and sigmas, all axes of a quantity together. Out: inline SVG. The area of the bars is the share
-//! of the seconds within [`EDGE`] sigma; the others are counted.
+//! of the seconds within 5 sigma; the others are counted.
 
 use crate::judge::second::Axes;
 use std::fmt::Write as _;
