@@ -18,11 +18,13 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
 pub const MAX_STARS: usize = 48;
+/// Correlations among the six states of position and velocity.
+pub const MOTION_CORRELATIONS: usize = 15;
 /// Most events in a second.
 pub const MAX_EVENTS: usize = 8;
 
@@ -183,6 +185,9 @@ pub struct OrbitReport {
     pub sigma_position_km: [f32; 3],
     /// Standard deviations of the velocity, ICRS axes, km/s.
     pub sigma_velocity_km_s: [f32; 3],
+    /// Correlations of position and velocity: the lower left half of their matrix without its diagonal, row by
+    /// row, the states in the order x, y, z, vx, vy, vz of the ICRS axes.
+    pub correlations: [f32; MOTION_CORRELATIONS],
     /// Estimated departure of the limb's height from the parameter, km.
     pub limb_height_km: f32,
     /// Its standard deviation, km.

@@ -25,12 +25,13 @@ const TRACKED_S: u32 = 20;
 
 /// Flies `skipped` seconds of a scenario, then hands `timed` a stopwatch of further ones in the given mode.
 fn fly(scenario: &Scenario, skipped: u32, mode: Mode, timed: impl FnOnce(&mut dyn FnMut(u32) -> Duration)) {
-    let camera = flight::camera(&scenario.camera, &scenario.file).expect("an embedded scenario");
+    let camera = flight::camera(&scenario.believed_camera(), &scenario.file).expect("an embedded scenario");
     let catalogue = flight::flight_catalogue(&camera, &scenario.file).expect("a catalogue");
+    let calibration = scenario.calibration().expect("an embedded calibration");
     let mut scene = scenario.scene().expect("an embedded scenario");
     let mut workspace = Box::new(Workspace::new());
-    let mut flight =
-        Flight::new(scenario, &mut scene, catalogue, &mut workspace).expect("an embedded scenario");
+    let mut flight = Flight::new(scenario, &mut scene, catalogue, calibration.as_ref(), &mut workspace)
+        .expect("an embedded scenario");
     for _ in 0..skipped {
         flight.second(|_| Ok(())).expect("a second");
     }

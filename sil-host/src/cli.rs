@@ -6,6 +6,8 @@
 use crate::error::HostError;
 use crate::scenario;
 use crate::words::one_line;
+use crate::world::earth::horizon::Family;
+use crate::world::earth::photometry::Photometry;
 use clap::{Args, Parser, Subcommand};
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
@@ -37,7 +39,7 @@ pub enum Command {
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
     #[command(after_help = crate::commands::attitude::methods::LINES)]
     Attitude(AttitudeArguments),
-    /// Focal length, optical centre and distortion of a lens from its sky pictures
+    /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky pictures
     Calibrate(CalibrateArguments),
     /// Bad pixels and columns' offsets of a detector, from dark pictures, for the flight code
     Defects(DefectsArguments),
@@ -47,12 +49,12 @@ pub enum Command {
     Record(RecordArguments),
     /// Centroid errors by magnitude, beside the Cramer-Rao bound
     Centroids(CentroidsArguments),
-    /// Star profiles and correction tables of a scenario's camera, for the flight code
-    Corrections(CorrectionsArguments),
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
     Parameters(ParametersArguments),
+    /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
+    Columns(ColumnsArguments),
 }
 
 fn scenario_help() -> String {
@@ -73,6 +75,12 @@ pub struct RunArguments {
     /// Seed of everything random, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Fly run I of `campaign run` with this --seed (of 1 if none is given)
+    #[arg(long, value_name = "I")]
+    pub run: Option<u64>,
+    /// What the campaign varies
+    #[arg(long, value_name = "FILE.toml", requires = "run")]
+    pub vary: Option<PathBuf>,
     /// The summary as one line on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
@@ -195,14 +203,22 @@ pub struct AttitudeArguments {
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
     /// Pictures of one lens: PNG, TIFF, JPEG or FITS
-    #[arg(required = true, value_name = "IMAGE")]
+    #[arg(required_unless_present = "rendered", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
+    /// So many pictures of the rendered sky instead, through the camera of --camera in a laboratory that is
+    /// cooler than the flight
+    #[arg(long, value_name = "N", conflicts_with = "images", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rendered: Option<u32>,
     /// Camera file to start from, its focal length right to 2 %
     #[arg(long, value_name = "START.toml")]
     pub camera: PathBuf,
-    /// Camera file to write; a drawing of the residuals comes beside it (.svg)
+    /// Camera file to write; a drawing of the residuals (.svg) comes beside it, and the star profiles and
+    /// corrections (.corr) where the pictures show enough stars
     #[arg(long, value_name = "CAM.toml")]
     pub out: PathBuf,
+    /// Charge of a full pixel by the detector's data sheet, electrons; of a rendered one the laboratory's
+    #[arg(long, value_name = "E", default_value_t = 40_000.0, conflicts_with = "rendered")]
+    pub full_well_e: f64,
 }
 
 /// Arguments of `defects`.
@@ -234,6 +250,9 @@ pub enum Campaign {
     Identify(CampaignIdentifyArguments),
     /// A scenario flown many times: every figure's median, its interval, what 95 % of the flights keep
     Run(CampaignRunArguments),
+    /// The same with every difference between what is and what the flight code is told, with none, and with
+    /// each alone or left out: what it costs, figure by figure
+    Belief(CampaignBeliefArguments),
     /// The whole sensor lost in space, from full frames in random directions of the sky
     Acquire(CampaignAcquireArguments),
     /// The Earth in single frames from low orbits to the geostationary one: error, sigma and honesty of its
@@ -242,17 +261,33 @@ pub enum Campaign {
 }
 
 /// What every campaign asks for.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct CommonArguments {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Number of the first run; campaigns of other machines begin elsewhere
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub first: u64,
+    /// Runs at a time [default: one for each core]
+    #[arg(long, value_name = "J")]
+    pub jobs: Option<u16>,
     /// File to which finished runs are appended; what it holds already is not done again
     #[arg(long, value_name = "FILE.jsonl")]
     pub out: Option<PathBuf>,
+    /// Write all runs as a table, a row a run: CSV or Parquet; may be given several times
+    #[arg(long, value_name = "FILE.(csv,parquet)")]
+    pub table: Vec<PathBuf>,
     /// One JSON object a row on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+impl CommonArguments {
+    /// The numbers of so many runs.
+    pub fn numbers(&self, runs: u64) -> std::ops::Range<u64> {
+        self.first..self.first.saturating_add(runs)
+    }
 }
 
 /// Arguments of `campaign run`.
@@ -262,14 +297,27 @@ pub struct CampaignRunArguments {
     #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
     pub scenario: Option<PathBuf>,
     /// Flights
-    #[arg(long, value_name = "N", default_value_t = 20)]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
-    /// Number of the first one; campaigns of other machines begin elsewhere
-    #[arg(long, value_name = "I", default_value_t = 0)]
-    pub first: u64,
-    /// Flights at a time [default: one for each core]
-    #[arg(long, value_name = "J")]
-    pub jobs: Option<usize>,
+    /// Keys of the scenario that every flight draws anew: a file in the scenario's shape with { uniform = [low,
+    /// high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] }, { whole = [low, high] } or { choice =
+    /// [a, b] } in the place of values
+    #[arg(long, value_name = "FILE.toml")]
+    pub vary: Option<PathBuf>,
+    /// The rest
+    #[command(flatten)]
+    pub common: CommonArguments,
+}
+
+/// Arguments of `campaign belief`.
+#[derive(Debug, Args)]
+pub struct CampaignBeliefArguments {
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
+    pub scenario: Option<PathBuf>,
+    /// Flights of each row, with the same seeds
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
@@ -279,7 +327,7 @@ pub struct CampaignRunArguments {
 #[derive(Debug, Args)]
 pub struct CampaignAcquireArguments {
     /// Directions
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
     /// The rest
     #[command(flatten)]
@@ -290,11 +338,28 @@ pub struct CampaignAcquireArguments {
 #[derive(Debug, Args)]
 pub struct CampaignEarthArguments {
     /// Frames of each case
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
+    /// What makes the limb stand higher here than there: noise, temperature or cloud_tops
+    #[arg(long, value_name = "FAMILY", default_value = "noise", value_parser = horizon)]
+    pub horizon: Family,
+    /// Law by which surfaces are bright: mixed or minnaert
+    #[arg(long, value_name = "LAW", default_value = "mixed", value_parser = surface)]
+    pub surface: Photometry,
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+/// The family of horizon heights that a name means.
+fn horizon(name: &str) -> Result<Family, String> {
+    Family::named(name).ok_or_else(|| format!("give one of {}", Family::ALL.map(Family::name).join(", ")))
+}
+
+/// The law of brightness that a name means.
+fn surface(name: &str) -> Result<Photometry, String> {
+    let known = Photometry::ALL.map(Photometry::name);
+    Photometry::named(name).ok_or_else(|| format!("give one of {}", known.join(", ")))
 }
 
 /// Arguments of `campaign identify`.
@@ -348,17 +413,6 @@ pub struct CentroidsArguments {
     pub seed: u64,
 }
 
-/// Arguments of `corrections`.
-#[derive(Debug, Args)]
-pub struct CorrectionsArguments {
-    /// Scenario file, or the name of one that comes with the program [default: geo-eclipse]
-    #[arg(value_name = "SCENARIO.toml")]
-    pub scenario: Option<PathBuf>,
-    /// The file to write
-    #[arg(long, value_name = "FILE.corr")]
-    pub out: PathBuf,
-}
-
 /// Arguments of `budget`.
 #[derive(Debug, Args)]
 pub struct BudgetArguments {
@@ -370,6 +424,14 @@ pub struct BudgetArguments {
 /// Arguments of `parameters`.
 #[derive(Debug, Args)]
 pub struct ParametersArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `columns`.
+#[derive(Debug, Args)]
+pub struct ColumnsArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,

@@ -6,6 +6,7 @@ pub mod attitude;
 pub mod budget;
 pub mod calibrate;
 pub mod centroids;
+pub mod columns;
 pub mod defects;
 pub mod earth;
 pub mod identify;

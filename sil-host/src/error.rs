@@ -21,9 +21,6 @@ pub enum HostError {
     /// A picture file cannot be used.
     #[error("sil-host: {0}")]
     Picture(#[from] crate::formats::picture::PictureError),
-    /// A file of recorded frames cannot be used.
-    #[error("sil-host: {0}")]
-    Frames(#[from] crate::formats::frames_file::FramesFileError),
     /// Something else in a file is wrong.
     #[error("sil-host: {0}")]
     Input(InputError),

@@ -5,21 +5,24 @@
 
 pub mod lost_in_space;
 
-use crate::calibration::{self, Lens};
+use crate::calibration;
+use crate::calibration::pictures::{self, Laboratory, SkyPicture};
 use crate::error::HostError;
 use crate::formats::camera_file::{CameraFile, Projection};
 use crate::world::detector::imaging::ImagingModel;
+use crate::world::sky;
 use crate::world::sky::stars::DetectorModel;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
 use fsw_core::camera::{self, Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;
+use fsw_core::checksum::crc32;
 use fsw_core::image::calibration::{Calibration, CalibrationError};
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Sensor, SensorError, Workspace};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The embedded catalogue serves fields whose longer side differs from its own by no more than this share.
 const FIELD_TOLERANCE: f64 = 0.1;
@@ -63,15 +66,67 @@ pub fn camera(file: &CameraFile, path: &Path) -> Result<Camera, HostError> {
     })
 }
 
-/// The reference camera's calibration, made by `sil-host corrections`; also in the flight image.
-pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference.corr");
+/// The reference camera's calibration, also in the flight image. It and the camera file beside it were made
+/// of pictures of the cooler lens by the command that [`crate::commands::calibrate`] names.
+pub const REFERENCE_CALIBRATION: &[u8] = include_bytes!("../cameras/reference-calibrated.corr");
 
-/// Calibrations made in this program, by what they were made from; there are few, and they serve to its end.
-static MADE: Mutex<BTreeMap<u32, Option<&'static [u8]>>> = Mutex::new(BTreeMap::new());
+/// A camera as it was calibrated, at the temperature of the flight: for the reference camera what `calibrate`
+/// found; another one is known.
+pub fn calibrated_camera(camera: &CameraFile) -> CameraFile {
+    if !is_reference(camera) {
+        return camera.clone();
+    }
+    let found = CameraFile::reference_calibrated();
+    CameraFile {
+        focal_length_px: found.focal_length_px / (1.0 - pictures::FOCAL_LENGTH_PER_K * pictures::WARMER_K),
+        mirrored: camera.mirrored,
+        correction_table: None,
+        bits: camera.bits,
+        ..found
+    }
+}
 
-/// The calibration that a camera flies with behind these optics and before these pixels: the one its file
-/// names; else the embedded one where it was made for them; else one made now. `None` where the lens cannot
-/// be calibrated: nothing is corrected then.
+/// Whether it is the reference camera, before a mirror or not.
+fn is_reference(camera: &CameraFile) -> bool {
+    *camera == CameraFile { mirrored: camera.mirrored, ..CameraFile::reference() }
+}
+
+/// Bytes of a calibration, shared by all that fly with it.
+#[derive(Clone, Debug)]
+pub struct StarCalibration(Arc<[u8]>);
+
+impl StarCalibration {
+    /// Of bytes that were checked.
+    fn new(bytes: impl Into<Arc<[u8]>>) -> Self {
+        Self(bytes.into())
+    }
+
+    /// The calibration; `None` for damaged bytes.
+    pub fn open(&self) -> Option<Calibration<'_>> {
+        Calibration::open(&self.0).ok()
+    }
+
+    /// The same with so many times the electrons a count.
+    pub fn with_gain(&self, factor: f64) -> Self {
+        if (factor - 1.0).abs() < 1e-9 {
+            self.clone()
+        } else {
+            Self::new(calibration::with_gain(&self.0, factor))
+        }
+    }
+}
+
+/// Stars of the pictures that a camera is calibrated with in this program, and most pictures that are drawn
+/// for them.
+const STARS: usize = 4_000;
+const PICTURES_MAX: u32 = 150;
+
+/// Calibrations made in this program, by what they were made from.
+static MADE: Mutex<BTreeMap<u32, Option<StarCalibration>>> = Mutex::new(BTreeMap::new());
+
+/// The calibration that a camera flies with: the one its file names; for the reference camera the embedded
+/// one, whatever the optics are on the day; for another one made now of pictures of the cooler lens. `None`
+/// where the lens cannot be calibrated: nothing is corrected then.
 ///
 /// # Errors
 /// When the named file cannot be read or is no calibration.
@@ -79,24 +134,41 @@ pub fn calibration(
     camera: &CameraFile,
     imaging: &ImagingModel,
     detector: &DetectorModel,
-) -> Result<Option<Calibration<'static>>, HostError> {
+) -> Result<Option<StarCalibration>, HostError> {
     if let Some(path) = &camera.correction_table {
-        let bytes = Vec::leak(calibration_file(path)?);
-        return Ok(Calibration::open(bytes).ok());
+        return Ok(Some(StarCalibration::new(calibration_file(path)?)));
     }
-    let source_crc = calibration::source_crc(camera, imaging, detector);
-    let reference = Calibration::open(REFERENCE_CALIBRATION).ok();
-    if reference.is_some_and(|known| known.source_crc() == source_crc) {
-        return Ok(reference);
+    if is_reference(camera) {
+        return Ok(Some(StarCalibration::new(REFERENCE_CALIBRATION)));
     }
-    let make = || {
-        let lens = Lens::new(camera, imaging, detector).ok()?;
-        let bytes = calibration::build(&lens, calibration::Grid::REFERENCE).ok()?;
-        Some(&*Vec::leak(bytes))
-    };
+    let design = format!("{camera:?} {:?} {} {detector:?}", imaging.psf, imaging.pixel_pitch_um);
+    let make = || calibrated((camera, imaging), detector).ok().map(StarCalibration::new);
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
-    let bytes = *made.entry(source_crc).or_insert_with(make);
-    Ok(bytes.and_then(|bytes| Calibration::open(bytes).ok()))
+    Ok(made.entry(crc32(design.as_bytes())).or_insert_with(make).clone())
+}
+
+/// A calibration from pictures of the sky through the cooler lens, their attitudes known.
+///
+/// # Errors
+/// Where the lens cannot be calibrated.
+fn calibrated(
+    (camera, imaging): (&CameraFile, &ImagingModel),
+    detector: &DetectorModel,
+) -> Result<Vec<u8>, HostError> {
+    let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
+    let (camera, imaging) = pictures::cooler(camera, imaging, pictures::WARMER_K);
+    let mut laboratory = Laboratory::new((&camera, &imaging), detector, &stars, pictures::SEED)?;
+    let (mut sights, mut attitudes) = (Vec::new(), Vec::new());
+    for index in 0..PICTURES_MAX {
+        let SkyPicture { picture, attitude } = laboratory.picture(index)?;
+        sights.extend(calibration::sights::sights((attitudes.len(), &picture, &attitude), &camera, &stars));
+        attitudes.push(attitude);
+        if sights.len() >= STARS {
+            break;
+        }
+    }
+    let pixels = (pictures::BITS, detector.full_well_e * pictures::GAIN_FOUND);
+    calibration::build(sights, attitudes, &camera, pixels).map(|built| built.bytes)
 }
 
 /// The sensor with these parameters and the calibration that they name, if any.
@@ -131,7 +203,7 @@ pub fn calibration_file(path: &Path) -> Result<Vec<u8>, HostError> {
         Err(CalibrationError::Checksum) => "offset 8: the checksum does not match".to_owned(),
         Err(CalibrationError::Structure) => "its numbers contradict each other".to_owned(),
     };
-    Err(HostError::input(path, None, what, "make it again with `sil-host corrections`"))
+    Err(HostError::input(path, None, what, "make it again with `sil-host calibrate`"))
 }
 
 /// Width and height of the field, degrees.

@@ -3,14 +3,18 @@
 //! | module | file |
 //! |---|---|
 //! | [`camera_file`] | cameras (TOML) |
+//! | [`ccsds`] | CCSDS OEM and AEM under way |
 //! | [`cycles`] | `cycles.csv`, a row a second |
+//! | [`ephemerides`] | the four CCSDS messages of a run |
 //! | [`fits`] | the first picture of a FITS file |
 //! | [`frames_file`] | frames recorded for the emulated target, and their replay |
 //! | [`json`] | one JSON object a line |
 //! | [`picture`] | a picture file served as a detector |
 
 pub mod camera_file;
+pub mod ccsds;
 pub mod cycles;
+pub mod ephemerides;
 pub mod fits;
 pub mod frames_file;
 pub mod json;

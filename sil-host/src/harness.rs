@@ -10,10 +10,10 @@ pub mod star_scene;
 pub mod status;
 
 use crate::error::HostError;
-use crate::flight;
+use crate::flight::{self, StarCalibration};
 use crate::judge::Judged;
 use crate::judge::second::image_cycle;
-use crate::scenario::Scenario;
+use crate::scenario::{Believed, Scenario};
 use crate::world::instruments::gyro::Gyro;
 use crate::world::instruments::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
@@ -22,8 +22,8 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
-    RateSensor, Window,
+    AngularRate, Detector, DetectorError, DetectorGeometry, LocalTime, MagneticField, Magnetometer,
+    RateSensor, RateSensorError, Window,
 };
 
 /// A second that was flown.
@@ -106,7 +106,7 @@ pub struct Flight<'a> {
 }
 
 impl<'a> Flight<'a> {
-    /// At the start; `catalogue` is that of the scenario's camera.
+    /// At the start; `catalogue` and `calibration` are those of the scenario's camera.
     ///
     /// # Errors
     /// When the flight code refuses the scenario.
@@ -114,14 +114,22 @@ impl<'a> Flight<'a> {
         scenario: &'a Scenario,
         scene: &'a mut Scene,
         catalogue: Catalogue<'a>,
+        calibration: Option<&'a StarCalibration>,
         workspace: &'a mut Workspace,
     ) -> Result<Self, HostError> {
-        let calibration = scenario.calibration()?;
+        let calibration = calibration.and_then(StarCalibration::open);
         let parameters = scenario.flight_parameters(calibration.as_ref());
-        let sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
+        let mut sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
             let what = format!("the flight code refuses the scenario ({error:?})");
             HostError::input(&scenario.file, None, what, "change what it names")
         })?;
+        if let Some((state, start)) = scenario.ground_state().zip(scenario.orbit_filter.start) {
+            let velocity_sigma_km_s = 1e-3 * start.velocity_sigma_m_s;
+            if !sensor.initialise_orbit(state, start.position_sigma_km, velocity_sigma_km_s) {
+                let what = "the flight code refuses the state of orbit_filter.start";
+                return Err(HostError::input(&scenario.file, None, what, "give smaller errors"));
+            }
+        }
         Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0 })
     }
 
@@ -138,8 +146,9 @@ impl<'a> Flight<'a> {
         self.late_us = late_us.max(self.late_us - SECOND_US + HASTE_US).max(0);
         self.scene.delay(self.late_us as f64 * 1e-6);
         let truth = truth_of(self.scene, cycle)?;
-        let local = LocalTime::from_us(POWERED_US + i64::from(cycle) * SECOND_US + self.late_us);
-        let clock = Instant::new(local, scenario.instant_us(cycle) + self.late_us);
+        let elapsed_us = POWERED_US + i64::from(cycle) * SECOND_US + self.late_us;
+        let clock = scenario.believed.clock(elapsed_us, scenario.instant_us(cycle) + self.late_us);
+        let local = clock.local;
         let mut clock = faults::faulty_clock(&scenario.faults, cycle, clock);
         let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
         let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, (cycle, local));
@@ -180,14 +189,36 @@ impl<'a> Flight<'a> {
     }
 }
 
+/// The gyro behind a driver with the believed scale.
+struct DrivenGyro<'t> {
+    gyro: Gyro<'t>,
+    believed: &'t Believed,
+}
+
+impl fsw_hal::ErrorType for DrivenGyro<'_> {
+    type Error = RateSensorError;
+}
+
+impl RateSensor for DrivenGyro<'_> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+        let reading = self.gyro.angular_rate()?;
+        let driven = |AngularRate { instant, rad_s }| AngularRate {
+            instant,
+            rad_s: self.believed.gyro_reading(rad_s),
+        };
+        Ok(reading.map(driven))
+    }
+}
+
 /// The gyro in a second, where there is one.
 fn gyro_of<'t>(
     scenario: &'t Scenario,
     (cycle, instant): (u32, LocalTime),
     truth: &'t Truth,
-) -> Option<Gyro<'t>> {
+) -> Option<DrivenGyro<'t>> {
     let model = scenario.gyro.as_ref()?;
-    Some(Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
+    let gyro = Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth };
+    Some(DrivenGyro { gyro, believed: &scenario.believed })
 }
 
 /// What the magnetometer reads in a second.
@@ -208,10 +239,11 @@ pub fn fly(
     scene: &mut Scene,
     mut listen: impl FnMut(Second<'_>) -> Result<(), HostError>,
 ) -> Result<(), HostError> {
-    let camera = flight::camera(&scenario.camera, &scenario.file)?;
+    let camera = flight::camera(&scenario.believed_camera(), &scenario.file)?;
     let catalogue = flight::flight_catalogue(&camera, &scenario.file)?;
+    let calibration = scenario.calibration()?;
     let mut workspace = Box::new(Workspace::new());
-    let mut flight = Flight::new(scenario, scene, catalogue, &mut workspace)?;
+    let mut flight = Flight::new(scenario, scene, catalogue, calibration.as_ref(), &mut workspace)?;
     for _ in 0..scenario.duration_s {
         flight.second(&mut listen)?;
     }

@@ -14,7 +14,7 @@
 //! | [`verdict`] | figures and limits | whether these are kept |
 //!
 //! Attitude errors are rotation vectors in star path axes; position and velocity errors are estimate less
-//! truth, in ICRS axes and radial (up), along (flight) and cross (orbit normal).
+//! truth, along the true radial (up), along (flight) and cross (orbit normal).
 
 pub mod chi_square;
 pub mod expected;

@@ -3,7 +3,8 @@
 
 use sil_host::cli::{self, Campaign, Command, Request, RunArguments};
 use sil_host::commands::{
-    attitude, budget, calibrate, centroids, defects, earth, identify, parameters, record, render, run, solve,
+    attitude, budget, calibrate, centroids, columns, defects, earth, identify, parameters, record, render,
+    run, solve,
 };
 use sil_host::error::{EXIT_BAD_INPUT, HostError};
 use sil_host::{campaign, output};
@@ -35,16 +36,17 @@ fn obey() -> Result<ExitCode, HostError> {
             Some(Command::Identify(arguments)) => identify::run(&arguments),
             Some(Command::Attitude(arguments)) => attitude::run(&arguments),
             Some(Command::Campaign(arguments)) => match arguments.of {
-                Campaign::Identify(arguments) => campaign::run(&arguments),
+                Campaign::Identify(arguments) => campaign::identify::run(&arguments),
                 Campaign::Run(arguments) => campaign::flights::run(&arguments),
+                Campaign::Belief(arguments) => campaign::belief::run(&arguments),
                 Campaign::Acquire(arguments) => campaign::acquire::run(&arguments),
                 Campaign::Earth(arguments) => campaign::earth::run(&arguments),
             },
             Some(Command::Record(arguments)) => record::run(&arguments),
             Some(Command::Centroids(arguments)) => centroids::run(&arguments),
-            Some(Command::Corrections(arguments)) => centroids::corrections(&arguments),
             Some(Command::Budget(arguments)) => budget::run(&arguments),
             Some(Command::Parameters(arguments)) => parameters::run(&arguments),
+            Some(Command::Columns(arguments)) => columns::run(&arguments),
         },
     }
 }

@@ -9,7 +9,7 @@ use crate::error::HostError;
 use std::ffi::OsString;
 use std::fmt::Arguments;
 use std::fs::{File, TryLockError};
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -63,7 +63,7 @@ pub struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: File,
-    empty: bool,
+    length: u64,
 }
 
 impl PartialFile {
@@ -74,7 +74,7 @@ impl PartialFile {
     pub fn create(path: &Path) -> Result<Self, HostError> {
         let partial = partial_name(path);
         let file = File::create(&partial).map_err(|error| refused(path, &error))?;
-        Ok(Self { path: path.to_path_buf(), partial, file, empty: true })
+        Ok(Self { path: path.to_path_buf(), partial, file, length: 0 })
     }
 
     /// Hands bytes to the system.
@@ -83,18 +83,32 @@ impl PartialFile {
     /// When it refuses.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), HostError> {
         self.file.write_all(bytes).map_err(|error| refused(&self.path, &error))?;
-        self.empty &= bytes.is_empty();
+        self.length += bytes.len() as u64;
         Ok(())
+    }
+
+    /// Bytes handed over so far.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Replaces bytes that were handed over before, from `place` on.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn overwrite(&mut self, place: u64, bytes: &[u8]) -> Result<(), HostError> {
+        let replaced = self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes));
+        let back = replaced.and_then(|()| self.file.seek(SeekFrom::End(0)));
+        back.map(|_| ()).map_err(|error| refused(&self.path, &error))
     }
 
     /// Gives the file its name: it is whole.
     ///
     /// # Errors
     /// When the system refuses.
-    pub fn finish(mut self) -> Result<(), HostError> {
+    pub fn finish(self) -> Result<(), HostError> {
         let named = self.file.sync_all().and_then(|()| std::fs::rename(&self.partial, &self.path));
         named.map_err(|error| refused(&self.path, &error))?;
-        self.empty = false;
         Ok(())
     }
 }
@@ -102,7 +116,7 @@ impl PartialFile {
 impl Drop for PartialFile {
     /// Of a file of which nothing could be written nothing is left.
     fn drop(&mut self) {
-        if self.empty {
+        if self.length == 0 {
             let _ = std::fs::remove_file(&self.partial);
         }
     }

@@ -18,10 +18,13 @@
 //! | `[disturbances]` | what is on the detector and neither star nor Earth |
 //! | `[sky]` | planets, Moon, Sun's light, other satellites |
 //! | `[earth]` | how the Earth is drawn |
+//! | `[orbit_filter]` | what the orbit filter takes of an image, and a state from the ground |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
+//! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
 //! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
+mod believed;
 mod detector;
 mod earth;
 mod faults;
@@ -31,16 +34,21 @@ mod limits;
 mod mount;
 mod optics;
 mod orbit;
+pub mod orbit_filter;
 mod pointing;
 mod sky;
 mod text;
 
+pub use believed::{Believed, PARTS};
+
+use crate::calibration::pictures::GAIN_FOUND;
 use crate::error::HostError;
-use crate::flight;
+use crate::flight::{self, StarCalibration};
 use crate::formats::camera_file::CameraFile;
 use crate::harness::faults::Fault;
 use crate::judge::Limit;
-use crate::world::attitude::{Vector, dot};
+use crate::judge::second::orbit_axes;
+use crate::world::attitude::{Vector, apply, dot};
 use crate::world::detector::disturbances::Disturbances;
 use crate::world::detector::imaging::ImagingModel;
 use crate::world::earth::EarthModel;
@@ -56,10 +64,15 @@ use crate::world::sky as stars;
 use crate::world::sky::bodies::BodiesModel;
 use crate::world::sky::stars::DetectorModel;
 use crate::world::time::civil_time;
+use crate::world::vector::{plus, transposed};
 use fsw_core::image::calibration::Calibration;
+use fsw_core::orbit::OrbitState;
+use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::stars::identify::IdentificationParameters;
+use orbit_filter::OrbitFilterModel;
 use serde::Deserialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use text::Text;
@@ -137,8 +150,12 @@ pub struct Scenario {
     pub bodies: BodiesModel,
     /// How the Earth is drawn.
     pub earth: EarthModel,
+    /// What the flight code is told, less what is true.
+    pub believed: Believed,
     /// What breaks, and when.
     pub faults: Vec<Fault>,
+    /// What the orbit filter is told.
+    pub orbit_filter: OrbitFilterModel,
     /// The errors of the gyro, where there is one.
     pub gyro: Option<GyroModel>,
     /// The errors of the magnetometer, where there is one.
@@ -170,8 +187,12 @@ struct RawFile {
     sky: sky::RawSky,
     #[serde(default)]
     earth: earth::RawEarth,
+    #[serde(default)]
+    orbit_filter: orbit_filter::RawOrbitFilter,
     gyro: Option<instruments::RawGyro>,
     magnetometer: Option<instruments::RawMagnetometer>,
+    #[serde(default)]
+    believed: believed::RawBelieved,
     #[serde(default)]
     faults: Vec<faults::RawFault>,
     #[serde(default)]
@@ -199,9 +220,8 @@ struct RawCamera {
 impl Scenario {
     /// The scenario flown when none is asked for.
     pub fn default_embedded() -> Self {
-        let (name, text) = EMBEDDED[0];
         // The embedded files are part of the program and every one is read by a test.
-        Self::parse(&embedded_path(name), text).expect("embedded scenario")
+        Self::named(None).expect("embedded scenario")
     }
 
     /// A scenario file, or one that comes with the program; the default one where none is named.
@@ -209,7 +229,8 @@ impl Scenario {
     /// # Errors
     /// When the file cannot be read or is no scenario.
     pub fn named(path: Option<&Path>) -> Result<Self, HostError> {
-        path.map_or_else(|| Ok(Self::default_embedded()), Self::load)
+        let (path, text) = Self::text(path)?;
+        Self::parse(&path, &text)
     }
 
     /// Reads the file at `path`; where there is none, the name of an embedded scenario will do.
@@ -217,19 +238,24 @@ impl Scenario {
     /// # Errors
     /// The first fault found, with line and key.
     pub fn load(path: &Path) -> Result<Self, HostError> {
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(error) => {
-                let named = EMBEDDED.iter().find(|(name, _)| path.as_os_str() == *name);
-                let Some((name, text)) = named else {
-                    let names = EMBEDDED.map(|(name, _)| name).join(", ");
-                    let to_do = format!("give a scenario file or one of {names}");
-                    return Err(HostError::system(path, "read", &error, &to_do));
-                };
-                return Self::parse(&embedded_path(name), text);
-            }
-        };
-        Self::parse(path, &text)
+        Self::named(Some(path))
+    }
+
+    /// Path and text of a scenario file, or of one that comes with the program; of the default one where none
+    /// is named.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn text(path: Option<&Path>) -> Result<(PathBuf, Cow<'static, str>), HostError> {
+        let embedded = |(name, text): (&str, &'static str)| (embedded_path(name), Cow::Borrowed(text));
+        let Some(path) = path else { return Ok(embedded(EMBEDDED[0])) };
+        std::fs::read_to_string(path).map(|text| (path.to_path_buf(), Cow::Owned(text))).or_else(|error| {
+            let named = EMBEDDED.into_iter().find(|(name, _)| path.as_os_str() == *name);
+            named.map(embedded).ok_or_else(|| {
+                let names = EMBEDDED.map(|(name, _)| name).join(", ");
+                HostError::system(path, "read", &error, &format!("give a scenario file or one of {names}"))
+            })
+        })
     }
 
     /// Checks `text`; `path` is for messages and for the folder of the camera file.
@@ -273,8 +299,10 @@ impl Scenario {
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
             bodies: sky::read(&text, &raw.sky)?,
             earth: earth::read(&text, &raw.earth)?,
+            orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
+            believed: believed::read(&text, &raw.believed)?,
             faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
         })
@@ -284,31 +312,41 @@ impl Scenario {
     ///
     /// # Errors
     /// When the camera file names a table that cannot be read.
-    pub fn calibration(&self) -> Result<Option<Calibration<'static>>, HostError> {
-        flight::calibration(&self.camera, &self.imaging, &self.detector)
+    pub fn calibration(&self) -> Result<Option<StarCalibration>, HostError> {
+        let made = flight::calibration(&self.camera, &self.imaging, &self.detector)?;
+        Ok(made.map(|calibration| calibration.with_gain(self.believed.gain() / GAIN_FOUND)))
+    }
+
+    /// The camera as the flight code is told it.
+    pub fn believed_camera(&self) -> CameraFile {
+        self.believed.camera(&flight::calibrated_camera(&self.camera))
     }
 
     /// The flight code's parameters for this scenario, with this calibration: the only place where they are
-    /// made.
+    /// made, all from what is [believed](Believed).
     pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
-        let camera = flight::camera_parameters(&self.camera);
-        let mount = MountParameters { star_to_earth: self.mount.star_to_earth().map(|part| part as f32) };
+        let defaults = Parameters::for_camera(flight::camera_parameters(&self.believed_camera()));
+        let star_to_earth = self.believed.star_to_earth(&self.mount).map(|part| part as f32);
+        let mount = MountParameters { star_to_earth, ..defaults.mount };
+        let row_time_s = self.believed.row_time_s(self.imaging.shutter.row_time_s());
+        let gyro = self.gyro.as_ref().map(|gyro| self.believed.gyro(gyro));
         let calibration_crc = calibration.map_or(0, Calibration::crc);
         let identification = match calibration {
             Some(_) => IdentificationParameters::of_calibrated_lens(),
             None => IdentificationParameters::default(),
         };
-        let defaults = Parameters::for_camera(camera);
-        let rate_sensor = self.gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
+        let rate_sensor = gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
             // One that is too noisy is left to the report: the flight code would refuse it.
             Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()
         });
+        let observation = self.orbit_filter.observation.unwrap_or(defaults.orbit.observation);
         Parameters {
             identification,
+            orbit: OrbitParameters { observation, ..defaults.orbit },
             rate_sensor,
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,
-                row_time_ns: libm::round(1e9 * self.imaging.shutter.row_time_s()) as u32,
+                row_time_ns: libm::round(1e9 * row_time_s) as u32,
                 calibration_crc,
             },
             mount,
@@ -351,6 +389,19 @@ impl Scenario {
         Scene::new(settings, &stars::in_year(self.start_year())).map_err(|error| {
             let to_do = "give a longer focal length, a smaller aperture_mm, or psf = \"gaussian\"";
             HostError::input(&self.file, None, error.to_string(), to_do)
+        })
+    }
+
+    /// The state that the ground tells the flight code at the start.
+    pub fn ground_state(&self) -> Option<OrbitState> {
+        let start = self.orbit_filter.start.as_ref()?;
+        let (r, v) = (self.position_km, self.velocity_km_s);
+        let axes = transposed(&orbit_axes(r, v)?);
+        let velocity_error_km_s = start.velocity_error_m_s.map(|error| 1e-3 * error);
+        Some(OrbitState {
+            time_us: self.start_us,
+            position_km: plus(r, 1.0, apply(&axes, start.position_error_km)).into(),
+            velocity_km_s: plus(v, 1.0, apply(&axes, velocity_error_km_s)).into(),
         })
     }
 

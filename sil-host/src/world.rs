@@ -17,7 +17,7 @@
 //! | [`scene`] | all of these: raw frames through the detector trait, and the truth |
 //! | [`fields`] | lists of centroids with their truth, without a picture |
 //!
-//! Left out: the stars' parallax, ghosts and flare of the lens but the Sun's, lag, stray light of Earth and
+//! Left out: ghosts and flare of the lens but the Sun's, lag, stray light of Earth and
 //! Moon, maria, eclipses of the Sun by the Moon, satellites' shadows, charge that stars and Earth spill
 //! beyond a full well.
 

@@ -4,7 +4,8 @@
 # gets its command line as one string. The status is the image's own.
 #
 # defmt's log is decoded to standard error where `defmt-print` is installed, and not written where it is not.
-# With CYCLE_METER=FILE in the environment the cycle meter (`cargo build --release -p cycle-meter`) writes its counts there.
+# With CYCLE_METER=FILE in the environment the cycle meter (`cargo build --release -p cycle-meter`) writes its counts there,
+# and with STACK_DEPTH=FILE the stack analysis (`cargo build --release -p stack-depth`) writes its line there.
 set -eu
 
 fail() {
@@ -32,9 +33,13 @@ for word in obc-image "$@" $log; do
 done
 
 set -- -M mps2-an386 -nographic -monitor none -serial none -semihosting-config "$semihosting" -kernel "$image"
+# The image is TARGET_DIR/thumbv7em-none-eabihf/flight/obc-image.
+release=$(dirname "$image")/../../release
+if [ -n "${STACK_DEPTH:-}" ]; then
+    "$release/stack-depth" "$image" >"$STACK_DEPTH" || fail "the stack's depth has no bound: see $STACK_DEPTH"
+fi
 if [ -n "${CYCLE_METER:-}" ]; then
-    # The image is TARGET_DIR/thumbv7em-none-eabihf/flight/obc-image.
-    meter=$(dirname "$image")/../../release/libcycle_meter.so
+    meter=$release/libcycle_meter.so
     [ -e "$meter" ] || fail "$meter: not built (cargo build --release -p cycle-meter)"
     set -- "$@" -plugin "$meter,elf=$image,out=$CYCLE_METER"
 fi

@@ -135,6 +135,24 @@ impl Covariance {
         [first, first + 1, first + 2].map(|state| libm::sqrt(self.at(state, state)))
     }
 
+    /// Correlations of position and velocity: the lower left half without its diagonal, row by row; 0 where a
+    /// variance is not positive.
+    #[inline(never)]
+    pub fn motion_correlations(&self) -> [f32; MOTION * (MOTION - 1) / 2] {
+        let weights: [f64; MOTION] = core::array::from_fn(|state| {
+            let variance = self.at(state, state);
+            if variance > 0.0 { 1.0 / libm::sqrt(variance) } else { 0.0 }
+        });
+        let mut correlations = [0.0; MOTION * (MOTION - 1) / 2];
+        let mut places = correlations.iter_mut();
+        for (row, one) in weights.iter().enumerate() {
+            for ((column, other), place) in weights.iter().enumerate().take(row).zip(&mut places) {
+                *place = (self.at(row, column) * one * other).clamp(-1.0, 1.0) as f32;
+            }
+        }
+        correlations
+    }
+
     /// `Φ P Φᵀ + Q` over `dt` seconds.
     pub fn propagate(&mut self, transition: &Transition, noise: &ProcessNoise, dt: f64) {
         let (height, bias) = (noise.height_decay, noise.bias_decay);

@@ -56,6 +56,7 @@ const PLACES: &[Place] = places![
     identification.scale_uncertainty,
     identification.log10_false_limit,
     identification.pairs_per_cycle,
+    mount.boresight_sigma_px,
     tracking.gate_px,
     tracking.fewest_stars,
     tracking.carried_sigma_rad,

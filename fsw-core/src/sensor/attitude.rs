@@ -1,5 +1,5 @@
-//! The attitude of a second: an image's taken into the filter, or the filter's own, with what aberration
-//! leaves unknown.
+//! The attitude of a second: an image's taken into the filter, or the filter's own, with the errors that all
+//! stars share and no filter averages.
 
 use super::Sensor;
 use super::record::{Solution, StarRecord};
@@ -43,13 +43,13 @@ impl Sensor<'_> {
         stars.solution = Some(Solution {
             attitude: AttitudeReport {
                 quaternion: attitude.quaternion(),
-                sigma_rad: self.with_aberration(sigma_rad),
+                sigma_rad: self.with_common_errors(sigma_rad),
                 log10_false,
                 age_s: whole_seconds(self.now.us_since(image)),
             },
             filtered: filtered.map(|(attitude, sigma_rad)| FilteredAttitude {
                 quaternion: attitude.quaternion(),
-                sigma_rad: self.with_aberration(sigma_rad),
+                sigma_rad: self.with_common_errors(sigma_rad),
             }),
             rate_rad_s: self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into()),
             focal_ratio: Some(confirmed.focal_ratio),
@@ -64,7 +64,7 @@ impl Sensor<'_> {
     pub(super) fn propagated(&self, predicted: bool) -> Option<Solution> {
         let motion = self.motion.as_ref()?;
         let (attitude, sigma_rad) = motion.at(self.now)?;
-        let sigma_rad = self.with_aberration(sigma_rad);
+        let sigma_rad = self.with_common_errors(sigma_rad);
         let limit_rad = self.parameters.tracking.carried_sigma_rad;
         sigma_rad.iter().all(|sigma| *sigma <= limit_rad).then(|| Solution {
             attitude: AttitudeReport {
@@ -93,16 +93,23 @@ impl Sensor<'_> {
         })
     }
 
-    /// Sigmas of an attitude with what is not known of the orbital velocity, whose aberration turns all stars
-    /// alike (5 arcsec in a low orbit); about the line of sight it does not turn them.
-    fn with_aberration(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    /// Sigmas of an attitude with the errors that turn all stars alike, which no star of the image shows: the
+    /// line of sight against where it was calibrated, and the aberration of what is not known of the orbital
+    /// velocity (5 arcsec in a low orbit). About the line of sight they do not turn them.
+    fn with_common_errors(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        let boresight = self.parameters.mount.boresight_sigma_px * self.camera.rad_per_px();
+        let common = boresight * boresight + self.aberration_rad2();
+        [libm::sqrtf(x * x + common), libm::sqrtf(y * y + common), z]
+    }
+
+    /// Variance an axis of the aberration that is not taken off, rad².
+    fn aberration_rad2(&self) -> f32 {
         if !self.aberration_corrected {
-            return [libm::sqrtf(x * x + UNCORRECTED_RAD2), libm::sqrtf(y * y + UNCORRECTED_RAD2), z];
+            return UNCORRECTED_RAD2;
         }
         let velocity = self.orbit.velocity_sigma_km_s().unwrap_or([ORBITAL_KM_S; 3]);
         let [u, v, w] = velocity.map(|sigma| (sigma.min(ORBITAL_KM_S) / LIGHT_KM_S) as f32);
         // Of three axes two lie across the line of sight: the mean of their variances.
-        let square = (u * u + v * v + w * w) * (1.0 / 3.0);
-        [libm::sqrtf(x * x + square), libm::sqrtf(y * y + square), z]
+        (u * u + v * v + w * w) * (1.0 / 3.0)
     }
 }

@@ -5,12 +5,29 @@ use super::record::{Events, FixRecord};
 use super::timekeeping::SECOND_US;
 use crate::earth::EarthFix;
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::orbit::OrbitState;
 use crate::orbit::filter::Update;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{Event, FixFault, OrbitReport};
 use nalgebra::{Matrix3, Vector3};
 
 impl Sensor<'_> {
+    /// Takes an orbit from another source (the ground), with one sigma for all axes of position and of velocity.
+    /// `false`, and no change, when the state or a sigma is out of bounds.
+    pub fn initialise_orbit(
+        &mut self,
+        state: OrbitState,
+        position_sigma_km: f64,
+        velocity_sigma_km_s: f64,
+    ) -> bool {
+        let taken =
+            self.orbit.initialise(state, position_sigma_km, velocity_sigma_km_s, &self.parameters.orbit);
+        if taken {
+            self.fixed_us = state.time_us;
+        }
+        taken
+    }
+
     /// Takes the Earth's centre, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit
     /// (eq. 5.4).
     #[inline(never)]
@@ -77,6 +94,7 @@ impl Sensor<'_> {
             velocity_km_s: state.velocity_km_s.into(),
             sigma_position_km: position.map(|sigma| sigma as f32),
             sigma_velocity_km_s: velocity.map(|sigma| sigma as f32),
+            correlations: self.orbit.covariance()?.motion_correlations(),
             limb_height_km: single(self.orbit.limb_height_km()),
             limb_height_sigma_km: single(self.orbit.limb_height_sigma_km()),
             nis,

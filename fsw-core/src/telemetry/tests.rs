@@ -90,13 +90,16 @@ fn earth() -> impl Strategy<Value = EarthReport> {
 fn orbit() -> impl Strategy<Value = OrbitReport> {
     let vector = || prop::array::uniform3(-1e6..1e6f64);
     let sigmas = || prop::array::uniform3(real());
-    (vector(), vector(), sigmas(), sigmas(), prop::option::of(real()), any::<u32>(), any::<bool>()).prop_map(
-        |(position_km, velocity_km_s, sigma_position_km, sigma_velocity_km_s, nis, since_fix_s, settled)| {
+    let sigma = (sigmas(), sigmas(), prop::array::uniform15(real()));
+    (vector(), vector(), sigma, prop::option::of(real()), any::<u32>(), any::<bool>()).prop_map(
+        |(position_km, velocity_km_s, sigma, nis, since_fix_s, settled)| {
+            let (sigma_position_km, sigma_velocity_km_s, correlations) = sigma;
             OrbitReport {
                 position_km,
                 velocity_km_s,
                 sigma_position_km,
                 sigma_velocity_km_s,
+                correlations,
                 limb_height_km: sigma_position_km[0],
                 limb_height_sigma_km: sigma_position_km[1],
                 nis,
@@ -231,6 +234,7 @@ fn largest() -> Report {
         velocity_km_s: [f64::MAX; 3],
         sigma_position_km: [f32::MAX; 3],
         sigma_velocity_km_s: [f32::MAX; 3],
+        correlations: [f32::MAX; MOTION_CORRELATIONS],
         limb_height_km: f32::MAX,
         limb_height_sigma_km: f32::MAX,
         nis: Some(f32::MAX),

@@ -7,15 +7,13 @@
 //! phase, is drawn as well; the clouds are the same for all. The sensor is switched on, tests itself and
 //! acquires. Directions in which the Earth or the Sun stand in the star path are drawn anew.
 //!
-//! Everything depends on seed and number of the run alone. With `--out` every finished run is a line of a
-//! file, from which a campaign that was stopped goes on. Ends with status 1 when an attitude was wrong, or
-//! less than [`GOAL_PERCENT`] were found.
+//! Ends with status 1 when an attitude was wrong, or less than [`GOAL_PERCENT`] were found.
 
-use super::fly_open;
-use super::lines::LinesFile;
+use super::spread::{Spread, share_interval_percent};
+use super::{Experiment, again};
 use crate::cli::CampaignAcquireArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
-use crate::flight;
+use crate::flight::{self, StarCalibration};
 use crate::formats::json;
 use crate::harness::{Flight, truth_of};
 use crate::judge::arcsec;
@@ -27,7 +25,6 @@ use crate::world::scene::{Scene, SensorState};
 use fsw_core::catalog::Catalogue;
 use fsw_core::sensor::Workspace;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -96,7 +93,7 @@ fn satellite(
 /// Flies a run.
 fn fly(
     base: &Scenario,
-    catalogue: Catalogue<'static>,
+    (catalogue, calibration): (Catalogue<'static>, Option<&StarCalibration>),
     seed: u64,
     run: u64,
     workspace: &mut Workspace,
@@ -114,7 +111,7 @@ fn fly(
         sigma_arcsec: None,
         stars: 0,
     };
-    let mut flight = Flight::new(&scenario, &mut scene, catalogue, workspace)?;
+    let mut flight = Flight::new(&scenario, &mut scene, catalogue, calibration, workspace)?;
     // The self-test has the first second.
     for cycle in 0..=CYCLES {
         flight.second(|second| {
@@ -153,14 +150,20 @@ pub struct Figures {
     pub by_cycle: [u64; CYCLES as usize],
     /// With one from any of these, %.
     pub found_percent: f64,
+    /// Its 95 % confidence interval, %.
+    pub found_interval_percent: [f64; 2],
     /// With an attitude of another part of the sky.
     pub wrong: u64,
     /// Root mean square errors about x, y, z, arcsec.
     pub rms_arcsec: [f64; 3],
+    /// Size of the error across the line of sight over the runs, arcsec.
+    pub across_arcsec: Option<Spread>,
     /// Attitudes with every axis within three sigma, %.
     pub within_3_sigma_percent: f64,
     /// The runs without an attitude: number, right ascension and declination, deg.
     pub without: Vec<(u64, [f64; 2])>,
+    /// The worst run: one without an attitude, or that with the largest error across.
+    pub worst_run: u64,
     /// Whether the goal is kept.
     pub kept: bool,
 }
@@ -170,6 +173,7 @@ impl Figures {
     pub fn of(runs: &[Run]) -> Self {
         let mut figures = Self { runs: runs.len() as u64, ..Self::default() };
         let (mut found, mut within, mut squares) = (0_u64, 0_u64, [0.0; 3]);
+        let mut across: Vec<(f64, u64)> = Vec::new();
         for run in runs {
             figures.wrong += u64::from(run.wrong());
             let (Some(cycles), Some(error), Some(sigma)) = (run.cycles, run.error_arcsec, run.sigma_arcsec)
@@ -178,6 +182,7 @@ impl Figures {
                 continue;
             };
             found += 1;
+            across.push((libm::hypot(error[0], error[1]), run.run));
             if let Some(count) = figures.by_cycle.get_mut(cycles.saturating_sub(1) as usize) {
                 *count += 1;
             }
@@ -187,57 +192,95 @@ impl Figures {
             }
         }
         let percent = |part: u64, of: u64| 100.0 * part as f64 / of.max(1) as f64;
+        across.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let without = figures.without.first().map(|(run, _)| *run);
+        figures.worst_run = without.or(across.last().map(|(_, run)| *run)).unwrap_or_default();
+        figures.across_arcsec = Spread::of(&across.iter().map(|(error, _)| *error).collect::<Vec<f64>>());
         figures.found_percent = percent(found, figures.runs);
+        figures.found_interval_percent = share_interval_percent(found, figures.runs);
         figures.within_3_sigma_percent = percent(within, found);
         figures.rms_arcsec = squares.map(|sum: f64| (sum / found.max(1) as f64).sqrt());
         figures.kept = figures.wrong == 0 && figures.found_percent >= GOAL_PERCENT;
         figures
     }
 
-    fn text(&self) -> String {
+    fn text(&self, seed: u64) -> String {
         let [first, second, third] = self.by_cycle;
+        let [low, high] = self.found_interval_percent;
         let [x, y, z] = self.rms_arcsec;
         let mut lines = vec![
             "Lost in space from full frames: GEO, the Earth in the middle, 10 false stars, 200 hot pixels, 20 hits a frame"
                 .to_string(),
             format!("runs                     {}", self.runs),
             format!(
-                "attitude within 3 cycles {:.2} %  ({first} in the first, {second} the second, {third} the third; goal {GOAL_PERCENT} %)",
+                "attitude within 3 cycles {:.2} %, {low:.2} to {high:.2} with 95 % confidence  ({first} in the first, {second} the second, {third} the third; goal {GOAL_PERCENT} %)",
                 self.found_percent
             ),
             format!("wrong                    {}  (goal 0)", self.wrong),
             format!("error about x, y, z, rms {x:.2}, {y:.2}, {z:.1} arcsec"),
+            self.across_arcsec.as_ref().map_or(String::new(), |across| {
+                let [low, high] = across.median_interval;
+                format!(
+                    "error across the sight   median {:.2} ({low:.2} to {high:.2}), 95 % within {:.2} arcsec",
+                    across.median, across.kept_by_95_percent
+                )
+            }),
             format!("within 3 sigma           {:.2} %", self.within_3_sigma_percent),
         ];
         lines.extend(self.without.iter().map(|(run, [ra, dec])| {
             format!("without an attitude      run {run}, right ascension {ra:.1}, declination {dec:.1} deg")
         }));
+        lines.push(again("acquire", seed, self.worst_run));
         lines.push(if self.kept { "kept" } else { "MISSED" }.to_string());
         lines.join("\n")
     }
 }
 
-/// Flies the runs that the file does not hold yet, and gives all in order.
+/// Directions of a campaign.
+struct Directions<'a> {
+    arguments: &'a CampaignAcquireArguments,
+    base: Scenario,
+    catalogue: Catalogue<'static>,
+    calibration: Option<StarCalibration>,
+}
+
+impl Experiment for Directions<'_> {
+    type Key = u64;
+    type Run = Run;
+    type Workspace = Box<Workspace>;
+
+    fn name(&self) -> &str {
+        "acquire"
+    }
+
+    fn keys(&self) -> Vec<u64> {
+        self.arguments.common.numbers(self.arguments.runs).collect()
+    }
+
+    fn key_of(&self, run: &Run) -> Option<u64> {
+        (run.seed == self.arguments.common.seed).then_some(run.run)
+    }
+
+    fn workspace(&self) -> Box<Workspace> {
+        Box::new(Workspace::new())
+    }
+
+    fn fly(&self, workspace: &mut Box<Workspace>, run: &u64) -> Result<Run, HostError> {
+        let instrument = (self.catalogue, self.calibration.as_ref());
+        fly(&self.base, instrument, self.arguments.common.seed, *run, workspace)
+    }
+}
+
+/// All runs in order.
 ///
 /// # Errors
 /// When the file cannot be used.
 pub fn runs(arguments: &CampaignAcquireArguments) -> Result<Vec<Run>, HostError> {
-    let seed = arguments.common.seed;
     let base = Scenario::parse(Path::new("the satellite of the campaign"), TEXT)?;
     let camera = flight::camera(&base.camera, &base.file)?;
     let catalogue = flight::flight_catalogue(&camera, &base.file)?;
-    let (file, held) = LinesFile::open::<Run>(arguments.common.out.as_deref())?;
-    let wanted = 0..arguments.runs;
-    let done: BTreeMap<u64, Run> = held
-        .into_iter()
-        .filter(|run| run.seed == seed && wanted.contains(&run.run))
-        .map(|run| (run.run, run))
-        .collect();
-    let terminal = ("acquire", arguments.common.json);
-    let workspace = || Box::new(Workspace::new());
-    fly_open(terminal, &file, done, wanted, workspace, |workspace, run| {
-        fly(&base, catalogue, seed, run, workspace)
-    })
+    let calibration = base.calibration()?;
+    super::runs(&Directions { arguments, base, catalogue, calibration }, &arguments.common)
 }
 
 /// Runs the command.
@@ -249,8 +292,7 @@ pub fn run(arguments: &CampaignAcquireArguments) -> Result<ExitCode, HostError> 
     if arguments.common.json {
         json::print_line(&figures);
     } else {
-        // A reader that closed the pipe has what it wanted: not a fault.
-        say!("{}", figures.text());
+        say!("{}", figures.text(arguments.common.seed));
     }
     Ok(if figures.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

@@ -1,10 +1,12 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
-//! Builds the flight image and the cycle meter, records the [mission](crate::commands::record::mission) through every
-//! mode, the widest limb and a storm of protons, flies them in the emulator and prints, per mode and stage,
-//! the worst cycles observed, and flash, static RAM and stack. Status 1 when a limit is overrun or the
-//! target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero
-//! wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
+//! Builds the flight image and the cycle meter, records the [mission](crate::commands::record::mission) through
+//! every mode, the widest limb and a storm of protons, flies them in the emulator and prints, per mode and
+//! stage, the worst cycles observed, and flash, static RAM and stack. The stack is the deeper of two: the
+//! deepest path through the calls of the machine code (`tests/stack-depth`, which also proves that nothing
+//! calls itself and no call's target is unknown), and what was touched. Status 1 when a limit is overrun or
+//! the target's telemetry is not the host's to the byte. Cycles are those of the meter's model (Cortex-M4F,
+//! zero wait states, no interrupts); the cost of reading pixels from a real detector is not in them.
 //!
 //! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
 //! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.
@@ -71,9 +73,17 @@ pub struct MemoryLimits {
 /// What the image prints of itself.
 #[derive(Clone, Debug, Deserialize)]
 struct ImageFigures {
+    /// Deepest that was touched.
     stack_bytes: u64,
     static_ram_bytes: u64,
     flash_bytes: u64,
+}
+
+/// What the analysis of its machine code says (`tests/stack-depth`).
+#[derive(Clone, Debug, Deserialize)]
+struct StackDepth {
+    /// Deepest that any path through its calls can need.
+    stack_bytes: u64,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
@@ -136,7 +146,12 @@ pub struct Budget {
     modes: BTreeMap<&'static str, ModeBudget>,
     flash_bytes: u64,
     ram_bytes: u64,
+    /// The deeper of the two that follow.
     stack_bytes: u64,
+    /// Deepest that was touched in the emulator.
+    stack_painted_bytes: u64,
+    /// Deepest path through the calls of the machine code.
+    stack_analysed_bytes: u64,
     limits: MemoryLimits,
     telemetry_identical: bool,
 }
@@ -176,6 +191,8 @@ impl Budget {
         for (name, used, limit) in self.memory() {
             row(name, "", used, Some(limit));
         }
+        row("", "by its code", self.stack_analysed_bytes, None);
+        row("", "as touched", self.stack_painted_bytes, None);
         let same = if self.telemetry_identical { "identical, byte for byte" } else { "NOT IDENTICAL" };
         say!("  telemetry of target and host over {} seconds: {same}", self.seconds);
     }
@@ -244,6 +261,7 @@ fn run_program(command: &mut Command, what: &str) -> Result<Output, HostError> {
 /// What came of an emulated flight.
 struct Flown {
     figures: ImageFigures,
+    depth: StackDepth,
     /// Every second with what the host says of it.
     seconds: Vec<(MeteredCycle, Report)>,
     telemetry_identical: bool,
@@ -257,8 +275,10 @@ fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> 
         cargo.current_dir(root);
         cargo
     };
-    run_program(cargo().args(["build", "--release", "-p", "cycle-meter"]), "building the cycle meter")?;
-    let (meter, telemetry) = (folder.join("cycles.json"), folder.join("obc-telemetry.bin"));
+    let tools = ["build", "--release", "-p", "cycle-meter", "-p", "stack-depth"];
+    run_program(cargo().args(tools), "building the cycle meter and the stack analysis")?;
+    let [meter, depth, telemetry] =
+        ["cycles.json", "stack.json", "obc-telemetry.bin"].map(|name| folder.join(name));
     let arguments = [
         "run",
         "--quiet",
@@ -274,7 +294,8 @@ fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> 
         cargo()
             .args(arguments)
             .args([&files.frames, &files.parameters, &telemetry])
-            .env("CYCLE_METER", &meter),
+            .env("CYCLE_METER", &meter)
+            .env("STACK_DEPTH", &depth),
         "the flight image in the emulator (cargo obc)",
     )?;
     let read = |path: &Path| {
@@ -288,6 +309,7 @@ fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> 
     if metered.unfinished_cycles != 0 || metered.unknown_blocks != 0 {
         return Err(HostError::input(&meter, None, "the meter lost count", "report this"));
     }
+    let depth = serde_json::from_slice(&read(&depth)?).map_err(|error| parse(&depth, error))?;
     let figures = serde_json::from_slice(&output.stdout)
         .map_err(|error| parse(Path::new("the image's figures"), error))?;
     if metered.cycles.len() != reports.len() {
@@ -296,6 +318,7 @@ fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> 
     }
     Ok(Flown {
         figures,
+        depth,
         seconds: metered.cycles.into_iter().zip(reports).collect(),
         telemetry_identical: read(&telemetry)? == read(&files.telemetry)?,
     })
@@ -362,17 +385,19 @@ fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
             }
         }
     }
-    let most = |bytes: fn(&ImageFigures) -> u64| {
-        flights.iter().map(|flown| bytes(&flown.figures)).max().unwrap_or(0)
-    };
+    let most = |bytes: fn(&Flown) -> u64| flights.iter().map(bytes).max().unwrap_or(0);
+    let painted = most(|flown| flown.figures.stack_bytes);
+    let analysed = most(|flown| flown.depth.stack_bytes);
     Budget {
         target: limits.target.core.clone(),
         clock_hz: limits.target.clock_hz,
         seconds: seconds().count(),
         modes,
-        flash_bytes: most(|figures| figures.flash_bytes),
-        ram_bytes: most(|figures| figures.static_ram_bytes),
-        stack_bytes: most(|figures| figures.stack_bytes),
+        flash_bytes: most(|flown| flown.figures.flash_bytes),
+        ram_bytes: most(|flown| flown.figures.static_ram_bytes),
+        stack_bytes: painted.max(analysed),
+        stack_painted_bytes: painted,
+        stack_analysed_bytes: analysed,
         limits: limits.memory.clone(),
         telemetry_identical: flights.iter().all(|flown| flown.telemetry_identical),
     }

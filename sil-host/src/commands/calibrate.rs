@@ -4,14 +4,22 @@
 //! file, a drawing of the residuals beside it (same name, `.svg`), a table on stdout. Pictures are solved by
 //! the flight code ([`crate::commands::solve`]), their stars taken from the star source in double precision, and the
 //! lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again, until no star
-//! comes or goes: towards the corners a better lens finds more.
+//! comes or goes: towards the corners a better lens finds more. Where the stars suffice, star profiles and
+//! correction tables for the flight code come beside the camera file (same name, `.corr`; [`calibration`]),
+//! and the lens is fitted once more with their centroids.
+//!
+//! With `--rendered N` the pictures are those of the laboratory ([`pictures`]). So the calibrated reference
+//! camera of all scenarios was made: `cargo sil calibrate --rendered 400 --camera
+//! sil-host/cameras/reference.toml --out sil-host/cameras/reference-calibrated.toml`.
 //!
 //! A picture that cannot be read or has another size costs one line on stderr and status 2 at the end; one
 //! that cannot be identified is named and left out.
 
-pub mod fit;
 mod plot;
 
+use crate::calibration::fit::{self, Fit, Sighting, View};
+use crate::calibration::pictures::{self, Laboratory};
+use crate::calibration::{self, Built, sights};
 use crate::cli::CalibrateArguments;
 use crate::commands::solve::{PictureSolver, check_size, reason_words};
 use crate::error::{Faults, HostError};
@@ -21,9 +29,13 @@ use crate::formats::camera_file::{CameraFile, Projection};
 use crate::formats::picture::Picture;
 use crate::output::write_whole;
 use crate::world::attitude::{Vector, matrix};
+use crate::world::detector::imaging::ImagingModel;
+use crate::world::sky;
+use crate::world::sky::stars::DetectorModel;
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
-use fit::{Fit, Sighting, View};
+use fsw_core::checksum::crc32;
 use fsw_core::frames::ARCSEC_PER_RAD;
+use fsw_hal::Detector;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -31,6 +43,9 @@ use std::process::ExitCode;
 
 /// Most rounds of solving and fitting.
 const ROUNDS_MAX: usize = 5;
+
+/// Rounds of profiles and lens.
+const LENS_ROUNDS: usize = 2;
 
 /// Stars by Hipparcos number.
 type Stars = BTreeMap<u32, Vector>;
@@ -74,6 +89,24 @@ struct Album {
 }
 
 impl Album {
+    /// So many pictures of the rendered sky through this camera, the lens cooler than in flight.
+    fn rendered(count: u32, camera: &CameraFile) -> Result<Self, HostError> {
+        let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
+        let (camera, imaging) = pictures::cooler(camera, &ImagingModel::REFERENCE, pictures::WARMER_K);
+        let detector = DetectorModel::reference();
+        let mut laboratory = Laboratory::new((&camera, &imaging), &detector, &stars, pictures::SEED)?;
+        let mut picture =
+            |index| Ok((PathBuf::from(format!("sky {index}")), laboratory.picture(index)?.picture));
+        let pictures = (0..count).map(&mut picture).collect::<Result<_, HostError>>()?;
+        Ok(Self { pictures, faults: Faults::default() })
+    }
+
+    /// CRC-32 of the first picture's pixels.
+    fn first_crc(&self) -> u32 {
+        let pixels = self.pictures.first().map_or(&[][..], |(_, picture)| picture.pixels());
+        crc32(&pixels.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>())
+    }
+
     fn load(names: &[PathBuf], start: &CameraFile) -> Self {
         let (mut pictures, mut faults) = (Vec::new(), Faults::default());
         for name in names {
@@ -182,19 +215,87 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
         let what = "only rectilinear cameras can be calibrated";
         return Err(HostError::input(&arguments.camera, None, what, "start from a rectilinear camera"));
     }
-    let mut album = Album::load(&arguments.images, &start);
-    let calibration = calibrated(&mut album, &start, |line| eprintln!("{line}"))?;
-    let Calibration { fit, names, .. } = &calibration;
-    let head = format!(
-        "# Calibrated by `sil-host calibrate` from {} pictures: {} stars, rms {:.3} px an axis.\n",
-        names.len(),
-        fit.views.iter().map(|view| view.stars.len()).sum::<usize>(),
-        fit.rms_px()
-    );
-    write_whole(&arguments.out, (head + &fit.camera.to_toml()).as_bytes())?;
+    let (mut album, full_well_e) = match arguments.rendered {
+        None => (Album::load(&arguments.images, &start), arguments.full_well_e),
+        Some(count) => {
+            let full_well_e = DetectorModel::reference().full_well_e * pictures::GAIN_FOUND;
+            (Album::rendered(count, &start)?, full_well_e)
+        }
+    };
+    let mut calibration = calibrated(&mut album, &start, |line| eprintln!("{line}"))?;
+    let profiles = star_calibration(&album, &start, &mut calibration, full_well_e);
+    say!("{}", table(&calibration).trim_end());
+    let mut camera = calibration.fit.camera.clone();
+    match profiles {
+        Ok(built) => {
+            let path = arguments.out.with_extension("corr");
+            write_whole(&path, &built.bytes)?;
+            camera.correction_table = path.file_name().map(PathBuf::from);
+            say!(
+                "Star profiles and corrections of {} stars, {:.4} px an axis left beyond noise: {}",
+                built.stars,
+                built.residual_px,
+                path.display()
+            );
+        }
+        Err(error) => say!("No star profiles and corrections: {error}"),
+    }
+    let rendered = arguments.rendered.map(|count| (count, album.first_crc()));
+    write_whole(&arguments.out, (head(&calibration, rendered) + &camera.to_toml()).as_bytes())?;
     let drawing = arguments.out.with_extension("svg");
     write_whole(&drawing, plot::svg(&calibration).as_bytes())?;
-    say!("{}", table(&calibration).trim_end());
     say!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.faults.status())
+}
+
+/// The comment of the camera file; `rendered`: how many pictures were, and the CRC-32 of the first.
+fn head(Calibration { fit, names, .. }: &Calibration, rendered: Option<(u32, u32)>) -> String {
+    let by = match rendered {
+        None => "sil-host calibrate".to_owned(),
+        Some((count, _)) => format!("sil-host calibrate --rendered {count}"),
+    };
+    let of = rendered.map_or(String::new(), |(_, crc)| format!(" (CRC-32 of the first {crc:08x})"));
+    let stars = fit.views.iter().map(|view| view.stars.len()).sum::<usize>();
+    let (pictures, rms) = (names.len(), fit.rms_px());
+    format!("# Calibrated by `{by}` from {pictures} pictures{of}: {stars} stars, rms {rms:.3} px an axis.\n")
+}
+
+/// Star profiles and corrections from the pictures that were identified. With the profiles the lens is fitted
+/// to the centres of gravity of many more stars: what the flight code finds without them is displaced where
+/// images are lopsided.
+fn star_calibration(
+    album: &Album,
+    start: &CameraFile,
+    calibration: &mut Calibration,
+    full_well_e: f64,
+) -> Result<Built, HostError> {
+    for _ in 0..LENS_ROUNDS {
+        let Built { views, .. } = built(album, calibration, full_well_e)?;
+        let names = calibration.names.iter().cloned().zip(&views);
+        calibration.names = names.filter(|(_, view)| !view.stars.is_empty()).map(|(name, _)| name).collect();
+        let views: Vec<View> = views.into_iter().filter(|view| !view.stars.is_empty()).collect();
+        calibration.plain = fit::plain(start, &views);
+        calibration.fit = fit::fit(start, &views).ok_or_else(|| {
+            HostError::usage("the stars of some pictures do not fit the lens", "leave these pictures out")
+        })?;
+    }
+    built(album, calibration, full_well_e)
+}
+
+/// Star profiles and corrections with the lens and the attitudes as they are now.
+fn built(
+    album: &Album,
+    Calibration { fit, names, .. }: &Calibration,
+    full_well_e: f64,
+) -> Result<Built, HostError> {
+    let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
+    let (mut sights, mut bits) = (Vec::new(), 1);
+    for (index, (name, view)) in names.iter().zip(&fit.views).enumerate() {
+        if let Some((_, picture)) = album.pictures.iter().find(|(taken, _)| taken == name) {
+            bits = picture.geometry().bits;
+            sights.extend(sights::sights((index, picture, &view.attitude), &fit.camera, &stars));
+        }
+    }
+    let attitudes = fit.views.iter().map(|view| view.attitude).collect();
+    calibration::build(sights, attitudes, &fit.camera, (bits, full_well_e))
 }

@@ -11,11 +11,13 @@
 //! seed and scenario alone.
 
 use crate::bound;
-use crate::calibration::{COLOUR, Lens, find, window_about};
-use crate::cli::{CentroidsArguments, CorrectionsArguments};
+use crate::calibration::centroid::{COLOUR, Lens, find, window_about};
+use crate::cli::CentroidsArguments;
 use crate::error::HostError;
+use crate::flight::{self, StarCalibration};
 use crate::scenario::Scenario;
 use crate::world::detector::fixed_pattern::PatternModel;
+use crate::world::lens::optics::Optics;
 use crate::world::noise::{Noise, Stream};
 use crate::world::sky::stars::DetectorModel;
 use fsw_core::image::calibration::Calibration;
@@ -60,6 +62,8 @@ pub struct Line {
 pub struct Sky<'a> {
     /// The lens.
     pub lens: &'a Lens,
+    /// The camera as it is, and as it is believed to be: centroids are wanted where the latter has the star.
+    pub optics: [&'a Optics; 2],
     /// Its detector; patterns are left out.
     pub detector: DetectorModel,
     /// Bits of the converter.
@@ -120,6 +124,10 @@ impl Sky<'_> {
                 let room = f64::from(self.size_px[k]) - 2.0 * MARGIN_PX;
                 MARGIN_PX + room * places.uniform(star, k as u32)
             });
+            let [true_optics, believed] = self.optics;
+            let Some(wanted) = true_optics.unproject(at).and_then(|sight| believed.project(sight)) else {
+                continue;
+            };
             let window = window_about(at);
             let image = |at: [f64; 2]| {
                 let mut light = vec![0.0; window.area()];
@@ -149,7 +157,7 @@ impl Sky<'_> {
                 if let (Some(quiet), Some(seen)) = (quiet, seen)
                     && (0..2).all(|k| (seen.0[k] - at[k]).abs() < FOUND_PX)
                 {
-                    tally.add(at, quiet, seen);
+                    tally.add(wanted, quiet, seen);
                 }
             }
         }
@@ -166,13 +174,20 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
     let scenario = Scenario::named(arguments.scenario.as_deref())?;
     let detector = DetectorModel { pattern: PatternModel::NONE, ..scenario.detector };
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &detector)?;
-    let calibration = scenario.calibration()?.ok_or_else(|| {
+    let made = scenario.calibration()?;
+    let calibration = made.as_ref().and_then(StarCalibration::open).ok_or_else(|| {
         HostError::usage("this camera has no calibration", "give a camera whose optical centre lies on it")
     })?;
     let exposure_s =
         arguments.exposure_ms.map_or(f64::from(scenario.exposure_us) * 1e-6, |ms| 1e-3 * f64::from(ms));
+    let camera = flight::calibrated_camera(&scenario.camera);
+    let optics = [&scenario.camera, &camera].map(Optics::new);
+    let [Some(true_optics), Some(believed)] = &optics else {
+        return Err(HostError::usage("the world draws rectilinear cameras only", "give another camera"));
+    };
     let sky = Sky {
         lens: &lens,
+        optics: [true_optics, believed],
         detector,
         bits: scenario.camera.bits,
         size_px: [scenario.camera.width_px, scenario.camera.height_px],
@@ -200,18 +215,5 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
         };
         say!("{magnitude:3.0}   {:.4}    {}    {}", line.bound_px, errors(&line.before), errors(&line.after));
     }
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Writes the calibration of a scenario's camera.
-///
-/// # Errors
-/// When the scenario cannot be read, its lens not be calibrated, or the file not be written.
-pub fn corrections(arguments: &CorrectionsArguments) -> Result<ExitCode, HostError> {
-    let scenario = Scenario::named(arguments.scenario.as_deref())?;
-    let lens = Lens::new(&scenario.camera, &scenario.imaging, &scenario.detector)?;
-    let bytes = crate::calibration::build(&lens, crate::calibration::Grid::REFERENCE)?;
-    crate::output::write_whole(&arguments.out, &bytes)?;
-    say!("{}: {} bytes", arguments.out.display(), bytes.len());
     Ok(ExitCode::SUCCESS)
 }

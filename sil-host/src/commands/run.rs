@@ -6,7 +6,8 @@
 //! | file | content |
 //! |---|---|
 //! | `summary.json` | the figures, the limits, and whether they were kept |
-//! | `cycles.csv` | a row a second ([`crate::formats::cycles::HEADER`]) |
+//! | `cycles.csv` | a row a second ([`crate::formats::cycles::columns`]) |
+//! | `truth.oem`, `estimate.oem`, `truth.aem`, `estimate.aem` | CCSDS ephemerides ([`crate::formats::ephemerides`]) |
 //! | `telemetry.bin` | the sensor's telemetry, a stream ([`fsw_core::telemetry`]) |
 //! | `report.html` | plots and frames, self-contained |
 //!
@@ -16,9 +17,12 @@
 //! status 1 when a limit was missed.
 
 use crate::bound;
+use crate::campaign::family::Family;
 use crate::cli::RunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::cycles::CyclesFile;
+use crate::formats::cycles::columns::RowInputs;
+use crate::formats::ephemerides::{self, Ephemerides};
 use crate::formats::json;
 use crate::harness::{self, Second};
 use crate::judge::{Figures, Judge, Verdict};
@@ -57,7 +61,7 @@ pub struct Summary {
     pub figures: Figures,
 }
 
-/// The files of a run.
+/// The files of a run, beside its ephemerides.
 const FILES: [&str; 4] = ["cycles.csv", "telemetry.bin", "summary.json", "report.html"];
 
 /// The stream of telemetry; whole frames only are handed to the system.
@@ -117,10 +121,11 @@ fn progress(scenario: &Scenario, json: bool) -> ProgressBar {
 /// When the scenario cannot be flown or a file cannot be written.
 pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -> Result<Summary, HostError> {
     let mut scene = scenario.scene()?;
-    let folder = Folder::claim(folder, &FILES)?;
+    let folder = Folder::claim(folder, &[FILES, ephemerides::FILES].concat())?;
     let [cycles, frames, summary_file, report_file] = FILES.map(|name| folder.file(name));
     let mut cycles = CyclesFile::create(&cycles)?;
     let mut frames = TelemetryFile::create(&frames)?;
+    let mut ephemerides = Ephemerides::create(&folder, scenario)?;
     let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
     let mut recorder = Recorder::new(scenario.duration_s);
     let bar = progress(scenario, json);
@@ -128,14 +133,17 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -
         let mode_right = judge_second(&mut judge, &second, scenario.exposure_us);
         recorder.add(&second, mode_right);
         frames.add(second.report)?;
-        if cycles.add(&second)? {
+        ephemerides.add(&second)?;
+        if cycles.add(&RowInputs { second, mode_right })? {
             frames.flush()?;
+            ephemerides.flush()?;
             bar.set_position(second.cycle.into());
         }
         Ok(())
     })?;
     cycles.finish()?;
     frames.finish()?;
+    ephemerides.finish()?;
     bar.finish_and_clear();
     let figures = judge.finish();
     let limits = Verdict::all(&scenario.limits, &figures);
@@ -183,8 +191,13 @@ fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
 /// # Errors
 /// When the scenario cannot be read or flown, or a file cannot be written.
 pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
-    let scenario = Scenario::named(arguments.scenario.as_deref())?;
-    let scenario = scenario.with_seed(arguments.seed);
+    let named = arguments.scenario.as_deref();
+    let scenario = match arguments.run {
+        None => Scenario::named(named)?.with_seed(arguments.seed),
+        Some(run) => {
+            Family::new(named, arguments.vary.as_deref())?.member(arguments.seed.unwrap_or(1), run)?.0
+        }
+    };
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scenario.name));
     let began = Instant::now();
     let summary = fly_into(&scenario, &folder, &command(arguments, scenario.seed), arguments.json)?;

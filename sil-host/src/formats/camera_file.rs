@@ -15,6 +15,8 @@ use toml::Spanned;
 
 /// The reference camera, f = 3000 px on 1280 x 1024 px.
 pub const REFERENCE: &str = include_str!("../../cameras/reference.toml");
+/// What `sil-host calibrate` found of it in the laboratory.
+pub const REFERENCE_CALIBRATED: &str = include_str!("../../cameras/reference-calibrated.toml");
 /// The MITA flight camera, 386 x 290 px.
 pub const MITA: &str = include_str!("../../cameras/mita.toml");
 /// The field-experiment camera, f = 3432 px on 1280 x 1024 px.
@@ -165,6 +167,11 @@ impl CameraFile {
     /// The reference camera.
     pub fn reference() -> Self {
         Self::embedded("cameras/reference.toml", REFERENCE)
+    }
+
+    /// The reference camera as it was calibrated.
+    pub fn reference_calibrated() -> Self {
+        Self::embedded("cameras/reference-calibrated.toml", REFERENCE_CALIBRATED)
     }
 
     /// An undistorted camera whose `width_px` columns span `fov_deg` degrees: f = (w/2) / tan(fov/2), the

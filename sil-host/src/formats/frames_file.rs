@@ -18,11 +18,11 @@
 //! it were exposed. The firmware reads the same file by semihosting, so that host and target see the same
 //! pixels.
 
+use crate::error::HostError;
 use crate::formats::picture::{check_request, copy_window};
-use crate::words::{io_words, one_line};
+use crate::output::PartialFile;
+use crate::words::io_words;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
-use std::fs::File;
-use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The first four bytes of a file of frames.
@@ -34,57 +34,45 @@ pub const HEADER_BYTES: usize = 16;
 /// Length of a frame's two times, bytes.
 const INSTANT_BYTES: usize = 16;
 
-/// What is wrong with a file of frames.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {what}; {to_do}", one_line(&file.display().to_string()))]
-pub struct FramesFileError {
-    /// The file.
-    pub file: PathBuf,
-    /// What is wrong.
-    pub what: String,
-    /// What to do about it.
-    pub to_do: String,
-}
-
-fn fault(file: &Path, what: impl Into<String>, to_do: &str) -> FramesFileError {
-    FramesFileError { file: file.to_path_buf(), what: what.into(), to_do: to_do.into() }
+fn fault(file: &Path, what: impl Into<String>, to_do: &str) -> HostError {
+    HostError::input(file, None, what, to_do)
 }
 
 /// Writes frames, one after another; the count is put into the header at the end.
 #[derive(Debug)]
 pub struct FramesWriter {
     path: PathBuf,
-    file: BufWriter<File>,
+    file: PartialFile,
     geometry: DetectorGeometry,
     count: u32,
 }
 
 impl FramesWriter {
-    /// Creates (or empties) the file at `path`.
+    /// Begins the file that is to be `path`.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn create(path: &Path, geometry: DetectorGeometry) -> Result<Self, FramesFileError> {
-        let file = File::create(path).map_err(|e| unwritable(path, &e))?;
-        let mut writer = Self { path: path.to_path_buf(), file: BufWriter::new(file), geometry, count: 0 };
-        writer.write(&header(geometry, 0))?;
-        Ok(writer)
+    pub fn create(path: &Path, geometry: DetectorGeometry) -> Result<Self, HostError> {
+        let mut file = PartialFile::create(path)?;
+        file.write(&header(geometry, 0))?;
+        Ok(Self { path: path.to_path_buf(), file, geometry, count: 0 })
     }
 
     /// Appends a whole frame, row by row, taken at `instant`.
     ///
     /// # Errors
     /// When the frame has another size than the detector or the file cannot be written.
-    pub fn push(&mut self, instant: Instant, frame: &[u16]) -> Result<(), FramesFileError> {
+    pub fn push(&mut self, instant: Instant, frame: &[u16]) -> Result<(), HostError> {
         if frame.len() != self.geometry.whole().area() {
             let what =
                 format!("a frame of {} px for a detector of {}", frame.len(), self.geometry.whole().area());
             return Err(fault(&self.path, what, "write whole frames"));
         }
-        self.write(&instant.local.as_us().to_le_bytes())?;
-        self.write(&instant.terrestrial_us.unwrap_or(NOT_SYNCHRONISED).to_le_bytes())?;
-        let bytes: Vec<u8> = frame.iter().flat_map(|value| value.to_le_bytes()).collect();
-        self.write(&bytes)?;
+        let mut bytes = Vec::with_capacity(16 + 2 * frame.len());
+        bytes.extend(instant.local.as_us().to_le_bytes());
+        bytes.extend(instant.terrestrial_us.unwrap_or(NOT_SYNCHRONISED).to_le_bytes());
+        bytes.extend(frame.iter().flat_map(|value| value.to_le_bytes()));
+        self.file.write(&bytes)?;
         self.count += 1;
         Ok(())
     }
@@ -98,7 +86,7 @@ impl FramesWriter {
         detector: &mut D,
         instant: Instant,
         exposure_us: u32,
-    ) -> Result<(), FramesFileError> {
+    ) -> Result<(), HostError> {
         let mut frame = vec![0; self.geometry.whole().area()];
         detector.expose(exposure_us).and_then(|_| detector.read(self.geometry.whole(), &mut frame)).map_err(
             |e| fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time"),
@@ -106,25 +94,15 @@ impl FramesWriter {
         self.push(instant, &frame)
     }
 
-    /// Writes the count and closes the file; gives the number of frames.
+    /// Writes the count and gives the file its name; gives the number of frames.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<u32, FramesFileError> {
-        let header = header(self.geometry, self.count);
-        self.file.seek(SeekFrom::Start(0)).map_err(|e| unwritable(&self.path, &e))?;
-        self.write(&header)?;
-        self.file.flush().map_err(|e| unwritable(&self.path, &e))?;
+    pub fn finish(mut self) -> Result<u32, HostError> {
+        self.file.overwrite(0, &header(self.geometry, self.count))?;
+        self.file.finish()?;
         Ok(self.count)
     }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), FramesFileError> {
-        self.file.write_all(bytes).map_err(|e| unwritable(&self.path, &e))
-    }
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> FramesFileError {
-    fault(path, format!("cannot be written: {}", io_words(error)), "check the folder and the space left")
 }
 
 fn header(geometry: DetectorGeometry, count: u32) -> [u8; HEADER_BYTES] {
@@ -154,14 +132,14 @@ impl Recording {
     ///
     /// # Errors
     /// When it cannot be read, is no file of frames, or its length contradicts its header.
-    pub fn load(path: &Path) -> Result<Self, FramesFileError> {
+    pub fn load(path: &Path) -> Result<Self, HostError> {
         let bytes = std::fs::read(path).map_err(|e| {
             fault(path, format!("cannot be read: {}", io_words(&e)), "check the path and its permissions")
         })?;
         Self::decode(path, bytes)
     }
 
-    fn decode(path: &Path, mut bytes: Vec<u8>) -> Result<Self, FramesFileError> {
+    fn decode(path: &Path, mut bytes: Vec<u8>) -> Result<Self, HostError> {
         const AGAIN: &str = "record the frames again";
         let Some((header, data)) = bytes.split_at_checked(HEADER_BYTES) else {
             return Err(fault(path, "shorter than a header", AGAIN));
@@ -321,7 +299,7 @@ mod tests {
         let refused =
             |bytes: &[u8]| Recording::decode(Path::new("f"), bytes.to_vec()).unwrap_err().to_string();
         for length in 0..good.len() {
-            assert!(refused(&good[..length]).starts_with("f: "));
+            assert!(refused(&good[..length]).starts_with("sil-host: f: "));
         }
         for (at, value) in [(0, b'X'), (4, 1), (6, 4), (10, 0), (10, 9), (11, 1), (12, 3)] {
             let mut bytes = good.clone();

@@ -92,9 +92,9 @@ pub struct OrbitFigures {
     pub last_orbit_position_km: Option<f64>,
     /// 3-D velocity error, rms of the last orbit.
     pub last_orbit_velocity_m_s: Option<f64>,
-    /// Share of the seconds with every ICRS axis within three sigma.
+    /// Share of the seconds with every axis (radial, along, cross) within three sigma.
     pub position_within_3_sigma_share: Option<f64>,
-    /// Mean of (error / sigma)² over the ICRS axes; 1 where the sigmas are right.
+    /// Mean NEES over its three degrees of freedom; 1 where the covariance is right.
     pub position_normalised_square: Option<f64>,
     /// Largest position error over its sigma.
     pub position_largest_sigma: Option<f64>,

@@ -13,7 +13,9 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::scene::Truth;
 use crate::world::vector::length;
 use fsw_core::modes::Mode;
-use fsw_core::telemetry::{AttitudeReport, EarthReport, FilteredAttitude, OrbitReport, Report};
+use fsw_core::telemetry::{
+    AttitudeReport, EarthReport, FilteredAttitude, MOTION_CORRELATIONS, OrbitReport, Report,
+};
 use std::path::Path;
 
 /// For so long errors of position and velocity go together, s.
@@ -22,6 +24,8 @@ const ATTITUDE_SIGMA_RAD: [f64; 3] = [5e-6, 5e-6, 35e-6];
 const FILTERED_SIGMA_RAD: [f64; 3] = [2e-6, 2e-6, 14e-6];
 const POSITION_SIGMA_KM: f64 = 0.4;
 const VELOCITY_SIGMA_KM_S: f64 = 4e-5;
+/// Correlation of the position's x and y.
+const CORRELATION: f64 = 0.8;
 const DIRECTION_SIGMA_RAD: f64 = 2e-4;
 const DISTANCE_SIGMA_KM: f64 = 6.0;
 
@@ -56,6 +60,13 @@ fn turned(truth: [f64; 4], error: [f64; 3]) -> [f32; 4] {
     compose([x, y, z, libm::sqrt(1.0 - x * x - y * y - z * z)], truth).map(|part| part as f32)
 }
 
+/// Position's x and y correlated, nothing else.
+fn correlations(of_x_and_y: f64) -> [f32; MOTION_CORRELATIONS] {
+    let mut correlations = [0.0; MOTION_CORRELATIONS];
+    correlations[0] = of_x_and_y as f32;
+    correlations
+}
+
 /// What an honest sensor would report, second by second.
 fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
     let noise = Noise::new(seed, 0, Stream::Attitude);
@@ -76,6 +87,8 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
             nadir[1] + distance * DIRECTION_SIGMA_RAD * draw(21),
             nadir[2],
         ];
+        let [x, y, z, ..] = slow;
+        let together = [x, CORRELATION * x + libm::sqrt(1.0 - CORRELATION * CORRELATION) * y, z];
         let sun = mode == Mode::SunOutage;
         let fix = mode == Mode::Tracking;
         // The sum of three squares, where three degrees of freedom are expected.
@@ -104,11 +117,13 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
                 rms_px: 0.3,
             }),
             orbit: (cycle >= 20).then(|| OrbitReport {
-                position_km: [0, 1, 2].map(|axis| truth.position_km[axis] + POSITION_SIGMA_KM * slow[axis]),
+                position_km: [0, 1, 2]
+                    .map(|axis| truth.position_km[axis] + POSITION_SIGMA_KM * together[axis]),
                 velocity_km_s: [0, 1, 2]
                     .map(|axis| truth.velocity_km_s[axis] + VELOCITY_SIGMA_KM_S * slow[3 + axis]),
                 sigma_position_km: [POSITION_SIGMA_KM as f32; 3],
                 sigma_velocity_km_s: [VELOCITY_SIGMA_KM_S as f32; 3],
+                correlations: correlations(CORRELATION),
                 limb_height_km: 0.3,
                 limb_height_sigma_km: 0.5,
                 nis: fix.then_some(nis as f32),
@@ -168,7 +183,7 @@ fn middle(reports: &mut [Report]) -> &mut Report {
 
 type Mutation = (&'static str, fn(&mut [Report]));
 
-const MUTATIONS: [Mutation; 42] = [
+const MUTATIONS: [Mutation; 43] = [
     ("attitude sigma x 3", |all| {
         each_attitude(all, |of| of.sigma_rad = of.sigma_rad.map(|sigma| 3.0 * sigma))
     }),
@@ -237,6 +252,9 @@ const MUTATIONS: [Mutation; 42] = [
     }),
     ("velocity in m/s", |all| {
         each_orbit(all, |of| of.velocity_km_s = of.velocity_km_s.map(|part| 1e3 * part))
+    }),
+    ("position's correlation with the other sign", |all| {
+        each_orbit(all, |of| of.correlations = correlations(-CORRELATION))
     }),
     ("orbit never settled", |all| each_orbit(all, |of| of.settled = false)),
     ("no orbit", |all| all.iter_mut().for_each(|report| report.orbit = None)),

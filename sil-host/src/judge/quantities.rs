@@ -1,6 +1,7 @@
 //! The estimated quantities that are judged, each declared once.
 
 use super::second::{Axes, Judged};
+use crate::world::attitude::Vector;
 use crate::world::scene::SensorState;
 
 /// A quantity of which every second gives an error and a reported sigma.
@@ -18,6 +19,8 @@ pub struct Quantity {
     pub axes: usize,
     /// Its error in a second.
     pub of: fn(&Judged) -> Option<Axes>,
+    /// Its independent deviates, where the axes are correlated.
+    pub deviates: Option<fn(&Judged) -> Option<Vector>>,
 }
 
 const ARCSEC: f64 = 3600.0 * 180.0 / std::f64::consts::PI;
@@ -30,12 +33,12 @@ const fn quantity(
     axes: usize,
     of: fn(&Judged) -> Option<Axes>,
 ) -> Quantity {
-    Quantity { key, words, unit, scale, axes, of }
+    Quantity { key, words, unit, scale, axes, of, deviates: None }
 }
 
 /// Attitude is judged while the Sun does not blind the detector, and by itself while it does; position and
-/// velocity from the first orbit on, for their sigmas must hold even while the filter converges, in ICRS
-/// axes.
+/// velocity from the first orbit on, for their sigmas must hold even while the filter converges, along the
+/// true radial, along-track and cross-track axes with the reported correlations.
 pub const QUANTITIES: [Quantity; 9] = [
     quantity("attitude", "Attitude", ("arcsec", ARCSEC), 3, |of| of.attitude_rad.filter(|_| !of.sun())),
     quantity("filtered", "Filtered attitude", ("arcsec", ARCSEC), 3, |of| {
@@ -54,9 +57,18 @@ pub const QUANTITIES: [Quantity; 9] = [
         let earth = of.earth?;
         Some(Axes { error: [earth.distance_km, 0.0, 0.0], sigma: [earth.sigma_km; 3] })
     }),
-    quantity("position", "Position", ("km", 1.0), 3, |of| Some(of.orbit?.position_km)),
-    quantity("velocity", "Velocity", ("m/s", 1e3), 3, |of| Some(of.orbit?.velocity_km_s)),
-    quantity("dark_position", "Position in eclipse and Sun", ("km", 1.0), 3, |of| {
-        of.orbit.filter(|_| of.state != SensorState::Full).map(|orbit| orbit.position_km)
-    }),
+    Quantity {
+        deviates: Some(|of| Some(of.orbit?.position_km.deviates)),
+        ..quantity("position", "Position", ("km", 1.0), 3, |of| Some(of.orbit?.position_km.axes))
+    },
+    Quantity {
+        deviates: Some(|of| Some(of.orbit?.velocity_km_s.deviates)),
+        ..quantity("velocity", "Velocity", ("m/s", 1e3), 3, |of| Some(of.orbit?.velocity_km_s.axes))
+    },
+    Quantity {
+        deviates: Some(|of| Some(of.orbit?.position_km.deviates)),
+        ..quantity("dark_position", "Position in eclipse and Sun", ("km", 1.0), 3, |of| {
+            of.orbit.filter(|_| of.state != SensorState::Full).map(|orbit| orbit.position_km.axes)
+        })
+    },
 ];

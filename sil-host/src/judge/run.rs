@@ -1,7 +1,7 @@
 //! Gathers a run's seconds into its figures.
 //!
 //! In: [`Judged`] seconds, one after the other. Every quantity's errors are kept until the end ([`Series`],
-//! 50 bytes a second each).
+//! 80 bytes a second each).
 
 use super::arcsec;
 use super::chi_square::two_sided;
@@ -60,8 +60,10 @@ impl Judge {
         self.figures.seconds += 1;
         *self.figures.mode_seconds.entry(word(second.mode)).or_insert(0) += 1;
         for (quantity, series) in QUANTITIES.iter().zip(&mut self.series) {
-            if let Some(axes) = (quantity.of)(second) {
-                series.add(second.cycle, axes);
+            let Some(axes) = (quantity.of)(second) else { continue };
+            match quantity.deviates.and_then(|of| of(second)) {
+                Some(deviates) => series.add_correlated(second.cycle, axes, deviates),
+                None => series.add(second.cycle, axes),
             }
         }
         self.add_availability(second);
@@ -101,13 +103,13 @@ impl Judge {
         let Some(orbit) = &second.orbit else { return };
         let figures = &mut self.figures.orbit;
         figures.first_s.get_or_insert(second.cycle + 1);
-        figures.final_position_km = Some(orbit.position_km.length());
+        figures.final_position_km = Some(orbit.position_km.axes.length());
         if let Some(nis) = orbit.nis {
             self.figures.not_finite += u32::from(!nis.is_finite());
             self.nis = (self.nis.0 + 1, self.nis.1 + nis);
         }
         if second.cycle >= self.last_orbit_from {
-            for (sum, error) in self.last_rac.iter_mut().zip(orbit.position_rac_km.error) {
+            for (sum, error) in self.last_rac.iter_mut().zip(orbit.position_km.axes.error) {
                 sum.add(error);
             }
         }

@@ -31,6 +31,24 @@ impl Axes {
     }
 }
 
+/// An error whose axes are correlated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correlated {
+    /// Each axis by itself.
+    pub axes: Axes,
+    /// Reported correlations of the axes: first with second, first with third, second with third.
+    pub correlation: Vector,
+    /// `L⁻¹ error` of the reported covariance `L Lᵀ`: independent and of sigma 1 where the covariance is right.
+    pub deviates: Vector,
+}
+
+impl Correlated {
+    /// Normalised error squared, three degrees of freedom.
+    pub fn nees(&self) -> f64 {
+        dot(self.deviates, self.deviates)
+    }
+}
+
 /// The Earth's direction and distance against the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthError {
@@ -47,15 +65,10 @@ pub struct EarthError {
 /// The orbit against the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitError {
-    /// Position, ICRS axes, km.
-    pub position_km: Axes,
-    /// Velocity, ICRS axes, km/s.
-    pub velocity_km_s: Axes,
-    /// Position: radial, along, cross, km. The sigma takes the ICRS axes' errors as uncorrelated, which
-    /// telemetry leaves open; it is for the eye, the shares are judged in ICRS axes.
-    pub position_rac_km: Axes,
-    /// Velocity: radial, along, cross, km/s; sigma as above.
-    pub velocity_rac_km_s: Axes,
+    /// Position: radial, along, cross, km.
+    pub position_km: Correlated,
+    /// Velocity: radial, along, cross, km/s.
+    pub velocity_km_s: Correlated,
     /// Limb height and its sigma, km.
     pub limb_height_km: [f64; 2],
     /// Normalised innovation squared of the second's fix, 3 degrees of freedom.
@@ -200,32 +213,66 @@ fn earth_error(earth: &fsw_core::telemetry::EarthReport, truth: &Truth) -> Optio
     })
 }
 
-/// Turns error and sigma into other axes; the sigma as if the axes were uncorrelated.
-fn turned(axes: &[Vector; 3], of: &Axes) -> Axes {
-    let variance = of.sigma.map(|sigma| sigma * sigma);
-    let sigma = axes.map(|axis| libm::sqrt(dot(axis.map(|component| component * component), variance)));
-    Axes { error: apply(axes, of.error), sigma }
+/// Reported covariance of position and velocity, ICRS axes: km², km²/s, km²/s².
+pub fn motion_covariance(orbit: &OrbitReport) -> [[f64; 6]; 6] {
+    let ([x, y, z], [vx, vy, vz]) = (orbit.sigma_position_km, orbit.sigma_velocity_km_s);
+    let sigma = [x, y, z, vx, vy, vz].map(f64::from);
+    let mut covariance = [[0.0; 6]; 6];
+    let mut correlations = orbit.correlations.iter();
+    for row in 0..6 {
+        covariance[row][row] = sigma[row] * sigma[row];
+        for column in 0..row {
+            let correlation = correlations.next().map_or(0.0, |correlation| f64::from(*correlation));
+            let element = correlation * sigma[row] * sigma[column];
+            (covariance[row][column], covariance[column][row]) = (element, element);
+        }
+    }
+    covariance
+}
+
+/// Correlations are reported in single precision: less of a variance cannot be told from nothing.
+const LEAST_SHARE: f64 = 1e-6;
+
+/// An error and its covariance in other axes, the rows of `axes`.
+fn turned(axes: &[Vector; 3], error: Vector, covariance: [Vector; 3]) -> Correlated {
+    let error = apply(axes, error);
+    let half = axes.map(|axis| apply(&covariance, axis));
+    let turned = |row: usize, column: usize| dot(axes[row], half[column]);
+    let variance = [turned(0, 0), turned(1, 1), turned(2, 2)];
+    let pivot = |axis: usize, left: f64| libm::sqrt(left.max(LEAST_SHARE * variance[axis]));
+    // Cholesky's factor, row by row, and the forward substitution.
+    let l00 = pivot(0, variance[0]);
+    let (l10, l20) = (turned(1, 0) / l00, turned(2, 0) / l00);
+    let l11 = pivot(1, variance[1] - l10 * l10);
+    let l21 = (turned(2, 1) - l20 * l10) / l11;
+    let l22 = pivot(2, variance[2] - l20 * l20 - l21 * l21);
+    let first = error[0] / l00;
+    let second = (error[1] - l10 * first) / l11;
+    let third = (error[2] - l20 * first - l21 * second) / l22;
+    let sigma = variance.map(libm::sqrt);
+    let correlation = |row: usize, column: usize| turned(row, column) / (sigma[row] * sigma[column]);
+    Correlated {
+        axes: Axes { error, sigma },
+        correlation: [correlation(1, 0), correlation(2, 0), correlation(2, 1)],
+        deviates: [first, second, third],
+    }
 }
 
 fn orbit_error(orbit: &OrbitReport, truth: &Truth) -> OrbitError {
-    let position_km = Axes {
-        error: minus(orbit.position_km, truth.position_km),
-        sigma: orbit.sigma_position_km.map(f64::from),
-    };
-    let velocity_km_s = Axes {
-        error: minus(orbit.velocity_km_s, truth.velocity_km_s),
-        sigma: orbit.sigma_velocity_km_s.map(f64::from),
-    };
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let axes = orbit_axes(truth.position_km, truth.velocity_km_s).unwrap_or(identity);
+    let covariance = motion_covariance(orbit);
+    let block =
+        |first: usize| [0, 1, 2].map(|row| [0, 1, 2].map(|column| covariance[first + row][first + column]));
     OrbitError {
-        position_km,
-        velocity_km_s,
-        position_rac_km: turned(&axes, &position_km),
-        velocity_rac_km_s: turned(&axes, &velocity_km_s),
+        position_km: turned(&axes, minus(orbit.position_km, truth.position_km), block(0)),
+        velocity_km_s: turned(&axes, minus(orbit.velocity_km_s, truth.velocity_km_s), block(3)),
         limb_height_km: [orbit.limb_height_km.into(), orbit.limb_height_sigma_km.into()],
         nis: orbit.nis.map(f64::from),
         settled: orbit.settled,
         since_fix_s: orbit.since_fix_s,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,6 +8,7 @@
 
 use super::chi_square::{band_99, two_sided};
 use super::second::Axes;
+use crate::world::attitude::Vector;
 use serde::Serialize;
 
 /// Errors and sigmas of a quantity, second by second.
@@ -17,6 +18,8 @@ pub struct Series {
     axes: usize,
     seconds: Vec<u32>,
     samples: Vec<Axes>,
+    /// Independent deviates of the axes together.
+    deviates: Vec<Vector>,
     not_finite: u32,
 }
 
@@ -40,8 +43,8 @@ pub struct Statistics {
     pub within_share: [f64; 3],
     /// Share of the seconds with every axis within 3 sigma.
     pub all_within_3_share: f64,
-    /// Mean of (error / sigma)² over axes and seconds (NEES over its degrees of freedom); 1 where sigmas are
-    /// right.
+    /// Mean of the normalised error squared over the seconds (NEES, with the correlations of the axes where
+    /// they are known) over its degrees of freedom; 1 where sigmas are right.
     pub normalised_square: f64,
     /// Mean of error / sigma over the seconds, of the axis where it is largest.
     pub bias_sigma: f64,
@@ -84,18 +87,23 @@ impl Statistics {
 impl Series {
     /// Nothing yet, of so many axes.
     pub fn new(axes: usize) -> Self {
-        Self { axes, seconds: Vec::new(), samples: Vec::new(), not_finite: 0 }
+        Self { axes, seconds: Vec::new(), samples: Vec::new(), deviates: Vec::new(), not_finite: 0 }
     }
 
-    /// Adds a second. One with a number that is not finite or a sigma that is not positive is only counted.
+    /// Adds a second whose axes are independent. One with a number that is not finite or a sigma that is not
+    /// positive is only counted.
     pub fn add(&mut self, second: u32, of: Axes) {
-        let errors = of.error.iter().take(self.axes);
-        let sigmas = of.sigma.iter().take(self.axes);
-        if errors.chain(sigmas.clone()).all(|value| value.is_finite())
-            && sigmas.clone().all(|sigma| *sigma > 0.0)
-        {
+        self.add_correlated(second, of, [0, 1, 2].map(|axis| of.error[axis] / of.sigma[axis]));
+    }
+
+    /// The same of axes that are not, with [`Correlated::deviates`](super::second::Correlated).
+    pub fn add_correlated(&mut self, second: u32, of: Axes, deviates: Vector) {
+        let counted = |values: &Vector| values.iter().take(self.axes).all(|value| value.is_finite());
+        let sigmas = of.sigma.iter().take(self.axes).all(|sigma| *sigma > 0.0);
+        if sigmas && [of.error, of.sigma, deviates].iter().all(counted) {
             self.seconds.push(second);
             self.samples.push(of);
+            self.deviates.push(deviates);
         } else {
             self.not_finite += 1;
         }
@@ -124,14 +132,15 @@ impl Series {
             (rms_of(&|sample, axis| sample.error[axis]), rms_of(&|sample, axis| sample.sigma[axis]));
         let mut lengths: Vec<f64> = samples.iter().map(|sample| length(&sample.error[..self.axes])).collect();
         lengths.sort_by(f64::total_cmp);
-        let normalised: Vec<Vec<f64>> = axes
-            .clone()
-            .map(|axis| samples.iter().map(|sample| sample.error[axis] / sample.sigma[axis]).collect())
-            .collect();
+        let of_axes = |of: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+            axes.clone().map(|axis| (0..samples.len()).map(|index| of(index, axis)).collect()).collect()
+        };
+        let normalised = of_axes(&|index, axis| samples[index].error[axis] / samples[index].sigma[axis]);
+        let deviates = of_axes(&|index, axis| self.deviates[from + index][axis]);
         let each = || normalised.iter().flatten();
         let all = count * self.axes as f64;
-        let normalised_square = each().map(|deviate| deviate * deviate).sum::<f64>() / all;
-        let correlation_s = correlation(&normalised);
+        let normalised_square = deviates.iter().flatten().map(|deviate| deviate * deviate).sum::<f64>() / all;
+        let correlation_s = correlation(&deviates);
         let freedom = all / correlation_s;
         let worst = |index: usize| normalised.iter().map(|axis| axis[index].abs()).fold(0.0, f64::max);
         Some(Statistics {

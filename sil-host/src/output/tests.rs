@@ -39,6 +39,18 @@ fn a_file_has_its_name_only_when_it_is_whole() {
 }
 
 #[test]
+fn bytes_handed_over_before_are_replaced_and_writing_goes_on_at_the_end() {
+    let path = fresh("replaced").join("a");
+    let mut file = PartialFile::create(&path).unwrap();
+    file.write(b"until ....").unwrap();
+    file.overwrite(6, b"noon").unwrap();
+    file.write(b", rest").unwrap();
+    assert_eq!(file.length(), 16);
+    file.finish().unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), b"until noon, rest");
+}
+
+#[test]
 fn a_file_that_cannot_be_written_leaves_nothing() {
     let folder = fresh("refused");
     let error = write_whole(&folder.join("none/a"), b"new").unwrap_err().to_string();

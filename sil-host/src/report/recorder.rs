@@ -175,8 +175,8 @@ impl Recorder {
             self.earth[2].add(at, earth.distance_km, earth.sigma_km);
         }
         if let Some(orbit) = &judged.orbit {
-            add_axes(&mut self.position, at, Some(&orbit.position_rac_km), 1.0);
-            add_axes(&mut self.velocity, at, Some(&orbit.velocity_rac_km_s), 1e3);
+            add_axes(&mut self.position, at, Some(&orbit.position_km.axes), 1.0);
+            add_axes(&mut self.velocity, at, Some(&orbit.velocity_km_s.axes), 1e3);
             let [height, sigma] = orbit.limb_height_km;
             self.limb_height.add(at, height, sigma);
             if let Some(nis) = orbit.nis {

@@ -8,8 +8,8 @@ use crate::world::attitude::apply;
 use crate::world::noise::{Noise, Stream};
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{
-    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, FilteredAttitude, OrbitReport, Outcome,
-    Report,
+    AttitudeReport, ClockState, EarthReport, EarthStatus, Event, FilteredAttitude, MOTION_CORRELATIONS,
+    OrbitReport, Outcome, Report,
 };
 
 /// A report of a sensor whose errors are Gaussian with the sigmas it reports; `decay` shrinks those of the
@@ -53,6 +53,7 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             velocity_km_s: [0, 1, 2].map(|k| truth.velocity_km_s[k] + error[k] * 1e-4),
             sigma_position_km: [sigma_km as f32; 3],
             sigma_velocity_km_s: [sigma_km as f32 * 1e-4; 3],
+            correlations: [0.0; MOTION_CORRELATIONS],
             limb_height_km: 0.3,
             limb_height_sigma_km: 0.5,
             nis: sees.then_some(3.0),

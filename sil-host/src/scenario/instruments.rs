@@ -90,7 +90,7 @@ pub(super) fn magnetometer(
         noise_ut: number("noise_ut", &raw.noise_ut, default.noise_ut, (0.0, 100.0))?,
         drift_ut_h: number("drift_ut_h", &raw.drift_ut_h, default.drift_ut_h, (0.0, 100.0))?,
         hard_iron_ut: match &raw.hard_iron_ut {
-            Some(field) => text.triple("magnetometer.hard_iron_ut", field, (-1000.0, 1000.0))?,
+            Some(field) => text.array("magnetometer.hard_iron_ut", field, (-1000.0, 1000.0))?,
             None => default.hard_iron_ut,
         },
         resolution_ut: number("resolution_ut", &raw.resolution_ut, default.resolution_ut, (0.0, 100.0))?,

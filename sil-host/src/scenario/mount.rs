@@ -18,7 +18,7 @@ pub(super) struct RawMount {
 /// The mounting.
 pub(super) fn read(text: &Text<'_>, raw: &RawMount) -> Result<Mount, HostError> {
     let star_path_deg = match &raw.star_path_deg {
-        Some(angles) => text.triple("mount.star_path_deg", angles, ANGLE_DEG)?,
+        Some(angles) => text.array("mount.star_path_deg", angles, ANGLE_DEG)?,
         None => [0.0, 90.0, 0.0],
     };
     Ok(Mount { star_path_deg })

@@ -118,8 +118,8 @@ pub(super) fn read(
     if let Some(a_km) = &orbit.a_km {
         elements(text, orbit, a_km).map(Start::flown)
     } else if let (Some(position), Some(velocity)) = (&orbit.position_km, &orbit.velocity_km_s) {
-        let r = text.triple("orbit.position_km", position, POSITION_KM)?;
-        let v = text.triple("orbit.velocity_km_s", velocity, VELOCITY_KM_S)?;
+        let r = text.array("orbit.position_km", position, POSITION_KM)?;
+        let v = text.array("orbit.velocity_km_s", velocity, VELOCITY_KM_S)?;
         check_state(r, v).map_err(|error| {
             let key = "orbit.velocity_km_s";
             text.fault(velocity.span().start, key, &error.to_string(), "give another orbit")

@@ -138,7 +138,7 @@ fn aim(text: &Text<'_>, raw: &RawPointing, roll_deg: f64) -> Result<Aim, HostErr
 /// The free body.
 fn spin(text: &Text<'_>, raw: &RawPointing, aim: Aim, duration_s: u32) -> Result<Tumble, HostError> {
     let rate = raw.rate_deg_s.as_ref().ok_or_else(|| missing(text, raw, "rate_deg_s"))?;
-    let rate_deg_s = text.triple("pointing.rate_deg_s", rate, (-RATE_DEG_S, RATE_DEG_S))?;
+    let rate_deg_s = text.array("pointing.rate_deg_s", rate, (-RATE_DEG_S, RATE_DEG_S))?;
     let speed = length(rate_deg_s);
     if speed > RATE_DEG_S {
         let what = format!("{speed:.3} deg/s in all is out of range");
@@ -148,7 +148,7 @@ fn spin(text: &Text<'_>, raw: &RawPointing, aim: Aim, duration_s: u32) -> Result
     let inertia = match &raw.inertia {
         None => [1.0; 3],
         Some(inertia) => {
-            let [a, b, c] = text.triple("pointing.inertia", inertia, INERTIA)?;
+            let [a, b, c] = text.array("pointing.inertia", inertia, INERTIA)?;
             if a + b < c || b + c < a || c + a < b {
                 let what = "one moment is more than the sum of the others, which no body has";
                 return Err(text.fault(inertia.span().start, "pointing.inertia", what, "give other ratios"));
@@ -168,7 +168,7 @@ fn slews(text: &Text<'_>, raw: &[Spanned<RawSlew>]) -> Result<Vec<Slew>, HostErr
         let start_s = text.number("pointing.slews.start_s", Some(&slew.start_s), 0.0, (0.0, latest))?;
         let duration_s = text.number("pointing.slews.duration_s", Some(&slew.duration_s), 0.0, SLEW_S)?;
         let angle_deg = text.number("pointing.slews.angle_deg", Some(&slew.angle_deg), 0.0, ANGLE_DEG)?;
-        let axis = text.triple("pointing.slews.axis", &slew.axis, (-1.0, 1.0))?;
+        let axis = text.array("pointing.slews.axis", &slew.axis, (-1.0, 1.0))?;
         if length(axis) < AXIS_LEAST {
             let what = "has no length";
             return Err(text.fault(slew.axis.span().start, "pointing.slews.axis", what, "give a direction"));
@@ -196,7 +196,7 @@ pub(super) fn jitter(text: &Text<'_>, raw: &RawPointing) -> Result<Option<Jitter
     let key = "pointing.jitter.correlation_s";
     let correlation_s = text.number(key, raw.correlation_s.as_ref(), CORRELATION_DEFAULT_S, CORRELATION_S)?;
     let random_arcsec: Vector = match &raw.random_arcsec {
-        Some(random) => text.triple("pointing.jitter.random_arcsec", random, JITTER_ARCSEC)?,
+        Some(random) => text.array("pointing.jitter.random_arcsec", random, JITTER_ARCSEC)?,
         None => [0.0; 3],
     };
     let mut lines = Vec::new();
@@ -204,7 +204,7 @@ pub(super) fn jitter(text: &Text<'_>, raw: &RawPointing) -> Result<Option<Jitter
         let key = "pointing.jitter.lines.frequency_hz";
         let frequency_hz = text.number(key, Some(&line.frequency_hz), 0.0, FREQUENCY_HZ)?;
         let key = "pointing.jitter.lines.amplitude_arcsec";
-        let amplitude_arcsec = text.triple(key, &line.amplitude_arcsec, JITTER_ARCSEC)?;
+        let amplitude_arcsec = text.array(key, &line.amplitude_arcsec, JITTER_ARCSEC)?;
         lines.push(Line { frequency_hz, amplitude_arcsec });
     }
     Ok(Some(JitterModel { random_arcsec, correlation_s, lines }))

@@ -88,13 +88,13 @@ impl Text<'_> {
         Ok(number)
     }
 
-    /// Three numbers, each within the range.
-    pub(super) fn triple(
+    /// Some numbers, each within the range.
+    pub(super) fn array<const N: usize>(
         &self,
         key: &str,
-        value: &Spanned<[f64; 3]>,
+        value: &Spanned<[f64; N]>,
         (low, high): (f64, f64),
-    ) -> Result<[f64; 3], HostError> {
+    ) -> Result<[f64; N], HostError> {
         let numbers = *value.get_ref();
         match numbers.iter().find(|number| !(**number >= low && **number <= high)) {
             Some(number) => Err(self.fault(

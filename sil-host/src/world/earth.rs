@@ -9,6 +9,7 @@
 //! | [`map`] | place, footprint | the same from maps |
 //! | [`horizon`] | a place on the Earth | how high the limb stands there |
 //! | [`limb`] | height of a line of sight | its brightness, blurred |
+//! | [`photometry`] | albedo, Sun, view | brightness |
 //! | [`looks`] | seed, model | the last three, shared |
 //! | [`sight`] | pixel, time | where its line of sight passes |
 //! | [`cell`] | values at its points | the same at its pixels |
@@ -29,6 +30,7 @@ pub mod limb;
 pub mod looks;
 pub mod map;
 pub mod octahedron;
+pub mod photometry;
 pub mod sight;
 
 pub use ellipsoid::Ellipsoid;
@@ -61,7 +63,9 @@ pub struct EarthModel {
     pub mean_albedo: f64,
     /// Contrast of clouds, land and sea, from 0 (the mean albedo everywhere) to 1 (0.05 to 0.85).
     pub cloud_contrast: f64,
-    /// Share of the brightness after Lommel and Seeliger, the rest is Lambert's.
+    /// How bright a surface is, by how it is lit and seen.
+    pub surface: photometry::Photometry,
+    /// Where that is mixed: share of the brightness after Lommel and Seeliger, the rest is Lambert's.
     pub lommel_seeliger: f64,
     /// Share of the mean albedo at the limb, where haze hides clouds, land and sea.
     pub limb_haze: f64,
@@ -71,8 +75,10 @@ pub struct EarthModel {
     pub cloud_top_km: f64,
     /// Brightness of thick air at the limb over that of the surface below.
     pub air_brightness: f64,
+    /// What makes the limb stand higher here than there.
+    pub horizon: horizon::Family,
     /// Standard deviation of the limb's height over thousands of km, km; half of it comes on top over
-    /// hundreds. 0: none.
+    /// hundreds. 0: nothing that a seed makes.
     pub height_variation_km: f64,
     /// Whether the limb stands higher over the tropics and the summer half.
     pub season: bool,
@@ -99,11 +105,13 @@ impl Default for EarthModel {
             photon_j: 2.84e-19,
             mean_albedo: 0.3,
             cloud_contrast: 1.0,
+            surface: photometry::Photometry::Mixed,
             lommel_seeliger: 0.4,
             limb_haze: 0.7,
             scale_height_km: 8.0,
             cloud_top_km: 3.0,
             air_brightness: 0.45,
+            horizon: horizon::Family::Noise,
             height_variation_km: 1.5,
             season: true,
             airglow: true,

@@ -21,11 +21,13 @@
 //! | [`optics`] | camera, direction in the sensor frame | pixel |
 //! | [`psf`] | lens, place on the detector | the image of a star as a few Gaussians |
 //! | [`spots`] | places and charges | mean electrons of a window |
+//! | [`streaks`] | ways and charges | the same, of points that move |
 //! | [`vignetting`] | place on the detector | what is left of the light |
 
 pub mod optics;
 pub mod psf;
 pub mod spots;
+pub mod streaks;
 pub mod vignetting;
 
 use super::vector::{plus, times};

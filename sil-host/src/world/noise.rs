@@ -64,6 +64,8 @@ pub enum Stream {
     RateSensor = 41,
     /// Errors of the magnetometer.
     Magnetometer = 42,
+    /// Keys of a scenario that a campaign draws.
+    Variation = 50,
 }
 
 /// Mean from which on Poisson numbers come from the Gaussian.

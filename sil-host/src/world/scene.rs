@@ -29,6 +29,7 @@ use crate::world::detector::protons;
 use crate::world::lens::optics::Optics;
 use crate::world::lens::psf::Psf;
 use crate::world::lens::spots::{Brush, Spot, Spots};
+use crate::world::lens::streaks::Streaks;
 use crate::world::lens::vignetting::Vignetting;
 use crate::world::motion::trajectory::{Look, Trajectory};
 pub use crate::world::motion::trajectory::{SensorState, Truth};
@@ -40,8 +41,12 @@ use crate::world::sky::sun;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
 use std::sync::Arc;
 
+mod kept;
 mod placing;
 mod settings;
+
+use kept::Kept;
+use placing::PointLight;
 
 /// Length of a cycle, s.
 pub const CYCLE_S: f64 = 1.0;
@@ -58,6 +63,7 @@ struct Exposure {
     /// Mean electrons of the veil of the Sun in a path.
     veil_e: f64,
     spots: Spots,
+    streaks: Streaks,
     protons: Deposits,
     visible: Vec<VisibleStar>,
     truth: Option<Truth>,
@@ -89,7 +95,9 @@ pub struct Scene {
     exposure: Option<Exposure>,
     /// By how much the seconds are late, s.
     late_s: f64,
-    // Kept from call to call so that a small window costs no allocation.
+    /// What of the exposure is drawn.
+    kept: Kept,
+    // From call to call, so that a small window costs no allocation.
     scratch: Option<Box<Scratch>>,
 }
 
@@ -98,6 +106,12 @@ pub struct Scene {
 struct Scratch {
     electrons: Vec<f64>,
     cell_buffer: CellBuffer,
+}
+
+impl Scratch {
+    fn new() -> Box<Self> {
+        Box::new(Self { electrons: Vec::new(), cell_buffer: CellBuffer::EMPTY })
+    }
 }
 
 impl Scene {
@@ -135,6 +149,7 @@ impl Scene {
             optics,
             exposure: None,
             late_s: 0.0,
+            kept: Kept::default(),
             scratch: None,
         })
     }
@@ -180,6 +195,11 @@ impl Scene {
         self.late_s = late_s;
     }
 
+    /// From now on the star path rests in this attitude, ICRS to sensor, and there is no Earth.
+    pub fn rest_in(&mut self, quaternion: [f64; 4]) {
+        self.settings.motion = Motion::fixed(quaternion);
+    }
+
     /// Time of the middle of a cycle's exposure, s.
     fn middle_s(&self, cycle: u64) -> f64 {
         cycle as f64 * CYCLE_S + self.late_s
@@ -206,10 +226,12 @@ impl Scene {
             return Err(DetectorError::Exposure);
         }
         let time_s = f64::from(exposure_us) * 1e-6;
-        let mut spots = Vec::new();
-        let truth = self.truth_at(cycle);
-        let visible = self.place_stars(cycle, time_s, truth.as_ref(), &mut spots);
         let SceneSettings { disturbances, detector, imaging, seed, .. } = &self.settings;
+        let truth = self.truth_at(cycle);
+        let streaks = Streaks::new(self.psf.clone(), detector.response);
+        let mut light = PointLight { spots: Vec::new(), streaks };
+        let visible = self.place_stars(cycle, time_s, truth.as_ref(), &mut light);
+        let PointLight { mut spots, streaks } = light;
         let (run, geometry) = ((*seed, cycle), self.settings.camera.geometry());
         let electrons = |v| star_e_s(&self.settings, v, 0.0).map(|e| e * time_s);
         spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
@@ -231,12 +253,14 @@ impl Scene {
                 transmission * sun::veil_e_s(&trajectory.earth, &geometry)
             },
         );
+        self.kept.clear();
         self.exposure = Some(Exposure {
             cycle,
             time_s,
             darks: self.pattern.darks(detector.dark_now_e_s() * time_s),
             veil_e: veil_e_s * time_s,
             spots,
+            streaks,
             protons: protons::tracks(run, hits, geometry, pitch_um),
             visible,
             truth,
@@ -293,6 +317,7 @@ impl Scene {
         }
         exposure.bodies.add_to(window, exposure.time_s, light);
         exposure.spots.add_to(window, light);
+        exposure.streaks.add_to(window, light);
         self.vignetting.dim(window, light);
         if exposure.veil_e > 0.0 {
             light.iter_mut().for_each(|pixel| *pixel += exposure.veil_e);
@@ -400,10 +425,18 @@ impl Detector for Scene {
         if pixels.is_empty() {
             return Ok(());
         }
-        let mut scratch = self
-            .scratch
-            .take()
-            .unwrap_or_else(|| Box::new(Scratch { electrons: Vec::new(), cell_buffer: CellBuffer::EMPTY }));
+        let mut kept = std::mem::take(&mut self.kept);
+        if Kept::is_large(window) {
+            kept.draw(self.geometry(), window, Scratch::new, |scratch, window, numbers| {
+                self.read_band(exposure, window, scratch, numbers);
+            });
+        }
+        let copied = kept.copy(window, pixels);
+        self.kept = kept;
+        if copied {
+            return Ok(());
+        }
+        let mut scratch = self.scratch.take().unwrap_or_else(Scratch::new);
         // A band of the window is a window, and stays near the processor.
         let rows = (BAND_PX / usize::from(window.width)).max(1);
         let bands = pixels.chunks_mut(rows * usize::from(window.width));

@@ -17,8 +17,8 @@ use static_cell::{ConstStaticCell, StaticCell};
 /// The onboard catalogue, built and checked by `catalog-gen`.
 static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.cat");
 
-/// The reference camera's profiles and corrections, made and checked by `sil-host corrections`.
-static CALIBRATION: &[u8] = include_bytes!("../../../sil-host/cameras/reference.corr");
+/// The reference camera's profiles and corrections, made by `sil-host calibrate`.
+static CALIBRATION: &[u8] = include_bytes!("../../../sil-host/cameras/reference-calibrated.corr");
 
 // What lasts as long as the flight is static, and what is large is so from the start: the stack is left to
 // the second.

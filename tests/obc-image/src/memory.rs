@@ -2,7 +2,8 @@
 //!
 //! In: the linker's symbols and the stack as cortex-m-rt painted it before `main` (feature `paint-stack`).
 //! Out: bytes of flash, of static RAM and of stack. Blind spot: a stack slot reserved but never written
-//! leaves its paint on, so the mark is what was touched; the compile-time stack analysis covers what was not.
+//! leaves its paint on, so the mark is what was touched; the analysis of the machine code
+//! (`tests/stack-depth`) covers what was not.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 

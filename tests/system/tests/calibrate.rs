@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec};
+use system_tests::{amount, data, direction, json_lines, run, scratch, separation_arcsec, workspace};
 
 /// Pictures of one lens, by a part of their names.
 const LENSES: [&str; 3] = ["esa-tetra3/", "tomcreusot/", "ms.jpg"];
@@ -112,4 +112,21 @@ fn bad_pictures_are_named_and_the_others_still_serve() {
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(words.contains("not identified") && words.contains("do not determine"), "{words}");
     assert!(!folder.join("none.toml").exists());
+}
+
+/// The gate compares the first picture alone (`calibration::tests`): all take a minute.
+#[test]
+fn the_calibrated_reference_camera_is_what_the_command_makes() {
+    if !amount(false, true) {
+        return;
+    }
+    let (cameras, folder) = (workspace().join("sil-host/cameras"), scratch("calibrate-rendered"));
+    let (start, out) = (cameras.join("reference.toml"), folder.join("reference-calibrated.toml"));
+    let files = ["--camera", start.to_str().unwrap(), "--out", out.to_str().unwrap()];
+    let output = run(&[&["calibrate", "--rendered", "400"][..], &files].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    for name in ["reference-calibrated.toml", "reference-calibrated.corr"] {
+        let [kept, made] = [&cameras, &folder].map(|folder| std::fs::read(folder.join(name)).unwrap());
+        assert!(kept == made, "sil-host/cameras/{name} is out of date: make it anew and look at what flies");
+    }
 }

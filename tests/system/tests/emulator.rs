@@ -56,6 +56,12 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
     let seconds = Value::from(132 + 30 + 12);
     assert_eq!((&budget["seconds"], &budget["telemetry_identical"]), (&seconds, &Value::from(true)));
     assert!(output.status.success(), "a limit is overrun: {budget:#}");
+    let stack = |key: &str| budget[key].as_u64().expect(key);
+    assert!(stack("stack_painted_bytes") > 1_000, "the paint was touched");
+    assert!(
+        stack("stack_analysed_bytes") >= stack("stack_painted_bytes"),
+        "the analysis bounds what is touched"
+    );
     for mode in ["self-test", "acquisition", "tracking", "eclipse", "sun-outage", "safe"] {
         let used = budget["modes"][mode]["worst_cycles"].as_u64().expect(mode);
         assert!(used > 10_000, "{mode}: the meter counted");

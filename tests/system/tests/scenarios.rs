@@ -3,12 +3,22 @@
 use serde_json::Value;
 use sil_host::harness;
 use sil_host::scenario::{EMBEDDED, Scenario};
+use sil_host::world::orbit::oem;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::{amount, json_lines, run, scratch, sil_host};
 
-const FILES: [&str; 4] = ["summary.json", "cycles.csv", "telemetry.bin", "report.html"];
+const FILES: [&str; 8] = [
+    "cycles.csv",
+    "estimate.aem",
+    "estimate.oem",
+    "report.html",
+    "summary.json",
+    "telemetry.bin",
+    "truth.aem",
+    "truth.oem",
+];
 
 /// The default scenario with another duration and other limits, written into `folder`.
 fn scenario(folder: &Path, seconds: u32, limits: &str) -> String {
@@ -113,6 +123,11 @@ fn a_row_a_second_with_every_column_and_a_frame_a_second() {
         (rest, frames) = (after, frames + 1);
     }
     assert_eq!((frames, rest.len()), (30, 0));
+    let orbit = oem::read(&String::from_utf8(read(&out, "truth.oem")).unwrap()).unwrap();
+    assert_eq!((orbit.len(), orbit[0].places.len()), (1, 30));
+    let attitude = String::from_utf8(read(&out, "estimate.aem")).unwrap();
+    let (_, data) = attitude.split_once("DATA_START\n").unwrap();
+    assert!(data.lines().filter(|line| line.split(' ').count() == 5).count() > 20, "{attitude}");
 }
 
 #[test]
@@ -178,7 +193,7 @@ fn a_killed_run_leaves_partial_files_of_whole_rows_and_nothing_of_an_older_one()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    assert_eq!(names, ["cycles.csv", "report.html", "summary.json", "telemetry.bin"]);
+    assert_eq!(names, FILES);
 }
 
 #[test]

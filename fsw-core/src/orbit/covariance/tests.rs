@@ -174,3 +174,18 @@ fn a_rotation_and_an_inflation_touch_position_and_velocity_alone() {
     });
     assert_eq!(full(&inflated), expected);
 }
+
+#[test]
+fn correlations_are_those_of_the_full_matrix_row_by_row() {
+    let mut generator = Generator::new(23);
+    let p = entangled(&mut generator);
+    let mut found = p.motion_correlations().into_iter();
+    for row in 0..6 {
+        for column in 0..row {
+            let expected = p.at(row, column) / (p.at(row, row) * p.at(column, column)).sqrt();
+            assert!((f64::from(found.next().unwrap()) - expected).abs() < 1e-7, "{row} {column}");
+        }
+    }
+    assert_eq!(found.next(), None);
+    assert_eq!(Covariance::ZERO.motion_correlations(), [0.0; 15]);
+}

@@ -4,7 +4,12 @@ use crate::cli::CommonArguments;
 fn arguments(runs: u64, out: Option<&Path>) -> CampaignAcquireArguments {
     CampaignAcquireArguments {
         runs,
-        common: CommonArguments { seed: 5, out: out.map(Path::to_path_buf), json: true },
+        common: CommonArguments {
+            seed: 5,
+            out: out.map(Path::to_path_buf),
+            json: true,
+            ..CommonArguments::default()
+        },
     }
 }
 

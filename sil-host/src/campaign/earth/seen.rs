@@ -8,6 +8,7 @@
 //! room).
 
 use super::cases::{Case, Drawn};
+use super::heights::Heights;
 use super::limit::{self, Limb};
 use crate::commands::earth::of_a_mean_sphere;
 use crate::error::HostError;
@@ -214,11 +215,11 @@ impl Frame {
     }
 
     /// The best that any unbiased method could do with this frame, Sun and pole known.
-    pub fn limit_deg(&self) -> Option<[f64; 2]> {
+    pub fn limit_deg(&self, heights: &Heights) -> Option<[f64; 2]> {
         let parameters = EarthParameters::default();
         let body = Body::new(&direction(self.pole), Some(&direction(self.sun)), &parameters);
         let view = View::new(&Vector3::from(self.centre_km).map(|c| c as f32), &body)?;
-        limit::direction_deg(&Limb::of(&view, &self.camera, self.axes, &parameters), &parameters)
+        limit::direction_deg(&Limb::of(&view, &self.camera, self.axes, &parameters), heights)
     }
 
     fn look_by(&mut self, way: Way, noise: &Noise) -> Result<Seen, HostError> {

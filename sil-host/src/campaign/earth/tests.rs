@@ -1,13 +1,20 @@
 use super::*;
 use crate::cli::CommonArguments;
 use rows::Row;
-use seen::{Fix, Way};
+use seen::Fix;
 use std::path::Path;
 
 fn arguments(runs: u64, out: Option<&Path>) -> CampaignEarthArguments {
     CampaignEarthArguments {
         runs,
-        common: CommonArguments { seed: 5, out: out.map(Path::to_path_buf), json: true },
+        horizon: Default::default(),
+        surface: Default::default(),
+        common: CommonArguments {
+            seed: 5,
+            out: out.map(Path::to_path_buf),
+            json: true,
+            ..CommonArguments::default()
+        },
     }
 }
 
@@ -49,6 +56,8 @@ fn run_of(case: &str, way: Way, fix: Option<Fix>) -> Run {
         seed: 1,
         run: 0,
         case: case.into(),
+        horizon: "noise".into(),
+        surface: "mixed".into(),
         phase_deg: 30.0,
         lit_limb_deg: 180.0,
         limit_deg: Some([0.003, 0.004]),

@@ -1,5 +1,5 @@
 use super::*;
-use crate::campaign::blocks::{Block, Key, Outcome};
+use crate::campaign::identify::blocks::{Block, Key, Outcome};
 
 /// A file of this test, not there yet.
 fn scratch(name: &str) -> PathBuf {

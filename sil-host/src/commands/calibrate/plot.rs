@@ -3,7 +3,8 @@
 //! Every star has a line from where the lens puts it towards where it was measured, made longer so that nine
 //! in ten stay below [`LONGEST_PX`]; grey with the focal length alone fitted, coloured with the lens found.
 
-use super::{Calibration, fit};
+use super::Calibration;
+use crate::calibration::fit;
 use crate::formats::camera_file::CameraFile;
 use std::fmt::Write;
 

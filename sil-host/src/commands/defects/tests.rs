@@ -1,5 +1,5 @@
 use super::*;
-use crate::calibration::{COLOUR, Lens, window_about};
+use crate::calibration::centroid::{COLOUR, Lens, window_about};
 use crate::flight::lost_in_space::{FocalLength, Solver};
 use crate::flight::{self, REFERENCE_CALIBRATION};
 use crate::formats::camera_file::CameraFile;

@@ -6,9 +6,11 @@
 use super::EarthAnswer;
 use crate::error::HostError;
 use crate::formats::picture::Picture;
+use crate::output::write_whole;
 use fsw_hal::{Detector, DetectorGeometry};
 use image::{Rgb, RgbImage};
 use std::collections::HashSet;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 const INLIER: Rgb<u8> = Rgb([60, 255, 60]);
@@ -42,10 +44,11 @@ pub(super) fn write(
     answer: &EarthAnswer,
     limb: &[Option<[f32; 2]>],
 ) -> Result<(), HostError> {
-    let drawn = draw(picture, answer, limb);
-    drawn.save_with_format(path, image::ImageFormat::Png).map_err(|error| {
-        HostError::input(path, None, format!("cannot be written: {error}"), "check the folder")
-    })
+    let mut png = Cursor::new(Vec::new());
+    draw(picture, answer, limb)
+        .write_to(&mut png, image::ImageFormat::Png)
+        .map_err(|error| HostError::input(path, None, format!("cannot be made: {error}"), "report this"))?;
+    write_whole(path, png.get_ref())
 }
 
 fn draw(picture: &Picture, answer: &EarthAnswer, limb: &[Option<[f32; 2]>]) -> RgbImage {

@@ -24,6 +24,7 @@
 //! lose it; all else is the scenarios' own.
 
 use crate::error::HostError;
+use crate::flight::StarCalibration;
 use crate::formats::frames_file::FramesWriter;
 use crate::harness::ThisSecond;
 use crate::scenario::Scenario;
@@ -128,7 +129,8 @@ fn hurried(parameters: Parameters) -> Parameters {
 }
 
 fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
-    Ok(scenario.flight_parameters(scenario.calibration()?.as_ref()))
+    let calibration = scenario.calibration()?;
+    Ok(scenario.flight_parameters(calibration.as_ref().and_then(StarCalibration::open).as_ref()))
 }
 
 impl Flight {

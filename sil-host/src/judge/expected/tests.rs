@@ -1,14 +1,13 @@
-use super::super::second::{Axes, OrbitError};
+use super::super::second::{Axes, Correlated, OrbitError};
 use super::*;
 
 /// An orbit without error.
 fn orbit() -> OrbitError {
     let axes = Axes { error: [0.0; 3], sigma: [1.0; 3] };
+    let axes = Correlated { axes, correlation: [0.0; 3], deviates: [0.0; 3] };
     OrbitError {
         position_km: axes,
         velocity_km_s: axes,
-        position_rac_km: axes,
-        velocity_rac_km_s: axes,
         limb_height_km: [0.0, 1.0],
         nis: None,
         settled: true,

@@ -1,19 +1,21 @@
 use super::*;
 use crate::judge::Limit;
 use crate::judge::Verdict;
-use crate::judge::second::{Axes, OrbitError, TurningError};
+use crate::judge::second::{Axes, Correlated, OrbitError, TurningError};
 use crate::judge::table;
 use crate::world::scene::SensorState;
 use fsw_core::modes::Mode;
 
 /// A second whose position is wrong by `error_km` on the first axis, with a sigma of 2 km.
 fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
-    let axes = |error| Axes { error: [error, 0.0, 0.0], sigma: [2.0; 3] };
+    let axes = |error| Correlated {
+        axes: Axes { error: [error, 0.0, 0.0], sigma: [2.0; 3] },
+        correlation: [0.0; 3],
+        deviates: [0.5 * error, 0.0, 0.0],
+    };
     let orbit = OrbitError {
         position_km: axes(error_km),
         velocity_km_s: axes(0.003),
-        position_rac_km: axes(error_km),
-        velocity_rac_km_s: axes(0.003),
         limb_height_km: [0.0, 1.0],
         nis: None,
         settled,

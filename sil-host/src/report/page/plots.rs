@@ -128,8 +128,7 @@ fn attitude(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
 
 fn orbit(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
     let panels = three(ORBIT_AXES, "km", &recorder.position);
-    let words =
-        "The envelope takes the errors of the ICRS axes as uncorrelated; limits are judged in ICRS axes.";
+    let words = "Along the true axes, the envelope by the reported covariance.";
     panels_section(page, "Position error", words, wide, &panels);
     let panels = three(ORBIT_AXES, "m/s", &recorder.velocity);
     panels_section(page, "Velocity error", words, wide, &panels);

@@ -84,6 +84,20 @@ impl PixelResponse {
         }
     }
 
+    /// Share of the sensitive part whose place, from the centre of gravity in the direction `normal`, is less
+    /// than `w` px: a square projects to the sum of two uniform distributions.
+    pub fn below(self, normal: [f64; 2], w: f64) -> f64 {
+        match self {
+            Self::Full => square_below(normal, 1.0, w),
+            Self::LShape => {
+                let aside = normal[0] + normal[1];
+                let whole = square_below(normal, 1.0, w - SHIFT_PX * aside);
+                let corner = square_below(normal, CORNER_PX, w - (SHIFT_PX + 0.5 - 0.5 * CORNER_PX) * aside);
+                (whole - (1.0 - FILL_FACTOR) * corner) / FILL_FACTOR
+            }
+        }
+    }
+
     /// Adds `electrons` in the product of two lines to the pixels of a window `width` wide.
     #[inline]
     pub fn add(self, columns: &Line, rows: &Line, electrons: f64, width: usize, pixels: &mut [f64]) {
@@ -107,6 +121,15 @@ impl PixelResponse {
             }
         }
     }
+}
+
+/// Share of a square about 0 that lies less than `w` in the direction `normal`.
+fn square_below(normal: [f64; 2], side: f64, w: f64) -> f64 {
+    // Along an axis one of the two has no width: a thousandth of a pixel instead.
+    let [a, b] = normal.map(|part| (part.abs() * side).max(1e-3));
+    let ramp = |at: f64| 0.5 * at.max(0.0) * at.max(0.0);
+    let (sum, difference) = (0.5 * (a + b), 0.5 * (a - b));
+    (ramp(w + sum) - ramp(w + difference) - ramp(w - difference) + ramp(w - sum)) / (a * b)
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ const COLUMNS: [f32; WIDTH] =
 /// Values at a point of a cell: those of a line of sight that pixels need.
 pub type Values = [f32; COUNT];
 /// Number of values.
-pub const COUNT: usize = 12;
+pub const COUNT: usize = 13;
 /// The lowest point's x; y and z follow.
 pub const NEAREST: usize = 0;
 /// x of the direction back; y and z follow.
@@ -41,6 +41,9 @@ pub const SLOPE: usize = 9;
 pub const WAY_KM: usize = 10;
 /// Angle that a pixel cannot resolve, rad.
 pub const SPREAD: usize = 11;
+
+/// How far the limb moves across itself in a part of the exposure, km.
+pub const MOVED_KM: usize = 12;
 
 /// A point of a cell.
 #[derive(Debug, Clone, Copy)]

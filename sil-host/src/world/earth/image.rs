@@ -4,8 +4,7 @@
 //! light, pixel by pixel; a pixel's value depends on its place only.
 //!
 //! A pixel's line of sight meets the ellipsoid or passes it at a height ([`super::sight`]). Brightness of a
-//! point of the surface: `albedo · m · (k 2 / (m + μ') + 1 - k)`, a mix of Lommel-Seeliger and Lambert; `m`
-//! is the cosine of the Sun's zenith angle with a smooth foot, `(μ0 + w)² / 4w` between ± w, the twilight;
+//! point of the surface: [`super::photometry`], by `m` and `μ'`; `m` is the cosine of the Sun's zenith angle with a smooth foot, `(μ0 + w)² / 4w` between ± w, the twilight;
 //! `μ' = sqrt(μ² + 0.1²)` is the cosine of the view with the limb's edge taken off it. A line that passes
 //! shows the brightness of the surface under its lowest point times the profile of [`super::limb`], which
 //! stands as high as [`super::horizon`] says. All falls with `cos³` off the axis.
@@ -14,10 +13,11 @@
 //! widths. The surface is taken where the line meets it whose depth below the limb is the mean over the PSF,
 //! and is not blurred otherwise: [`super::map`] leaves out what a pixel cannot resolve.
 //!
-//! Motion: a row collects light over the exposure about its own time. While the limb moves by more than 2 px
-//! across itself the exposure is divided; within a part the blur has the variance of the motion, `(way across
-//! the limb)² / 12`, added, and the ground's motion counts to what a pixel cannot resolve. Terminator and
-//! clouds stand still within a part.
+//! Motion: a row collects light over the exposure about its own time. While the limb moves by no more than 2
+//! px across itself the blur has the variance of the motion, `(way across the limb)² / 12`, added. Beyond that
+//! the profile is integrated over the way ([`super::limb::Limb::read`]), and the exposure is divided into parts over each of
+//! which clouds of the smallest kind hardly move: 7 km on the ground, 2 to 8 px. The ground's motion within a
+//! part counts to what a pixel cannot resolve; terminator and clouds stand still within it.
 //!
 //! What is smooth is not computed for every pixel. The detector is divided into cells of 16 x 8 px, whatever
 //! the window: depth and height of the limb are those of the biquadratic through 3 x 3 points of a cell, the
@@ -29,11 +29,12 @@
 //! once.
 
 use super::cell::{AREA, Cell, HEIGHT, KM_PER_DEPTH, Lane, Node, Places, SIGMA_KM, WIDTH};
-use super::cell::{BACK, COUNT, CUBE, SLOPE, SPREAD, WAY_KM};
+use super::cell::{BACK, COUNT, CUBE, MOVED_KM, SLOPE, SPREAD, WAY_KM};
 use super::lattice::smooth;
 use super::limb::REACH_SIGMAS;
 use super::looks::Looks;
 use super::map::{AlbedoMap, MapBuffer};
+use super::photometry::{Photometry, minnaert};
 pub use super::sight::View;
 use super::sight::{Pose, Sight, Sights, limb_motion_px};
 use super::{EQUATOR_KM, EarthModel, POLE_KM};
@@ -48,8 +49,11 @@ use std::sync::Arc;
 const HAZE: f32 = 0.1;
 /// Variance of a pixel's own width, px².
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
-/// Motion of the limb across itself up to which an exposure is drawn at once, px.
+/// Motion of the limb across itself up to which it counts as blur, px.
 const STEP_PX: f64 = 2.0;
+/// Motion of the image in a part of a divided exposure, km at the limb, and most of it, px.
+const PART_KM: f64 = 7.0;
+const PART_PX: f64 = 8.0;
 /// Most parts of an exposure.
 const STEPS_MAX: f64 = 512.0;
 /// `q` at which the limb's height begins and ceases to count, from the disc's middle outwards: deep in the
@@ -72,6 +76,8 @@ pub struct EarthImage {
     /// Parts of the exposure, and the length of one, s.
     steps: u32,
     step_s: f64,
+    /// Whether the limb's profile is integrated over its motion in a part.
+    integrates: bool,
     white_e_s: f64,
     top_km: f64,
     shade: Shade,
@@ -80,6 +86,7 @@ pub struct EarthImage {
 /// What the light of a point of the surface depends on.
 #[derive(Debug, Clone, Copy)]
 struct Shade {
+    law: Photometry,
     mean_albedo: f32,
     haze: f32,
     lommel_seeliger: f32,
@@ -113,6 +120,7 @@ pub struct CellBuffer {
     share: Lane,
     km_per_depth: Lane,
     sigma_km: Lane,
+    moved_km: Lane,
     /// Of a line of sight: lowest point, direction back, slope, way, spread.
     sight: [Lane; 9],
     /// Of the point seen: place, sunlight, view, and size on the ground, then level, then albedo.
@@ -136,6 +144,7 @@ impl CellBuffer {
         share: [0.0; AREA],
         km_per_depth: [0.0; AREA],
         sigma_km: [0.0; AREA],
+        moved_km: [0.0; AREA],
         sight: [[0.0; AREA]; 9],
         place: [[0.0; AREA]; 3],
         lit: [0.0; AREA],
@@ -150,11 +159,19 @@ impl EarthImage {
     pub fn new(model: &EarthModel, seed: u64, optics: &Optics, psf_sigma_px: f64, view: &View) -> Self {
         let variance_px2 = psf_sigma_px * psf_sigma_px + PIXEL_VARIANCE;
         let f = optics.focal_length_px();
-        let steps = (limb_motion_px(optics, view) / STEP_PX).ceil().clamp(1.0, STEPS_MAX);
         let distance = length(view.position_km);
+        let limb_km = (distance * distance - POLE_KM * POLE_KM).max(0.0).sqrt();
+        let part_px = (PART_KM * f / limb_km.max(1.0)).clamp(STEP_PX, PART_PX);
+        let moved_px = limb_motion_px(optics, view);
+        // Along the limb the ground goes by as well.
+        let turned_px = length(view.rate_rad_s) * f * view.exposure_s;
+        let integrates = moved_px > STEP_PX;
+        let parts = if integrates { moved_px.max(turned_px) / part_px } else { 1.0 };
+        let steps = parts.ceil().clamp(1.0, STEPS_MAX);
         // The way to the limb is shorter than that to the limb of the smallest sphere inside.
-        let way_km = (distance * distance - POLE_KM * POLE_KM).max(0.0).sqrt() + 2000.0;
-        let reach_km = (REACH_SIGMAS + 1.0) * (variance_px2 + STEP_PX).sqrt() * way_km / f;
+        let way_km = limb_km + 2000.0;
+        let reach_px = (REACH_SIGMAS + 1.0) * (variance_px2 + STEP_PX).sqrt() + 0.5 * PART_PX;
+        let reach_km = reach_px * way_km / f;
         let top_km = model.atmosphere_top_km + 2.0 * reach_km + HIGHEST_KM;
         let cone_sine = ((EQUATOR_KM + top_km) / distance).min(1.0);
         let sights = Sights::new(model, optics, view);
@@ -173,10 +190,12 @@ impl EarthImage {
             variance_px2,
             per_focal_length: f.recip(),
             steps: steps as u32,
+            integrates,
             step_s: view.exposure_s / steps,
             white_e_s: model.white_e_s(f) * view.transmission,
             top_km: model.atmosphere_top_km,
             shade: Shade {
+                law: model.surface,
                 mean_albedo: model.mean_albedo as f32,
                 haze: model.limb_haze as f32 * HAZE,
                 lommel_seeliger: model.lommel_seeliger as f32,
@@ -303,14 +322,16 @@ impl EarthImage {
         let Some(sight) = self.sights.sight(pose, pixel) else {
             return Node { depth: f32::NAN, values: [0.0; COUNT] };
         };
-        let moved_km = sight.km_s * self.step_s;
-        let sigma2 = self.variance_px2 * sight.km_per_px * sight.km_per_px + moved_km * moved_km / 12.0;
+        let moved_km = (sight.km_s * self.step_s).abs();
+        let (blurred_km, moved_km) = if self.integrates { (0.0, moved_km) } else { (moved_km, 0.0) };
+        let sigma2 = self.variance_px2 * sight.km_per_px * sight.km_per_px + blurred_km * blurred_km / 12.0;
         let sigma_km = sigma2.sqrt();
-        let lift = self.lift_km(&sight, sigma_km) / sight.km_per_depth.max(1e-9);
+        let lift = self.lift_km(&sight, sigma_km, moved_km) / sight.km_per_depth.max(1e-9);
         let [x, y, z] = sight.nearest.map(|c| c as f32);
         let mut values = [0.0; COUNT];
         (values[0], values[1], values[2]) = (x, y, z);
         (values[KM_PER_DEPTH], values[SIGMA_KM]) = (sight.km_per_depth as f32, sigma_km as f32);
+        values[MOVED_KM] = moved_km as f32;
         if CORNER {
             // A pixel's angle, and how far the ground goes by within a part: the box of the motion as a
             // Gaussian of two widths.
@@ -328,12 +349,12 @@ impl EarthImage {
 
     /// How much higher than in the mean the limb stands under a line of sight, km; 0 where that makes no
     /// difference.
-    fn lift_km(&self, sight: &Sight, sigma_km: f64) -> f64 {
+    fn lift_km(&self, sight: &Sight, sigma_km: f64, moved_km: f64) -> f64 {
         let (deep, shallow) = HORIZON_DEPTH;
         let counts = smooth((deep - sight.depth) / (deep - shallow));
         // Two cells and more above the last light.
         let high = -sight.depth * sight.km_per_depth
-            > self.top_km + REACH_SIGMAS * sigma_km + HIGHEST_KM + 40.0 * sight.km_per_px;
+            > self.top_km + REACH_SIGMAS * sigma_km + 0.5 * moved_km + HIGHEST_KM + 40.0 * sight.km_per_px;
         if counts == 0.0 || high {
             return 0.0;
         }
@@ -343,16 +364,17 @@ impl EarthImage {
 
     /// What falls into a cell, from its points and some margin.
     fn content(&self, cell: &Cell) -> Content {
-        let (mut low, mut high, mut sigma) = (f32::MAX, f32::MIN, 0.0f32);
+        let (mut low, mut high, mut sigma, mut moved) = (f32::MAX, f32::MIN, 0.0f32, 0.0f32);
         for node in cell.iter().flatten() {
             if node.depth.is_nan() {
                 return Content::Nothing;
             }
             let height = -node.depth * node.values[KM_PER_DEPTH];
-            (low, high, sigma) = (low.min(height), high.max(height), sigma.max(node.values[SIGMA_KM]));
+            (low, high) = (low.min(height), high.max(height));
+            (sigma, moved) = (sigma.max(node.values[SIGMA_KM]), moved.max(node.values[MOVED_KM]));
         }
         let margin = 0.1 * (high - low) + 1.0;
-        let reach = REACH_SIGMAS as f32 * 1.1 * sigma + margin;
+        let reach = REACH_SIGMAS as f32 * 1.1 * sigma + 0.55 * moved + margin;
         if low > self.top_km as f32 + reach {
             Content::Nothing
         } else if high < -reach {
@@ -365,7 +387,18 @@ impl EarthImage {
     /// Brightness of the pixels in the buffer, relative to a white surface with the Sun in the zenith.
     fn light(&self, cell: &Cell, content: Content, cell_buffer: &mut CellBuffer) {
         let CellBuffer {
-            places, seen, numbers, light, depth, glow, cube, share, km_per_depth, sigma_km, ..
+            places,
+            seen,
+            numbers,
+            light,
+            depth,
+            glow,
+            cube,
+            share,
+            km_per_depth,
+            sigma_km,
+            moved_km,
+            ..
         } = cell_buffer;
         let count = places.count();
         places.depth(cell, depth);
@@ -377,7 +410,11 @@ impl EarthImage {
             for (depth, km) in depth[..count].iter_mut().zip(&*km_per_depth) {
                 *depth *= -km;
             }
-            self.looks.limb.read(&sigma_km[..count], [depth, share, glow]);
+            moved_km[..count].fill(0.0);
+            if self.integrates {
+                places.values(cell, MOVED_KM, moved_km);
+            }
+            self.looks.limb.read([&sigma_km[..count], moved_km], [depth, share, glow]);
             // Nothing of the surface shines in the upper air.
             for number in 0..count {
                 let (depth_km, part) = (depth[number], share[number]);
@@ -429,9 +466,17 @@ impl EarthImage {
         }
         self.looks.map.read([&x[..count], &y[..count], &z[..count]], &mut albedo[..count], map);
         let Shade { mean_albedo, haze, lommel_seeliger: k, .. } = self.shade;
+        let [sx, sy, sz] = self.sun;
         for i in 0..seen.padded() {
             let mixed = albedo[i] + haze / view[i] * (mean_albedo - albedo[i]);
-            albedo[i] = share[i] * mixed * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k);
+            albedo[i] = match self.shade.law {
+                Photometry::Mixed => share[i] * mixed * lit[i] * (2.0 * k / (lit[i] + view[i]) + 1.0 - k),
+                Photometry::Minnaert => {
+                    // Stretched axes are as good as the Earth's to 0.3 %.
+                    let phase = sight[3][i] * sx + sight[4][i] * sy + sight[5][i] * sz;
+                    share[i] * minnaert(mixed, lit[i], view[i], phase)
+                }
+            };
         }
     }
 

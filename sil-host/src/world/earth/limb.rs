@@ -17,6 +17,9 @@
 //! (OH, O2 and O lines: a usual night); a line along the limb passes 60 times as much of it. Relative to a
 //! white surface under the Sun.
 //!
+//! A line that sweeps through heights sees their mean: the difference of the integrals of what it sees at
+//! either end of its way.
+//!
 //! The blur is a Gaussian. Its convolution with the profile stands in tables, one for each of 64 widths an
 //! octave, filled when first asked for; the nearest width is taken, between heights they are linear. Error:
 //! below 2e-3 of the brightness of the surface, odd about the edge, so that this does not move, and 4e-3 s of
@@ -88,6 +91,8 @@ struct Level {
     low_km: f32,
     per_km: f32,
     entries: Vec<Blurred>,
+    /// Integral of the entries, linear in between, from the first to each: share, depth, light; steps.
+    sums: Vec<[f64; 3]>,
 }
 
 impl Profile {
@@ -166,19 +171,19 @@ impl Limb {
         &self.profile
     }
 
-    /// The profile at heights, blurred by `sigmas_km`: takes heights in km, and gives depths, shares and the
-    /// night sky's light ([`Blurred`]).
-    pub fn read(&self, sigmas_km: &[f32], [heights_km, shares, glows]: [&mut [f32]; 3]) {
+    /// The profile at heights, blurred by `sigmas_km` and swept by `moved_km` about them: takes heights in km,
+    /// and gives depths, shares and the night sky's light ([`Blurred`]).
+    pub fn read(&self, [sigmas_km, moved_km]: [&[f32]; 2], [heights_km, shares, glows]: [&mut [f32]; 3]) {
         let Some(first) = sigmas_km.first() else { return };
         let mut last = level_of(*first);
         let mut level = self.level(last);
         let places = heights_km.iter_mut().zip(shares).zip(glows);
-        for (sigma_km, ((height_km, share), glow)) in sigmas_km.iter().zip(places) {
+        for ((sigma_km, moved_km), ((height_km, share), glow)) in sigmas_km.iter().zip(moved_km).zip(places) {
             let number = level_of(*sigma_km);
             if number != last {
                 (level, last) = (self.level(number), number);
             }
-            let blurred = level.at(*height_km);
+            let blurred = level.swept(*height_km, *moved_km);
             (*height_km, *share, *glow) = (blurred.depth_km, blurred.share, blurred.glow);
         }
     }
@@ -199,6 +204,10 @@ fn level_of(sigma_km: f32) -> usize {
 }
 
 impl Blurred {
+    fn parts(self) -> [f64; 3] {
+        [self.share, self.depth_km, self.glow].map(f64::from)
+    }
+
     #[inline]
     fn towards(self, other: Self, part: f32) -> Self {
         Self {
@@ -219,6 +228,34 @@ impl Level {
         let index = (place as i32 as usize).min(self.entries.len() - 2);
         let [near, far] = [self.entries[index], self.entries[index + 1]];
         near.towards(far, (place - index as i32 as f32).min(1.0))
+    }
+
+    /// The mean over a way of `moved_km` about a height.
+    #[inline]
+    fn swept(&self, height_km: f32, moved_km: f32) -> Blurred {
+        // Shorter than four entries: a quarter of the blur's width, which it hardly widens.
+        let steps = f64::from(moved_km * self.per_km);
+        if steps < 4.0 {
+            return self.at(height_km);
+        }
+        let middle = f64::from((height_km - self.low_km) * self.per_km);
+        let [low, high] = [middle - 0.5 * steps, middle + 0.5 * steps].map(|place| self.sum(place));
+        let [share, depth_km, glow] = [0, 1, 2].map(|k| ((high[k] - low[k]) / steps) as f32);
+        Blurred { share: if share < LEAST_SHARE { 0.0 } else { share }, depth_km, glow }
+    }
+
+    /// The integral from the first entry to a place, both in steps.
+    fn sum(&self, place: f64) -> [f64; 3] {
+        if place < 0.0 {
+            // Below, all is light of the surface, as deep as the line lies.
+            let deep_km = -f64::from(self.low_km) - 0.5 * place / f64::from(self.per_km);
+            return [place, place * deep_km, place * f64::from(self.entries[0].glow)];
+        }
+        let index = (place as usize).min(self.entries.len() - 2);
+        let part = (place - index as f64).min(1.0);
+        let [near, far] = [self.entries[index], self.entries[index + 1]].map(Blurred::parts);
+        let sum = self.sums[index];
+        [0, 1, 2].map(|k| sum[k] + part * (near[k] + 0.5 * part * (far[k] - near[k])))
     }
 }
 
@@ -262,7 +299,12 @@ impl Profile {
         if let Some(last) = entries.last_mut() {
             *last = Blurred::default();
         }
-        Level { low_km: low_km as f32, per_km: (1.0 / step) as f32, entries }
+        let mut sums = vec![[0.0; 3]];
+        for ends in entries.windows(2) {
+            let (near, far, sum) = (ends[0].parts(), ends[1].parts(), sums[sums.len() - 1]);
+            sums.push([0, 1, 2].map(|k| sum[k] + 0.5 * (near[k] + far[k])));
+        }
+        Level { low_km: low_km as f32, per_km: (1.0 / step) as f32, entries, sums }
     }
 }
 

@@ -36,7 +36,7 @@ impl Looks {
         }
         let face = Albedo::new(seed, model.mean_albedo, model.cloud_contrast);
         let looks = Arc::new(Self {
-            horizon: Horizon::new(seed, model.height_variation_km, model.season, &face),
+            horizon: Horizon::new(model.horizon, seed, model.height_variation_km, model.season, &face),
             map: AlbedoMap::new(face),
             limb: Limb::new(model),
         });

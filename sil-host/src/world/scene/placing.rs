@@ -1,71 +1,95 @@
 //! Where the point sources of a scene are imaged in an exposure.
 //!
-//! In: a scene, a cycle, its exposure and truth. Out: images ([`Spot`]) of stars, planets and satellites at
-//! the places where they are at the times of the steps of their smear, and the stars on the detector at
-//! mid-exposure.
+//! In: a scene, a cycle, its exposure and truth. Out: light of stars, planets and satellites ([`PointLight`]),
+//! and the stars on the detector at mid-exposure. What moves little is a row of images at the places where it
+//! is at the times of the steps of its smear; what moves farther than [`IMAGES_PX`] is a line through its
+//! places at the ends of chords.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
 use crate::world::detector::shutter::Way;
 use crate::world::lens::spots::{Spot, Spots};
+use crate::world::lens::streaks::{Streaks, length_px};
 use crate::world::scene::settings::SceneSettings;
+use crate::world::sky::colour::BANDS;
 use crate::world::vector::{length, plus};
 
-/// Most images a star is smeared into.
-const SMEAR_STEPS_MAX: u32 = 4096;
+/// Longest smear that is drawn as images in a row, px.
+const IMAGES_PX: f64 = 8.0;
+/// Longest chord of a line, px.
+const CHORD_PX: f64 = 32.0;
+/// Farthest that a chord is off the way between its ends, px.
+const SAGITTA_PX: f64 = 0.005;
+/// Most chords of a line.
+const CHORDS_MAX: f64 = 4096.0;
+
+/// What point sources are drawn as.
+#[derive(Debug)]
+pub(super) struct PointLight {
+    /// Images.
+    pub spots: Vec<Spot>,
+    /// Lines.
+    pub streaks: Streaks,
+}
 
 /// How the star path looks during an exposure.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
+    middle_s: f64,
     /// Exposure, s.
     time_s: f64,
     /// Longest way of a star image, px.
     smear_px: f64,
+    /// Angle by which the path turns, rad.
+    turned_rad: f64,
     /// Line of sight at mid-exposure, ICRS.
     boresight: Vector,
     /// `v / c` at mid-exposure.
     aberration: Vector,
 }
 
+/// The instants at which a point's place is asked for.
+enum Instants {
+    /// Middles of the steps of an image in a row.
+    Steps(Way),
+    /// Ends of the chords of a line.
+    Ends(Way),
+}
+
 impl Scene {
-    /// Fills `spots` with the smeared stars and gives those on the detector at mid-exposure. None is seen
-    /// through the Earth.
+    /// Adds the stars to `light` and gives those on the detector at mid-exposure. None is seen through the
+    /// Earth.
     pub(super) fn place_stars(
         &self,
         cycle: u64,
         time_s: f64,
         truth: Option<&Truth>,
-        spots: &mut Vec<Spot>,
+        light: &mut PointLight,
     ) -> Vec<VisibleStar> {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
         let middle_s = self.middle_s(cycle);
-        let rate_rad_s = length(motion.rate_rad_s(middle_s));
-        let (exposure, rows) = ((middle_s, time_s), camera.height_px);
-        let way = |steps| Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, rows, rate_rad_s);
-        let smear_px = self.smear_px(middle_s, time_s);
-        let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
-        let (smeared, middle) = (way(steps as u32), way(1));
-        let boresight = attitude::matrix(motion.at(middle_s))[2];
-        let row_s = imaging.shutter.row_time_s() * f64::from(rows);
-        let margin_px = Spots::reach_px(&self.psf) + 1.0 + smear_px + self.smear_px(middle_s, row_s);
+        let sight = Sight {
+            middle_s,
+            time_s,
+            smear_px: self.smear_px(middle_s, time_s),
+            turned_rad: time_s * length(motion.rate_rad_s(middle_s)),
+            boresight: attitude::matrix(motion.at(middle_s))[2],
+            aberration: motion.aberration(middle_s),
+        };
+        let (instants, middle) = (self.instants(&sight, sight.smear_px), self.way(&sight, time_s, 1));
+        let row_s = imaging.shutter.row_time_s() * f64::from(camera.height_px);
+        let margin_px = self.reach_px() + sight.smear_px + self.smear_px(middle_s, row_s);
         let cone_cosine = self.optics.cone_cosine(margin_px);
-        let aberration = motion.aberration(middle_s);
         let hidden = |direction| truth.is_some_and(|truth| truth.ellipsoid.hides(direction, 0.0));
-        let sight = Sight { time_s, smear_px, boresight, aberration };
-        self.place_points(middle_s, &sight, &way, hidden, spots);
+        self.place_points(&sight, hidden, light);
         let mut visible = Vec::new();
-        for number in self.sky.cells.near(boresight, cone_cosine) {
+        for number in self.sky.cells.near(sight.boresight, cone_cosine) {
             let (star, e_s) = &self.sky.stars[number as usize];
-            if dot(boresight, star.direction) < cone_cosine || hidden(star.direction) {
+            if dot(sight.boresight, star.direction) < cone_cosine || hidden(star.direction) {
                 continue;
             }
-            let electrons = e_s.map(|e| e * time_s / steps);
-            let seen = plus(star.direction, 1.0, aberration);
-            for step in 0..smeared.steps() {
-                if let Some([x_px, y_px]) = smeared.place(step, seen, &self.optics) {
-                    spots.push(Spot { x_px, y_px, electrons });
-                }
-            }
+            let seen = plus(star.direction, 1.0, sight.aberration);
+            self.lay(&instants, |_| seen, e_s.map(|e| e * time_s), light);
             let pixel = middle.place(0, seen, &self.optics);
             if let Some([x_px, y_px]) = pixel.filter(|p| self.optics.on_detector(*p)) {
                 visible.push((number, VisibleStar { hip: star.hip, x_px, y_px, v: star.v, b_v: star.b_v }));
@@ -75,32 +99,77 @@ impl Scene {
         visible.into_iter().map(|(_, star)| star).collect()
     }
 
-    /// Adds the planets and satellites to `spots`.
-    fn place_points(
-        &self,
-        middle_s: f64,
-        sight: &Sight,
-        way: &impl Fn(u32) -> Way,
-        hidden: impl Fn(Vector) -> bool,
-        spots: &mut Vec<Spot>,
-    ) {
+    /// Adds the planets and satellites to `light`.
+    fn place_points(&self, sight: &Sight, hidden: impl Fn(Vector) -> bool, light: &mut PointLight) {
         let SceneSettings { motion, bodies, seed, .. } = &self.settings;
-        let Sight { time_s, smear_px, boresight, aberration } = *sight;
+        let Sight { middle_s, time_s, .. } = *sight;
         let f = self.optics.focal_length_px();
         for point in bodies.points(*seed, middle_s, motion, &self.optics) {
-            let smear_px = smear_px + 1.2 * f * time_s * point.rate_rad_s();
-            let steps = (smear_px / self.psf.step_px()).ceil().clamp(1.0, f64::from(SMEAR_STEPS_MAX));
-            let near = self.optics.cone_cosine(smear_px + Spots::reach_px(&self.psf));
+            let smear_px = sight.smear_px + 1.2 * f * time_s * point.rate_rad_s();
+            let near = self.optics.cone_cosine(smear_px + self.reach_px());
             let direction = point.direction(middle_s);
-            if dot(boresight, direction) < near || hidden(direction) {
+            if dot(sight.boresight, direction) < near || hidden(direction) {
                 continue;
             }
-            let electrons = star_e_s(&self.settings, point.v, point.b_v).map(|e| e * time_s / steps);
-            let way = way(steps as u32);
-            for step in 0..way.steps() {
-                let seen = plus(point.direction(way.step_s(step)), 1.0, aberration);
-                let pixel = way.place(step, seen, &self.optics);
-                spots.extend(pixel.map(|[x_px, y_px]| Spot { x_px, y_px, electrons }));
+            let electrons = star_e_s(&self.settings, point.v, point.b_v).map(|e| e * time_s);
+            let seen = |t_s| plus(point.direction(t_s), 1.0, sight.aberration);
+            self.lay(&self.instants(sight, smear_px), seen, electrons, light);
+        }
+    }
+
+    /// How far from a point's place its light may be, px.
+    fn reach_px(&self) -> f64 {
+        Spots::reach_px(&self.psf) + 1.0
+    }
+
+    /// The instants by which a point that moves up to `smear_px` is drawn. The sagitta of a chord is an eighth
+    /// of its length times the angle by which the way bends, which is at most that by which the path turns.
+    fn instants(&self, sight: &Sight, smear_px: f64) -> Instants {
+        if smear_px <= IMAGES_PX {
+            let steps = (smear_px / self.psf.step_px()).ceil().max(1.0);
+            return Instants::Steps(self.way(sight, sight.time_s, steps as u32));
+        }
+        let straight = (smear_px * sight.turned_rad / (8.0 * SAGITTA_PX)).sqrt();
+        let chords = (smear_px / CHORD_PX).max(straight).ceil().clamp(1.0, CHORDS_MAX);
+        // Middles of as many steps and one more are the ends of the chords.
+        Instants::Ends(self.way(sight, sight.time_s * (chords + 1.0) / chords, chords as u32 + 1))
+    }
+
+    /// The attitudes of `steps` equal parts of `time_s`.
+    fn way(&self, sight: &Sight, time_s: f64, steps: u32) -> Way {
+        let SceneSettings { motion, imaging, camera, .. } = &self.settings;
+        let rate_rad_s = sight.turned_rad / sight.time_s;
+        let exposure = (sight.middle_s, time_s);
+        Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, camera.height_px, rate_rad_s)
+    }
+
+    /// Adds a point that gives `electrons` while it is seen in the direction `seen` of an instant.
+    fn lay(
+        &self,
+        instants: &Instants,
+        seen: impl Fn(f64) -> Vector,
+        electrons: [f64; BANDS],
+        light: &mut PointLight,
+    ) {
+        let places = |way: &Way| -> Vec<_> {
+            (0..way.steps()).map(|step| way.place(step, seen(way.step_s(step)), &self.optics)).collect()
+        };
+        match instants {
+            Instants::Steps(way) => {
+                let electrons = electrons.map(|e| e / way.steps() as f64);
+                let image = |[x_px, y_px]: [f64; 2]| Spot { x_px, y_px, electrons };
+                light.spots.extend(places(way).into_iter().flatten().map(image));
+            }
+            Instants::Ends(way) => {
+                let electrons = electrons.map(|e| e / (way.steps() - 1) as f64);
+                for part in places(way).split(Option::is_none) {
+                    let points: Vec<[f64; 2]> = part.iter().flatten().copied().collect();
+                    if length_px(&points) <= IMAGES_PX {
+                        light.spots.extend(images(&points, electrons, self.psf.step_px()));
+                    } else {
+                        light.streaks.push(points, electrons);
+                    }
+                }
             }
         }
     }
@@ -117,4 +186,17 @@ impl Scene {
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
         time_s * (libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius)
     }
+}
+
+/// Images in a row along chords that give `electrons` each, at most `step_px` apart.
+fn images(points: &[[f64; 2]], electrons: [f64; BANDS], step_px: f64) -> impl Iterator<Item = Spot> {
+    points.windows(2).flat_map(move |ends| {
+        let (from, way) = (ends[0], [0, 1].map(|axis| ends[1][axis] - ends[0][axis]));
+        let steps = (libm::hypot(way[0], way[1]) / step_px).ceil().max(1.0);
+        let electrons = electrons.map(|e| e / steps);
+        (0..steps as u32).map(move |step| {
+            let part = (f64::from(step) + 0.5) / steps;
+            Spot { x_px: from[0] + part * way[0], y_px: from[1] + part * way[1], electrons }
+        })
+    })
 }

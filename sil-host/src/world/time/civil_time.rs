@@ -180,8 +180,15 @@ pub fn tt_us(text: &str) -> Result<i64, &'static str> {
 
 /// The UTC of an instant (TT, µs since J2000.0) to the second, for messages.
 pub fn utc_text(tt_us: i64) -> String {
-    let utc_s = (tt_us - tt_minus_utc_us(tt_us)).div_euclid(1_000_000) + 43_200;
-    let (days, second) = (utc_s.div_euclid(86_400), utc_s.rem_euclid(86_400));
+    let mut text = shown_text(tt_us - tt_minus_utc_us(tt_us));
+    text.truncate("YYYY-MM-DDTHH:MM:SS".len());
+    text
+}
+
+/// What a clock shows (µs since 2000-01-01T12:00:00) as [`parse`] reads it, with six decimals of a second.
+pub fn shown_text(shown_us: i64) -> String {
+    let (seconds, us) = (shown_us.div_euclid(1_000_000) + 43_200, shown_us.rem_euclid(1_000_000));
+    let (days, second) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
     let mut year = 2000 + days.div_euclid(366);
     while days_since_2000(year + 1, 1, 1) <= days {
         year += 1;
@@ -189,7 +196,7 @@ pub fn utc_text(tt_us: i64) -> String {
     let month = (2..=12).rev().find(|month| days_since_2000(year, *month, 1) <= days).unwrap_or(1);
     let day = days - days_since_2000(year, month, 1) + 1;
     let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}")
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{us:06}")
 }
 
 #[cfg(test)]
@@ -209,6 +216,14 @@ mod tests {
         assert_eq!(day, 86_400_000_000);
         // JD 2457754.5 is 2017-01-01T00:00.
         assert_eq!(tt_us("2017-01-01T00:00:00"), Ok((6209 * 86_400 + 43_200) * 1_000_000 + 69_184_000));
+    }
+
+    #[test]
+    fn a_time_shown_is_read_as_itself() {
+        for shown_us in [-1, 0, 1, 843_458_400_123_456, -86_400_000_000 * 400, 951_782_400_000_000] {
+            assert_eq!(parse(&shown_text(shown_us)), Ok(shown_us), "{}", shown_text(shown_us));
+        }
+        assert_eq!(shown_text(1_250_000), "2000-01-01T12:00:01.250000");
     }
 
     #[test]

@@ -10,7 +10,7 @@ impl Limb {
     /// The profile at one height.
     pub fn at(&self, height_km: f32, sigma_km: f32) -> Blurred {
         let (mut depth, mut share, mut glow) = ([height_km], [0.0], [0.0]);
-        self.read(&[sigma_km], [&mut depth, &mut share, &mut glow]);
+        self.read([&[sigma_km], &[0.0]], [&mut depth, &mut share, &mut glow]);
         Blurred { share: share[0], depth_km: depth[0], glow: glow[0] }
     }
 }

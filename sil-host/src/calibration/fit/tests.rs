@@ -60,6 +60,22 @@ fn without_noise_the_lens_is_found_whole() {
 }
 
 #[test]
+fn a_star_that_leaves_the_field_is_never_a_gain() {
+    let mut sky = views(&truth(), 4, 40, 0.05, 9);
+    let problem = |views: &[View]| Problem { free: LADDER[0], camera: truth(), views: views.to_vec() };
+    let straight = problem(&sky).chi2();
+    let mut turned = sky.clone();
+    turned[0].attitude = product(&rotation(1, std::f64::consts::PI), &turned[0].attitude);
+    assert!(straight < 1000.0 && problem(&turned).chi2() == f64::INFINITY);
+    // A star with the name of one behind the camera is left out and counted.
+    let away = sky[0].stars[0].direction.map(|axis| -axis);
+    sky[0].stars[0].direction = away;
+    let fit = fit(&start(), &sky).unwrap();
+    assert!(fit.outliers >= 1 && fit.views[0].stars.iter().all(|star| star.direction != away));
+    assert!((fit.camera.focal_length_px - truth().focal_length_px).abs() < 2.0, "{:?}", fit.camera);
+}
+
+#[test]
 fn sigmas_are_honest() {
     // Square of error over sigma of seven parameters in 40 skies, mean 1: 280 values, correlated within a
     // sky, of which some 120 count as independent; 3 sigma of their mean are 0.39. Skies whose criterion

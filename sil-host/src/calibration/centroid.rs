@@ -1,7 +1,7 @@
-//! Single stars before a lens, and where the flight code finds them.
+//! Where the flight code finds a star in a window; single stars before a lens, to judge that by.
 //!
-//! In: a camera, what the optics do to light, a detector. Out: images of stars in windows of their own, in
-//! electrons, by the world's [`Psf`] and [`PixelResponse`]; centroids of the flight code.
+//! In: pixels about a star. Out: the flight code's centroid. [`Lens`] draws stars without noise in windows of
+//! their own, in electrons, by the world's [`Psf`] and [`PixelResponse`]: no calibration is made from it.
 
 use super::HALF_WINDOW_PX;
 use crate::error::HostError;
@@ -13,8 +13,7 @@ use crate::world::lens::psf::Psf;
 use crate::world::lens::spots::{Brush, Spot};
 use crate::world::sky::colour;
 use crate::world::sky::stars::DetectorModel;
-use fsw_core::checksum::crc32;
-use fsw_core::image::calibration::{Calibration, VERSION};
+use fsw_core::image::calibration::Calibration;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars};
 use fsw_core::image::{DetectionMethod, DetectionParameters};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
@@ -24,23 +23,23 @@ const ELECTRONS: f64 = 50_000.0;
 /// Bits of the converter that draws them: so many that it does not matter.
 const BITS: u8 = 16;
 
+/// Colour of the stars that centroids are judged by, B-V: the mean of those of the catalogue.
+pub const COLOUR: f64 = 0.6;
+
 /// Stars without noise, as the world images them.
 #[derive(Debug, Clone)]
 pub struct Lens {
-    pub(super) camera: CameraFile,
     psf: Psf,
     response: PixelResponse,
-    pub(super) full_well_e: f64,
+    full_well_e: f64,
     colours: bool,
-    pub(super) centre_px: [f64; 2],
-    pub(super) source_crc: u32,
 }
 
 impl Lens {
     /// Of a camera with these optics and pixels.
     ///
     /// # Errors
-    /// Where the world cannot draw it, or its optical centre lies off the detector.
+    /// Where the world cannot draw it.
     pub fn new(
         camera: &CameraFile,
         imaging: &ImagingModel,
@@ -49,26 +48,12 @@ impl Lens {
         let refuse = |what: &str| HostError::usage(what, "give another camera, or other [optics]");
         let optics = Optics::new(camera).ok_or_else(|| refuse("the world draws rectilinear cameras only"))?;
         let psf = imaging.psf(&optics).ok_or_else(|| refuse("the lens cannot be made for this camera"))?;
-        let [x, y] = optics.centre_px();
-        let margin = 2.0 * f64::from(HALF_WINDOW_PX);
-        let inside = |at: f64, side: u16| (margin..=f64::from(side) - margin).contains(&at);
-        if !inside(x, camera.width_px) || !inside(y, camera.height_px) {
-            return Err(refuse("a lens whose optical centre lies off the detector is not calibrated"));
-        }
         Ok(Self {
-            camera: camera.clone(),
             psf,
             response: detector.response,
             full_well_e: detector.full_well_e,
             colours: imaging.star_colours,
-            centre_px: [x, y],
-            source_crc: source_crc(camera, imaging, detector),
         })
-    }
-
-    /// The optical centre, px.
-    pub fn centre_px(&self) -> [f64; 2] {
-        self.centre_px
     }
 
     /// Adds the image of a star to the pixels of a window.
@@ -93,17 +78,6 @@ impl Lens {
         let found = find(window, BITS, light.iter().map(number).collect(), calibration, at_px)?;
         Some(found.0)
     }
-}
-
-/// CRC of everything the tables depend on.
-pub fn source_crc(camera: &CameraFile, imaging: &ImagingModel, detector: &DetectorModel) -> u32 {
-    let lens = (imaging.psf, imaging.pixel_pitch_um, imaging.vignetting, imaging.star_colours);
-    let (size, centre) = ((camera.width_px, camera.height_px), camera.optical_centre_px);
-    let words = format!(
-        "{VERSION} {lens:?} {:?} {:?} {size:?} {centre:?} {:?} {:?}",
-        detector.response, detector.full_well_e, camera.focal_length_px, camera.distortion
-    );
-    crc32(words.as_bytes())
 }
 
 /// A window about a place.

@@ -165,17 +165,33 @@ pub fn rms_px(camera: &CameraFile, views: &[View]) -> f64 {
 /// The focal length alone fitted: what an uncalibrated lens is worth.
 pub fn plain(camera: &CameraFile, views: &[View]) -> (CameraFile, Vec<View>) {
     let Problem { camera, views, .. } =
-        Problem { free: LADDER[0], camera: camera.clone(), views: views.to_vec() }.solved().0;
+        Problem { free: LADDER[0], camera: camera.clone(), views: seen(camera, views) }.solved().0;
     (camera, views)
+}
+
+/// The attitude, ICRS to sensor, that fits the stars of a view with this camera.
+pub fn attitude(camera: &CameraFile, view: &View) -> [Vector; 3] {
+    let problem = Problem { free: &[], camera: camera.clone(), views: vec![view.clone()] };
+    problem.solved().0.views.first().map_or(view.attitude, |view| view.attitude)
 }
 
 /// The lens of `views`, from `camera` on; `None` where the stars do not determine even its focal length.
 pub fn fit(camera: &CameraFile, views: &[View]) -> Option<Fit> {
     let count = |views: &[View]| views.iter().map(|view| view.stars.len()).sum::<usize>();
-    let rough = best(camera, views)?;
+    let rough = best(camera, &seen(camera, views))?;
     let kept = without_outliers(&rough.camera, &rough.views);
     let outliers = count(views) - count(&kept);
     best(camera, &kept).map(|fit| Fit { outliers, ..fit })
+}
+
+/// The stars in front of the camera. One behind it is named wrongly: it was measured on the detector.
+fn seen(camera: &CameraFile, views: &[View]) -> Vec<View> {
+    let seen = |view: &View| {
+        let found = residuals(camera, view).into_iter().zip(&view.stars);
+        let stars = found.filter_map(|(residual, star)| residual.map(|_| *star)).collect();
+        View { attitude: view.attitude, stars }
+    };
+    views.iter().map(seen).collect()
 }
 
 /// The fit of all stars in the parameters that they support.
@@ -249,15 +265,16 @@ impl Problem<'_> {
         product(&turn(2), &product(&turn(1), &product(&turn(0), attitude)))
     }
 
-    /// Residuals of a picture over their standard deviations.
+    /// Residuals of a picture over their standard deviations; infinite of a star that the camera cannot see.
     fn weighted(&self, camera: &CameraFile, view: &View) -> Vec<f64> {
         let scaled = |(residual, star): (Option<[f64; 2]>, &Sighting)| {
             let sigma = star.sigma_px.hypot(FLOOR_PX);
-            residual.map_or([0.0; 2], |residual| residual.map(|px| px / sigma))
+            residual.map_or([f64::INFINITY; 2], |residual| residual.map(|px| px / sigma))
         };
         residuals(camera, view).into_iter().zip(&view.stars).flat_map(scaled).collect()
     }
 
+    /// Infinite where a star has left the field: no step that loses one is a gain.
     fn chi2(&self) -> f64 {
         self.views.iter().flat_map(|view| self.weighted(&self.camera, view)).map(|r| r * r).sum()
     }

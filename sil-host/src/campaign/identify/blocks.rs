@@ -3,7 +3,7 @@
 //! In: a case and the numbers of its fields. Out: a [`Block`] of whole numbers that depend on the seed, the
 //! case and the numbers of the fields alone, so that any order and any number of threads give the same table.
 
-use crate::campaign::cases::{Case, Maker};
+use super::cases::{Case, Maker};
 use crate::commands::attitude::table::APART_PX;
 use crate::commands::identify::{FieldInput, answer_with};
 use crate::flight::lost_in_space::Solver;
@@ -12,6 +12,7 @@ use crate::world::fields::Field;
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Fields of a block.
 pub const FIELDS: u64 = 250;
@@ -21,7 +22,7 @@ const WRONG_SIGHT_ARCSEC: f64 = 900.0;
 const WRONG_ROLL_ARCSEC: f64 = 3.0 * 3600.0;
 
 /// Which block.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key {
     /// Seed of the campaign.
     pub seed: u64,
@@ -78,11 +79,11 @@ pub struct Block {
     pub outcome: Outcome,
 }
 
-/// The blocks of the first `fields` fields of a case.
-pub fn of_case(case: &Case, seed: u64, fields: u64) -> Vec<Key> {
-    let firsts = (0..fields).step_by(FIELDS as usize);
-    let key = |first| Key { seed, case: case.name.clone(), first, fields: FIELDS.min(fields - first) };
-    firsts.map(key).collect()
+/// The blocks of these fields of a case.
+pub fn of_case(case: &Case, seed: u64, fields: Range<u64>) -> impl Iterator<Item = Key> {
+    let name = case.name.clone();
+    let firsts = fields.clone().step_by(FIELDS as usize);
+    firsts.map(move |first| Key { seed, case: name.clone(), first, fields: FIELDS.min(fields.end - first) })
 }
 
 /// Holds an answer against the truth.

@@ -6,7 +6,12 @@ fn arguments(fields: u64, skies: u64, out: Option<&Path>) -> CampaignIdentifyArg
         fields,
         skies,
         no_stars: 0,
-        common: CommonArguments { seed: 11, out: out.map(Path::to_path_buf), json: true },
+        common: CommonArguments {
+            seed: 11,
+            out: out.map(Path::to_path_buf),
+            json: true,
+            ..CommonArguments::default()
+        },
     }
 }
 
@@ -62,11 +67,11 @@ fn a_row_is_kept_without_wrong_skies_and_not_behind_the_peers() {
     let case = |name: &str| cases::grid().into_iter().find(|case| case.name == name).unwrap();
     let outcome = |identified, wrong| Outcome { tried: 1000, identified, wrong, ..Outcome::default() };
     let noisy = case("2 px, 0 false");
-    assert!(Row::new(&noisy, outcome(945, 0)).kept);
-    assert!(!Row::new(&noisy, outcome(944, 0)).kept);
-    assert!(!Row::new(&noisy, outcome(1000, 1)).kept);
+    assert!(Row::new(&noisy, outcome(945, 0), 0).kept);
+    assert!(!Row::new(&noisy, outcome(944, 0), 0).kept);
+    assert!(!Row::new(&noisy, outcome(1000, 1), 0).kept);
     let few = cases::hard().into_iter().find(|case| !case.as_in_flight()).unwrap();
     let stated = |wrong| Outcome { stated_ppb: 4_000_000_000, ..outcome(900, wrong) };
-    assert!(Row::new(&few, stated(10)).kept, "4 stated, 3 standard deviations of 2");
-    assert!(!Row::new(&few, stated(11)).kept);
+    assert!(Row::new(&few, stated(10), 0).kept, "4 stated, 3 standard deviations of 2");
+    assert!(!Row::new(&few, stated(11), 0).kept);
 }

@@ -1,0 +1,48 @@
+use super::*;
+use crate::scenario::EMBEDDED;
+
+fn family(vary: &str) -> Family {
+    let variation = Variation::parse(Path::new("vary.toml"), vary.to_owned()).unwrap();
+    Family::of_text(Path::new("geo.toml"), EMBEDDED[0].1, Some(variation)).unwrap()
+}
+
+fn refusal(vary: &str) -> String {
+    let message = family(vary).member(1, 4).unwrap_err().to_string();
+    assert!(!message.contains('\n'), "{message}");
+    message
+}
+
+#[test]
+fn a_run_has_what_it_draws_and_the_values_stand_beside() {
+    let vary =
+        "[scenario]\nduration_s = { whole = [20, 30] }\n[gyro]\nnoise_deg_s = { log_uniform = [0.01, 1.0] }";
+    let (scenario, values) = family(vary).member(1, 4).unwrap();
+    assert_eq!(values["scenario.duration_s"], scenario.duration_s);
+    assert_eq!(values["gyro.noise_deg_s"], scenario.gyro.unwrap().noise_deg_s);
+    assert!((20..=30).contains(&scenario.duration_s));
+    let (again, _) = family(vary).member(1, 4).unwrap();
+    assert_eq!((again.seed, again.duration_s), (scenario.seed, scenario.duration_s));
+    assert_ne!(family(vary).member(1, 5).unwrap().1, values);
+}
+
+#[test]
+fn without_variation_a_run_is_the_scenario_with_its_seed() {
+    let family = Family::new(None, None).unwrap();
+    let (scenario, values) = family.member(1, 4).unwrap();
+    assert_eq!(scenario, family.base.clone().with_seed(Some(1_000_007)));
+    assert!(values.is_empty());
+}
+
+#[test]
+fn a_key_or_value_that_no_scenario_takes_is_told_with_the_line_that_draws_it() {
+    let unknown = refusal("[orbit]\n# no such key\nhight_km = { uniform = [1, 2] }");
+    assert!(unknown.starts_with("sil-host: vary.toml:3: orbit.hight_km: unknown field"), "{unknown}");
+    let table = refusal("[orbits]\na_km = { uniform = [1, 2] }");
+    assert!(table.starts_with("sil-host: vary.toml:1: orbits: unknown field"), "{table}");
+    let range = refusal("\norbit.e = { uniform = [2.0, 3.0] }");
+    assert!(range.starts_with("sil-host: vary.toml:2: orbit.e: 2.") && range.contains("(run 4)"), "{range}");
+    let kind = refusal("scenario.duration_s = { uniform = [20, 30] }");
+    assert!(kind.starts_with("sil-host: vary.toml:1: scenario.duration_s: invalid type"), "{kind}");
+    let element = refusal("mount.star_path_deg = [0.0, { normal = [9000.0, 1.0] }, 0.0]");
+    assert!(element.starts_with("sil-host: vary.toml:1: mount.star_path_deg: "), "{element}");
+}

@@ -1,0 +1,81 @@
+//! The `[orbit_filter]` of a scenario: what the flight code's orbit filter is told to do, and what it is told
+//! of the orbit at the start.
+//!
+//! | key | says | default |
+//! |---|---|---|
+//! | `observation` | what it takes of an image, in the words of `fsw-core/PARAMETERS.md` | the flight code's |
+//! | `start.position_sigma_km`, `start.velocity_sigma_m_s` | a state from the ground, known so well along every axis | none: the filter begins with the images |
+//! | `start.position_error_km`, `start.velocity_error_m_s` | by so much that state is wrong: radial, along, cross | `[0, 0, 0]` |
+
+use super::text::Text;
+use crate::error::HostError;
+use crate::world::attitude::Vector;
+use fsw_core::orbit::parameters::Observation;
+use serde::Deserialize;
+use toml::Spanned;
+
+const SIGMA_KM: (f64, f64) = (1e-3, 1e5);
+const SIGMA_M_S: (f64, f64) = (1e-3, 1e4);
+const ERROR_KM: (f64, f64) = (-1e5, 1e5);
+const ERROR_M_S: (f64, f64) = (-1e4, 1e4);
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawOrbitFilter {
+    observation: Option<Observation>,
+    start: Option<RawStart>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawStart {
+    position_sigma_km: Spanned<f64>,
+    velocity_sigma_m_s: Spanned<f64>,
+    position_error_km: Option<Spanned<Vector>>,
+    velocity_error_m_s: Option<Spanned<Vector>>,
+}
+
+/// A state from the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundStart {
+    /// Sigma along every axis, km.
+    pub position_sigma_km: f64,
+    /// Sigma along every axis, m/s.
+    pub velocity_sigma_m_s: f64,
+    /// Told less true: radial, along, cross, km.
+    pub position_error_km: Vector,
+    /// The same of the velocity, m/s.
+    pub velocity_error_m_s: Vector,
+}
+
+/// What the orbit filter is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OrbitFilterModel {
+    /// What it takes of an image; none: what the flight code's parameters say.
+    pub observation: Option<Observation>,
+    /// The state it begins with.
+    pub start: Option<GroundStart>,
+}
+
+/// Reads the `[orbit_filter]`.
+pub(super) fn read(text: &Text<'_>, raw: &RawOrbitFilter) -> Result<OrbitFilterModel, HostError> {
+    let number = |key: &str, value: &Spanned<f64>, range| {
+        text.number(&format!("orbit_filter.start.{key}"), Some(value), 0.0, range)
+    };
+    let triple = |key: &str, value: &Option<Spanned<Vector>>, range| match value {
+        Some(value) => text.array(&format!("orbit_filter.start.{key}"), value, range),
+        None => Ok([0.0; 3]),
+    };
+    let start = |raw: &RawStart| -> Result<GroundStart, HostError> {
+        Ok(GroundStart {
+            position_sigma_km: number("position_sigma_km", &raw.position_sigma_km, SIGMA_KM)?,
+            velocity_sigma_m_s: number("velocity_sigma_m_s", &raw.velocity_sigma_m_s, SIGMA_M_S)?,
+            position_error_km: triple("position_error_km", &raw.position_error_km, ERROR_KM)?,
+            velocity_error_m_s: triple("velocity_error_m_s", &raw.velocity_error_m_s, ERROR_M_S)?,
+        })
+    };
+    Ok(OrbitFilterModel { observation: raw.observation, start: raw.start.as_ref().map(start).transpose()? })
+}
+
+#[cfg(test)]
+mod tests;
