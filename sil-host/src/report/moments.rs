@@ -1,4 +1,4 @@
-//! Seconds worth a picture, chosen while the run goes by: the first identification, the longest and the
+//! Seconds worth a picture, chosen while the run goes by: the first rate, the first identification, the longest and the
 //! shortest lit limb tracked, eclipse, the Sun in a path, the end.
 
 use crate::harness::Second;
@@ -27,6 +27,7 @@ pub struct Moment {
 /// The moments so far.
 #[derive(Clone, Debug, Default)]
 pub struct Moments {
+    rate: Option<Moment>,
     first: Option<Moment>,
     fullest: Option<Moment>,
     crescent: Option<Moment>,
@@ -45,6 +46,9 @@ impl Moments {
         self.seconds_in_state = if self.state == Some(state) { self.seconds_in_state + 1 } else { 0 };
         self.state = Some(state);
         let taken = |title| Some(Moment { title, report: report.clone(), lit_limb_deg: truth.lit_limb_deg });
+        if self.rate.is_none() && report.rate.is_some() {
+            self.rate = taken("First rate, without an attitude");
+        }
         if self.first.is_none() && report.outcome == Some(Outcome::Identified) {
             self.first = taken("First identification, without prior knowledge");
         }
@@ -81,9 +85,9 @@ impl Moments {
 
     /// In the order of time.
     pub fn into_vec(self) -> Vec<Moment> {
-        let Self { first, fullest, crescent, eclipse, sun, last, .. } = self;
+        let Self { rate, first, fullest, crescent, eclipse, sun, last, .. } = self;
         let mut moments: Vec<Moment> =
-            [first, fullest, crescent, eclipse, sun, last].into_iter().flatten().collect();
+            [rate, first, fullest, crescent, eclipse, sun, last].into_iter().flatten().collect();
         moments.sort_by_key(|moment| moment.report.cycle);
         moments.dedup_by_key(|moment| moment.report.cycle);
         moments

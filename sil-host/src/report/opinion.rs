@@ -118,10 +118,11 @@ impl Opinion {
 /// Attitude and position in a sentence.
 fn reached(figures: &Figures) -> String {
     let rms = |key: &str| Some(figures.last_orbit(key).or(figures.run(key))?.rms);
-    let attitude = figures.attitude.rms_arcsec.map_or_else(
-        || "no attitude".to_owned(),
-        |rms| format!("attitude {} arcsec about x, y, z", rms.map(label).join(", ")),
-    );
+    let attitude = match (figures.attitude.rms_arcsec, rms("rate")) {
+        (Some(rms), _) => format!("attitude {} arcsec about x, y, z", rms.map(label).join(", ")),
+        (None, Some(rate)) => format!("no attitude, rate {} deg/s", label(rate)),
+        (None, None) => "no attitude".to_owned(),
+    };
     let position = rms("position")
         .map_or_else(|| "no orbit".to_owned(), |rms| format!("position {} km (last orbit)", label(rms)));
     format!("Reached, rms: {attitude}; {position}.")

@@ -162,22 +162,21 @@ impl OrbitView {
     /// Start and end of what is drawn.
     fn ends(&self, svg: &mut String, point: impl Fn([f64; 2]) -> [f64; 2]) {
         let (Some((first, _)), Some((last, _))) = (self.places.first(), self.places.last()) else { return };
-        let ([x, y], [u, v]) = (point(*first), point(*last));
-        let _ = write!(
-            svg,
-            "<circle class=\"start\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\"/>\
-             <text class=\"place\" x=\"{:.1}\" y=\"{:.1}\">start</text>",
-            x + 9.0,
-            y - 6.0
-        );
-        if self.turned_rad < 0.95 * TAU {
+        let mut end = |class: &str, place: [f64; 2]| {
+            // The word stands away from the Earth.
+            let far = libm::hypot(place[0], place[1]);
+            let ([x, y], out) = (point(place), place.map(|part| 20.0 * part / far));
             let _ = write!(
                 svg,
-                "<circle class=\"end\" cx=\"{u:.1}\" cy=\"{v:.1}\" r=\"5\"/>\
-                 <text class=\"place\" x=\"{:.1}\" y=\"{:.1}\">end</text>",
-                u + 9.0,
-                v + 14.0
+                "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\"/>\
+                 <text class=\"place\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{class}</text>",
+                x + out[0],
+                y - out[1] + 4.0
             );
+        };
+        end("start", *first);
+        if self.turned_rad < 0.95 * TAU {
+            end("end", *last);
         }
     }
 

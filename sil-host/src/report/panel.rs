@@ -63,6 +63,11 @@ impl<'a> Panel<'a> {
         Self { name, unit, line, band: None, scale: Scale::between(low, high, least), level: None }
     }
 
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        self.line.is_empty()
+    }
+
     /// Whether no part of the envelope is in the panel.
     pub(super) fn envelope_off_scale(&self) -> bool {
         let least = self.band.and_then(|sigma| sigma.extremes()).map(|(low, _)| 3.0 * low);

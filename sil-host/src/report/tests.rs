@@ -116,7 +116,7 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
         "data:image/png;base64,",
         "\u{2713} kept",
         "class=\"fault\"",
-        "<title>time-out</title>",
+        "<title>1 time-out</title>",
         "second 21: orbit started",
         "<h2>Injected faults</h2>",
         "<h2>Orbit and Sun</h2>",

@@ -47,6 +47,15 @@ fn section(page: &mut String, title: &str, words: &str, svg: &str) {
     let _ = write!(page, "<h2>{title}</h2><p class=\"soft\">{words}</p><figure>{svg}</figure>");
 }
 
+/// Panels over the time of the run; a sentence instead where nothing was reported.
+fn panels_section(page: &mut String, title: &str, words: &str, frame: &Frame<'_>, panels: &[Panel<'_>]) {
+    if panels.iter().all(Panel::is_empty) {
+        let _ = write!(page, "<h2>{title}</h2><p class=\"soft\">Not reported in this run.</p>");
+    } else {
+        section(page, title, words, &frame.plot(title, panels));
+    }
+}
+
 /// A plot of three axes, where any of them was reported.
 fn if_any(of: &[Banded; 3]) -> Option<&[Banded; 3]> {
     of.iter().any(|banded| !banded.error.is_empty()).then_some(of)
@@ -88,55 +97,49 @@ fn attitude(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
             Panel::banded_like(name, "arcsec", filtered, like)
         })
         .collect();
-    let _ = write!(
-        page,
-        "<h2>Attitude error</h2><p class=\"soft\">Star path axes, outside Sun outages. Left: of each image alone. Right: of the \
+    if raw.iter().chain(&filtered).all(Panel::is_empty) {
+        page.push_str("<h2>Attitude error</h2><p class=\"soft\">Not reported in this run.</p>");
+    } else {
+        let _ = write!(
+            page,
+            "<h2>Attitude error</h2><p class=\"soft\">Star path axes, outside Sun outages. Left: of each image alone. Right: of the \
          attitude filter, on the same scale.</p><div class=\"pair\"><figure>{}<figcaption>of each image alone</figcaption></figure>\
          <figure>{}<figcaption>filtered</figcaption></figure></div>",
-        half.plot("Attitude error of each image", &raw),
-        half.plot("Filtered attitude error", &filtered)
-    );
+            half.plot("Attitude error of each image", &raw),
+            half.plot("Filtered attitude error", &filtered)
+        );
+    }
     if let Some(of) = if_any(&recorder.sun_attitude) {
         let panels = three(ATTITUDE_AXES, "arcsec", of);
         let words = "The detector is blinded; the last attitude is carried on.";
-        section(
-            page,
-            "Attitude error in Sun outages",
-            words,
-            &wide.plot("Attitude error in Sun outages", &panels),
-        );
+        panels_section(page, "Attitude error in Sun outages", words, wide, &panels);
     }
     let panels = ATTITUDE_AXES.iter().zip(&recorder.rate);
     let panels: Vec<Panel<'_>> = panels.map(|(name, rate)| Panel::signed(name, "arcsec/s", rate)).collect();
     let words = "Star path axes; the sensor reports no sigma of it.";
-    section(page, "Rate error", words, &wide.plot("Rate error", &panels));
+    panels_section(page, "Rate error", words, wide, &panels);
     if let Some(of) = if_any(&recorder.turning) {
         let panels = three(ATTITUDE_AXES, "deg/s", of);
         let words =
             "From streaks, or from stars not yet identified; where either sense is possible, the nearer one.";
-        section(
-            page,
-            "Rate error without an attitude",
-            words,
-            &wide.plot("Rate error without an attitude", &panels),
-        );
+        panels_section(page, "Rate error without an attitude", words, wide, &panels);
     }
 }
 
 fn orbit(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
     let panels = three(ORBIT_AXES, "km", &recorder.position);
     let words = "Along the true axes, the envelope by the reported covariance.";
-    section(page, "Position error", words, &wide.plot("Position error", &panels));
+    panels_section(page, "Position error", words, wide, &panels);
     let panels = three(ORBIT_AXES, "m/s", &recorder.velocity);
-    section(page, "Velocity error", words, &wide.plot("Velocity error", &panels));
+    panels_section(page, "Velocity error", words, wide, &panels);
     let [x, y, distance] = &recorder.earth;
     let panels = [
         Panel::banded("direction, x", "deg", x),
         Panel::banded("direction, y", "deg", y),
         Panel::banded("distance", "km", distance),
     ];
-    let words = "The Earth's centre as found in each frame alone, Earth path axes.";
-    section(page, "Earth vector error", words, &wide.plot("Earth vector error", &panels));
+    let words = "The Earth's centre as found in each frame alone, Earth path axes. The sigma reported of the direction is that of its worse axis.";
+    panels_section(page, "Earth vector error", words, wide, &panels);
 }
 
 /// Error over sigma of every quantity that was estimated.
@@ -192,5 +195,5 @@ fn rests_on(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
         Panel::counted("innovation squared (NIS)", "95 % lie below the line", &recorder.nis, Some(NIS_95)),
         Panel::banded("limb height, estimated", "km", &recorder.limb_height),
     ];
-    section(page, "What it rests on", "", &wide.plot("What it rests on", &panels));
+    panels_section(page, "What it rests on", "", wide, &panels);
 }
