@@ -156,12 +156,17 @@ fn calibrated(
     detector: &DetectorModel,
 ) -> Result<Vec<u8>, HostError> {
     let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
+    let catalogued = calibration::sights::catalogued(DEFAULT_EPOCH_YEAR);
     let (camera, imaging) = pictures::cooler(camera, imaging, pictures::WARMER_K);
     let mut laboratory = Laboratory::new((&camera, &imaging), detector, &stars, pictures::SEED)?;
     let (mut sights, mut attitudes) = (Vec::new(), Vec::new());
     for index in 0..PICTURES_MAX {
         let SkyPicture { picture, attitude } = laboratory.picture(index)?;
-        sights.extend(calibration::sights::sights((attitudes.len(), &picture, &attitude), &camera, &stars));
+        sights.extend(calibration::sights::sights(
+            (attitudes.len(), &picture, &attitude),
+            &camera,
+            &catalogued,
+        ));
         attitudes.push(attitude);
         if sights.len() >= STARS {
             break;

@@ -2,8 +2,8 @@
 //!
 //! In: a camera, what its optics do to light, its detector. Out: pictures of the whole detector with the
 //! attitude each was taken in. The camera rests in each, on a mount that follows the sky, in attitudes drawn
-//! evenly from all; stars are exposed for [`EXPOSURE_US`]; the mean of [`DARKS`] pictures with a closed lens
-//! is taken off, [`PEDESTAL`] is left as the value of an empty pixel, 16 bits hold the fraction that the mean
+//! evenly from all; stars are exposed for [`EXPOSURE_US`]; the mean of `DARKS` pictures with a closed lens
+//! is taken off, `PEDESTAL` is left as the value of an empty pixel, 16 bits hold the fraction that the mean
 //! has. The lens is cooler than in flight, see [`cooler`].
 
 use crate::error::HostError;

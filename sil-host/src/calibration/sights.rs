@@ -59,6 +59,18 @@ impl Sight {
     }
 }
 
+/// The stars as the catalogue's source has them, from which places on the detector are expected: not those of
+/// the world.
+pub fn catalogued(year: f64) -> Vec<WorldStar> {
+    let star = |star: catalog_gen::SourceStar| WorldStar {
+        hip: star.hip,
+        direction: star.direction_at(year),
+        v: star.v,
+        b_v: star.b_v,
+    };
+    catalog_gen::source::stars().into_iter().map(star).collect()
+}
+
 /// The sights of picture number `index`, taken in this attitude.
 pub fn sights(
     (index, picture, attitude): (usize, &Picture, &[Vector; 3]),

@@ -288,7 +288,7 @@ fn built(
     Calibration { fit, names, .. }: &Calibration,
     full_well_e: f64,
 ) -> Result<Built, HostError> {
-    let stars = sky::in_year(DEFAULT_EPOCH_YEAR);
+    let stars = sights::catalogued(DEFAULT_EPOCH_YEAR);
     let (mut sights, mut bits) = (Vec::new(), 1);
     for (index, (name, view)) in names.iter().zip(&fit.views).enumerate() {
         if let Some((_, picture)) = album.pictures.iter().find(|(taken, _)| taken == name) {

@@ -12,7 +12,7 @@
 //! [`Family::Temperature`], clear air: the limb is that of an optical depth, and stands where the air above
 //! weighs the same. Heights of the surface that has the pressure of the standard atmosphere at 10 and at 15
 //! km, less these, in the five model atmospheres (McClatchey et al., AFCRL-72-0497, 1972; pressures at whole
-//! km): see [`ATMOSPHERES_KM`]. Between latitudes they are blended, between the seasons they follow the Sun's
+//! km): see `ATMOSPHERES_KM`. Between latitudes they are blended, between the seasons they follow the Sun's
 //! declination. On top come planetary waves of cells of 2800 km, 0.2 km: the order of the deviation of
 //! heights at 300 hPa in storm tracks, no table of which was at hand.
 //!

@@ -75,8 +75,8 @@ mod tests {
     #[test]
     fn without_parallax_it_is_the_catalogues_place_to_a_milliarcsecond() {
         let mut most = 0.0f64;
-        for star in &catalog_gen::source::stars() {
-            let ours = direction(star, 2026.7, [0.0; 3]);
+        for star in catalog_gen::source::stars() {
+            let ours = direction(&star, 2026.7, [0.0; 3]);
             let theirs = star.direction_at(2026.7);
             let apart: Vector = [0, 1, 2].map(|k| ours[k] - theirs[k]);
             most = most.max(dot(apart, apart).sqrt() / ARCSEC);
