@@ -9,15 +9,16 @@ use fsw_core::modes::Mode;
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{ClockState, Event, Outcome, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use sil_host::flight;
 use sil_host::formats::camera_file::CameraFile;
 use sil_host::harness::ThisSecond;
 use sil_host::harness::faults::{self, Fault, FaultKind, Faulty};
+use sil_host::harness::star_scene;
 use sil_host::judge::{arcsec, attitude_error};
 use sil_host::world::attitude::{normalised, uniform};
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings};
-use sil_host::{flight, star_scene};
 
 /// Rates, deg/s, and exposures, us.
 const RATES: [(f64, u32); 4] = [(0.0, 400_000), (0.5, 100_000), (1.0, 50_000), (2.0, 50_000)];

@@ -10,13 +10,14 @@ use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
     Window,
 };
+use sil_host::flight;
 use sil_host::formats::camera_file::CameraFile;
+use sil_host::harness::star_scene;
 use sil_host::judge::{arcsec, attitude_error};
 use sil_host::world::attitude::{normalised, uniform};
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings};
-use sil_host::{flight, star_scene};
 
 /// Seconds flown, those in which something bright hides all stars, and those of them in which the body turns.
 const SECONDS: u32 = 150;

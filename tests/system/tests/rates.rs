@@ -3,7 +3,9 @@
 use fsw_core::sensor::{Command, Instruments, Workspace};
 use fsw_core::telemetry::{Outcome, RateReport, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use sil_host::flight;
 use sil_host::formats::camera_file::CameraFile;
+use sil_host::harness::star_scene;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::{normalised, uniform};
 use sil_host::world::detector::disturbances::Disturbances;
@@ -14,7 +16,6 @@ use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings};
 use sil_host::world::sky::stars::DetectorModel;
-use sil_host::{flight, star_scene};
 use std::path::Path;
 use system_tests::amount;
 

@@ -8,8 +8,10 @@ use fsw_core::telemetry::{
     self, Activity, ClockFault, ClockState, DetectorFault, EarthStatus, Event, Outcome, Report,
 };
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use sil_host::flight::{self, StarCalibration};
 use sil_host::formats::camera_file::CameraFile;
 use sil_host::harness::ThisSecond;
+use sil_host::harness::star_scene;
 use sil_host::judge::attitude_error;
 use sil_host::scenario::Scenario;
 use sil_host::world::attitude::uniform;
@@ -18,7 +20,6 @@ use sil_host::world::motion::Motion;
 use sil_host::world::motion::trajectory;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
-use sil_host::{flight, star_scene};
 use std::path::Path;
 
 /// Lines of a strip across the limb; no star window is so thin.
@@ -28,7 +29,7 @@ const STRIP_BREADTH: u16 = 9;
 struct World {
     scene: Scene,
     parameters: Parameters,
-    calibration: Option<Calibration<'static>>,
+    calibration: Option<StarCalibration>,
     /// Second of the world.
     second: u64,
     instant_us: i64,
@@ -46,6 +47,10 @@ struct World {
     geometry: Option<DetectorGeometry>,
     /// The image says that it was exposed so long before its second.
     exposed_ago_us: i64,
+}
+
+fn open(calibration: &Option<StarCalibration>) -> Option<Calibration<'_>> {
+    calibration.as_ref().and_then(StarCalibration::open)
 }
 
 impl World {
@@ -82,7 +87,7 @@ impl World {
     fn clip(name: &str) -> Self {
         let scenario = Scenario::load(Path::new(name)).unwrap();
         let calibration = scenario.calibration().unwrap();
-        let parameters = scenario.flight_parameters(calibration.as_ref());
+        let parameters = scenario.flight_parameters(open(&calibration).as_ref());
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
@@ -91,7 +96,7 @@ impl World {
         let mut scenario = Scenario::load(Path::new(name)).unwrap();
         scenario.imaging.shutter = Shutter::Rolling { row_time_s };
         let calibration = scenario.calibration().unwrap();
-        let mut parameters = scenario.flight_parameters(calibration.as_ref());
+        let mut parameters = scenario.flight_parameters(open(&calibration).as_ref());
         parameters.imaging.row_time_ns *= u32::from(known);
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
@@ -152,7 +157,8 @@ fn fly(
 ) -> Vec<Report> {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let mut workspace = Box::new(Workspace::new());
-    let mut sensor = flight::sensor(catalogue, world.calibration, world.parameters, &mut workspace).unwrap();
+    let calibration = world.calibration.clone();
+    let mut sensor = flight::sensor(catalogue, open(&calibration), world.parameters, &mut workspace).unwrap();
     (0..seconds)
         .map(|second| {
             let command = before(second, world);
