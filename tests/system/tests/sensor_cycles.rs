@@ -10,10 +10,9 @@ use fsw_core::telemetry::{
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::flight::{self, StarCalibration};
 use sil_host::formats::camera_file::CameraFile;
-use sil_host::harness::ThisSecond;
-use sil_host::harness::star_scene;
+use sil_host::harness::{ThisSecond, star_scene};
 use sil_host::judge::attitude_error;
-use sil_host::scenario::Scenario;
+use sil_host::scenario::{Believed, Scenario};
 use sil_host::world::attitude::uniform;
 use sil_host::world::detector::shutter::Shutter;
 use sil_host::world::motion::Motion;
@@ -91,9 +90,10 @@ impl World {
         Self { calibration, ..Self::new(scenario.scene().unwrap(), parameters, scenario.start_us) }
     }
 
-    /// The same behind a rolling shutter; whether the flight code knows it.
+    /// The same behind a rolling shutter; whether the flight code knows it. All else it is told truly.
     fn rolling(name: &str, row_time_s: f64, known: bool) -> Self {
         let mut scenario = Scenario::load(Path::new(name)).unwrap();
+        scenario.believed = Believed::TRUTH;
         scenario.imaging.shutter = Shutter::Rolling { row_time_s };
         let calibration = scenario.calibration().unwrap();
         let mut parameters = scenario.flight_parameters(open(&calibration).as_ref());
