@@ -185,8 +185,8 @@ pub struct OrbitReport {
     pub sigma_position_km: [f32; 3],
     /// Standard deviations of the velocity, ICRS axes, km/s.
     pub sigma_velocity_km_s: [f32; 3],
-    /// Correlations of position and velocity: the lower left half of their matrix without its diagonal, row by
-    /// row, the states in the order x, y, z, vx, vy, vz of the ICRS axes.
+    /// Correlations of position and velocity: the lower left half of their matrix without its diagonal, row
+    /// by row, the states in the order x, y, z, vx, vy, vz of the ICRS axes.
     pub correlations: [f32; MOTION_CORRELATIONS],
     /// Estimated departure of the limb's height from the parameter, km.
     pub limb_height_km: f32,

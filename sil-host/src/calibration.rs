@@ -174,8 +174,8 @@ fn residual_px(found: &[Found], calibration: &Calibration) -> f64 {
     beyond_noise_px(&found.iter().zip(misses(found, calibration)).flat_map(both).collect::<Vec<_>>())
 }
 
-/// `r` of `E[miss²] = r² + a noise²`, px, from pairs of `noise²` and `miss²`, by least squares weighted with the
-/// squares' own scatter. `a` takes up that the flight code's noise is an upper bound. Never less than a
+/// `r` of `E[miss²] = r² + a noise²`, px, from pairs of `noise²` and `miss²`, by least squares weighted with
+/// the squares' own scatter. `a` takes up that the flight code's noise is an upper bound. Never less than a
 /// standard deviation of `r²`: fewer stars prove less.
 fn beyond_noise_px(squares: &[(f64, f64)]) -> f64 {
     let (mut residual2, mut share) = (FIRST_RESIDUAL_PX.powi(2), 1.0);

@@ -1,4 +1,5 @@
-//! What the commands do: one file a command, each with a `run` that takes its arguments and gives the exit status.
+//! What the commands do: one file a command, each with a `run` that takes its arguments and gives the exit
+//! status.
 //!
 //! The campaigns have a room of their own, [`crate::campaign`].
 

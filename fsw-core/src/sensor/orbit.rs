@@ -12,8 +12,8 @@ use crate::telemetry::{Event, FixFault, OrbitReport};
 use nalgebra::{Matrix3, Vector3};
 
 impl Sensor<'_> {
-    /// Takes an orbit from another source (the ground), with one sigma for all axes of position and of velocity.
-    /// `false`, and no change, when the state or a sigma is out of bounds.
+    /// Takes an orbit from another source (the ground), with one sigma for all axes of position and of
+    /// velocity. `false`, and no change, when the state or a sigma is out of bounds.
     pub fn initialise_orbit(
         &mut self,
         state: OrbitState,

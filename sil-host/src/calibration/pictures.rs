@@ -34,7 +34,8 @@ const PEDESTAL: f64 = 2048.0;
 pub const WARMER_K: f64 = 5.0;
 /// Electrons a digital number as a laboratory finds them, over the true ones: a photon transfer curve.
 pub const GAIN_FOUND: f64 = 1.03;
-/// Growth of the focal length a kelvin: a lens that is compensated to less than half of its aluminium barrel's 23e-6.
+/// Growth of the focal length a kelvin: a lens that is compensated to less than half of its aluminium
+/// barrel's 23e-6.
 pub const FOCAL_LENGTH_PER_K: f64 = 10e-6;
 
 /// The camera and its optics as many kelvins cooler: focal length and best focus go with the barrel.

@@ -2,11 +2,11 @@
 //!
 //! In: pictures taken with one lens, a camera file that is right to 2 % in the focal length. Out: a camera
 //! file, a drawing of the residuals beside it (same name, `.svg`), a table on stdout. Pictures are solved by
-//! the flight code ([`crate::commands::solve`]), their stars taken from the star source in double precision, and the
-//! lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again, until no star
-//! comes or goes: towards the corners a better lens finds more. Where the stars suffice, star profiles and
-//! correction tables for the flight code come beside the camera file (same name, `.corr`; [`calibration`]),
-//! and the lens is fitted once more with their centroids.
+//! the flight code ([`crate::commands::solve`]), their stars taken from the star source in double precision,
+//! and the lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again, until no
+//! star comes or goes: towards the corners a better lens finds more. Where the stars suffice, star profiles
+//! and correction tables for the flight code come beside the camera file (same name, `.corr`;
+//! [`calibration`]), and the lens is fitted once more with their centroids.
 //!
 //! With `--rendered N` the pictures are those of the laboratory ([`pictures`]). So the calibrated reference
 //! camera of all scenarios was made: `cargo sil calibrate --rendered 400 --camera

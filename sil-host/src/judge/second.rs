@@ -38,7 +38,8 @@ pub struct Correlated {
     pub axes: Axes,
     /// Reported correlations of the axes: first with second, first with third, second with third.
     pub correlation: Vector,
-    /// `L⁻¹ error` of the reported covariance `L Lᵀ`: independent and of sigma 1 where the covariance is right.
+    /// `L⁻¹ error` of the reported covariance `L Lᵀ`: independent and of sigma 1 where the covariance is
+    /// right.
     pub deviates: Vector,
 }
 

@@ -1,5 +1,5 @@
-//! Seconds worth a picture, chosen while the run goes by: the first rate, the first identification, the longest and the
-//! shortest lit limb tracked, eclipse, the Sun in a path, the end.
+//! Seconds worth a picture, chosen while the run goes by: the first rate, the first identification, the
+//! longest and the shortest lit limb tracked, eclipse, the Sun in a path, the end.
 
 use crate::harness::Second;
 use crate::world::scene::SensorState;

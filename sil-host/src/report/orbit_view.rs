@@ -1,7 +1,7 @@
 //! The orbit, the Earth, its shadow and the Sun in one drawing.
 //!
-//! In: the truth, second by second. Out: inline SVG, seen from the orbit's normal, the Sun to the right. Drawn
-//! is the first revolution: what happens in the later ones lies nearly where it lies in the first. The
+//! In: the truth, second by second. Out: inline SVG, seen from the orbit's normal, the Sun to the right.
+//! Drawn is the first revolution: what happens in the later ones lies nearly where it lies in the first. The
 //! shadow is a cylinder about the Sun's axis; with the Sun `beta` above the orbit plane it cuts that plane in
 //! half an ellipse of the semi-axes `R` and `R / |sin beta|`. Drawings only: what is judged is not from here.
 

@@ -1,7 +1,7 @@
 //! A curve in a panel of its own, and the scale it is drawn on.
 //!
-//! An error is drawn in its own range, with its envelope where that fits in ([`Scale`]); what the panel cannot
-//! show it says.
+//! An error is drawn in its own range, with its envelope where that fits in ([`Scale`]); what the panel
+//! cannot show it says.
 
 use super::scale::{Scale, label};
 use super::trace::{Banded, Trace};

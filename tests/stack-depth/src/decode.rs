@@ -1,7 +1,7 @@
 //! What a Thumb-2 instruction does to the stack pointer, and where it calls.
 //!
-//! In: an instruction's address and its two halfwords. Out: [`Effect`]. Encodings: ARMv7-M Architecture Reference
-//! Manual, chapters A5 and A7.
+//! In: an instruction's address and its two halfwords. Out: [`Effect`]. Encodings: ARMv7-M Architecture
+//! Reference Manual, chapters A5 and A7.
 
 /// What an instruction does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

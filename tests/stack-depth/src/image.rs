@@ -1,7 +1,7 @@
 //! The functions of an ELF image: their frames and whom they call.
 //!
-//! Data among the code (literals) is left out by the mapping symbols `$t` (Thumb) and `$d` (data) that the compiler
-//! leaves (ELF for the Arm Architecture, 5.5.5).
+//! Data among the code (literals) is left out by the mapping symbols `$t` (Thumb) and `$d` (data) that the
+//! compiler leaves (ELF for the Arm Architecture, 5.5.5).
 
 use crate::decode::{Effect, effect, length};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};

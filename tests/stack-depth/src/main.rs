@@ -1,17 +1,19 @@
 //! Deepest stack that the flight image can use, from its machine code: no function of it has to run.
 //!
-//! `stack-depth IMAGE.elf`. Out: one line of JSON on stdout, [`depth::Depth`]: bytes of the deepest path from the
-//! reset vector, the path, and what would make the figure worthless: calls whose target the code does not name,
-//! recursion, frames of a length that is computed. With any of these the exit status is 1; bad input is 2.
+//! `stack-depth IMAGE.elf`. Out: one line of JSON on stdout, [`depth::Depth`]: bytes of the deepest path from
+//! the reset vector, the path, and what would make the figure worthless: calls whose target the code does not
+//! name, recursion, frames of a length that is computed. With any of these the exit status is 1; bad input
+//! is 2.
 //!
-//! A function's frame is the sum of all its instructions that lower the stack pointer ([`decode`]). Each counts once:
-//! the compiler lowers it in prologues, and of two that exclude each other both count, so the figure is an upper
-//! bound. A tail call counts the frame of the function that jumps, although it is given back first.
+//! A function's frame is the sum of all its instructions that lower the stack pointer ([`decode`]). Each
+//! counts once: the compiler lowers it in prologues, and of two that exclude each other both count, so the
+//! figure is an upper bound. A tail call counts the frame of the function that jumps, although it is given
+//! back first.
 //!
 //! # What it cannot see
 //!
-//! Exceptions: the image enables no interrupt, and a fault ends it. Jumps through a register that stay in their
-//! function (tables of a `match`) are taken for that; `mov pc` is counted in `computed_jumps`. Code that the
+//! Exceptions: the image enables no interrupt, and a fault ends it. Jumps through a register (tables of a
+//! `match`) are taken to stay in their function; they are counted in `computed_jumps`. Code that the
 //! debugger's host runs (semihosting) uses no stack of the target.
 #![forbid(unsafe_code)]
 

@@ -2,8 +2,8 @@
 //!
 //! In: the Earth model of a campaign. Out: the covariance of heights by the way between two places, km², as
 //! found in the world's own fields ([`Horizon`]) of `PAIRS` pairs of seeds that no run has. Of every pair the
-//! difference is taken, so that what latitude and season do, which a method may know, does not count. A sum of
-//! Gaussians with weights that are not negative is fitted to the means: it is a covariance, whatever the
+//! difference is taken, so that what latitude and season do, which a method may know, does not count. A sum
+//! of Gaussians with weights that are not negative is fitted to the means: it is a covariance, whatever the
 //! places.
 
 use crate::world::attitude::{Vector, dot, matrix, uniform};

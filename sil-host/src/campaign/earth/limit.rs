@@ -1,9 +1,9 @@
 //! How well the best of all methods could know the Earth's centre from one frame.
 //!
-//! In: where the limb can be measured, by azimuth about the centre, and what heights in the world's own fields
-//! have in common ([`Heights`]). Out: the Cramér-Rao bound of the direction for Gaussian heights of that
-//! covariance: the sigma of the best linear unbiased estimate, which weighs neighbours by what they share.
-//! Where limb points can be had is asked of the flight code; what they are worth is not.
+//! In: where the limb can be measured, by azimuth about the centre, and what heights in the world's own
+//! fields have in common ([`Heights`]). Out: the Cramér-Rao bound of the direction for Gaussian heights of
+//! that covariance: the sigma of the best linear unbiased estimate, which weighs neighbours by what they
+//! share. Where limb points can be had is asked of the flight code; what they are worth is not.
 //!
 //! A limb point at the azimuth `φ` is raised by `-a1 cos φ - a2 sin φ + a3` when the centre turns by `(a1,
 //! a2)` and the cone narrows by `a3`; with these rows `H` and the covariance `C` of the heights the bound is
@@ -17,8 +17,8 @@ use fsw_core::earth::view::View;
 use fsw_core::earth::{EarthParameters, MAX_LIMB_POINTS};
 use nalgebra::{DMatrix, Matrix3};
 
-/// Deviation of a limb point by photons and readout alone, px: 55 e- of noise where the limb rises by 1900 e- a
-/// pixel, over the pixels of its edge.
+/// Deviation of a limb point by photons and readout alone, px: 55 e- of noise where the limb rises by 1900 e-
+/// a pixel, over the pixels of its edge.
 const EDGE_PX: f64 = 0.03;
 
 /// The limb of a frame.

@@ -5,8 +5,8 @@
 //!
 //! [`Family::Noise`], this project's choice of amplitudes: noise with cells of 2800 km, of deviation
 //! `variation`; the clouds' own noise with cells of 650 and 330 km (the limb sees no less: its light comes
-//! from 250 km to either side of the lowest point), of half that deviation, so that high clouds are bright and
-//! lift the limb; and the season, `2.4 (1/3 - s²) + 0.8 s sin(δ) / sin(23.4°)` with the sine `s` of the
+//! from 250 km to either side of the lowest point), of half that deviation, so that high clouds are bright
+//! and lift the limb; and the season, `2.4 (1/3 - s²) + 0.8 s sin(δ) / sin(23.4°)` with the sine `s` of the
 //! latitude. Mean 0 over the Earth.
 //!
 //! [`Family::Temperature`], clear air: the limb is that of an optical depth, and stands where the air above
@@ -19,9 +19,9 @@
 //! [`Family::CloudTops`], thick cloud everywhere: tops are spread evenly from the ground to 6 km with
 //! probability 0.45 and from there to the tropopause else, as lidars in space count them (Berthier et al.,
 //! Atmos. Chem. Phys. 8, 6965, 2008); the tropopause lies at 16.5 km to 25 degrees of latitude and at 9 km
-//! from 55 on (radiosondes, Seidel and Randel 2007). Cells as those of the clouds. The air above a cloud shines
-//! half as bright as it (`EarthModel::air_brightness`), so the limb moves by half of what the top does. Mean 0
-//! over the Earth; neither Gaussian nor of one deviation.
+//! from 55 on (radiosondes, Seidel and Randel 2007). Cells as those of the clouds. The air above a cloud
+//! shines half as bright as it (`EarthModel::air_brightness`), so the limb moves by half of what the top
+//! does. Mean 0 over the Earth; neither Gaussian nor of one deviation.
 //!
 //! Limb-scatter radiances by latitude (OSIRIS, OMPS) would be the better third source; none was at hand in
 //! numbers.
@@ -45,9 +45,9 @@ const TROPICS_KM: f64 = 2.4;
 const SUMMER_KM: f64 = 0.8;
 /// Sine of the obliquity.
 const OBLIQUITY_SINE: f64 = 0.397_8;
-/// Sine of the latitude, mean height over the year and what the summer adds, km, of the model atmospheres: the
-/// mean of the surfaces of 265.0 and 121.1 hPa. Tropical +0.52 and +0.50, midlatitude summer +0.40 and +0.45,
-/// winter -0.21 and -0.18, subarctic summer +0.07 and +0.22, winter -0.58 and -0.59 km.
+/// Sine of the latitude, mean height over the year and what the summer adds, km, of the model atmospheres:
+/// the mean of the surfaces of 265.0 and 121.1 hPa. Tropical +0.52 and +0.50, midlatitude summer +0.40 and
+/// +0.45, winter -0.21 and -0.18, subarctic summer +0.07 and +0.22, winter -0.58 and -0.59 km.
 const ATMOSPHERES_KM: [(f64, f64, f64); 3] =
     [(0.258_8, 0.51, 0.0), (std::f64::consts::FRAC_1_SQRT_2, 0.117, 0.309), (0.866_0, -0.223, 0.366)];
 /// Deviation of planetary waves, km.

@@ -4,20 +4,22 @@
 //! light, pixel by pixel; a pixel's value depends on its place only.
 //!
 //! A pixel's line of sight meets the ellipsoid or passes it at a height ([`super::sight`]). Brightness of a
-//! point of the surface: [`super::photometry`], by `m` and `μ'`; `m` is the cosine of the Sun's zenith angle with a smooth foot, `(μ0 + w)² / 4w` between ± w, the twilight;
-//! `μ' = sqrt(μ² + 0.1²)` is the cosine of the view with the limb's edge taken off it. A line that passes
-//! shows the brightness of the surface under its lowest point times the profile of [`super::limb`], which
-//! stands as high as [`super::horizon`] says. All falls with `cos³` off the axis.
+//! point of the surface: [`super::photometry`], by `m` and `μ'`; `m` is the cosine of the Sun's zenith angle
+//! with a smooth foot, `(μ0 + w)² / 4w` between ± w, the twilight; `μ' = sqrt(μ² + 0.1²)` is the cosine of
+//! the view with the limb's edge taken off it. A line that passes shows the brightness of the surface under
+//! its lowest point times the profile of [`super::limb`], which stands as high as [`super::horizon`] says.
+//! All falls with `cos³` off the axis.
 //!
 //! PSF: the profile across the limb is convolved with the Gaussian; the limb is straight over five PSF
 //! widths. The surface is taken where the line meets it whose depth below the limb is the mean over the PSF,
 //! and is not blurred otherwise: [`super::map`] leaves out what a pixel cannot resolve.
 //!
 //! Motion: a row collects light over the exposure about its own time. While the limb moves by no more than 2
-//! px across itself the blur has the variance of the motion, `(way across the limb)² / 12`, added. Beyond that
-//! the profile is integrated over the way ([`super::limb::Limb::read`]), and the exposure is divided into parts over each of
-//! which clouds of the smallest kind hardly move: 7 km on the ground, 2 to 8 px. The ground's motion within a
-//! part counts to what a pixel cannot resolve; terminator and clouds stand still within it.
+//! px across itself the blur has the variance of the motion, `(way across the limb)² / 12`, added. Beyond
+//! that the profile is integrated over the way ([`super::limb::Limb::read`]), and the exposure is divided
+//! into parts over each of which clouds of the smallest kind hardly move: 7 km on the ground, 2 to 8 px. The
+//! ground's motion within a part counts to what a pixel cannot resolve; terminator and clouds stand still
+//! within it.
 //!
 //! What is smooth is not computed for every pixel. The detector is divided into cells of 16 x 8 px, whatever
 //! the window: depth and height of the limb are those of the biquadratic through 3 x 3 points of a cell, the

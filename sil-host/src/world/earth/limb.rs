@@ -171,8 +171,8 @@ impl Limb {
         &self.profile
     }
 
-    /// The profile at heights, blurred by `sigmas_km` and swept by `moved_km` about them: takes heights in km,
-    /// and gives depths, shares and the night sky's light ([`Blurred`]).
+    /// The profile at heights, blurred by `sigmas_km` and swept by `moved_km` about them: takes heights in
+    /// km, and gives depths, shares and the night sky's light ([`Blurred`]).
     pub fn read(&self, [sigmas_km, moved_km]: [&[f32]; 2], [heights_km, shares, glows]: [&mut [f32]; 3]) {
         let Some(first) = sigmas_km.first() else { return };
         let mut last = level_of(*first);

@@ -1,7 +1,8 @@
 //! How bright a place of the Earth's surface is, by its albedo and by how it is lit and seen.
 //!
 //! In: albedo `A`, cosines `μ0` of the Sun's and `μ` of the view's zenith angle, cosine of the angle between
-//! Sun and observer seen from the place. Out: radiance over that of a white surface with the Sun in the zenith.
+//! Sun and observer seen from the place. Out: radiance over that of a white surface with the Sun in the
+//! zenith.
 //!
 //! [`Photometry::Mixed`], this project's: `A μ0 (2 k / (μ0 + μ) + 1 - k)`, Lommel-Seeliger and Lambert. The
 //! flight code's limb model has the same form.
@@ -9,9 +10,10 @@
 //! [`Photometry::Minnaert`]: `A μ0^k μ^(k-1)` (Minnaert, Astrophys. J. 93, 403, 1941) with `k` from 0.5 for
 //! what is black to 1, Lambert's law, for thick cloud, snow and ice from an albedo of 0.6 on: the range that
 //! planets' surfaces show, the line between is this project's choice. Where the albedo is that of open sea,
-//! its glint comes on top: `π F P / (4 μ cos⁴β)` with Fresnel's reflection `F` of water and the slopes of waves
-//! `P = exp(-tan²β / σ²) / (π σ²)`, `σ² = 0.003 + 0.00512 W` in a wind of `W` = 7 m/s (Cox and Munk, J. Opt.
-//! Soc. Am. 44, 838, 1954); `β` is the tilt of the wave that mirrors the Sun. Left out: the glint of ice.
+//! its glint comes on top: `π F P / (4 μ cos⁴β)` with Fresnel's reflection `F` of water and the slopes of
+//! waves `P = exp(-tan²β / σ²) / (π σ²)`, `σ² = 0.003 + 0.00512 W` in a wind of `W` = 7 m/s (Cox and Munk, J.
+//! Opt. Soc. Am. 44, 838, 1954); `β` is the tilt of the wave that mirrors the Sun. Left out: the glint of
+//! ice.
 
 use std::f32::consts::PI;
 
@@ -54,8 +56,8 @@ impl Photometry {
     }
 }
 
-/// Minnaert's law with the glint of the sea. `lit` and `view` are the cosines, `view` above 0; `phase` that of
-/// the angle between Sun and observer.
+/// Minnaert's law with the glint of the sea. `lit` and `view` are the cosines, `view` above 0; `phase` that
+/// of the angle between Sun and observer.
 pub fn minnaert(albedo: f32, lit: f32, view: f32, phase: f32) -> f32 {
     if lit <= 0.0 {
         return 0.0;

@@ -3,11 +3,11 @@
 //! In: the truth of a cycle, a seed. Out: the rate in body axes as a MEMS sensor measures it, a pure function
 //! of (scenario, seed, cycle). `ω = round((1 + s) M ω_true + b + d W(t) + w)`: scale errors `s`, misalignment
 //! `M`, bias `b` of the run, white noise `w` of the sample, and a random walk of the bias
-//! ([`crate::world::random_walk`]). The figures of the default are those of thesis §A.3.2.2 and tab. A.13 (Bosch
-//! DRS-MM2.0): noise 0.22 deg/s, drift 0.15 deg/s/h, read as the walk's standard deviation after an hour,
-//! range 100 deg/s, 17.5 mV/(deg/s) through 12 bits over 5 V. That sensor has one axis; three like it are
-//! flown. The thesis gives neither bias nor scale nor alignment: 0.5 deg/s, 1 % and 0.5 deg are ordinary for
-//! a car's.
+//! ([`crate::world::random_walk`]). The figures of the default are those of thesis §A.3.2.2 and tab. A.13
+//! (Bosch DRS-MM2.0): noise 0.22 deg/s, drift 0.15 deg/s/h, read as the walk's standard deviation after an
+//! hour, range 100 deg/s, 17.5 mV/(deg/s) through 12 bits over 5 V. That sensor has one axis; three like it
+//! are flown. The thesis gives neither bias nor scale nor alignment: 0.5 deg/s, 1 % and 0.5 deg are ordinary
+//! for a car's.
 
 use crate::world::attitude::{Vector, dot};
 use crate::world::motion::trajectory::Truth;

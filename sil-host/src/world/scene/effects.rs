@@ -1,8 +1,8 @@
 //! What adds to the pixels of an exposure: one trait, one list.
 //!
 //! In: a scene and a moment. Out: [`Effect`]s, which add mean electrons to any window at one of three
-//! [`Stage`]s. A new effect is a type with [`Effect::add_to`] and a line in [`EFFECTS`]. Light of stars, planets
-//! and satellites comes last among the light; it is placed with the truth of what is visible.
+//! [`Stage`]s. A new effect is a type with [`Effect::add_to`] and a line in [`EFFECTS`]. Light of stars,
+//! planets and satellites comes last among the light; it is placed with the truth of what is visible.
 
 use super::{Deposits, Exposing, Look, Scene, SensorState, Truth};
 use crate::world::earth::image::{CellBuffer, EarthImage};

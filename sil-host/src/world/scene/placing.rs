@@ -1,9 +1,9 @@
 //! Where the point sources of a scene are imaged in an exposure.
 //!
-//! In: a scene, a cycle, its exposure and truth. Out: light of stars, planets and satellites ([`PointLight`]),
-//! and the stars on the detector at mid-exposure. What moves little is a row of images at the places where it
-//! is at the times of the steps of its smear; what moves farther than [`IMAGES_PX`] is a line through its
-//! places at the ends of chords.
+//! In: a scene, a cycle, its exposure and truth. Out: light of stars, planets and satellites
+//! ([`PointLight`]), and the stars on the detector at mid-exposure. What moves little is a row of images at
+//! the places where it is at the times of the steps of its smear; what moves farther than [`IMAGES_PX`] is a
+//! line through its places at the ends of chords.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
@@ -122,8 +122,9 @@ impl Scene {
         Spots::reach_px(&self.psf) + 1.0
     }
 
-    /// The instants by which a point that moves up to `smear_px` is drawn. The sagitta of a chord is an eighth
-    /// of its length times the angle by which the way bends, which is at most that by which the path turns.
+    /// The instants by which a point that moves up to `smear_px` is drawn. The sagitta of a chord is an
+    /// eighth of its length times the angle by which the way bends, which is at most that by which the path
+    /// turns.
     fn instants(&self, sight: &Sight, smear_px: f64) -> Instants {
         if smear_px <= IMAGES_PX {
             let steps = (smear_px / self.psf.step_px()).ceil().max(1.0);

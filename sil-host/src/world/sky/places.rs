@@ -8,7 +8,8 @@
 //! 1e-4 arcsec after 35 years for the fastest star.) A parallax `π` moves it by `-π e`, `e` the Earth's place
 //! in astronomical units, before it is made a unit vector again. The source has no parallaxes: those of the
 //! stars to V = 8 that are nearest stand here, as the new reduction of Hipparcos has them (van Leeuwen 2007),
-//! rounded; those below 0.15 arcsec and faint ones of the neighbourhood are left out, as are radial velocities.
+//! rounded; those below 0.15 arcsec and faint ones of the neighbourhood are left out, as are radial
+//! velocities.
 
 use crate::world::attitude::{Vector, dot};
 use crate::world::vector::{plus, times, unit};
