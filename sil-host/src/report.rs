@@ -165,8 +165,8 @@ impl Recorder {
             }
             let [height, sigma] = orbit.limb_height_km;
             self.limb_height.add(at, height, sigma);
-            if let Some(nis) = orbit.nis {
-                self.nis.add(at, nis);
+            if let Some([square, freedom]) = orbit.nis {
+                self.nis.add(at, square / freedom.max(1.0));
             }
         }
     }

@@ -10,8 +10,8 @@ use crate::world::pointing::Law;
 use crate::world::scene::Scene;
 use std::fmt::Write as _;
 
-/// Levels beside the innovation: 95 % of a chi-square number of three degrees of freedom.
-const NIS_95: f64 = 7.81;
+/// Levels beside the innovation: 95 % of a chi-square number of nine degrees of freedom, over nine.
+const NIS_95: f64 = 1.88;
 
 /// Text fit for a page.
 fn escaped(text: &str) -> String {
@@ -157,7 +157,7 @@ fn plots(page: &mut String, recorder: &Recorder) {
         Panel::counted("stars used", "", &recorder.stars, None),
         Panel::counted("limb points", "", &recorder.limb_points, None),
         Panel::counted("lit limb in the field (truth)", "deg", &recorder.lit_limb, None),
-        Panel::counted("innovation squared (NIS)", "95 % lie below the line", &recorder.nis, Some(NIS_95)),
+        Panel::counted("innovation squared (NIS) of a degree of freedom", "95 % lie below the line", &recorder.nis, Some(NIS_95)),
         Panel::banded("limb height, estimated", "km", &recorder.limb_height),
     ];
     section(page, "What it rests on", "", &frame.plot("What it rests on", &panels));

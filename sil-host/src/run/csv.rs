@@ -38,7 +38,7 @@ position_error_radial_km,position_error_along_km,position_error_cross_km,\
 velocity_error_radial_m_s,velocity_error_along_m_s,velocity_error_cross_m_s,\
 earth_error_x_deg,earth_error_y_deg,earth_sigma_deg,distance_error_km,distance_sigma_km,\
 limb_inliers,limb_arc_deg,limb_rms_px,\
-limb_height_km,limb_height_sigma_km,nis,since_fix_s,settled,events,faults,\
+limb_height_km,limb_height_sigma_km,nis,nis_freedom,since_fix_s,settled,events,faults,\
 rate_error_x_arcsec_s,rate_error_y_arcsec_s,rate_error_z_arcsec_s,\
 gyro_x_deg_s,gyro_y_deg_s,gyro_z_deg_s,magnetometer_x_ut,magnetometer_y_ut,magnetometer_z_ut,\
 true_rate_x_deg_s,true_rate_y_deg_s,true_rate_z_deg_s,rate_x_deg_s,rate_y_deg_s,rate_z_deg_s,\
@@ -143,7 +143,7 @@ pub fn append(second: &Second<'_>, text: &mut String) {
     row.optional(report.earth.map(|earth| earth.inliers.into()), 0);
     row.several(report.earth.map(|earth| [earth.arc_deg.into(), earth.rms_px.into()]), 3);
     row.several(judged.orbit.map(|orbit| orbit.limb_height_km), 4);
-    row.optional(judged.orbit.and_then(|orbit| orbit.nis), 4);
+    row.several(judged.orbit.and_then(|orbit| orbit.nis), 4);
     row.optional(judged.orbit.map(|orbit| orbit.since_fix_s.into()), 0);
     row.optional(judged.orbit.map(|orbit| f64::from(u8::from(orbit.settled))), 0);
     let events: Vec<String> = report.events.iter().map(super::events::words).collect();
