@@ -125,7 +125,9 @@ impl LimbSensor<'_> {
         let geometry = detector.geometry();
         buffers.points.clear();
         let mut strips = Strips { km_per_px: self.km_per_px(view), ..Strips::default() };
-        for expected in &view.limb(camera, STRIP_MARGIN_PX, (selection.most, selection.phase), parameters).points {
+        for expected in
+            &view.limb(camera, STRIP_MARGIN_PX, (selection.most, selection.phase), parameters).points
+        {
             if !selection.includes(expected.at_px) {
                 continue;
             }

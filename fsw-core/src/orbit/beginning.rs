@@ -29,9 +29,10 @@ pub const FIXES: usize = 12;
 const FEWEST: usize = 8;
 /// Least time between two at first, and at most, us.
 const FIRST_SPACING_US: i64 = 5_000_000;
-const LONGEST_SPACING_US: i64 = 80_000_000;
-/// A longer gap begins the ring anew, us: the transition between two fixes spans it in one step.
-const LONGEST_GAP_US: i64 = MAX_SPAN_US;
+const LONGEST_SPACING_US: i64 = 160_000_000;
+/// Spans of propagation between two fixes at most; a longer gap begins the ring anew, us.
+const SPANS: usize = 2;
+const LONGEST_GAP_US: i64 = SPANS as i64 * MAX_SPAN_US;
 /// Iterations of a trial.
 const ITERATIONS: u8 = 7;
 /// Normalised square, three degrees of freedom, beyond which a fix is an outlier: 0.1 % of good ones are.
@@ -95,7 +96,12 @@ impl Beginning {
 
     /// Takes a fix, and goes on with the trial of an orbit; gives the orbit when it has passed every test.
     #[inline(never)]
-    pub fn add(&mut self, time_us: i64, fix: &PositionFix, parameters: &OrbitParameters) -> Option<FirstOrbit> {
+    pub fn add(
+        &mut self,
+        time_us: i64,
+        fix: &PositionFix,
+        parameters: &OrbitParameters,
+    ) -> Option<FirstOrbit> {
         if self.trial.is_some() {
             return self.iterate(parameters);
         }
@@ -189,19 +195,22 @@ impl Beginning {
     #[inline(never)]
     fn sums(&self, state: &OrbitState, iteration: u8, parameters: &OrbitParameters) -> Option<Sums> {
         let sharing = self.sharing(parameters);
-        let mut sums =
-            Sums { matrix: Matrix6::zeros(), right: Vector6::zeros(), squares: 0.0, inliers: 0 };
+        let mut sums = Sums { matrix: Matrix6::zeros(), right: Vector6::zeros(), squares: 0.0, inliers: 0 };
         let mut here = *state;
         let mut moved = identity::<f64, 6>();
         for kept in self.kept.iter().rev() {
             let (predicted, partials) = if iteration == 0 {
                 (Vector3::zeros(), lagrange(&state.position_km, kept.time_us.saturating_sub(state.time_us)))
             } else {
-                let span_us = kept.time_us.saturating_sub(here.time_us);
-                let there = Dynamics::Kepler.propagate(&here, span_us).ok()?;
-                moved = product(&matrix_of(&transition(&here, &there)), &moved);
-                here = there;
-                (there.position_km, moved.fixed_rows::<3>(0).into_owned())
+                for _ in 0..SPANS {
+                    let span_us = kept.time_us.saturating_sub(here.time_us).max(-MAX_SPAN_US);
+                    if span_us < 0 {
+                        let there = Dynamics::Kepler.propagate(&here, span_us).ok()?;
+                        moved = product(&matrix_of(&transition(&here, &there)), &moved);
+                        here = there;
+                    }
+                }
+                (here.position_km, moved.fixed_rows::<3>(0).into_owned())
             };
             let mut covariance = kept.noise_km2.map(f64::from);
             add_scaled(&mut covariance, sharing, &kept.shared_km2.map(f64::from));

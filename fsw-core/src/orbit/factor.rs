@@ -119,8 +119,9 @@ impl Factor {
     #[inline(never)]
     pub fn propagate(&mut self, transition: &[[f32; MOTION]; MOTION]) {
         for column in 0..COLUMNS {
-            let old: [f32; MOTION] =
-                core::array::from_fn(|k| self.rows.get(k).and_then(|row| row.get(column)).copied().unwrap_or(0.0));
+            let old: [f32; MOTION] = core::array::from_fn(|k| {
+                self.rows.get(k).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
+            });
             for (row, factors) in self.rows.iter_mut().zip(transition) {
                 if let Some(element) = row.get_mut(column) {
                     *element = dot(factors, &old);
@@ -152,7 +153,8 @@ impl Factor {
     #[inline(never)]
     pub fn settle(&mut self) {
         for state in 0..STATES {
-            let Some((this, below)) = self.rows.get_mut(state..).and_then(<[Columns]>::split_first_mut) else {
+            let Some((this, below)) = self.rows.get_mut(state..).and_then(<[Columns]>::split_first_mut)
+            else {
                 break;
             };
             let Some(tail) = this.get_mut(state..) else { break };

@@ -21,14 +21,14 @@ use super::OrbitState;
 use super::beginning::{Beginning, FirstOrbit, is_orbit};
 use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
 use super::dynamics::MAX_SPAN_US;
-use super::factor::{EDGE, Factor, HEIGHT, POSITION, STATES, VELOCITY};
+use super::factor::{EDGE, Factor, HEIGHT, POSITION, VELOCITY};
 use super::look::LimbHeight;
 use super::observation::{FixError, check, rows_of};
 use super::parameters::{Observation, OrbitParameters};
 use super::point::PositionFix;
 use crate::matrix::dot;
-use estimate::{Estimate, MAX_ROWS, Rows};
 pub use estimate::Nis;
+use estimate::{Estimate, Rows};
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
@@ -189,7 +189,7 @@ impl OrbitFilter {
         let Some(of_fix) = rows_of(fix, &estimate.state, earth_to_icrs, (unit, sharing)) else {
             return Update::Refused(FixError::Covariance);
         };
-        let mut rows = Rows { sensitivities: [[0.0; STATES]; MAX_ROWS], innovations: [0.0; MAX_ROWS] };
+        let mut rows = Rows::of_fix();
         let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
         for ((sensitivity, innovation), (row, value)) in places.zip(&of_fix) {
             let height = row.iter().zip(&estimate.horizon).fold(0.0, |sum, (h, x)| sum + h * x);

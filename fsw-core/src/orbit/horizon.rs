@@ -19,8 +19,8 @@ use super::factor::{EDGE, FIELD, HEIGHT, MISALIGNMENT, Row, STATES, SUMMER, TROP
 use super::noise::{decay, square};
 use super::parameters::OrbitParameters;
 use super::{OrbitState, lvlh};
-use crate::trigonometry::sine_cosine;
 use crate::matrix::{dot, dot_slices};
+use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of the waves: 1, cos φ, sin φ, ... sin 4φ.
@@ -237,9 +237,7 @@ pub fn constants(parameters: &OrbitParameters) -> [[f32; 2]; FIELD - HEIGHT] {
 /// Prior of every state but position and velocity: means, and sigmas.
 pub fn prior(geometry: &LimbGeometry, parameters: &OrbitParameters) -> (Row, Row) {
     let (mut means, mut sigmas) = ([0.0; STATES], [0.0; STATES]);
-    for ((mean, sigma), given) in
-        means.iter_mut().zip(&mut sigmas).skip(HEIGHT).zip(constants(parameters))
-    {
+    for ((mean, sigma), given) in means.iter_mut().zip(&mut sigmas).skip(HEIGHT).zip(constants(parameters)) {
         [*mean, *sigma] = given;
     }
     for (sigma, variance) in sigmas.iter_mut().skip(FIELD).zip(geometry.field_variances(parameters)) {
@@ -252,7 +250,8 @@ pub fn prior(geometry: &LimbGeometry, parameters: &OrbitParameters) -> (Row, Row
     (means, sigmas)
 }
 
-const _: () = assert!(EDGE == HEIGHT + 1 && SUMMER == EDGE + 1 && TROPICS == SUMMER + 1 && FIELD == TROPICS + 1);
+const _: () =
+    assert!(EDGE == HEIGHT + 1 && SUMMER == EDGE + 1 && TROPICS == SUMMER + 1 && FIELD == TROPICS + 1);
 
 #[cfg(test)]
 mod tests;

@@ -46,7 +46,8 @@ pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(
     {
         return Err(FixError::Impossible);
     }
-    if is_covariance(&fix.covariance_km2) && fix.shared_km2.iter().all(|x| libm::fabs(*x) < GREATEST_VARIANCE) {
+    if is_covariance(&fix.covariance_km2) && fix.shared_km2.iter().all(|x| libm::fabs(*x) < GREATEST_VARIANCE)
+    {
         Ok(())
     } else {
         Err(FixError::Covariance)

@@ -60,7 +60,7 @@ parameter_group! {
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
         /// degrees above J2. It falls with the fourth power of the radius, as the pull of the second degree's
         /// tesserals does, so that one value serves from LEO to GEO.
-        gravity_noise_km_s15: f32 = 1e-6, 0.0..=1e-3, "km/s^1.5",
+        gravity_noise_km_s15: f32 = 2e-6, 0.0..=1e-3, "km/s^1.5",
             "errors on the real orbit of Jason-2 are as the filter says";
         /// White acceleration everywhere, per root hertz.
         force_noise_km_s15: f32 = 2e-8, 0.0..=1e-3, "km/s^1.5",

@@ -5,7 +5,9 @@ use super::propagation::Ephemeris;
 use super::record::{Events, FixRecord, Looked};
 use super::workspace::Readout;
 use crate::earth::centre::CentrePrior;
-use crate::earth::limb_sensor::{Buffers, EVEN_STRIPS, HeightVariance, LimbSensor, SEARCH_SIGMA_PX, StripSelection};
+use crate::earth::limb_sensor::{
+    Buffers, EVEN_STRIPS, HeightVariance, LimbSensor, SEARCH_SIGMA_PX, StripSelection,
+};
 use crate::earth::view::View;
 use crate::earth::{Body, FitError, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -78,7 +80,8 @@ impl Sensor<'_> {
         self.count_misses(&looked);
         let Looked::Found(fix) = &looked else { return Ok((looked, FixRecord::default())) };
         meter.begin(Stage::Orbit);
-        let record = self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
+        let record =
+            self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
         meter.end(Stage::Orbit);
         Ok((looked, record))
     }

@@ -66,7 +66,12 @@ impl Sensor<'_> {
     }
 
     /// Records what an observation came to.
-    pub(super) fn note_update(&mut self, update: Update, terrestrial_us: i64, events: &mut Events) -> FixRecord {
+    pub(super) fn note_update(
+        &mut self,
+        update: Update,
+        terrestrial_us: i64,
+        events: &mut Events,
+    ) -> FixRecord {
         let (event, taken, nis, fault) = match update {
             Update::Collected | Update::Gathered => (None, false, None, None),
             Update::Started => (Some(Event::OrbitStarted), true, None, None),

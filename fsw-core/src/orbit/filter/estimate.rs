@@ -18,19 +18,40 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 /// Noise is added to the covariance once in this time, s.
 const NOISE_EVERY_S: f64 = 10.0;
 /// Most rows of an observation.
-pub(super) const MAX_ROWS: usize = WAVES;
+const MAX_ROWS: usize = WAVES;
 /// Where the second order of a height by the position's sigma is greater than this, km, a look is taken in
 /// gradually: in shares of its information, about the state that the one before left (recursive update, Zanetti
 /// 2012).
 const GREATEST_BEND_KM: f32 = 0.2;
 const GRADUAL: [f32; 3] = [0.01, 0.09, 0.9];
-/// A row tests the state where the state's own variance is at least this; the noise's is 1.
+/// A row of a look tests the state where the state's own variance is at least this; the noise's is 1. What is
+/// left over the nine waves of a short arc is finer than the edges' patches, and its noise less than 1.
 const LEAST_TEST: f32 = 0.1;
+/// A row of a fix always does, unless it is empty.
+const NOT_EMPTY: f32 = 1e-20;
 
 /// Rows of an observation of unit variance: sensitivities, and measured less predicted values.
 pub(super) struct Rows {
+    /// Least variance by the state of a row that tests it.
+    least_test: f32,
     pub(super) sensitivities: [Row; MAX_ROWS],
     pub(super) innovations: [f32; MAX_ROWS],
+}
+
+impl Rows {
+    /// Empty ones for a look.
+    fn of_look() -> Self {
+        Self {
+            least_test: LEAST_TEST,
+            sensitivities: [[0.0; STATES]; MAX_ROWS],
+            innovations: [0.0; MAX_ROWS],
+        }
+    }
+
+    /// Empty ones for a fix.
+    pub(super) fn of_fix() -> Self {
+        Self { least_test: NOT_EMPTY, ..Self::of_look() }
+    }
 }
 
 /// Normalised innovation squared of an observation, and its degrees of freedom.
@@ -222,7 +243,8 @@ impl Estimate {
             let azimuth = [radial.x / length, radial.y / length];
             let [cosine, sine] = azimuth;
             // Aberration lifts the limb by D (n · v) / c.
-            let lifted = geometry.cosine * (velocity.x * cosine + velocity.y * sine) - geometry.sine * velocity.z;
+            let lifted =
+                geometry.cosine * (velocity.x * cosine + velocity.y * sine) - geometry.sine * velocity.z;
             // The attitude's error is common to the second's points: each has the variance of all.
             let turn = (axes * Vector3::new(-sine, cosine, 0.0)) * geometry.distance_km;
             let turned_km2 = turn.dot(&(attitude_rad2 * turn)) * count;
@@ -261,7 +283,7 @@ impl Estimate {
             let moved_km = plus_scaled(&moved_km, -f64::from(lag_s), &moved_km_s).map(|axis| axis as f32);
             let limb = geometry.moved(&(geometry.axes * moved_km));
             let weight = libm::sqrtf(*share);
-            let mut rows = Rows { sensitivities: [[0.0; STATES]; MAX_ROWS], innovations: [0.0; MAX_ROWS] };
+            let mut rows = Rows::of_look();
             let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
             for ((sensitivity, innovation), (waves, height)) in places.zip(look.rows()) {
                 let row = geometry.sensitivity(waves, &limb, (&pole, &path), lag_s);
@@ -351,7 +373,7 @@ impl Estimate {
         let mut innovation = SVector::<f32, MAX_ROWS>::zeros();
         let mut freedom = 0;
         for (i, one) in carried.iter().enumerate() {
-            if dot_slices(one, one) < LEAST_TEST {
+            if dot_slices(one, one) < rows.least_test {
                 continue;
             }
             freedom += 1;
@@ -360,7 +382,7 @@ impl Estimate {
             }
             for (j, other) in carried.iter().enumerate().take(i + 1) {
                 let both = dot_slices(one, other);
-                let tests = dot_slices(other, other) >= LEAST_TEST;
+                let tests = dot_slices(other, other) >= rows.least_test;
                 if let Some(place) = matrix.get_mut((i, j)).filter(|_| tests) {
                     *place += both;
                 }
