@@ -142,16 +142,18 @@ impl Beginning {
 
     /// Makes room: every second fix goes, or the oldest.
     fn thin(&mut self) {
-        if self.spacing_us >= LONGEST_SPACING_US {
-            let _ = self.kept.remove(0);
-            return;
+        let every_second = self.spacing_us < LONGEST_SPACING_US;
+        let mut kept = heapless::Vec::new();
+        for (at, fix) in self.kept.iter().enumerate() {
+            let stays = if every_second { at % 2 == 1 } else { at > 0 };
+            if stays {
+                let _ = kept.push(*fix);
+            }
         }
-        self.spacing_us *= 2;
-        let mut keep = false;
-        self.kept.retain(|_| {
-            keep = !keep;
-            !keep
-        });
+        self.kept = kept;
+        if every_second {
+            self.spacing_us *= 2;
+        }
     }
 
     /// Number of fixes that share their slow errors.
@@ -210,7 +212,7 @@ impl Beginning {
                         here = there;
                     }
                 }
-                (here.position_km, moved.fixed_rows::<3>(0).into_owned())
+                (here.position_km, upper_rows(&moved))
             };
             let mut covariance = kept.noise_km2.map(f64::from);
             add_scaled(&mut covariance, sharing, &kept.shared_km2.map(f64::from));
@@ -245,6 +247,17 @@ fn matrix_of(transition: &Transition) -> Matrix6<f64> {
         }
     }
     matrix
+}
+
+/// The first three rows: of the position.
+fn upper_rows(matrix: &Matrix6<f64>) -> Matrix3x6<f64> {
+    let mut rows = Matrix3x6::zeros();
+    for (to, from) in rows.data.0.iter_mut().zip(&matrix.data.0) {
+        for (place, element) in to.iter_mut().zip(from) {
+            *place = *element;
+        }
+    }
+    rows
 }
 
 /// `[f I, g I]` of Lagrange's series to the third order, `span_us` from a place at this distance.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::earth::test_world::World;
 use crate::earth::EarthParameters;
+use crate::earth::test_world::World;
 use crate::oracle::{project, reference_camera};
 use nalgebra::Vector3;
 

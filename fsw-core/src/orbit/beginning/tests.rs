@@ -45,7 +45,8 @@ fn nees(first: &FirstOrbit, truth: &OrbitState) -> f64 {
 #[test]
 fn the_first_orbit_is_as_good_as_it_says() {
     let mut generator = Generator::new(91);
-    for (radius_km, sigma_km, most_s) in [(6_828.0, 30.0, 400), (7_176.0, 60.0, 900), (42_164.0, 60.0, 1_200)] {
+    for (radius_km, sigma_km, most_s) in [(6_828.0, 30.0, 400), (7_176.0, 60.0, 900), (42_164.0, 60.0, 1_200)]
+    {
         let mut sum = 0.0;
         for _ in 0..20 {
             let found = begin(circular(radius_km, 51.6), sigma_km, 1_500, &mut generator, |_, seen, _| seen);

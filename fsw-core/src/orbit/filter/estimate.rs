@@ -313,7 +313,7 @@ impl Estimate {
     /// Number of fixes, a second apart, that share their slow errors.
     pub(super) fn sharing(&self, parameters: &OrbitParameters) -> f64 {
         let lasting_s = self.geometry().map_or(1.0, |geometry| geometry.field_lasts_s(parameters));
-        f64::from(lasting_s.clamp(1.0, parameters.edge_longest_s))
+        f64::from(lasting_s.min(parameters.edge_longest_s).max(1.0))
     }
 
     /// Moves all times by a step of the clock.
