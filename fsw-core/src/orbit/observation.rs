@@ -69,7 +69,7 @@ fn axes_at(position_km: &Vector3<f64>, across: &Vector3<f64>) -> Option<Matrix3<
     let up = scaled(position_km, 1.0 / libm::sqrt(dot(position_km, position_km)));
     let first = plus_scaled(across, -dot(across, &up), &up);
     let square = dot(&first, &first);
-    if !(square > 1e-12) {
+    if square.is_nan() || square <= 1e-12 {
         return None;
     }
     let first = scaled(&first, 1.0 / libm::sqrt(square));

@@ -116,10 +116,7 @@ const FIELD_LENGTH_KM: f32 = 100.0;
 
 /// Parameters in a hurry.
 fn hurried(parameters: Parameters) -> Parameters {
-    let orbit = OrbitParameters {
-        field_length_km: FIELD_LENGTH_KM,
-        ..parameters.orbit
-    };
+    let orbit = OrbitParameters { field_length_km: FIELD_LENGTH_KM, ..parameters.orbit };
     Parameters { modes: MODES, orbit, ..parameters }
 }
 

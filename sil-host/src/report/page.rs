@@ -157,7 +157,12 @@ fn plots(page: &mut String, recorder: &Recorder) {
         Panel::counted("stars used", "", &recorder.stars, None),
         Panel::counted("limb points", "", &recorder.limb_points, None),
         Panel::counted("lit limb in the field (truth)", "deg", &recorder.lit_limb, None),
-        Panel::counted("innovation squared (NIS) of a degree of freedom", "95 % lie below the line", &recorder.nis, Some(NIS_95)),
+        Panel::counted(
+            "innovation squared (NIS) of a degree of freedom",
+            "95 % lie below the line",
+            &recorder.nis,
+            Some(NIS_95),
+        ),
         Panel::banded("limb height, estimated", "km", &recorder.limb_height),
     ];
     section(page, "What it rests on", "", &frame.plot("What it rests on", &panels));

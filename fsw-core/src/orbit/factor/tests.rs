@@ -44,9 +44,9 @@ fn a_settled_factor_has_the_same_covariance() {
             for (state, share) in shares {
                 column[state] = f64::from(share);
             }
-            noise += &column * column.transpose();
+            noise += column * column.transpose();
         }
-        assert!(close(&dense(&factor), &(&before + &noise)));
+        assert!(close(&dense(&factor), &(before + noise)));
         factor.settle();
         assert!(close(&dense(&factor), &(before + noise)));
         // A triangle: the last column is free for all but the last row.
@@ -62,12 +62,12 @@ fn an_update_is_that_of_schmidt() {
         let p = dense(&factor);
         let row = any_row(&mut generator);
         let h = Column::from_iterator(row.iter().map(|element| f64::from(*element)));
-        let variance = h.dot(&(&p * &h)) + 1.0;
-        let mut gain = &p * &h / variance;
+        let variance = h.dot(&(p * h)) + 1.0;
+        let mut gain = p * h / variance;
         gain.rows_mut(MISALIGNMENT, STATES - MISALIGNMENT).fill(0.0);
         // For any gain (Joseph).
-        let kept = Square::identity() - &gain * h.transpose();
-        let expected = &kept * &p * kept.transpose() + &gain * gain.transpose();
+        let kept = Square::identity() - gain * h.transpose();
+        let expected = kept * p * kept.transpose() + gain * gain.transpose();
         let told = factor.update(&row);
         for (told, expected) in told.iter().zip(gain.iter()) {
             assert!((f64::from(*told) - expected).abs() < 1e-5);
@@ -93,7 +93,7 @@ fn propagation_is_the_transition_of_the_motion() {
         }
     }
     factor.propagate(&transition);
-    assert!(close(&dense(&factor), &(&all * before * all.transpose())));
+    assert!(close(&dense(&factor), &(all * before * all.transpose())));
 }
 
 #[test]
