@@ -84,7 +84,7 @@ parameter_group! {
         /// Standard deviation of the place of the optical centre along x and y against where it was
         /// calibrated. It turns all stars of an image alike: an error of every attitude that lasts.
         boresight_sigma_px: f32 = 0.05, 0.0..=5.0, "px",
-            "a lens that moved in its barrel by 0.4 um at launch, pixels of 8 um; bias from calibration to flight, ECSS-E-ST-60-20C";
+            "a lens that moved in its barrel by 0.4 um at launch, pixels of 7.5 um; bias from calibration to flight, ECSS-E-ST-60-20C";
     }
 }
 

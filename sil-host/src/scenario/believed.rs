@@ -14,7 +14,7 @@
 //! | key | default | where the default comes from |
 //! |---|---|---|
 //! | `focal_length_ppm` | -50 | calibrated 5 K cooler; the lens grows by 10 ppm a kelvin ([`pictures`]) |
-//! | `optical_centre_px` | `[0.05, -0.05]` | a lens that moved in its barrel at launch by 0.4 um, pixels of 8 um |
+//! | `optical_centre_px` | `[0.05, -0.05]` | a lens that moved in its barrel at launch by 0.4 um, pixels of 7.5 um |
 //! | `distortion_px` | 0.02 | radial, at the farthest corner; chosen: twice the centroid error of a star of V = 3, for what settles |
 //! | `mount_deg` | `[0.003, -0.002, 0.002]` | turns of the star path about its x, y, z: 10 arcsec of a theodolite |
 //! | `row_time_percent` | 0.01 | 100 ppm: the quartz of the detector's sequencer |
