@@ -90,13 +90,15 @@ struct BrightnessModel {
 impl BrightnessModel {
     /// Unblurred brightness over that of the limb at a place inward of the half-brightness height; `air` is
     /// the air's there.
+    #[inline(always)]
     fn clear(&self, place: f32, air: f32) -> f32 {
         if place < self.surface {
             return air;
         }
         let square = self.turning * (place - self.surface);
         let sunlight = self.sine * (1.0 - 0.5 * square) + fast_sqrt(square) * self.facing;
-        (self.scaling * reflectance(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
+        let sunlight = if sunlight > 0.0 { sunlight } else { 0.0 };
+        (self.scaling * reflectance(self.share, sunlight, square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
     /// The same, blurred by the lens.
@@ -192,6 +194,11 @@ impl LimbModel {
             scale,
             spread,
         })
+    }
+
+    /// Places from a place to the end of what [`Self::is_ground`] asks of it.
+    pub(super) fn depth(&self) -> usize {
+        self.scale as usize + self.end
     }
 
     /// Mean brightness over the dark side behind `place`.
