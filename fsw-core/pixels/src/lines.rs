@@ -33,7 +33,10 @@ struct Spread {
     greatest: i32,
 }
 
+/// Of no lines.
 const NONE: Spread = Spread { sum: 0, least: i32::MAX, greatest: 0 };
+/// Not known yet.
+const NOTHING: Spread = Spread { sum: 0, least: 0, greatest: 0 };
 
 /// The means without the extremes, counts, at places from the lines' first pixels and an offset on, whose
 /// index grows by `inward`, 1 or [`LINES`] or less either, from one to the next; at most [`RUN`] of them.
@@ -46,26 +49,35 @@ pub fn trimmed_means(
     means: &mut [f32],
 ) -> Option<()> {
     const SHARE: f32 = 1.0 / ((LINES - 2) << FINE_SHIFT) as f32;
-    let mut spreads = [NONE; RUN];
+    let mut spreads = [NOTHING; RUN];
     let spreads = spreads.get_mut(..means.len())?;
-    for together in lines.as_chunks::<TOGETHER>().0 {
-        let together = together.map(|line| LineStart { at: line.at.wrapping_add_signed(offset), ..line });
-        match inward {
-            1 => add_lines::<1, false>(pixels, &together, spreads),
-            -1 => add_lines::<1, true>(pixels, &together, spreads),
-            9 => add_lines::<LINES, false>(pixels, &together, spreads),
-            _ => add_lines::<LINES, true>(pixels, &together, spreads),
-        }?;
-    }
+    let lines = lines.map(|line| LineStart { at: line.at.wrapping_add_signed(offset), ..line });
+    match inward {
+        1 => add_all::<1, false>(pixels, &lines, spreads),
+        -1 => add_all::<1, true>(pixels, &lines, spreads),
+        9 => add_all::<LINES, false>(pixels, &lines, spreads),
+        _ => add_all::<LINES, true>(pixels, &lines, spreads),
+    }?;
     for (mean, spread) in means.iter_mut().zip(spreads) {
         *mean = (spread.sum - spread.least - spread.greatest) as f32 * SHARE;
     }
     Some(())
 }
 
-/// Takes the values of three lines into the spreads.
+/// The spreads of all lines' values.
+fn add_all<const STEP: usize, const BACKWARDS: bool>(
+    pixels: &[u16],
+    lines: &[LineStart; LINES],
+    spreads: &mut [Spread],
+) -> Option<()> {
+    let (first, others) = lines.as_chunks::<TOGETHER>().0.split_first()?;
+    add_lines::<STEP, BACKWARDS, true>(pixels, first, spreads)?;
+    others.iter().try_for_each(|lines| add_lines::<STEP, BACKWARDS, false>(pixels, lines, spreads))
+}
+
+/// Takes the values of three lines into the spreads; `FIRST`: begins these with them.
 #[inline(never)]
-fn add_lines<const STEP: usize, const BACKWARDS: bool>(
+fn add_lines<const STEP: usize, const BACKWARDS: bool, const FIRST: bool>(
     pixels: &[u16],
     lines: &[LineStart; TOGETHER],
     spreads: &mut [Spread],
@@ -90,9 +102,12 @@ fn add_lines<const STEP: usize, const BACKWARDS: bool>(
         let (x1, y1, z1) = (pixel(a, place)?, pixel(b, place)?, pixel(c, place)?);
         let (x, y, z) = (value(x0, x1, px), value(y0, y1, py), value(z0, z1, pz));
         (x0, y0, z0) = (x1, y1, z1);
-        spread.sum += x + y + z;
-        spread.least = spread.least.min(x.min(y).min(z));
-        spread.greatest = spread.greatest.max(x.max(y).max(z));
+        let before = if FIRST { NONE } else { *spread };
+        *spread = Spread {
+            sum: before.sum + x + y + z,
+            least: before.least.min(x.min(y).min(z)),
+            greatest: before.greatest.max(x.max(y).max(z)),
+        };
     }
     Some(())
 }

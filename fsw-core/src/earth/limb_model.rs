@@ -87,6 +87,14 @@ struct BrightnessModel {
     scaling: f32,
 }
 
+/// How the lens spreads the limb: a third of the spread, and the factors of the air's brightness over it.
+#[derive(Clone, Copy)]
+struct Blur {
+    step: f32,
+    inward: f32,
+    outward: f32,
+}
+
 impl BrightnessModel {
     /// Unblurred brightness over that of the limb at a place inward of the half-brightness height; `air` is
     /// the air's there.
@@ -101,10 +109,9 @@ impl BrightnessModel {
         (self.scaling * reflectance(self.share, sunlight, square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
-    /// The same, blurred by the lens.
-    fn blurred(&self, place: f32, spread: f32) -> f32 {
-        let step = spread * (1.0 / 3.0);
-        let (inward, outward) = (libm::expf(step / self.scale), libm::expf(-step / self.scale));
+    /// The same, blurred by the lens: weighted places `step` apart, a step inward makes the air brighter by
+    /// the factor `inward`, one outward by `outward`.
+    fn blurred(&self, place: f32, Blur { step, inward, outward }: Blur) -> f32 {
         let (mut inner, mut outer) = (place, place);
         // Inside the surface the air's brightness is not used, however large it grows.
         let mut inner_air = 0.5 * libm::expf(place / self.scale);
@@ -181,15 +188,17 @@ impl LimbModel {
             scaling: 1.0,
         };
         let model = BrightnessModel { scaling: 1.0 / reflectance(model.share, model.sine, 0.0), ..model };
+        let step = spread * (1.0 / 3.0);
+        let blur = Blur { step, inward: libm::expf(step / scale), outward: libm::expf(-step / scale) };
         let mut bright = 0.0;
         for sample in 0..SAMPLES {
             let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;
-            bright += model.blurred(begin + inside, spread) * (1.0 / SAMPLES as f32);
+            bright += model.blurred(begin + inside, blur) * (1.0 / SAMPLES as f32);
         }
         Some(Self {
             begin: begin as usize,
             end: (begin + length) as usize,
-            level: model.blurred(0.0, spread) / bright.max(LEAST_SHADE),
+            level: model.blurred(0.0, blur) / bright.max(LEAST_SHADE),
             shading: SHADING_ERROR * libm::fabsf(bright - 1.0),
             scale,
             spread,
