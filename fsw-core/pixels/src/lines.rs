@@ -25,64 +25,73 @@ pub struct LineStart {
     pub part: i32,
 }
 
-/// Sum, least and greatest of the lines' values at a place.
-#[derive(Clone, Copy)]
-struct Spread {
+/// Sum, least and greatest of some lines' values at a place.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spread {
     sum: i32,
     least: i32,
     greatest: i32,
 }
 
-/// Of no lines.
-const NONE: Spread = Spread { sum: 0, least: i32::MAX, greatest: 0 };
-/// Not known yet.
-const NOTHING: Spread = Spread { sum: 0, least: 0, greatest: 0 };
+impl Spread {
+    /// Of both lines' values.
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self {
+            sum: self.sum + other.sum,
+            least: self.least.min(other.least),
+            greatest: self.greatest.max(other.greatest),
+        }
+    }
+}
 
 /// The means without the extremes, counts, at places from the lines' first pixels and an offset on, whose
 /// index grows by `inward`, 1 or [`LINES`] or less either, from one to the next; at most [`RUN`] of them.
-/// `None` where the lines leave the pixels.
+/// `None` where the lines leave the pixels. `spreads` is overwritten.
 #[inline(never)]
 pub fn trimmed_means(
     pixels: &[u16],
     (lines, offset): (&[LineStart; LINES], isize),
     inward: isize,
+    spreads: &mut [Spread; RUN],
     means: &mut [f32],
 ) -> Option<()> {
-    const SHARE: f32 = 1.0 / ((LINES - 2) << FINE_SHIFT) as f32;
-    let mut spreads = [NOTHING; RUN];
-    let spreads = spreads.get_mut(..means.len())?;
     let lines = lines.map(|line| LineStart { at: line.at.wrapping_add_signed(offset), ..line });
+    let spreads = spreads.get_mut(..means.len())?;
     match inward {
-        1 => add_all::<1, false>(pixels, &lines, spreads),
-        -1 => add_all::<1, true>(pixels, &lines, spreads),
-        9 => add_all::<LINES, false>(pixels, &lines, spreads),
-        _ => add_all::<LINES, true>(pixels, &lines, spreads),
-    }?;
-    for (mean, spread) in means.iter_mut().zip(spreads) {
-        *mean = (spread.sum - spread.least - spread.greatest) as f32 * SHARE;
+        1 => means_of::<1, false>(pixels, &lines, spreads, means),
+        -1 => means_of::<1, true>(pixels, &lines, spreads, means),
+        9 => means_of::<LINES, false>(pixels, &lines, spreads, means),
+        _ => means_of::<LINES, true>(pixels, &lines, spreads, means),
     }
-    Some(())
 }
 
-/// The spreads of all lines' values.
-fn add_all<const STEP: usize, const BACKWARDS: bool>(
+/// [`trimmed_means`] with steps of this length and direction; both lists are equally long.
+fn means_of<const STEP: usize, const BACKWARDS: bool>(
     pixels: &[u16],
     lines: &[LineStart; LINES],
     spreads: &mut [Spread],
+    means: &mut [f32],
 ) -> Option<()> {
-    let (first, others) = lines.as_chunks::<TOGETHER>().0.split_first()?;
-    add_lines::<STEP, BACKWARDS, true>(pixels, first, spreads)?;
-    others.iter().try_for_each(|lines| add_lines::<STEP, BACKWARDS, false>(pixels, lines, spreads))
+    const SHARE: f32 = 1.0 / ((LINES - 2) << FINE_SHIFT) as f32;
+    let [first, second, third] = lines.as_chunks::<TOGETHER>().0 else { return None };
+    each_place::<STEP, BACKWARDS, _>(pixels, first, spreads.iter_mut(), |slot, of| *slot = of)?;
+    each_place::<STEP, BACKWARDS, _>(pixels, second, spreads.iter_mut(), |slot, of| *slot = slot.and(of))?;
+    each_place::<STEP, BACKWARDS, _>(pixels, third, spreads.iter().zip(means), |(slot, mean), of| {
+        let Spread { sum, least, greatest } = slot.and(of);
+        *mean = (sum - least - greatest) as f32 * SHARE;
+    })
 }
 
-/// Takes the values of three lines into the spreads; `FIRST`: begins these with them.
+/// Calls `take` with each slot and the spread of three lines' values at its place.
 #[inline(never)]
-fn add_lines<const STEP: usize, const BACKWARDS: bool, const FIRST: bool>(
+fn each_place<const STEP: usize, const BACKWARDS: bool, S>(
     pixels: &[u16],
     lines: &[LineStart; TOGETHER],
-    spreads: &mut [Spread],
+    slots: impl ExactSizeIterator<Item = S>,
+    take: impl Fn(S, Spread),
 ) -> Option<()> {
-    let places = spreads.len();
+    let places = slots.len();
     let steps = |at: usize| {
         let from = if BACKWARDS { at.checked_sub(places * STEP)? } else { at + 1 };
         let (steps, _) = pixels.get(from..)?.as_chunks::<STEP>();
@@ -98,16 +107,11 @@ fn add_lines<const STEP: usize, const BACKWARDS: bool, const FIRST: bool>(
         raw.map(|raw| i32::from(*raw))
     };
     let value = |last: i32, next: i32, part: i32| (last << FINE_SHIFT) + part * (next - last);
-    for (place, spread) in spreads.iter_mut().enumerate() {
+    for (place, slot) in slots.enumerate() {
         let (x1, y1, z1) = (pixel(a, place)?, pixel(b, place)?, pixel(c, place)?);
         let (x, y, z) = (value(x0, x1, px), value(y0, y1, py), value(z0, z1, pz));
         (x0, y0, z0) = (x1, y1, z1);
-        let before = if FIRST { NONE } else { *spread };
-        *spread = Spread {
-            sum: before.sum + x + y + z,
-            least: before.least.min(x.min(y).min(z)),
-            greatest: before.greatest.max(x.max(y).max(z)),
-        };
+        take(slot, Spread { sum: x + y + z, least: x.min(y).min(z), greatest: x.max(y).max(z) });
     }
     Some(())
 }
@@ -129,7 +133,8 @@ mod tests {
                 LineStart { at, part: (chance.bits() % 256) as i32 }
             });
             let mut means = [0.0; RUN];
-            trimmed_means(&pixels, (&lines, 0), inward, &mut means[..places]).unwrap();
+            trimmed_means(&pixels, (&lines, 0), inward, &mut [Spread::default(); RUN], &mut means[..places])
+                .unwrap();
             for (place, mean) in means.iter().enumerate().take(places) {
                 let mut values = lines.map(|line| {
                     let pixel = |place: isize| i64::from(pixels[line.at.wrapping_add_signed(place * inward)]);
@@ -147,7 +152,8 @@ mod tests {
     fn lines_that_leave_the_pixels_have_no_means() {
         let lines = [LineStart { at: 3, part: 0 }; LINES];
         let means = |length: usize, inward: isize, places: usize| {
-            trimmed_means(&[7; 100][..length], (&lines, 0), inward, &mut [0.0; RUN + 1][..places])
+            let spreads = &mut [Spread::default(); RUN];
+            trimmed_means(&[7; 100][..length], (&lines, 0), inward, spreads, &mut [0.0; RUN + 1][..places])
         };
         assert!(means(10, 1, 6).is_some() && means(10, 1, 7).is_none());
         assert!(means(10, -1, 3).is_some() && means(10, -1, 4).is_none());

@@ -6,7 +6,7 @@
 
 use super::{BREADTH, MAX_LENGTH, MIDDLE, Strip};
 use crate::order;
-use fsw_pixels::lines::{FINE_SHIFT, LINES, LineStart, RUN, trimmed_means};
+use fsw_pixels::lines::{FINE_SHIFT, LINES, LineStart, RUN, Spread, trimmed_means};
 
 const _: () = assert!(LINES == BREADTH);
 
@@ -55,7 +55,13 @@ impl<'a> Lines<'a> {
     /// The averaged line, of which nothing is known yet. `None` where no place is covered by every line.
     pub(in crate::earth) fn averaged(&self) -> Option<AveragedLine<'_>> {
         let end = self.length.checked_sub(END_MARGIN).filter(|end| *end >= END_MARGIN)?;
-        Some(AveragedLine { lines: self, counts: [0.0; MAX_LENGTH], averaged: END_MARGIN, end })
+        Some(AveragedLine {
+            lines: self,
+            counts: [0.0; MAX_LENGTH],
+            spreads: [Spread::default(); RUN],
+            averaged: END_MARGIN,
+            end,
+        })
     }
 
     /// Standard deviation of the mean of the lines' own crossings, px: from the deviation of each from the
@@ -102,6 +108,8 @@ impl<'a> Lines<'a> {
 pub(in crate::earth) struct AveragedLine<'a> {
     lines: &'a Lines<'a>,
     pub(in crate::earth) counts: [f32; MAX_LENGTH],
+    /// Room for [`trimmed_means`].
+    spreads: [Spread; RUN],
     /// Places averaged, those of the outer end included.
     averaged: usize,
     /// Places without the inner end.
@@ -115,7 +123,8 @@ impl AveragedLine<'_> {
             let next = (self.averaged + RUN).min(self.end);
             let Lines { pixels, starts, inward, .. } = self.lines;
             let offset = self.lines.offset(self.averaged);
-            trimmed_means(pixels, (starts, offset), *inward, self.counts.get_mut(self.averaged..next)?)?;
+            let counts = self.counts.get_mut(self.averaged..next)?;
+            trimmed_means(pixels, (starts, offset), *inward, &mut self.spreads, counts)?;
             self.averaged = next;
         }
         Some(())
