@@ -165,13 +165,26 @@ impl View {
         Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
-    /// Length of limb inside the detector by `margin_px`.
-    pub fn lit_arcs(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> LitArcs {
-        self.coarse(camera, margin_px, parameters).0
+    /// Length of limb inside the detector by `margin_px`. Ends as soon as some of it is lit and `enough_rad`
+    /// can be measured: then all there is may be longer.
+    pub fn lit_arcs(
+        &self,
+        camera: &Camera,
+        margin_px: f32,
+        enough_rad: f32,
+        parameters: &EarthParameters,
+    ) -> LitArcs {
+        self.coarse(camera, margin_px, enough_rad, parameters).0
     }
 
     /// The same, and the cells in which a limb that can be measured may stand.
-    fn coarse(&self, camera: &Camera, margin_px: f32, parameters: &EarthParameters) -> (LitArcs, u128) {
+    fn coarse(
+        &self,
+        camera: &Camera,
+        margin_px: f32,
+        enough_rad: f32,
+        parameters: &EarthParameters,
+    ) -> (LitArcs, u128) {
         let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
         let least = least_sun_sine(parameters);
         let mut light = LitArcs::default();
@@ -188,6 +201,9 @@ impl View {
                 if sun_sine > least {
                     light.usable_rad += CELL_RAD;
                     usable |= 1 << (COARSE - 1);
+                }
+                if light.lit_rad > 0.0 && light.usable_rad >= enough_rad {
+                    break;
                 }
             }
             azimuth = add_angles(azimuth, CELL);
@@ -206,7 +222,7 @@ impl View {
         parameters: &EarthParameters,
     ) -> LimbInField {
         let least = least_sun_sine(parameters);
-        let (lit_arcs, cells) = self.coarse(camera, margin_px, parameters);
+        let (lit_arcs, cells) = self.coarse(camera, margin_px, f32::INFINITY, parameters);
         let mut limb = LimbInField { points: Vec::new(), lit_arcs };
         let mut usable = 0u128;
         for azimuth in FineAzimuths::over(cells) {
