@@ -12,7 +12,7 @@ pub const LINES: usize = 9;
 /// Fractional bits of a shift, px, and of a value, counts.
 pub const FINE_SHIFT: u32 = 8;
 /// Most places summed at a time.
-pub const RUN: usize = 32;
+pub const RUN: usize = 64;
 /// Lines that go together.
 const TOGETHER: usize = 3;
 
@@ -99,18 +99,27 @@ fn each_place<const STEP: usize, const BACKWARDS: bool, S>(
     };
     let [a, b, c] = lines.map(|line| steps(line.at));
     let (a, b, c) = (a?, b?, c?);
-    let [mut x0, mut y0, mut z0] = lines.map(|line| pixels.get(line.at).map_or(0, |raw| i32::from(*raw)));
     let [px, py, pz] = lines.map(|line| line.part);
+    // What the last pixel gives to the next value: that is `last (1 - part) + next part`.
+    let [mut x_last, mut y_last, mut z_last] = lines.map(|line| {
+        let last = pixels.get(line.at).map_or(0, |raw| i32::from(*raw));
+        (last << FINE_SHIFT) - last * line.part
+    });
     let pixel = |steps: &[[u16; STEP]], place: usize| {
         let step = steps.get(if BACKWARDS { places - 1 - place } else { place })?;
         let raw = if BACKWARDS { step.first() } else { step.last() };
         raw.map(|raw| i32::from(*raw))
     };
-    let value = |last: i32, next: i32, part: i32| (last << FINE_SHIFT) + part * (next - last);
+    let value = |last: &mut i32, next: i32, part: i32| {
+        let of_next = next * part;
+        let value = *last + of_next;
+        *last = (next << FINE_SHIFT) - of_next;
+        value
+    };
     for (place, slot) in slots.enumerate() {
-        let (x1, y1, z1) = (pixel(a, place)?, pixel(b, place)?, pixel(c, place)?);
-        let (x, y, z) = (value(x0, x1, px), value(y0, y1, py), value(z0, z1, pz));
-        (x0, y0, z0) = (x1, y1, z1);
+        let x = value(&mut x_last, pixel(a, place)?, px);
+        let y = value(&mut y_last, pixel(b, place)?, py);
+        let z = value(&mut z_last, pixel(c, place)?, pz);
         take(slot, Spread { sum: x + y + z, least: x.min(y).min(z), greatest: x.max(y).max(z) });
     }
     Some(())
