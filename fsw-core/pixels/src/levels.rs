@@ -289,8 +289,12 @@ impl Levels {
         let (limit, in_some) = quiet_spread(spreads);
         levels.quiet = quiet_cells(spreads, used, limit);
         let mut row_spreads = 0;
+        let (mut chosen, mut columns) = (0, [0; SAMPLES]);
         for (band, (cells, quiet)) in levels.cells.iter().zip(&levels.quiet).enumerate().take(bands(height)) {
-            let columns = quiet_columns(*quiet, width);
+            // Most often the cells of all bands are quiet.
+            if *quiet != chosen {
+                (chosen, columns) = (*quiet, quiet_columns(*quiet, width));
+            }
             let beneath = columns.map(|x| cells.get(x / BLOCK).copied().unwrap_or(0));
             let rows = rows_of(band, height);
             let of_band = pixels.get(rows.start * width..).unwrap_or(&[]);
