@@ -129,8 +129,11 @@ impl View {
     /// field.
     fn project_limb(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
-        let ray = self.limb_ray(azimuth)?;
-        let at_px = camera.project_earth_inside(&ray, margin_px)?;
+        let ray = self.body.in_space(&(axis * self.cosine + radial * self.sine));
+        if camera.is_far_outside(&ray) {
+            return None;
+        }
+        let at_px = camera.project_earth_inside(&Direction::new(ray)?, margin_px)?;
         let point = radial * self.cosine - axis * self.sine;
         Some((at_px, self.body.sun_sine(&point).unwrap_or(1.0)))
     }

@@ -52,7 +52,8 @@ pub fn for_each_peak(
         let start = (first - 2).min(window.width().saturating_sub(SPAN + 1)).max(1);
         // In a narrow window two blocks of a row share them.
         if place != [start, y] {
-            (sums, place) = (searched.block_sums(window, start, y), [start, y]);
+            place = [start, y];
+            sums = searched.block_sums(window, start, y);
         }
         for (x, around) in (first..end).zip(sums.array_windows().skip(first - 2 - start)) {
             let [second_left, first_left, sum, first_right, second_right] = *around;
