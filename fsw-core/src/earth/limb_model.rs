@@ -61,6 +61,8 @@ pub(super) struct LimbModel {
     /// Places behind the half-brightness place at which the bright side begins and ends.
     pub(super) begin: usize,
     pub(super) end: usize,
+    /// Places of the bright side.
+    pub(super) count: f32,
     /// Share of the bright side's mean at the half-brightness height.
     pub(super) level: f32,
     /// Relative error of the brightness by the shading model.
@@ -198,6 +200,7 @@ impl LimbModel {
         Some(Self {
             begin: begin as usize,
             end: (begin + length) as usize,
+            count: length,
             level: model.blurred(0.0, blur) / bright.max(LEAST_SHADE),
             shading: SHADING_ERROR * libm::fabsf(bright - 1.0),
             scale,
@@ -213,7 +216,7 @@ impl LimbModel {
     /// Mean brightness over the dark side behind `place`.
     pub(super) fn bright(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
         let inside = profile.get(place + self.begin..place + self.end)?;
-        Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
+        Some(inside.iter().sum::<f32>() / self.count - dark)
     }
 
     /// Whether the bright side behind `place` is ground, not air: a scale height farther in it brightens by

@@ -227,20 +227,18 @@ impl View {
         let least = least_sun_sine(parameters);
         let (lit_arcs, cells) = self.coarse(camera, margin_px, f32::INFINITY, parameters);
         let mut limb = LimbInField { points: Vec::new(), lit_arcs };
-        let mut usable = 0u128;
+        let mut usable: Vec<[f32; 2], FINE> = Vec::new();
         for azimuth in FineAzimuths::over(cells) {
             let seen = self.project_limb(azimuth, camera, margin_px);
-            usable = (usable >> 1) | (u128::from(seen.is_some_and(|(_, sine)| sine > least)) << (FINE - 1));
+            if seen.is_some_and(|(_, sine)| sine > least) {
+                // There are no more candidates than the list holds.
+                let _ = usable.push(azimuth);
+            }
         }
-        let all = usable.count_ones() as usize;
+        let all = usable.len();
         let most = most.min(MAX_LIMB_POINTS).min(all);
         let mut rank = 0;
-        for azimuth in FineAzimuths::over(cells) {
-            let is_usable = usable & 1 != 0;
-            usable >>= 1;
-            if !is_usable {
-                continue;
-            }
+        for azimuth in &usable {
             let before = rank;
             rank += most;
             // Of `all` points every one at which the count passes a multiple: evenly spread. `all` is not
@@ -249,7 +247,7 @@ impl View {
             if !chosen {
                 continue;
             }
-            if let Some(expected) = self.expected(azimuth, camera, margin_px) {
+            if let Some(expected) = self.expected(*azimuth, camera, margin_px) {
                 let _ = limb.points.push(expected);
             }
         }
