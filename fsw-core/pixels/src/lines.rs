@@ -4,7 +4,7 @@
 //! interpolated values without the least and the greatest of them. Values are integers of [`FINE_SHIFT`]
 //! fractional bits: the sum of nine values of 16 bits has room.
 //!
-//! Cost: 150 cycles a place (Cortex-M4 model, zero wait states). Three lines go together: more need more
+//! Cost: 180 cycles a place (Cortex-M4 model, zero wait states). Three lines go together: more need more
 //! numbers at hand than there are registers.
 
 /// Lines side by side.

@@ -13,9 +13,9 @@
 //!
 //! The sigma is the root sum of squares of the scatter between the lines, the relative scatter of the
 //! bright side, 10 % of its shading, the floor, and the scatter of the limb's height. Bias against the
-//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some
-//! exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock
-//! jump).
+//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 180 cycles a
+//! place as far inwards as the edge needs, and 10,000 for the model; 1.43 M for 24 of nearly the longest
+//! (`cargo budget`, `limb` of tracking).
 
 use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;

@@ -9,7 +9,7 @@
 //! the field and lit, a fine pass of [`FINE`] azimuths over those cells gives points evenly along an arc of
 //! any length, 20 deg to a full turn. Azimuths advance by a constant rotation instead of sine calls.
 //!
-//! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 270
+//! Assumes that the limb's height is even. Error against an f64 projection 2e-3 px. Cost: about 250
 //! projections.
 
 use super::shape::{Body, normal_basis, unit};
