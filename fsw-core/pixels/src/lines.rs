@@ -45,9 +45,10 @@ impl Spread {
     }
 }
 
-/// The means without the extremes, counts, at places from the lines' first pixels and an offset on, whose
-/// index grows by `inward`, 1 or [`LINES`] or less either, from one to the next; at most [`RUN`] of them.
-/// `None` where the lines leave the pixels. `spreads` is overwritten.
+/// The means without the extremes, counts, at places from the lines' first pixels and an offset on, at most
+/// [`RUN`] of them. From one to the next the index grows by `inward`: 1 where pixels of a line are
+/// neighbours, [`LINES`] where those of a place are, negative where the line runs backwards. `None` of other
+/// steps, or where the lines leave the pixels. `spreads` is overwritten.
 #[inline(never)]
 pub fn trimmed_means(
     pixels: &[u16],
@@ -56,13 +57,16 @@ pub fn trimmed_means(
     spreads: &mut [Spread; RUN],
     means: &mut [f32],
 ) -> Option<()> {
+    const ACROSS: isize = LINES as isize;
+    const ACROSS_BACKWARDS: isize = -ACROSS;
     let lines = lines.map(|line| LineStart { at: line.at.wrapping_add_signed(offset), ..line });
     let spreads = spreads.get_mut(..means.len())?;
     match inward {
         1 => means_of::<1, false>(pixels, &lines, spreads, means),
         -1 => means_of::<1, true>(pixels, &lines, spreads, means),
-        9 => means_of::<LINES, false>(pixels, &lines, spreads, means),
-        _ => means_of::<LINES, true>(pixels, &lines, spreads, means),
+        ACROSS => means_of::<LINES, false>(pixels, &lines, spreads, means),
+        ACROSS_BACKWARDS => means_of::<LINES, true>(pixels, &lines, spreads, means),
+        _ => None,
     }
 }
 
@@ -93,8 +97,8 @@ fn each_place<const STEP: usize, const BACKWARDS: bool, S>(
 ) -> Option<()> {
     let places = slots.len();
     let steps = |at: usize| {
-        let from = if BACKWARDS { at.checked_sub(places * STEP)? } else { at + 1 };
-        let (steps, _) = pixels.get(from..)?.as_chunks::<STEP>();
+        let from = if BACKWARDS { at.checked_sub(places * STEP) } else { at.checked_add(1) };
+        let (steps, _) = pixels.get(from?..)?.as_chunks::<STEP>();
         steps.get(..places)
     };
     let [a, b, c] = lines.map(|line| steps(line.at));
