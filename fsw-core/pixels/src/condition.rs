@@ -21,7 +21,7 @@
 
 use crate::levels::{Levels, Shape};
 use crate::median::least;
-use crate::noise::{Scatter, noise_of};
+use crate::noise::{Scatter, TRIMMED_TO_SIGMA, noise_of};
 use crate::window::{
     BAND, BANDS, BLOCK, BLOCKS, Cells, FULL_SCALE, KEPT_BITS, MAX_HEIGHT, MAX_WIDTH, MIN_WIDTH, bands,
     rows_of, saturation,
@@ -256,7 +256,7 @@ impl<'a> Residuals<'a> {
             self.noise = [[self.sum_sigma; BLOCKS]; BANDS];
             return;
         }
-        let (noise, most) = noise_of(&scatters);
+        let (noise, most) = noise_of(&scatters, TRIMMED_TO_SIGMA);
         self.sum_sigma = most.max(least);
         self.noise = noise;
         for (sigma, [along, down]) in self.noise.as_flattened_mut().iter_mut().zip(slopes.as_flattened()) {
@@ -295,6 +295,16 @@ impl Place<'_> {
         let (_, place) =
             pixels.fold((i32::MIN, [x, y]), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
         place
+    }
+
+    /// Residuals of the 5 x 5 pixels about (x, y); `None` where they leave the window.
+    pub fn five_by_five(&self, x: usize, y: usize) -> Option<[[i32; 5]; 5]> {
+        let (left, top) = (x.checked_sub(2)?, y.checked_sub(2)?);
+        let mut pixels = [[0; 5]; 5];
+        for (row, y) in pixels.iter_mut().zip(top..) {
+            row.iter_mut().zip(self.run::<5>(left, y)?).for_each(|(pixel, value)| *pixel = value);
+        }
+        Some(pixels)
     }
 
     /// Residuals of the `N` pixels of row `y` from column `x` on, above the rows' levels and the one cell's

@@ -25,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod coarse;
 pub mod condition;
 pub mod levels;
 pub mod light;

@@ -9,13 +9,11 @@
 //! deviation. Its error is 25 % for a single cell, which is why cells that look alike share what the quieter
 //! half of the window shows.
 
-use crate::window::{BANDS, BLOCKS, Cells};
-
 /// Sums of a cell that are left out.
 const TRIMMED: usize = 2;
 /// A mean of the 10 least of 12 absolute Gaussian deviates is 1 / 1.642, and the least noisy cells make the
 /// mean of those alike 4 % too small; in 256ths.
-const TRIMMED_TO_SIGMA: u32 = 436;
+pub const TRIMMED_TO_SIGMA: u32 = 436;
 /// More than a sum over 3 x 3 pixels can be.
 const LARGEST: u32 = 1 << 20;
 
@@ -41,12 +39,12 @@ impl Scatter {
         self.count += sizes.len() as u32;
     }
 
-    /// Standard deviation of what is no outlier; `None` of too few.
-    fn sigma(&self) -> Option<i32> {
+    /// Standard deviation of what is no outlier, `trimmed_to_sigma` 256ths of its mean distance; `None` of too few.
+    fn sigma(&self, trimmed_to_sigma: u32) -> Option<i32> {
         let count = self.count.checked_sub(TRIMMED as u32)?;
         let kept = self.largest.iter().fold(self.sum, |sum, size| sum.wrapping_sub(*size));
         let mean = kept.checked_div(count)?;
-        Some((mean.min(LARGEST).saturating_mul(TRIMMED_TO_SIGMA) / 256) as i32)
+        Some((mean.min(LARGEST).saturating_mul(trimmed_to_sigma) / 256) as i32)
     }
 }
 
@@ -56,7 +54,7 @@ const ALIKE_QUARTERS: i32 = 7;
 const ROUNDS: usize = 10;
 
 /// Mean of the cells of a window that look alike, the quieter ones where they differ.
-fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
+fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i32 {
     let mut most = i32::MAX / ALIKE_QUARTERS;
     for _ in 0..ROUNDS {
         let limit = most * ALIKE_QUARTERS / 4;
@@ -71,35 +69,59 @@ fn of_most(sigmas: &Cells<Option<i32>>) -> i32 {
     most
 }
 
-/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they
-/// show; and what most are.
+/// Of the cells within two of a cell so many must be noisier than most for it to have noise of its own: a star alone
+/// makes its cell noisy, and a limb or clouds many.
+const NOISY_DIVISOR: u32 = 5;
+
+/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they show;
+/// and what most are.
 ///
-/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their
-/// mean, but none for more than twice the cell itself.
-pub fn noise_of(scatters: &Cells<Scatter>) -> (Cells<i32>, i32) {
-    let mut sigmas: Cells<Option<i32>> = [[None; BLOCKS]; BANDS];
+/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their mean, but
+/// none for more than twice the cell itself.
+pub fn noise_of<const S: usize, const B: usize>(
+    scatters: &[[Scatter; S]; B],
+    trimmed_to_sigma: u32,
+) -> ([[i32; S]; B], i32) {
+    let mut sigmas = [[None; S]; B];
     for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {
-        *sigma = scatter.sigma();
+        *sigma = scatter.sigma(trimmed_to_sigma);
     }
     let most = of_most(&sigmas);
-    let mut noise = [[most; BLOCKS]; BANDS];
-    for (band, row) in noise.iter_mut().enumerate() {
-        for (block, noise) in row.iter_mut().enumerate() {
-            let bands = sigmas.iter().skip(band.saturating_sub(1)).take(if band == 0 { 2 } else { 3 });
-            let blocks = bands.flat_map(|row| {
-                row.iter().skip(block.saturating_sub(1)).take(if block == 0 { 2 } else { 3 })
-            });
-            let own = sigmas.get(band).and_then(|row| *row.get(block)?).unwrap_or(0);
-            // A limb beside a quiet cell says less than many cells that are a little noisier.
-            let most_of_one = 3 * own.max(most);
-            let sum_of = |(sum, count), sigma: &i32| (sum + sigma.min(&most_of_one), count + 1);
-            let (sum, count) = blocks.flatten().fold((0, 0), sum_of);
-            let around = (5 * sum).checked_div(4 * count).unwrap_or(0);
-            let shown = own.max(around).max(1);
-            if 4 * shown > ALIKE_QUARTERS * most || ALIKE_QUARTERS * shown < 4 * most {
-                *noise = shown;
+    let is_noisy = |sigma: i32| 4 * sigma > ALIKE_QUARTERS * most;
+    // A bit for each noisy cell of a band, two places up: there are none beyond the sides.
+    let noisy = sigmas.map(|row| {
+        row.iter().rev().fold(0u32, |bits, sigma| 2 * bits + u32::from(sigma.is_some_and(is_noisy))) << 2
+    });
+    let mut noise = [[most; S]; B];
+    for (band, (row, own)) in noise.iter_mut().zip(&sigmas).enumerate() {
+        let near = noisy.get(band.saturating_sub(2)..(band + 3).min(B)).unwrap_or(&[]);
+        for (block, (noise, own)) in row.iter_mut().zip(own).enumerate() {
+            let own = own.unwrap_or(0);
+            let around_it = near.iter().fold(0u32, |bits, row| bits << 5 | (row >> block & 0b11111));
+            let columns = (block + 3).min(S) - block.saturating_sub(2);
+            let textured = NOISY_DIVISOR * around_it.count_ones() > (columns * near.len()) as u32;
+            if textured || ALIKE_QUARTERS * own < 4 * most {
+                let shown = own.max(around(&sigmas, [block, band], own.max(most))).max(1);
+                if textured && is_noisy(shown) || ALIKE_QUARTERS * shown < 4 * most {
+                    *noise = shown;
+                }
             }
         }
     }
     (noise, most)
+}
+
+/// Mean of a cell and its neighbours and a quarter more; a limb beside a quiet cell says less than many cells that are
+/// a little noisier, so none counts for more than three times `own`.
+fn around<const S: usize, const B: usize>(
+    sigmas: &[[Option<i32>; S]; B],
+    [block, band]: [usize; 2],
+    own: i32,
+) -> i32 {
+    let bands = sigmas.iter().skip(band.saturating_sub(1)).take(if band == 0 { 2 } else { 3 });
+    let blocks =
+        bands.flat_map(|row| row.iter().skip(block.saturating_sub(1)).take(if block == 0 { 2 } else { 3 }));
+    let sum_of = |(sum, count), sigma: &i32| (sum + sigma.min(&(3 * own)), count + 1);
+    let (sum, count) = blocks.flatten().fold((0, 0), sum_of);
+    (5 * sum).checked_div(4 * count).unwrap_or(0)
 }

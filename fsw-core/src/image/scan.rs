@@ -13,7 +13,9 @@
 //! reading): 52.8 million cycles, 40 a pixel, of a frame without anything. Structure costs more, up to
 //! [`bound_cycles`] = 76.6 million (`allowance`).
 
-use super::allowance::{self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings};
+use super::allowance::{
+    self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings, WINDOW_READING_CYCLES,
+};
 use super::blinding::{blinded, is_washed};
 use super::centroid::{MeasuredSpot, measure};
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
@@ -21,9 +23,12 @@ use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
 use super::{Detection, DetectionMethod, FULL_SCALE};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_pixels::coarse::{BAND, CoarseTile, EDGE, Peak, SEGMENT, TILE_HEIGHT, TILE_WIDTH};
 use fsw_pixels::condition::{Place, Residuals, condition};
+use fsw_pixels::light::is_single_pixel;
 use fsw_pixels::patch::{MARGIN, Patch};
 use fsw_pixels::window::{Cells, MAX_HEIGHT, MAX_WIDTH};
+use heapless::Vec;
 
 /// Length of the readout buffer, px.
 pub const TILE_PIXELS: usize = MAX_WIDTH * MAX_HEIGHT;
@@ -45,6 +50,15 @@ const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 /// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a
 /// pixel.
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
+/// Side of the window in which a candidate is measured, px; among clouds, whose noise is known by what is around it.
+const SIDE: u16 = 27;
+const TEXTURED_SIDE: u16 = 64;
+/// Share of the threshold that a place must exceed in its tile to be a candidate, percent: half of the stars at the
+/// threshold would fail there by chance, and as many of the others in their windows.
+const COARSE_PERCENT: i32 = 95;
+const WINDOW_PERCENT: i32 = 80;
+/// Candidates of a tile that are looked at, the brightest.
+const MAX_CANDIDATES: usize = 48;
 /// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each,
 /// px.
 const SURVEY: [u16; 2] = [8, 6];
@@ -52,9 +66,33 @@ const SURVEY_PX: u16 = 16;
 /// Of these places the share that is surely quiet: a limb, a Moon or clouds may take the others.
 const QUIET_SHARE: usize = 6;
 
+/// Noise of 3 x 3 sums beyond which there is texture, from that of quiet sky and that of a pixel, scaled counts.
+fn texture(quiet: i32, sigma: i32) -> i32 {
+    (NOISY * quiet).max(CORRELATED_HALVES * sigma / 2)
+}
+
+/// What a 3 x 3 sum must exceed where sums have this noise, scaled counts.
+fn threshold(noise: i32, texture: i32, tenths: i32) -> i32 {
+    let tenths = if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
+    (noise * tenths / 10).min(MAX_THRESHOLD)
+}
+
+/// A place in a tile at which a star may stand.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    /// On the detector, px.
+    at: [u16; 2],
+    /// By how much its 3 x 3 sum exceeds the threshold, scaled counts.
+    excess: i32,
+    /// Whether more than stars stands around it: clouds, a limb.
+    textured: bool,
+}
+
 /// A conditioned window whose stars are searched.
-struct Tile<'w> {
+struct Conditioned<'w> {
     residuals: &'w Residuals<'w>,
+    /// Share of the threshold that a peak must exceed, percent.
+    threshold_percent: i32,
     /// The window's first pixel on the detector.
     origin: [u16; 2],
     method: &'w DetectionMethod<'w>,
@@ -62,15 +100,14 @@ struct Tile<'w> {
     quiet: i32,
 }
 
-impl Tile<'_> {
+impl Conditioned<'_> {
     /// What a 3 x 3 sum must exceed in each cell, scaled counts.
     fn thresholds(&self) -> Cells<i32> {
         let tenths = i32::from(self.method.parameters.threshold_sigma_tenths);
-        let texture = (NOISY * self.quiet).max(CORRELATED_HALVES * self.residuals.sigma / 2);
-        self.residuals.noise().map(|band| {
-            let tenths_at = |noise| if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
-            band.map(|noise| (noise * tenths_at(noise) / 10).min(MAX_THRESHOLD))
-        })
+        let texture = texture(self.quiet, self.residuals.sigma);
+        self.residuals
+            .noise()
+            .map(|band| band.map(|noise| threshold(noise, texture, tenths) * self.threshold_percent / 100))
     }
 
     /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
@@ -149,15 +186,33 @@ impl Tile<'_> {
     }
 }
 
-/// Starts and lengths of the tiles' cores along one side of the detector: as few as fit, all about equally
-/// long.
-fn cores(length: u16, tile: usize) -> impl Iterator<Item = (u16, u16)> {
-    let margin = MARGIN as u32;
-    let searched = u32::from(length).saturating_sub(2 * margin);
-    let count = searched.div_ceil(tile as u32 - 2 * margin);
-    (0..count).map(move |index| {
-        let (start, end) = (index * searched / count, (index + 1) * searched / count);
-        ((margin + start) as u16, (end - start) as u16)
+/// A tile's place along one side of the detector.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    /// First pixel and length, px.
+    start: u16,
+    length: u16,
+    /// First pixel and length of what is searched, px: the spans' cores do not overlap.
+    core: u16,
+    core_length: u16,
+}
+
+/// The tiles along one side of the detector, equally long in whole `step`s, as few as cover all places at which a star
+/// can be measured; none where the detector is too short for one.
+fn spans(length: u16, longest: usize, step: usize) -> impl Iterator<Item = Span> {
+    let edge = EDGE as u32;
+    let first = MARGIN as u32 - edge;
+    let all = u32::from(length).saturating_sub(2 * first);
+    let tile = (all.min(longest as u32) / step as u32) * step as u32;
+    let (rest, stride) = (all - tile, tile.saturating_sub(2 * edge).max(1));
+    let last = if tile == 0 { 0 } else { rest.div_ceil(stride) };
+    let start = move |index: u32| first + (rest * index).checked_div(last).unwrap_or(0);
+    let core = move |index: u32| if index > last { start(last) + tile - edge } else { start(index) + edge };
+    (0..last + u32::from(tile > 0)).map(move |index| Span {
+        start: start(index) as u16,
+        length: tile as u16,
+        core: core(index) as u16,
+        core_length: (core(index + 1) - core(index)) as u16,
     })
 }
 
@@ -177,8 +232,17 @@ pub fn read_stars<'m>(
     let pixels = read(detector, window, buffer)?;
     // Before they are conditioned: values of more than 14 bits lose their last ones then.
     let washed = is_washed(pixels, bits);
-    let sky = (&method.into(), QUIET);
-    add_stars((pixels, bits), window, sky, &mut Allowance::of_a_window(), detections)?;
+    let sky = (&method.into(), QUIET, 100);
+    let margin = MARGIN as u16;
+    let core = Window {
+        x: margin,
+        y: margin,
+        width: window.width.saturating_sub(2 * margin),
+        height: window.height.saturating_sub(2 * margin),
+    };
+    if !blinded(pixels, bits) {
+        add_stars((pixels, bits), (window, core), sky, &mut Allowance::of_a_window(), detections)?;
+    }
     Ok(washed)
 }
 
@@ -193,30 +257,74 @@ fn read<'b>(
     Ok(pixels)
 }
 
-/// Adds the stars of a window that was read, at the cost of `allowance`; none of one at full scale. `quiet`
-/// is the noise of 3 x 3 sums of quiet sky, scaled counts.
+/// Adds the stars whose maxima lie in `core`, counted from the window's first pixel, of a window that was read, at the
+/// cost of `allowance`. `quiet` is the noise of 3 x 3 sums of quiet sky, scaled counts.
 #[inline(never)]
 fn add_stars(
     (pixels, bits): (&mut [u16], u8),
-    window: Window,
-    (method, quiet): (&DetectionMethod, i32),
+    (window, core): (Window, Window),
+    (method, quiet, threshold_percent): (&DetectionMethod, i32, i32),
     allowance: &mut Allowance,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
-    if blinded(pixels, bits) {
-        return Ok(());
-    }
     let residuals = condition(pixels, usize::from(window.width), bits).ok_or(DetectorError::BufferLength)?;
-    let margin = MARGIN as u16;
-    let core = Window {
-        x: margin,
-        y: margin,
-        width: window.width.saturating_sub(2 * margin),
-        height: window.height.saturating_sub(2 * margin),
-    };
-    Tile { residuals: &residuals, origin: [window.x, window.y], method, quiet }
+    Conditioned { residuals: &residuals, threshold_percent, origin: [window.x, window.y], method, quiet }
         .search(core, allowance, detections);
     Ok(())
+}
+
+/// The candidates of a tile that was read, the brightest [`MAX_CANDIDATES`] of them first; none of one at full scale.
+/// Whether there was room for all.
+#[inline(never)]
+fn candidates(
+    (pixels, bits): (&mut [u16], u8),
+    [across, down]: [Span; 2],
+    (method, quiet): (&DetectionMethod, i32),
+    candidates: &mut Vec<Candidate, MAX_CANDIDATES>,
+) -> bool {
+    candidates.clear();
+    if blinded(pixels, bits) {
+        return true;
+    }
+    let Some(tile) = CoarseTile::of(pixels, usize::from(across.length), bits) else { return true };
+    let tenths = i32::from(method.parameters.threshold_sigma_tenths);
+    let texture = texture(quiet, tile.sigma);
+    let thresholds =
+        tile.noise.map(|band| band.map(|noise| threshold(noise, texture, tenths) * COARSE_PERCENT / 100));
+    let mut peaks = [Peak::default(); MAX_CANDIDATES];
+    let (count, all) = tile.peaks(&thresholds, &mut peaks);
+    for Peak { at, excess } in peaks.iter().take(count) {
+        let place = at.map(usize::from);
+        let [x, y] = *at;
+        let at = [across.start + x, down.start + y];
+        let within = |at: u16, span: Span| (span.core..span.core + span.core_length).contains(&at);
+        if within(at[0], across) && within(at[1], down) && !is_single_pixel(&tile.around(place)) {
+            let textured = tile.is_noisy_around(place, quiet * 5 / 2);
+            // As many as there are peaks.
+            let _ = candidates.push(Candidate { at, excess: *excess, textured });
+        }
+    }
+    crate::order::sort(candidates, |a, b| a.excess > b.excess);
+    all
+}
+
+/// The window about a candidate, and within it the pixels at which the maximum may stand.
+fn window_about(candidate: &Candidate, geometry: &DetectorGeometry) -> (Window, Window) {
+    let side = if candidate.textured { TEXTURED_SIDE } else { SIDE };
+    let [x, y] = candidate.at;
+    let along = |at: u16, length: u16| {
+        let side = side.min(length);
+        let start = at.saturating_sub(side / 2).min(length - side);
+        let first = (at - start).saturating_sub(1).max(MARGIN as u16);
+        let end = (at - start + 2).min(side.saturating_sub(MARGIN as u16));
+        (start, side, first, end.saturating_sub(first))
+    };
+    let ((x, width, first_x, core_width), (y, height, first_y, core_height)) =
+        (along(x, geometry.width_px), along(y, geometry.height_px));
+    (
+        Window { x, y, width, height },
+        Window { x: first_x, y: first_y, width: core_width, height: core_height },
+    )
 }
 
 /// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the
@@ -248,10 +356,20 @@ fn quiet_noise(
     Ok(noise.get(noise.len() / QUIET_SHARE).copied().unwrap_or(QUIET))
 }
 
+/// The tiles along the detector's rows.
+fn columns(geometry: &DetectorGeometry) -> impl Iterator<Item = Span> {
+    spans(geometry.width_px, TILE_WIDTH, SEGMENT)
+}
+
+/// The tiles along its columns.
+fn rows(geometry: &DetectorGeometry) -> impl Iterator<Item = Span> {
+    spans(geometry.height_px, TILE_HEIGHT, BAND)
+}
+
 /// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels
 /// not counted.
 pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
-    let tiles = cores(geometry.width_px, MAX_WIDTH).count() * cores(geometry.height_px, MAX_HEIGHT).count();
+    let tiles = columns(geometry).count() * rows(geometry).count();
     allowance::bound_cycles(tiles as u32)
 }
 
@@ -268,20 +386,37 @@ pub fn scan<'m>(
     let method = method.into();
     detections.clear();
     let geometry = detector.geometry();
-    let margin = MARGIN as u16;
     let quiet = quiet_noise(detector, buffer)?;
     let mut savings = Savings::new();
-    for (y, height) in cores(geometry.height_px, MAX_HEIGHT) {
-        for (x, width) in cores(geometry.width_px, MAX_WIDTH) {
-            let window = Window {
-                x: x - margin,
-                y: y - margin,
-                width: width + 2 * margin,
-                height: height + 2 * margin,
-            };
+    let mut found = Vec::new();
+    for down in rows(&geometry) {
+        for across in columns(&geometry) {
             let mut allowance = savings.next_tile();
+            let window = Window { x: across.start, y: down.start, width: across.length, height: down.length };
             let pixels = read(detector, window, buffer)?;
-            add_stars((pixels, geometry.bits), window, (&method, quiet), &mut allowance, detections)?;
+            let all = candidates((pixels, geometry.bits), [across, down], (&method, quiet), &mut found);
+            let crowded = detections.crowded_tiles();
+            for candidate in &found {
+                if !allowance.spend(WINDOW_READING_CYCLES) {
+                    detections.note_crowded();
+                    break;
+                }
+                let (window, core) = window_about(candidate, &geometry);
+                let pixels = read(detector, window, buffer)?;
+                add_stars(
+                    (pixels, geometry.bits),
+                    (window, core),
+                    (&method, quiet, WINDOW_PERCENT),
+                    &mut allowance,
+                    detections,
+                )?;
+                if detections.crowded_tiles() > crowded {
+                    break;
+                }
+            }
+            if !all && detections.crowded_tiles() == crowded {
+                detections.note_crowded();
+            }
             savings.put_back(allowance);
         }
     }

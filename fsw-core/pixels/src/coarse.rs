@@ -1,0 +1,516 @@
+//! Where in a tile a star may stand: a first look at every pixel of the detector, two pixels to a word.
+//!
+//! In: raw pixels of a tile. Out: [`CoarseTile`], the tile's background and noise, cell by cell; then, on request, the
+//! places whose 3 x 3 sum is a local maximum above a threshold ([`CoarseTile::peaks`]). What stands there is decided on
+//! a window about the place, with a background of its own (`condition`).
+//!
+//! Two columns are summed side by side in the halves of a 32-bit word, so raw values keep at most [`COARSE_BITS`] bits.
+//!
+//! 1. Background. Segments of 16 columns and two rows are summed; a cell is [`PAIRS`] segments high, a band [`SEGMENTS`]
+//!    cells wide. A cell's level is the median of its segments, the level of two rows the median of what their segments
+//!    exceed their cells by (one sweep of Tukey's median polish, Exploratory Data Analysis, 1977): three segments of
+//!    seven may hold stars or clouds.
+//! 2. Noise. Nine sums over 2 x 4 pixels a cell: the mean of their distances from the level without the two greatest.
+//! 3. Gate. Every sum over 2 x 4 pixels, the boxes two pixels apart in both directions, is held against a part of the
+//!    threshold, [`GATE_128THS`]. A Gaussian star of 0.5 to 1.5 px sigma leaves in the best of these boxes, wherever it
+//!    stands, 0.70 of its greatest 3 x 3 sum or more.
+//! 4. Look. Of a box that passes, the eight 3 x 3 sums centred in it; the greatest is held against the threshold itself
+//!    and against its neighbours.
+//!
+//! Error on Gaussian noise: 0.08 sigma of a pixel for a cell, 0.10 for two rows.
+
+use crate::noise::{Scatter, noise_of};
+use crate::window::KEPT_BITS;
+
+/// Columns of a segment and of a cell, px.
+pub const SEGMENT: usize = 16;
+/// Words of a segment's row.
+const WORDS: usize = SEGMENT / 2;
+/// Segments of a tile's row, at most.
+pub const SEGMENTS: usize = 7;
+/// Pairs of rows of a band of cells.
+const PAIRS: usize = 7;
+/// Rows of a band, px.
+pub const BAND: usize = 2 * PAIRS;
+/// Bands of a tile, at most.
+pub const BANDS: usize = 5;
+/// Widest tile, px.
+pub const TILE_WIDTH: usize = SEGMENTS * SEGMENT;
+/// Tallest tile, px.
+pub const TILE_HEIGHT: usize = BANDS * BAND;
+/// Pixels at the sides of a tile in which no peak is told: what a 5 x 5 neighbourhood of 3 x 3 sums needs.
+pub const EDGE: usize = 3;
+/// Resolution that is kept of a pixel: the sum of eight of them and a sign fill half a word.
+pub const COARSE_BITS: u8 = 12;
+/// Share of its threshold that a box must exceed for its 3 x 3 sums to be looked at, 128ths: 0.6.
+const GATE_128THS: i32 = 77;
+/// Pairs of rows of a tile.
+const ALL_PAIRS: usize = BANDS * PAIRS;
+/// Mean of the four least of six absolute Gaussian deviates of a sum over eight pixels to the standard deviation of
+/// one over nine, 256ths.
+const TRIMMED_TO_SIGMA: u32 = 595;
+/// The sums at the sides of a cell that slopes are held to be so many sigmas.
+const LEAN_SIGMAS: i32 = 5;
+
+/// A value for every cell of a tile.
+pub type CoarseCells<T> = [[T; SEGMENTS]; BANDS];
+
+/// A tile above its background.
+#[derive(Clone, Copy, Debug)]
+pub struct CoarseTile<'a> {
+    pixels: &'a [u16],
+    width: usize,
+    height: usize,
+    /// Raw value to scaled counts, bits to the left.
+    shift: u32,
+    /// Levels of the cells: of a segment's sum, raw counts.
+    cells: CoarseCells<i32>,
+    /// Levels of the pairs of rows, to be added.
+    pairs: [i32; ALL_PAIRS],
+    /// Noise of a 3 x 3 sum in each cell, scaled counts.
+    pub noise: CoarseCells<i32>,
+    /// Noise of a pixel, scaled counts.
+    pub sigma: i32,
+}
+
+/// Two pixels side by side.
+#[inline(always)]
+fn word([left, right]: [u16; 2]) -> u32 {
+    u32::from(left) | u32::from(right) << 16
+}
+
+/// Sum of a segment's two rows.
+#[inline(always)]
+fn segment_sum(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> i32 {
+    let (above, _) = above.as_chunks::<8>();
+    let (below, _) = below.as_chunks::<8>();
+    let mut sum = 0;
+    for (above, below) in above.iter().zip(below) {
+        let [a, b, c, d, e, f, g, h] = *above;
+        let [i, j, k, l, m, n, o, p] = *below;
+        let both = (word([a, b]) + word([i, j]))
+            .wrapping_add(word([c, d]) + word([k, l]))
+            .wrapping_add(word([e, f]) + word([m, n]))
+            .wrapping_add(word([g, h]) + word([o, p]));
+        sum += (both & 0xFFFF) + (both >> 16);
+    }
+    sum as i32
+}
+
+/// Median of seven.
+#[inline(never)]
+fn median7(values: &[i32; 7]) -> i32 {
+    let [mut a, mut b, mut c, mut d, mut e, mut f, mut g] = *values;
+    let order = |low: &mut i32, high: &mut i32| (*low, *high) = ((*low).min(*high), (*low).max(*high));
+    // The network of N. Devillard, Fast median search (1998).
+    order(&mut a, &mut f);
+    order(&mut a, &mut d);
+    order(&mut b, &mut g);
+    order(&mut c, &mut e);
+    order(&mut a, &mut b);
+    order(&mut d, &mut f);
+    order(&mut c, &mut g);
+    order(&mut c, &mut d);
+    order(&mut d, &mut g);
+    order(&mut e, &mut f);
+    order(&mut b, &mut e);
+    order(&mut b, &mut d);
+    order(&mut d, &mut e);
+    d
+}
+
+/// The lesser of two steps where both go the same way, else none: a glow slopes so, a limb is a step on one side.
+fn lesser(before: i32, after: i32) -> i32 {
+    if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
+}
+
+impl<'a> CoarseTile<'a> {
+    /// Looks at a tile: `pixels` holds whole rows of `width` raw values of `bits` resolution; values of more than
+    /// [`COARSE_BITS`] bits lose their last ones in place. `None` when the width is no multiple of a segment or the
+    /// height none of a band, or when one is larger than a tile.
+    #[inline(never)]
+    pub fn of(pixels: &'a mut [u16], width: usize, bits: u8) -> Option<Self> {
+        let height = pixels.len().checked_div(width)?;
+        let whole = width.is_multiple_of(SEGMENT) && height.is_multiple_of(BAND) && height > 0;
+        if !whole || width > TILE_WIDTH || height > TILE_HEIGHT || pixels.len() != width * height {
+            return None;
+        }
+        let bits = bits.clamp(1, 16);
+        if bits > COARSE_BITS {
+            let surplus = bits - COARSE_BITS;
+            pixels.iter_mut().for_each(|raw| *raw >>= surplus);
+        }
+        let shift = u32::from(KEPT_BITS - bits.min(COARSE_BITS));
+        let mut tile = Self {
+            pixels,
+            width,
+            height,
+            shift,
+            cells: [[0; SEGMENTS]; BANDS],
+            pairs: [0; ALL_PAIRS],
+            noise: [[0; SEGMENTS]; BANDS],
+            sigma: 1,
+        };
+        tile.take_levels();
+        tile.measure_noise();
+        Some(tile)
+    }
+
+    /// Segments of a row.
+    fn segments(&self) -> usize {
+        self.width / SEGMENT
+    }
+
+    /// Bands of the tile.
+    fn bands(&self) -> usize {
+        self.height / BAND
+    }
+
+    /// Rows `y` and `y + 1` from column `x` on; none outside.
+    #[inline(always)]
+    fn row(&self, y: usize) -> &'a [u16] {
+        self.pixels.get(y * self.width..).and_then(|rest| rest.get(..self.width)).unwrap_or(&[])
+    }
+
+    /// Background: median of the segments of a cell, then of what a pair of rows exceeds its cells by.
+    #[inline(never)]
+    fn take_levels(&mut self) {
+        let segments = self.segments();
+        let bands = self.pixels.chunks_exact((BAND * self.width).max(1));
+        for ((rows, cells), pairs) in bands.zip(&mut self.cells).zip(self.pairs.as_chunks_mut::<PAIRS>().0) {
+            let mut sums = [[0; PAIRS]; SEGMENTS];
+            for (pair, rows) in rows.chunks_exact((2 * self.width).max(1)).enumerate() {
+                let (above, below) = rows.split_at(self.width.min(rows.len()));
+                let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
+                for ((above, below), sums) in blocks.zip(&mut sums) {
+                    if let Some(sum) = sums.get_mut(pair) {
+                        *sum = segment_sum(above, below);
+                    }
+                }
+            }
+            for (cell, sums) in cells.iter_mut().zip(&sums) {
+                *cell = median7(sums);
+            }
+            for (pair, level) in pairs.iter_mut().enumerate() {
+                let above = |(sums, cell): (&[i32; PAIRS], &i32)| sums.get(pair).map_or(0, |sum| sum - cell);
+                let mut of_pair = [0; SEGMENTS];
+                // A narrow tile's segments count more than once.
+                let around = sums.iter().zip(cells.iter()).take(segments).map(above).cycle();
+                of_pair.iter_mut().zip(around).for_each(|(slot, above)| *slot = above);
+                *level = median7(&of_pair);
+            }
+        }
+    }
+
+    /// Level of a sum over a box whose first rows are those of a pair, raw counts.
+    #[inline(always)]
+    fn box_level(&self, pair: usize, cell: i32) -> i32 {
+        let of_pair = |pair: usize| self.pairs.get(pair).copied().unwrap_or(0);
+        (2 * cell + of_pair(pair) + of_pair(pair + 1) + 4) >> 3
+    }
+
+    /// By how much the level of a segment's sum rises across each cell, along the rows and down beyond what all cells
+    /// have in common.
+    fn slopes(&self, band: usize) -> [[i32; 2]; SEGMENTS] {
+        let (last, last_band) = (self.segments() - 1, self.bands() - 1);
+        let at = |band: usize, segment: usize| {
+            self.cells.get(band).and_then(|cells| cells.get(segment)).copied().unwrap_or(0)
+        };
+        let mut down = [0; SEGMENTS];
+        let mut slopes = [[0; 2]; SEGMENTS];
+        for (segment, (slope, down)) in slopes.iter_mut().zip(&mut down).enumerate() {
+            let segment = segment.checked_rem(last + 1).unwrap_or(0);
+            let here = at(band, segment);
+            let (left, right) =
+                (here - at(band, segment.saturating_sub(1)), at(band, (segment + 1).min(last)) - here);
+            let (above, below) =
+                (here - at(band.saturating_sub(1), segment), at((band + 1).min(last_band), segment) - here);
+            // At the tile's edge the one neighbour speaks for both sides.
+            let along = match segment {
+                0 => right,
+                segment if segment == last => left,
+                _ => lesser(left, right),
+            };
+            *down = match band {
+                0 => below,
+                band if band == last_band => above,
+                _ => lesser(above, below),
+            };
+            *slope = [along, *down];
+        }
+        let common = median7(&down);
+        slopes.iter_mut().for_each(|[_, down]| *down -= common);
+        slopes
+    }
+
+    /// Noise of pixels and of 3 x 3 sums.
+    #[inline(never)]
+    fn measure_noise(&mut self) {
+        let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
+        let mut pixels = [[0u32; SEGMENTS]; BANDS];
+        let mut leans = [[0; SEGMENTS]; BANDS];
+        let rows = self.pixels.chunks_exact((BAND * self.width).max(1));
+        let cells = scatters.iter_mut().zip(&mut pixels).zip(&mut leans);
+        for ((band, rows), ((scatters, pixels), leans)) in rows.enumerate().zip(cells) {
+            let slopes = self.slopes(band);
+            for (first, from_middle) in [(1, -3), (4, 3)] {
+                self.sample_boxes(rows, (band, first), (&slopes, from_middle), scatters, pixels);
+            }
+            for (lean, [along, down]) in leans.iter_mut().zip(&slopes) {
+                *lean = along.abs() + down.abs();
+            }
+        }
+        let (noise, most) = noise_of(&scatters, TRIMMED_TO_SIGMA);
+        self.noise = noise;
+        let floor = ((1 << self.shift) / 3).max(1);
+        // The pixels of the cells that are as noisy as most.
+        let cells = self.noise.as_flattened().iter().zip(pixels.as_flattened());
+        let alike = cells.take(self.bands() * SEGMENTS).filter(|(noise, _)| **noise == most);
+        let (sum, count) = alike.fold((0, 0), |(sum, count), (_, pixel)| (sum + pixel, count + 2));
+        self.sigma = (((sum << self.shift) * 5).checked_div(32 * count).unwrap_or(0) as i32).max(floor);
+        for (noise, lean) in self.noise.as_flattened_mut().iter_mut().zip(leans.as_flattened()) {
+            let lean = ((lean << self.shift) / 32 - self.sigma / 2).max(0);
+            *noise = (*noise).max(3 * floor) + 9 * lean / (2 * LEAN_SIGMAS);
+        }
+    }
+
+    /// Takes the distances of three boxes a cell of a band, and of a pixel, from their levels; the boxes begin with the
+    /// `first` pair of rows, their middle so many rows from the band's.
+    #[inline(never)]
+    fn sample_boxes(
+        &self,
+        rows: &[u16],
+        (band, first): (usize, usize),
+        (slopes, from_middle): (&[[i32; 2]; SEGMENTS], i32),
+        scatters: &mut [Scatter; SEGMENTS],
+        pixels: &mut [u32; SEGMENTS],
+    ) {
+        let pair = band * PAIRS + first;
+        let mut four =
+            rows.chunks_exact(self.width.max(1)).skip(2 * first).map(|row| row.as_chunks::<SEGMENT>().0);
+        let [a, b, c, d] = core::array::from_fn(|_| four.next().unwrap_or(&[]));
+        let Some(cells) = self.cells.get(band) else { return };
+        let cells = cells.iter().zip(slopes).zip(scatters.iter_mut().zip(pixels));
+        for (((a, b), (c, d)), ((cell, [along, down]), (scatter, pixel))) in
+            a.iter().zip(b).zip(c.iter().zip(d)).zip(cells)
+        {
+            // Eight pixels of 32; the boxes stand 5, 1 and 5 px from the cell's middle.
+            let level = self.box_level(pair, *cell) + ((down * from_middle) >> 6);
+            let lean = [(-5 * along) >> 6, along >> 6, (5 * along) >> 6];
+            let words = |row: &[u16; SEGMENT]| {
+                let [_, _, a, b, _, _, _, _, c, d, _, _, e, f, _, _] = *row;
+                [word([a, b]), word([c, d]), word([e, f])]
+            };
+            let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2], [d0, d1, d2]] =
+                [words(a), words(b), words(c), words(d)];
+            let sums = [a0 + b0 + c0 + d0, a1 + b1 + c1 + d1, a2 + b2 + c2 + d2];
+            let [x, y, z] = sums.map(|both| ((both & 0xFFFF) + (both >> 16)) as i32 - level);
+            let [before, middle, after] = lean;
+            scatter.add(
+                [x - before, y - middle, z - after].map(|distance| (distance << self.shift).unsigned_abs()),
+            );
+            *pixel += (8 * (b1 & 0xFFFF) as i32 - level).unsigned_abs();
+        }
+    }
+
+    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are noisier than
+    /// `noise`, else 0.
+    pub fn is_noisy_around(&self, [x, y]: [usize; 2], noise: i32) -> bool {
+        let (band, segment) = (y / BAND, x / SEGMENT);
+        let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
+        let rows = self.noise.get(near(band, self.bands())).unwrap_or(&[]);
+        let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
+        let (noisy, all) =
+            cells.fold((0, 0), |(noisy, all), cell| (noisy + u32::from(*cell > noise), all + 1));
+        8 * noisy > all
+    }
+
+    /// The places of the local maxima of the 3 x 3 sums that exceed their cells' thresholds, and by how much; none within
+    /// [`EDGE`] of the sides. Of more than there is room for the brightest; how many they are, and whether they are all.
+    #[inline(never)]
+    pub fn peaks(&self, thresholds: &CoarseCells<i32>, peaks: &mut [Peak]) -> (usize, bool) {
+        let mut found = Found { peaks, count: 0, all: true };
+        let mut before = [[0; WORDS]; SEGMENTS];
+        let pairs = self.pixels.chunks_exact((2 * self.width).max(1));
+        let gates = self.gates(thresholds);
+        let mut limits = [i32::MAX; SEGMENTS];
+        for (pair, rows) in pairs.enumerate() {
+            let (above, below) = rows.split_at(self.width.min(rows.len()));
+            let mut passed = passing([above, below], &mut before, &limits);
+            while passed != 0 {
+                let segment = passed.trailing_zeros() as usize;
+                passed &= passed - 1;
+                let limit = limits.get(segment).copied().unwrap_or(i32::MAX);
+                self.look_at_segment([segment, pair.saturating_sub(1)], limit, thresholds, &mut found);
+            }
+            // Those of the boxes whose first rows are this pair.
+            let [here, below] = [pair, pair + 1].map(|pair| self.pairs.get(pair).copied().unwrap_or(0));
+            let rows = (here + below) >> 3;
+            for (limit, gate) in limits.iter_mut().zip(gates.get(pair / PAIRS).into_iter().flatten()) {
+                *limit = (gate + rows).clamp(0, 0x7FFF) << 16 | 0xFFFF;
+            }
+        }
+        (found.count, found.all)
+    }
+
+    /// What the boxes of each cell must exceed, above the levels of their rows, for their 3 x 3 sums to be looked at.
+    fn gates(&self, thresholds: &CoarseCells<i32>) -> CoarseCells<i32> {
+        let mut gates = [[0; SEGMENTS]; BANDS];
+        let cells = self.cells.as_flattened().iter().zip(thresholds.as_flattened());
+        for (gate, (cell, threshold)) in gates.as_flattened_mut().iter_mut().zip(cells) {
+            *gate = (((threshold >> self.shift) * GATE_128THS) >> 7) + (2 * cell >> 3);
+        }
+        gates
+    }
+
+    /// Looks at the boxes of a segment that begin with a pair of rows and exceed `limit`.
+    #[inline(never)]
+    fn look_at_segment(
+        &self,
+        [segment, pair]: [usize; 2],
+        limit: i32,
+        thresholds: &CoarseCells<i32>,
+        found: &mut Found,
+    ) {
+        let of_row = |row: usize| self.row(2 * pair + row).as_chunks::<SEGMENT>().0.get(segment);
+        let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(of_row) else { return };
+        let [a, b, c, d] = [a, b, c, d].map(|row| row.as_chunks::<2>().0);
+        for (index, (((a, b), c), d)) in a.iter().zip(b).zip(c).zip(d).enumerate() {
+            let both = word(*a) + word(*b) + word(*c) + word(*d);
+            if (both + (both << 16)) as i32 > limit
+                && let Some(peak) = self.look([segment * SEGMENT + 2 * index, 2 * pair], thresholds)
+            {
+                found.insert(peak);
+            }
+        }
+    }
+
+    /// The peak in a box, if there is one.
+    #[inline(never)]
+    fn look(&self, [x, y]: [usize; 2], thresholds: &CoarseCells<i32>) -> Option<Peak> {
+        let (left, top) = (x.checked_sub(1)?, y.checked_sub(1)?);
+        let mut rows = [[0i32; 2]; 6];
+        for (sums, y) in rows.iter_mut().zip(top..) {
+            let [a, b, c, d] = self.row(y).get(left..)?.first_chunk::<4>()?.map(i32::from);
+            *sums = [a + b + c, b + c + d];
+        }
+        let mut greatest = (0, [0; 2]);
+        for (([above, here], below), y) in rows.array_windows::<3>().map(|[a, b, c]| ([a, b], c)).zip(y..) {
+            for (((above, here), below), x) in above.iter().zip(here).zip(below).zip(x..) {
+                let sum = above + here + below;
+                if sum > greatest.0 {
+                    greatest = (sum, [x, y]);
+                }
+            }
+        }
+        let (sum, [x, y]) = greatest;
+        let inside = |at: usize, length: usize| (EDGE..length - EDGE).contains(&at);
+        if !inside(x, self.width) || !inside(y, self.height) {
+            return None;
+        }
+        let of_cell =
+            |cells: &CoarseCells<i32>| cells.get(y / BAND).and_then(|cells| cells.get(x / SEGMENT)).copied();
+        let (cell, threshold) = of_cell(&self.cells).zip(of_cell(thresholds))?;
+        let pair = |y: usize| self.pairs.get(y / 2).copied().unwrap_or(0);
+        let level = 9 * cell + 3 * (pair(y - 1) + pair(y) + pair(y + 1));
+        let excess = (sum << self.shift) - (level << self.shift) / 32 - threshold;
+        (excess > 0 && self.tops([x, y], sum)).then_some(Peak { at: [x as u16, y as u16], excess })
+    }
+
+    /// Whether no 3 x 3 sum within two pixels is greater; of equal ones the first.
+    fn tops(&self, [x, y]: [usize; 2], sum: i32) -> bool {
+        let row = |y: usize| {
+            let rows =
+                [y - 1, y, y + 1].map(|y| self.row(y).get(x - 3..).and_then(<[u16]>::first_chunk::<7>));
+            let [Some(a), Some(b), Some(c)] = rows else { return [i32::MAX; 5] };
+            let mut columns = [0; 7];
+            for (column, ((a, b), c)) in columns.iter_mut().zip(a.iter().zip(b).zip(c)) {
+                *column = i32::from(*a) + i32::from(*b) + i32::from(*c);
+            }
+            let mut sums = [0; 5];
+            for (sum, [a, b, c]) in sums.iter_mut().zip(columns.array_windows()) {
+                *sum = a + b + c;
+            }
+            sums
+        };
+        let [second_left, first_left, _, first_right, second_right] = row(y);
+        first_left.max(second_left) < sum
+            && first_right.max(second_right) <= sum
+            && row(y - 1).iter().all(|other| *other < sum)
+            && row(y + 1).iter().all(|other| *other <= sum)
+            && row(y - 2).iter().all(|other| *other < sum)
+            && row(y + 2).iter().all(|other| *other <= sum)
+    }
+
+    /// The 5 x 5 pixels about a place, raw counts; zeros beyond the tile.
+    pub fn around(&self, [x, y]: [usize; 2]) -> [[i32; 5]; 5] {
+        core::array::from_fn(|row| {
+            let row = self.row((y + row).saturating_sub(2));
+            let five = row.get(x.saturating_sub(2)..).and_then(<[u16]>::first_chunk::<5>);
+            five.map_or([0; 5], |five| five.map(i32::from))
+        })
+    }
+}
+
+/// Sums two rows to the two before them and tells, a bit a segment, in which a box exceeds the segment's limit.
+#[inline(never)]
+fn passing(
+    [above, below]: [&[u16]; 2],
+    before: &mut [[u32; WORDS]; SEGMENTS],
+    limits: &[i32; SEGMENTS],
+) -> u32 {
+    let mut passed = 0;
+    let rows = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
+    for (segment, ((above, below), (before, limit))) in (0..).zip(rows.zip(before.iter_mut().zip(limits))) {
+        let words = above.as_chunks().0.iter().zip(below.as_chunks().0).zip(before);
+        let mut beyond = 0;
+        for ((above, below), before) in words {
+            let here = word(*above) + word(*below);
+            let both = *before + here;
+            *before = here;
+            // Both columns together, in the upper half.
+            beyond |= limit - (both + (both << 16)) as i32;
+        }
+        if beyond < 0 {
+            passed |= 1 << segment;
+        }
+    }
+    passed
+}
+
+/// A local maximum.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Peak {
+    /// Column and row in the tile.
+    pub at: [u16; 2],
+    /// By how much its 3 x 3 sum exceeds its threshold, scaled counts.
+    pub excess: i32,
+}
+
+/// The brightest peaks so far.
+struct Found<'p> {
+    peaks: &'p mut [Peak],
+    count: usize,
+    all: bool,
+}
+
+impl Found<'_> {
+    /// Keeps a peak, once; in place of the faintest when full.
+    fn insert(&mut self, peak: Peak) {
+        let kept = self.peaks.get_mut(..self.count).unwrap_or(&mut []);
+        if kept.iter().any(|other| other.at == peak.at) {
+            return;
+        }
+        if let Some(slot) = self.peaks.get_mut(self.count) {
+            *slot = peak;
+            self.count += 1;
+            return;
+        }
+        self.all = false;
+        if let Some(faintest) = self.peaks.iter_mut().min_by_key(|kept| kept.excess)
+            && faintest.excess < peak.excess
+        {
+            *faintest = peak;
+        }
+    }
+}
