@@ -19,6 +19,7 @@
 //!
 //! Error on Gaussian noise: 0.08 sigma of a pixel for a cell, 0.10 for two rows.
 
+use crate::levels::calm;
 use crate::noise::{Scatter, noise_of};
 use crate::window::KEPT_BITS;
 
@@ -46,9 +47,9 @@ pub const COARSE_BITS: u8 = 12;
 const GATE_128THS: i32 = 77;
 /// Pairs of rows of a tile.
 const ALL_PAIRS: usize = BANDS * PAIRS;
-/// Mean of the four least of six absolute Gaussian deviates of a sum over eight pixels to the standard deviation of
-/// one over nine, 256ths.
-const TRIMMED_TO_SIGMA: u32 = 595;
+/// Mean of the twelve least of fourteen absolute Gaussian deviates of a segment to the standard deviation of a 3 x 3 sum,
+/// 256ths.
+const TRIMMED_TO_SIGMA: u32 = 253;
 /// The sums at the sides of a cell that slopes are held to be so many sigmas.
 const LEAN_SIGMAS: i32 = 5;
 
@@ -79,22 +80,25 @@ fn word([left, right]: [u16; 2]) -> u32 {
     u32::from(left) | u32::from(right) << 16
 }
 
-/// Sum of a segment's two rows.
+/// Sums of the left and the right half of a segment's two rows.
 #[inline(always)]
-fn segment_sum(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> i32 {
-    let (above, _) = above.as_chunks::<8>();
-    let (below, _) = below.as_chunks::<8>();
-    let mut sum = 0;
-    for (above, below) in above.iter().zip(below) {
+fn half_sums(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> [i32; 2] {
+    const HALF: usize = SEGMENT / 2;
+    let half = |above: &[u16; HALF], below: &[u16; HALF]| {
         let [a, b, c, d, e, f, g, h] = *above;
         let [i, j, k, l, m, n, o, p] = *below;
         let both = (word([a, b]) + word([i, j]))
             .wrapping_add(word([c, d]) + word([k, l]))
             .wrapping_add(word([e, f]) + word([m, n]))
             .wrapping_add(word([g, h]) + word([o, p]));
-        sum += (both & 0xFFFF) + (both >> 16);
+        ((both & 0xFFFF) + (both >> 16)) as i32
+    };
+    match (above.as_chunks(), below.as_chunks()) {
+        (([left, right], _), ([left_below, right_below], _)) => {
+            [half(left, left_below), half(right, right_below)]
+        }
+        _ => [0; 2],
     }
-    sum as i32
 }
 
 /// Median of seven.
@@ -124,6 +128,26 @@ fn lesser(before: i32, after: i32) -> i32 {
     if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
 }
 
+/// The step of a level across a cell, the `index`th up to the `last`, from those to its neighbours. At the tile's edge
+/// the one neighbour speaks for both sides.
+fn step_across(index: usize, last: usize, before: i32, after: i32) -> i32 {
+    match index {
+        0 => after,
+        index if index >= last => before,
+        _ => lesser(before, after),
+    }
+}
+
+/// By how much the level of a segment's sum rises along each cell of a band.
+fn along(cells: &[i32; SEGMENTS], segments: usize) -> [i32; SEGMENTS] {
+    let last = segments.saturating_sub(1);
+    let at = |segment: usize| cells.get(segment.min(last)).copied().unwrap_or(0);
+    core::array::from_fn(|segment| {
+        let here = at(segment);
+        step_across(segment, last, here - at(segment.saturating_sub(1)), at(segment + 1) - here)
+    })
+}
+
 impl<'a> CoarseTile<'a> {
     /// Looks at a tile: `pixels` holds whole rows of `width` raw values of `bits` resolution; values of more than
     /// [`COARSE_BITS`] bits lose their last ones in place. `None` when the width is no multiple of a segment or the
@@ -151,8 +175,13 @@ impl<'a> CoarseTile<'a> {
             noise: [[0; SEGMENTS]; BANDS],
             sigma: 1,
         };
-        tile.take_levels();
-        tile.measure_noise();
+        let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
+        let mut pixels = [[0; SEGMENTS]; BANDS];
+        tile.take_levels(&mut scatters, &mut pixels);
+        tile.measure_noise(&scatters, &pixels);
+        // The median of seven segments has a variance of 1.57 / 7 of theirs, and the segment has 32 pixels.
+        let noise = tile.sigma as f32 / (1 << shift) as f32;
+        calm(&mut tile.pairs, height / BAND, |band| band * PAIRS..(band + 1) * PAIRS, 7.2 * noise * noise);
         Some(tile)
     }
 
@@ -172,20 +201,29 @@ impl<'a> CoarseTile<'a> {
         self.pixels.get(y * self.width..).and_then(|rest| rest.get(..self.width)).unwrap_or(&[])
     }
 
-    /// Background: median of the segments of a cell, then of what a pair of rows exceeds its cells by.
+    /// Background: median of the segments of a cell, then of what a pair of rows exceeds its cells by. Gives how far the
+    /// segments and their halves are from that, and the distances of pixels from others of their rows.
     #[inline(never)]
-    fn take_levels(&mut self) {
-        let segments = self.segments();
+    fn take_levels(&mut self, scatters: &mut CoarseCells<Scatter>, pixels: &mut CoarseCells<u32>) {
+        let (segments, shift) = (self.segments(), self.shift);
         let bands = self.pixels.chunks_exact((BAND * self.width).max(1));
-        for ((rows, cells), pairs) in bands.zip(&mut self.cells).zip(self.pairs.as_chunks_mut::<PAIRS>().0) {
+        let levels = self.cells.iter_mut().zip(self.pairs.as_chunks_mut::<PAIRS>().0);
+        for ((rows, (cells, pairs)), (scatters, pixels)) in
+            bands.zip(levels).zip(scatters.iter_mut().zip(pixels))
+        {
             let mut sums = [[0; PAIRS]; SEGMENTS];
+            let mut steps = [[0; PAIRS]; SEGMENTS];
             for (pair, rows) in rows.chunks_exact((2 * self.width).max(1)).enumerate() {
                 let (above, below) = rows.split_at(self.width.min(rows.len()));
                 let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
-                for ((above, below), sums) in blocks.zip(&mut sums) {
-                    if let Some(sum) = sums.get_mut(pair) {
-                        *sum = segment_sum(above, below);
+                let cells = sums.iter_mut().zip(&mut steps).zip(pixels.iter_mut());
+                for ((above, below), ((sums, steps), pixels)) in blocks.zip(cells) {
+                    let [left, right] = half_sums(above, below);
+                    if let (Some(sum), Some(step)) = (sums.get_mut(pair), steps.get_mut(pair)) {
+                        (*sum, *step) = (left + right, right - left);
                     }
+                    let [_, _, _, _, one, _, _, _, _, _, _, other, ..] = *above;
+                    *pixels += u32::from(one.abs_diff(other));
                 }
             }
             for (cell, sums) in cells.iter_mut().zip(&sums) {
@@ -199,117 +237,53 @@ impl<'a> CoarseTile<'a> {
                 of_pair.iter_mut().zip(around).for_each(|(slot, above)| *slot = above);
                 *level = median7(&of_pair);
             }
+            let along = along(cells, segments);
+            let of_cells = cells.iter().zip(&along).zip(sums.iter().zip(&steps)).take(segments);
+            for (((cell, along), (sums, steps)), scatter) in of_cells.zip(scatters) {
+                for ((sum, step), pair) in sums.iter().zip(steps).zip(pairs.iter()) {
+                    let (step, apart) = (step - along / 4, sum - cell - pair);
+                    scatter.add([step, apart].map(|distance| (distance << shift).unsigned_abs()));
+                }
+            }
         }
     }
 
-    /// Level of a sum over a box whose first rows are those of a pair, raw counts.
-    #[inline(always)]
-    fn box_level(&self, pair: usize, cell: i32) -> i32 {
-        let of_pair = |pair: usize| self.pairs.get(pair).copied().unwrap_or(0);
-        (2 * cell + of_pair(pair) + of_pair(pair + 1) + 4) >> 3
-    }
-
-    /// By how much the level of a segment's sum rises across each cell, along the rows and down beyond what all cells
-    /// have in common.
-    fn slopes(&self, band: usize) -> [[i32; 2]; SEGMENTS] {
-        let (last, last_band) = (self.segments() - 1, self.bands() - 1);
-        let at = |band: usize, segment: usize| {
-            self.cells.get(band).and_then(|cells| cells.get(segment)).copied().unwrap_or(0)
-        };
+    /// By how much the level of a segment's sum rises down each cell of a band beyond what all cells have in common.
+    fn down(&self, band: usize) -> [i32; SEGMENTS] {
+        let (segments, last) = (self.segments(), self.bands().saturating_sub(1));
         let mut down = [0; SEGMENTS];
-        let mut slopes = [[0; 2]; SEGMENTS];
-        for (segment, (slope, down)) in slopes.iter_mut().zip(&mut down).enumerate() {
-            let segment = segment.checked_rem(last + 1).unwrap_or(0);
-            let here = at(band, segment);
-            let (left, right) =
-                (here - at(band, segment.saturating_sub(1)), at(band, (segment + 1).min(last)) - here);
-            let (above, below) =
-                (here - at(band.saturating_sub(1), segment), at((band + 1).min(last_band), segment) - here);
-            // At the tile's edge the one neighbour speaks for both sides.
-            let along = match segment {
-                0 => right,
-                segment if segment == last => left,
-                _ => lesser(left, right),
-            };
-            *down = match band {
-                0 => below,
-                band if band == last_band => above,
-                _ => lesser(above, below),
-            };
-            *slope = [along, *down];
+        for (segment, down) in down.iter_mut().enumerate() {
+            let segment = segment.checked_rem(segments).unwrap_or(0);
+            let at =
+                |band: usize| self.cells.get(band).and_then(|cells| cells.get(segment)).copied().unwrap_or(0);
+            let (above, below) = (at(band) - at(band.saturating_sub(1)), at((band + 1).min(last)) - at(band));
+            *down = step_across(band, last, above, below);
         }
         let common = median7(&down);
-        slopes.iter_mut().for_each(|[_, down]| *down -= common);
-        slopes
+        down.map(|down| down - common)
     }
 
     /// Noise of pixels and of 3 x 3 sums.
     #[inline(never)]
-    fn measure_noise(&mut self) {
-        let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
-        let mut pixels = [[0u32; SEGMENTS]; BANDS];
-        let mut leans = [[0; SEGMENTS]; BANDS];
-        let rows = self.pixels.chunks_exact((BAND * self.width).max(1));
-        let cells = scatters.iter_mut().zip(&mut pixels).zip(&mut leans);
-        for ((band, rows), ((scatters, pixels), leans)) in rows.enumerate().zip(cells) {
-            let slopes = self.slopes(band);
-            for (first, from_middle) in [(1, -3), (4, 3)] {
-                self.sample_boxes(rows, (band, first), (&slopes, from_middle), scatters, pixels);
-            }
-            for (lean, [along, down]) in leans.iter_mut().zip(&slopes) {
-                *lean = along.abs() + down.abs();
-            }
-        }
-        let (noise, most) = noise_of(&scatters, TRIMMED_TO_SIGMA);
+    fn measure_noise(&mut self, scatters: &CoarseCells<Scatter>, pixels: &CoarseCells<u32>) {
+        let (noise, most) = noise_of(scatters, TRIMMED_TO_SIGMA);
         self.noise = noise;
         let floor = ((1 << self.shift) / 3).max(1);
-        // The pixels of the cells that are as noisy as most.
+        // The pixels of the cells that are as noisy as most. The mean distance of two is 1.128 sigma.
         let cells = self.noise.as_flattened().iter().zip(pixels.as_flattened());
         let alike = cells.take(self.bands() * SEGMENTS).filter(|(noise, _)| **noise == most);
-        let (sum, count) = alike.fold((0, 0), |(sum, count), (_, pixel)| (sum + pixel, count + 2));
-        self.sigma = (((sum << self.shift) * 5).checked_div(32 * count).unwrap_or(0) as i32).max(floor);
-        for (noise, lean) in self.noise.as_flattened_mut().iter_mut().zip(leans.as_flattened()) {
-            let lean = ((lean << self.shift) / 32 - self.sigma / 2).max(0);
-            *noise = (*noise).max(3 * floor) + 9 * lean / (2 * LEAN_SIGMAS);
-        }
-    }
-
-    /// Takes the distances of three boxes a cell of a band, and of a pixel, from their levels; the boxes begin with the
-    /// `first` pair of rows, their middle so many rows from the band's.
-    #[inline(never)]
-    fn sample_boxes(
-        &self,
-        rows: &[u16],
-        (band, first): (usize, usize),
-        (slopes, from_middle): (&[[i32; 2]; SEGMENTS], i32),
-        scatters: &mut [Scatter; SEGMENTS],
-        pixels: &mut [u32; SEGMENTS],
-    ) {
-        let pair = band * PAIRS + first;
-        let mut four =
-            rows.chunks_exact(self.width.max(1)).skip(2 * first).map(|row| row.as_chunks::<SEGMENT>().0);
-        let [a, b, c, d] = core::array::from_fn(|_| four.next().unwrap_or(&[]));
-        let Some(cells) = self.cells.get(band) else { return };
-        let cells = cells.iter().zip(slopes).zip(scatters.iter_mut().zip(pixels));
-        for (((a, b), (c, d)), ((cell, [along, down]), (scatter, pixel))) in
-            a.iter().zip(b).zip(c.iter().zip(d)).zip(cells)
-        {
-            // Eight pixels of 32; the boxes stand 5, 1 and 5 px from the cell's middle.
-            let level = self.box_level(pair, *cell) + ((down * from_middle) >> 6);
-            let lean = [(-5 * along) >> 6, along >> 6, (5 * along) >> 6];
-            let words = |row: &[u16; SEGMENT]| {
-                let [_, _, a, b, _, _, _, _, c, d, _, _, e, f, _, _] = *row;
-                [word([a, b]), word([c, d]), word([e, f])]
+        let (sum, count) = alike.fold((0, 0), |(sum, count), (_, pixel)| (sum + pixel, count + PAIRS as u32));
+        self.sigma = (((sum << self.shift) * 7).checked_div(8 * count).unwrap_or(0) as i32).max(floor);
+        for band in 0..self.bands() {
+            let down = self.down(band);
+            let (Some(noise), Some(cells)) = (self.noise.get_mut(band), self.cells.get(band)) else {
+                continue;
             };
-            let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2], [d0, d1, d2]] =
-                [words(a), words(b), words(c), words(d)];
-            let sums = [a0 + b0 + c0 + d0, a1 + b1 + c1 + d1, a2 + b2 + c2 + d2];
-            let [x, y, z] = sums.map(|both| ((both & 0xFFFF) + (both >> 16)) as i32 - level);
-            let [before, middle, after] = lean;
-            scatter.add(
-                [x - before, y - middle, z - after].map(|distance| (distance << self.shift).unsigned_abs()),
-            );
-            *pixel += (8 * (b1 & 0xFFFF) as i32 - level).unsigned_abs();
+            let along = along(cells, self.width / SEGMENT);
+            for (noise, (along, down)) in noise.iter_mut().zip(along.iter().zip(down)) {
+                let lean = (((along.abs() + down.abs()) << self.shift) / 32 - self.sigma / 2).max(0);
+                *noise = (*noise).max(3 * floor) + 9 * lean / (2 * LEAN_SIGMAS);
+            }
         }
     }
 
@@ -412,9 +386,40 @@ impl<'a> CoarseTile<'a> {
             |cells: &CoarseCells<i32>| cells.get(y / BAND).and_then(|cells| cells.get(x / SEGMENT)).copied();
         let (cell, threshold) = of_cell(&self.cells).zip(of_cell(thresholds))?;
         let pair = |y: usize| self.pairs.get(y / 2).copied().unwrap_or(0);
-        let level = 9 * cell + 3 * (pair(y - 1) + pair(y) + pair(y + 1));
-        let excess = (sum << self.shift) - (level << self.shift) / 32 - threshold;
-        (excess > 0 && self.tops([x, y], sum)).then_some(Peak { at: [x as u16, y as u16], excess })
+        let rows = pair(y - 1) + pair(y) + pair(y + 1);
+        let above = |cell: i32| (sum << self.shift) - ((9 * cell + 3 * rows) << self.shift) / 32;
+        // A star's own light draws the level of its cell by up to an eighth of the threshold.
+        if above(cell) < threshold - threshold / 8 || !self.tops([x, y], sum) {
+            return None;
+        }
+        let excess = above(self.level_beside([x, y])) - threshold;
+        (excess > 0).then_some(Peak { at: [x as u16, y as u16], excess })
+    }
+
+    /// The level of a place's cell without the three segments that a star there shines on.
+    fn level_beside(&self, [x, y]: [usize; 2]) -> i32 {
+        let first = y / BAND * PAIRS;
+        let mut beside = [0; PAIRS];
+        let clear = (first..first + PAIRS).filter(|pair| pair.abs_diff(y / 2) > 1);
+        let levels = clear.map(|pair| {
+            let of_row = |y: usize| self.row(y).as_chunks().0.get(x / SEGMENT).unwrap_or(&[0; SEGMENT]);
+            let [left, right] = half_sums(of_row(2 * pair), of_row(2 * pair + 1));
+            left + right - self.pairs.get(pair).copied().unwrap_or(0)
+        });
+        let mut slots = beside.iter_mut();
+        let mut count = 0;
+        for (slot, level) in slots.by_ref().zip(levels) {
+            *slot = level;
+            count += 1;
+        }
+        // Four to six are left: some count twice.
+        for index in count..PAIRS {
+            let again = beside.get(index - count).copied().unwrap_or(0);
+            if let Some(slot) = beside.get_mut(index) {
+                *slot = again;
+            }
+        }
+        median7(&beside)
     }
 
     /// Whether no 3 x 3 sum within two pixels is greater; of equal ones the first.

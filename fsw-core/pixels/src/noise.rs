@@ -15,7 +15,7 @@ const TRIMMED: usize = 2;
 /// mean of those alike 4 % too small; in 256ths.
 pub const TRIMMED_TO_SIGMA: u32 = 436;
 /// More than a sum over 3 x 3 pixels can be.
-const LARGEST: u32 = 1 << 20;
+const LARGEST: u32 = 1 << 18;
 
 /// Distances from the background in one cell.
 #[derive(Clone, Copy, Default)]
@@ -28,7 +28,8 @@ pub struct Scatter {
 impl Scatter {
     /// Takes in distances. Values with more bits than promised may wrap; none of the sums they make is a
     /// star.
-    pub fn add(&mut self, sizes: [u32; 3]) {
+    #[inline(always)]
+    pub fn add<const N: usize>(&mut self, sizes: [u32; N]) {
         let [mut first, mut second] = self.largest;
         for size in sizes {
             second = size.min(first).max(second);
@@ -43,8 +44,8 @@ impl Scatter {
     fn sigma(&self, trimmed_to_sigma: u32) -> Option<i32> {
         let count = self.count.checked_sub(TRIMMED as u32)?;
         let kept = self.largest.iter().fold(self.sum, |sum, size| sum.wrapping_sub(*size));
-        let mean = kept.checked_div(count)?;
-        Some((mean.min(LARGEST).saturating_mul(trimmed_to_sigma) / 256) as i32)
+        let scaled = kept.min(LARGEST * count) * trimmed_to_sigma;
+        Some((scaled + 128 * count).checked_div(256 * count)? as i32)
     }
 }
 
@@ -60,7 +61,7 @@ fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i3
         let limit = most * ALIKE_QUARTERS / 4;
         let alike = sigmas.as_flattened().iter().flatten().filter(|sigma| **sigma <= limit);
         let (sum, count) = alike.fold((0, 0), |(sum, count), sigma| (sum + sigma, count + 1));
-        let of_alike = (sum / count.max(1)).max(1);
+        let of_alike = ((sum + count / 2) / count.max(1)).max(1);
         if of_alike == most {
             break;
         }

@@ -31,7 +31,7 @@ pub const WINDOW_READING_CYCLES: u32 = 40_000;
 /// A star's image fitted.
 pub const FIT_CYCLES: u32 = 60_000;
 /// Income of a tile: a star at the least.
-pub const TILE_CYCLES: u32 = 110_000;
+pub const TILE_CYCLES: u32 = 200_000;
 /// All that a single window has: a star, fitted, at the least.
 pub const WINDOW_CYCLES: u32 = 160_000;
 /// Savings with which a scan begins.
@@ -40,7 +40,7 @@ pub const RESERVE_CYCLES: u32 = 4_000_000;
 pub const LOAN_DIVISOR: u32 = 4;
 /// What a tile of the largest size costs whatever it shows: measured 210,000, and 8,000 to mark every block's
 /// row.
-pub const TILE_FIXED_CYCLES: u32 = 70_000;
+pub const TILE_FIXED_CYCLES: u32 = 75_000;
 
 /// The most that a scan in so many tiles can cost, cycles, the reading of the pixels not counted.
 pub const fn bound_cycles(tiles: u32) -> u64 {

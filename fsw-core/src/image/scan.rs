@@ -51,11 +51,11 @@ const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 /// pixel.
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
 /// Side of the window in which a candidate is measured, px; among clouds, whose noise is known by what is around it.
-const SIDE: u16 = 27;
+const SIDE: u16 = 25;
 const TEXTURED_SIDE: u16 = 64;
 /// Share of the threshold that a place must exceed in its tile to be a candidate, percent: half of the stars at the
 /// threshold would fail there by chance, and as many of the others in their windows.
-const COARSE_PERCENT: i32 = 95;
+const COARSE_PERCENT: i32 = 97;
 const WINDOW_PERCENT: i32 = 80;
 /// Candidates of a tile that are looked at, the brightest.
 const MAX_CANDIDATES: usize = 48;
