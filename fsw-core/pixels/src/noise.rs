@@ -70,8 +70,10 @@ fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i3
     most
 }
 
-/// Of the cells within two of a cell so many must be noisier than most for it to have noise of its own: a star alone
-/// makes its cell noisy, and a limb or clouds many.
+/// More cells than a star alone makes noisy, which stands where four of them meet.
+const OF_A_STAR: u32 = 4;
+/// Of the cells within two of a cell more than one in so many must be noisier than most for it to have noise of its own, and
+/// more than a star makes so: limb and clouds make many.
 const NOISY_DIVISOR: u32 = 5;
 
 /// What every cell is taken for: as noisy as most where it and those around it are about that, else what they show;
@@ -100,7 +102,8 @@ pub fn noise_of<const S: usize, const B: usize>(
             let own = own.unwrap_or(0);
             let around_it = near.iter().fold(0u32, |bits, row| bits << 5 | (row >> block & 0b11111));
             let columns = (block + 3).min(S) - block.saturating_sub(2);
-            let textured = NOISY_DIVISOR * around_it.count_ones() > (columns * near.len()) as u32;
+            let count = around_it.count_ones();
+            let textured = count > OF_A_STAR && NOISY_DIVISOR * count > (columns * near.len()) as u32;
             if textured || ALIKE_QUARTERS * own < 4 * most {
                 let shown = own.max(around(&sigmas, [block, band], own.max(most))).max(1);
                 if textured && is_noisy(shown) || ALIKE_QUARTERS * shown < 4 * most {
