@@ -353,9 +353,10 @@ impl Levels {
     }
 }
 
-/// Draws the levels of rows towards a straight line through each band, by that part of their scatter about the lines
-/// that chance would leave (James and Stein 1961); `by_chance` is the variance of a level. Where the readout bands its
-/// rows that part is small; where it does not it is all, and would move centroids across the rows.
+/// Draws the levels of rows towards a straight line through each band, by that part of their scatter about
+/// the lines that chance would leave (James and Stein 1961); `by_chance` is the variance of a level. Where
+/// the readout bands its rows that part is small; where it does not it is all, and would move centroids
+/// across the rows.
 pub fn calm(levels: &mut [i32], bands: usize, rows_of: impl Fn(usize) -> Range<usize>, by_chance: f32) {
     let mut lines = [Line::default(); MAX_LINES];
     let (mut scatter, mut freedom) = (0.0, 0.0);

@@ -95,8 +95,9 @@ pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
     light.moments()
 }
 
-/// Whether a single pixel shines in the middle of 5 x 5 px: a hot one, or a hit that went straight through. A glance,
-/// before anything is measured: of a star's nine brightest pixels one holds half of the light at most.
+/// Whether a single pixel shines in the middle of 5 x 5 px: a hot one, or a hit that went straight through. A
+/// glance, before anything is measured: of a star's nine brightest pixels one holds half of the light at
+/// most.
 #[inline]
 pub fn is_single_pixel(pixels: &[[i32; 5]; 5]) -> bool {
     let (mut all, mut nine, mut peak) = (0, 0, i32::MIN);

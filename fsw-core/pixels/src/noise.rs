@@ -40,7 +40,8 @@ impl Scatter {
         self.count += sizes.len() as u32;
     }
 
-    /// Standard deviation of what is no outlier, `trimmed_to_sigma` 256ths of its mean distance; `None` of too few.
+    /// Standard deviation of what is no outlier, `trimmed_to_sigma` 256ths of its mean distance; `None` of
+    /// too few.
     fn sigma(&self, trimmed_to_sigma: u32) -> Option<i32> {
         let count = self.count.checked_sub(TRIMMED as u32)?;
         let kept = self.largest.iter().fold(self.sum, |sum, size| sum.wrapping_sub(*size));
@@ -72,15 +73,15 @@ fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i3
 
 /// More cells than a star alone makes noisy, which stands where four of them meet.
 const OF_A_STAR: u32 = 4;
-/// Of the cells within two of a cell more than one in so many must be noisier than most for it to have noise of its own, and
-/// more than a star makes so: limb and clouds make many.
+/// Of the cells within two of a cell more than one in so many must be noisier than most for it to have noise
+/// of its own, and more than a star makes so: limb and clouds make many.
 const NOISY_DIVISOR: u32 = 5;
 
-/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they show;
-/// and what most are.
+/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they
+/// show; and what most are.
 ///
-/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their mean, but
-/// none for more than twice the cell itself.
+/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their
+/// mean, but none for more than twice the cell itself.
 pub fn noise_of<const S: usize, const B: usize>(
     scatters: &[[Scatter; S]; B],
     trimmed_to_sigma: u32,
@@ -115,8 +116,8 @@ pub fn noise_of<const S: usize, const B: usize>(
     (noise, most)
 }
 
-/// Mean of a cell and its neighbours and a quarter more; a limb beside a quiet cell says less than many cells that are
-/// a little noisier, so none counts for more than three times `own`.
+/// Mean of a cell and its neighbours and a quarter more; a limb beside a quiet cell says less than many cells
+/// that are a little noisier, so none counts for more than three times `own`.
 fn around<const S: usize, const B: usize>(
     sigmas: &[[Option<i32>; S]; B],
     [block, band]: [usize; 2],
