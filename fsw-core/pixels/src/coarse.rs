@@ -345,7 +345,7 @@ impl<'a> CoarseTile<'a> {
         let mut gates = [[0; SEGMENTS]; BANDS];
         let cells = self.cells.as_flattened().iter().zip(thresholds.as_flattened());
         for (gate, (cell, threshold)) in gates.as_flattened_mut().iter_mut().zip(cells) {
-            *gate = (((threshold >> self.shift) * GATE_128THS) >> 7) + (2 * cell >> 3);
+            *gate = (((threshold >> self.shift) * GATE_128THS) >> 7) + ((2 * cell) >> 3);
         }
         gates
     }
