@@ -33,8 +33,6 @@ use crate::window::KEPT_BITS;
 
 /// Columns of a segment and of a cell, px.
 pub const SEGMENT: usize = 16;
-/// Words of a segment's row.
-const WORDS: usize = SEGMENT / 2;
 /// Segments of a tile's row, at most.
 pub const SEGMENTS: usize = 7;
 /// Pairs of rows of a band of cells.
@@ -76,6 +74,8 @@ pub struct CoarseTile<'a> {
     cells: CoarseCells<i32>,
     /// Levels of the pairs of rows, to be added.
     pairs: [i32; ALL_PAIRS],
+    /// Greatest box of 2 x 2 px of each pair of rows in the halves of each segment, raw counts.
+    boxes: [[u32; SEGMENTS]; ALL_PAIRS],
     /// Noise of a 3 x 3 sum in each cell, scaled counts.
     pub noise: CoarseCells<i32>,
     /// Noise of a pixel, scaled counts.
@@ -88,24 +88,33 @@ fn word([left, right]: [u16; 2]) -> u32 {
     u32::from(left) | u32::from(right) << 16
 }
 
-/// Sums of the left and the right half of a segment's two rows.
+/// One in both halves of a word.
+const BOTH: u32 = 0x1_0001;
+/// The signs of both halves.
+const SIGNS: u32 = 0x8000 * BOTH;
+
+/// Sums of the left and the right half of a segment's two rows, and the greatest box of 2 x 2 px of each half,
+/// the left one's in the lower half of a word.
 #[inline(always)]
-fn half_sums(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> [i32; 2] {
+fn half_sums(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> ([i32; 2], u32) {
     const HALF: usize = SEGMENT / 2;
     let half = |above: &[u16; HALF], below: &[u16; HALF]| {
-        let [a, b, c, d, e, f, g, h] = *above;
-        let [i, j, k, l, m, n, o, p] = *below;
-        let both = (word([a, b]) + word([i, j]))
-            .wrapping_add(word([c, d]) + word([k, l]))
-            .wrapping_add(word([e, f]) + word([m, n]))
-            .wrapping_add(word([g, h]) + word([o, p]));
-        ((both & 0xFFFF) + (both >> 16)) as i32
+        let (mut sum, mut greatest) = (0_u32, 0);
+        for (above, below) in above.as_chunks().0.iter().zip(below.as_chunks().0) {
+            let columns = word(*above).wrapping_add(word(*below));
+            // Both together in the upper half; the lower halves of four never carry.
+            let four = columns.wrapping_add(columns << 16);
+            sum = sum.wrapping_add(four);
+            greatest = four.max(greatest);
+        }
+        ((sum >> 16) as i32, greatest)
     };
     match (above.as_chunks(), below.as_chunks()) {
         (([left, right], _), ([left_below, right_below], _)) => {
-            [half(left, left_below), half(right, right_below)]
+            let ((left, most_left), (right, most_right)) = (half(left, left_below), half(right, right_below));
+            ([left, right], most_left >> 16 | most_right & !0xFFFF)
         }
-        _ => [0; 2],
+        _ => ([0; 2], 0),
     }
 }
 
@@ -181,6 +190,7 @@ impl<'a> CoarseTile<'a> {
             shift,
             cells: [[0; SEGMENTS]; BANDS],
             pairs: [0; ALL_PAIRS],
+            boxes: [[0; SEGMENTS]; ALL_PAIRS],
             noise: [[0; SEGMENTS]; BANDS],
             sigma: 1,
         };
@@ -217,18 +227,21 @@ impl<'a> CoarseTile<'a> {
     fn take_levels(&mut self, scatters: &mut CoarseCells<Scatter>, pixels: &mut CoarseCells<u32>) {
         let (segments, shift) = (self.segments(), self.shift);
         let bands = self.pixels.chunks_exact((BAND * self.width).max(1));
-        let levels = self.cells.iter_mut().zip(self.pairs.as_chunks_mut::<PAIRS>().0);
-        for ((rows, (cells, pairs)), (scatters, pixels)) in
+        let (pairs, boxes) = (self.pairs.as_chunks_mut::<PAIRS>().0, self.boxes.as_chunks_mut::<PAIRS>().0);
+        let levels = self.cells.iter_mut().zip(pairs.iter_mut().zip(boxes));
+        for ((rows, (cells, (pairs, boxes))), (scatters, pixels)) in
             bands.zip(levels).zip(scatters.iter_mut().zip(pixels))
         {
             let mut sums = [[0; PAIRS]; SEGMENTS];
             let mut steps = [[0; PAIRS]; SEGMENTS];
-            for (pair, rows) in rows.chunks_exact((2 * self.width).max(1)).enumerate() {
+            let of_pairs = rows.chunks_exact((2 * self.width).max(1)).zip(boxes);
+            for (pair, (rows, boxes)) in of_pairs.enumerate() {
                 let (above, below) = rows.split_at(self.width.min(rows.len()));
                 let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
-                let cells = sums.iter_mut().zip(&mut steps).zip(pixels.iter_mut());
-                for ((above, below), ((sums, steps), pixels)) in blocks.zip(cells) {
-                    let [left, right] = half_sums(above, below);
+                let cells = sums.iter_mut().zip(&mut steps).zip(pixels.iter_mut().zip(boxes));
+                for ((above, below), ((sums, steps), (pixels, greatest))) in blocks.zip(cells) {
+                    let [left, right];
+                    ([left, right], *greatest) = half_sums(above, below);
                     if let (Some(sum), Some(step)) = (sums.get_mut(pair), steps.get_mut(pair)) {
                         (*sum, *step) = (left + right, right - left);
                     }
@@ -239,11 +252,19 @@ impl<'a> CoarseTile<'a> {
             for (cell, sums) in cells.iter_mut().zip(&sums) {
                 *cell = median7(sums);
             }
+            // A narrow tile's segments count more than once.
+            for segment in segments..SEGMENTS {
+                let again = segment.wrapping_sub(segments);
+                if let (Some(&sums_again), Some(&cell_again)) = (sums.get(again), cells.get(again)) {
+                    if let (Some(sums), Some(cell)) = (sums.get_mut(segment), cells.get_mut(segment)) {
+                        (*sums, *cell) = (sums_again, cell_again);
+                    }
+                }
+            }
             for (pair, level) in pairs.iter_mut().enumerate() {
                 let above = |(sums, cell): (&[i32; PAIRS], &i32)| sums.get(pair).map_or(0, |sum| sum - cell);
                 let mut of_pair = [0; SEGMENTS];
-                // A narrow tile's segments count more than once.
-                let around = sums.iter().zip(cells.iter()).take(segments).map(above).cycle();
+                let around = sums.iter().zip(cells.iter()).map(above);
                 of_pair.iter_mut().zip(around).for_each(|(slot, above)| *slot = above);
                 *level = median7(&of_pair);
             }
@@ -316,24 +337,18 @@ impl<'a> CoarseTile<'a> {
     #[inline(never)]
     pub fn peaks(&self, thresholds: &CoarseCells<i32>, looks: u32, peaks: &mut [Peak]) -> Search {
         let mut found = Found { peaks, count: 0, all: true, looks };
-        let mut before = [[0; WORDS]; SEGMENTS];
-        let pairs = self.pixels.chunks_exact((2 * self.width).max(1));
         let gates = self.gates(thresholds);
-        let mut limits = [i32::MAX; SEGMENTS];
-        for (pair, rows) in pairs.enumerate() {
-            let (above, below) = rows.split_at(self.width.min(rows.len()));
-            let mut passed = passing([above, below], &mut before, &limits);
+        let pairs = self.boxes.array_windows().zip(self.pairs.array_windows()).take(self.height / 2 - 1);
+        for (pair, (boxes, [above, below])) in pairs.enumerate() {
+            let Some(gates) = gates.get(pair / PAIRS) else { break };
+            let limits = gates.map(|gate| (gate + ((above + below) >> 3)).clamp(0, 0x7FFF));
+            let mut passed = passing(boxes, &limits);
             while passed != 0 {
-                let segment = passed.trailing_zeros() as usize;
+                let half = passed.trailing_zeros() as usize;
                 passed &= passed - 1;
+                let (segment, right) = (half % 16, half / 16);
                 let limit = limits.get(segment).copied().unwrap_or(i32::MAX);
-                self.look_at_segment([segment, pair.saturating_sub(1)], limit, thresholds, &mut found);
-            }
-            // Those of the boxes whose first rows are this pair.
-            let [here, below] = [pair, pair + 1].map(|pair| self.pairs.get(pair).copied().unwrap_or(0));
-            let rows = (here + below) >> 3;
-            for (limit, gate) in limits.iter_mut().zip(gates.get(pair / PAIRS).into_iter().flatten()) {
-                *limit = (gate + rows).clamp(0, 0x7FFF) << 16 | 0xFFFF;
+                self.look_at_half([2 * segment + right, pair], limit, thresholds, &mut found);
             }
         }
         Search { count: found.count, all: found.all, looks: looks - found.looks }
@@ -350,21 +365,22 @@ impl<'a> CoarseTile<'a> {
         gates
     }
 
-    /// Looks at the boxes of a segment that begin with a pair of rows and exceed `limit`.
+    /// Looks at the boxes of half a segment that begin with a pair of rows and exceed `limit`.
     #[inline(never)]
-    fn look_at_segment(
+    fn look_at_half(
         &self,
-        [segment, pair]: [usize; 2],
+        [half, pair]: [usize; 2],
         limit: i32,
         thresholds: &CoarseCells<i32>,
         found: &mut Found,
     ) {
-        let of_row = |row: usize| self.row(2 * pair + row).as_chunks::<SEGMENT>().0.get(segment);
+        let of_row = |row: usize| self.row(2 * pair + row).as_chunks::<{ SEGMENT / 2 }>().0.get(half);
         let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(of_row) else { return };
         let [a, b, c, d] = [a, b, c, d].map(|row| row.as_chunks::<2>().0);
         for (index, (((a, b), c), d)) in a.iter().zip(b).zip(c).zip(d).enumerate() {
-            let both = word(*a) + word(*b) + word(*c) + word(*d);
-            if (both + (both << 16)) as i32 <= limit {
+            let columns = [b, c, d].into_iter().fold(word(*a), |sum, row| sum.wrapping_add(word(*row)));
+            // Both together, in the upper half.
+            if (columns.wrapping_add(columns << 16) >> 16) as i32 <= limit {
                 continue;
             }
             let Some(left) = found.looks.checked_sub(1) else {
@@ -372,7 +388,7 @@ impl<'a> CoarseTile<'a> {
                 return;
             };
             found.looks = left;
-            if let Some(peak) = self.look([segment * SEGMENT + 2 * index, 2 * pair], thresholds) {
+            if let Some(peak) = self.look([half * (SEGMENT / 2) + 2 * index, 2 * pair], thresholds) {
                 found.insert(peak);
             }
         }
@@ -422,7 +438,7 @@ impl<'a> CoarseTile<'a> {
         let clear = (first..first + PAIRS).filter(|pair| pair.abs_diff(y / 2) > 1);
         let levels = clear.map(|pair| {
             let of_row = |y: usize| self.row(y).as_chunks().0.get(x / SEGMENT).unwrap_or(&[0; SEGMENT]);
-            let [left, right] = half_sums(of_row(2 * pair), of_row(2 * pair + 1));
+            let ([left, right], _) = half_sums(of_row(2 * pair), of_row(2 * pair + 1));
             left + right - self.pairs.get(pair).copied().unwrap_or(0)
         });
         let mut slots = beside.iter_mut();
@@ -476,29 +492,15 @@ impl<'a> CoarseTile<'a> {
     }
 }
 
-/// Sums two rows to the two before them and tells, a bit a segment, in which a box exceeds the segment's
-/// limit.
+/// Tells of two pairs of rows in which segments a box of 2 x 4 px may exceed the segment's limit: a bit for
+/// each in whose left half it may, and 16 bits up for each in whose right half.
 #[inline(never)]
-fn passing(
-    [above, below]: [&[u16]; 2],
-    before: &mut [[u32; WORDS]; SEGMENTS],
-    limits: &[i32; SEGMENTS],
-) -> u32 {
+fn passing([above, below]: &[[u32; SEGMENTS]; 2], limits: &[i32; SEGMENTS]) -> u32 {
     let mut passed = 0;
-    let rows = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
-    for (segment, ((above, below), (before, limit))) in (0..).zip(rows.zip(before.iter_mut().zip(limits))) {
-        let words = above.as_chunks().0.iter().zip(below.as_chunks().0).zip(before);
-        let mut beyond = 0;
-        for ((above, below), before) in words {
-            let here = word(*above) + word(*below);
-            let both = *before + here;
-            *before = here;
-            // Both columns together, in the upper half.
-            beyond |= limit - (both + (both << 16)) as i32;
-        }
-        if beyond < 0 {
-            passed |= 1 << segment;
-        }
+    for (segment, ((above, below), limit)) in above.iter().zip(below).zip(limits).enumerate() {
+        // A half that exceeds the limit takes its sign away.
+        let kept = (SIGNS | *limit as u32 * BOTH).wrapping_sub(above.wrapping_add(*below));
+        passed |= (!kept & SIGNS) >> 15 << segment;
     }
     passed
 }
