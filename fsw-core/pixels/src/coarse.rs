@@ -28,7 +28,7 @@
 //! model, zero wait states).
 
 use crate::levels::calm;
-use crate::noise::{Scatter, noise_of};
+use crate::noise::{Scatter, leave_stars_out, noise_of, of_most, sigmas_of};
 use crate::window::KEPT_BITS;
 
 /// Columns of a segment and of a cell, px.
@@ -298,8 +298,10 @@ impl<'a> CoarseTile<'a> {
     /// Noise of pixels and of 3 x 3 sums.
     #[inline(never)]
     fn measure_noise(&mut self, scatters: &CoarseCells<Scatter>, pixels: &CoarseCells<u32>) {
-        let (noise, most) = noise_of(scatters, TRIMMED_TO_SIGMA);
-        self.noise = noise;
+        let mut sigmas = sigmas_of(scatters, TRIMMED_TO_SIGMA);
+        let most = of_most(&sigmas);
+        leave_stars_out(&mut sigmas, most);
+        self.noise = noise_of(&sigmas, most);
         let floor = ((1 << self.shift) / 3).max(1);
         // The pixels of the cells that are as noisy as most. The mean distance of two is 1.128 sigma.
         let cells = self.noise.as_flattened().iter().zip(pixels.as_flattened());

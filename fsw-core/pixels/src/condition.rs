@@ -21,7 +21,7 @@
 
 use crate::levels::{Levels, Shape};
 use crate::median::least;
-use crate::noise::{Scatter, TRIMMED_TO_SIGMA, noise_of};
+use crate::noise::{Scatter, TRIMMED_TO_SIGMA, noise_of, of_most, sigmas_of};
 use crate::window::{
     BAND, BANDS, BLOCK, BLOCKS, Cells, FULL_SCALE, KEPT_BITS, MAX_HEIGHT, MAX_WIDTH, MIN_WIDTH, bands,
     rows_of, saturation,
@@ -256,7 +256,9 @@ impl<'a> Residuals<'a> {
             self.noise = [[self.sum_sigma; BLOCKS]; BANDS];
             return;
         }
-        let (noise, most) = noise_of(&scatters, TRIMMED_TO_SIGMA);
+        let sigmas = sigmas_of(&scatters, TRIMMED_TO_SIGMA);
+        let most = of_most(&sigmas);
+        let noise = noise_of(&sigmas, most);
         self.sum_sigma = most.max(least);
         self.noise = noise;
         for (sigma, [along, down]) in self.noise.as_flattened_mut().iter_mut().zip(slopes.as_flattened()) {

@@ -56,7 +56,7 @@ const ALIKE_QUARTERS: i32 = 7;
 const ROUNDS: usize = 10;
 
 /// Mean of the cells of a window that look alike, the quieter ones where they differ.
-fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i32 {
+pub fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i32 {
     let mut most = i32::MAX / ALIKE_QUARTERS;
     for _ in 0..ROUNDS {
         let limit = most * ALIKE_QUARTERS / 4;
@@ -71,49 +71,68 @@ fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -> i3
     most
 }
 
-/// More cells than a star alone makes noisy, which stands where four of them meet.
-const OF_A_STAR: u32 = 4;
-/// Of the cells within two of a cell more than one in so many must be noisier than most for it to have noise
-/// of its own, and more than a star makes so: limb and clouds make many.
-const NOISY_DIVISOR: u32 = 5;
-
-/// What every cell is taken for: as noisy as most where it and those around it are about that, else what they
-/// show; and what most are.
-///
-/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their
-/// mean, but none for more than twice the cell itself.
-pub fn noise_of<const S: usize, const B: usize>(
+/// What the sums of each cell show, `trimmed_to_sigma` 256ths of their mean distance; `None` of too few.
+pub fn sigmas_of<const S: usize, const B: usize>(
     scatters: &[[Scatter; S]; B],
     trimmed_to_sigma: u32,
-) -> ([[i32; S]; B], i32) {
-    let mut sigmas = [[None; S]; B];
-    for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {
-        *sigma = scatter.sigma(trimmed_to_sigma);
+) -> [[Option<i32>; S]; B] {
+    scatters.map(|row| row.map(|scatter| scatter.sigma(trimmed_to_sigma)))
+}
+
+/// What every cell is taken for: as noisy as `most` where it and those around it are about that, else what
+/// they show.
+///
+/// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their
+/// mean, but none for more than three times the cell itself.
+pub fn noise_of<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B], most: i32) -> [[i32; S]; B] {
+    let mut noise = [[most; S]; B];
+    // With a quarter more than their mean cells up to this are not noisy together.
+    let calm = !sigmas.as_flattened().iter().flatten().any(|sigma| 5 * sigma > ALIKE_QUARTERS * most);
+    for (band, row) in noise.iter_mut().enumerate() {
+        for (block, noise) in row.iter_mut().enumerate() {
+            let own = sigmas.get(band).and_then(|row| *row.get(block)?).unwrap_or(0);
+            if calm && ALIKE_QUARTERS * own >= 4 * most {
+                continue;
+            }
+            let shown = own.max(around(sigmas, [block, band], own.max(most))).max(1);
+            if is_noisy(shown, most) || ALIKE_QUARTERS * shown < 4 * most {
+                *noise = shown;
+            }
+        }
     }
-    let most = of_most(&sigmas);
-    let is_noisy = |sigma: i32| 4 * sigma > ALIKE_QUARTERS * most;
+    noise
+}
+
+/// Whether a cell is noisier than most.
+fn is_noisy(sigma: i32, most: i32) -> bool {
+    4 * sigma > ALIKE_QUARTERS * most
+}
+
+/// More cells than a star alone makes noisy, which stands where four of them meet.
+const OF_A_STAR: u32 = 4;
+/// Of the cells within two of a cell more than one in so many must be noisier than most, and more than a star
+/// makes so, for it to have noise of its own: limb and clouds make many.
+const NOISY_DIVISOR: u32 = 5;
+
+/// Takes cells that a star alone makes noisy for no noisier than `most`.
+pub fn leave_stars_out<const S: usize, const B: usize>(sigmas: &mut [[Option<i32>; S]; B], most: i32) {
     // A bit for each noisy cell of a band, two places up: there are none beyond the sides.
     let noisy = sigmas.map(|row| {
-        row.iter().rev().fold(0u32, |bits, sigma| 2 * bits + u32::from(sigma.is_some_and(is_noisy))) << 2
+        let bit = |sigma: Option<i32>| u32::from(sigma.is_some_and(|sigma| is_noisy(sigma, most)));
+        row.iter().rev().fold(0, |bits, sigma| 2 * bits + bit(*sigma)) << 2
     });
-    let mut noise = [[most; S]; B];
-    for (band, (row, own)) in noise.iter_mut().zip(&sigmas).enumerate() {
+    for (band, row) in sigmas.iter_mut().enumerate() {
         let near = noisy.get(band.saturating_sub(2)..(band + 3).min(B)).unwrap_or(&[]);
-        for (block, (noise, own)) in row.iter_mut().zip(own).enumerate() {
-            let own = own.unwrap_or(0);
+        for (block, sigma) in row.iter_mut().enumerate() {
             let around_it = near.iter().fold(0u32, |bits, row| bits << 5 | (row >> block & 0b11111));
             let columns = (block + 3).min(S) - block.saturating_sub(2);
             let count = around_it.count_ones();
             let textured = count > OF_A_STAR && NOISY_DIVISOR * count > (columns * near.len()) as u32;
-            if textured || ALIKE_QUARTERS * own < 4 * most {
-                let shown = own.max(around(&sigmas, [block, band], own.max(most))).max(1);
-                if textured && is_noisy(shown) || ALIKE_QUARTERS * shown < 4 * most {
-                    *noise = shown;
-                }
+            if !textured {
+                *sigma = sigma.map(|sigma| sigma.min(most));
             }
         }
     }
-    (noise, most)
 }
 
 /// Mean of a cell and its neighbours and a quarter more; a limb beside a quiet cell says less than many cells
