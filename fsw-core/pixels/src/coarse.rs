@@ -51,6 +51,15 @@ pub const EDGE: usize = 3;
 pub const COARSE_BITS: u8 = 12;
 /// Share of its threshold that a box must exceed for its 3 x 3 sums to be looked at, 128ths: 0.6.
 const GATE_128THS: i32 = 77;
+/// What a box that is looked at costs, cycles of the Cortex-M4 model: measured 500 to 600.
+pub const BOX_CYCLES: u32 = 600;
+/// What half a segment in which a star stands costs at the mean.
+const HALF_CYCLES: u32 = 3_500;
+/// Where more halves pass than can be paid for those are looked at first that pass a gate doubled so often at
+/// most.
+const MOST_DOUBLINGS: u32 = 6;
+/// What a sum compared with its neighbours and with the level beside it costs: measured 2,000 at most.
+pub const MAXIMUM_CYCLES: u32 = 2_200;
 /// Pairs of rows of a tile.
 const ALL_PAIRS: usize = BANDS * PAIRS;
 /// Mean of the twelve least of fourteen absolute Gaussian deviates of a segment to the standard deviation of
@@ -334,48 +343,80 @@ impl<'a> CoarseTile<'a> {
     }
 
     /// Leaves in `peaks` the places of the local maxima of the 3 x 3 sums that exceed their cells'
-    /// thresholds, none within [`EDGE`] of the sides; of more than there is room for the brightest. At most
-    /// `looks` boxes are looked at.
+    /// thresholds, none within [`EDGE`] of the sides; of more than there is room for the brightest. As many
+    /// boxes are looked at as `cycles` pay for, the brightest first in a crowd.
     #[inline(never)]
-    pub fn peaks(&self, thresholds: &CoarseCells<i32>, looks: u32, peaks: &mut [Peak]) -> Search {
-        let mut found = Found { peaks, count: 0, all: true, looks };
-        let gates = self.gates(thresholds);
-        let pairs = self.boxes.array_windows().zip(self.pairs.array_windows()).take(self.height / 2 - 1);
-        for (pair, (boxes, [above, below])) in pairs.enumerate() {
-            let Some(gates) = gates.get(pair / PAIRS) else { break };
-            let limits = gates.map(|gate| (gate + ((above + below) >> 3)).clamp(0, 0x7FFF));
-            let mut passed = passing(boxes, &limits);
-            while passed != 0 {
-                let half = passed.trailing_zeros() as usize;
-                passed &= passed - 1;
-                let (segment, right) = (half % 16, half / 16);
-                let limit = limits.get(segment).copied().unwrap_or(i32::MAX);
-                self.look_at_half([2 * segment + right, pair], limit, thresholds, &mut found);
+    pub fn peaks(&self, thresholds: &CoarseCells<i32>, cycles: u32, peaks: &mut [Peak]) -> Search {
+        let mut found = Found { peaks, count: 0, all: true, cycles };
+        let gates = self.gates(thresholds, 0);
+        let all = self.passing(&gates);
+        let mut brightest = all;
+        for doublings in 1..=MOST_DOUBLINGS {
+            if brightest.iter().fold(0, |count, bits| count + bits.count_ones()) * HALF_CYCLES <= cycles {
+                break;
+            }
+            brightest = self.passing(&self.gates(thresholds, doublings));
+        }
+        for others in [false, true] {
+            for (pair, (all, brightest)) in all.iter().zip(&brightest).enumerate() {
+                let mut passed = if others { all & !brightest } else { *brightest };
+                while passed != 0 {
+                    let half = passed.trailing_zeros() as usize;
+                    passed &= passed - 1;
+                    let half = 2 * (half % 16) + half / 16;
+                    self.look_at_half([half, pair], &gates, thresholds, &mut found);
+                }
             }
         }
-        Search { count: found.count, all: found.all, looks: looks - found.looks }
+        Search { count: found.count, all: found.all, cycles: cycles - found.cycles }
     }
 
     /// What the boxes of each cell must exceed, above the levels of their rows, for their 3 x 3 sums to be
-    /// looked at.
-    fn gates(&self, thresholds: &CoarseCells<i32>) -> CoarseCells<i32> {
+    /// looked at, where that part of the threshold is so many times doubled.
+    #[inline(never)]
+    fn gates(&self, thresholds: &CoarseCells<i32>, doublings: u32) -> CoarseCells<i32> {
         let mut gates = [[0; SEGMENTS]; BANDS];
         let cells = self.cells.as_flattened().iter().zip(thresholds.as_flattened());
         for (gate, (cell, threshold)) in gates.as_flattened_mut().iter_mut().zip(cells) {
-            *gate = (((threshold >> self.shift) * GATE_128THS) >> 7) + ((2 * cell) >> 3);
+            *gate = ((((threshold >> self.shift) * GATE_128THS) >> 7) << doublings) + ((2 * cell) >> 3);
         }
         gates
     }
 
-    /// Looks at the boxes of half a segment that begin with a pair of rows and exceed `limit`.
+    /// What the boxes that begin with a pair of rows must exceed in each segment, raw counts.
+    fn limits(&self, gates: &CoarseCells<i32>, pair: usize) -> [i32; SEGMENTS] {
+        let level = |pair: usize| self.pairs.get(pair).copied().unwrap_or(0);
+        let rows = (level(pair) + level(pair + 1)) >> 3;
+        gates.get(pair / PAIRS).map_or([i32::MAX; SEGMENTS], |gates| gates.map(|gate| (gate + rows).clamp(0, 0x7FFF)))
+    }
+
+    /// Tells of each pair of rows and the next in which segments a box of 2 x 4 px may exceed its limit: a bit
+    /// for each in whose left half it may, and 16 bits up for each in whose right half.
+    #[inline(never)]
+    fn passing(&self, gates: &CoarseCells<i32>) -> [u32; ALL_PAIRS] {
+        let mut passing = [0; ALL_PAIRS];
+        let boxes = self.boxes.array_windows().take(self.height / 2 - 1);
+        for (pair, (passing, [above, below])) in passing.iter_mut().zip(boxes).enumerate() {
+            let limits = self.limits(gates, pair);
+            for (segment, ((above, below), limit)) in above.iter().zip(below).zip(&limits).enumerate() {
+                // A half that exceeds the limit takes its sign away.
+                let kept = (SIGNS | *limit as u32 * BOTH).wrapping_sub(above.wrapping_add(*below));
+                *passing |= (!kept & SIGNS) >> 15 << segment;
+            }
+        }
+        passing
+    }
+
+    /// Looks at the boxes of half a segment that begin with a pair of rows and exceed their limit.
     #[inline(never)]
     fn look_at_half(
         &self,
         [half, pair]: [usize; 2],
-        limit: i32,
+        gates: &CoarseCells<i32>,
         thresholds: &CoarseCells<i32>,
         found: &mut Found,
     ) {
+        let limit = self.limits(gates, pair).get(half / 2).copied().unwrap_or(i32::MAX);
         let of_row = |row: usize| self.row(2 * pair + row).as_chunks::<{ SEGMENT / 2 }>().0.get(half);
         let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(of_row) else { return };
         let [a, b, c, d] = [a, b, c, d].map(|row| row.as_chunks::<2>().0);
@@ -385,20 +426,22 @@ impl<'a> CoarseTile<'a> {
             if (columns.wrapping_add(columns << 16) >> 16) as i32 <= limit {
                 continue;
             }
-            let Some(left) = found.looks.checked_sub(1) else {
-                found.all = false;
+            if !found.pay(BOX_CYCLES) {
                 return;
-            };
-            found.looks = left;
-            if let Some(peak) = self.look([half * (SEGMENT / 2) + 2 * index, 2 * pair], thresholds) {
+            }
+            let place = self.look([half * (SEGMENT / 2) + 2 * index, 2 * pair], thresholds);
+            if let Some((at, sum, threshold)) = place
+                && found.pay(MAXIMUM_CYCLES)
+                && let Some(peak) = self.peak(at, sum, threshold)
+            {
                 found.insert(peak);
             }
         }
     }
 
-    /// The peak in a box, if there is one.
+    /// The place of the greatest 3 x 3 sum centred in a box, the sum and the threshold, where it may exceed that.
     #[inline(never)]
-    fn look(&self, [x, y]: [usize; 2], thresholds: &CoarseCells<i32>) -> Option<Peak> {
+    fn look(&self, [x, y]: [usize; 2], thresholds: &CoarseCells<i32>) -> Option<([usize; 2], i32, i32)> {
         let (left, top) = (x.checked_sub(1)?, y.checked_sub(1)?);
         let mut rows = [[0i32; 2]; 6];
         for (sums, y) in rows.iter_mut().zip(top..) {
@@ -422,15 +465,25 @@ impl<'a> CoarseTile<'a> {
         let of_cell =
             |cells: &CoarseCells<i32>| cells.get(y / BAND).and_then(|cells| cells.get(x / SEGMENT)).copied();
         let (cell, threshold) = of_cell(&self.cells).zip(of_cell(thresholds))?;
+        // A star's own light draws the level of its cell by up to an eighth of the threshold.
+        (self.above([x, y], sum, cell) >= threshold - threshold / 8).then_some(([x, y], sum, threshold))
+    }
+
+    /// A 3 x 3 sum above the level of its rows and a cell, scaled counts.
+    fn above(&self, [_, y]: [usize; 2], sum: i32, cell: i32) -> i32 {
         let pair = |y: usize| self.pairs.get(y / 2).copied().unwrap_or(0);
         let rows = pair(y - 1) + pair(y) + pair(y + 1);
-        let above = |cell: i32| (sum << self.shift) - ((9 * cell + 3 * rows) << self.shift) / 32;
-        // A star's own light draws the level of its cell by up to an eighth of the threshold.
-        if above(cell) < threshold - threshold / 8 || !self.tops([x, y], sum) {
+        (sum << self.shift) - ((9 * cell + 3 * rows) << self.shift) / 32
+    }
+
+    /// The peak at a place, if its sum is a local maximum and exceeds the threshold.
+    #[inline(never)]
+    fn peak(&self, at: [usize; 2], sum: i32, threshold: i32) -> Option<Peak> {
+        if !self.tops(at, sum) {
             return None;
         }
-        let excess = above(self.level_beside([x, y])) - threshold;
-        (excess > 0).then_some(Peak { at: [x as u16, y as u16], excess })
+        let excess = self.above(at, sum, self.level_beside(at)) - threshold;
+        (excess > 0).then_some(Peak { at: at.map(|at| at as u16), excess })
     }
 
     /// The level of a place's cell without the three segments that a star there shines on.
@@ -461,27 +514,19 @@ impl<'a> CoarseTile<'a> {
 
     /// Whether no 3 x 3 sum within two pixels is greater; of equal ones the first.
     fn tops(&self, [x, y]: [usize; 2], sum: i32) -> bool {
-        let row = |y: usize| {
-            let rows =
-                [y - 1, y, y + 1].map(|y| self.row(y).get(x - 3..).and_then(<[u16]>::first_chunk::<7>));
-            let [Some(a), Some(b), Some(c)] = rows else { return [i32::MAX; 5] };
-            let mut columns = [0; 7];
-            for (column, ((a, b), c)) in columns.iter_mut().zip(a.iter().zip(b).zip(c)) {
-                *column = i32::from(*a) + i32::from(*b) + i32::from(*c);
-            }
-            let mut sums = [0; 5];
-            for (sum, [a, b, c]) in sums.iter_mut().zip(columns.array_windows()) {
-                *sum = a + b + c;
-            }
-            sums
-        };
-        let [second_left, first_left, _, first_right, second_right] = row(y);
-        first_left.max(second_left) < sum
-            && first_right.max(second_right) <= sum
-            && row(y - 1).iter().all(|other| *other < sum)
-            && row(y + 1).iter().all(|other| *other <= sum)
-            && row(y - 2).iter().all(|other| *other < sum)
-            && row(y + 2).iter().all(|other| *other <= sum)
+        let mut triples = [[0; 5]; 7];
+        for (triples, y) in triples.iter_mut().zip(y - 3..) {
+            let Some(pixels) = self.row(y).get(x - 3..).and_then(<[u16]>::first_chunk::<7>) else {
+                return false;
+            };
+            let [a, b, c, d, e, f, g] = pixels.map(i32::from);
+            *triples = [a + b + c, b + c + d, c + d + e, d + e + f, e + f + g];
+        }
+        let squares = triples.array_windows().flat_map(|[above, here, below]| {
+            above.iter().zip(here).zip(below).map(|((above, here), below)| above + here + below)
+        });
+        const MIDDLE: usize = 12;
+        squares.enumerate().all(|(index, other)| other < sum || other == sum && index >= MIDDLE)
     }
 
     /// The 5 x 5 pixels about a place, raw counts; zeros beyond the tile.
@@ -492,19 +537,6 @@ impl<'a> CoarseTile<'a> {
             five.map_or([0; 5], |five| five.map(i32::from))
         })
     }
-}
-
-/// Tells of two pairs of rows in which segments a box of 2 x 4 px may exceed the segment's limit: a bit for
-/// each in whose left half it may, and 16 bits up for each in whose right half.
-#[inline(never)]
-fn passing([above, below]: &[[u32; SEGMENTS]; 2], limits: &[i32; SEGMENTS]) -> u32 {
-    let mut passed = 0;
-    for (segment, ((above, below), limit)) in above.iter().zip(below).zip(limits).enumerate() {
-        // A half that exceeds the limit takes its sign away.
-        let kept = (SIGNS | *limit as u32 * BOTH).wrapping_sub(above.wrapping_add(*below));
-        passed |= (!kept & SIGNS) >> 15 << segment;
-    }
-    passed
 }
 
 /// A local maximum.
@@ -523,8 +555,8 @@ pub struct Search {
     pub count: usize,
     /// Whether they are all there are.
     pub all: bool,
-    /// Boxes that were looked at.
-    pub looks: u32,
+    /// What it cost.
+    pub cycles: u32,
 }
 
 /// The brightest peaks so far.
@@ -532,11 +564,19 @@ struct Found<'p> {
     peaks: &'p mut [Peak],
     count: usize,
     all: bool,
-    /// Boxes that may still be looked at.
-    looks: u32,
+    /// What may still be spent.
+    cycles: u32,
 }
 
 impl Found<'_> {
+    /// Pays for a step; where that cannot be paid not all is found.
+    fn pay(&mut self, cycles: u32) -> bool {
+        let left = self.cycles.checked_sub(cycles);
+        self.cycles = left.unwrap_or(self.cycles);
+        self.all &= left.is_some();
+        left.is_some()
+    }
+
     /// Keeps a peak, once; in place of the faintest when full.
     fn insert(&mut self, peak: Peak) {
         let kept = self.peaks.get_mut(..self.count).unwrap_or(&mut []);

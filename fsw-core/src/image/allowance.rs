@@ -26,10 +26,9 @@ pub const GLANCE_CYCLES: u32 = 2_000;
 pub const CANDIDATE_CYCLES: u32 = 32_000;
 /// What is no star at first sight, or drawn out, and therefore looked at once more.
 pub const SECOND_LOOK_CYCLES: u32 = 22_000;
-/// A box of a tile looked at: its 3 x 3 sums, their neighbours, the level beside them.
-pub const BOX_LOOK_CYCLES: u32 = 1_500;
-/// Of what a tile may spend its boxes have one part in so many: the others are for the candidates found.
-pub const BOX_LOOKS_DIVISOR: u32 = 2;
+/// Of what a tile may spend its boxes (`coarse`) have one part in so many: the others are for the candidates
+/// found.
+pub const BOXES_DIVISOR: u32 = 2;
 /// The window about a candidate conditioned.
 pub const WINDOW_READING_CYCLES: u32 = 40_000;
 /// A star's image fitted.
@@ -74,9 +73,9 @@ impl Allowance {
         left.is_some()
     }
 
-    /// Boxes of a tile that may be looked at.
-    pub fn box_looks(&self) -> u32 {
-        self.0 / BOX_LOOKS_DIVISOR / BOX_LOOK_CYCLES
+    /// What may be spent on the boxes of a tile, cycles.
+    pub fn for_boxes(&self) -> u32 {
+        self.0 / BOXES_DIVISOR
     }
 
     /// Gives back the price of a step that was not needed.

@@ -20,8 +20,7 @@
 //! (`allowance`).
 
 use super::allowance::{
-    self, Allowance, BOX_LOOK_CYCLES, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings,
-    WINDOW_READING_CYCLES,
+    self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings, WINDOW_READING_CYCLES,
 };
 use super::blinding::{blinded, is_washed};
 use super::centroid::{MeasuredSpot, measure};
@@ -304,8 +303,8 @@ fn candidates(
     let thresholds =
         tile.noise.map(|band| band.map(|noise| threshold(noise, texture, tenths) * COARSE_PERCENT / 100));
     let mut peaks = [Peak::default(); MAX_CANDIDATES];
-    let search = tile.peaks(&thresholds, allowance.box_looks(), &mut peaks);
-    let paid = allowance.spend(search.looks * BOX_LOOK_CYCLES);
+    let search = tile.peaks(&thresholds, allowance.for_boxes(), &mut peaks);
+    let paid = allowance.spend(search.cycles);
     for Peak { at, excess } in peaks.iter().take(search.count) {
         let place = at.map(usize::from);
         let [x, y] = *at;
