@@ -209,7 +209,8 @@ impl<'a> CoarseTile<'a> {
         tile.measure_noise(&scatters, &pixels);
         // The median of seven segments has a variance of 1.57 / 7 of theirs, and the segment has 32 pixels.
         let noise = tile.sigma as f32 / (1 << shift) as f32;
-        calm(&mut tile.pairs, height / BAND, |band| band * PAIRS..(band + 1) * PAIRS, 7.2 * noise * noise);
+        let bands: [_; BANDS] = core::array::from_fn(|band| band * PAIRS..(band + 1) * PAIRS);
+        calm(&mut tile.pairs, bands.get(..height / BAND).unwrap_or(&[]), 7.2 * noise * noise);
         Some(tile)
     }
 
@@ -384,6 +385,7 @@ impl<'a> CoarseTile<'a> {
     }
 
     /// What the boxes that begin with a pair of rows must exceed in each segment, raw counts.
+    #[inline(always)]
     fn limits(&self, gates: &CoarseCells<i32>, pair: usize) -> [i32; SEGMENTS] {
         let level = |pair: usize| self.pairs.get(pair).copied().unwrap_or(0);
         let rows = (level(pair) + level(pair + 1)) >> 3;

@@ -349,7 +349,8 @@ impl Levels {
     pub fn calm_rows(&mut self, height: usize, sigma: i32) {
         let noise = sigma as f32;
         let by_chance = noise * noise / self.row_pixels.max(1) as f32;
-        calm(&mut self.rows, bands(height), |band| rows_of(band, height), by_chance);
+        let rows: [_; BANDS] = core::array::from_fn(|band| rows_of(band, height));
+        calm(&mut self.rows, rows.get(..bands(height)).unwrap_or(&[]), by_chance);
     }
 }
 
@@ -357,18 +358,19 @@ impl Levels {
 /// the lines that chance would leave (James and Stein 1961); `by_chance` is the variance of a level. Where
 /// the readout bands its rows that part is small; where it does not it is all, and would move centroids
 /// across the rows.
-pub fn calm(levels: &mut [i32], bands: usize, rows_of: impl Fn(usize) -> Range<usize>, by_chance: f32) {
+#[inline(never)]
+pub fn calm(levels: &mut [i32], bands: &[Range<usize>], by_chance: f32) {
     let mut lines = [Line::default(); MAX_LINES];
     let (mut scatter, mut freedom) = (0.0, 0.0);
-    for (band, line) in lines.iter_mut().enumerate().take(bands) {
-        *line = Line::through(levels.get(rows_of(band)).unwrap_or(&[]));
+    for (rows, line) in bands.iter().zip(&mut lines) {
+        *line = Line::through(levels.get(rows.clone()).unwrap_or(&[]));
         scatter += line.scatter;
         freedom += line.freedom;
     }
     let kept = 1.0 - (freedom * by_chance / scatter.max(1.0)).min(1.0);
-    for (band, line) in lines.iter().enumerate().take(bands) {
+    for (rows, line) in bands.iter().zip(&lines) {
         let mut on_line = line.first;
-        for level in levels.get_mut(rows_of(band)).unwrap_or(&mut []) {
+        for level in levels.get_mut(rows.clone()).unwrap_or(&mut []) {
             *level = libm::rintf(on_line + kept * (*level as f32 - on_line)) as i32;
             on_line += line.step;
         }
