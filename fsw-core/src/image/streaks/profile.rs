@@ -218,9 +218,10 @@ impl Columns {
                 }
             }
             if *inside && column % 2 == 0 {
-                let beside = (HALF_WIDTH + 2..=REACH).flat_map(|j| [j, -j]);
-                for side in beside.filter_map(at) {
-                    let _ = sides.push(side);
+                for j in HALF_WIDTH + 2..=REACH {
+                    for side in [at(j), at(-j)].into_iter().flatten() {
+                        let _ = sides.push(side);
+                    }
                 }
             }
         }
