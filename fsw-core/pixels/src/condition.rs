@@ -74,8 +74,9 @@ impl<'a> Residuals<'a> {
 
     /// The raw values of row `y`, none outside the window.
     pub fn raw_row(&self, y: usize) -> &'a [u16] {
-        let start = y.saturating_mul(self.width);
-        self.pixels.get(start..start.saturating_add(self.width)).unwrap_or(&[])
+        // Of a row before the first the start wraps beyond all pixels.
+        let start = y.wrapping_mul(self.width);
+        self.pixels.get(start..start.wrapping_add(self.width)).unwrap_or(&[])
     }
 
     /// Background of row `y`, without its cells', scaled counts.

@@ -125,8 +125,13 @@ fn tally_row(
     };
     let of_blocks = levels.iter().zip(masks).zip(blocks);
     if row.len() < WIDE {
-        for (pixels, ((rough, mask), block)) in row.chunks(BLOCK).zip(of_blocks) {
+        let (whole, rest) = row.as_chunks::<BLOCK>();
+        let mut of_blocks = of_blocks;
+        for (pixels, ((rough, mask), block)) in whole.iter().zip(of_blocks.by_ref()) {
             add(block, tally(pixels, level + rough, clip), *mask);
+        }
+        if let Some(((rough, mask), block)) = of_blocks.next() {
+            add(block, tally(rest, level + rough, clip), *mask);
         }
     } else {
         // The left half of each block, then in the next row the right one: 60 pixels settle a level.

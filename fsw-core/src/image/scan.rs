@@ -277,8 +277,10 @@ fn add_stars(
     allowance: &mut Allowance,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
-    let residuals = condition(pixels, usize::from(window.width), bits).ok_or(DetectorError::BufferLength)?;
-    Conditioned { residuals: &residuals, threshold_percent, origin: [window.x, window.y], method, quiet }
+    let Some(residuals) = &condition(pixels, usize::from(window.width), bits) else {
+        return Err(DetectorError::BufferLength);
+    };
+    Conditioned { residuals, threshold_percent, origin: [window.x, window.y], method, quiet }
         .search(core, allowance, detections);
     Ok(())
 }
@@ -297,7 +299,7 @@ fn candidates(
     if blinded(pixels, bits) {
         return true;
     }
-    let Some(tile) = CoarseTile::of(pixels, usize::from(across.length), bits) else { return true };
+    let Some(tile) = &CoarseTile::of(pixels, usize::from(across.length), bits) else { return true };
     let tenths = i32::from(method.parameters.threshold_sigma_tenths);
     let texture = texture(quiet, tile.sigma);
     let thresholds =
