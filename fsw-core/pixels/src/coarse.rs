@@ -224,7 +224,7 @@ impl<'a> CoarseTile<'a> {
         self.height / BAND
     }
 
-    /// Rows `y` and `y + 1` from column `x` on; none outside.
+    /// Row `y`; none outside.
     #[inline(always)]
     fn row(&self, y: usize) -> &'a [u16] {
         self.pixels.get(y * self.width..).and_then(|rest| rest.get(..self.width)).unwrap_or(&[])
@@ -242,47 +242,28 @@ impl<'a> CoarseTile<'a> {
         for ((rows, (cells, (pairs, boxes))), (scatters, pixels)) in
             bands.zip(levels).zip(scatters.iter_mut().zip(pixels))
         {
-            let mut sums = [[0; PAIRS]; SEGMENTS];
-            let mut steps = [[0; PAIRS]; SEGMENTS];
-            let of_pairs = rows.chunks_exact((2 * self.width).max(1)).zip(boxes);
-            for (pair, (rows, boxes)) in of_pairs.enumerate() {
-                let (above, below) = rows.split_at(self.width.min(rows.len()));
-                let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
-                let cells = sums.iter_mut().zip(&mut steps).zip(pixels.iter_mut().zip(boxes));
-                for ((above, below), ((sums, steps), (pixels, greatest))) in blocks.zip(cells) {
-                    let [left, right];
-                    ([left, right], *greatest) = half_sums(above, below);
-                    if let (Some(sum), Some(step)) = (sums.get_mut(pair), steps.get_mut(pair)) {
-                        (*sum, *step) = (left + right, right - left);
-                    }
-                    let [_, _, _, _, one, _, _, _, _, _, _, other, ..] = *above;
-                    *pixels += u32::from(one.abs_diff(other));
+            let mut sums = [[Sums::default(); SEGMENTS]; PAIRS];
+            sum_band(rows, self.width, &mut sums, boxes, pixels);
+            for (segment, cell) in cells.iter_mut().enumerate() {
+                let mut of_cell = [0; PAIRS];
+                for (slot, sums) in of_cell.iter_mut().zip(of_segment(&sums, segment)) {
+                    *slot = sums.all;
                 }
+                *cell = median7(&of_cell);
             }
-            for (cell, sums) in cells.iter_mut().zip(&sums) {
-                *cell = median7(sums);
-            }
-            // A narrow tile's segments count more than once.
-            for segment in segments..SEGMENTS {
-                let again = segment.wrapping_sub(segments);
-                if let (Some(&sums_again), Some(&cell_again)) = (sums.get(again), cells.get(again)) {
-                    if let (Some(sums), Some(cell)) = (sums.get_mut(segment), cells.get_mut(segment)) {
-                        (*sums, *cell) = (sums_again, cell_again);
-                    }
+            for (sums, level) in sums.iter().zip(pairs.iter_mut()) {
+                let mut above = [0; SEGMENTS];
+                for (above, (sums, cell)) in above.iter_mut().zip(sums.iter().zip(cells.iter())) {
+                    *above = sums.all - cell;
                 }
-            }
-            for (pair, level) in pairs.iter_mut().enumerate() {
-                let above = |(sums, cell): (&[i32; PAIRS], &i32)| sums.get(pair).map_or(0, |sum| sum - cell);
-                let mut of_pair = [0; SEGMENTS];
-                let around = sums.iter().zip(cells.iter()).map(above);
-                of_pair.iter_mut().zip(around).for_each(|(slot, above)| *slot = above);
-                *level = median7(&of_pair);
+                *level = median7(&above);
             }
             let along = along(cells, segments);
-            let of_cells = cells.iter().zip(&along).zip(sums.iter().zip(&steps)).take(segments);
-            for (((cell, along), (sums, steps)), scatter) in of_cells.zip(scatters) {
-                for ((sum, step), pair) in sums.iter().zip(steps).zip(pairs.iter()) {
-                    let (step, apart) = (step - along / 4, sum - cell - pair);
+            let of_cells = cells.iter().zip(&along).zip(scatters).take(segments);
+            for (segment, ((cell, along), scatter)) in of_cells.enumerate() {
+                let slope = along / 4;
+                for (sums, pair) in of_segment(&sums, segment).zip(pairs.iter()) {
+                    let (step, apart) = (sums.step - slope, sums.all - cell - pair);
                     scatter.add([step, apart].map(|distance| (distance << shift).unsigned_abs()));
                 }
             }
@@ -538,6 +519,53 @@ impl<'a> CoarseTile<'a> {
             let five = row.get(x.saturating_sub(2)..).and_then(<[u16]>::first_chunk::<5>);
             five.map_or([0; 5], |five| five.map(i32::from))
         })
+    }
+}
+
+/// What is summed over a segment of two rows.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    /// Its sum.
+    all: i32,
+    /// By how much its right half exceeds the left one.
+    step: i32,
+}
+
+/// The sums of a cell's segments.
+#[inline(always)]
+fn of_segment(sums: &[[Sums; SEGMENTS]; PAIRS], segment: usize) -> impl Iterator<Item = &Sums> {
+    sums.iter().filter_map(move |pair| pair.get(segment))
+}
+
+/// Reads the rows of a band `width` wide: sums of its segments, greatest boxes of 2 x 2 px in their halves,
+/// distances of pixels from others of their rows.
+#[inline(never)]
+fn sum_band(
+    rows: &[u16],
+    width: usize,
+    sums: &mut [[Sums; SEGMENTS]; PAIRS],
+    boxes: &mut [[u32; SEGMENTS]; PAIRS],
+    pixels: &mut [u32; SEGMENTS],
+) {
+    let segments = width / SEGMENT;
+    for ((rows, sums), boxes) in rows.chunks_exact((2 * width).max(1)).zip(sums).zip(boxes) {
+        let (above, below) = rows.split_at(width.min(rows.len()));
+        let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
+        let cells = sums.iter_mut().zip(boxes).zip(pixels.iter_mut());
+        for ((above, below), ((sums, greatest), pixels)) in blocks.zip(cells) {
+            let [left, right];
+            ([left, right], *greatest) = half_sums(above, below);
+            *sums = Sums { all: left + right, step: right - left };
+            let [_, _, _, _, one, _, _, _, _, _, _, other, ..] = *above;
+            *pixels += u32::from(one.abs_diff(other));
+        }
+        // The segments of a narrow tile count more than once.
+        for segment in segments..SEGMENTS {
+            let again = sums.get(segment - segments).copied().unwrap_or_default();
+            if let Some(sums) = sums.get_mut(segment) {
+                *sums = again;
+            }
+        }
     }
 }
 
