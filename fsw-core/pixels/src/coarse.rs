@@ -192,7 +192,7 @@ impl<'a> CoarseTile<'a> {
             pixels.iter_mut().for_each(|raw| *raw >>= surplus);
         }
         let shift = u32::from(KEPT_BITS - bits.min(COARSE_BITS));
-        let mut tile = Self {
+        let mut made = Some(Self {
             pixels,
             width,
             height,
@@ -202,7 +202,8 @@ impl<'a> CoarseTile<'a> {
             boxes: [[0; SEGMENTS]; ALL_PAIRS],
             noise: [[0; SEGMENTS]; BANDS],
             sigma: 1,
-        };
+        });
+        let tile = made.as_mut()?;
         let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
         let mut pixels = [[0; SEGMENTS]; BANDS];
         tile.take_levels(&mut scatters, &mut pixels);
@@ -211,7 +212,7 @@ impl<'a> CoarseTile<'a> {
         let noise = tile.sigma as f32 / (1 << shift) as f32;
         let bands: [_; BANDS] = core::array::from_fn(|band| band * PAIRS..(band + 1) * PAIRS);
         calm(&mut tile.pairs, bands.get(..height / BAND).unwrap_or(&[]), 7.2 * noise * noise);
-        Some(tile)
+        made
     }
 
     /// Segments of a row.

@@ -76,7 +76,11 @@ pub fn sigmas_of<const S: usize, const B: usize>(
     scatters: &[[Scatter; S]; B],
     trimmed_to_sigma: u32,
 ) -> [[Option<i32>; S]; B] {
-    scatters.map(|row| row.map(|scatter| scatter.sigma(trimmed_to_sigma)))
+    let mut sigmas = [[None; S]; B];
+    for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {
+        *sigma = scatter.sigma(trimmed_to_sigma);
+    }
+    sigmas
 }
 
 /// What every cell is taken for: as noisy as `most` where it and those around it are about that, else what
@@ -117,10 +121,11 @@ const NOISY_DIVISOR: u32 = 5;
 /// Takes cells that a star alone makes noisy for no noisier than `most`.
 pub fn leave_stars_out<const S: usize, const B: usize>(sigmas: &mut [[Option<i32>; S]; B], most: i32) {
     // A bit for each noisy cell of a band, two places up: there are none beyond the sides.
-    let noisy = sigmas.map(|row| {
+    let mut noisy = [0; B];
+    for (noisy, row) in noisy.iter_mut().zip(sigmas.iter()) {
         let bit = |sigma: Option<i32>| u32::from(sigma.is_some_and(|sigma| is_noisy(sigma, most)));
-        row.iter().rev().fold(0, |bits, sigma| 2 * bits + bit(*sigma)) << 2
-    });
+        *noisy = row.iter().rev().fold(0, |bits, sigma| 2 * bits + bit(*sigma)) << 2;
+    }
     for (band, row) in sigmas.iter_mut().enumerate() {
         let near = noisy.get(band.saturating_sub(2)..(band + 3).min(B)).unwrap_or(&[]);
         for (block, sigma) in row.iter_mut().enumerate() {
