@@ -179,7 +179,7 @@ impl<'a> CoarseTile<'a> {
     /// Looks at a tile: `pixels` holds whole rows of `width` raw values of `bits` resolution; values of more
     /// than [`COARSE_BITS`] bits lose their last ones in place. `None` when the width is no multiple of a
     /// segment or the height none of a band, or when one is larger than a tile.
-    #[inline(never)]
+    #[inline]
     pub fn of(pixels: &'a mut [u16], width: usize, bits: u8) -> Option<Self> {
         let height = pixels.len().checked_div(width)?;
         let whole = width.is_multiple_of(SEGMENT) && height.is_multiple_of(BAND) && height > 0;

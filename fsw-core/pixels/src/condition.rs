@@ -386,24 +386,25 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
     let shift = u32::from(KEPT_BITS - kept_bits);
     let pixels = &*pixels;
     let shape = Shape { width, height, shift, full_scale: (1 << kept_bits) - 1 };
-    let (levels, clip) = Levels::of(pixels, &shape);
     // A third of a count is the sigma of quantisation alone.
     let floor = ((1 << shift) / 3).max(1);
-    let mut residuals = Residuals {
+    let mut made = Some(Residuals {
         pixels,
         width,
         height,
         shift,
-        levels,
+        levels: Levels::NONE,
         noise: [[3 * floor; BLOCKS]; BANDS],
         saturation: saturation(kept_bits),
         sigma: floor,
         sum_sigma: 3 * floor,
-    };
+    });
+    let residuals = made.as_mut()?;
+    let clip = residuals.levels.take(pixels, &shape);
     // The levels are finer than the counts: half a count more.
     residuals.measure_noise(((2 * clip + 1) << shift) as i32 / 2, floor);
     residuals.levels.calm_rows(height, residuals.sigma);
-    Some(residuals)
+    made
 }
 
 #[cfg(test)]

@@ -258,19 +258,21 @@ impl Line {
 }
 
 impl Levels {
-    /// The rough levels, raw counts, and a rough sigma in sixteenths of them.
-    fn rough(pixels: &[u16], shape: &Shape) -> (Self, i32) {
+    /// None yet.
+    pub const NONE: Self = Self {
+        rows: [0; MAX_HEIGHT],
+        cells: [[0; BLOCKS]; BANDS],
+        row_pixels: 0,
+        quiet: [u32::MAX; BANDS],
+    };
+
+    /// Takes the rough levels, raw counts; gives a rough sigma in sixteenths of them.
+    fn take_rough(&mut self, pixels: &[u16], shape: &Shape) -> i32 {
         let Shape { width, height, full_scale, .. } = *shape;
-        let mut levels = Self {
-            rows: [0; MAX_HEIGHT],
-            cells: [[0; BLOCKS]; BANDS],
-            row_pixels: 0,
-            quiet: [u32::MAX; BANDS],
-        };
         let used = width.div_ceil(BLOCK);
         let mut spreads = [0; BLOCKS * BANDS];
         let mut spread_slots = spreads.iter_mut();
-        for (band, cells) in levels.cells.iter_mut().enumerate().take(bands(height)) {
+        for (band, cells) in self.cells.iter_mut().enumerate().take(bands(height)) {
             let rows = rows_of(band, height);
             // From top to bottom, in columns that do not follow a pattern of the detector.
             let places: [[usize; 2]; SAMPLES] = core::array::from_fn(|index| {
@@ -292,14 +294,14 @@ impl Levels {
         }
         let spreads = spreads.get(..bands(height) * used).unwrap_or(&[]);
         let (limit, in_some) = quiet_spread(spreads);
-        levels.quiet = quiet_cells(spreads, used, limit);
+        self.quiet = quiet_cells(spreads, used, limit);
         let mut row_spreads = 0;
-        for (band, (cells, quiet)) in levels.cells.iter().zip(&levels.quiet).enumerate().take(bands(height)) {
+        for (band, (cells, quiet)) in self.cells.iter().zip(&self.quiet).enumerate().take(bands(height)) {
             let columns = quiet_columns(*quiet, width);
             let beneath = columns.map(|x| cells.get(x / BLOCK).copied().unwrap_or(0));
             let rows = rows_of(band, height);
             let of_band = pixels.get(rows.start * width..).unwrap_or(&[]);
-            let levels = levels.rows.get_mut(rows).unwrap_or(&mut []);
+            let levels = self.rows.get_mut(rows).unwrap_or(&mut []);
             row_spreads += rough_rows(of_band, (width, full_scale), (&columns, &beneath), levels);
         }
         // The spread of a Gaussian is 0.66 sigma (see `median`). What the cells leave widens the rows'
@@ -307,19 +309,19 @@ impl Levels {
         // chance.
         let in_rows = 24 * row_spreads / (height as i32).max(1);
         let in_cells = 36 * in_some / SAMPLES as i32;
-        (levels, in_rows.min(in_cells))
+        in_rows.min(in_cells)
     }
 
-    /// The levels of a window and the clip about them, raw counts, within which pixels were taken for
+    /// Takes the levels of a window; gives the clip about them, raw counts, within which pixels were taken for
     /// background.
-    pub fn of(pixels: &[u16], shape: &Shape) -> (Self, u32) {
+    pub fn take(&mut self, pixels: &[u16], shape: &Shape) -> u32 {
         let Shape { width, height, shift, full_scale } = *shape;
-        let (mut levels, rough_sigma) = Self::rough(pixels, shape);
+        let rough_sigma = self.take_rough(pixels, shape);
         // Three sigmas and half a count.
         let clip = (((CLIP_SIGMAS * rough_sigma).max(16) + 8) / 16).min(full_scale).max(1) as u32;
         let mut row_pixels = 0;
         for (band, (cells, quiet)) in
-            levels.cells.iter_mut().zip(levels.quiet).enumerate().take(bands(height))
+            self.cells.iter_mut().zip(self.quiet).enumerate().take(bands(height))
         {
             let mut tallies = [Tally::default(); BLOCKS];
             let mut all = Tally::default();
@@ -327,7 +329,7 @@ impl Levels {
             let masks = core::array::from_fn(|block| if is_quiet(block) { u32::MAX } else { 0 });
             let rows = rows_of(band, height);
             let of_band = pixels.chunks_exact(width.max(1)).enumerate().skip(rows.start);
-            for (row, level) in of_band.zip(levels.rows.iter_mut().skip(rows.start)).take(rows.len()) {
+            for (row, level) in of_band.zip(self.rows.iter_mut().skip(rows.start)).take(rows.len()) {
                 let tally = tally_row(row, *level, (cells, &masks), clip, &mut tallies);
                 all.add(tally);
                 *level = (*level << shift) + tally.mean(clip, shift);
@@ -342,12 +344,12 @@ impl Levels {
             let sum = of_quiet.fold(0, |sum, (_, (cell, tally))| sum + cell * pixels(tally));
             let common = sum.checked_div(pixels(&all)).unwrap_or(0);
             cells.iter_mut().take(width.div_ceil(BLOCK)).for_each(|cell| *cell -= common);
-            let of_band = levels.rows.iter_mut().skip(rows.start).take(rows.len());
+            let of_band = self.rows.iter_mut().skip(rows.start).take(rows.len());
             of_band.for_each(|level| *level += common);
             row_pixels += pixels(&all);
         }
-        levels.row_pixels = row_pixels / (height as i32).max(1);
-        (levels, clip)
+        self.row_pixels = row_pixels / (height as i32).max(1);
+        clip
     }
 
     /// [`calm`]s the rows' levels of each band; `sigma` is the noise of a pixel, scaled counts.
