@@ -68,6 +68,9 @@ const TRIMMED_TO_SIGMA: u32 = 253;
 /// The sums at the sides of a cell that slopes are held to be so many sigmas.
 const LEAN_SIGMAS: i32 = 5;
 
+/// Noisy cells within two of a place that may be more than a star's: bright ones make four.
+const FEW_NOISY: usize = 4;
+
 /// A value for every cell of a tile.
 pub type CoarseCells<T> = [[T; SEGMENTS]; BANDS];
 
@@ -87,6 +90,8 @@ pub struct CoarseTile<'a> {
     boxes: [[u32; SEGMENTS]; ALL_PAIRS],
     /// Noise of a 3 x 3 sum in each cell, scaled counts.
     pub noise: CoarseCells<i32>,
+    /// What every cell shows, stars that make it noisy not left out, scaled counts.
+    shown: CoarseCells<Option<i32>>,
     /// Noise of a pixel, scaled counts.
     pub sigma: i32,
 }
@@ -201,6 +206,7 @@ impl<'a> CoarseTile<'a> {
             pairs: [0; ALL_PAIRS],
             boxes: [[0; SEGMENTS]; ALL_PAIRS],
             noise: [[0; SEGMENTS]; BANDS],
+            shown: [[None; SEGMENTS]; BANDS],
             sigma: 1,
         });
         let tile = made.as_mut()?;
@@ -290,7 +296,8 @@ impl<'a> CoarseTile<'a> {
     /// Noise of pixels and of 3 x 3 sums.
     #[inline(never)]
     fn measure_noise(&mut self, scatters: &CoarseCells<Scatter>, pixels: &CoarseCells<u32>) {
-        let mut sigmas = sigmas_of(scatters, TRIMMED_TO_SIGMA);
+        self.shown = sigmas_of(scatters, TRIMMED_TO_SIGMA);
+        let mut sigmas = self.shown;
         let most = of_most(&sigmas);
         leave_stars_out(&mut sigmas, most);
         self.noise = noise_of(&sigmas, most);
@@ -315,14 +322,25 @@ impl<'a> CoarseTile<'a> {
 
     /// The greatest noise within two cells of that of a place where more than an eighth of these cells are
     /// noisier than `noise`, else 0.
-    pub fn is_noisy_around(&self, [x, y]: [usize; 2], noise: i32) -> bool {
+    pub fn noise_around(&self, [x, y]: [usize; 2], noise: i32) -> i32 {
         let (band, segment) = (y / BAND, x / SEGMENT);
         let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
         let rows = self.noise.get(near(band, self.bands())).unwrap_or(&[]);
         let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
-        let (noisy, all) =
-            cells.fold((0, 0), |(noisy, all), cell| (noisy + u32::from(*cell > noise), all + 1));
-        8 * noisy > all
+        let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
+            (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
+        });
+        if 8 * noisy > all { greatest } else { 0 }
+    }
+
+    /// Whether some of the cells within two of that of a place show more noise than `noise`, be it of stars.
+    pub fn is_noisy_around(&self, [x, y]: [usize; 2], noise: i32) -> bool {
+        let (band, segment) = (y / BAND, x / SEGMENT);
+        let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
+        let rows = self.shown.get(near(band, self.bands())).unwrap_or(&[]);
+        let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
+        let noisy = cells.flatten().filter(|cell| **cell > noise).count();
+        noisy >= FEW_NOISY
     }
 
     /// Leaves in `peaks` the places of the local maxima of the 3 x 3 sums that exceed their cells'

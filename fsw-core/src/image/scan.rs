@@ -58,8 +58,8 @@ const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
 /// Side of the window in which a candidate is measured, px: room for a patch that moves by 6 px.
 const SIDE: u16 = 27;
-/// Side of that of a candidate among clouds: the noise of its cells is known by what is around them.
-const TEXTURED_SIDE: u16 = 64;
+/// Side of that of a candidate among noisy cells: such a window knows the noise of its own.
+const TEXTURED_SIDE: u16 = 48;
 /// Share of the threshold that a place must exceed in its tile to be a candidate, percent. With
 /// [`WINDOW_PERCENT`] a star at the threshold is found as often as by the threshold alone: measured on white
 /// noise, 2,000 stars of 4 to 9 sigma, PSF of 0.6 to 1.5 px.
@@ -94,30 +94,42 @@ struct Candidate {
     at: [u16; 2],
     /// By how much its 3 x 3 sum exceeds the threshold, scaled counts.
     excess: i32,
-    /// Whether more than stars stands around it: clouds, a limb.
+    /// Whether cells around it are noisy: clouds, a limb, bright stars.
     textured: bool,
+    /// Noise around it, scaled counts; 0 where that is quiet.
+    around: i32,
+}
+
+/// How stars are told in a window.
+struct Criteria<'m> {
+    method: &'m DetectionMethod<'m>,
+    /// Share of the threshold that a peak must exceed, percent.
+    threshold_percent: i32,
+    /// Noise of 3 x 3 sums of quiet sky, scaled counts.
+    quiet: i32,
+    /// Whether the noise of its cells says where the window has texture; else it has none.
+    textured: bool,
+    /// Noise around the place that the tile showed, scaled counts; 0 where that was quiet.
+    around: i32,
 }
 
 /// A conditioned window whose stars are searched.
 struct Conditioned<'w> {
     residuals: &'w Residuals<'w>,
-    /// Share of the threshold that a peak must exceed, percent.
-    threshold_percent: i32,
     /// The window's first pixel on the detector.
     origin: [u16; 2],
-    method: &'w DetectionMethod<'w>,
-    /// Noise of 3 x 3 sums of quiet sky, scaled counts.
-    quiet: i32,
+    criteria: &'w Criteria<'w>,
 }
 
 impl Conditioned<'_> {
     /// What a 3 x 3 sum must exceed in each cell, scaled counts.
     fn thresholds(&self) -> Cells<i32> {
-        let tenths = i32::from(self.method.parameters.threshold_sigma_tenths);
-        let texture = texture(self.quiet, self.residuals.sigma);
+        let Criteria { method, threshold_percent, quiet, textured, .. } = *self.criteria;
+        let tenths = i32::from(method.parameters.threshold_sigma_tenths);
+        let texture = if textured { texture(quiet, self.residuals.sigma) } else { i32::MAX };
         self.residuals
             .noise()
-            .map(|band| band.map(|noise| threshold(noise, texture, tenths) * self.threshold_percent / 100))
+            .map(|band| band.map(|noise| threshold(noise, texture, tenths) * threshold_percent / 100))
     }
 
     /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
@@ -137,10 +149,11 @@ impl Conditioned<'_> {
         if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
             return false;
         }
-        let around = self.residuals.noise_around(x, y, self.quiet * 5 / 2);
+        let Criteria { method, quiet, around, .. } = *self.criteria;
+        let around = around.max(self.residuals.noise_around(x, y, quiet * 5 / 2));
         let window = self.residuals.about(x, y);
         let mut patch = Patch::EMPTY;
-        let mut look = |at: [usize; 2]| Some((at, measure(&window, at, self.method.parameters, &mut patch)?));
+        let mut look = |at: [usize; 2]| Some((at, measure(&window, at, method.parameters, &mut patch)?));
         let at_once = look([x, y]);
         let again = at_once.is_none();
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
@@ -181,7 +194,8 @@ impl Conditioned<'_> {
     ) -> Detection {
         let single = star.is_single();
         let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
-        self.method
+        self.criteria
+            .method
             .calibration
             .filter(|_| (single || feigned) && allowance.spend(FIT_CYCLES))
             .and_then(|calibration| measured.fitted(window, self.origin, calibration))
@@ -242,7 +256,8 @@ pub fn read_stars<'m>(
     let pixels = read(detector, window, buffer)?;
     // Before they are conditioned: values of more than 14 bits lose their last ones then.
     let washed = is_washed(pixels, bits);
-    let sky = (&method.into(), QUIET, 100);
+    let method = &method.into();
+    let criteria = Criteria { method, threshold_percent: 100, quiet: QUIET, textured: true, around: 0 };
     let margin = MARGIN as u16;
     let core = Window {
         x: margin,
@@ -251,7 +266,7 @@ pub fn read_stars<'m>(
         height: window.height.saturating_sub(2 * margin),
     };
     if !blinded(pixels, bits) {
-        add_stars((pixels, bits), (window, core), sky, &mut Allowance::of_a_window(), detections)?;
+        add_stars((pixels, bits), (window, core), &criteria, &mut Allowance::of_a_window(), detections)?;
     }
     Ok(washed)
 }
@@ -268,20 +283,19 @@ fn read<'b>(
 }
 
 /// Adds the stars whose maxima lie in `core`, counted from the window's first pixel, of a window that was
-/// read, at the cost of `allowance`. `quiet` is the noise of 3 x 3 sums of quiet sky, scaled counts.
+/// read, at the cost of `allowance`.
 #[inline(never)]
 fn add_stars(
     (pixels, bits): (&mut [u16], u8),
     (window, core): (Window, Window),
-    (method, quiet, threshold_percent): (&DetectionMethod, i32, i32),
+    criteria: &Criteria,
     allowance: &mut Allowance,
     detections: &mut Detections,
 ) -> Result<(), DetectorError> {
     let Some(residuals) = &condition(pixels, usize::from(window.width), bits) else {
         return Err(DetectorError::BufferLength);
     };
-    Conditioned { residuals, threshold_percent, origin: [window.x, window.y], method, quiet }
-        .search(core, allowance, detections);
+    Conditioned { residuals, origin: [window.x, window.y], criteria }.search(core, allowance, detections);
     Ok(())
 }
 
@@ -314,8 +328,9 @@ fn candidates(
         let within = |at: u16, span: Span| (span.core..span.core + span.core_length).contains(&at);
         if within(at[0], across) && within(at[1], down) && !is_single_pixel(&tile.around(place)) {
             let textured = tile.is_noisy_around(place, quiet * 5 / 2);
+            let around = tile.noise_around(place, quiet * 5 / 2);
             // As many as there are peaks.
-            let _ = candidates.push(Candidate { at, excess: *excess, textured });
+            let _ = candidates.push(Candidate { at, excess: *excess, textured, around });
         }
     }
     crate::order::sort(candidates, |a, b| a.excess > b.excess);
@@ -423,13 +438,14 @@ pub fn scan<'m>(
                 }
                 let (window, core) = window_about(candidate, &geometry);
                 let pixels = read(detector, window, buffer)?;
-                add_stars(
-                    (pixels, geometry.bits),
-                    (window, core),
-                    (&method, quiet, WINDOW_PERCENT),
-                    &mut allowance,
-                    detections,
-                )?;
+                let criteria = Criteria {
+                    method: &method,
+                    threshold_percent: WINDOW_PERCENT,
+                    quiet,
+                    textured: candidate.textured,
+                    around: candidate.around,
+                };
+                add_stars((pixels, geometry.bits), (window, core), &criteria, &mut allowance, detections)?;
                 if detections.crowded_tiles() > crowded {
                     break;
                 }
