@@ -104,6 +104,8 @@ fn word([left, right]: [u16; 2]) -> u32 {
 
 /// One in both halves of a word.
 const BOTH: u32 = 0x1_0001;
+/// The greatest number in half a word that has a sign.
+const MOST: i32 = 0x7FFF;
 /// The signs of both halves.
 const SIGNS: u32 = 0x8000 * BOTH;
 
@@ -384,12 +386,11 @@ impl<'a> CoarseTile<'a> {
         gates
     }
 
-    /// What the boxes that begin with a pair of rows must exceed in each segment, raw counts.
-    #[inline(always)]
-    fn limits(&self, gates: &CoarseCells<i32>, pair: usize) -> [i32; SEGMENTS] {
+    /// By how much boxes that begin with a pair of rows may exceed the gates of their cells for their rows'
+    /// sake.
+    fn rows_level(&self, pair: usize) -> i32 {
         let level = |pair: usize| self.pairs.get(pair).copied().unwrap_or(0);
-        let rows = (level(pair) + level(pair + 1)) >> 3;
-        gates.get(pair / PAIRS).map_or([i32::MAX; SEGMENTS], |gates| gates.map(|gate| (gate + rows).clamp(0, 0x7FFF)))
+        (level(pair) + level(pair + 1)) >> 3
     }
 
     /// Tells of each pair of rows and the next in which segments a box of 2 x 4 px may exceed its limit: a bit
@@ -399,10 +400,12 @@ impl<'a> CoarseTile<'a> {
         let mut passing = [0; ALL_PAIRS];
         let boxes = self.boxes.array_windows().take(self.height / 2 - 1);
         for (pair, (passing, [above, below])) in passing.iter_mut().zip(boxes).enumerate() {
-            let limits = self.limits(gates, pair);
-            for (segment, ((above, below), limit)) in above.iter().zip(below).zip(&limits).enumerate() {
+            let rows = self.rows_level(pair);
+            let gates = gates.get(pair / PAIRS).into_iter().flatten();
+            for (segment, ((above, below), gate)) in above.iter().zip(below).zip(gates).enumerate() {
                 // A half that exceeds the limit takes its sign away.
-                let kept = (SIGNS | *limit as u32 * BOTH).wrapping_sub(above.wrapping_add(*below));
+                let limit = (gate + rows).clamp(0, MOST) as u32;
+                let kept = (SIGNS | limit * BOTH).wrapping_sub(above.wrapping_add(*below));
                 *passing |= (!kept & SIGNS) >> 15 << segment;
             }
         }
@@ -418,7 +421,8 @@ impl<'a> CoarseTile<'a> {
         thresholds: &CoarseCells<i32>,
         found: &mut Found,
     ) {
-        let limit = self.limits(gates, pair).get(half / 2).copied().unwrap_or(i32::MAX);
+        let gate = gates.get(pair / PAIRS).and_then(|gates| gates.get(half / 2)).copied().unwrap_or(MOST);
+        let limit = gate + self.rows_level(pair);
         let of_row = |row: usize| self.row(2 * pair + row).as_chunks::<{ SEGMENT / 2 }>().0.get(half);
         let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(of_row) else { return };
         let [a, b, c, d] = [a, b, c, d].map(|row| row.as_chunks::<2>().0);

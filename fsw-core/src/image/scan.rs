@@ -81,10 +81,25 @@ fn texture(quiet: i32, sigma: i32) -> i32 {
     (NOISY * quiet).max(CORRELATED_HALVES * sigma / 2)
 }
 
-/// What a 3 x 3 sum must exceed where sums have this noise, scaled counts.
-fn threshold(noise: i32, texture: i32, tenths: i32) -> i32 {
-    let tenths = if noise > texture { tenths * TEXTURE_FACTOR } else { tenths };
-    (noise * tenths / 10).min(MAX_THRESHOLD)
+/// What a 3 x 3 sum must exceed in each cell, from the noise of its sums and that from which on it is texture,
+/// scaled counts: so many tenths of a sigma, and of that so many percent.
+fn thresholds<const S: usize, const B: usize>(
+    noise: &[[i32; S]; B],
+    texture: i32,
+    (tenths, percent): (u16, i32),
+) -> [[i32; S]; B] {
+    let mut thresholds = [[0; S]; B];
+    // Most cells are as noisy as the one before.
+    let mut last = (0, 0);
+    for (threshold, noise) in thresholds.as_flattened_mut().iter_mut().zip(noise.as_flattened()) {
+        if *noise != last.0 {
+            let factor = if *noise > texture { TEXTURE_FACTOR } else { 1 };
+            let whole = (noise * i32::from(tenths) * factor / 10).min(MAX_THRESHOLD);
+            last = (*noise, whole * percent / 100);
+        }
+        *threshold = last.1;
+    }
+    thresholds
 }
 
 /// A place in a tile at which a star may stand.
@@ -125,11 +140,9 @@ impl Conditioned<'_> {
     /// What a 3 x 3 sum must exceed in each cell, scaled counts.
     fn thresholds(&self) -> Cells<i32> {
         let Criteria { method, threshold_percent, quiet, textured, .. } = *self.criteria;
-        let tenths = i32::from(method.parameters.threshold_sigma_tenths);
         let texture = if textured { texture(quiet, self.residuals.sigma) } else { i32::MAX };
-        self.residuals
-            .noise()
-            .map(|band| band.map(|noise| threshold(noise, texture, tenths) * threshold_percent / 100))
+        let share = (method.parameters.threshold_sigma_tenths, threshold_percent);
+        thresholds(self.residuals.noise(), texture, share)
     }
 
     /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
@@ -314,10 +327,8 @@ fn candidates(
         return true;
     }
     let Some(tile) = &CoarseTile::of(pixels, usize::from(across.length), bits) else { return true };
-    let tenths = i32::from(method.parameters.threshold_sigma_tenths);
-    let texture = texture(quiet, tile.sigma);
-    let thresholds =
-        tile.noise.map(|band| band.map(|noise| threshold(noise, texture, tenths) * COARSE_PERCENT / 100));
+    let share = (method.parameters.threshold_sigma_tenths, COARSE_PERCENT);
+    let thresholds = thresholds(&tile.noise, texture(quiet, tile.sigma), share);
     let mut peaks = [Peak::default(); MAX_CANDIDATES];
     let search = tile.peaks(&thresholds, allowance.for_boxes(), &mut peaks);
     let paid = allowance.spend(search.cycles);
