@@ -198,8 +198,13 @@ impl<'a> CoarseTile<'a> {
             let surplus = bits - COARSE_BITS;
             pixels.iter_mut().for_each(|raw| *raw >>= surplus);
         }
-        let shift = u32::from(KEPT_BITS - bits.min(COARSE_BITS));
-        let mut made = Some(Self {
+        Some(Self::seen(pixels, (width, height), u32::from(KEPT_BITS - bits.min(COARSE_BITS))))
+    }
+
+    /// A tile that can be one.
+    #[inline(never)]
+    fn seen(pixels: &'a [u16], (width, height): (usize, usize), shift: u32) -> Self {
+        let mut tile = Self {
             pixels,
             width,
             height,
@@ -210,8 +215,7 @@ impl<'a> CoarseTile<'a> {
             noise: [[0; SEGMENTS]; BANDS],
             shown: [[None; SEGMENTS]; BANDS],
             sigma: 1,
-        });
-        let tile = made.as_mut()?;
+        };
         let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
         let mut pixels = [[0; SEGMENTS]; BANDS];
         tile.take_levels(&mut scatters, &mut pixels);
@@ -220,7 +224,7 @@ impl<'a> CoarseTile<'a> {
         let noise = tile.sigma as f32 / (1 << shift) as f32;
         let bands: [_; BANDS] = core::array::from_fn(|band| band * PAIRS..(band + 1) * PAIRS);
         calm(&mut tile.pairs, bands.get(..height / BAND).unwrap_or(&[]), 7.2 * noise * noise);
-        made
+        tile
     }
 
     /// Segments of a row.

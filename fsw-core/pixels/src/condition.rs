@@ -382,29 +382,30 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
         let surplus = bits - KEPT_BITS;
         pixels.iter_mut().for_each(|raw| *raw >>= surplus);
     }
-    let kept_bits = bits.min(KEPT_BITS);
-    let shift = u32::from(KEPT_BITS - kept_bits);
-    let pixels = &*pixels;
-    let shape = Shape { width, height, shift, full_scale: (1 << kept_bits) - 1 };
+    Some(conditioned(pixels, (width, height), bits.min(KEPT_BITS)))
+}
+
+/// [`condition`]s a window that can be.
+fn conditioned(pixels: &[u16], (width, height): (usize, usize), bits: u8) -> Residuals<'_> {
+    let shift = u32::from(KEPT_BITS - bits);
     // A third of a count is the sigma of quantisation alone.
     let floor = ((1 << shift) / 3).max(1);
-    let mut made = Some(Residuals {
+    let mut residuals = Residuals {
         pixels,
         width,
         height,
         shift,
         levels: Levels::NONE,
         noise: [[3 * floor; BLOCKS]; BANDS],
-        saturation: saturation(kept_bits),
+        saturation: saturation(bits),
         sigma: floor,
         sum_sigma: 3 * floor,
-    });
-    let residuals = made.as_mut()?;
-    let clip = residuals.levels.take(pixels, &shape);
+    };
+    let clip = residuals.levels.take(pixels, &Shape { width, height, shift, full_scale: (1 << bits) - 1 });
     // The levels are finer than the counts: half a count more.
     residuals.measure_noise(((2 * clip + 1) << shift) as i32 / 2, floor);
     residuals.levels.calm_rows(height, residuals.sigma);
-    made
+    residuals
 }
 
 #[cfg(test)]

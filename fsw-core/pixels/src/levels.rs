@@ -259,12 +259,8 @@ impl Line {
 
 impl Levels {
     /// None yet.
-    pub const NONE: Self = Self {
-        rows: [0; MAX_HEIGHT],
-        cells: [[0; BLOCKS]; BANDS],
-        row_pixels: 0,
-        quiet: [u32::MAX; BANDS],
-    };
+    pub const NONE: Self =
+        Self { rows: [0; MAX_HEIGHT], cells: [[0; BLOCKS]; BANDS], row_pixels: 0, quiet: [u32::MAX; BANDS] };
 
     /// Takes the rough levels, raw counts; gives a rough sigma in sixteenths of them.
     fn take_rough(&mut self, pixels: &[u16], shape: &Shape) -> i32 {
@@ -320,9 +316,7 @@ impl Levels {
         // Three sigmas and half a count.
         let clip = (((CLIP_SIGMAS * rough_sigma).max(16) + 8) / 16).min(full_scale).max(1) as u32;
         let mut row_pixels = 0;
-        for (band, (cells, quiet)) in
-            self.cells.iter_mut().zip(self.quiet).enumerate().take(bands(height))
-        {
+        for (band, (cells, quiet)) in self.cells.iter_mut().zip(self.quiet).enumerate().take(bands(height)) {
             let mut tallies = [Tally::default(); BLOCKS];
             let mut all = Tally::default();
             let is_quiet = |block: usize| (quiet >> block) & 1 == 1;

@@ -128,6 +128,10 @@ pub fn leave_stars_out<const S: usize, const B: usize>(sigmas: &mut [[Option<i32
     }
     for (band, row) in sigmas.iter_mut().enumerate() {
         let near = noisy.get(band.saturating_sub(2)..(band + 3).min(B)).unwrap_or(&[]);
+        if near.iter().all(|noisy| *noisy == 0) {
+            row.iter_mut().flatten().for_each(|sigma| *sigma = most.min(*sigma));
+            continue;
+        }
         for (block, sigma) in row.iter_mut().enumerate() {
             let around_it = near.iter().fold(0u32, |bits, row| bits << 5 | (row >> block & 0b11111));
             let columns = (block + 3).min(S) - block.saturating_sub(2);

@@ -38,8 +38,6 @@ pub type Bins = [[i16; SIDE]; SIDE];
 /// 2^16 times that of its mirror image in a block upside down.
 type Lines = [[u32; ROWS]; SIDE];
 
-
-
 /// A line of a block: how strong, where it begins and ends, bins.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
