@@ -15,8 +15,9 @@
 //! 2. Noise. Of the seven segments of a cell the distances from the level, and those of their halves from
 //!    each other: the mean of the twelve least. Cells that look alike share what the quieter half shows
 //!    ([`noise`](crate::noise)).
-//! 3. Gate. Every sum over 2 x 4 pixels, the boxes two pixels apart in both directions, is held against a
-//!    part of the threshold, [`GATE_128THS`]. A Gaussian star of 0.5 to 1.5 px sigma leaves in the best of
+//! 3. Gate. The greatest sums of 2 x 2 pixels of half a segment, kept from the same reading, bound its sums
+//!    over 2 x 4 pixels (boxes two pixels apart in both directions), which are held against a part of the
+//!    threshold, [`GATE_128THS`]. A Gaussian star of 0.5 to 1.5 px sigma leaves in the best of
 //!    these boxes, wherever it stands, 0.70 of its greatest 3 x 3 sum or more.
 //! 4. Look. Of a box that passes, the eight 3 x 3 sums centred in it; the greatest is held against its
 //!    neighbours, then against the threshold, above a level to which the segments that a star there shines on
@@ -409,7 +410,7 @@ impl<'a> CoarseTile<'a> {
             for (segment, ((above, below), gate)) in above.iter().zip(below).zip(gates).enumerate() {
                 // A half that exceeds the limit takes its sign away.
                 let limit = (gate + rows).clamp(0, MOST) as u32;
-                let kept = (SIGNS | limit * BOTH).wrapping_sub(above.wrapping_add(*below));
+                let kept = (SIGNS | (limit * BOTH)).wrapping_sub(above.wrapping_add(*below));
                 *passing |= (!kept & SIGNS) >> 15 << segment;
             }
         }
