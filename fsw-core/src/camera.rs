@@ -229,6 +229,13 @@ impl Camera {
         self.project_earth(direction).filter(|at_px| self.contains(*at_px, margin_px))
     }
 
+    /// Whether a vector of the Earth path, of any length, is surely outside the cone about the field: a first
+    /// question without a root.
+    pub(crate) fn is_far_outside(&self, vector: &Vector3<f32>) -> bool {
+        let least = self.corner_forward - 2.0 * CORNER_ROUNDING;
+        vector.z <= 0.0 || vector.z * vector.z < least * least * vector.dot(vector)
+    }
+
     /// A vector of the star path in detector axes, or back: a mirror changes the sign of x.
     fn mirrored_x(&self, vector: Vector3<f32>) -> Vector3<f32> {
         if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }
@@ -245,8 +252,9 @@ impl Camera {
         }
         match self.parameters.projection {
             Projection::Rectilinear => {
-                let forward = 1.0 / libm::sqrtf(x * x + y * y + 1.0);
-                (forward > LEAST_FORWARD).then_some(Vector3::new(x, y, 1.0))
+                // The cosine of its angle from the axis is one over the root of this.
+                let square = x * x + y * y + 1.0;
+                (square < 1.0 / (LEAST_FORWARD * LEAST_FORWARD)).then_some(Vector3::new(x, y, 1.0))
             }
             Projection::Equiangular => {
                 let angle = libm::sqrtf(x * x + y * y);

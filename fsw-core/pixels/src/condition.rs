@@ -219,7 +219,11 @@ impl<'a> Residuals<'a> {
             for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(step) {
                 let level = self.row_level(y);
                 let level3 = self.row_level(y - 1) + level + self.row_level(y + 1);
-                let [above, here, below] = [y - 1, y, y + 1].map(|y| self.raw_row(y).as_chunks::<BLOCK>().0);
+                let three = self.pixels.get((y - 1) * self.width..).unwrap_or(&[]);
+                let [above, here, below] = [0, 1, 2].map(|row| {
+                    let pixels = three.get(row * self.width..(row + 1) * self.width);
+                    pixels.unwrap_or(&[]).as_chunks::<BLOCK>().0
+                });
                 let from_middle = y as i32 - middle;
                 let columns = cells.iter().zip(slopes.iter()).zip(scatters.iter_mut());
                 let blocks = above.iter().zip(here).zip(below).zip(columns);

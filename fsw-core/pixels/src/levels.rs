@@ -258,7 +258,7 @@ impl Line {
 }
 
 impl Levels {
-    /// None yet.
+    /// Those of nothing. Levels are filled in where they stay: they are too large to be handed on.
     pub const NONE: Self =
         Self { rows: [0; MAX_HEIGHT], cells: [[0; BLOCKS]; BANDS], row_pixels: 0, quiet: [u32::MAX; BANDS] };
 
@@ -292,8 +292,12 @@ impl Levels {
         let (limit, in_some) = quiet_spread(spreads);
         self.quiet = quiet_cells(spreads, used, limit);
         let mut row_spreads = 0;
+        let (mut chosen, mut columns) = (0, [0; SAMPLES]);
         for (band, (cells, quiet)) in self.cells.iter().zip(&self.quiet).enumerate().take(bands(height)) {
-            let columns = quiet_columns(*quiet, width);
+            // Most often the cells of all bands are quiet.
+            if *quiet != chosen {
+                (chosen, columns) = (*quiet, quiet_columns(*quiet, width));
+            }
             let beneath = columns.map(|x| cells.get(x / BLOCK).copied().unwrap_or(0));
             let rows = rows_of(band, height);
             let of_band = pixels.get(rows.start * width..).unwrap_or(&[]);
@@ -308,8 +312,8 @@ impl Levels {
         in_rows.min(in_cells)
     }
 
-    /// Takes the levels of a window; gives the clip about them, raw counts, within which pixels were taken for
-    /// background.
+    /// Takes the levels of a window into [`Self::NONE`]; gives the clip about them, raw counts, within which
+    /// pixels were taken for background.
     pub fn take(&mut self, pixels: &[u16], shape: &Shape) -> u32 {
         let Shape { width, height, shift, full_scale } = *shape;
         let rough_sigma = self.take_rough(pixels, shape);

@@ -15,6 +15,7 @@
 //! | [`patch`] | a place in a window | the pixels about it and their sums |
 //! | [`light`] | a patch | second moments of the light |
 //! | [`profile`] | a star's image and its profile | sums of a least-squares fit |
+//! | [`lines`] | a strip of pixels | the mean of its lines without the extremes |
 //! | [`radon`] | a block of pixels | sums along all its lines |
 //!
 //! Arrows point up that table only. The functions that other crates call are not generic.
@@ -30,6 +31,7 @@ pub mod coarse;
 pub mod condition;
 pub mod levels;
 pub mod light;
+pub mod lines;
 pub mod median;
 pub mod noise;
 pub mod patch;

@@ -34,7 +34,7 @@ impl Patch {
         }
         let (left, top) = (x - MARGIN, y - MARGIN);
         self.at = [x, y];
-        self.squares = [0; MARGIN + 1];
+        let mut squares = [0; MARGIN + 1];
         for ((row, y), dy) in self.pixels.iter_mut().zip(top..).zip(-(MARGIN as i32)..) {
             // They are in the window.
             if let Some(run) = window.run::<SIDE>(left, y) {
@@ -48,10 +48,11 @@ impl Patch {
                 sum
             });
             // A choice of addends rather than a start at |dy|: the loop has no branch.
-            for ((radius, square), span) in (0..).zip(&mut self.squares).zip(spans) {
+            for ((radius, square), span) in (0..).zip(&mut squares).zip(spans) {
                 *square += if radius >= dy.abs() { span } else { 0 };
             }
         }
+        self.squares = squares;
         true
     }
 

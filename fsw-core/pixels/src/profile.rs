@@ -62,31 +62,34 @@ impl Profile<'_> {
         let [step_along, step_across] = step_px.map(|px| px * POINTS);
         along += PROFILE_REACH_PX as f32 * POINTS;
         for light in lights {
-            *light = self.light(along, across);
+            *light = self.light(along, across).unwrap_or([0.0; 3]);
             (along, across) = (along + step_along, across + step_across);
         }
     }
 
-    /// [`Self::light_of_line`] of one pixel, so many points from the first column and from the first row.
+    /// [`Self::light_of_line`] of one pixel, so many points from the first column and from the first row;
+    /// `None` beyond the reach.
     #[inline(always)]
-    fn light(&self, along: f32, across: f32) -> [f32; 3] {
+    fn light(&self, along: f32, across: f32) -> Option<[f32; 3]> {
         let side = if across < 0.0 { -1.0 } else { 1.0 };
         let (column, in_row) = nearest(along);
         let (row, in_column) = nearest(across * side);
-        let of_row = |row: usize| {
-            let points = self.rows.get(row)?.get(column.wrapping_sub(1)..)?.first_chunk::<3>()?;
+        let first = column.wrapping_sub(1);
+        // The row before the first is its mirror image.
+        let above = if row == 0 { 1 } else { row - 1 };
+        let (above, here, below) = (self.rows.get(above)?, self.rows.get(row)?, self.rows.get(row + 1)?);
+        let of_row = |row: &ProfileRow| {
+            let points = row.get(first..)?.first_chunk::<3>()?;
             let [a, b, c] = points.map(|point| i32::from(i16::from_le_bytes(point)));
             Some(spline(b as f32, (b - a) as f32, (c - b) as f32, in_row))
         };
-        // The row before the first is its mirror image.
-        let rows = [of_row(if row == 0 { 1 } else { row - 1 }), of_row(row), of_row(row + 1)];
-        let [Some([above, slope_above]), Some([here, slope_here]), Some([below, slope_below])] = rows else {
-            return [0.0; 3];
-        };
+        let [above, slope_above] = of_row(above)?;
+        let [here, slope_here] = of_row(here)?;
+        let [below, slope_below] = of_row(below)?;
         let [light, across] = spline(here, here - above, below - here, in_column);
         let [along, _] = spline(slope_here, slope_here - slope_above, slope_below - slope_here, in_column);
         let per_px = self.scale * POINTS_PER_PX as f32;
-        [light * self.scale, along * per_px, across * side * per_px]
+        Some([light * self.scale, along * per_px, across * side * per_px])
     }
 }
 

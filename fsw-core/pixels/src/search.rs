@@ -148,13 +148,15 @@ impl Searched {
         y: usize,
     ) -> [i32; SUMS] {
         let mut sums = sums9::<COLUMNS, SUMS>(window, x, y);
-        let row_outside = !self.rows.contains(&y);
-        if row_outside || x < self.columns.start || x + SUMS > self.columns.end {
-            for (x, sum) in (x..).zip(&mut sums) {
-                if row_outside || !self.columns.contains(&x) {
-                    *sum = sum.saturating_sub(self.tolerance);
-                }
-            }
+        let outside = |sums: &mut [i32]| {
+            sums.iter_mut().for_each(|sum| *sum = sum.saturating_sub(self.tolerance));
+        };
+        let [first, end] = [self.columns.start, self.columns.end].map(|at| at.saturating_sub(x).min(SUMS));
+        if !self.rows.contains(&y) {
+            outside(&mut sums);
+        } else {
+            outside(sums.get_mut(..first).unwrap_or(&mut []));
+            outside(sums.get_mut(end..).unwrap_or(&mut []));
         }
         sums
     }

@@ -21,7 +21,7 @@
 //! is added. Direction, rms in the tests, 200 points of 100 urad from GEO: see `centre/tests.rs`.
 
 use super::consensus::find_consensus;
-use super::rays::{self, Cone, Ray, Rays};
+use super::rays::{self, Cone, Departure, Departures, Rays};
 use super::shape::{Body, normal_basis, unit};
 use super::shared_heights::{FitResponse, SharedHeights};
 use super::{EarthFix, EarthParameters, FitCriteria, FitError, LimbPoint, MAX_SEARCH_POINTS};
@@ -47,16 +47,17 @@ const LONGEST_STEP_RAD: f32 = 0.1;
 /// 1e-3 in such an inverse.
 const LEAST_DETERMINANT: f32 = 1e-4;
 
-/// Buffer for the rays of a second, 5 KiB.
+/// Buffer for the rays of a second and their departures from a cone, 8 KiB.
 #[derive(Debug)]
 pub struct RayBuffer {
     rays: Rays,
+    departures: Departures,
 }
 
 impl RayBuffer {
     /// An empty buffer.
     pub const fn new() -> Self {
-        Self { rays: Vec::new() }
+        Self { rays: Vec::new(), departures: Vec::new() }
     }
 }
 
@@ -126,20 +127,39 @@ impl NormalEquations {
     }
 }
 
-/// Residual of a ray over its sigma, the sigma, rad, and the ray's unit vector across the axis.
-fn normalised_residual(ray: &Ray, cone: &Cone) -> Option<(f32, f32, Vector3<f32>)> {
-    let (residual, radial) = cone.residual(ray);
-    let sigma = ray.sigma_rad(cone, &radial)?;
-    Some((residual / sigma, sigma, radial))
+/// All rays as they depart from a cone: every sum of a step runs over the same.
+struct Departing<'a> {
+    departures: &'a [Departure],
+    cone: &'a Cone,
+    /// Scale of the normalised residuals.
+    scale: f32,
+}
+
+impl<'a> Departing<'a> {
+    /// `departures` is overwritten.
+    #[inline(never)]
+    fn new(departures: &'a mut Departures, rays: &Rays, cone: &'a Cone) -> Self {
+        departures.clear();
+        order::fill(departures, rays.iter().map(|ray| cone.departure(ray)));
+        let scale = residual_scale(departures);
+        Self { departures, cone, scale }
+    }
+
+    /// Residual over its sigma, the sigma, rad, and the unit vector across the axis of those that have
+    /// information.
+    fn normalised(&self) -> impl Iterator<Item = (f32, f32, &Vector3<f32>)> {
+        self.departures.iter().filter_map(|Departure { normalised, radial, .. }| {
+            normalised.map(|(ratio, sigma)| (ratio, sigma, radial))
+        })
+    }
 }
 
 /// Scale of the normalised residuals, at least one: 1.4826 times the median, robust against outliers.
-fn residual_scale(rays: &Rays, cone: &Cone) -> f32 {
+fn residual_scale(departures: &[Departure]) -> f32 {
     let mut sizes = [0.0; MAX_SEARCH_POINTS];
     let mut count = 0;
-    for (size, (ratio, ..)) in
-        sizes.iter_mut().zip(rays.iter().filter_map(|ray| normalised_residual(ray, cone)))
-    {
+    let ratios = departures.iter().filter_map(|departure| departure.normalised);
+    for (size, (ratio, _)) in sizes.iter_mut().zip(ratios) {
         *size = libm::fabsf(ratio);
         count += 1;
     }
@@ -155,8 +175,8 @@ fn tukey(ratio: f32) -> f32 {
 }
 
 /// Axes across the cone's, the first in the middle of the arc.
-fn arc_axes(rays: &Rays, cone: &Cone) -> [Vector3<f32>; 2] {
-    let sum = rays.iter().fold(Vector3::zeros(), |sum, ray| sum + cone.residual(ray).1);
+fn arc_axes(rays: &Departing) -> [Vector3<f32>; 2] {
+    let (sum, cone) = (rays.departures.iter().fold(Vector3::zeros(), |sum, ray| sum + ray.radial), rays.cone);
     let sum: Vector3<f32> = sum - cone.axis * cone.axis.dot(&sum);
     // Points around the whole limb: no middle of the arc, any axis.
     let first = if sum.dot(&sum) > 1e-4 { unit(&sum, &sum) } else { normal_basis(&cone.axis).0 };
@@ -170,18 +190,12 @@ fn jacobian_row(radial: &Vector3<f32>, [first, second]: &[Vector3<f32>; 2]) -> V
 }
 
 /// The normal equations about a cone, their weights those after a step of (α, a2, r).
-fn normal_equations(
-    rays: &Rays,
-    cone: &Cone,
-    axes: &[Vector3<f32>; 2],
-    step: &Vector3<f32>,
-) -> NormalEquations {
-    let scale = residual_scale(rays, cone);
+fn normal_equations(rays: &Departing, axes: &[Vector3<f32>; 2], step: &Vector3<f32>) -> NormalEquations {
     let mut normal = NormalEquations::default();
-    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| normalised_residual(ray, cone)) {
-        let row = jacobian_row(&radial, axes) * (1.0 / sigma);
+    for (ratio, sigma, radial) in rays.normalised() {
+        let row = jacobian_row(radial, axes) * (1.0 / sigma);
         let left = ratio + row.dot(step);
-        let weight = tukey(left / scale);
+        let weight = tukey(left / rays.scale);
         normal.add(&row, ratio, weight);
         normal.squares += weight * left * left;
         normal.weights += weight;
@@ -192,21 +206,18 @@ fn normal_equations(
 /// Covariance of the unknowns by the heights that neighbouring points share, propagated through the
 /// least-squares solution with these weights (after a step of (α, a2, r)) and this inverse matrix.
 fn shared_covariance(
-    rays: &Rays,
-    cone: &Cone,
+    rays: &Departing,
     axes: &[Vector3<f32>; 2],
     step: &Vector3<f32>,
     inverse: &Matrix3<f32>,
     heights: &SharedHeights,
 ) -> Matrix3<f32> {
-    let scale = residual_scale(rays, cone);
     let [first, second] = axes;
     let mut response = FitResponse::default();
-    for (ratio, sigma, radial) in rays.iter().filter_map(|ray| normalised_residual(ray, cone)) {
-        let row = jacobian_row(&radial, axes);
-        let weight = tukey((ratio + row.dot(step) / sigma) / scale);
-        response
-            .add([first.dot(&radial), second.dot(&radial)], &(inverse * row * (weight / (sigma * sigma))));
+    for (ratio, sigma, radial) in rays.normalised() {
+        let row = jacobian_row(radial, axes);
+        let weight = tukey((ratio + row.dot(step) / sigma) / rays.scale);
+        response.add([first.dot(radial), second.dot(radial)], &(inverse * row * (weight / (sigma * sigma))));
     }
     response.covariance(heights)
 }
@@ -228,11 +239,10 @@ fn stepped(cone: &Cone, [first, second]: &[Vector3<f32>; 2], step: &Vector3<f32>
 }
 
 /// Azimuth that the rays span, rad: 2π less the widest gap.
-fn arc_rad(rays: &Rays, cone: &Cone, [first, second]: &[Vector3<f32>; 2]) -> f32 {
+fn arc_rad(rays: &[Departure], [first, second]: &[Vector3<f32>; 2]) -> f32 {
     let mut azimuths = [0.0; MAX_SEARCH_POINTS];
-    for (azimuth, ray) in azimuths.iter_mut().zip(rays) {
-        let (_, radial) = cone.residual(ray);
-        *azimuth = libm::atan2f(second.dot(&radial), first.dot(&radial));
+    for (azimuth, Departure { radial, .. }) in azimuths.iter_mut().zip(rays) {
+        *azimuth = libm::atan2f(second.dot(radial), first.dot(radial));
     }
     let azimuths = azimuths.get_mut(..rays.len()).unwrap_or(&mut []);
     order::sort_numbers(azimuths);
@@ -266,19 +276,19 @@ fn centre_and_derivatives(
 /// prior).
 fn fix(
     rays: &Rays,
-    cone: &Cone,
+    departing: &Departing,
     body: &Body,
     linear: bool,
     parameters: &EarthParameters,
 ) -> Result<EarthFix, FitError> {
-    let axes = arc_axes(rays, cone);
-    let mut about = normal_equations(rays, cone, &axes, &Vector3::zeros());
+    let (axes, cone) = (arc_axes(departing), departing.cone);
+    let mut about = normal_equations(departing, &axes, &Vector3::zeros());
     let mut inverse = about.inverse().ok_or(FitError::Degenerate)?;
     let mut step = Vector3::zeros();
     // Without reweighting the fix would stay at the linearisation by a sixth of the way.
     for _ in 0..if linear { LINEAR_ROUNDS } else { 0 } {
         step = inverse * about.right;
-        about = normal_equations(rays, cone, &axes, &step);
+        about = normal_equations(departing, &axes, &step);
         inverse = about.inverse().ok_or(FitError::Degenerate)?;
     }
     let normal = about;
@@ -296,11 +306,10 @@ fn fix(
     // The scale of any point; it varies little over a limb.
     let rad_per_px = rays.first().map_or(0.0, |ray| ray.rad_per_px);
     let heights = SharedHeights::new(cone, body, rad_per_px, parameters);
-    let shared = shared_covariance(rays, cone, &axes, &step, &inverse, &heights);
+    let shared = shared_covariance(departing, &axes, &step, &inverse, &heights);
     let noise = inverse * enlarged;
     let (mut squares, mut inliers, mut count) = (0.0, 0u128, 0.0);
-    for ray in rays {
-        let (residual, _) = cone.residual(ray);
+    for (ray, Departure { residual, .. }) in rays.iter().zip(departing.departures) {
         squares += (residual / ray.rad_per_px) * (residual / ray.rad_per_px);
         inliers |= 1u128.wrapping_shl(u32::from(ray.index));
         count += 1.0;
@@ -310,7 +319,7 @@ fn fix(
         linearisation_km,
         covariance_km2: symmetric_product(&columns, &(noise + shared)),
         noise_km2: symmetric_product(&columns, &noise),
-        arc_rad: arc_rad(rays, cone, &axes),
+        arc_rad: arc_rad(departing.departures, &axes),
         rms_px: libm::sqrtf(squares / f32::max(count, 1.0)),
         inliers,
     })
@@ -330,7 +339,7 @@ pub fn centre(
     parameters: &EarthParameters,
     workspace: &mut RayBuffer,
 ) -> Result<EarthFix, FitError> {
-    let rays = &mut workspace.rays;
+    let RayBuffer { rays, departures } = workspace;
     rays::fill(rays, points, camera, body);
     let agreed = find_consensus(rays, body, criteria, parameters)?;
     let start = prior.and_then(|prior| {
@@ -339,8 +348,9 @@ pub fn centre(
     });
     let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
-        let axes = arc_axes(rays, &cone);
-        let mut normal = normal_equations(rays, &cone, &axes, &Vector3::zeros());
+        let departing = Departing::new(departures, rays, &cone);
+        let axes = arc_axes(&departing);
+        let mut normal = normal_equations(&departing, &axes, &Vector3::zeros());
         if let Some((prior, _)) = start {
             let (centre_km, columns) = centre_and_derivatives(&cone, &axes, body);
             normal.add_prior(prior, &centre_km, &columns);
@@ -348,7 +358,8 @@ pub fn centre(
         let step = normal.inverse().ok_or(FitError::Degenerate)? * normal.right;
         cone = stepped(&cone, &axes, &step).ok_or(FitError::Degenerate)?;
     }
-    let fix = fix(rays, &cone, body, start.is_some(), parameters)?;
+    let departing = Departing::new(departures, rays, &cone);
+    let fix = fix(rays, &departing, body, start.is_some(), parameters)?;
     // Rejects a consensus that contradicts the prior, where the linearisation does not hold. Without a
     // prior also chance agreement, whose residuals are uniform over the tolerance.
     let greatest_px =

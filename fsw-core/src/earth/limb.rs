@@ -13,9 +13,9 @@
 //!
 //! The sigma is the root sum of squares of the scatter between the lines, the relative scatter of the
 //! bright side, 10 % of its shading, the floor, and the scatter of the limb's height. Bias against the
-//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 340 cycles a pixel of length, and some
-//! exponentials of the model; 2.31 M for 24 of nearly the longest (`cargo budget`, `limb` of the clock
-//! jump).
+//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 180 cycles a
+//! place as far inwards as the edge needs, and 10,000 for the model; 1.43 M for 24 of nearly the longest
+//! (`cargo budget`, `limb` of tracking).
 
 use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
@@ -24,7 +24,7 @@ use fsw_hal::{DetectorGeometry, Window};
 
 mod lines;
 mod without_sun;
-pub(super) use lines::{END_MARGIN, Lines, dark_of};
+pub(super) use lines::{AveragedLine, END_MARGIN, Lines};
 pub use without_sun::crossing_without_sun;
 
 /// Lines of a strip.
@@ -141,8 +141,7 @@ struct LimbEdge {
 /// The averaged line of a strip with its dark level and the scale of the detector.
 struct StripProfile<'a> {
     lines: &'a Lines<'a>,
-    /// Without the inner end.
-    profile: &'a [f32],
+    line: &'a mut AveragedLine<'a>,
     dark: f32,
     full_scale: f32,
     parameters: &'a EarthParameters,
@@ -152,34 +151,39 @@ impl<'a> StripProfile<'a> {
     /// `None` where the outer end is brighter than `earth.strips.dark_share`.
     fn new(
         lines: &'a Lines,
-        profile: &'a [f32],
+        line: &'a mut AveragedLine<'a>,
         geometry: &DetectorGeometry,
         parameters: &'a EarthParameters,
     ) -> Option<Self> {
         let full_scale = f32::from(geometry.full_scale());
-        let dark = dark_of(profile, lines.length);
-        let profile = profile.get(..lines.length.checked_sub(END_MARGIN)?)?;
+        let dark = line.dark()?;
         let is_dark = dark <= parameters.strips.dark_share * full_scale;
-        is_dark.then_some(Self { lines, profile, dark, full_scale, parameters })
+        is_dark.then_some(Self { lines, line, dark, full_scale, parameters })
+    }
+
+    /// Brightness at a place above the model's share of the brightness behind it, and that brightness; `None`
+    /// where the bright side would leave the line.
+    fn excess(&self, model: &LimbModel, place: usize) -> Option<(f32, f32)> {
+        let counts = self.line.known();
+        let value = counts.get(place)? - self.dark;
+        model.bright(counts, place, self.dark).map(|bright| (value - model.level * bright, bright))
     }
 
     /// The outermost place with the model's share of the brightness behind it.
-    fn find_edge(&self, model: &LimbModel) -> Option<LimbEdge> {
-        let Self { profile, dark, full_scale, parameters, .. } = *self;
-        let least = parameters.strips.contrast_share * full_scale;
-        // Brightness at a place above the model's share of the brightness behind it.
-        let excess = |place: usize| {
-            let value = profile.get(place)? - dark;
-            model.bright(profile, place, dark).map(|bright| (value - model.level * bright, bright))
-        };
+    fn find_edge(&mut self, model: &LimbModel) -> Option<LimbEdge> {
+        let least = self.parameters.strips.contrast_share * self.full_scale;
+        // A bright side of the least contrast has at least this at its limb.
+        let least_value = model.level * least;
         let outer = END_MARGIN + (self.lines.length / 8).max(5);
         let first = outer.checked_sub(1)?;
-        let mut before = excess(first)?.0;
-        let mut found = None;
-        for place in outer..profile.len() {
+        let (mut found, mut from) = (None, outer);
+        while let Some(place) = self.line.next_bright(from, self.dark, least_value) {
+            from = place + 1;
+            self.line.extend(place + model.depth())?;
             // `None` where the bright side would leave the strip.
-            let (now, bright) = excess(place)?;
-            if now >= 0.0 && bright > least && model.is_ground(profile, place, dark, bright) {
+            let (now, bright) = self.excess(model, place)?;
+            if now >= 0.0 && bright > least && model.is_ground(self.line.known(), place, self.dark, bright) {
+                let before = self.excess(model, place - 1)?.0;
                 found = if before < 0.0 {
                     Some(LimbEdge { place, part: before / (before - now), bright })
                 } else {
@@ -187,17 +191,17 @@ impl<'a> StripProfile<'a> {
                 };
                 break;
             }
-            before = now;
         }
         let LimbEdge { place, bright, .. } = found?;
-        let saturated = bright + dark > parameters.strips.saturated_share * full_scale;
-        found.filter(|_| !saturated && is_rise(profile, place, model, bright))
+        let saturated = bright + self.dark > self.parameters.strips.saturated_share * self.full_scale;
+        found.filter(|_| !saturated && is_rise(self.line.known(), place, model, bright))
     }
 
     /// Outermost crossing of the share of `bright` between `place` and `outermost`, for air that fades more
     /// slowly than modelled. `None` where the outer end is not below the share.
     fn outward(&self, model: &LimbModel, place: usize, outermost: usize, bright: f32) -> Option<LimbEdge> {
-        let excess = |place: usize| Some(self.profile.get(place)? - self.dark - model.level * bright);
+        let counts = self.line.known();
+        let excess = |place: usize| Some(counts.get(place)? - self.dark - model.level * bright);
         let mut inner = excess(place)?;
         for place in (outermost + 1..=place).rev() {
             let outer = excess(place - 1)?;
@@ -211,7 +215,7 @@ impl<'a> StripProfile<'a> {
 
     /// The limb point of a passage, with its sigma.
     fn point(&self, edge: &LimbEdge, model: &LimbModel, strip: &Strip) -> Option<LimbPoint> {
-        let Self { profile, parameters, .. } = *self;
+        let (profile, parameters) = (self.line.known(), self.parameters);
         let LimbEdge { place, part, bright } = *edge;
         let smooth = model.scatter(profile, place, self.dark)?;
         let half = ((0.5 * model.scale) as usize).clamp(1, END_MARGIN);
@@ -247,10 +251,11 @@ pub fn crossing(
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
-    let profile = lines.profile()?;
-    let strip_profile = StripProfile::new(&lines, &profile, geometry, parameters)?;
+    let mut line = lines.averaged()?;
+    let mut strip_profile = StripProfile::new(&lines, &mut line, geometry, parameters)?;
     let model = LimbModel::new(&strip.expected, strip.normal_cosine(), parameters)?;
-    strip_profile.point(&strip_profile.find_edge(&model)?, &model, strip)
+    let edge = strip_profile.find_edge(&model)?;
+    strip_profile.point(&edge, &model, strip)
 }
 
 /// Whether the profile rises from three scale heights and spreads outside the place to the bright side.

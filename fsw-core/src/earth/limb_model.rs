@@ -61,6 +61,8 @@ pub(super) struct LimbModel {
     /// Places behind the half-brightness place at which the bright side begins and ends.
     pub(super) begin: usize,
     pub(super) end: usize,
+    /// Places of the bright side.
+    pub(super) count: f32,
     /// Share of the bright side's mean at the half-brightness height.
     pub(super) level: f32,
     /// Relative error of the brightness by the shading model.
@@ -87,22 +89,31 @@ struct BrightnessModel {
     scaling: f32,
 }
 
+/// How the lens spreads the limb: a third of the spread, and the factors of the air's brightness over it.
+#[derive(Clone, Copy)]
+struct Blur {
+    step: f32,
+    inward: f32,
+    outward: f32,
+}
+
 impl BrightnessModel {
     /// Unblurred brightness over that of the limb at a place inward of the half-brightness height; `air` is
     /// the air's there.
+    #[inline(always)]
     fn clear(&self, place: f32, air: f32) -> f32 {
         if place < self.surface {
             return air;
         }
         let square = self.turning * (place - self.surface);
         let sunlight = self.sine * (1.0 - 0.5 * square) + fast_sqrt(square) * self.facing;
-        (self.scaling * reflectance(self.share, sunlight.max(0.0), square)).clamp(LEAST_SHADE, GREATEST_SHADE)
+        let sunlight = if sunlight > 0.0 { sunlight } else { 0.0 };
+        (self.scaling * reflectance(self.share, sunlight, square)).clamp(LEAST_SHADE, GREATEST_SHADE)
     }
 
-    /// The same, blurred by the lens.
-    fn blurred(&self, place: f32, spread: f32) -> f32 {
-        let step = spread * (1.0 / 3.0);
-        let (inward, outward) = (libm::expf(step / self.scale), libm::expf(-step / self.scale));
+    /// The same, blurred by the lens: weighted places `step` apart, a step inward makes the air brighter by
+    /// the factor `inward`, one outward by `outward`.
+    fn blurred(&self, place: f32, Blur { step, inward, outward }: Blur) -> f32 {
         let (mut inner, mut outer) = (place, place);
         // Inside the surface the air's brightness is not used, however large it grows.
         let mut inner_air = 0.5 * libm::expf(place / self.scale);
@@ -179,25 +190,33 @@ impl LimbModel {
             scaling: 1.0,
         };
         let model = BrightnessModel { scaling: 1.0 / reflectance(model.share, model.sine, 0.0), ..model };
+        let step = spread * (1.0 / 3.0);
+        let blur = Blur { step, inward: libm::expf(step / scale), outward: libm::expf(-step / scale) };
         let mut bright = 0.0;
         for sample in 0..SAMPLES {
             let inside = (sample as f32 + 0.5) * (length - 1.0) / SAMPLES as f32;
-            bright += model.blurred(begin + inside, spread) * (1.0 / SAMPLES as f32);
+            bright += model.blurred(begin + inside, blur) * (1.0 / SAMPLES as f32);
         }
         Some(Self {
             begin: begin as usize,
             end: (begin + length) as usize,
-            level: model.blurred(0.0, spread) / bright.max(LEAST_SHADE),
+            count: length,
+            level: model.blurred(0.0, blur) / bright.max(LEAST_SHADE),
             shading: SHADING_ERROR * libm::fabsf(bright - 1.0),
             scale,
             spread,
         })
     }
 
+    /// Places from a place to the end of what [`Self::is_ground`] asks of it.
+    pub(super) fn depth(&self) -> usize {
+        self.scale as usize + self.end
+    }
+
     /// Mean brightness over the dark side behind `place`.
     pub(super) fn bright(&self, profile: &[f32], place: usize, dark: f32) -> Option<f32> {
         let inside = profile.get(place + self.begin..place + self.end)?;
-        Some(inside.iter().sum::<f32>() / inside.len().max(1) as f32 - dark)
+        Some(inside.iter().sum::<f32>() / self.count - dark)
     }
 
     /// Whether the bright side behind `place` is ground, not air: a scale height farther in it brightens by

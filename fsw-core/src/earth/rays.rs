@@ -32,6 +32,21 @@ const SLOPE_BASE_PX: f32 = 4.0;
 /// All rays of a second.
 pub(super) type Rays = Vec<Ray, MAX_SEARCH_POINTS>;
 
+/// A ray as it departs from a cone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Departure {
+    /// Residual, rad.
+    pub(super) residual: f32,
+    /// Unit vector across the axis.
+    pub(super) radial: Vector3<f32>,
+    /// Residual over its standard deviation and that, rad; `None` of a line of measurement nearly along the
+    /// limb, which has no information.
+    pub(super) normalised: Option<(f32, f32)>,
+}
+
+/// Those of all rays of a second, in their order.
+pub(super) type Departures = Vec<Departure, MAX_SEARCH_POINTS>;
+
 /// Fills the list with the points that are finite and within the camera's field.
 pub(super) fn fill(rays: &mut Rays, points: &[LimbPoint], camera: &Camera, body: &Body) {
     rays.clear();
@@ -65,8 +80,8 @@ impl Ray {
         (rad_per_px > 1e-8).then_some(Self { unit: centre, outward, rad_per_px, sigma_px, index })
     }
 
-    /// Standard deviation of the residual, rad, and whether the bright side faces the centre; `radial` is the
-    /// ray's unit vector across the axis.
+    /// Standard deviation of the residual, rad, where the bright side faces the centre; `radial` is the ray's
+    /// unit vector across the axis.
     pub(super) fn sigma_rad(&self, cone: &Cone, radial: &Vector3<f32>) -> Option<f32> {
         let slope = self.outward.dot(&(radial * cone.cosine - cone.axis * cone.sine));
         // A line of measurement nearly along the limb has no information.
@@ -118,6 +133,13 @@ impl Cone {
         let residual = off * self.cosine - self.axis.dot(&ray.unit) * self.sine;
         // Across the axis without the loss of `s - w (w · s)`.
         (residual, unit(&turned.cross(&self.axis), &turned))
+    }
+
+    /// How a ray departs from it.
+    pub(super) fn departure(&self, ray: &Ray) -> Departure {
+        let (residual, radial) = self.residual(ray);
+        let normalised = ray.sigma_rad(self, &radial).map(|sigma| (residual / sigma, sigma));
+        Departure { residual, radial, normalised }
     }
 
     /// Vector from the centre to the limb point at a radial vector, radii.

@@ -36,6 +36,7 @@ pub fn for_each_peak(
         return left >= right || top >= bottom;
     }
     let searched = Searched { columns: left..right, rows: top..bottom, tolerance: window.sum_sigma };
+    let (mut sums, mut place) = ([0; SPAN], [0; 2]);
     for (row, block) in views(window, &searched, thresholds).brightest_first() {
         if !allowance.spend(LOOK_CYCLES) {
             return false;
@@ -49,7 +50,11 @@ pub fn for_each_peak(
         let level = 9 * of_cell(Some(window.cell_levels(band))).unwrap_or(0);
         // Near the right edge the last columns that fit: a whole span costs half of one that is cut off.
         let start = (first - 2).min(window.width().saturating_sub(SPAN + 1)).max(1);
-        let sums = searched.block_sums(window, start, y);
+        // In a narrow window two blocks of a row share them.
+        if place != [start, y] {
+            place = [start, y];
+            sums = searched.block_sums(window, start, y);
+        }
         for (x, around) in (first..end).zip(sums.array_windows().skip(first - 2 - start)) {
             let [second_left, first_left, sum, first_right, second_right] = *around;
             if sum - level <= threshold

@@ -141,12 +141,12 @@ impl Sensor<'_> {
     /// enough, or the prediction is not good enough to say that it has too little.
     fn unlit(&self, predicted: &Prediction) -> Option<Looked> {
         let parameters = &self.parameters.earth;
-        let light = predicted.view.lit_arcs(&self.camera, 0.0, parameters);
+        let enough_rad = if predicted.is_known() { parameters.fit.least_arc_deg.to_radians() } else { 0.0 };
+        let light = predicted.view.lit_arcs(&self.camera, 0.0, enough_rad, parameters);
         if light.lit_rad == 0.0 {
             return Some(Looked::Dark);
         }
-        let faint = predicted.is_known() && light.usable_rad < parameters.fit.least_arc_deg.to_radians();
-        faint.then_some(Looked::Faint)
+        (light.usable_rad < enough_rad).then_some(Looked::Faint)
     }
 
     /// Reads strips across the limb that the orbit predicts into the workspace; none without a prediction,

@@ -66,12 +66,29 @@ pub struct Confirmed {
     pub log10_chance: f32,
 }
 
+/// Common logarithms of the whole numbers up to [`MAX_FIELD_STARS`]: the tests of one field ask for them
+/// hundreds of times.
+#[derive(Debug)]
+pub struct WholeLogs([f32; MAX_FIELD_STARS + 1]);
+
+impl Default for WholeLogs {
+    fn default() -> Self {
+        Self(core::array::from_fn(|number| libm::log10f(number as f32)))
+    }
+}
+
+impl WholeLogs {
+    fn of(&self, number: u32) -> f32 {
+        self.0.get(number as usize).copied().unwrap_or_else(|| libm::log10f(number as f32))
+    }
+}
+
 /// Common logarithm of the binomial tail `P(X >= hits | trials, p)`; 0 (certainty) when p is no probability.
 ///
 /// Error below 1.5e-4 (9e-6 of the logarithm) for every number of trials up to [`MAX_FIELD_STARS`]` - 2`, p
 /// from 1e-9 to 0.999 (test `the_chance_of_a_match_is_the_exact_binomial_tail`); of more trials not all terms
 /// are summed.
-pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
+pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32, logs: &WholeLogs) -> f32 {
     if hits == 0 || !(p > 0.0 && p < 1.0) {
         return 0.0;
     }
@@ -80,9 +97,8 @@ pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32) -> f32 {
     }
     let (log_p, log_q) = (libm::log10f(p), libm::log10f(1.0 - p));
     // First term C(n, k) p^k q^(n - k) in logarithms, the rest as a series of ratios.
-    let first = (0..hits).fold((trials - hits) as f32 * log_q, |sum, i| {
-        sum + log_p + libm::log10f((trials - i) as f32) - libm::log10f((i + 1) as f32)
-    });
+    let first = (0..hits)
+        .fold((trials - hits) as f32 * log_q, |sum, i| sum + log_p + logs.of(trials - i) - logs.of(i + 1));
     let (mut series, mut term) = (1.0f32, 1.0f32);
     for k in hits..trials.min(hits + MAX_FIELD_STARS as u32) {
         term *= (trials - k) as f32 / (k + 1) as f32 * (p / (1.0 - p));
@@ -290,7 +306,7 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &S
     let radii = RADII.get(..RADII.len() - usize::from(!field.is_calibrated())).unwrap_or(&RADII);
     let measured = field.measured().len();
     let beyond_two = |count: usize| count.saturating_sub(2);
-    let mut best = 0.0f32;
+    let (logs, mut best) = (WholeLogs::default(), 0.0f32);
     for radius in radii {
         let within_px = tolerance_px * radius;
         let capture_share = core::f32::consts::PI * (2.0 * within_px) * (2.0 * within_px) / field.searched_px;
@@ -306,7 +322,7 @@ fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &S
             // this way.
             let (ours, theirs) = (beyond_two(expected.min(brightest)), beyond_two(measured.min(brightest)));
             let chance = capture_share * ours.max(theirs) as f32;
-            best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance));
+            best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance, &logs));
         }
     }
     // Tests with more of the brightest than there are stars are identical.

@@ -52,11 +52,12 @@ impl LimbProfile {
         parameters: &EarthParameters,
     ) -> Option<Self> {
         let lines = Lines::of(pixels, strip)?;
-        let (length, profile) = (lines.length, lines.profile()?);
-        let inner = length.checked_sub(limb::END_MARGIN)?;
+        let (length, mut line) = (lines.length, lines.averaged()?);
+        line.extend(length)?;
         let full_scale = f32::from(geometry.full_scale());
-        let dark = limb::dark_of(&profile, length);
-        let used = profile.get(limb::END_MARGIN..inner)?;
+        let dark = line.dark()?;
+        let inner = line.end;
+        let used = line.known().get(limb::END_MARGIN..inner)?;
         let most = used.iter().fold(dark, |most, value| if *value > most { *value } else { most });
         if dark > parameters.strips.dark_share * full_scale
             || most - dark < parameters.strips.contrast_share * full_scale
@@ -71,7 +72,7 @@ impl LimbProfile {
         let reach = |scales: f32| libm::ceilf((scales * scale).max(LEAST_PX)) as usize;
         let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END_MARGIN);
         let to = (guess + reach(INSIDE_SCALES)).min(inner);
-        (to > from + 2 * ORDER).then_some(Self { profile, from, to, length, guess, dark, scale })
+        (to > from + 2 * ORDER).then_some(Self { profile: line.counts, from, to, length, guess, dark, scale })
     }
 
     /// Places and values.

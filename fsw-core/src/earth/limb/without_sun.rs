@@ -39,14 +39,15 @@ pub fn crossing_without_sun(
     parameters: &EarthParameters,
 ) -> Option<LimbPoint> {
     let lines = Lines::of(pixels, strip)?;
-    let profile = lines.profile()?;
-    let strip_profile = StripProfile::new(&lines, &profile, geometry, parameters)?;
+    let mut line = lines.averaged()?;
+    line.extend(lines.length)?;
+    let mut strip_profile = StripProfile::new(&lines, &mut line, geometry, parameters)?;
     let overhead = ExpectedLimb { sun_sine: 1.0, sun_facing: 0.0, ..strip.expected };
     let model = LimbModel::new(&overhead, strip.normal_cosine(), parameters)?;
     let edge = strip_profile.find_edge(&model)?;
     let km_per_place = strip.expected.km_per_px * strip.normal_cosine();
     if !surface_continues(
-        strip_profile.profile,
+        strip_profile.line.known(),
         edge.place,
         &model,
         km_per_place,
@@ -59,12 +60,13 @@ pub fn crossing_without_sun(
     let slanted = ExpectedLimb { sun_sine, sun_facing, ..strip.expected };
     let model = LimbModel::new(&slanted, strip.normal_cosine(), parameters)?;
     let model = LimbModel { shading: SHADING_FACTOR * model.shading, ..model };
-    strip_profile.point(&strip_profile.find_edge(&model)?, &model, strip)
+    let edge = strip_profile.find_edge(&model)?;
+    strip_profile.point(&edge, &model, strip)
 }
 
 /// Cotangent of the Sun's elevation at the limb; zero where clouds could cause the brightening.
 fn slant(strip_profile: &StripProfile, edge: &LimbEdge, model: &LimbModel, km_per_place: f32) -> f32 {
-    let Some(behind) = strip_profile.profile.get(edge.place + model.end..) else { return 0.0 };
+    let Some(behind) = strip_profile.line.known().get(edge.place + model.end..) else { return 0.0 };
     let behind = behind.get(..behind.len().min(FAR_PX)).unwrap_or(behind);
     if behind.len() < LEAST_BEHIND_PX {
         return 0.0;
