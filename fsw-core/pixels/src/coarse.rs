@@ -70,7 +70,7 @@ const TRIMMED_TO_SIGMA: u32 = 253;
 const LEAN_SIGMAS: i32 = 5;
 
 /// Noisy cells within two of a place that may be more than a star's: bright ones make four.
-const FEW_NOISY: usize = 4;
+const FEW_NOISY: usize = 3;
 
 /// A value for every cell of a tile.
 pub type CoarseCells<T> = [[T; SEGMENTS]; BANDS];
