@@ -1,10 +1,10 @@
-//! Position differences in curvilinear coordinates: height and arc.
+//! Corrections of position and velocity along the arc of the orbit.
 //!
-//! A satellite 300 km ahead on a low orbit is 6 km below the tangent. With Cartesian differences the Kalman
-//! filter would treat these 6 km, after a long outage, as a height error, although the height is known to
-//! metres. So a position difference is expressed as height and arc from the predicted position, and a
-//! correction moves the state along the arc and rotates velocity and covariance with it. Below
-//! [`MIN_ARC_RAD`] the plain Cartesian correction is used.
+//! A satellite 200 km ahead on a low orbit is 3 km below the tangent, and its velocity is turned by 0.03 rad. The
+//! orbit's covariance after its first arc is as long as that and a kilometre thick: a correction along the
+//! tangent leaves it, and the filter believes what it then sees. So a correction is height and arc: it moves
+//! the state along the arc, and turns velocity and covariance with it. Below [`MIN_ARC_RAD`] the plain
+//! Cartesian correction is used.
 
 use crate::matrix::{add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled};
 use crate::trigonometry::sine_cosine_f64;
@@ -15,40 +15,6 @@ const MIN_ARC_RAD: f64 = 1e-4;
 
 /// Longest arc that is treated as curved, rad: 60 deg.
 const MAX_ARC_RAD: f64 = core::f64::consts::FRAC_PI_3;
-
-/// Difference of two positions.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CurvilinearDifference {
-    /// Height and arc between them, km, as a vector at the first.
-    pub(super) difference_km: Vector3<f64>,
-    /// The rotation that brings the first one's direction to the other's.
-    pub(super) rotation: Matrix3<f64>,
-    /// Distance of the other from the Earth's centre over that of the first.
-    pub(super) scale: f64,
-}
-
-impl CurvilinearDifference {
-    /// `None` beyond 60 degrees, and when a position is zero or not finite.
-    #[inline(never)]
-    pub(super) fn between(first: &Vector3<f64>, other: &Vector3<f64>) -> Option<Self> {
-        let (near, far) = (libm::sqrt(dot(first, first)), libm::sqrt(dot(other, other)));
-        let (u, d) = (scaled(first, 1.0 / near), scaled(other, 1.0 / far));
-        let cosine = dot(&u, &d);
-        // NaN is refused too.
-        if !(near > 0.0 && far > 0.0 && cosine > 0.5) {
-            return None;
-        }
-        let axis = product(&cross_matrix(&u), &d);
-        let sine = libm::sqrt(dot(&axis, &axis));
-        let stretch = if sine < MIN_ARC_RAD { 1.0 } else { libm::atan2(sine, cosine) / sine };
-        let arc = scaled(&plus_scaled(&d, -cosine, &u), stretch * near);
-        Some(Self {
-            difference_km: plus_scaled(&arc, far - near, &u),
-            rotation: rotation(&axis, cosine),
-            scale: far / near,
-        })
-    }
-}
 
 /// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance
 /// makes with them; `None` where the arc is shorter than [`MIN_ARC_RAD`] or longer than [`MAX_ARC_RAD`]:
