@@ -23,6 +23,7 @@ pub mod beginning;
 pub mod constants;
 mod curvilinear;
 pub mod dynamics;
+pub mod elements;
 pub mod ephemeris;
 pub mod factor;
 pub mod filter;

@@ -1,63 +1,82 @@
-//! Corrections of position and velocity along the arc of the orbit.
+//! Corrections of position and velocity along the orbit, as changes of its elements.
 //!
-//! A satellite 200 km ahead on a low orbit is 3 km below the tangent, and its velocity is turned by 0.03 rad. The
-//! orbit's covariance after its first arc is as long as that and a kilometre thick: a correction along the
-//! tangent leaves it, and the filter believes what it then sees. So a correction is height and arc: it moves
-//! the state along the arc, and turns velocity and covariance with it. Below [`MIN_ARC_RAD`] the plain
-//! Cartesian correction is used.
+//! After the first arc the orbit's covariance is hundreds of km long and a few thick. A correction along the
+//! tangent leaves it: 200 km ahead on a low orbit is 3 km below the tangent, and the energy, to which the
+//! next revolution is sensitive, is no longer the one that was measured. In equinoctial elements errors stay
+//! Gaussian, so a correction `δx` with the covariance `S Sᵀ` is taken as the change `E δx` of the elements
+//! (`E`: their derivative by the state). The state is that of the changed elements, and `S` goes with it by
+//! the derivative `T` of that map. Below [`SMALLEST`] the correction is added in Cartesian coordinates.
 
-use crate::matrix::{add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled};
-use crate::trigonometry::sine_cosine_f64;
-use nalgebra::{Matrix3, Vector3};
+use super::elements::Equinoctial;
+use crate::matrix::{dot, plus_scaled, scaled};
+use nalgebra::Vector3;
 
-/// Shorter arcs are treated as straight, rad: 4 cm of height in LEO.
-const MIN_ARC_RAD: f64 = 1e-4;
+/// Smaller corrections are treated as straight, share of position and velocity: 4 cm of height in LEO.
+const SMALLEST: f64 = 1e-4;
+/// Larger ones are no errors of a known orbit, and are added as they are.
+const LARGEST: f64 = 0.5;
+/// Steps of the central differences, share of position and velocity: relative error 1e-8.
+const STEP: f64 = 1e-4;
 
-/// Longest arc that is treated as curved, rad: 60 deg.
-const MAX_ARC_RAD: f64 = core::f64::consts::FRAC_PI_3;
+/// Position and velocity.
+type Motion = (Vector3<f64>, Vector3<f64>);
+/// Derivatives of position and velocity, row by row.
+pub(super) type Turn = [[f64; 6]; 6];
 
-/// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance
-/// makes with them; `None` where the arc is shorter than [`MIN_ARC_RAD`] or longer than [`MAX_ARC_RAD`]:
-/// then the correction is added in Cartesian coordinates.
+fn plus(motion: &Motion, factor: f64, by: &Motion) -> Motion {
+    (plus_scaled(&motion.0, factor, &by.0), plus_scaled(&motion.1, factor, &by.1))
+}
+
+/// The change of the elements by a small move there and back.
+fn change(motion: &Motion, by: &Motion, scale: f64) -> Option<[f64; 6]> {
+    let [after, before] = [1.0, -1.0].map(|sign| plus(motion, sign * scale, by));
+    let after = Equinoctial::of(&after.0, &after.1)?;
+    let before = Equinoctial::of(&before.0, &before.1)?;
+    let mut change = after.minus(&before)?;
+    for element in &mut change {
+        *element *= 0.5 / scale;
+    }
+    Some(change)
+}
+
+/// Moves position and velocity by a correction and gives the matrix `T` by which the covariance's root is
+/// multiplied; `None` where the correction was added in Cartesian coordinates.
 #[inline(never)]
 pub(super) fn correct_state(
     position_km: &mut Vector3<f64>,
     velocity_km_s: &mut Vector3<f64>,
     by_km: &Vector3<f64>,
     by_km_s: &Vector3<f64>,
-) -> Option<Matrix3<f64>> {
-    let distance = libm::sqrt(dot(position_km, position_km));
-    let u = scaled(position_km, 1.0 / distance);
-    let height = dot(&u, by_km);
-    let across = scaled(&plus_scaled(by_km, -height, &u), 1.0 / distance);
-    let angle = libm::sqrt(dot(&across, &across));
+) -> Option<Turn> {
+    let before = (*position_km, *velocity_km_s);
+    let by = (*by_km, *by_km_s);
+    let straight = plus(&before, 1.0, &by);
+    (*position_km, *velocity_km_s) = straight;
+    let square = |of: &Vector3<f64>, whole: &Vector3<f64>| dot(of, of) / dot(whole, whole).max(1e-6);
+    let size = libm::sqrt(square(&by.0, &before.0).max(square(&by.1, &before.1)));
     // NaN counts as straight.
-    let bends = angle > MIN_ARC_RAD && angle < MAX_ARC_RAD;
-    if !bends {
-        add_scaled(position_km, 1.0, by_km);
-        add_scaled(velocity_km_s, 1.0, by_km_s);
+    if !(size > SMALLEST && size < LARGEST) {
         return None;
     }
-    let (sine, cosine) = sine_cosine_f64(angle);
-    let turn = product(&cross_matrix(&u), &across);
-    let rotation = rotation(&scaled(&turn, sine / angle), cosine);
-    // The velocity correction refers to inertial axes: subtract the change by the rotation.
-    let turned = product(&cross_matrix(&turn), velocity_km_s);
-    add_scaled(velocity_km_s, 1.0, by_km_s);
-    add_scaled(velocity_km_s, -1.0, &turned);
-    *velocity_km_s = product(&rotation, velocity_km_s);
-    *position_km = scaled(&product(&rotation, &u), distance + height);
-    Some(rotation)
-}
-
-/// The rotation about an axis whose length is the sine.
-#[inline(never)]
-fn rotation(axis: &Vector3<f64>, cosine: f64) -> Matrix3<f64> {
-    let cross = cross_matrix(axis);
-    let mut rotation = scaled(&product(&cross, &cross), 1.0 / (1.0 + cosine));
-    add_scaled(&mut rotation, 1.0, &cross);
-    add_to_diagonal(&mut rotation, 1.0);
-    rotation
+    let changes = change(&before, &by, STEP / size)?;
+    let moved = |from: &Motion| Equinoctial::of(&from.0, &from.1)?.changed(&changes).state();
+    let after = moved(&before)?;
+    let steps = [&before.0, &before.1].map(|whole| STEP * libm::sqrt(dot(whole, whole)));
+    let mut turn = [[0.0; 6]; 6];
+    for column in 0..6 {
+        let step = steps.get(column / 3).copied()?;
+        let mut unit = (Vector3::zeros(), Vector3::zeros());
+        let part = if column < 3 { &mut unit.0 } else { &mut unit.1 };
+        *part.get_mut(column % 3)? = step;
+        let (forth, back) = (moved(&plus(&before, 1.0, &unit))?, moved(&plus(&before, -1.0, &unit))?);
+        let slope = plus(&forth, -1.0, &back);
+        let slope = scaled(&slope.0, 0.5 / step).into_iter().chain(&scaled(&slope.1, 0.5 / step)).copied().collect::<heapless::Vec<f64,6>>();
+        for (row, element) in turn.iter_mut().zip(&slope) {
+            *row.get_mut(column)? = *element;
+        }
+    }
+    (*position_km, *velocity_km_s) = after;
+    Some(turn)
 }
 
 #[cfg(test)]

@@ -347,14 +347,7 @@ impl Estimate {
         let OrbitState { position_km, velocity_km_s, .. } = &mut self.state;
         let (by_km, by_km_s) = (Vector3::new(x, y, z), Vector3::new(vx, vy, vz));
         if let Some(rotation) = correct_state(position_km, velocity_km_s, &by_km, &by_km_s) {
-            let rotation = rotation.map(|element| element as f32);
-            let both = core::array::from_fn(|i| {
-                core::array::from_fn(|j| {
-                    let element = rotation.get((i % 3, j % 3)).copied().unwrap_or(0.0);
-                    if i / 3 == j / 3 { element } else { 0.0 }
-                })
-            });
-            self.factor.propagate(&both);
+            self.factor.propagate(&rotation.map(|row| row.map(|element| element as f32)));
         }
         self.factor.settle();
         for (value, by) in self.horizon.iter_mut().zip(&correction).skip(MOTION) {
