@@ -9,11 +9,12 @@
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
+//! | [`elements`] | equinoctial elements and back |
 //! | [`beginning`] | the first orbit, by least squares over the first fixes |
 //! | [`horizon`] | how high the limb stands, and what its height says |
 //! | [`look`] | the limb points of some seconds, compressed |
 //! | [`observation`] | what a fix says (tab. 5.1) |
-//! | `curvilinear` | corrections that bend with the orbit |
+//! | `curvilinear` | corrections as changes of the elements |
 //! | `noise` | process noise |
 //! | [`factor`] | the filter's covariance as a square root |
 //! | [`filter`] | the Kalman-Schmidt filter |

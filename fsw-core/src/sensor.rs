@@ -135,8 +135,6 @@ pub struct Sensor<'c> {
     /// Images given up since the last attitude.
     images_given_up: u8,
     workspace: &'c mut Workspace,
-    /// DEBUG
-    pub debug: Option<(crate::earth::EarthFix, i64, heapless::Vec<crate::earth::LimbPoint, 128>)>,
 }
 
 impl<'c> Sensor<'c> {
@@ -170,7 +168,6 @@ impl<'c> Sensor<'c> {
             turning: turning::Turning::default(),
             images_given_up: 0,
             workspace,
-            debug: None,
         })
     }
 
@@ -198,7 +195,6 @@ impl<'c> Sensor<'c> {
         instruments: &mut Instruments<D, C, M, R>,
         command: Command,
     ) -> Report {
-        self.debug = None;
         let commanded = self.obey(command);
         let Instruments { detector, clock, meter, rate_sensor } = instruments;
         let detector = &mut ByKind(&mut **detector);

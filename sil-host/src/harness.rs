@@ -45,8 +45,6 @@ pub struct Second<'a> {
     pub scene: &'a Scene,
     /// What breaks in the run.
     pub faults: &'a [Fault],
-    /// DEBUG
-    pub debug: &'a Option<(fsw_core::earth::EarthFix, i64, heapless::Vec<fsw_core::earth::LimbPoint, 128>)>,
 }
 
 /// The detector in one second: an exposure in it is one of that second, however many seconds went without.
@@ -185,7 +183,6 @@ impl<'a> Flight<'a> {
             field: field_of(scenario, (cycle, local), &truth),
             scene: self.scene,
             faults: &scenario.faults,
-            debug: &self.sensor.debug,
         })?;
         self.cycle += 1;
         Ok(())

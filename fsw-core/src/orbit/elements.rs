@@ -10,12 +10,16 @@
 use super::constants::MU_EARTH_KM3_S2;
 use crate::matrix::{add_scaled, dot, plus_scaled, scaled};
 use crate::trigonometry::sine_cosine_f64;
+use core::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 
 /// Steps of Newton's method for Kepler's equation: below 1e-12 rad up to the greatest eccentricity.
 const KEPLER_STEPS: usize = 12;
 /// Greatest eccentricity; beyond, and for open orbits, there are no elements.
 const GREATEST_ECCENTRICITY: f64 = 0.97;
+
+/// A change of the mean motion, `h`, `k`, `p`, `q` and the mean longitude.
+pub type Change = [f64; 6];
 
 /// Elements of a closed orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,33 +116,44 @@ impl Equinoctial {
         Some((position_km, velocity_km_s))
     }
 
-    /// The elements less others of the same retrograde factor, in the order of [`Self::numbers`]; `None` for others.
-    pub fn minus(&self, other: &Self) -> Option<[f64; 6]> {
-        if self.retrograde != other.retrograde { return None; }
-        let (mine, theirs) = (self.numbers(), other.numbers());
-        let mut difference = mine;
-        for (d, t) in difference.iter_mut().zip(&theirs) { *d -= t; }
-        let tau = core::f64::consts::TAU;
-        let l = difference.last_mut()?;
-        if *l > core::f64::consts::PI { *l -= tau; } else if *l < -core::f64::consts::PI { *l += tau; }
-        Some(difference)
+    /// The elements less others, in the order of the fields; `None` where the retrograde factors differ.
+    #[inline(never)]
+    pub fn minus(&self, other: &Self) -> Option<Change> {
+        if self.retrograde != other.retrograde {
+            return None;
+        }
+        let mut change = self.numbers();
+        for (element, theirs) in change.iter_mut().zip(&other.numbers()) {
+            *element -= theirs;
+        }
+        // The shorter way round.
+        let [.., longitude] = &mut change;
+        if *longitude > PI {
+            *longitude -= TAU;
+        } else if *longitude < -PI {
+            *longitude += TAU;
+        }
+        Some(change)
     }
 
-    /// The elements as six numbers.
-    fn numbers(&self) -> [f64; 6] {
+    fn numbers(&self) -> Change {
         let ([h, k], [p, q]) = (self.eccentricity, self.inclination);
         [self.mean_motion_rad_s, h, k, p, q, self.longitude_rad]
     }
 
-    /// These elements changed by `changes`, in the order of [`Self::numbers`].
-    pub fn changed(&self, changes: &[f64; 6]) -> Self {
-        let [n, h, k, p, q, l] = *changes;
+    /// These elements and a change of them.
+    pub fn plus(&self, change: &Change) -> Self {
+        let [n, h, k, p, q, l] = self.numbers();
+        let [dn, dh, dk, dp, dq, dl] = *change;
         Self {
-            mean_motion_rad_s: self.mean_motion_rad_s + n,
-            eccentricity: [self.eccentricity[0] + h, self.eccentricity[1] + k],
-            inclination: [self.inclination[0] + p, self.inclination[1] + q],
-            longitude_rad: self.longitude_rad + l,
+            mean_motion_rad_s: n + dn,
+            eccentricity: [h + dh, k + dk],
+            inclination: [p + dp, q + dq],
+            longitude_rad: l + dl,
             retrograde: self.retrograde,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

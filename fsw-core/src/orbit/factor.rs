@@ -175,13 +175,14 @@ impl Factor {
                 break;
             };
             let Some(tail) = this.get_mut(state..) else { break };
-            let square = dot(tail, tail);
-            let Some(first) = tail.first_mut() else { break };
-            if square <= *first * *first {
+            let Some((first, rest)) = tail.split_first_mut() else { break };
+            let rest = dot(rest, rest);
+            // Only what is exactly zero may stay: a spare column is used again without being cleared.
+            if rest == 0.0 {
                 continue;
             }
             // The reflection along v = tail + sign |tail| e takes the tail to its first column.
-            let length = if *first < 0.0 { -libm::sqrtf(square) } else { libm::sqrtf(square) };
+            let length = libm::copysignf(libm::sqrtf(*first * *first + rest), *first);
             *first += length;
             let scale = 1.0 / (length * *first);
             for row in below {

@@ -43,7 +43,6 @@ impl Sensor<'_> {
         terrestrial_us: i64,
         events: &mut Events,
     ) -> FixRecord {
-        self.debug = Some((*fix, terrestrial_us, self.workspace.shared.limb_points().iter().copied().collect()));
         let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();

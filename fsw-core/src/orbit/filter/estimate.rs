@@ -346,8 +346,8 @@ impl Estimate {
         let [x, y, z, vx, vy, vz, ..] = correction.map(f64::from);
         let OrbitState { position_km, velocity_km_s, .. } = &mut self.state;
         let (by_km, by_km_s) = (Vector3::new(x, y, z), Vector3::new(vx, vy, vz));
-        if let Some(rotation) = correct_state(position_km, velocity_km_s, &by_km, &by_km_s) {
-            self.factor.propagate(&rotation.map(|row| row.map(|element| element as f32)));
+        if let Some(turn) = correct_state(position_km, velocity_km_s, &(by_km, by_km_s)) {
+            self.factor.propagate(&turn.map(|row| row.map(|element| element as f32)));
         }
         self.factor.settle();
         for (value, by) in self.horizon.iter_mut().zip(&correction).skip(MOTION) {
