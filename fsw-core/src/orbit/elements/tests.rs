@@ -73,7 +73,7 @@ fn only_the_longitude_grows_about_a_point_mass() {
 fn what_is_no_closed_orbit_has_no_elements() {
     let (r, v) = kepler(9_000.0, 0.2, [0.1, 0.2, 0.3, 0.4]);
     // Faster than the escape, in line with the position, at rest, not finite.
-    for bad in [v * 2.0, r * 1e-3, Vector3::zeros(), Vector3::new(f64::NAN, 0.0, 0.0)] {
+    for bad in [v * 2.0, r * 1e-6, Vector3::zeros(), Vector3::new(f64::NAN, 0.0, 0.0)] {
         assert_eq!(Equinoctial::of(&r, &bad), None);
     }
     assert_eq!(Equinoctial::of(&Vector3::zeros(), &v), None);

@@ -248,25 +248,3 @@ fn a_real_orbit_is_followed() {
     std::println!("Jason-2, two orbits: rms {rms_m:.0} m, NEES {nees:.2} of 6");
     assert!(nees < NEES_HIGH && rms_m < 500.0, "{nees} {rms_m}");
 }
-#[test]
-fn zz_debug() {
-    let scenario = geostationary(86_164, None);
-    let Scenario { eye, cadence_s, parameters, .. } = &scenario;
-    let mut generator = Generator::new(1000);
-    let start = scenario.start;
-    let normal = start.position_km.cross(&start.velocity_km_s).normalize();
-    let mut filter = OrbitFilter::new();
-    let mut truth = start;
-    for second in (0..6000).step_by(20) {
-        if second > 0 { truth = Dynamics::Full.propagate(&truth, 20_000_000).unwrap(); }
-        let noise = eye.covariance(&truth.position_km, &normal).cholesky().unwrap().l() * generator.gaussian_vector();
-        let position_km = truth.position_km + noise;
-        let to_icrs = crate::orbit::lvlh::lvlh(&truth.position_km, &truth.velocity_km_s).unwrap().transpose();
-        let fix = PositionFix { position_km, covariance_km2: eye.covariance(&position_km, &normal), shared_km2: Matrix3::zeros(), linearisation_km: position_km };
-        let u = filter.update(truth.time_us, &fix, &to_icrs, parameters);
-        if filter.state().is_some() {
-            let e = radial_along_across(&truth) * state_error(&filter, &truth).fixed_rows::<3>(0);
-            std::println!("{second} {u:?} {:.1} {:.1} {:.1} sig {:?}", e.x, e.y, e.z, filter.position_sigma_km());
-        }
-    }
-}

@@ -344,9 +344,9 @@ impl Estimate {
             }
         }
         let [x, y, z, vx, vy, vz, ..] = correction.map(f64::from);
+        let by = (Vector3::new(x, y, z), Vector3::new(vx, vy, vz));
         let OrbitState { position_km, velocity_km_s, .. } = &mut self.state;
-        let (by_km, by_km_s) = (Vector3::new(x, y, z), Vector3::new(vx, vy, vz));
-        if let Some(turn) = correct_state(position_km, velocity_km_s, &(by_km, by_km_s)) {
+        if let Some(turn) = correct_state(position_km, velocity_km_s, &by) {
             self.factor.propagate(&turn.map(|row| row.map(|element| element as f32)));
         }
         self.factor.settle();

@@ -185,7 +185,7 @@ pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
         };
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
             Update::Rejected { .. } => rejected += 1,
-            Update::Diverged(_) | Update::Refused(_) => panic!("lost at {second} s {:?}", filter.state()),
+            Update::Diverged(_) | Update::Refused(_) => panic!("lost at {second} s"),
             Update::Collected | Update::Started | Update::Accepted(_) | Update::Gathered => (),
         }
         if filter.settled() && settled_after_s.is_none() {
