@@ -300,9 +300,9 @@ pub struct CampaignRunArguments {
     /// Flights
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
     pub runs: u64,
-    /// Keys of the scenario that every flight draws anew: a file in the scenario's shape with { uniform =
-    /// [low, high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] }, { whole = [low, high] } or {
-    /// choice = [a, b] } in the place of values
+    /// Keys of the scenario that every flight draws anew: a file in the scenario's shape with
+    /// { uniform = [low, high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] },
+    /// { whole = [low, high] } or { choice = [a, b] } in the place of values
     #[arg(long, value_name = "FILE.toml")]
     pub vary: Option<PathBuf>,
     /// The rest

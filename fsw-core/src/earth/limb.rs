@@ -13,14 +13,15 @@
 //!
 //! The sigma is the root sum of squares of the scatter between the lines, the relative scatter of the
 //! bright side, 10 % of its shading, the floor, and the scatter of the limb's height. Bias against the
-//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 180 cycles a
-//! place as far inwards as the edge needs, and 10,000 for the model; 1.43 M for 24 of nearly the longest
-//! (`cargo budget`, `limb` of tracking).
+//! half-brightness height in rendered strips: `limb/tests.rs`. Cost: 180 cycles a place as far inwards as
+//! the edge needs, and 10,000 for the model; 1.43 M for 24 of nearly the longest (`cargo budget`, `limb` of
+//! tracking).
 
 use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
 use super::{EarthParameters, LimbPoint};
 use fsw_hal::{DetectorGeometry, Window};
+use fsw_pixels::lines::LINES;
 
 mod lines;
 mod without_sun;
@@ -28,7 +29,7 @@ pub(super) use lines::{AveragedLine, END_MARGIN, Lines};
 pub use without_sun::crossing_without_sun;
 
 /// Lines of a strip.
-pub const BREADTH: usize = 9;
+pub const BREADTH: usize = LINES;
 /// Longest strip, px.
 pub const MAX_LENGTH: usize = 161;
 

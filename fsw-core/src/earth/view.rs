@@ -113,11 +113,16 @@ impl View {
         first * cosine + second * sine
     }
 
+    /// Vector to the limb, of any length, along a radial unit vector.
+    fn towards_limb(&self, radial: &Vector3<f32>) -> Vector3<f32> {
+        let [axis, ..] = self.axes;
+        self.body.in_space(&(axis * self.cosine + radial * self.sine))
+    }
+
     /// Direction of the limb at an azimuth about the centre, given by its cosine and sine; where azimuth
     /// begins is arbitrary.
     pub fn limb_ray(&self, azimuth: [f32; 2]) -> Option<Direction<EarthPath>> {
-        let [axis, ..] = self.axes;
-        Direction::new(self.body.in_space(&(axis * self.cosine + self.radial(azimuth) * self.sine)))
+        Direction::new(self.towards_limb(&self.radial(azimuth)))
     }
 
     /// Sine of the angle between the centre and the limb, in sphere space.
@@ -129,7 +134,7 @@ impl View {
     /// field.
     fn project_limb(&self, azimuth: [f32; 2], camera: &Camera, margin_px: f32) -> Option<([f32; 2], f32)> {
         let (radial, [axis, ..]) = (self.radial(azimuth), self.axes);
-        let ray = self.body.in_space(&(axis * self.cosine + radial * self.sine));
+        let ray = self.towards_limb(&radial);
         if camera.is_far_outside(&ray) {
             return None;
         }

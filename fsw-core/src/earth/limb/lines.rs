@@ -6,9 +6,7 @@
 
 use super::{BREADTH, MAX_LENGTH, MIDDLE, Strip};
 use crate::order;
-use fsw_pixels::lines::{FINE_SHIFT, LINES, LineStart, RUN, Spread, trimmed_means};
-
-const _: () = assert!(LINES == BREADTH);
+use fsw_pixels::lines::{FINE_SHIFT, LineStart, RUN, Spread, trimmed_means};
 
 /// Places at either end that not every line covers: the slope is at most one.
 pub(in crate::earth) const END_MARGIN: usize = MIDDLE as usize + 1;

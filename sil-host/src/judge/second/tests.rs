@@ -30,8 +30,8 @@ fn position_error(report: &OrbitReport, position_km: Vector, velocity_km_s: Vect
 
 #[test]
 fn a_covariance_known_by_hand_gives_its_sigmas_correlations_and_nees() {
-    // On the x axis and flying along y: radial, along, cross are x, y, z. [[4, 3], [3, 9]]⁻¹ = [[9, -3], [-3,
-    // 4]] / 27.
+    // On the x axis and flying along y: radial, along, cross are x, y, z.
+    // [[4, 3], [3, 9]]⁻¹ = [[9, -3], [-3, 4]] / 27.
     let covariance = [[4.0, 3.0, 0.0], [3.0, 9.0, 0.0], [0.0, 0.0, 1.0]];
     let found = position_error(&report([2.0, -3.0, 0.5], covariance), [7000.0, 0.0, 0.0], [0.0, 7.5, 0.0]);
     let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-5, "{found} {expected}");
