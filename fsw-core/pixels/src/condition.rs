@@ -21,7 +21,7 @@
 
 use crate::levels::{Levels, Shape};
 use crate::median::least;
-use crate::noise::{Scatter, noise_of};
+use crate::noise::{Scatter, TRIMMED_TO_SIGMA, noise_of, of_most, sigmas_of};
 use crate::window::{
     BAND, BANDS, BLOCK, BLOCKS, Cells, FULL_SCALE, KEPT_BITS, MAX_HEIGHT, MAX_WIDTH, MIN_WIDTH, bands,
     rows_of, saturation,
@@ -74,8 +74,9 @@ impl<'a> Residuals<'a> {
 
     /// The raw values of row `y`, none outside the window.
     pub fn raw_row(&self, y: usize) -> &'a [u16] {
-        let start = y.saturating_mul(self.width);
-        self.pixels.get(start..start.saturating_add(self.width)).unwrap_or(&[])
+        // Of a row before the first the start wraps beyond all pixels.
+        let start = y.wrapping_mul(self.width);
+        self.pixels.get(start..start.wrapping_add(self.width)).unwrap_or(&[])
     }
 
     /// Background of row `y`, without its cells', scaled counts.
@@ -260,7 +261,9 @@ impl<'a> Residuals<'a> {
             self.noise = [[self.sum_sigma; BLOCKS]; BANDS];
             return;
         }
-        let (noise, most) = noise_of(&scatters);
+        let sigmas = sigmas_of(&scatters, TRIMMED_TO_SIGMA);
+        let most = of_most(&sigmas);
+        let noise = noise_of(&sigmas, most);
         self.sum_sigma = most.max(least);
         self.noise = noise;
         for (sigma, [along, down]) in self.noise.as_flattened_mut().iter_mut().zip(slopes.as_flattened()) {
@@ -299,6 +302,16 @@ impl Place<'_> {
         let (_, place) =
             pixels.fold((i32::MIN, [x, y]), |most, pixel| if pixel.0 > most.0 { pixel } else { most });
         place
+    }
+
+    /// Residuals of the 5 x 5 pixels about (x, y); `None` where they leave the window.
+    pub fn five_by_five(&self, x: usize, y: usize) -> Option<[[i32; 5]; 5]> {
+        let (left, top) = (x.checked_sub(2)?, y.checked_sub(2)?);
+        let mut pixels = [[0; 5]; 5];
+        for (row, y) in pixels.iter_mut().zip(top..) {
+            row.iter_mut().zip(self.run::<5>(left, y)?).for_each(|(pixel, value)| *pixel = value);
+        }
+        Some(pixels)
     }
 
     /// Residuals of the `N` pixels of row `y` from column `x` on, above the rows' levels and the one cell's
@@ -373,10 +386,12 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
         let surplus = bits - KEPT_BITS;
         pixels.iter_mut().for_each(|raw| *raw >>= surplus);
     }
-    let kept_bits = bits.min(KEPT_BITS);
-    let shift = u32::from(KEPT_BITS - kept_bits);
-    let pixels = &*pixels;
-    let shape = Shape { width, height, shift, full_scale: (1 << kept_bits) - 1 };
+    Some(conditioned(pixels, (width, height), bits.min(KEPT_BITS)))
+}
+
+/// [`condition`]s a window that can be.
+fn conditioned(pixels: &[u16], (width, height): (usize, usize), bits: u8) -> Residuals<'_> {
+    let shift = u32::from(KEPT_BITS - bits);
     // A third of a count is the sigma of quantisation alone.
     let floor = ((1 << shift) / 3).max(1);
     let mut residuals = Residuals {
@@ -386,15 +401,15 @@ pub fn condition(pixels: &mut [u16], width: usize, bits: u8) -> Option<Residuals
         shift,
         levels: Levels::NONE,
         noise: [[3 * floor; BLOCKS]; BANDS],
-        saturation: saturation(kept_bits),
+        saturation: saturation(bits),
         sigma: floor,
         sum_sigma: 3 * floor,
     };
-    let clip = residuals.levels.take(pixels, &shape);
+    let clip = residuals.levels.take(pixels, &Shape { width, height, shift, full_scale: (1 << bits) - 1 });
     // The levels are finer than the counts: half a count more.
     residuals.measure_noise(((2 * clip + 1) << shift) as i32 / 2, floor);
     residuals.levels.calm_rows(height, residuals.sigma);
-    Some(residuals)
+    residuals
 }
 
 #[cfg(test)]

@@ -22,6 +22,8 @@
 //! window of 27 x 27 px: 0.20 sigma for a row before, 0.10 after. What slopes or bends within a cell stays in
 //! the residuals.
 
+use core::ops::Range;
+
 use crate::median::{SAMPLES, least, middle_and_spread};
 use crate::window::{BANDS, BLOCK, BLOCKS, Cells, MAX_HEIGHT, MAX_WIDTH, bands, rows_of};
 
@@ -123,13 +125,13 @@ fn tally_row(
     };
     let of_blocks = levels.iter().zip(masks).zip(blocks);
     if row.len() < WIDE {
-        for (pixels, ((rough, mask), block)) in row.chunks(BLOCK).zip(of_blocks) {
-            // A length known to the compiler makes it a third faster.
-            let both = match <&[u16; BLOCK]>::try_from(pixels) {
-                Ok(whole) => tally(whole, level + rough, clip),
-                Err(_) => tally(pixels, level + rough, clip),
-            };
-            add(block, both, *mask);
+        let (whole, rest) = row.as_chunks::<BLOCK>();
+        let mut of_blocks = of_blocks;
+        for (pixels, ((rough, mask), block)) in whole.iter().zip(of_blocks.by_ref()) {
+            add(block, tally(pixels, level + rough, clip), *mask);
+        }
+        if let Some(((rough, mask), block)) = of_blocks.next() {
+            add(block, tally(rest, level + rough, clip), *mask);
         }
     } else {
         // The left half of each block, then in the next row the right one: 60 pixels settle a level.
@@ -214,6 +216,9 @@ fn rough_rows(
     }
     spreads
 }
+
+/// Most bands of a window or a tile.
+const MAX_LINES: usize = if BANDS > crate::coarse::BANDS { BANDS } else { crate::coarse::BANDS };
 
 /// A straight line through the levels of a band's rows.
 #[derive(Clone, Copy, Default)]
@@ -345,29 +350,34 @@ impl Levels {
         clip
     }
 
-    /// Draws the rows' levels towards a straight line through each band, by that part of their scatter about
-    /// the lines that the noise of their pixels, `sigma` scaled counts, would leave (James and Stein 1961).
-    /// Where the readout bands its rows that part is small; where it does not it is all, and would move
-    /// centroids across the rows.
+    /// [`calm`]s the rows' levels of each band; `sigma` is the noise of a pixel, scaled counts.
     pub fn calm_rows(&mut self, height: usize, sigma: i32) {
-        let mut lines = [Line::default(); BANDS];
-        let (mut scatter, mut freedom) = (0.0, 0.0);
-        for (band, line) in lines.iter_mut().enumerate().take(bands(height)) {
-            let rows = rows_of(band, height);
-            *line = Line::through(self.rows.get(rows).unwrap_or(&[]));
-            scatter += line.scatter;
-            freedom += line.freedom;
-        }
         let noise = sigma as f32;
-        let by_chance = freedom * noise * noise / self.row_pixels.max(1) as f32;
-        let kept = 1.0 - (by_chance / scatter.max(1.0)).min(1.0);
-        for (band, line) in lines.iter().enumerate().take(bands(height)) {
-            let rows = self.rows.get_mut(rows_of(band, height)).unwrap_or(&mut []);
-            let mut on_line = line.first;
-            for level in rows {
-                *level = libm::rintf(on_line + kept * (*level as f32 - on_line)) as i32;
-                on_line += line.step;
-            }
+        let by_chance = noise * noise / self.row_pixels.max(1) as f32;
+        let rows: [_; BANDS] = core::array::from_fn(|band| rows_of(band, height));
+        calm(&mut self.rows, rows.get(..bands(height)).unwrap_or(&[]), by_chance);
+    }
+}
+
+/// Draws the levels of rows towards a straight line through each band, by that part of their scatter about
+/// the lines that chance would leave (James and Stein 1961); `by_chance` is the variance of a level. Where
+/// the readout bands its rows that part is small; where it does not it is all, and would move centroids
+/// across the rows.
+#[inline(never)]
+pub fn calm(levels: &mut [i32], bands: &[Range<usize>], by_chance: f32) {
+    let mut lines = [Line::default(); MAX_LINES];
+    let (mut scatter, mut freedom) = (0.0, 0.0);
+    for (rows, line) in bands.iter().zip(&mut lines) {
+        *line = Line::through(levels.get(rows.clone()).unwrap_or(&[]));
+        scatter += line.scatter;
+        freedom += line.freedom;
+    }
+    let kept = 1.0 - (freedom * by_chance / scatter.max(1.0)).min(1.0);
+    for (rows, line) in bands.iter().zip(&lines) {
+        let mut on_line = line.first;
+        for level in levels.get_mut(rows.clone()).unwrap_or(&mut []) {
+            *level = libm::rintf(on_line + kept * (*level as f32 - on_line)) as i32;
+            on_line += line.step;
         }
     }
 }

@@ -9,6 +9,7 @@
 //! | [`median`] | a few samples | their middle and spread |
 //! | [`levels`] | raw pixels | background of every row and cell |
 //! | [`noise`] | distances from the background | noise of every cell |
+//! | [`coarse`] | raw pixels of a tile | the places at which a star may stand |
 //! | [`condition`] | raw pixels | a window above its background |
 //! | [`search`] | a conditioned window, thresholds | which parts of its rows hold a 3 x 3 sum above them |
 //! | [`patch`] | a place in a window | the pixels about it and their sums |
@@ -26,6 +27,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod coarse;
 pub mod condition;
 pub mod levels;
 pub mod light;

@@ -4,7 +4,6 @@
 //! which it is widest, px², and that axis; `shape` of `fsw-core` says what they mean. Single precision: sums
 //! of at most 169 values of 15 bits.
 
-use crate::condition::Place;
 use crate::patch::{MARGIN, Patch};
 
 /// The weight's values from its middle outwards, sixteenths.
@@ -96,22 +95,22 @@ pub fn weighted(patch: &Patch, floor: i32) -> Option<Moments> {
     light.moments()
 }
 
-/// Whether a single pixel shines about (x, y): a hot one, or a hit that went straight through. A glance,
-/// before anything is measured: of a star's nine brightest pixels one holds half of the light at most.
+/// Whether a single pixel shines in the middle of 5 x 5 px: a hot one, or a hit that went straight through. A
+/// glance, before anything is measured: of a star's nine brightest pixels one holds half of the light at
+/// most.
 #[inline]
-pub fn is_single_pixel(window: &Place, x: usize, y: usize) -> bool {
-    let (Some(left), Some(top)) = (x.checked_sub(2), y.checked_sub(2)) else { return false };
+pub fn is_single_pixel(pixels: &[[i32; 5]; 5]) -> bool {
     let (mut all, mut nine, mut peak) = (0, 0, i32::MIN);
-    for (dy, y) in (0..5).zip(top..) {
-        let Some(row) = window.run::<5>(left, y) else { return false };
-        for (dx, value) in (0..5).zip(row) {
+    for (dy, row) in (0..).zip(pixels) {
+        for (dx, value) in (0..).zip(row) {
             all += value;
             if (1..4).contains(&dx) && (1..4).contains(&dy) {
                 nine += value;
-                peak = peak.max(value);
+                peak = peak.max(*value);
             }
         }
     }
+    // Of the outer sixteen.
     let floor = (all - nine) / 16;
     SINGLE_PERCENT * (nine - 9 * floor) < 100 * (peak - floor)
 }

@@ -34,13 +34,9 @@ const PER_ROOT: [i32; SIDE + 1] =
 
 /// Bins of a block in units of their noise, by row and column.
 pub type Bins = [[i16; SIDE]; SIDE];
-/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: in the lower half of a word the sum
-/// along the line that rises, in the upper half that of its mirror image in a block upside down. A bin adds
-/// its value + [`CLIP`], one outside the block `CLIP`, so that no half is ever negative and none carries into
-/// the other.
+/// Lines by strip, rise ([`rise_of`]) and row of their beginning + 16: the sum along the line that rises, and
+/// 2^16 times that of its mirror image in a block upside down.
 type Lines = [[u32; ROWS]; SIDE];
-/// One in both halves.
-const BOTH: u32 = 0x1_0001;
 
 /// A line of a block: how strong, where it begins and ends, bins.
 #[derive(Clone, Copy, Debug)]
@@ -71,16 +67,15 @@ pub fn bin_sums(pixels: &[u16]) -> [[i32; SIDE]; SIDE] {
 /// strongest that falls.
 #[inline(never)]
 fn strongest_of_both(bins: &Bins) -> [Option<Line>; 2] {
-    const NOTHING: u32 = CLIP as u32 * BOTH;
     // At first a strip is a column.
-    let mut lines: Lines = [[NOTHING; ROWS]; SIDE];
+    let mut lines: Lines = [[0; ROWS]; SIDE];
     for (column, line) in lines.iter_mut().enumerate() {
         for (row, slot) in line.iter_mut().skip(SIDE).enumerate() {
-            let half = |row: usize| {
+            let bin = |row: usize| {
                 let bin = bins.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0);
-                (i32::from(bin) + CLIP) as u32
+                i32::from(bin) as u32
             };
-            *slot = half(row) | half(SIDE - 1 - row) << 16;
+            *slot = bin(row).wrapping_add(bin(SIDE - 1 - row) << 16);
         }
     }
     let mut best = [None; 2];
@@ -98,7 +93,7 @@ fn strongest_of_both(bins: &Bins) -> [Option<Line>; 2] {
 #[inline(never)]
 fn double(lines: &mut Lines, step: u32) {
     let half = 1usize << step;
-    let beyond = half as u32 * CLIP as u32 * BOTH;
+    let first = first_row(2 * half);
     let mut rest = &mut lines[..];
     for _ in 0..SIDE / 2 {
         // Without a panic path, which chunks of a length that is no constant would have.
@@ -110,20 +105,28 @@ fn double(lines: &mut Lines, step: u32) {
         for (index, (left, right)) in left.iter_mut().zip(right).enumerate() {
             let rise = rise_of(index, step);
             let right = Cell::from_mut(&mut right[..]).as_slice_of_cells();
-            let later = right.get(rise + 1..).unwrap_or(&[]);
-            let mut near = right.get(rise).map_or(beyond, Cell::get);
+            let later = right.get(first + rise + 1..).unwrap_or(&[]);
+            let mut near = right.get(first + rise).map_or(0, Cell::get);
+            let left = left.get_mut(first..).unwrap_or(&mut []);
+            let right = right.get(first..).unwrap_or(&[]);
             for ((left, right), later) in left.iter_mut().zip(right).zip(later) {
                 let (sum, far) = (*left, later.get());
-                (*left, near) = (sum + near, far);
-                right.set(sum + far);
+                (*left, near) = (sum.wrapping_add(near), far);
+                right.set(sum.wrapping_add(far));
             }
+            // Below the block there is nothing.
             for (left, right) in left.iter_mut().zip(right).skip(later.len()) {
                 let sum = *left;
-                (*left, near) = (sum + near, beyond);
-                right.set(sum + beyond);
+                (*left, near) = (sum.wrapping_add(near), 0);
+                right.set(sum);
             }
         }
     }
+}
+
+/// The first row in which a line so wide may begin and still touch the block.
+fn first_row(width: usize) -> usize {
+    (SIDE + 1).saturating_sub(width)
 }
 
 /// By how many rows the line at a place within its strip of 2^steps rises: the bits of the place the other
@@ -148,24 +151,28 @@ fn strength(lines: &Lines, half: usize, (steps, index, row): (u32, usize, usize)
     if count < FEWEST_BINS {
         return 0;
     }
-    let sum = ((word >> (16 * half)) & 0xffff) as i32 - width as i32 * CLIP;
-    (sum * PER_ROOT.get(count).copied().unwrap_or(0)) >> 10
+    let rising = word as i16;
+    let sum = if half == 0 { rising } else { (word.wrapping_sub(i32::from(rising) as u32) >> 16) as i16 };
+    (i32::from(sum) * PER_ROOT.get(count).copied().unwrap_or(0)) >> 10
 }
 
 /// Puts the strongest lines of a transform in place of weaker ones, if they stand alone.
 #[inline(never)]
 fn strongest(lines: &Lines, steps: u32, best: &mut [Option<Line>; 2]) {
-    const SIGNS: u32 = 0x8000 * BOTH;
+    const SIGNS: u32 = 0x8000_8000;
     let width = 1usize << steps;
     let mut most = best.map(|line| line.map_or(THRESHOLD_SIGMAS - 1, |line| line.strength));
     let mut found = [None; 2];
     // A line of the fewest bins must have a greater sum than this, one of more bins a still greater: what is
     // added makes such a half negative.
-    let least = |most: i32| 0x7fff - (width as i32 * CLIP + ((most * PER_ROOT_FEWEST) >> 10)) as u32;
+    let least = |most: i32| 0x7fff - ((most * PER_ROOT_FEWEST) >> 10) as u32;
     let mut added = least(most[0]) | least(most[1]) << 16;
     for (index, line) in lines.iter().enumerate() {
-        for (row, word) in line.iter().enumerate() {
-            if (word + added) & SIGNS == 0 {
+        if line.iter().fold(0, |over, word| over | word.wrapping_add(added)) & SIGNS == 0 {
+            continue;
+        }
+        for (row, word) in line.iter().enumerate().skip(first_row(width)) {
+            if word.wrapping_add(added) & SIGNS == 0 {
                 continue;
             }
             for (half, (most, found)) in most.iter_mut().zip(&mut found).enumerate() {

@@ -4,15 +4,15 @@
 //! same whatever the pixels show; what depends on them is paid from here, in cycles of the Cortex-M4 model,
 //! at prices that hold for the dearest of each step. So many steps, and no more, can be done:
 //!
-//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 76.6 million for the
-//! 252 tiles of the reference detector, whose converter has 10 bits (more than 14 cost one more pass over the
+//! `tiles x (TILE_FIXED_CYCLES + TILE_CYCLES) + RESERVE_CYCLES`, see [`bound_cycles`]: 69.3 million for the
+//! 192 tiles of the reference detector, whose converter has 10 bits (more than 12 cost one more pass over the
 //! pixels).
 //!
 //! Every tile has an income of its own, [`TILE_CYCLES`], that nothing seen elsewhere can use up: whatever a
 //! cloud field has cost, the brightest spots of the tiles below it are still measured. What a tile leaves
 //! goes into savings, of which each tile may take a quarter ([`LOAN_DIVISOR`]): dense tiles get much, and no
 //! one all. Within a tile the brightest is looked at first (`peaks`), so what is left out are its faintest
-//! spots.
+//! spots; only where more boxes pass the coarse look than half of the allowance pays for, those below are.
 //!
 //! No clock is read: the same pixels get the same work everywhere.
 
@@ -26,19 +26,24 @@ pub const GLANCE_CYCLES: u32 = 2_000;
 pub const CANDIDATE_CYCLES: u32 = 32_000;
 /// What is no star at first sight, or drawn out, and therefore looked at once more.
 pub const SECOND_LOOK_CYCLES: u32 = 22_000;
+/// Of what a tile may spend its boxes (`coarse`) have one part in so many: the others are for the candidates
+/// found.
+pub const BOXES_DIVISOR: u32 = 2;
+/// The window about a candidate conditioned.
+pub const WINDOW_READING_CYCLES: u32 = 40_000;
 /// A star's image fitted.
 pub const FIT_CYCLES: u32 = 60_000;
 /// Income of a tile: a star at the least.
-pub const TILE_CYCLES: u32 = 70_000;
+pub const TILE_CYCLES: u32 = 200_000;
 /// All that a single window has: a star, fitted, at the least.
 pub const WINDOW_CYCLES: u32 = 160_000;
 /// Savings with which a scan begins.
 pub const RESERVE_CYCLES: u32 = 4_000_000;
 /// A tile may take the savings divided by this.
 pub const LOAN_DIVISOR: u32 = 4;
-/// What a tile of the largest size costs whatever it shows: measured 210,000, and 8,000 to mark every block's
-/// row.
-pub const TILE_FIXED_CYCLES: u32 = 218_000;
+/// What a tile of the largest size costs whatever it shows: measured 105,000, and 34,000 where all of it is
+/// texture.
+pub const TILE_FIXED_CYCLES: u32 = 140_000;
 
 /// The most that a scan in so many tiles can cost, cycles, the reading of the pixels not counted.
 pub const fn bound_cycles(tiles: u32) -> u64 {
@@ -66,6 +71,11 @@ impl Allowance {
         let left = self.0.checked_sub(cycles);
         self.0 = left.unwrap_or(self.0);
         left.is_some()
+    }
+
+    /// What may be spent on the boxes of a tile, cycles.
+    pub fn for_boxes(&self) -> u32 {
+        self.0 / BOXES_DIVISOR
     }
 
     /// Gives back the price of a step that was not needed.

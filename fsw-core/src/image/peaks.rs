@@ -72,7 +72,7 @@ pub fn for_each_peak(
             if !allowance.spend(GLANCE_CYCLES) {
                 return false;
             }
-            if is_single_pixel(&window.about(x, y), x, y) {
+            if window.about(x, y).five_by_five(x, y).is_some_and(|pixels| is_single_pixel(&pixels)) {
                 continue;
             }
             if !found(x, y, allowance) {

@@ -33,7 +33,7 @@ fn is_peak(window: &Residuals, core: Window, (x, y): (usize, usize), threshold: 
     };
     let around = (y - 2..=y + 2).flat_map(|ny| (x - 2..=x + 2).map(move |nx| (nx, ny)));
     own > threshold
-        && !is_single_pixel(&window.about(x, y), x, y)
+        && !window.about(x, y).five_by_five(x, y).is_some_and(|pixels| is_single_pixel(&pixels))
         && !around.filter(|place| *place != (x, y)).any(greater)
 }
 

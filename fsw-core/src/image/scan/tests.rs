@@ -100,8 +100,9 @@ fn the_reported_sigma_of_faint_stars_is_honest() {
 #[test]
 fn a_star_on_any_seam_is_found_once() {
     let size = 400u16;
-    let seams: Vec<f64> = cores(size, MAX_WIDTH).map(|(start, _)| f64::from(start)).collect();
-    let rows: Vec<f64> = cores(size, MAX_HEIGHT).map(|(start, _)| f64::from(start)).collect();
+    let geometry = fsw_hal::DetectorGeometry { width_px: size, height_px: size, bits: 12 };
+    let seams: Vec<f64> = columns(&geometry).map(|span| f64::from(span.core)).collect();
+    let rows: Vec<f64> = rows(&geometry).map(|span| f64::from(span.core)).collect();
     assert!(seams.len() >= 3 && rows.len() >= 6);
     for step in -6..=6 {
         let shift = f64::from(step) * 0.34;

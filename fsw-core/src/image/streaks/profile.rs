@@ -89,6 +89,10 @@ fn kept(value: f32) -> u16 {
     ((value * (1.0 / UNIT)).clamp(-MOST, MOST) as i16) as u16
 }
 
+/// Bits of a pixel's fraction in a place, and those of them that are used between pixels.
+const PLACE_BITS: u32 = 16;
+const BETWEEN_BITS: u32 = 7;
+
 /// The pixels of a window.
 struct Pixels<'a> {
     raw: &'a [u16],
@@ -99,24 +103,31 @@ struct Pixels<'a> {
 }
 
 impl Pixels<'_> {
+    /// A point counted from the window's first pixel, 2^-[`PLACE_BITS`] px.
+    fn place(&self, [x, y]: [f32; 2]) -> [i32; 2] {
+        const HALF_A_STEP: i32 = 1 << (PLACE_BITS - BETWEEN_BITS - 1);
+        let fixed = |at: f32, first: u16| fixed(at - f32::from(first)) + HALF_A_STEP;
+        [fixed(x, self.window.x), fixed(y, self.window.y)]
+    }
+
     /// The image between pixels, scaled counts; `None` outside the window.
-    fn between(&self, [x, y]: [f32; 2]) -> Option<f32> {
-        let (x, y) = (x - f32::from(self.window.x), y - f32::from(self.window.y));
-        if x < 0.0 || y < 0.0 {
-            return None;
-        }
-        let (column, row) = (x as usize, y as usize);
-        let width = usize::from(self.window.width);
+    #[inline(always)]
+    fn between(&self, [x, y]: [i32; 2]) -> Option<f32> {
+        let whole = |at: i32| usize::try_from(at >> PLACE_BITS).ok();
+        let part = |at: i32| (at >> (PLACE_BITS - BETWEEN_BITS)) & ((1 << BETWEEN_BITS) - 1);
+        let (column, row, width) = (whole(x)?, whole(y)?, usize::from(self.window.width));
         if column + 1 >= width {
             return None;
         }
+        let (right, down) = (part(x), part(y));
         let two = |row: usize| {
-            let start = row * width + column;
-            let [a, b] = self.raw.get(start..)?.first_chunk::<2>()?.map(f32::from);
-            Some(a + (b - a) * (x - column as f32))
+            let [a, b] = self.raw.get(row * width + column..)?.first_chunk::<2>()?.map(i32::from);
+            Some((a << BETWEEN_BITS) + (b - a) * right)
         };
         let (above, below) = (two(row)?, two(row + 1)?);
-        Some((above + (below - above) * (y - row as f32)) * self.scale)
+        // Of 16 bits and twice 7.
+        let value = (above << BETWEEN_BITS) + (below - above) * down;
+        Some(value as f32 * (self.scale / (1 << (2 * BETWEEN_BITS)) as f32))
     }
 
     /// Standard deviation of a pixel by the spread of the middle half of some.
@@ -130,6 +141,14 @@ impl Pixels<'_> {
         let [low, high] = [6, 18].map(|at: usize| some.get(at).copied().unwrap_or(0));
         (high - low) as f32 * 0.741
     }
+}
+
+/// Farther than any window reaches, px.
+const FAR_PX: f32 = 16_000.0;
+
+/// A number of pixels, 2^-[`PLACE_BITS`] px.
+fn fixed(px: f32) -> i32 {
+    (px.clamp(-FAR_PX, FAR_PX) * (1 << PLACE_BITS) as f32) as i32
 }
 
 /// The window that holds some columns of a line, within the detector.
@@ -187,19 +206,22 @@ impl Columns {
         let mut sides: heapless::Vec<f32, { CHUNK / 2 * ACROSS }> = heapless::Vec::new();
         let mut columns =
             Self { samples: Default::default(), inside: [true; CHUNK], level: 0.0, sigma: pixels.sigma() };
+        let [right, down] = line.along.map(fixed);
         let each = columns.samples.iter_mut().zip(&mut columns.inside).enumerate();
         for (column, (samples, inside)) in each {
-            let a = first + column as f32;
+            let [x, y] = pixels.place(line.at(first + column as f32, 0.0));
+            let at = |j: i32| pixels.between([x - j * down, y + j * right]);
             for (sample, j) in samples.iter_mut().zip(-DRIFT_WIDTH..) {
-                match pixels.between(line.at(a, j as f32)) {
+                match at(j) {
                     Some(value) => *sample = value,
                     None => *inside = false,
                 }
             }
             if *inside && column % 2 == 0 {
-                let beside = (HALF_WIDTH + 2..=REACH).flat_map(|j| [j, -j]);
-                for side in beside.filter_map(|j| pixels.between(line.at(a, j as f32))) {
-                    let _ = sides.push(side);
+                for j in HALF_WIDTH + 2..=REACH {
+                    for side in [at(j), at(-j)].into_iter().flatten() {
+                        let _ = sides.push(side);
+                    }
                 }
             }
         }

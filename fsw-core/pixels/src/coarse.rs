@@ -1,0 +1,656 @@
+//! Where in a tile a star may stand: a first look at every pixel of the detector, two pixels to a word.
+//!
+//! In: raw pixels of a tile. Out: [`CoarseTile`], the tile's background and noise, cell by cell; then, on
+//! request, the places whose 3 x 3 sum is a local maximum above a threshold ([`CoarseTile::peaks`]). What
+//! stands there is decided on a window about the place, with a background of its own (`condition`).
+//!
+//! Two columns are summed side by side in the halves of a 32-bit word, so raw values keep at most
+//! [`COARSE_BITS`] bits.
+//!
+//! 1. Background. Segments of 16 columns and two rows are summed; a cell is [`PAIRS`] segments high, a band
+//!    [`SEGMENTS`] cells wide. A cell's level is the median of its segments, the level of two rows the median
+//!    of what their segments exceed their cells by (one sweep of Tukey's median polish, Exploratory Data
+//!    Analysis, 1977): three segments of seven may hold stars or clouds. Rows are then drawn towards a line
+//!    through their band ([`calm`]).
+//! 2. Noise. Of the seven segments of a cell the distances from the level, and those of their halves from
+//!    each other: the mean of the twelve least. Cells that look alike share what the quieter half shows
+//!    ([`noise`](crate::noise)).
+//! 3. Gate. The greatest sums of 2 x 2 pixels of half a segment, kept from the same reading, bound its sums
+//!    over 2 x 4 pixels (boxes two pixels apart in both directions), which are held against a part of the
+//!    threshold, [`GATE_128THS`]. A Gaussian star of 0.5 to 1.5 px sigma leaves in the best of
+//!    these boxes, wherever it stands, 0.70 of its greatest 3 x 3 sum or more.
+//! 4. Look. Of a box that passes, the eight 3 x 3 sums centred in it; the greatest is held against its
+//!    neighbours, then against the threshold, above a level to which the segments that a star there shines on
+//!    do not count.
+//!
+//! Error on Gaussian noise: 0.08 sigma of a pixel for a cell; the noise of a tile within 10 % (95 % of
+//! tiles). Noise below half a count of [`COARSE_BITS`] is lost in rounding: of a converter of 14 bits or more
+//! with as little the faintest stars are. Cost: 13 cycles a pixel of the tile without candidates (Cortex-M4
+//! model, zero wait states).
+
+use crate::levels::calm;
+use crate::noise::{Scatter, leave_stars_out, noise_of, of_most, sigmas_of};
+use crate::window::KEPT_BITS;
+
+/// Columns of a segment and of a cell, px.
+pub const SEGMENT: usize = 16;
+/// Segments of a tile's row, at most.
+pub const SEGMENTS: usize = 7;
+/// Pairs of rows of a band of cells.
+const PAIRS: usize = 7;
+/// Rows of a band, px.
+pub const BAND: usize = 2 * PAIRS;
+/// Bands of a tile, at most.
+pub const BANDS: usize = 5;
+/// Widest tile, px.
+pub const TILE_WIDTH: usize = SEGMENTS * SEGMENT;
+/// Tallest tile, px.
+pub const TILE_HEIGHT: usize = BANDS * BAND;
+/// Pixels at the sides of a tile in which no peak is told: what a 5 x 5 neighbourhood of 3 x 3 sums needs.
+pub const EDGE: usize = 3;
+/// Resolution that is kept of a pixel: the sum of eight of them and a sign fill half a word.
+pub const COARSE_BITS: u8 = 12;
+/// Share of its threshold that a box must exceed for its 3 x 3 sums to be looked at, 128ths: 0.6.
+const GATE_128THS: i32 = 77;
+/// What a box that is looked at costs, cycles of the Cortex-M4 model: measured 500 to 600.
+pub const BOX_CYCLES: u32 = 600;
+/// What half a segment in which a star stands costs at the mean.
+const HALF_CYCLES: u32 = 3_500;
+/// Where more halves pass than can be paid for those are looked at first that pass a gate doubled so often at
+/// most.
+const MOST_DOUBLINGS: u32 = 6;
+/// What a sum compared with its neighbours and with the level beside it costs: measured 2,000 at most.
+pub const MAXIMUM_CYCLES: u32 = 2_200;
+/// Pairs of rows of a tile.
+const ALL_PAIRS: usize = BANDS * PAIRS;
+/// Mean of the twelve least of fourteen absolute Gaussian deviates of a segment to the standard deviation of
+/// a 3 x 3 sum, 256ths.
+const TRIMMED_TO_SIGMA: u32 = 253;
+/// The sums at the sides of a cell that slopes are held to be so many sigmas.
+const LEAN_SIGMAS: i32 = 5;
+
+/// Noisy cells within two of a place that may be more than a star's: bright ones make four.
+const FEW_NOISY: usize = 3;
+
+/// A value for every cell of a tile.
+pub type CoarseCells<T> = [[T; SEGMENTS]; BANDS];
+
+/// A tile above its background.
+#[derive(Clone, Copy, Debug)]
+pub struct CoarseTile<'a> {
+    pixels: &'a [u16],
+    width: usize,
+    height: usize,
+    /// Raw value to scaled counts, bits to the left.
+    shift: u32,
+    /// Levels of the cells: of a segment's sum, raw counts.
+    cells: CoarseCells<i32>,
+    /// Levels of the pairs of rows, to be added.
+    pairs: [i32; ALL_PAIRS],
+    /// Greatest box of 2 x 2 px of each pair of rows in the halves of each segment, raw counts.
+    boxes: [[u32; SEGMENTS]; ALL_PAIRS],
+    /// Noise of a 3 x 3 sum in each cell, scaled counts.
+    pub noise: CoarseCells<i32>,
+    /// What every cell shows, stars that make it noisy not left out, scaled counts.
+    shown: CoarseCells<Option<i32>>,
+    /// Noise of a pixel, scaled counts.
+    pub sigma: i32,
+}
+
+/// Two pixels side by side.
+#[inline(always)]
+fn word([left, right]: [u16; 2]) -> u32 {
+    u32::from(left) | u32::from(right) << 16
+}
+
+/// One in both halves of a word.
+const BOTH: u32 = 0x1_0001;
+/// The greatest number in half a word that has a sign.
+const MOST: i32 = 0x7FFF;
+/// The signs of both halves.
+const SIGNS: u32 = 0x8000 * BOTH;
+
+/// Sums of the left and the right half of a segment's two rows, and the greatest box of 2 x 2 px of each half,
+/// the left one's in the lower half of a word.
+#[inline(always)]
+fn half_sums(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> ([i32; 2], u32) {
+    const HALF: usize = SEGMENT / 2;
+    let half = |above: &[u16; HALF], below: &[u16; HALF]| {
+        let (mut sum, mut greatest) = (0_u32, 0);
+        for (above, below) in above.as_chunks().0.iter().zip(below.as_chunks().0) {
+            let columns = word(*above).wrapping_add(word(*below));
+            // Both together in the upper half; the lower halves of four never carry.
+            let four = columns.wrapping_add(columns << 16);
+            sum = sum.wrapping_add(four);
+            greatest = four.max(greatest);
+        }
+        ((sum >> 16) as i32, greatest)
+    };
+    match (above.as_chunks(), below.as_chunks()) {
+        (([left, right], _), ([left_below, right_below], _)) => {
+            let ((left, most_left), (right, most_right)) = (half(left, left_below), half(right, right_below));
+            ([left, right], most_left >> 16 | most_right & !0xFFFF)
+        }
+        _ => ([0; 2], 0),
+    }
+}
+
+/// Median of seven.
+#[inline(never)]
+fn median7(values: &[i32; 7]) -> i32 {
+    let [mut a, mut b, mut c, mut d, mut e, mut f, mut g] = *values;
+    let order = |low: &mut i32, high: &mut i32| (*low, *high) = ((*low).min(*high), (*low).max(*high));
+    // The network of N. Devillard, Fast median search (1998).
+    order(&mut a, &mut f);
+    order(&mut a, &mut d);
+    order(&mut b, &mut g);
+    order(&mut c, &mut e);
+    order(&mut a, &mut b);
+    order(&mut d, &mut f);
+    order(&mut c, &mut g);
+    order(&mut c, &mut d);
+    order(&mut d, &mut g);
+    order(&mut e, &mut f);
+    order(&mut b, &mut e);
+    order(&mut b, &mut d);
+    order(&mut d, &mut e);
+    d
+}
+
+/// The lesser of two steps where both go the same way, else none: a glow slopes so, a limb is a step on one
+/// side.
+fn lesser(before: i32, after: i32) -> i32 {
+    if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
+}
+
+/// The step of a level across a cell, the `index`th up to the `last`, from those to its neighbours. At the
+/// tile's edge the one neighbour speaks for both sides.
+fn step_across(index: usize, last: usize, before: i32, after: i32) -> i32 {
+    match index {
+        0 => after,
+        index if index >= last => before,
+        _ => lesser(before, after),
+    }
+}
+
+/// By how much the level of a segment's sum rises along each cell of a band.
+fn along(cells: &[i32; SEGMENTS], segments: usize) -> [i32; SEGMENTS] {
+    let last = segments.saturating_sub(1);
+    let at = |segment: usize| cells.get(segment.min(last)).copied().unwrap_or(0);
+    core::array::from_fn(|segment| {
+        let here = at(segment);
+        step_across(segment, last, here - at(segment.saturating_sub(1)), at(segment + 1) - here)
+    })
+}
+
+impl<'a> CoarseTile<'a> {
+    /// Looks at a tile: `pixels` holds whole rows of `width` raw values of `bits` resolution; values of more
+    /// than [`COARSE_BITS`] bits lose their last ones in place. `None` when the width is no multiple of a
+    /// segment or the height none of a band, or when one is larger than a tile.
+    #[inline]
+    pub fn of(pixels: &'a mut [u16], width: usize, bits: u8) -> Option<Self> {
+        let height = pixels.len().checked_div(width)?;
+        let whole = width.is_multiple_of(SEGMENT) && height.is_multiple_of(BAND) && height > 0;
+        if !whole || width > TILE_WIDTH || height > TILE_HEIGHT || pixels.len() != width * height {
+            return None;
+        }
+        let bits = bits.clamp(1, 16);
+        if bits > COARSE_BITS {
+            let surplus = bits - COARSE_BITS;
+            pixels.iter_mut().for_each(|raw| *raw >>= surplus);
+        }
+        Some(Self::seen(pixels, (width, height), u32::from(KEPT_BITS - bits.min(COARSE_BITS))))
+    }
+
+    /// A tile that can be one.
+    #[inline(never)]
+    fn seen(pixels: &'a [u16], (width, height): (usize, usize), shift: u32) -> Self {
+        let mut tile = Self {
+            pixels,
+            width,
+            height,
+            shift,
+            cells: [[0; SEGMENTS]; BANDS],
+            pairs: [0; ALL_PAIRS],
+            boxes: [[0; SEGMENTS]; ALL_PAIRS],
+            noise: [[0; SEGMENTS]; BANDS],
+            shown: [[None; SEGMENTS]; BANDS],
+            sigma: 1,
+        };
+        let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
+        let mut pixels = [[0; SEGMENTS]; BANDS];
+        tile.take_levels(&mut scatters, &mut pixels);
+        tile.measure_noise(&scatters, &pixels);
+        // The median of seven segments has a variance of 1.57 / 7 of theirs, and the segment has 32 pixels.
+        let noise = tile.sigma as f32 / (1 << shift) as f32;
+        let bands: [_; BANDS] = core::array::from_fn(|band| band * PAIRS..(band + 1) * PAIRS);
+        calm(&mut tile.pairs, bands.get(..height / BAND).unwrap_or(&[]), 7.2 * noise * noise);
+        tile
+    }
+
+    /// Segments of a row.
+    fn segments(&self) -> usize {
+        self.width / SEGMENT
+    }
+
+    /// Bands of the tile.
+    fn bands(&self) -> usize {
+        self.height / BAND
+    }
+
+    /// Row `y`; none outside.
+    #[inline(always)]
+    fn row(&self, y: usize) -> &'a [u16] {
+        self.pixels.get(y * self.width..).and_then(|rest| rest.get(..self.width)).unwrap_or(&[])
+    }
+
+    /// Background: median of the segments of a cell, then of what a pair of rows exceeds its cells by. Gives
+    /// how far the segments and their halves are from that, and the distances of pixels from others of their
+    /// rows.
+    #[inline(never)]
+    fn take_levels(&mut self, scatters: &mut CoarseCells<Scatter>, pixels: &mut CoarseCells<u32>) {
+        let (segments, shift) = (self.segments(), self.shift);
+        let bands = self.pixels.chunks_exact((BAND * self.width).max(1));
+        let (pairs, boxes) = (self.pairs.as_chunks_mut::<PAIRS>().0, self.boxes.as_chunks_mut::<PAIRS>().0);
+        let levels = self.cells.iter_mut().zip(pairs.iter_mut().zip(boxes));
+        for ((rows, (cells, (pairs, boxes))), (scatters, pixels)) in
+            bands.zip(levels).zip(scatters.iter_mut().zip(pixels))
+        {
+            let mut sums = [[Sums::default(); SEGMENTS]; PAIRS];
+            sum_band(rows, self.width, &mut sums, boxes, pixels);
+            for (segment, cell) in cells.iter_mut().enumerate() {
+                let mut of_cell = [0; PAIRS];
+                for (slot, sums) in of_cell.iter_mut().zip(of_segment(&sums, segment)) {
+                    *slot = sums.all;
+                }
+                *cell = median7(&of_cell);
+            }
+            for (sums, level) in sums.iter().zip(pairs.iter_mut()) {
+                let mut above = [0; SEGMENTS];
+                for (above, (sums, cell)) in above.iter_mut().zip(sums.iter().zip(cells.iter())) {
+                    *above = sums.all - cell;
+                }
+                *level = median7(&above);
+            }
+            let along = along(cells, segments);
+            let of_cells = cells.iter().zip(&along).zip(scatters).take(segments);
+            for (segment, ((cell, along), scatter)) in of_cells.enumerate() {
+                let slope = along / 4;
+                for (sums, pair) in of_segment(&sums, segment).zip(pairs.iter()) {
+                    let (step, apart) = (sums.step - slope, sums.all - cell - pair);
+                    scatter.add([step, apart].map(|distance| (distance << shift).unsigned_abs()));
+                }
+            }
+        }
+    }
+
+    /// By how much the level of a segment's sum rises down each cell of a band beyond what all cells have in
+    /// common.
+    fn down(&self, band: usize) -> [i32; SEGMENTS] {
+        let (segments, last) = (self.segments(), self.bands().saturating_sub(1));
+        let mut down = [0; SEGMENTS];
+        for (segment, down) in down.iter_mut().enumerate() {
+            let segment = segment.checked_rem(segments).unwrap_or(0);
+            let at =
+                |band: usize| self.cells.get(band).and_then(|cells| cells.get(segment)).copied().unwrap_or(0);
+            let (above, below) = (at(band) - at(band.saturating_sub(1)), at((band + 1).min(last)) - at(band));
+            *down = step_across(band, last, above, below);
+        }
+        let common = median7(&down);
+        down.map(|down| down - common)
+    }
+
+    /// Noise of pixels and of 3 x 3 sums.
+    #[inline(never)]
+    fn measure_noise(&mut self, scatters: &CoarseCells<Scatter>, pixels: &CoarseCells<u32>) {
+        self.shown = sigmas_of(scatters, TRIMMED_TO_SIGMA);
+        let mut sigmas = self.shown;
+        let most = of_most(&sigmas);
+        leave_stars_out(&mut sigmas, most);
+        self.noise = noise_of(&sigmas, most);
+        let floor = ((1 << self.shift) / 3).max(1);
+        // The pixels of the cells that are as noisy as most. The mean distance of two is 1.128 sigma.
+        let cells = self.noise.as_flattened().iter().zip(pixels.as_flattened());
+        let alike = cells.take(self.bands() * SEGMENTS).filter(|(noise, _)| **noise == most);
+        let (sum, count) = alike.fold((0, 0), |(sum, count), (_, pixel)| (sum + pixel, count + PAIRS as u32));
+        self.sigma = (((sum << self.shift) * 7).checked_div(8 * count).unwrap_or(0) as i32).max(floor);
+        for band in 0..self.bands() {
+            let down = self.down(band);
+            let (Some(noise), Some(cells)) = (self.noise.get_mut(band), self.cells.get(band)) else {
+                continue;
+            };
+            let along = along(cells, self.width / SEGMENT);
+            for (noise, (along, down)) in noise.iter_mut().zip(along.iter().zip(down)) {
+                let lean = (((along.abs() + down.abs()) << self.shift) / 32 - self.sigma / 2).max(0);
+                *noise = (*noise).max(3 * floor) + 9 * lean / (2 * LEAN_SIGMAS);
+            }
+        }
+    }
+
+    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are
+    /// noisier than `noise`, else 0.
+    pub fn noise_around(&self, [x, y]: [usize; 2], noise: i32) -> i32 {
+        let (band, segment) = (y / BAND, x / SEGMENT);
+        let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
+        let rows = self.noise.get(near(band, self.bands())).unwrap_or(&[]);
+        let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
+        let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
+            (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
+        });
+        if 8 * noisy > all { greatest } else { 0 }
+    }
+
+    /// Whether some of the cells within two of that of a place show more noise than `noise`, be it of stars.
+    pub fn is_noisy_around(&self, [x, y]: [usize; 2], noise: i32) -> bool {
+        let (band, segment) = (y / BAND, x / SEGMENT);
+        let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
+        let rows = self.shown.get(near(band, self.bands())).unwrap_or(&[]);
+        let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
+        let noisy = cells.flatten().filter(|cell| **cell > noise).count();
+        noisy >= FEW_NOISY
+    }
+
+    /// Leaves in `peaks` the places of the local maxima of the 3 x 3 sums that exceed their cells'
+    /// thresholds, none within [`EDGE`] of the sides; of more than there is room for the brightest. As many
+    /// boxes are looked at as `cycles` pay for, the brightest first in a crowd.
+    #[inline(never)]
+    pub fn peaks(&self, thresholds: &CoarseCells<i32>, cycles: u32, peaks: &mut [Peak]) -> Search {
+        let mut found = Found { peaks, count: 0, all: true, cycles };
+        let gates = self.gates(thresholds, 0);
+        let all = self.passing(&gates);
+        let mut brightest = all;
+        for doublings in 1..=MOST_DOUBLINGS {
+            if brightest.iter().fold(0, |count, bits| count + bits.count_ones()) * HALF_CYCLES <= cycles {
+                break;
+            }
+            brightest = self.passing(&self.gates(thresholds, doublings));
+        }
+        for others in [false, true] {
+            for (pair, (all, brightest)) in all.iter().zip(&brightest).enumerate() {
+                let mut passed = if others { all & !brightest } else { *brightest };
+                while passed != 0 {
+                    let half = passed.trailing_zeros() as usize;
+                    passed &= passed - 1;
+                    let half = 2 * (half % 16) + half / 16;
+                    self.look_at_half([half, pair], &gates, thresholds, &mut found);
+                }
+            }
+        }
+        Search { count: found.count, all: found.all, cycles: cycles - found.cycles }
+    }
+
+    /// What the boxes of each cell must exceed, above the levels of their rows, for their 3 x 3 sums to be
+    /// looked at, where that part of the threshold is so many times doubled.
+    #[inline(never)]
+    fn gates(&self, thresholds: &CoarseCells<i32>, doublings: u32) -> CoarseCells<i32> {
+        let mut gates = [[0; SEGMENTS]; BANDS];
+        let cells = self.cells.as_flattened().iter().zip(thresholds.as_flattened());
+        for (gate, (cell, threshold)) in gates.as_flattened_mut().iter_mut().zip(cells) {
+            *gate = ((((threshold >> self.shift) * GATE_128THS) >> 7) << doublings) + ((2 * cell) >> 3);
+        }
+        gates
+    }
+
+    /// By how much boxes that begin with a pair of rows may exceed the gates of their cells for their rows'
+    /// sake.
+    fn rows_level(&self, pair: usize) -> i32 {
+        let level = |pair: usize| self.pairs.get(pair).copied().unwrap_or(0);
+        (level(pair) + level(pair + 1)) >> 3
+    }
+
+    /// Tells of each pair of rows and the next in which segments a box of 2 x 4 px may exceed its limit: a bit
+    /// for each in whose left half it may, and 16 bits up for each in whose right half.
+    #[inline(never)]
+    fn passing(&self, gates: &CoarseCells<i32>) -> [u32; ALL_PAIRS] {
+        let mut passing = [0; ALL_PAIRS];
+        let boxes = self.boxes.array_windows().take(self.height / 2 - 1);
+        for (pair, (passing, [above, below])) in passing.iter_mut().zip(boxes).enumerate() {
+            let rows = self.rows_level(pair);
+            let gates = gates.get(pair / PAIRS).into_iter().flatten();
+            for (segment, ((above, below), gate)) in above.iter().zip(below).zip(gates).enumerate() {
+                // A half that exceeds the limit takes its sign away.
+                let limit = (gate + rows).clamp(0, MOST) as u32;
+                let kept = (SIGNS | (limit * BOTH)).wrapping_sub(above.wrapping_add(*below));
+                *passing |= (!kept & SIGNS) >> 15 << segment;
+            }
+        }
+        passing
+    }
+
+    /// Looks at the boxes of half a segment that begin with a pair of rows and exceed their limit.
+    #[inline(never)]
+    fn look_at_half(
+        &self,
+        [half, pair]: [usize; 2],
+        gates: &CoarseCells<i32>,
+        thresholds: &CoarseCells<i32>,
+        found: &mut Found,
+    ) {
+        let gate = gates.get(pair / PAIRS).and_then(|gates| gates.get(half / 2)).copied().unwrap_or(MOST);
+        let limit = gate + self.rows_level(pair);
+        let of_row = |row: usize| self.row(2 * pair + row).as_chunks::<{ SEGMENT / 2 }>().0.get(half);
+        let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(of_row) else { return };
+        let [a, b, c, d] = [a, b, c, d].map(|row| row.as_chunks::<2>().0);
+        for (index, (((a, b), c), d)) in a.iter().zip(b).zip(c).zip(d).enumerate() {
+            let columns = [b, c, d].into_iter().fold(word(*a), |sum, row| sum.wrapping_add(word(*row)));
+            // Both together, in the upper half.
+            if (columns.wrapping_add(columns << 16) >> 16) as i32 <= limit {
+                continue;
+            }
+            if !found.pay(BOX_CYCLES) {
+                return;
+            }
+            let place = self.look([half * (SEGMENT / 2) + 2 * index, 2 * pair], thresholds);
+            if let Some((at, sum, threshold)) = place
+                && found.pay(MAXIMUM_CYCLES)
+                && let Some(peak) = self.peak(at, sum, threshold)
+            {
+                found.insert(peak);
+            }
+        }
+    }
+
+    /// The place of the greatest 3 x 3 sum centred in a box, the sum and the threshold, where it may exceed that.
+    #[inline(never)]
+    fn look(&self, [x, y]: [usize; 2], thresholds: &CoarseCells<i32>) -> Option<([usize; 2], i32, i32)> {
+        let (left, top) = (x.checked_sub(1)?, y.checked_sub(1)?);
+        let mut rows = [[0i32; 2]; 6];
+        for (sums, y) in rows.iter_mut().zip(top..) {
+            let [a, b, c, d] = self.row(y).get(left..)?.first_chunk::<4>()?.map(i32::from);
+            *sums = [a + b + c, b + c + d];
+        }
+        let mut greatest = (0, [0; 2]);
+        for (([above, here], below), y) in rows.array_windows::<3>().map(|[a, b, c]| ([a, b], c)).zip(y..) {
+            for (((above, here), below), x) in above.iter().zip(here).zip(below).zip(x..) {
+                let sum = above + here + below;
+                if sum > greatest.0 {
+                    greatest = (sum, [x, y]);
+                }
+            }
+        }
+        let (sum, [x, y]) = greatest;
+        let inside = |at: usize, length: usize| (EDGE..length - EDGE).contains(&at);
+        if !inside(x, self.width) || !inside(y, self.height) {
+            return None;
+        }
+        let of_cell =
+            |cells: &CoarseCells<i32>| cells.get(y / BAND).and_then(|cells| cells.get(x / SEGMENT)).copied();
+        let (cell, threshold) = of_cell(&self.cells).zip(of_cell(thresholds))?;
+        // A star's own light draws the level of its cell by up to an eighth of the threshold.
+        (self.above([x, y], sum, cell) >= threshold - threshold / 8).then_some(([x, y], sum, threshold))
+    }
+
+    /// A 3 x 3 sum above the level of its rows and a cell, scaled counts.
+    fn above(&self, [_, y]: [usize; 2], sum: i32, cell: i32) -> i32 {
+        let pair = |y: usize| self.pairs.get(y / 2).copied().unwrap_or(0);
+        let rows = pair(y - 1) + pair(y) + pair(y + 1);
+        (sum << self.shift) - ((9 * cell + 3 * rows) << self.shift) / 32
+    }
+
+    /// The peak at a place, if its sum is a local maximum and exceeds the threshold.
+    #[inline(never)]
+    fn peak(&self, at: [usize; 2], sum: i32, threshold: i32) -> Option<Peak> {
+        if !self.tops(at, sum) {
+            return None;
+        }
+        let excess = self.above(at, sum, self.level_beside(at)) - threshold;
+        (excess > 0).then_some(Peak { at: at.map(|at| at as u16), excess })
+    }
+
+    /// The level of a place's cell without the three segments that a star there shines on.
+    fn level_beside(&self, [x, y]: [usize; 2]) -> i32 {
+        let first = y / BAND * PAIRS;
+        let mut beside = [0; PAIRS];
+        let clear = (first..first + PAIRS).filter(|pair| pair.abs_diff(y / 2) > 1);
+        let levels = clear.map(|pair| {
+            let of_row = |y: usize| self.row(y).as_chunks().0.get(x / SEGMENT).unwrap_or(&[0; SEGMENT]);
+            let ([left, right], _) = half_sums(of_row(2 * pair), of_row(2 * pair + 1));
+            left + right - self.pairs.get(pair).copied().unwrap_or(0)
+        });
+        let mut slots = beside.iter_mut();
+        let mut count = 0;
+        for (slot, level) in slots.by_ref().zip(levels) {
+            *slot = level;
+            count += 1;
+        }
+        // Four to six are left: some count twice.
+        for index in count..PAIRS {
+            let again = beside.get(index - count).copied().unwrap_or(0);
+            if let Some(slot) = beside.get_mut(index) {
+                *slot = again;
+            }
+        }
+        median7(&beside)
+    }
+
+    /// Whether no 3 x 3 sum within two pixels is greater; of equal ones the first.
+    fn tops(&self, [x, y]: [usize; 2], sum: i32) -> bool {
+        let mut triples = [[0; 5]; 7];
+        for (triples, y) in triples.iter_mut().zip(y - 3..) {
+            let Some(pixels) = self.row(y).get(x - 3..).and_then(<[u16]>::first_chunk::<7>) else {
+                return false;
+            };
+            let [a, b, c, d, e, f, g] = pixels.map(i32::from);
+            *triples = [a + b + c, b + c + d, c + d + e, d + e + f, e + f + g];
+        }
+        let squares = triples.array_windows().flat_map(|[above, here, below]| {
+            above.iter().zip(here).zip(below).map(|((above, here), below)| above + here + below)
+        });
+        const MIDDLE: usize = 12;
+        squares.enumerate().all(|(index, other)| other < sum || other == sum && index >= MIDDLE)
+    }
+
+    /// The 5 x 5 pixels about a place, raw counts; zeros beyond the tile.
+    pub fn around(&self, [x, y]: [usize; 2]) -> [[i32; 5]; 5] {
+        core::array::from_fn(|row| {
+            let row = self.row((y + row).saturating_sub(2));
+            let five = row.get(x.saturating_sub(2)..).and_then(<[u16]>::first_chunk::<5>);
+            five.map_or([0; 5], |five| five.map(i32::from))
+        })
+    }
+}
+
+/// What is summed over a segment of two rows.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    /// Its sum.
+    all: i32,
+    /// By how much its right half exceeds the left one.
+    step: i32,
+}
+
+/// The sums of a cell's segments.
+#[inline(always)]
+fn of_segment(sums: &[[Sums; SEGMENTS]; PAIRS], segment: usize) -> impl Iterator<Item = &Sums> {
+    sums.iter().filter_map(move |pair| pair.get(segment))
+}
+
+/// Reads the rows of a band `width` wide: sums of its segments, greatest boxes of 2 x 2 px in their halves,
+/// distances of pixels from others of their rows.
+#[inline(never)]
+fn sum_band(
+    rows: &[u16],
+    width: usize,
+    sums: &mut [[Sums; SEGMENTS]; PAIRS],
+    boxes: &mut [[u32; SEGMENTS]; PAIRS],
+    pixels: &mut [u32; SEGMENTS],
+) {
+    let segments = width / SEGMENT;
+    for ((rows, sums), boxes) in rows.chunks_exact((2 * width).max(1)).zip(sums).zip(boxes) {
+        let (above, below) = rows.split_at(width.min(rows.len()));
+        let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
+        let cells = sums.iter_mut().zip(boxes).zip(pixels.iter_mut());
+        for ((above, below), ((sums, greatest), pixels)) in blocks.zip(cells) {
+            let [left, right];
+            ([left, right], *greatest) = half_sums(above, below);
+            *sums = Sums { all: left + right, step: right - left };
+            let [_, _, _, _, one, _, _, _, _, _, _, other, ..] = *above;
+            *pixels += u32::from(one.abs_diff(other));
+        }
+        // The segments of a narrow tile count more than once.
+        for segment in segments..SEGMENTS {
+            let again = sums.get(segment - segments).copied().unwrap_or_default();
+            if let Some(sums) = sums.get_mut(segment) {
+                *sums = again;
+            }
+        }
+    }
+}
+
+/// A local maximum.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Peak {
+    /// Column and row in the tile.
+    pub at: [u16; 2],
+    /// By how much its 3 x 3 sum exceeds its threshold, scaled counts.
+    pub excess: i32,
+}
+
+/// What came of a search for peaks.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// Peaks that were left.
+    pub count: usize,
+    /// Whether they are all there are.
+    pub all: bool,
+    /// What it cost.
+    pub cycles: u32,
+}
+
+/// The brightest peaks so far.
+struct Found<'p> {
+    peaks: &'p mut [Peak],
+    count: usize,
+    all: bool,
+    /// What may still be spent.
+    cycles: u32,
+}
+
+impl Found<'_> {
+    /// Pays for a step; where that cannot be paid not all is found.
+    fn pay(&mut self, cycles: u32) -> bool {
+        let left = self.cycles.checked_sub(cycles);
+        self.cycles = left.unwrap_or(self.cycles);
+        self.all &= left.is_some();
+        left.is_some()
+    }
+
+    /// Keeps a peak, once; in place of the faintest when full.
+    fn insert(&mut self, peak: Peak) {
+        let kept = self.peaks.get_mut(..self.count).unwrap_or(&mut []);
+        if kept.iter().any(|other| other.at == peak.at) {
+            return;
+        }
+        if let Some(slot) = self.peaks.get_mut(self.count) {
+            *slot = peak;
+            self.count += 1;
+            return;
+        }
+        self.all = false;
+        if let Some(faintest) = self.peaks.iter_mut().min_by_key(|kept| kept.excess)
+            && faintest.excess < peak.excess
+        {
+            *faintest = peak;
+        }
+    }
+}
