@@ -236,13 +236,16 @@ impl Sensor<'_> {
         let drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended).count();
         let seeks = stars < FEWEST_STARS || DRAWN_SHARE * (drawn + detections.streaks() as usize) >= stars;
         let row_time_s = self.row_time_s();
-        let mark = |star: &MeasuredStar| Mark {
+        let mark = |star: MeasuredStar| Mark {
             direction: *star.direction.vector(),
             sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
             late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
         };
+        // What stands on clouds or a limb turns with the Earth, and its centre is less sure than its sigma says.
+        let open = detections.spots().iter().filter(|spot| !spot.extended);
+        let stars = open.filter_map(|spot| MeasuredStar::from_detection(&self.camera, spot));
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
-        fill(&mut marks, self.workspace.measured.iter().map(mark));
+        fill(&mut marks, stars.map(mark));
         let elapsed_s = self.turning.elapsed_s(self.now);
         let found = self.turning.history.update_from_stars(marks, elapsed_s);
         self.turning.middles_px.clear();
