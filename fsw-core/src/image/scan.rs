@@ -20,7 +20,8 @@
 //! (`allowance`).
 
 use super::allowance::{
-    self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings, WINDOW_READING_CYCLES,
+    self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings, TEXTURED_READING_CYCLES,
+    WINDOW_READING_CYCLES,
 };
 use super::blinding::{blinded, is_washed};
 use super::centroid::{MeasuredSpot, measure};
@@ -58,8 +59,9 @@ const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 const QUIET: i32 = FULL_SCALE / 64 * CORRELATED_HALVES / (2 * NOISY);
 /// Side of the window in which a candidate is measured, px: room for a patch that moves by 6 px.
 const SIDE: u16 = 27;
-/// Side of that of a candidate among noisy cells: such a window knows the noise of its own.
-const TEXTURED_SIDE: u16 = 64;
+/// Sides of that of a candidate among noisy cells: such a window knows the noise of its own, as far around as
+/// texture is looked for.
+const TEXTURED_SIDES: [u16; 2] = [80, 64];
 /// Share of the threshold that a place must exceed in its tile to be a candidate, percent. With
 /// [`WINDOW_PERCENT`] a star at the threshold is found as often as by the threshold alone: measured on white
 /// noise, 2,000 stars of 4 to 9 sigma, PSF of 0.6 to 1.5 px.
@@ -350,9 +352,9 @@ fn candidates(
 
 /// The window about a candidate, and within it the pixels at which the maximum may stand.
 fn window_about(candidate: &Candidate, geometry: &DetectorGeometry) -> (Window, Window) {
-    let side = if candidate.textured { TEXTURED_SIDE } else { SIDE };
+    let [sides_x, sides_y] = if candidate.textured { TEXTURED_SIDES } else { [SIDE; 2] };
     let [x, y] = candidate.at;
-    let along = |at: u16, length: u16| {
+    let along = |at: u16, side: u16, length: u16| {
         let side = side.min(length);
         let start = at.saturating_sub(side / 2).min(length - side);
         let first = (at - start).saturating_sub(1).max(MARGIN as u16);
@@ -360,7 +362,7 @@ fn window_about(candidate: &Candidate, geometry: &DetectorGeometry) -> (Window, 
         (start, side, first, end.saturating_sub(first))
     };
     let ((x, width, first_x, core_width), (y, height, first_y, core_height)) =
-        (along(x, geometry.width_px), along(y, geometry.height_px));
+        (along(x, sides_x, geometry.width_px), along(y, sides_y, geometry.height_px));
     (
         Window { x, y, width, height },
         Window { x: first_x, y: first_y, width: core_width, height: core_height },
@@ -443,7 +445,8 @@ pub fn scan<'m>(
             );
             let crowded = detections.crowded_tiles();
             for candidate in &found {
-                if !allowance.spend(WINDOW_READING_CYCLES) {
+                let price = if candidate.textured { TEXTURED_READING_CYCLES } else { WINDOW_READING_CYCLES };
+                if !allowance.spend(price) {
                     detections.note_crowded();
                     break;
                 }
