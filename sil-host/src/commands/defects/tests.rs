@@ -192,11 +192,10 @@ fn a_sky_with_two_thousand_hot_pixels_is_measured_as_on_a_detector_without() {
     mended.print("mended");
     assert_eq!(mended.identified, SKIES);
     assert!(mended.squares_arcsec2 < 1.2 * clean.squares_arcsec2);
-    assert!(raw.squares_arcsec2 > 2.0 * mended.squares_arcsec2 || raw.identified < SKIES);
+    // Without the table a hot pixel beside a star draws its centre along, and hides some.
+    assert!(raw.rms_px() > 2.0 * mended.rms_px() && raw.found < mended.found);
     assert!(mended.found >= clean.found - 2.0 && mended.rms_px() < 1.1 * clean.rms_px());
     assert!(mended.false_spots <= clean.false_spots + 1);
-    // Without the table most stars have a hot pixel so near that they are taken for something else.
-    assert!(raw.found < 0.5 * mended.found);
 }
 
 /// A frame of the reference detector, dark but for a window.
