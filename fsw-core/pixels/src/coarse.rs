@@ -7,17 +7,17 @@
 //! Two columns are summed side by side in the halves of a 32-bit word, so raw values keep at most
 //! [`COARSE_BITS`] bits.
 //!
-//! 1. Background. Segments of 16 columns and two rows are summed; a cell is [`PAIRS`] segments high, a band
+//! 1. Background. Segments of 16 columns and two rows are summed; a cell is `PAIRS` segments high, a band
 //!    [`SEGMENTS`] cells wide. A cell's level is the median of its segments, the level of two rows the median
 //!    of what their segments exceed their cells by (one sweep of Tukey's median polish, Exploratory Data
 //!    Analysis, 1977): three segments of seven may hold stars or clouds. Rows are then drawn towards a line
-//!    through their band ([`calm`]).
+//!    through their band (`calm`).
 //! 2. Noise. Of the seven segments of a cell the distances from the level, and those of their halves from
 //!    each other: the mean of the twelve least. Cells that look alike share what the quieter half shows
 //!    ([`noise`](crate::noise)).
 //! 3. Gate. The greatest sums of 2 x 2 pixels of half a segment, kept from the same reading, bound its sums
 //!    over 2 x 4 pixels (boxes two pixels apart in both directions), which are held against a part of the
-//!    threshold, [`GATE_128THS`]. A Gaussian star of 0.5 to 1.5 px sigma leaves in the best of
+//!    threshold, `GATE_128THS`. A Gaussian star of 0.5 to 1.5 px sigma leaves in the best of
 //!    these boxes, wherever it stands, 0.70 of its greatest 3 x 3 sum or more.
 //! 4. Look. Of a box that passes, the eight 3 x 3 sums centred in it; the greatest is held against its
 //!    neighbours, then against the threshold, above a level to which the segments that a star there shines on

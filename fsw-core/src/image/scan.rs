@@ -6,17 +6,17 @@
 //! A scan looks at every pixel once, in tiles of at most [`TILE_WIDTH`] x [`TILE_HEIGHT`] px that overlap by
 //! what a local maximum needs (`coarse`): the candidates are the local maxima of 3 x 3 sums above a threshold
 //! of the tile's own noise. Their cores partition the detector, so each star is found once and the image is
-//! never held whole. A window of [`SIDE`] px about each candidate is then read, conditioned and searched at
+//! never held whole. A window of `SIDE` px about each candidate is then read, conditioned and searched at
 //! the candidate's place, by the same steps that find a tracked star in its window. 0.4 false stars a
 //! megapixel of Gaussian noise at the default threshold (thesis §3.1.1 fixes 6 % of full scale).
 //!
 //! A tile at full scale (`blinding`) is left at once. Where there is texture instead of noise (clouds, a
-//! limb) the threshold is `TEXTURE_FACTOR` times higher, and a candidate's window has [`TEXTURED_SIDE`] px,
+//! limb) the threshold is `TEXTURE_FACTOR` times higher, and a candidate's window has `TEXTURED_SIDES` px,
 //! in which the noise of cells is known.
 //!
 //! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the
-//! reading): 55.5 million cycles in the dearest second that `cargo budget` flies, 42 a pixel. At most
-//! [`bound_cycles`] (`allowance`).
+//! reading): at most 55.5 million cycles in the seconds that `cargo budget` flies, those of a search for lines
+//! (`streaks`) among them; of a scan at most [`bound_cycles`] (`allowance`).
 
 use super::allowance::{
     self, Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCLES, Savings, TEXTURED_READING_CYCLES,
