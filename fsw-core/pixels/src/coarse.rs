@@ -28,7 +28,7 @@ mod tests;
 pub use peaks::{BOX_CYCLES, MAXIMUM_CYCLES, Peak, Search};
 
 use crate::levels::calm;
-use crate::noise::{Scatter, leave_stars_out, noise_of, of_most, sigmas_of};
+use crate::noise::{Scatter, cells_around, leave_stars_out, noise_of, noise_where_noisy, of_most, sigmas_of};
 use crate::window::KEPT_BITS;
 
 /// Columns of a segment and of a cell, px.
@@ -310,27 +310,24 @@ impl<'a> CoarseTile<'a> {
         }
     }
 
-    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are
-    /// noisier than `noise`, else 0.
-    pub fn noise_around(&self, [x, y]: [usize; 2], noise: i32) -> i32 {
-        let (band, segment) = (y / BAND, x / SEGMENT);
-        let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
-        let rows = self.noise.get(near(band, self.bands())).unwrap_or(&[]);
-        let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
-        let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
-            (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
-        });
-        if 8 * noisy > all { greatest } else { 0 }
+    /// The values of the cells within two of that of a place.
+    fn cells_around<'c, T>(
+        &self,
+        cells: &'c CoarseCells<T>,
+        [x, y]: [usize; 2],
+    ) -> impl Iterator<Item = &'c T> + use<'c, T> {
+        cells_around(cells, [self.segments(), self.bands()], [x / SEGMENT, y / BAND])
+    }
+
+    /// [`noise_where_noisy`] about a place.
+    pub fn noise_around(&self, at: [usize; 2], noise: i32) -> i32 {
+        noise_where_noisy(self.cells_around(&self.noise, at), noise)
     }
 
     /// Whether some of the cells within two of that of a place show more noise than `noise`, be it of stars.
-    pub fn is_noisy_around(&self, [x, y]: [usize; 2], noise: i32) -> bool {
-        let (band, segment) = (y / BAND, x / SEGMENT);
-        let near = |middle: usize, all: usize| middle.saturating_sub(2)..(middle + 3).min(all);
-        let rows = self.shown.get(near(band, self.bands())).unwrap_or(&[]);
-        let cells = rows.iter().flat_map(|row| row.get(near(segment, self.segments())).unwrap_or(&[]));
-        let noisy = cells.flatten().filter(|cell| **cell > noise).count();
-        noisy >= FEW_NOISY
+    pub fn is_noisy_around(&self, at: [usize; 2], noise: i32) -> bool {
+        let shown = self.cells_around(&self.shown, at).flatten();
+        shown.filter(|cell| **cell > noise).count() >= FEW_NOISY
     }
 
     /// The 5 x 5 pixels about a place, raw counts; zeros beyond the tile.

@@ -21,7 +21,9 @@
 
 use crate::levels::{Levels, Shape};
 use crate::median::least;
-use crate::noise::{Scatter, TRIMMED_TO_SIGMA, noise_of, of_most, sigmas_of};
+use crate::noise::{
+    Scatter, TRIMMED_TO_SIGMA, cells_around, noise_of, noise_where_noisy, of_most, sigmas_of,
+};
 use crate::window::{
     BAND, BANDS, BLOCK, BLOCKS, Cells, FULL_SCALE, KEPT_BITS, MAX_HEIGHT, MAX_WIDTH, MIN_WIDTH, bands,
     rows_of, saturation,
@@ -100,18 +102,10 @@ impl<'a> Residuals<'a> {
         &self.noise
     }
 
-    /// The greatest noise within two cells of that of a place where more than an eighth of these cells are
-    /// noisier than `noise`, else 0: clouds are told by what is around them.
+    /// [`noise_where_noisy`] about a place: clouds are told by what is around them.
     pub fn noise_around(&self, x: usize, y: usize, noise: i32) -> i32 {
-        let from = |middle: usize| middle.saturating_sub(2);
-        let (band, block) = (self.band(y), x / BLOCK);
-        let (bands, blocks) = (bands(self.height), self.width.div_ceil(BLOCK));
-        let rows = self.noise.iter().take(bands.min(band + 3)).skip(from(band));
-        let cells = rows.flat_map(|row| row.iter().take(blocks.min(block + 3)).skip(from(block)));
-        let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
-            (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
-        });
-        if 8 * noisy > all { greatest } else { 0 }
+        let used = [self.width.div_ceil(BLOCK), bands(self.height)];
+        noise_where_noisy(cells_around(&self.noise, used, [x / BLOCK, self.band(y)]), noise)
     }
 
     /// Background of the pixel, scaled counts.

@@ -158,3 +158,23 @@ fn around<const S: usize, const B: usize>(
     let (sum, count) = blocks.flatten().fold((0, 0), sum_of);
     (5 * sum).checked_div(4 * count).unwrap_or(0)
 }
+
+/// The values of the cells within two of one; of the cells in a row and of the bands only `used` are.
+pub fn cells_around<T, const S: usize, const B: usize>(
+    cells: &[[T; S]; B],
+    used: [usize; 2],
+    [block, band]: [usize; 2],
+) -> impl Iterator<Item = &T> {
+    let near = |middle: usize, used: usize| middle.saturating_sub(2)..(middle + 3).min(used);
+    let (blocks, bands) = (near(block, used[0]), near(band, used[1]));
+    let rows = cells.get(bands).unwrap_or(&[]);
+    rows.iter().flat_map(move |row| row.get(blocks.clone()).unwrap_or(&[]))
+}
+
+/// The greatest of some cells' noise where more than an eighth of them are noisier than `noise`, else 0.
+pub fn noise_where_noisy<'c>(cells: impl Iterator<Item = &'c i32>, noise: i32) -> i32 {
+    let (noisy, all, greatest) = cells.fold((0, 0, 0), |(noisy, all, greatest), cell| {
+        (noisy + i32::from(*cell > noise), all + 1, greatest.max(*cell))
+    });
+    if 8 * noisy > all { greatest } else { 0 }
+}

@@ -147,15 +147,11 @@ impl Conditioned<'_> {
     }
 
     /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
-    /// the window.
-    fn search(&self, core: Window, allowance: &mut Allowance, detections: &mut Detections) {
-        let complete =
-            for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
-                self.judge([x, y], allowance, detections)
-            });
-        if !complete {
-            detections.note_crowded();
-        }
+    /// the window. Whether the allowance sufficed.
+    fn search(&self, core: Window, allowance: &mut Allowance, detections: &mut Detections) -> bool {
+        for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
+            self.judge([x, y], allowance, detections)
+        })
     }
 
     /// Judges a maximum and adds what it is; whether the allowance sufficed.
@@ -280,7 +276,10 @@ pub fn read_stars<'m>(
         height: window.height.saturating_sub(2 * margin),
     };
     if !blinded(pixels, bits) {
-        add_stars((pixels, bits), (window, core), &criteria, &mut Allowance::of_a_window(), detections)?;
+        let allowance = &mut Allowance::of_a_window();
+        if !add_stars((pixels, bits), (window, core), &criteria, allowance, detections)? {
+            detections.note_crowded();
+        }
     }
     Ok(washed)
 }
@@ -297,7 +296,7 @@ fn read<'b>(
 }
 
 /// Adds the stars whose maxima lie in `core`, counted from the window's first pixel, of a window that was
-/// read, at the cost of `allowance`.
+/// read, at the cost of `allowance`; whether that sufficed.
 #[inline(never)]
 fn add_stars(
     (pixels, bits): (&mut [u16], u8),
@@ -305,12 +304,11 @@ fn add_stars(
     criteria: &Criteria,
     allowance: &mut Allowance,
     detections: &mut Detections,
-) -> Result<(), DetectorError> {
+) -> Result<bool, DetectorError> {
     let Some(residuals) = &condition(pixels, usize::from(window.width), bits) else {
         return Err(DetectorError::BufferLength);
     };
-    Conditioned { residuals, origin: [window.x, window.y], criteria }.search(core, allowance, detections);
-    Ok(())
+    Ok(Conditioned { residuals, origin: [window.x, window.y], criteria }.search(core, allowance, detections))
 }
 
 /// The candidates of a tile that was read, the brightest [`MAX_CANDIDATES`] of them first; none of one at
@@ -376,7 +374,7 @@ fn quiet_noise(
 ) -> Result<i32, DetectorError> {
     let geometry = detector.geometry();
     let [columns, rows] = SURVEY;
-    let mut noise: heapless::Vec<i32, { SURVEY[0] as usize * SURVEY[1] as usize }> = heapless::Vec::new();
+    let mut noise: Vec<i32, { SURVEY[0] as usize * SURVEY[1] as usize }> = Vec::new();
     let (width, height) = (SURVEY_PX.min(geometry.width_px), SURVEY_PX.min(geometry.height_px));
     let place = |length: u16, side: u16, index: u16, count: u16| {
         ((2 * u32::from(index) + 1) * u32::from(length - side) / (2 * u32::from(count))) as u16
@@ -385,8 +383,7 @@ fn quiet_noise(
         for column in 0..columns {
             let x = place(geometry.width_px, width, column, columns);
             let window = Window { x, y: place(geometry.height_px, height, row, rows), width, height };
-            let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
-            detector.read(window, pixels)?;
+            let pixels = read(detector, window, buffer)?;
             if let Some(residuals) = condition(pixels, usize::from(width), geometry.bits) {
                 // There are no more places than the list holds.
                 let _ = noise.push(residuals.sum_sigma);
@@ -435,18 +432,17 @@ pub fn scan<'m>(
             let mut allowance = savings.next_tile();
             let window = Window { x: across.start, y: down.start, width: across.length, height: down.length };
             let pixels = read(detector, window, buffer)?;
-            let all = candidates(
+            let mut complete = candidates(
                 (pixels, geometry.bits),
                 [across, down],
                 (&method, quiet),
                 &mut allowance,
                 &mut found,
             );
-            let crowded = detections.crowded_tiles();
             for candidate in &found {
                 let price = if candidate.textured { TEXTURED_READING_CYCLES } else { WINDOW_READING_CYCLES };
                 if !allowance.spend(price) {
-                    detections.note_crowded();
+                    complete = false;
                     break;
                 }
                 let (window, core) = window_about(candidate, &geometry);
@@ -458,12 +454,13 @@ pub fn scan<'m>(
                     textured: candidate.textured,
                     around: candidate.around,
                 };
-                add_stars((pixels, geometry.bits), (window, core), &criteria, &mut allowance, detections)?;
-                if detections.crowded_tiles() > crowded {
+                let image = (pixels, geometry.bits);
+                if !add_stars(image, (window, core), &criteria, &mut allowance, detections)? {
+                    complete = false;
                     break;
                 }
             }
-            if !all && detections.crowded_tiles() == crowded {
+            if !complete {
                 detections.note_crowded();
             }
             savings.put_back(allowance);

@@ -241,7 +241,7 @@ impl Sensor<'_> {
             sigma_rad: [star.sigma_px * self.camera.rad_per_px(); 2],
             late_s: row_delay_s(&self.camera, star.centre_px, row_time_s),
         };
-        // What stands on clouds or a limb turns with the Earth, and its centre is less sure than its sigma says.
+        // What stands on clouds or a limb turns with the Earth; its centre is less sure than its sigma says.
         let open = detections.spots().iter().filter(|spot| !spot.extended);
         let stars = open.filter_map(|spot| MeasuredStar::from_detection(&self.camera, spot));
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
