@@ -9,21 +9,29 @@
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
-//! | [`observation`] | what a fix measures: innovation, noise, sensitivity |
-//! | `curvilinear` | differences of position that bend with the orbit |
-//! | `noise` | process noise, and the slow errors of the fixes |
-//! | [`covariance`] | the filter's covariance |
-//! | [`filter`] | the Kalman-Schmidt filter (tab. 5.1) |
+//! | [`elements`] | equinoctial elements and back |
+//! | [`beginning`] | the first orbit, by least squares over the first fixes |
+//! | [`horizon`] | how high the limb stands, and what its height says |
+//! | [`look`] | the limb points of some seconds, compressed |
+//! | [`observation`] | what a fix says (tab. 5.1) |
+//! | `curvilinear` | corrections as changes of the elements |
+//! | `noise` | process noise |
+//! | [`factor`] | the filter's covariance as a square root |
+//! | [`filter`] | the Kalman-Schmidt filter |
 //! | [`lvlh`] | local vertical, local horizontal |
 
+pub mod beginning;
 pub mod constants;
-pub mod covariance;
 mod curvilinear;
 pub mod dynamics;
+pub mod elements;
 pub mod ephemeris;
+pub mod factor;
 pub mod filter;
+pub mod horizon;
+pub mod look;
 pub mod lvlh;
-pub mod noise;
+mod noise;
 pub mod observation;
 pub mod parameters;
 pub mod point;

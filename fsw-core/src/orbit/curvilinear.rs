@@ -1,97 +1,106 @@
-//! Position differences in curvilinear coordinates: height and arc.
+//! Corrections of position and velocity along the orbit, as changes of its elements.
 //!
-//! A satellite 300 km ahead on a low orbit is 6 km below the tangent. With Cartesian differences the Kalman
-//! filter would treat these 6 km, after a long outage, as a height error, although the height is known to
-//! metres. So a position difference is expressed as height and arc from the predicted position, and a
-//! correction moves the state along the arc and rotates velocity and covariance with it. Below
-//! [`MIN_ARC_RAD`] the plain Cartesian correction is used.
+//! After an eclipse in the first revolution the orbit's covariance is hundreds of km long and a few thick. A
+//! correction along the tangent leaves it: 200 km ahead on a low orbit is 3 km below the tangent, and the
+//! energy, on which the next revolution hangs, is no longer the one that was measured. Errors in equinoctial
+//! elements stay Gaussian ([`super::elements`]). So a correction `δx` is taken as the change `E δx` of the
+//! elements (`E`: their derivative by the state), and the covariance's root goes with the state by the derivative
+//! `T` of that move.
+//!
+//! On the first arc it is the other way round: position and velocity are what is measured and the shape of the
+//! orbit is what is unknown. A correction is taken in elements where most of it is along the orbit, else it is
+//! added in Cartesian coordinates, as are those below [`SMALLEST`].
 
-use crate::matrix::{add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled};
-use crate::trigonometry::sine_cosine_f64;
-use nalgebra::{Matrix3, Vector3};
+use super::elements::{Change, Equinoctial};
+use crate::matrix::{dot, plus_scaled, scaled};
+use nalgebra::Vector3;
 
-/// Shorter arcs are treated as straight, rad: 4 cm of height in LEO.
-const MIN_ARC_RAD: f64 = 1e-4;
+/// Smaller corrections are treated as straight, share of position or velocity: 4 cm of height in LEO.
+const SMALLEST: f64 = 1e-4;
+/// Larger ones are no errors of a known orbit and are added as they are.
+const LARGEST: f64 = 0.5;
+/// Steps of the central differences, share of position or velocity: relative error 1e-8.
+const STEP: f64 = 1e-4;
 
-/// Longest arc that is treated as curved, rad: 60 deg.
-const MAX_ARC_RAD: f64 = core::f64::consts::FRAC_PI_3;
+/// Position, km, and velocity, km/s.
+type Motion = (Vector3<f64>, Vector3<f64>);
+/// Derivative of position and velocity by those before the move, row by row.
+pub(super) type Turn = [[f64; 6]; 6];
 
-/// Difference of two positions.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CurvilinearDifference {
-    /// Height and arc between them, km, as a vector at the first.
-    pub(super) difference_km: Vector3<f64>,
-    /// The rotation that brings the first one's direction to the other's.
-    pub(super) rotation: Matrix3<f64>,
-    /// Distance of the other from the Earth's centre over that of the first.
-    pub(super) scale: f64,
+fn plus(motion: &Motion, factor: f64, by: &Motion) -> Motion {
+    (plus_scaled(&motion.0, factor, &by.0), plus_scaled(&motion.1, factor, &by.1))
 }
 
-impl CurvilinearDifference {
-    /// `None` beyond 60 degrees, and when a position is zero or not finite.
-    #[inline(never)]
-    pub(super) fn between(first: &Vector3<f64>, other: &Vector3<f64>) -> Option<Self> {
-        let (near, far) = (libm::sqrt(dot(first, first)), libm::sqrt(dot(other, other)));
-        let (u, d) = (scaled(first, 1.0 / near), scaled(other, 1.0 / far));
-        let cosine = dot(&u, &d);
-        // NaN is refused too.
-        if !(near > 0.0 && far > 0.0 && cosine > 0.5) {
-            return None;
-        }
-        let axis = product(&cross_matrix(&u), &d);
-        let sine = libm::sqrt(dot(&axis, &axis));
-        let stretch = if sine < MIN_ARC_RAD { 1.0 } else { libm::atan2(sine, cosine) / sine };
-        let arc = scaled(&plus_scaled(&d, -cosine, &u), stretch * near);
-        Some(Self {
-            difference_km: plus_scaled(&arc, far - near, &u),
-            rotation: rotation(&axis, cosine),
-            scale: far / near,
-        })
-    }
+fn elements((position_km, velocity_km_s): &Motion) -> Option<Equinoctial> {
+    Equinoctial::of(position_km, velocity_km_s)
 }
 
-/// Moves position and velocity by a correction, along the arc, and gives the rotation that the covariance
-/// makes with them; `None` where the arc is shorter than [`MIN_ARC_RAD`] or longer than [`MAX_ARC_RAD`]:
-/// then the correction is added in Cartesian coordinates.
+/// Square of the first's length over the second's.
+fn square_share(of: &Vector3<f64>, whole: &Vector3<f64>) -> f64 {
+    dot(of, of) / dot(whole, whole).max(1e-6)
+}
+
+/// Moves position and velocity by a correction and gives the matrix `T` for the covariance's root; `None`
+/// where the correction was added in Cartesian coordinates.
 #[inline(never)]
 pub(super) fn correct_state(
     position_km: &mut Vector3<f64>,
     velocity_km_s: &mut Vector3<f64>,
-    by_km: &Vector3<f64>,
-    by_km_s: &Vector3<f64>,
-) -> Option<Matrix3<f64>> {
-    let distance = libm::sqrt(dot(position_km, position_km));
-    let u = scaled(position_km, 1.0 / distance);
-    let height = dot(&u, by_km);
-    let across = scaled(&plus_scaled(by_km, -height, &u), 1.0 / distance);
-    let angle = libm::sqrt(dot(&across, &across));
-    // NaN counts as straight.
-    let bends = angle > MIN_ARC_RAD && angle < MAX_ARC_RAD;
-    if !bends {
-        add_scaled(position_km, 1.0, by_km);
-        add_scaled(velocity_km_s, 1.0, by_km_s);
-        return None;
-    }
-    let (sine, cosine) = sine_cosine_f64(angle);
-    let turn = product(&cross_matrix(&u), &across);
-    let rotation = rotation(&scaled(&turn, sine / angle), cosine);
-    // The velocity correction refers to inertial axes: subtract the change by the rotation.
-    let turned = product(&cross_matrix(&turn), velocity_km_s);
-    add_scaled(velocity_km_s, 1.0, by_km_s);
-    add_scaled(velocity_km_s, -1.0, &turned);
-    *velocity_km_s = product(&rotation, velocity_km_s);
-    *position_km = scaled(&product(&rotation, &u), distance + height);
-    Some(rotation)
+    by: &Motion,
+) -> Option<Turn> {
+    let before = (*position_km, *velocity_km_s);
+    let (after, turn) = match along_orbit(&before, by) {
+        Some((after, turn)) => (after, Some(turn)),
+        None => (plus(&before, 1.0, by), None),
+    };
+    (*position_km, *velocity_km_s) = after;
+    turn
 }
 
-/// The rotation about an axis whose length is the sine.
-#[inline(never)]
-fn rotation(axis: &Vector3<f64>, cosine: f64) -> Matrix3<f64> {
-    let cross = cross_matrix(axis);
-    let mut rotation = scaled(&product(&cross, &cross), 1.0 / (1.0 + cosine));
-    add_scaled(&mut rotation, 1.0, &cross);
-    add_to_diagonal(&mut rotation, 1.0);
-    rotation
+/// A correction that is mostly along the orbit, and what it does to small errors; `None` for others.
+fn along_orbit(before: &Motion, by: &Motion) -> Option<(Motion, Turn)> {
+    let square = square_share(&by.0, &before.0).max(square_share(&by.1, &before.1));
+    // NaN is refused too.
+    if !(square > SMALLEST * SMALLEST && square < LARGEST * LARGEST) {
+        return None;
+    }
+    let here = elements(before)?;
+    let change = change(before, by, STEP / libm::sqrt(square))?;
+    let [motion, h, k, ..] = change;
+    let motion = motion / here.mean_motion_rad_s;
+    let mostly_along = 2.0 * (motion * motion + h * h + k * k) < square;
+    if mostly_along { turned(before, &change) } else { None }
+}
+
+/// `E δx`, by a central difference along `δx` times `scale`.
+fn change(before: &Motion, by: &Motion, scale: f64) -> Option<Change> {
+    let forth = elements(&plus(before, scale, by))?;
+    let back = elements(&plus(before, -scale, by))?;
+    Some(forth.minus(&back)?.map(|element| element * (0.5 / scale)))
+}
+
+/// Where the change of the elements leads, and the derivative of that by the state.
+fn turned(before: &Motion, by: &Change) -> Option<(Motion, Turn)> {
+    let moved = |from: &Motion| elements(from)?.plus(by).state();
+    let after = moved(before)?;
+    let [far, fast] = [&before.0, &before.1].map(|whole| STEP * libm::sqrt(dot(whole, whole)));
+    let mut turn = [[0.0; 6]; 6];
+    for axis in 0..3 {
+        let mut along = Vector3::zeros();
+        *along.get_mut(axis)? = 1.0;
+        let moves = [
+            (axis, far, (scaled(&along, far), Vector3::zeros())),
+            (axis + 3, fast, (Vector3::zeros(), scaled(&along, fast))),
+        ];
+        for (column, step, shift) in &moves {
+            let (forth, back) = (moved(&plus(before, 1.0, shift))?, moved(&plus(before, -1.0, shift))?);
+            let slope = plus(&forth, -1.0, &back);
+            for (row, element) in turn.iter_mut().zip(slope.0.iter().chain(slope.1.iter())) {
+                *row.get_mut(*column)? = element * (0.5 / step);
+            }
+        }
+    }
+    Some((after, turn))
 }
 
 #[cfg(test)]

@@ -26,22 +26,24 @@ use nalgebra::{Matrix3, Vector3};
 pub struct PositionFix {
     /// From the Earth's centre to the satellite, km, ICRS axes.
     pub position_km: Vector3<f64>,
-    /// Its covariance, km².
+    /// Covariance of its noise, independent from fix to fix, km².
     pub covariance_km2: Matrix3<f64>,
+    /// Covariance of the errors that successive fixes share, km².
+    pub shared_km2: Matrix3<f64>,
     /// The position to which the covariance refers, km: `position_km`, or where the measurement was
     /// linearised.
     pub linearisation_km: Vector3<f64>,
 }
 
 impl PositionFix {
-    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), its covariance and the
-    /// vector `linearisation_km` for which that was made, the rotation from the Earth path to ICRS
+    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), the covariances of its noise
+    /// and of what successive ones share, and the vector `linearisation_km` for which these were made, the rotation from the Earth path to ICRS
     /// ([`earth_to_icrs`]), the covariance of the attitude's rotation vector in the star path (rad²), and the
     /// mounting. `None` when anything is not finite.
     #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,
-        earth_covariance_km2: &Matrix3<f32>,
+        [noise_km2, shared_km2]: [&Matrix3<f32>; 2],
         linearisation_km: &Vector3<f32>,
         to_icrs: &Matrix3<f64>,
         attitude_covariance_rad2: &Matrix3<f32>,
@@ -52,16 +54,17 @@ impl PositionFix {
         let mounting = mounting.matrix().map(f64::from);
         let lever = product_transposed(&cross_matrix(&linearisation_km), &mounting);
         let mut covariance_km2 = symmetric_product(&lever, &attitude_covariance_rad2.map(f64::from));
-        add_scaled(&mut covariance_km2, 1.0, &earth_covariance_km2.map(f64::from));
+        add_scaled(&mut covariance_km2, 1.0, &noise_km2.map(f64::from));
         let to_satellite = scaled(to_icrs, -1.0);
         let fix = Self {
             position_km: product(&to_satellite, &earth_km.map(f64::from)),
             covariance_km2: symmetric_product(to_icrs, &covariance_km2),
+            shared_km2: symmetric_product(to_icrs, &shared_km2.map(f64::from)),
             linearisation_km: product(&to_satellite, &linearisation_km),
         };
         (finite(&fix.position_km)
             && finite(&fix.linearisation_km)
-            && fix.covariance_km2.iter().all(|x| x.is_finite()))
+            && fix.covariance_km2.iter().chain(fix.shared_km2.iter()).all(|x| x.is_finite()))
         .then_some(fix)
     }
 }

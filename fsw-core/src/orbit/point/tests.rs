@@ -16,7 +16,7 @@ fn the_position_is_eq_5_4() {
         let mounting = Rotation::from_quaternion(narrow(mounting)).unwrap();
         let fix = PositionFix::new(
             &earth.map(|x| x as f32),
-            &Matrix3::identity(),
+            [&Matrix3::identity(), &Matrix3::zeros()],
             &earth.map(|x| x as f32),
             &earth_to_icrs(&attitude, &mounting),
             &Matrix3::zeros(),
@@ -43,7 +43,10 @@ fn covariance_is_the_scatter_of_the_position() {
     let mounted = Rotation::from_quaternion(narrow(mounting)).unwrap();
     let fix = PositionFix::new(
         &earth.map(|x| x as f32),
-        &Matrix3::from_diagonal(&sigma_earth.component_mul(&sigma_earth)).map(|x| x as f32),
+        [
+            &Matrix3::from_diagonal(&sigma_earth.component_mul(&sigma_earth)).map(|x| x as f32),
+            &Matrix3::zeros(),
+        ],
         &earth.map(|x| x as f32),
         &earth_to_icrs(&seen_from, &mounted),
         &Matrix3::from_diagonal(&sigma_attitude.component_mul(&sigma_attitude)).map(|x| x as f32),
@@ -118,9 +121,9 @@ fn the_covariance_is_within_five_percent_of_monte_carlo_and_its_second_order_cou
         let mounting = Rotation::from_quaternion(narrow(mounting)).unwrap();
         let seen = earth.map(|x| x as f32);
         let to_icrs = earth_to_icrs(&attitude, &mounting);
+        let earth_both = [&earth_covariance, &Matrix3::zeros()];
         let fix =
-            PositionFix::new(&seen, &earth_covariance, &seen, &to_icrs, &attitude_covariance, &mounting)
-                .unwrap();
+            PositionFix::new(&seen, earth_both, &seen, &to_icrs, &attitude_covariance, &mounting).unwrap();
         let second = second_order_km2(&earth_covariance, &attitude, &attitude_covariance, &mounting);
         let mut off = |covariance: &Matrix3<f64>| {
             departure(covariance, [&a, &t], &earth, [&attitude_factor, &earth_factor], &mut generator)
@@ -138,7 +141,7 @@ fn what_is_not_finite_makes_no_position() {
     let fix = |x: f32, c: f32| {
         PositionFix::new(
             &Vector3::new(x, 0.0, 0.0),
-            &Matrix3::from_element(c),
+            [&Matrix3::from_element(c), &Matrix3::zeros()],
             &Vector3::new(x, 0.0, 0.0),
             &earth_to_icrs(&attitude, &mounting),
             &Matrix3::zeros(),
@@ -181,7 +184,8 @@ fn without_aberration_a_fix_is_where_special_relativity_puts_it_to_the_first_ord
         assert!((seen.norm() / distance_km - 1.0).abs() < 1e-12);
         let place = seen + generator.unit() * 1.0;
         let covariance_km2 = Matrix3::identity() * 4.0;
-        let fix = PositionFix { position_km: seen, covariance_km2, linearisation_km: place };
+        let shared_km2 = Matrix3::zeros();
+        let fix = PositionFix { position_km: seen, covariance_km2, shared_km2, linearisation_km: place };
         let cleaned = fix.without_aberration(&velocity);
         // The place is a kilometre aside: the shift is off by that share of itself.
         let second_order = distance_km * beta.norm_squared() + 2.0 * beta.norm();
@@ -195,7 +199,9 @@ fn without_aberration_a_fix_is_where_special_relativity_puts_it_to_the_first_ord
 #[test]
 fn the_aberration_of_a_low_orbit_is_five_arcseconds_backwards() {
     let position_km = Vector3::new(6_800.0, 0.0, 0.0);
-    let fix = PositionFix { position_km, covariance_km2: Matrix3::identity(), linearisation_km: position_km };
+    let covariance_km2 = Matrix3::identity();
+    let shared_km2 = Matrix3::zeros();
+    let fix = PositionFix { position_km, covariance_km2, shared_km2, linearisation_km: position_km };
     let shift = fix.without_aberration(&Vector3::new(0.3, 7.6, 0.0)).position_km - position_km;
     let arcsec = shift.y / 6_800.0 * crate::oracle::ARCSEC;
     assert!((arcsec - 5.23).abs() < 0.01 && shift.x.abs() < 1e-9 && shift.z.abs() < 1e-9, "{shift}");

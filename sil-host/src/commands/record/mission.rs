@@ -111,20 +111,13 @@ const MODES: ModeParameters = ModeParameters {
     pause_s: 3,
 };
 
-/// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave
+/// Length over which the limb's height changes: with as few fixes as the mission has, the default would leave
 /// the orbit unknown.
-const BIAS_OVER_NOISE: f32 = 2.0;
-const BIAS_TIME_SHARE: f32 = 0.03;
-const LIMB_HEIGHT_SIGMA_KM: f32 = 0.3;
+const FIELD_LENGTH_KM: f32 = 100.0;
 
 /// Parameters in a hurry.
 fn hurried(parameters: Parameters) -> Parameters {
-    let orbit = OrbitParameters {
-        bias_over_noise: BIAS_OVER_NOISE,
-        bias_time_share: BIAS_TIME_SHARE,
-        limb_height_sigma_km: LIMB_HEIGHT_SIGMA_KM,
-        ..parameters.orbit
-    };
+    let orbit = OrbitParameters { field_length_km: FIELD_LENGTH_KM, ..parameters.orbit };
     Parameters { modes: MODES, orbit, ..parameters }
 }
 

@@ -3,15 +3,15 @@
 use crate::oracle::Generator;
 use crate::orbit::OrbitState;
 use crate::orbit::constants::EARTH_RADIUS_KM;
-use crate::orbit::covariance::{Covariance, POSITION, STATES};
 use crate::orbit::dynamics::Dynamics;
+use crate::orbit::factor::{Factor, POSITION};
 use crate::orbit::filter::{OrbitFilter, Update};
 use crate::orbit::lvlh::lvlh;
-use crate::orbit::noise::ProcessNoise;
+use crate::orbit::noise::acceleration;
 use crate::orbit::parameters::OrbitParameters;
 use crate::orbit::point::PositionFix;
-use crate::orbit::reference::{self, period_s};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use crate::orbit::reference;
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// How the Earth is seen: independent errors at each fix.
 #[derive(Clone, Copy)]
@@ -90,23 +90,14 @@ pub(super) fn state_error(filter: &OrbitFilter, truth: &OrbitState) -> Vector6<f
     Vector6::new(r.x, r.y, r.z, v.x, v.y, v.z)
 }
 
-pub(super) fn state_covariance(p: &Covariance) -> Matrix6<f64> {
-    Matrix6::from_fn(|row, column| p.at(row, column))
+pub(super) fn state_covariance(p: &Factor) -> Matrix6<f64> {
+    Matrix6::from_fn(|row, column| f64::from(p.covariance(row, column)))
 }
 
 pub(super) fn nees(filter: &OrbitFilter, truth: &OrbitState) -> f64 {
     let error = state_error(filter, truth);
-    let covariance = state_covariance(filter.covariance().unwrap());
+    let covariance = state_covariance(filter.factor().unwrap());
     error.dot(&(covariance.try_inverse().unwrap() * error))
-}
-
-/// All thirteen states, each in its own sigmas: positive definite means a Cholesky factor.
-pub(super) fn assert_positive(p: &Covariance) {
-    let scaled = SMatrix::<f64, STATES, STATES>::from_fn(|i, j| {
-        let scale = (p.at(i, i) * p.at(j, j)).sqrt();
-        if scale > 0.0 { p.at(i, j) / scale } else { f64::from(u8::from(i == j)) }
-    });
-    assert!(scaled.cholesky().is_some(), "not positive: {scaled}");
 }
 
 pub(super) fn radial_along_across(truth: &OrbitState) -> Matrix3<f64> {
@@ -114,60 +105,37 @@ pub(super) fn radial_along_across(truth: &OrbitState) -> Matrix3<f64> {
     Matrix3::from_rows(&[-axes.row(2), axes.row(0).into(), -axes.row(1)])
 }
 
-/// Of the limb's height as the parameters' page states it: a length, and an angle at the limb's distance.
-pub(super) fn height_sigma_km(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> f64 {
-    let to_limb_km = (position_km.norm_squared() - EARTH_RADIUS_KM.powi(2)).sqrt();
-    f64::from(parameters.limb_height_sigma_km).hypot(f64::from(parameters.limb_height_sigma_rad) * to_limb_km)
-}
-
 /// What the true satellite and the sky do, apart from the white noise of a fix.
 pub(super) struct Truth {
     state: OrbitState,
     /// Height of the limb above that assumed, km.
     limb_height_km: f64,
-    /// Slow error of the fixes, km.
-    bias_km: Vector3<f64>,
     misalignment: Vector3<f64>,
 }
 
 impl Truth {
-    fn at_start(scenario: &Scenario, normal: &Vector3<f64>, generator: &mut Generator) -> Self {
-        let Scenario { start, eye, parameters, .. } = scenario;
-        let shape = eye.covariance(&start.position_km, normal).cholesky().unwrap().l();
+    fn at_start(scenario: &Scenario, generator: &mut Generator) -> Self {
+        let Scenario { start, parameters, .. } = scenario;
         Self {
             state: *start,
             misalignment: generator.gaussian_vector() * f64::from(parameters.misalignment_sigma_rad),
-            limb_height_km: generator.gaussian() * height_sigma_km(&start.position_km, parameters),
-            bias_km: shape * generator.gaussian_vector() * f64::from(parameters.bias_over_noise),
+            limb_height_km: generator.gaussian() * f64::from(parameters.height_sigma_km),
         }
     }
 
-    /// One fix later. The times for which slow errors last are those that the parameters' page states, not
-    /// the filter's.
-    fn live(&mut self, scenario: &Scenario, normal: &Vector3<f64>, generator: &mut Generator) {
-        let Scenario { eye, parameters, .. } = scenario;
+    /// One fix later.
+    fn live(&mut self, scenario: &Scenario, generator: &mut Generator) {
         let step_s = scenario.cadence_s as f64;
         self.state = match scenario.world {
             World::Lumpy => reference::propagate(&self.state, step_s, 10.0, 4),
             World::White => shaken(scenario, &self.state, generator),
         };
-        let mean_motion = std::f64::consts::TAU / period_s(self.state.position_km.norm());
-        let height_s = f64::from(parameters.limb_height_time_share) / mean_motion;
-        let bias_s = f64::from(parameters.bias_time_share) * 7.292_115e-5 / mean_motion.powi(2);
-        let sigma_km = height_sigma_km(&self.state.position_km, parameters);
-        let kept = (-step_s / height_s).exp();
-        self.limb_height_km =
-            self.limb_height_km * kept + generator.gaussian() * sigma_km * (1.0 - kept * kept).sqrt();
-        let shape = eye.covariance(&self.state.position_km, normal).cholesky().unwrap().l();
-        let kept = (-step_s / bias_s).exp();
-        let renewed = f64::from(parameters.bias_over_noise) * (1.0 - kept * kept).sqrt();
-        self.bias_km = self.bias_km * kept + shape * generator.gaussian_vector() * renewed;
     }
 
     /// Position as it is seen, without white noise.
     fn seen_km(&self, to_icrs: &Matrix3<f64>) -> Vector3<f64> {
         let nearer = self.state.position_km * (1.0 - self.limb_height_km / EARTH_RADIUS_KM);
-        nearer + nearer.cross(&(to_icrs * self.misalignment)) + self.bias_km
+        nearer + nearer.cross(&(to_icrs * self.misalignment))
     }
 }
 
@@ -176,8 +144,7 @@ impl Truth {
 pub(super) fn shaken(scenario: &Scenario, state: &OrbitState, generator: &mut Generator) -> OrbitState {
     let step_s = scenario.cadence_s as f64;
     let mut next = Dynamics::Full.propagate(state, scenario.cadence_s * 1_000_000).unwrap();
-    let noise = ProcessNoise::over(&state.position_km, step_s, &scenario.parameters);
-    let strength = (noise.acceleration * step_s).sqrt();
+    let strength = (acceleration(&state.position_km, &scenario.parameters) * step_s).sqrt();
     let (bound, free) = (generator.gaussian_vector() * strength, generator.gaussian_vector() * strength);
     next.velocity_km_s += bound;
     next.position_km += (bound * 0.5 + free / 12.0f64.sqrt()) * step_s;
@@ -185,21 +152,16 @@ pub(super) fn shaken(scenario: &Scenario, state: &OrbitState, generator: &mut Ge
 }
 
 pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
-    fly_as(scenario, &scenario.parameters, seed)
-}
-
-/// A run in the scenario's world with a filter that is told `parameters`.
-pub(super) fn fly_as(scenario: &Scenario, parameters: &OrbitParameters, seed: u64) -> Outcome {
-    let Scenario { eye, cadence_s, .. } = scenario;
+    let Scenario { eye, cadence_s, parameters, .. } = scenario;
     let mut generator = Generator::new(seed);
     let start = &scenario.start;
     let normal = start.position_km.cross(&start.velocity_km_s).normalize();
-    let mut truth = Truth::at_start(scenario, &normal, &mut generator);
+    let mut truth = Truth::at_start(scenario, &mut generator);
     let mut filter = OrbitFilter::new();
     let (mut rejected, mut settled_after_s) = (0, None);
     for second in (0..scenario.duration_s).step_by(*cadence_s as usize) {
         if second > 0 {
-            truth.live(scenario, &normal, &mut generator);
+            truth.live(scenario, &mut generator);
         }
         let dark = scenario.eclipse.is_some_and(|(period, length)| {
             second >= period / 2 && (second - period / 2).rem_euclid(period) < length
@@ -218,28 +180,27 @@ pub(super) fn fly_as(scenario: &Scenario, parameters: &OrbitParameters, seed: u6
         let fix = PositionFix {
             position_km,
             covariance_km2: eye.covariance(&position_km, &normal),
+            shared_km2: Matrix3::zeros(),
             linearisation_km: position_km,
         };
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
             Update::Rejected { .. } => rejected += 1,
-            Update::Restarted | Update::Refused(_) => panic!("lost at {second} s"),
-            Update::Begun | Update::Started | Update::Accepted { .. } => (),
+            Update::Diverged(_) | Update::Refused(_) => panic!("lost at {second} s"),
+            Update::Collected | Update::Started | Update::Accepted(_) | Update::Gathered => (),
         }
         if filter.settled() && settled_after_s.is_none() {
             settled_after_s = Some(second);
         }
     }
-    let covariance = filter.covariance().unwrap();
-    assert_positive(covariance);
+    let factor = filter.factor().unwrap();
     let state = &truth.state;
     let axes = radial_along_across(state);
-    let (height_km, sigma_km) = (filter.limb_height_km().unwrap(), filter.limb_height_sigma_km().unwrap());
+    let [height_km, height_sigma_km] = filter.limb_height_km().unwrap().map(f64::from);
     Outcome {
         error_m: axes * state_error(&filter, state).fixed_rows::<3>(0) * 1e3,
-        sigma_m: (axes * covariance.block(POSITION, POSITION) * axes.transpose()).diagonal().map(f64::sqrt)
-            * 1e3,
+        sigma_m: (axes * factor.block(POSITION, POSITION) * axes.transpose()).diagonal().map(f64::sqrt) * 1e3,
         nees: nees(&filter, state),
-        limb_km: (height_km - truth.limb_height_km, sigma_km),
+        limb_km: (height_km - truth.limb_height_km, height_sigma_km),
         rejected,
         settled_after_s,
     }
