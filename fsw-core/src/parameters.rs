@@ -19,7 +19,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 use table::{Row, parameter_group};
 
-pub mod table;
+pub use fsw_ground::table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
 pub const VERSION: u8 = 11;
