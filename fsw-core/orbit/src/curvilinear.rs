@@ -12,7 +12,7 @@
 //! added in Cartesian coordinates, as are those below [`SMALLEST`].
 
 use super::elements::{Change, Equinoctial};
-use fsw_ground::matrix::{dot, plus_scaled, scaled};
+use fsw_ground::matrix::{dot, plus_scaled};
 use nalgebra::Vector3;
 
 /// Smaller corrections are treated as straight, share of position or velocity: 4 cm of height in LEO.
@@ -27,6 +27,7 @@ type Motion = (Vector3<f64>, Vector3<f64>);
 /// Derivative of position and velocity by those before the move, row by row.
 pub(super) type Turn = [[f64; 6]; 6];
 
+#[inline(never)]
 fn plus(motion: &Motion, factor: f64, by: &Motion) -> Motion {
     (plus_scaled(&motion.0, factor, &by.0), plus_scaled(&motion.1, factor, &by.1))
 }
@@ -79,25 +80,25 @@ fn change(before: &Motion, by: &Motion, scale: f64) -> Option<Change> {
     Some(forth.minus(&back)?.map(|element| element * (0.5 / scale)))
 }
 
+/// Where a change of the elements leads.
+#[inline(never)]
+fn moved(from: &Motion, by: &Change) -> Option<Motion> {
+    elements(from)?.plus(by).state()
+}
+
 /// Where the change of the elements leads, and the derivative of that by the state.
 fn turned(before: &Motion, by: &Change) -> Option<(Motion, Turn)> {
-    let moved = |from: &Motion| elements(from)?.plus(by).state();
-    let after = moved(before)?;
+    let after = moved(before, by)?;
     let [far, fast] = [&before.0, &before.1].map(|whole| STEP * libm::sqrt(dot(whole, whole)));
     let mut turn = [[0.0; 6]; 6];
-    for axis in 0..3 {
-        let mut along = Vector3::zeros();
-        *along.get_mut(axis)? = 1.0;
-        let moves = [
-            (axis, far, (scaled(&along, far), Vector3::zeros())),
-            (axis + 3, fast, (Vector3::zeros(), scaled(&along, fast))),
-        ];
-        for (column, step, shift) in &moves {
-            let (forth, back) = (moved(&plus(before, 1.0, shift))?, moved(&plus(before, -1.0, shift))?);
-            let slope = plus(&forth, -1.0, &back);
-            for (row, element) in turn.iter_mut().zip(slope.0.iter().chain(slope.1.iter())) {
-                *row.get_mut(*column)? = element * (0.5 / step);
-            }
+    for column in 0..6 {
+        let mut shift = (Vector3::zeros(), Vector3::zeros());
+        let (vector, step) = if column < 3 { (&mut shift.0, far) } else { (&mut shift.1, fast) };
+        *vector.get_mut(column % 3)? = step;
+        let (forth, back) = (moved(&plus(before, 1.0, &shift), by)?, moved(&plus(before, -1.0, &shift), by)?);
+        let slope = plus(&forth, -1.0, &back);
+        for (row, element) in turn.iter_mut().zip(slope.0.iter().chain(slope.1.iter())) {
+            *row.get_mut(column)? = element * (0.5 / step);
         }
     }
     Some((after, turn))

@@ -13,8 +13,10 @@ use fsw_ground::matrix::{add_scaled, dot, plus_scaled, scaled};
 use fsw_ground::trigonometry::sine_cosine_f64;
 use nalgebra::Vector3;
 
-/// Steps of Newton's method for Kepler's equation: below 1e-12 rad up to the greatest eccentricity.
+/// Most steps of Newton's method for Kepler's equation: below 1e-12 rad up to the greatest eccentricity.
 const KEPLER_STEPS: usize = 12;
+/// A step below this, rad, is the last: what it leaves is below rounding.
+const LAST_STEP_RAD: f64 = 1e-9;
 /// Greatest eccentricity; beyond, and for open orbits, there are no elements.
 const GREATEST_ECCENTRICITY: f64 = 0.97;
 
@@ -37,11 +39,30 @@ pub struct Equinoctial {
 }
 
 /// The axes `f`, `g` of the orbit's plane from `p`, `q` and the retrograde factor.
+#[inline(never)]
 fn plane([p, q]: [f64; 2], factor: f64) -> [Vector3<f64>; 2] {
     let scale = 1.0 / (1.0 + p * p + q * q);
     let f = Vector3::new(1.0 - p * p + q * q, 2.0 * p * q, -2.0 * factor * p);
     let g = Vector3::new(2.0 * factor * p * q, factor * (1.0 + p * p - q * q), 2.0 * q);
     [scaled(&f, scale), scaled(&g, scale)]
+}
+
+/// Angle of a direction with these components, of unit length together: to f32 by `atan2f`, the rest, at most
+/// 1e-6 rad, by its sine. `libm::atan2` is 1.5 KB of flash more.
+fn angle_rad(sine: f64, cosine: f64) -> f64 {
+    let near = f64::from(libm::atan2f(sine as f32, cosine as f32));
+    let (s, c) = sine_cosine_f64(near);
+    near + (sine * c - cosine * s)
+}
+
+/// The cube root of a positive number: to f32 by `cbrtf`, then two of Newton's steps. `libm::cbrt` is 2 KB of
+/// flash more.
+fn cube_root(number: f64) -> f64 {
+    let mut root = f64::from(libm::cbrtf(number as f32));
+    for _ in 0..2 {
+        root -= (root - number / (root * root)) * (1.0 / 3.0);
+    }
+    root
 }
 
 fn factor_of(retrograde: bool) -> f64 {
@@ -83,7 +104,7 @@ impl Equinoctial {
             mean_motion_rad_s: libm::sqrt(MU_EARTH_KM3_S2 / axis_km) / axis_km,
             eccentricity: [h, k],
             inclination,
-            longitude_rad: libm::atan2(sine, cosine) + h * cosine - k * sine,
+            longitude_rad: angle_rad(sine, cosine) + h * cosine - k * sine,
             retrograde,
         })
     }
@@ -97,13 +118,17 @@ impl Equinoctial {
         if !(motion > 0.0 && motion < 1.0 && square <= GREATEST_ECCENTRICITY * GREATEST_ECCENTRICITY) {
             return None;
         }
-        let axis_km = libm::cbrt(MU_EARTH_KM3_S2 / (motion * motion));
+        let axis_km = cube_root(MU_EARTH_KM3_S2 / (motion * motion));
         // Kepler's equation: λ = F + h cos F - k sin F.
         let mut eccentric = self.longitude_rad;
         for _ in 0..KEPLER_STEPS {
             let (sine, cosine) = sine_cosine_f64(eccentric);
             let off = eccentric + h * cosine - k * sine - self.longitude_rad;
-            eccentric -= off / (1.0 - h * sine - k * cosine);
+            let step = off / (1.0 - h * sine - k * cosine);
+            eccentric -= step;
+            if libm::fabs(step) < LAST_STEP_RAD {
+                break;
+            }
         }
         let (sine, cosine) = sine_cosine_f64(eccentric);
         let b = 1.0 / (1.0 + libm::sqrt(1.0 - square));

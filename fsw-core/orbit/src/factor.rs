@@ -59,18 +59,31 @@ pub struct Factor {
     used: usize,
 }
 
+impl Default for Factor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 fn dot(one: &[f32], other: &[f32]) -> f32 {
     one.iter().zip(other).fold(0.0, |sum, (one, other)| sum + one * other)
 }
 
 impl Factor {
-    /// Of states that are independent, with these sigmas.
-    pub fn diagonal(sigmas: &Row) -> Self {
-        let mut factor = Self { rows: [[0.0; COLUMNS]; STATES], used: 0 };
-        for (state, sigma) in sigmas.iter().enumerate() {
-            factor.set(state, state, *sigma);
+    /// Of states that are all known.
+    pub const fn new() -> Self {
+        Self { rows: [[0.0; COLUMNS]; STATES], used: 0 }
+    }
+
+    /// Makes it that of states that are independent, with these sigmas.
+    pub fn begin(&mut self, sigmas: &Row) {
+        self.used = 0;
+        for ((state, row), sigma) in self.rows.iter_mut().enumerate().zip(sigmas) {
+            row.fill(0.0);
+            if let Some(place) = row.get_mut(state) {
+                *place = *sigma;
+            }
         }
-        factor
     }
 
     /// Sets an element of the factor.

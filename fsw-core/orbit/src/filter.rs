@@ -73,7 +73,9 @@ pub enum ResetReason {
 /// The filter; see the module.
 #[derive(Clone, Debug)]
 pub struct OrbitFilter {
-    estimate: Option<Estimate>,
+    estimate: Estimate,
+    /// Whether the estimate holds an orbit. No `Option`: it is 4 KB long and would pass over the stack.
+    known: bool,
     beginning: Beginning,
 }
 
@@ -86,7 +88,7 @@ impl Default for OrbitFilter {
 impl OrbitFilter {
     /// A filter without a state.
     pub const fn new() -> Self {
-        Self { estimate: None, beginning: Beginning::new() }
+        Self { estimate: Estimate::new(), known: false, beginning: Beginning::new() }
     }
 
     /// Initialises the filter with a state of another source (the ground), with one sigma for all
@@ -104,17 +106,22 @@ impl OrbitFilter {
         }
         let [r, v] = [position_sigma_km, velocity_sigma_km_s];
         let root = Matrix6::from_diagonal(&Vector6::new(r, r, r, v, v, v));
-        let estimate = Estimate::new(&FirstOrbit { state, root }, parameters);
-        let taken = estimate.is_some();
-        if taken {
-            self.estimate = estimate;
-        }
+        let taken = self.estimate.begin(&FirstOrbit { state, root }, parameters);
+        self.known |= taken;
         taken
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        self.known.then_some(&self.estimate)
+    }
+
+    fn estimate_mut(&mut self) -> Option<&mut Estimate> {
+        self.known.then_some(&mut self.estimate)
     }
 
     /// Resets the filter.
     pub fn reset(&mut self) {
-        self.estimate = None;
+        self.known = false;
         self.beginning = Beginning::new();
     }
 
@@ -132,8 +139,8 @@ impl OrbitFilter {
         }
         let Some(first) = self.beginning.add(time_us, fix, parameters) else { return Update::Collected };
         self.beginning = Beginning::new();
-        self.estimate = Estimate::new(&first, parameters);
-        if self.estimate.is_none() || self.advance(time_us, parameters).is_err() {
+        self.known = self.estimate.begin(&first, parameters);
+        if !self.known || self.advance(time_us, parameters).is_err() {
             return Update::Collected;
         }
         Update::Started
@@ -143,19 +150,19 @@ impl OrbitFilter {
     /// covariance of the attitude's rotation vector in the Earth path.
     pub fn observe_limb(
         &mut self,
-        heights: impl Iterator<Item = LimbHeight> + Clone,
+        heights: &[LimbHeight],
         earth_to_icrs: &Matrix3<f64>,
         attitude_rad2: &Matrix3<f32>,
         parameters: &OrbitParameters,
     ) {
-        if let Some(estimate) = &mut self.estimate {
+        if let Some(estimate) = self.estimate_mut() {
             estimate.add_to_look(heights, earth_to_icrs, attitude_rad2, parameters);
         }
     }
 
     /// Takes the look under way into the state when its time is over.
     pub fn finish_look(&mut self, parameters: &OrbitParameters) -> Update {
-        let Some(estimate) = &mut self.estimate else { return Update::Gathered };
+        let Some(estimate) = self.estimate_mut() else { return Update::Gathered };
         match estimate.finish_look(parameters) {
             Some(result) => self.judged(result, parameters),
             None => Update::Gathered,
@@ -173,13 +180,13 @@ impl OrbitFilter {
     ) -> Update {
         // A reset here is no error: the filter begins anew.
         let _ = self.advance(time_us, parameters);
-        if self.estimate.is_none() {
+        if !self.known {
             return self.begin(time_us, fix, earth_to_icrs, parameters);
         }
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
-        let Some(estimate) = &mut self.estimate else { return Update::Collected };
+        let Some(estimate) = self.estimate_mut() else { return Update::Collected };
         let unit = match parameters.observation {
             Observation::LimbHeights | Observation::Position => false,
             Observation::UnitVector => true,
@@ -201,7 +208,7 @@ impl OrbitFilter {
 
     /// What an observation came to; after too many rejections the orbit is forgotten.
     fn judged(&mut self, (nis, taken): (Nis, bool), parameters: &OrbitParameters) -> Update {
-        let Some(estimate) = &self.estimate else { return Update::Gathered };
+        let Some(estimate) = self.estimate() else { return Update::Gathered };
         if taken && estimate.is_valid() {
             return Update::Accepted(nis);
         }
@@ -217,7 +224,7 @@ impl OrbitFilter {
     /// # Errors
     /// Why the filter was reset.
     pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
-        let Some(estimate) = &mut self.estimate else { return Ok(()) };
+        let Some(estimate) = self.estimate_mut() else { return Ok(()) };
         let propagated = estimate.propagate(to_us, parameters);
         if propagated.is_err() {
             self.reset();
@@ -227,12 +234,12 @@ impl OrbitFilter {
 
     /// Time, position and velocity; `None`, as for all that follows, until the orbit is known.
     pub fn state(&self) -> Option<&OrbitState> {
-        self.estimate.as_ref().map(|estimate| &estimate.state)
+        self.estimate().map(|estimate| &estimate.state)
     }
 
     /// Height of the limb's mean above that of the parameters, km, with its sigma.
     pub fn limb_height_km(&self) -> Option<[f32; 2]> {
-        let estimate = self.estimate.as_ref()?;
+        let estimate = self.estimate()?;
         let [height, edge] = [HEIGHT, EDGE].map(|state| estimate.horizon.get(state).copied().unwrap_or(0.0));
         let distance_km = estimate.limb_distance_km();
         let covariance = |one, other| estimate.factor.covariance(one, other);
@@ -243,7 +250,7 @@ impl OrbitFilter {
 
     /// The covariance of all states.
     pub fn factor(&self) -> Option<&Factor> {
-        self.estimate.as_ref().map(|estimate| &estimate.factor)
+        self.estimate().map(|estimate| &estimate.factor)
     }
 
     /// Covariance of the position, km², ICRS axes.
@@ -264,13 +271,13 @@ impl OrbitFilter {
     /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length
     /// since the start.
     pub fn settled(&self) -> bool {
-        self.estimate.as_ref().is_some_and(|estimate| estimate.settled)
+        self.estimate().is_some_and(|estimate| estimate.settled)
     }
 
     /// Moves the epoch by a step of the clock: the same state under another time.
     pub fn shift_epoch(&mut self, step_us: i64) {
         self.beginning.shift_epoch(step_us);
-        if let Some(estimate) = &mut self.estimate {
+        if let Some(estimate) = self.estimate_mut() {
             estimate.shift_epoch(step_us);
         }
     }
@@ -278,7 +285,7 @@ impl OrbitFilter {
     /// Whether the orbit is no longer known: its position to worse than a tenth of its length, or it never
     /// settled and has made one revolution since its last accepted observation, `since_us` microseconds ago.
     pub fn is_stale(&self, since_us: i64) -> bool {
-        let Some(estimate) = &self.estimate else { return false };
+        let Some(estimate) = self.estimate() else { return false };
         let position_km = &estimate.state.position_km;
         let square_km2 = dot(position_km, position_km);
         let told = f64::from(estimate.factor.trace(POSITION)) < TOLD_SHARE * TOLD_SHARE * square_km2;
@@ -290,7 +297,7 @@ impl OrbitFilter {
 
     /// Observations rejected in a row.
     pub fn rejections(&self) -> u16 {
-        self.estimate.as_ref().map_or(0, |estimate| estimate.rejections)
+        self.estimate().map_or(0, |estimate| estimate.rejections)
     }
 }
 

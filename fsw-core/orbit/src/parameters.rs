@@ -68,7 +68,7 @@ parameter_group! {
             "radiation pressure: 1e-10 km/s2 that lasts for hours";
         /// Gate of an observation: how far its normalised innovation squared may exceed what is expected, in
         /// its standard deviations.
-        gate_sigma: f32 = 8.0, 3.0..=100.0, "", "35 of three degrees of freedom: one good fix in ten million is lost";
+        gate_sigma: f32 = 8.0, 3.0..=100.0, "", "22.6 of three degrees of freedom, 43 of nine: 5 good ones in 100,000 are lost, 2 in a million";
         /// Observations rejected in a row after which the filter begins anew.
         patience: u16 = 4, 1..=600, "", "two minutes in LEO, two hours in GEO";
         /// The filter has settled when position and velocity are known to this share of their length.

@@ -39,6 +39,7 @@ impl<'a> PredictedLimb<'a> {
     }
 
     /// The height of a point; `None` outside the field, and where its line of measurement runs along the limb.
+    #[inline(never)]
     pub fn height(&self, point: &LimbPoint) -> Option<LimbHeight> {
         let Self { camera, body, cone } = self;
         let ray = Ray::new(point, 0, camera, body)?;

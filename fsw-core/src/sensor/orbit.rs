@@ -4,7 +4,7 @@ use super::Sensor;
 use super::record::{Events, FixRecord};
 use super::timekeeping::SECOND_US;
 use crate::earth::heights::{LimbHeight as EarthLimbHeight, PredictedLimb};
-use crate::earth::{Body, EarthFix};
+use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
@@ -13,6 +13,7 @@ use crate::orbit::look::LimbHeight;
 use crate::orbit::parameters::Observation;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{Event, FixFault, OrbitReport};
+use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 impl Sensor<'_> {
@@ -59,7 +60,12 @@ impl Sensor<'_> {
                 let EarthLimbHeight { radial, height_km, sigma_km } = limb.height(point)?;
                 Some(LimbHeight { radial, height_km, sigma_km })
             });
-            self.orbit.observe_limb(heights, &to_icrs, &in_path, &self.parameters.orbit);
+            let mut seen = Vec::<LimbHeight, MAX_LIMB_POINTS>::new();
+            for height in heights {
+                // There are no more points than room.
+                let _ = seen.push(height);
+            }
+            self.orbit.observe_limb(&seen, &to_icrs, &in_path, &self.parameters.orbit);
             return FixRecord::default();
         }
         let EarthFix { centre_km, covariance_km2, noise_km2, linearisation_km, .. } = fix;

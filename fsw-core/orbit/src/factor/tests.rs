@@ -12,7 +12,8 @@ fn dense(factor: &Factor) -> Square {
 
 /// A factor of correlated states with sigmas from 0.1 to 1.
 fn any_factor(generator: &mut Generator) -> Factor {
-    let mut factor = Factor::diagonal(&core::array::from_fn(|_| generator.between(0.1, 1.0) as f32));
+    let mut factor = Factor::new();
+    factor.begin(&core::array::from_fn(|_| generator.between(0.1, 1.0) as f32));
     for state in 0..STATES {
         for column in 0..state {
             factor.set(state, column, generator.between(-0.2, 0.2) as f32);
@@ -99,7 +100,8 @@ fn propagation_is_the_transition_of_the_motion() {
 #[test]
 fn a_long_run_is_that_of_f64() {
     // An observation a step, noise on the rest: against Joseph's form of the three states concerned.
-    let mut factor = Factor::diagonal(&[3.0; STATES]);
+    let mut factor = Factor::new();
+    factor.begin(&[3.0; STATES]);
     let mut row = [0.0; STATES];
     (row[0], row[9]) = (1.0, 0.3);
     let mut transition = [[0.0; MOTION]; MOTION];

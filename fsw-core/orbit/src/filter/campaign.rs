@@ -218,7 +218,7 @@ fn a_real_orbit_is_followed() {
     // A fix a minute that tells as much as one a second; judged after two orbits.
     let eye = LOW_EYE.averaging(60);
     let parameters = OrbitParameters { misalignment_sigma_rad: 0.0, height_sigma_km: 0.0, ..white() };
-    let (mut sum, mut square) = (0.0, 0.0);
+    let (mut sum, mut square, mut rejected) = (0.0, 0.0, 0);
     for run in 0..RUNS {
         let mut generator = Generator::new(run);
         let first = 200 * run as usize;
@@ -236,15 +236,15 @@ fn a_real_orbit_is_followed() {
                 linearisation_km: position_km,
             };
             let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
-            assert!(
-                matches!(update, Update::Collected | Update::Started | Update::Accepted(_)),
-                "{update:?}"
-            );
+            assert!(!matches!(update, Update::Diverged(_) | Update::Refused(_)), "{update:?}");
+            rejected += u32::from(matches!(update, Update::Rejected(_)));
         }
         sum += nees(&filter, &arc[224]);
         square += state_error(&filter, &arc[224]).fixed_rows::<3>(0).norm_squared();
     }
     let (nees, rms_m) = (sum / RUNS as f64, f64::sqrt(square / RUNS as f64) * 1e3);
+    // Of good fixes 5e-5 are beyond the gate of 22.6, one in five of these campaigns' 4,500.
+    assert!(rejected <= 1, "{rejected} rejected");
     std::println!("Jason-2, two orbits: rms {rms_m:.0} m, NEES {nees:.2} of 6");
     assert!(nees < NEES_HIGH && rms_m < 500.0, "{nees} {rms_m}");
 }

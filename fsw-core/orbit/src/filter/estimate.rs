@@ -96,32 +96,43 @@ fn pole_at(time_us: i64) -> Vector3<f64> {
 }
 
 impl Estimate {
-    /// From a state with the covariance of position and velocity; `None` where that is none, and where the
-    /// state spans no plane.
-    #[inline(never)]
-    pub(super) fn new(first: &FirstOrbit, parameters: &OrbitParameters) -> Option<Self> {
-        let FirstOrbit { state, root } = first;
-        let geometry = LimbGeometry::of(state, &pole_at(state.time_us))?;
-        let (horizon, sigmas) = horizon::prior(&geometry, parameters);
-        let mut factor = Factor::diagonal(&sigmas);
-        for (column, elements) in root.data.0.iter().enumerate() {
-            for (row, element) in elements.iter().enumerate() {
-                factor.set(row, column, *element as f32);
-            }
-        }
-        let mut estimate = Self {
-            state: *state,
-            horizon,
-            factor,
+    /// One of no orbit, to be begun.
+    pub(super) const fn new() -> Self {
+        let nothing = Vector3::new(0.0, 0.0, 0.0);
+        Self {
+            state: OrbitState { time_us: 0, position_km: nothing, velocity_km_s: nothing },
+            horizon: [0.0; STATES],
+            factor: Factor::new(),
             noise_s: 0.0,
             look: None,
-            to_icrs: Matrix3::zeros(),
-            next_look_us: state.time_us,
+            to_icrs: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            next_look_us: 0,
             settled: false,
             rejections: 0,
-        };
-        estimate.check_settled(parameters);
-        estimate.is_valid().then_some(estimate)
+        }
+    }
+
+    /// Begins with a state and the covariance of position and velocity. `false`, and no change, where the state
+    /// is impossible or spans no plane; `false` too where the covariance is none.
+    #[inline(never)]
+    pub(super) fn begin(&mut self, first: &FirstOrbit, parameters: &OrbitParameters) -> bool {
+        let FirstOrbit { state, root } = first;
+        if !plausible(&state.position_km, &state.velocity_km_s) {
+            return false;
+        }
+        let Some(geometry) = LimbGeometry::of(state, &pole_at(state.time_us)) else { return false };
+        let (horizon, sigmas) = horizon::prior(&geometry, parameters);
+        self.factor.begin(&sigmas);
+        for (column, elements) in root.data.0.iter().enumerate() {
+            for (row, element) in elements.iter().enumerate() {
+                self.factor.set(row, column, *element as f32);
+            }
+        }
+        (self.state, self.horizon) = (*state, horizon);
+        (self.noise_s, self.look, self.next_look_us) = (0.0, None, state.time_us);
+        (self.settled, self.rejections) = (false, 0);
+        self.check_settled(parameters);
+        self.is_valid()
     }
 
     /// Sets `settled` once the sigmas of position and velocity are below `settled_share` of their length.
@@ -217,7 +228,7 @@ impl Estimate {
     #[inline(never)]
     pub(super) fn add_to_look(
         &mut self,
-        heights: impl Iterator<Item = LimbHeight> + Clone,
+        heights: &[LimbHeight],
         to_icrs: &Matrix3<f64>,
         attitude_rad2: &Matrix3<f32>,
         parameters: &OrbitParameters,
@@ -231,9 +242,9 @@ impl Estimate {
         let axes = (geometry.axes * self.to_icrs).transpose();
         let velocity = self.state.velocity_km_s.map(|axis| axis as f32);
         let velocity = geometry.axes * velocity * (geometry.distance_km / LIGHT_KM_S as f32);
-        let count = heights.clone().count() as f32;
+        let count = heights.len() as f32;
         let look_s = look_s(&geometry, parameters);
-        let arc_km = arc_rad(heights.clone().map(|point| axes.tr_mul(&point.radial))) * geometry.circle_km();
+        let arc_km = arc_rad(heights.iter().map(|point| axes.tr_mul(&point.radial))) * geometry.circle_km();
         let patches = 1.0 + arc_km / geometry.patch_km(parameters);
         let crowding = (count * look_s / patches).max(1.0);
         let common_km2 = geometry.edge_km2(parameters) * crowding;

@@ -331,7 +331,7 @@ proptest! {
                 let _ = filter.advance(time_us, &parameters);
                 filter.finish_look(&parameters);
                 let attitude = Matrix3::identity() * 1e-9;
-                filter.observe_limb(heights.iter().copied(), &to_icrs, &attitude, &parameters);
+                filter.observe_limb(&heights, &to_icrs, &attitude, &parameters);
             } else {
                 match filter.update(time_us, &fix, &to_icrs, &parameters) {
                     Update::Accepted(nis) => assert!(nis.square >= 0.0),
