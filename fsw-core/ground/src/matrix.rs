@@ -235,6 +235,41 @@ pub fn dot_slices<T: Real>(a: &[T], b: &[T]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
+/// Numbers that [`dot_long`] and [`add_scaled_long`] take at a time.
+const AT_A_TIME: usize = 4;
+
+/// `aᵀ b` of two slices of one length, for long ones: four sums that are added in the end, half the cycles.
+#[inline(never)]
+pub fn dot_long(a: &[f32], b: &[f32]) -> f32 {
+    let (fours, rest) = a.as_chunks::<AT_A_TIME>();
+    let (other_fours, other_rest) = b.as_chunks::<AT_A_TIME>();
+    let [mut first, mut second, mut third, mut fourth] = [0.0; AT_A_TIME];
+    for ([a, b, c, d], [e, f, g, h]) in fours.iter().zip(other_fours) {
+        first += a * e;
+        second += b * f;
+        third += c * g;
+        fourth += d * h;
+    }
+    let rest = rest.iter().zip(other_rest).fold(0.0, |sum, (a, b)| sum + a * b);
+    (first + second) + (third + fourth) + rest
+}
+
+/// `out += factor a` of two slices of one length, for long ones.
+#[inline(never)]
+pub fn add_scaled_long(out: &mut [f32], factor: f32, a: &[f32]) {
+    let (fours, rest) = out.as_chunks_mut::<AT_A_TIME>();
+    let (other_fours, other_rest) = a.as_chunks::<AT_A_TIME>();
+    for ([a, b, c, d], [e, f, g, h]) in fours.iter_mut().zip(other_fours) {
+        *a += factor * e;
+        *b += factor * f;
+        *c += factor * g;
+        *d += factor * h;
+    }
+    for (place, element) in rest.iter_mut().zip(other_rest) {
+        *place += factor * element;
+    }
+}
+
 /// 1 on the diagonal.
 pub fn identity<T: Real, const N: usize>() -> SMatrix<T, N, N> {
     let mut out = SMatrix::<T, N, N>::repeat(T::ZERO);

@@ -21,6 +21,8 @@ const SMALLEST: f64 = 1e-4;
 const LARGEST: f64 = 0.5;
 /// Steps of the central differences, share of position or velocity: relative error 1e-8.
 const STEP: f64 = 1e-4;
+/// Step of the forward differences, likewise: relative error 1e-6.
+const FORWARD_STEP: f64 = 1e-6;
 
 /// Position, km, and velocity, km/s.
 type Motion = (Vector3<f64>, Vector3<f64>);
@@ -89,16 +91,15 @@ fn moved(from: &Motion, by: &Change) -> Option<Motion> {
 /// Where the change of the elements leads, and the derivative of that by the state.
 fn turned(before: &Motion, by: &Change) -> Option<(Motion, Turn)> {
     let after = moved(before, by)?;
-    let [far, fast] = [&before.0, &before.1].map(|whole| STEP * libm::sqrt(dot(whole, whole)));
+    let [far, fast] = [&before.0, &before.1].map(|whole| FORWARD_STEP * libm::sqrt(dot(whole, whole)));
     let mut turn = [[0.0; 6]; 6];
     for column in 0..6 {
         let mut shift = (Vector3::zeros(), Vector3::zeros());
         let (vector, step) = if column < 3 { (&mut shift.0, far) } else { (&mut shift.1, fast) };
         *vector.get_mut(column % 3)? = step;
-        let (forth, back) = (moved(&plus(before, 1.0, &shift), by)?, moved(&plus(before, -1.0, &shift), by)?);
-        let slope = plus(&forth, -1.0, &back);
+        let slope = plus(&moved(&plus(before, 1.0, &shift), by)?, -1.0, &after);
         for (row, element) in turn.iter_mut().zip(slope.0.iter().chain(slope.1.iter())) {
-            *row.get_mut(column)? = element * (0.5 / step);
+            *row.get_mut(column)? = element / step;
         }
     }
     Some((after, turn))

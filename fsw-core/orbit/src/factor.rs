@@ -19,6 +19,7 @@
 //!
 //! Cost in f32: a propagation 800 multiplications with additions, an update 3,000, to settle 30,000.
 
+use fsw_ground::matrix::{add_scaled_long, dot_long as dot};
 use nalgebra::Matrix3;
 
 /// First state of the position.
@@ -63,10 +64,6 @@ impl Default for Factor {
     fn default() -> Self {
         Self::new()
     }
-}
-
-fn dot(one: &[f32], other: &[f32]) -> f32 {
-    one.iter().zip(other).fold(0.0, |sum, (one, other)| sum + one * other)
 }
 
 impl Factor {
@@ -201,9 +198,7 @@ impl Factor {
             for row in below {
                 let Some(row) = row.get_mut(state..) else { break };
                 let along = dot(row, tail) * scale;
-                for (element, v) in row.iter_mut().zip(&*tail) {
-                    *element -= along * v;
-                }
+                add_scaled_long(row, -along, tail);
             }
             for (at, element) in tail.iter_mut().enumerate() {
                 *element = if at == 0 { -length } else { 0.0 };
@@ -218,9 +213,7 @@ impl Factor {
         let mut carried = [0.0; COLUMNS];
         for (row, factor) in self.rows.iter().zip(sensitivity) {
             if *factor != 0.0 {
-                for (sum, element) in carried.iter_mut().zip(row) {
-                    *sum += factor * element;
-                }
+                add_scaled_long(&mut carried, *factor, row);
             }
         }
         carried
@@ -236,9 +229,7 @@ impl Factor {
         let mut gain = [0.0; STATES];
         for (row, gain) in self.rows.iter_mut().zip(&mut gain) {
             *gain = dot(row, &carried) / variance;
-            for (element, c) in row.iter_mut().zip(&carried) {
-                *element -= share * *gain * c;
-            }
+            add_scaled_long(row, -share * *gain, &carried);
         }
         let mut given_back = [(0, 0.0); STATES - MISALIGNMENT];
         for ((state, gain), back) in gain.iter_mut().enumerate().skip(MISALIGNMENT).zip(&mut given_back) {

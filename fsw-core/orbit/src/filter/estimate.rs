@@ -12,7 +12,7 @@ use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::{LimbHeight, Look};
 use crate::noise::acceleration;
 use crate::parameters::OrbitParameters;
-use fsw_ground::matrix::{Cholesky, dot, dot_slices, plus_scaled};
+use fsw_ground::matrix::{Cholesky, dot, dot_long, dot_slices, plus_scaled};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Noise is added to the covariance once in this time, s.
@@ -24,6 +24,8 @@ const MAX_ROWS: usize = WAVES;
 /// 2012).
 const GREATEST_BEND_KM: f32 = 0.2;
 const GRADUAL: [f32; 3] = [0.01, 0.09, 0.9];
+/// In one share.
+const AT_ONCE: [f32; 1] = [1.0];
 /// A row of a look tests the state where the state's own variance is at least this; the noise's is 1. What is
 /// left over the nine waves of a short arc is finer than the edges' patches, and its noise less than 1.
 const LEAST_TEST: f32 = 0.1;
@@ -54,6 +56,16 @@ impl Rows {
     }
 }
 
+/// A look that is taken in.
+#[derive(Clone, Copy, Debug)]
+struct Taking {
+    look: Look,
+    /// The state at the mean time of its points, before any of it was taken.
+    seen: OrbitState,
+    /// Shares that are left.
+    shares: &'static [f32],
+}
+
 /// Normalised innovation squared of an observation, and its degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nis {
@@ -82,6 +94,10 @@ pub(super) struct Estimate {
     noise_s: f64,
     /// The look at the limb under way.
     look: Option<Look>,
+    /// A look that is over and is taken in, a step a second.
+    taking: Option<Taking>,
+    /// Spans that the second's propagation took.
+    spans: u32,
     /// From the Earth path to ICRS in its last second.
     to_icrs: Matrix3<f32>,
     /// When the next one may begin.
@@ -105,6 +121,8 @@ impl Estimate {
             factor: Factor::new(),
             noise_s: 0.0,
             look: None,
+            taking: None,
+            spans: 0,
             to_icrs: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             next_look_us: 0,
             settled: false,
@@ -129,7 +147,7 @@ impl Estimate {
             }
         }
         (self.state, self.horizon) = (*state, horizon);
-        (self.noise_s, self.look, self.next_look_us) = (0.0, None, state.time_us);
+        (self.noise_s, self.look, self.taking, self.next_look_us) = (0.0, None, None, state.time_us);
         (self.settled, self.rejections) = (false, 0);
         self.check_settled(parameters);
         self.is_valid()
@@ -161,9 +179,11 @@ impl Estimate {
         if gap > MAX_GAP_US {
             return Err(ResetReason::TooLong);
         }
+        self.spans = 0;
         for _ in 0..MAX_SPANS {
             let span = to_us.saturating_sub(self.state.time_us).min(MAX_SPAN_US);
             if span > 0 {
+                self.spans += 1;
                 self.propagate_span(span, parameters)?;
             }
         }
@@ -234,7 +254,8 @@ impl Estimate {
         parameters: &OrbitParameters,
     ) {
         let now_us = self.state.time_us;
-        let Some(geometry) = self.geometry().filter(|_| now_us >= self.next_look_us) else { return };
+        let due = now_us >= self.next_look_us && self.taking.is_none();
+        let Some(geometry) = self.geometry().filter(|_| due) else { return };
         let look = self.look.get_or_insert(Look::new(now_us));
         self.to_icrs = to_icrs.map(|element| element as f32);
         let since_s = (now_us.saturating_sub(look.begun_us)) as f32 * 1e-6;
@@ -264,50 +285,77 @@ impl Estimate {
         }
     }
 
-    /// Takes in the look under way when its time is over; gives what came of it.
+    /// Takes in the look under way when its time is over, in steps of a second each: first noise is added, then
+    /// the look's shares follow. Gives what came of a share. After a gap it waits, as the gap took the second.
     #[inline(never)]
     pub(super) fn finish_look(&mut self, parameters: &OrbitParameters) -> Option<(Nis, bool)> {
-        let look = self.look?;
-        let geometry = self.geometry()?;
-        let lasts_s = look_s(&geometry, parameters);
-        let since_s = self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6;
-        if since_s < lasts_s {
+        if self.spans > 1 {
             return None;
+        }
+        let Some(taking) = self.taking else {
+            self.end_look(parameters);
+            return None;
+        };
+        let Some(rows) = self.rows_of_look(&taking, parameters) else {
+            self.taking = None;
+            return None;
+        };
+        let (nis, taken) = self.update(&rows, parameters);
+        let next = Taking { shares: taking.shares.get(1..).unwrap_or(&[]), ..taking };
+        self.taking = Some(next).filter(|next| taken && !next.shares.is_empty());
+        Some((nis, taken))
+    }
+
+    /// Ends the look under way when its time is over.
+    fn end_look(&mut self, parameters: &OrbitParameters) {
+        let Some((look, geometry)) = self.look.zip(self.geometry()) else { return };
+        let lasts_s = look_s(&geometry, parameters);
+        if (self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6) < lasts_s {
+            return;
         }
         self.look = None;
         let every_us = (geometry.edge_lasts_s(parameters).max(lasts_s) * 1e6) as i64;
         self.next_look_us = look.begun_us.saturating_add(every_us).max(self.state.time_us);
         self.add_noise(parameters);
+        let bent_km = self.factor.trace(POSITION) / (2.0 * geometry.distance_km);
+        let shares = if bent_km > GREATEST_BEND_KM { &GRADUAL[..] } else { &AT_ONCE };
+        self.taking = self.seen(&look, parameters).map(|seen| Taking { look, seen, shares });
+    }
+
+    /// The state at the mean time of a look's points: the axes turn, those of that time count.
+    fn seen(&self, look: &Look, parameters: &OrbitParameters) -> Option<OrbitState> {
+        let lag_us = (f64::from(self.lag_s(look)) * MICROSECONDS) as i64;
+        parameters.dynamics.propagate(&self.state, -lag_us.min(MAX_SPAN_US)).ok()
+    }
+
+    /// Time since the mean of a look's points, s.
+    fn lag_s(&self, look: &Look) -> f32 {
+        self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6 - look.mean_s()
+    }
+
+    /// Rows of the next share of a look, about the state that the shares before it left.
+    #[inline(never)]
+    fn rows_of_look(
+        &self,
+        Taking { look, seen, shares }: &Taking,
+        parameters: &OrbitParameters,
+    ) -> Option<Rows> {
+        let geometry = LimbGeometry::of(seen, &pole_at(seen.time_us))?;
         let pole = pole_at(self.state.time_us).map(|axis| axis as f32);
         let path = self.to_icrs.transpose();
-        let lag_s = since_s - look.mean_s();
-        // The axes turn: those of the points' mean time count.
-        let lag_us = (f64::from(lag_s) * MICROSECONDS) as i64;
-        let seen = parameters.dynamics.propagate(&self.state, -lag_us.min(MAX_SPAN_US)).ok()?;
-        let geometry = LimbGeometry::of(&seen, &pole_at(seen.time_us))?;
-        let before = self.state;
-        let bent_km = self.factor.trace(POSITION) / (2.0 * geometry.distance_km);
-        let mut result = None;
-        for share in if bent_km > GREATEST_BEND_KM { &GRADUAL[..] } else { &[1.0] } {
-            let moved_km = plus_scaled(&self.state.position_km, -1.0, &before.position_km);
-            let moved_km_s = plus_scaled(&self.state.velocity_km_s, -1.0, &before.velocity_km_s);
-            let moved_km = plus_scaled(&moved_km, -f64::from(lag_s), &moved_km_s).map(|axis| axis as f32);
-            let limb = geometry.moved(&(geometry.axes * moved_km));
-            let weight = libm::sqrtf(*share);
-            let mut rows = Rows::of_look();
-            let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
-            for ((sensitivity, innovation), (waves, height)) in places.zip(look.rows()) {
-                let row = geometry.sensitivity(waves, &limb, (&pole, &path), lag_s);
-                let left = height - dot_slices(waves, &limb.height_km) - dot_slices(&row, &self.horizon);
-                (*sensitivity, *innovation) = (row.map(|element| weight * element), weight * left);
-            }
-            let update = self.update(&rows, parameters);
-            result = Some(update);
-            if !update.1 {
-                break;
-            }
+        let lag_s = self.lag_s(look);
+        let now_seen = self.seen(look, parameters)?;
+        let moved_km = plus_scaled(&now_seen.position_km, -1.0, &seen.position_km).map(|axis| axis as f32);
+        let limb = geometry.moved(&(geometry.axes * moved_km));
+        let weight = libm::sqrtf(*shares.first()?);
+        let mut rows = Rows::of_look();
+        let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
+        for ((sensitivity, innovation), (waves, height)) in places.zip(look.rows()) {
+            let row = geometry.sensitivity(waves, &limb, (&pole, &path), lag_s);
+            let left = height - dot_slices(waves, &limb.height_km) - dot_slices(&row, &self.horizon);
+            (*sensitivity, *innovation) = (row.map(|element| weight * element), weight * left);
         }
-        result
+        Some(rows)
     }
 
     /// As [`Self::update`] by the rows of a fix, the noise of the time until now added.
@@ -334,6 +382,10 @@ impl Estimate {
         }
         if let Some(look) = &mut self.look {
             look.begun_us = look.begun_us.saturating_add(step_us);
+        }
+        if let Some(Taking { look, seen, .. }) = &mut self.taking {
+            look.begun_us = look.begun_us.saturating_add(step_us);
+            seen.time_us = seen.time_us.saturating_add(step_us);
         }
     }
 
@@ -375,20 +427,19 @@ impl Estimate {
         let carried = rows.sensitivities.each_ref().map(|row| self.factor.carried(row));
         let mut matrix = SMatrix::<f32, MAX_ROWS, MAX_ROWS>::identity();
         let mut innovation = SVector::<f32, MAX_ROWS>::zeros();
+        let tests = carried.each_ref().map(|row| dot_long(row, row) >= rows.least_test);
         let mut freedom = 0;
-        for (i, one) in carried.iter().enumerate() {
-            if dot_slices(one, one) < rows.least_test {
+        for (i, (one, test)) in carried.iter().zip(&tests).enumerate() {
+            if !test {
                 continue;
             }
             freedom += 1;
             if let (Some(place), Some(value)) = (innovation.get_mut(i), rows.innovations.get(i)) {
                 *place = *value;
             }
-            for (j, other) in carried.iter().enumerate().take(i + 1) {
-                let both = dot_slices(one, other);
-                let tests = dot_slices(other, other) >= rows.least_test;
-                if let Some(place) = matrix.get_mut((i, j)).filter(|_| tests) {
-                    *place += both;
+            for (j, (other, test)) in carried.iter().zip(&tests).enumerate().take(i + 1) {
+                if let Some(place) = matrix.get_mut((i, j)).filter(|_| *test) {
+                    *place += dot_long(one, other);
                 }
             }
         }
