@@ -33,6 +33,8 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
 pub const MAX_SPANS: u32 = 48;
+/// Most spans in one call of [`OrbitFilter::approach`]: 0.5 M cycles each, of 2 M that a second has for the orbit.
+pub const SPANS_A_SECOND: u32 = 3;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 /// Greatest sigma of a position that is told, share of its length.
@@ -76,6 +78,8 @@ pub struct OrbitFilter {
     estimate: Estimate,
     /// Whether the estimate holds an orbit. No `Option`: it is 4 KB long and would pass over the stack.
     known: bool,
+    /// Whether it is still on its way across a gap.
+    behind: bool,
     beginning: Beginning,
 }
 
@@ -88,7 +92,7 @@ impl Default for OrbitFilter {
 impl OrbitFilter {
     /// A filter without a state.
     pub const fn new() -> Self {
-        Self { estimate: Estimate::new(), known: false, beginning: Beginning::new() }
+        Self { estimate: Estimate::new(), known: false, behind: false, beginning: Beginning::new() }
     }
 
     /// Initialises the filter with a state of another source (the ground), with one sigma for all
@@ -108,20 +112,21 @@ impl OrbitFilter {
         let root = Matrix6::from_diagonal(&Vector6::new(r, r, r, v, v, v));
         let taken = self.estimate.begin(&FirstOrbit { state, root }, parameters);
         self.known |= taken;
+        self.behind &= !taken;
         taken
     }
 
     fn estimate(&self) -> Option<&Estimate> {
-        self.known.then_some(&self.estimate)
+        (self.known && !self.behind).then_some(&self.estimate)
     }
 
     fn estimate_mut(&mut self) -> Option<&mut Estimate> {
-        self.known.then_some(&mut self.estimate)
+        (self.known && !self.behind).then_some(&mut self.estimate)
     }
 
     /// Resets the filter.
     pub fn reset(&mut self) {
-        self.known = false;
+        (self.known, self.behind) = (false, false);
         self.beginning = Beginning::new();
     }
 
@@ -178,6 +183,9 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
+        if self.behind {
+            return Update::Gathered;
+        }
         // A reset here is no error: the filter begins anew.
         let _ = self.advance(time_us, parameters);
         if !self.known {
@@ -224,11 +232,28 @@ impl OrbitFilter {
     /// # Errors
     /// Why the filter was reset.
     pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
-        let Some(estimate) = self.estimate_mut() else { return Ok(()) };
-        let propagated = estimate.propagate(to_us, parameters);
+        if !self.known {
+            return Ok(());
+        }
+        self.behind = false;
+        let propagated = self.estimate.propagate(to_us, parameters);
         if propagated.is_err() {
             self.reset();
         }
+        propagated
+    }
+
+    /// As [`Self::advance`], by [`SPANS_A_SECOND`] at most: a longer gap is crossed over several seconds, in which
+    /// no orbit is told.
+    ///
+    /// # Errors
+    /// Why the filter was reset.
+    pub fn approach(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
+        let reach_us = self.estimate.state.time_us.saturating_add(i64::from(SPANS_A_SECOND) * MAX_SPAN_US);
+        let too_long = to_us.saturating_sub(reach_us) > MAX_GAP_US;
+        let goal_us = if too_long { to_us } else { to_us.min(reach_us) };
+        let propagated = self.advance(goal_us, parameters);
+        self.behind = self.known && goal_us < to_us;
         propagated
     }
 
@@ -277,9 +302,7 @@ impl OrbitFilter {
     /// Moves the epoch by a step of the clock: the same state under another time.
     pub fn shift_epoch(&mut self, step_us: i64) {
         self.beginning.shift_epoch(step_us);
-        if let Some(estimate) = self.estimate_mut() {
-            estimate.shift_epoch(step_us);
-        }
+        self.estimate.shift_epoch(step_us);
     }
 
     /// Whether the orbit is no longer known: its position to worse than a tenth of its length, or it never

@@ -54,7 +54,7 @@ impl Sensor<'_> {
             self.fixed_us = self.fixed_us.saturating_add(step_us);
         }
         if let Some(terrestrial_us) = time.terrestrial_us {
-            let lost = self.orbit.advance(terrestrial_us, &self.parameters.orbit).is_err();
+            let lost = self.orbit.approach(terrestrial_us, &self.parameters.orbit).is_err();
             if lost || self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us)) {
                 self.forget_orbit();
                 events.note(Event::OrbitForgotten);

@@ -292,6 +292,24 @@ fn heights() -> impl Strategy<Value = Vec<LimbHeight>> {
     prop::collection::vec(height, 0..24)
 }
 
+#[test]
+fn a_gap_is_crossed_over_several_seconds_in_which_nothing_is_told() {
+    let parameters = OrbitParameters::default();
+    let start = circular(7_000.0, 1.0);
+    let mut at_once = OrbitFilter::new();
+    assert!(at_once.initialise(start, 1.0, 0.001, &parameters));
+    let mut slowly = at_once.clone();
+    let to_us = start.time_us + MAX_GAP_US;
+    at_once.advance(to_us, &parameters).unwrap();
+    for call in 1..=MAX_SPANS / SPANS_A_SECOND {
+        slowly.approach(to_us, &parameters).unwrap();
+        assert_eq!(slowly.state().is_some(), call == MAX_SPANS / SPANS_A_SECOND);
+    }
+    assert_eq!(slowly.state(), at_once.state());
+    assert_eq!(slowly.position_sigma_km(), at_once.position_sigma_km());
+    assert!(slowly.approach(to_us + 2 * MAX_GAP_US, &parameters).is_err() && slowly.state().is_none());
+}
+
 proptest! {
     #[test]
     fn whatever_is_put_in_what_comes_out_is_finite(
