@@ -277,6 +277,13 @@ pub fn identity<T: Real, const N: usize>() -> SMatrix<T, N, N> {
     out
 }
 
+/// `a × b`.
+#[inline(never)]
+pub fn cross<T: Real>(a: &SVector<T, 3>, b: &SVector<T, 3>) -> SVector<T, 3> {
+    let ([[ax, ay, az]], [[bx, by, bz]]) = (a.data.0, b.data.0);
+    SVector::from([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+}
+
 /// `[v×]`, so that `[v×] w` is the vector product of v and w.
 pub fn cross_matrix<T: Real>(v: &SVector<T, 3>) -> SMatrix<T, 3, 3> {
     let [[x, y, z]] = v.data.0;

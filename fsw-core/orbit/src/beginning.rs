@@ -21,7 +21,7 @@ use super::dynamics::{Dynamics, HIGHEST_KM, MAX_SPAN_US, Transition, plausible, 
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
 use fsw_ground::matrix::{
-    Cholesky, add_scaled, dot, identity, inverse, plus_scaled, product, transposed_product,
+    Cholesky, add_scaled, cross, dot, identity, inverse, plus_scaled, product, transposed_product,
 };
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
@@ -299,7 +299,7 @@ pub fn is_orbit(state: &OrbitState) -> bool {
     let radius = libm::sqrt(dot(position_km, position_km));
     let energy = 0.5 * dot(velocity_km_s, velocity_km_s) - MU_EARTH_KM3_S2 / radius;
     let axis_km = -0.5 * MU_EARTH_KM3_S2 / energy;
-    let momentum = position_km.cross(velocity_km_s);
+    let momentum = cross(position_km, velocity_km_s);
     let shape = 1.0 - dot(&momentum, &momentum) / (MU_EARTH_KM3_S2 * axis_km);
     let eccentricity = libm::sqrt(shape.max(0.0));
     energy < 0.0

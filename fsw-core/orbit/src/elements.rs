@@ -9,7 +9,7 @@
 
 use super::constants::MU_EARTH_KM3_S2;
 use core::f64::consts::{PI, TAU};
-use fsw_ground::matrix::{add_scaled, dot, plus_scaled, scaled};
+use fsw_ground::matrix::{add_scaled, cross, dot, plus_scaled, scaled};
 use fsw_ground::trigonometry::sine_cosine_f64;
 use nalgebra::Vector3;
 
@@ -75,7 +75,7 @@ impl Equinoctial {
     pub fn of(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
         let radius = libm::sqrt(dot(position_km, position_km));
         let axis_km = 1.0 / (2.0 / radius - dot(velocity_km_s, velocity_km_s) / MU_EARTH_KM3_S2);
-        let momentum = position_km.cross(velocity_km_s);
+        let momentum = cross(position_km, velocity_km_s);
         let length = libm::sqrt(dot(&momentum, &momentum));
         // Also refuses what is not finite.
         if !(axis_km > 0.0 && length > 0.0 && axis_km < 1e9 && length < 1e12) {
@@ -87,7 +87,7 @@ impl Equinoctial {
         let scale = 1.0 / (1.0 + factor * normal.z);
         let inclination = [normal.x * scale, -normal.y * scale];
         let [f, g] = plane(inclination, factor);
-        let mut eccentricity = scaled(&velocity_km_s.cross(&momentum), 1.0 / MU_EARTH_KM3_S2);
+        let mut eccentricity = scaled(&cross(velocity_km_s, &momentum), 1.0 / MU_EARTH_KM3_S2);
         add_scaled(&mut eccentricity, -1.0 / radius, position_km);
         let (h, k) = (dot(&g, &eccentricity), dot(&f, &eccentricity));
         let square = h * h + k * k;

@@ -19,7 +19,7 @@ use super::factor::{EDGE, FIELD, HEIGHT, MISALIGNMENT, Row, STATES, SUMMER, TROP
 use super::noise::{decay, square};
 use super::parameters::OrbitParameters;
 use super::{OrbitState, lvlh};
-use fsw_ground::matrix::{dot, dot_slices};
+use fsw_ground::matrix::{cross, dot, dot_slices, plus_scaled, scaled};
 use fsw_ground::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
 
@@ -87,7 +87,8 @@ impl LimbGeometry {
         }
         let cosine = libm::sqrt(1.0 - sine * sine);
         // Of the point below the satellite: angular velocity r x v / r² less that of the Earth.
-        let turn = position_km.cross(velocity_km_s) / square_km2 - pole * EARTH_RATE_RAD_S;
+        let turn = scaled(&cross(position_km, velocity_km_s), 1.0 / square_km2);
+        let turn = plus_scaled(&turn, -EARTH_RATE_RAD_S, pole);
         Some(Self {
             axes: axes.map(|element| element as f32),
             sine: sine as f32,
