@@ -3,16 +3,16 @@
 //! In: position fixes. Out: state and covariance, once they are good enough to be told.
 //!
 //! A ring keeps [`FIXES`] fixes, thinned: when it is full every second one is dropped and the least time
-//! between two is doubled, up to [`LONGEST_SPACING_US`]; then the oldest one goes. Least squares over the ring,
+//! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the ring,
 //! one iteration a call: the first on Lagrange's series `r = f r0 + g v0`, which is linear, the others by
 //! propagation and its transition (differential correction). A fix that disagrees by `x²` has the weight
-//! `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond [`GATE`].
+//! `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
 //!
 //! The errors that neighbouring limb points share last from fix to fix. Their covariance is multiplied by the
 //! number of fixes within that time, so that these count as one.
 //!
 //! Tests before anything is told: three quarters of the fixes agree, their mean square error is no more than
-//! twice what was stated, position and velocity are known to [`KNOWN_SHARE`] of their length, and the orbit
+//! twice what was stated, position and velocity are known to `KNOWN_SHARE` of their length, and the orbit
 //! is bound, above the ground and no farther than a satellite.
 
 use super::OrbitState;

@@ -2,7 +2,7 @@
 //!
 //! In: limb points, and where the Earth's centre is predicted. Out: a [`LimbHeight`] for each point.
 //!
-//! The residual of a ray about the predicted cone ([`super::rays`]) times the limb's distance is a height in
+//! The residual of a ray about the predicted cone (`rays`) times the limb's distance is a height in
 //! sphere space; along the upward normal `S p / |S p|` of the predicted limb point `p` it is `1 / |S p|` of
 //! that. Normals stand at predicted points, not at the measured ones, whose errors they would share: in LEO
 //! that shifts a position by 10 km. Error 3e-4 px by rounding.
