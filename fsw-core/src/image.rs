@@ -2,8 +2,8 @@
 //!
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from
 //! it, [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`]
-//! a better one ([`matched`]), [`scan`] walks the whole detector in tiles and `detections` keeps the
-//! brightest spots. Loops over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost,
+//! a better one ([`matched`]), `search` does all this in a window, [`scan`] walks the whole detector in tiles
+//! and `detections` keeps the brightest spots. Loops over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost,
 //! [`blinding`] knows a detector at full scale. Before all of them [`bad_pixels`] may correct the known
 //! [`defects`].
 //!
@@ -20,6 +20,7 @@ mod detections;
 pub mod matched;
 mod peaks;
 pub mod scan;
+mod search;
 mod shape;
 pub mod streaks;
 #[cfg(test)]

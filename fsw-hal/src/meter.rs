@@ -7,7 +7,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Stage {
-    /// Acquisition: reading and searching the whole detector.
+    /// Acquisition: reading and searching the whole detector for stars.
     Scan = 0,
     /// Acquisition: identification.
     Identify = 1,
@@ -25,6 +25,8 @@ pub enum Stage {
     Orbit = 7,
     /// Searching the whole detector for the limb, and reading strips across what was found.
     Search = 8,
+    /// Acquisition: searching the whole detector for the lines that stars draw while the sensor turns.
+    Streaks = 9,
 }
 
 /// Receives the marks.

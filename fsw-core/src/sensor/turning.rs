@@ -155,9 +155,9 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> Result<(), DetectorError> {
         stars.activity = Activity::StreakSearch;
-        meter.begin(Stage::Scan);
+        meter.begin(Stage::Streaks);
         let found = self.lines(detector);
-        meter.end(Stage::Scan);
+        meter.end(Stage::Streaks);
         self.turn_by_lines(&mut found?, stars);
         Ok(())
     }

@@ -145,6 +145,8 @@ pub struct Budget {
     /// Seconds flown.
     seconds: usize,
     modes: BTreeMap<&'static str, ModeBudget>,
+    /// The dearest scan for stars of each flight, cycles a pixel of the detector.
+    scan_cycles_per_pixel: BTreeMap<&'static str, f64>,
     flash_bytes: u64,
     ram_bytes: u64,
     /// The deeper of the two that follow.
@@ -189,6 +191,9 @@ impl Budget {
                 row("", part, *worst_cycles, Some(*limit_cycles));
             }
         }
+        for (flight, cycles) in &self.scan_cycles_per_pixel {
+            say!("  {:18} {flight:12} {cycles:>11.1}", "scan, a pixel");
+        }
         for (name, used, limit) in self.memory() {
             row(name, "", used, Some(limit));
         }
@@ -219,6 +224,7 @@ fn stage_name(number: u8) -> &'static str {
         (Stage::Centre, "centre"),
         (Stage::Orbit, "orbit"),
         (Stage::Search, "search"),
+        (Stage::Streaks, "streaks"),
     ];
     stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
 }
@@ -261,6 +267,10 @@ fn run_program(command: &mut Command, what: &str) -> Result<Output, HostError> {
 
 /// What came of an emulated flight.
 struct Flown {
+    /// What it is flown for.
+    name: &'static str,
+    /// Pixels of its detector.
+    pixels: u64,
     figures: ImageFigures,
     depth: StackDepth,
     /// Every second with what the host says of it.
@@ -269,7 +279,8 @@ struct Flown {
 }
 
 /// Records a flight, builds image and meter, and flies the recording.
-fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> {
+fn fly(root: &Path, (name, flight): (&'static str, &Flight), folder: &Path) -> Result<Flown, HostError> {
+    let (geometry, _) = flight.instrument()?;
     let (files, reports) = record::record_flight(flight, folder)?;
     let cargo = || {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
@@ -318,6 +329,8 @@ fn fly(root: &Path, flight: &Flight, folder: &Path) -> Result<Flown, HostError> 
         return Err(HostError::usage(what, "report this"));
     }
     Ok(Flown {
+        name,
+        pixels: u64::from(geometry.width_px) * u64::from(geometry.height_px),
         figures,
         depth,
         seconds: metered.cycles.into_iter().zip(reports).collect(),
@@ -386,6 +399,11 @@ fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
             }
         }
     }
+    let dearest_scan = |flown: &Flown| {
+        let of_cycle =
+            |(cycle, _): &(MeteredCycle, Report)| Some(cycle.stages.get(&(Stage::Scan as u8))?.cycles);
+        flown.seconds.iter().filter_map(of_cycle).max().unwrap_or(0) as f64 / flown.pixels as f64
+    };
     let most = |bytes: fn(&Flown) -> u64| flights.iter().map(bytes).max().unwrap_or(0);
     let painted = most(|flown| flown.figures.stack_bytes);
     let analysed = most(|flown| flown.depth.stack_bytes);
@@ -394,6 +412,7 @@ fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
         clock_hz: limits.target.clock_hz,
         seconds: seconds().count(),
         modes,
+        scan_cycles_per_pixel: flights.iter().map(|flown| (flown.name, dearest_scan(flown))).collect(),
         flash_bytes: most(|flown| flown.figures.flash_bytes),
         ram_bytes: most(|flown| flown.figures.static_ram_bytes),
         stack_bytes: painted.max(analysed),
@@ -414,7 +433,8 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not
     // have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let flights = [MISSION, WIDE_LIMB, STORM].iter().map(|flight| fly(&root, flight, &folder));
+    let flights = [("every mode", MISSION), ("widest limb", WIDE_LIMB), ("storm", STORM)];
+    let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
     let budget = table(&limits, &flights?);

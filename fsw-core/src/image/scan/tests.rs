@@ -1,8 +1,8 @@
 //! Stars in, centroids out: over whole frames, whatever is behind the stars.
 
 use super::*;
-use crate::image::DetectionParameters;
 use crate::image::test_sky::{Chance, Frame, Sky};
+use crate::image::{Detection, DetectionParameters};
 use proptest::prelude::*;
 use std::vec::Vec;
 
