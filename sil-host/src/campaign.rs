@@ -3,8 +3,10 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`flights`] | a scenario flown many times |
-//! | [`belief`] | the same with each difference between what is and what the flight code is told |
+//! | [`scenarios`] | all scenarios, with differences of belief and without; the page of their figures |
+//! | [`belief`] | a scenario with each difference between what is and what the flight code is told |
 //! | [`family`] | the scenario of each run: its seed, and keys that are drawn (`--vary`) |
+//! | [`variants`] | flights of several families with the same seeds |
 //! | [`vary`] | the file that says what is drawn |
 //! | [`identify`] | identification of random centroid fields |
 //! | [`acquire`] | the whole sensor lost in space, from pixels |
@@ -24,8 +26,10 @@ pub mod family;
 pub mod flights;
 pub mod identify;
 pub mod lines;
+pub mod scenarios;
 pub mod spread;
 pub mod table_file;
+pub mod variants;
 pub mod vary;
 
 use crate::cli::CommonArguments;
@@ -78,7 +82,8 @@ pub fn runs<E: Experiment>(experiment: &E, arguments: &CommonArguments) -> Resul
             *place = Some(run);
         }
     }
-    let open: Vec<E::Key> = keys.into_iter().filter(|key| done[key].is_none()).collect();
+    let wanted = |key: &E::Key| !arguments.held && done[key].is_none();
+    let open: Vec<E::Key> = keys.into_iter().filter(wanted).collect();
     let bar = progress(experiment.name(), open.len() as u64, arguments.json);
     let fly_open = || -> Result<Vec<_>, HostError> {
         // In turn, so that a campaign that is stopped has done the first runs.

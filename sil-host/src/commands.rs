@@ -1,7 +1,8 @@
 //! What the commands do: one file a command, each with a `run` that takes its arguments and gives the exit
 //! status.
 //!
-//! The campaigns have a room of their own, [`crate::campaign`].
+//! The campaigns have a room of their own, [`crate::campaign`]. A new command is a file here, a variant of
+//! [`Command`] and a line in [`obey`]; one of another program is shown in `sil-host/examples/extended.rs`.
 
 pub mod attitude;
 pub mod budget;
@@ -16,3 +17,40 @@ pub mod record;
 pub mod render;
 pub mod run;
 pub mod solve;
+
+use crate::campaign;
+use crate::cli::{Campaign, Command, RunArguments};
+use crate::error::HostError;
+use std::process::ExitCode;
+
+/// Does what a command asks for; none: flies the default scenario. The status says whether a judged run kept
+/// its limits.
+///
+/// # Errors
+/// What the command says.
+pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
+    let Some(command) = command else { return run::run(&RunArguments::default()) };
+    match command {
+        Command::Run(arguments) => run::run(arguments),
+        Command::Render(arguments) => render::run(arguments),
+        Command::Solve(arguments) => solve::run(arguments),
+        Command::Earth(arguments) => earth::run(arguments),
+        Command::Calibrate(arguments) => calibrate::run(arguments),
+        Command::Defects(arguments) => defects::run(arguments),
+        Command::Identify(arguments) => identify::run(arguments),
+        Command::Attitude(arguments) => attitude::run(arguments),
+        Command::Campaign(arguments) => match &arguments.of {
+            Campaign::Identify(arguments) => campaign::identify::run(arguments),
+            Campaign::Run(arguments) => campaign::flights::run(arguments),
+            Campaign::Belief(arguments) => campaign::belief::run(arguments),
+            Campaign::Scenarios(arguments) => campaign::scenarios::run(arguments),
+            Campaign::Acquire(arguments) => campaign::acquire::run(arguments),
+            Campaign::Earth(arguments) => campaign::earth::run(arguments),
+        },
+        Command::Record(arguments) => record::run(arguments),
+        Command::Centroids(arguments) => centroids::run(arguments),
+        Command::Budget(arguments) => budget::run(arguments),
+        Command::Parameters(arguments) => parameters::run(arguments),
+        Command::Columns(arguments) => columns::run(arguments),
+    }
+}

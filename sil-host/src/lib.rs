@@ -38,5 +38,6 @@ pub mod judge;
 pub mod output;
 pub mod report;
 pub mod scenario;
+pub mod version;
 mod words;
 pub mod world;

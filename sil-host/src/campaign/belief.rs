@@ -5,18 +5,18 @@
 //! medians over the runs of [`FIGURES`]. All rows fly the same seeds, so that rows differ by the differences
 //! alone. A difference of the scenario that is zero has no rows of its own.
 //!
-//! An [`Experiment`] whose runs are those of `campaign run` ([`flights`]) with another belief.
+//! Its runs are those of `campaign run` ([`flights`]) with another belief.
 
-use super::Experiment;
 use super::family::Family;
 use super::flights::{self, Flown};
+use super::variants::{Flight, Variants};
 use crate::cli::CampaignBeliefArguments;
 use crate::error::HostError;
 use crate::formats::json;
 use crate::judge::table::{self, Figure};
 use crate::report::figures_table;
 use crate::scenario::{Believed, PARTS, Scenario};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -84,65 +84,18 @@ fn text(rows: &[Row]) -> String {
     text
 }
 
-/// A flight of a row.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct Flight {
-    differences: String,
-    #[serde(flatten)]
-    flown: Flown,
+/// The rows of flights of this scenario.
+fn variants_of(base: &Scenario, arguments: &CampaignBeliefArguments) -> Result<Variants, HostError> {
+    let family = |believed| Family::of_scenario(Scenario { believed, ..base.clone() });
+    let rows = variants(&base.believed).into_iter().map(|(name, believed)| (name, family(believed)));
+    Variants::new(&base.name, rows.collect(), (&arguments.common, arguments.runs))
 }
 
-/// Flights of all rows, each row a family of its own.
-struct Flights<'a> {
-    name: String,
-    rows: Vec<(String, Family)>,
-    arguments: &'a CampaignBeliefArguments,
-}
-
-impl<'a> Flights<'a> {
-    fn new(base: &Scenario, arguments: &'a CampaignBeliefArguments) -> Self {
-        let family = |believed| Family::of_scenario(Scenario { believed, ..base.clone() });
-        let rows = variants(&base.believed).into_iter().map(|(name, believed)| (name, family(believed)));
-        Self { name: base.name.clone(), rows: rows.collect(), arguments }
-    }
-
-    /// The rows of the table of these flights.
-    fn table(&self, flights: &[Flight]) -> Vec<Row> {
-        let row = |(name, _): &(String, Family)| {
-            let ours = flights.iter().filter(|flight| flight.differences == *name);
-            Row::new(name.clone(), &ours.map(|flight| flight.flown.clone()).collect::<Vec<_>>())
-        };
-        self.rows.iter().map(row).collect()
-    }
-}
-
-impl Experiment for Flights<'_> {
-    type Key = (usize, u64);
-    type Run = Flight;
-    type Workspace = ();
-
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn keys(&self) -> Vec<(usize, u64)> {
-        let numbers = || self.arguments.common.numbers(self.arguments.runs);
-        (0..self.rows.len()).flat_map(|row| numbers().map(move |run| (row, run))).collect()
-    }
-
-    fn key_of(&self, flight: &Flight) -> Option<(usize, u64)> {
-        let ours = flight.flown.scenario == self.name && flight.flown.seed == self.arguments.common.seed;
-        let row = self.rows.iter().position(|(name, _)| *name == flight.differences)?;
-        ours.then_some((row, flight.flown.run))
-    }
-
-    fn workspace(&self) {}
-
-    fn fly(&self, (): &mut (), (row, run): &(usize, u64)) -> Result<Flight, HostError> {
-        let (differences, family) = &self.rows[*row];
-        let flown = flights::fly(family, self.arguments.common.seed, *run)?;
-        Ok(Flight { differences: differences.clone(), flown })
-    }
+/// The table of these flights.
+fn table_of(variants: &Variants, flights: Vec<Flight>) -> Vec<Row> {
+    let by_row = variants.by_row(flights);
+    let rows = variants.rows.iter().zip(by_row);
+    rows.map(|((name, _), flown)| Row::new(name.clone(), &flown)).collect()
 }
 
 /// Runs the command.
@@ -151,8 +104,8 @@ impl Experiment for Flights<'_> {
 /// When the scenario cannot be read or flown, or the file of runs cannot be used.
 pub fn run(arguments: &CampaignBeliefArguments) -> Result<ExitCode, HostError> {
     let base = Scenario::named(arguments.scenario.as_deref())?;
-    let flights = Flights::new(&base, arguments);
-    let rows = flights.table(&super::runs(&flights, &arguments.common)?);
+    let variants = variants_of(&base, arguments)?;
+    let rows = table_of(&variants, super::runs(&variants, &arguments.common)?);
     if arguments.common.json {
         rows.iter().for_each(json::print_line);
     } else {

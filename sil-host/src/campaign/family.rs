@@ -5,7 +5,7 @@
 
 use super::vary::{Variation, key_at};
 use crate::error::{HostError, InputError};
-use crate::scenario::Scenario;
+use crate::scenario::{Believed, Scenario};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -57,6 +57,17 @@ impl Family {
         let table = toml::from_str(text).unwrap_or_default();
         let varied = variation.map(|variation| Varied { path: path.to_path_buf(), table, variation });
         Ok(Self { base, varied })
+    }
+
+    /// The same scenarios, in which the flight code is told the truth: what is drawn for `[believed]` is not.
+    pub fn told_the_truth(mut self) -> Self {
+        self.base.believed = Believed::TRUTH;
+        self.varied = self.varied.and_then(|Varied { path, mut table, variation }| {
+            let none = toml::Table::from_iter([("differences".to_owned(), false.into())]);
+            table.insert("believed".to_owned(), none.into());
+            Some(Varied { path, table, variation: variation.without("believed")? })
+        });
+        self
     }
 
     /// The scenario of a run, and what was drawn for it.

@@ -19,6 +19,7 @@ use crate::judge::Limit;
 use crate::judge::table::{self, Figure, Side};
 use crate::judge::{Judge, Verdict};
 use crate::report::figures_table;
+use crate::version;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -41,6 +42,9 @@ pub struct Flown {
     pub figures: BTreeMap<String, f64>,
     /// Keys of the limits that were missed.
     pub missed: Vec<String>,
+    /// The program that flew it, see [`crate::version`].
+    #[serde(default)]
+    pub program: String,
 }
 
 /// A figure over all runs.
@@ -131,6 +135,7 @@ pub(super) fn fly(family: &Family, seed: u64, run: u64) -> Result<Flown, HostErr
             .filter(|verdict| !verdict.kept)
             .map(|verdict| verdict.limit.to_owned())
             .collect(),
+        program: version::words().to_owned(),
     })
 }
 

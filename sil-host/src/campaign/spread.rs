@@ -16,6 +16,29 @@ pub struct Spread {
     pub median_interval: [f64; 2],
     /// What 95 % of the runs keep: the 95 % quantile, or that of 5 % where more is better.
     pub kept_by_95_percent: f64,
+    /// 95 % confidence interval of it by order statistics, from the better to the worse end; an end is
+    /// missing where so few runs do not bound it: the worse one below 72 runs.
+    pub kept_interval: [Option<f64>; 2],
+}
+
+/// Share of the runs that keep [`Spread::kept_by_95_percent`].
+const KEEP: f64 = 0.95;
+/// Probability that an end of [`Spread::kept_interval`] is on the wrong side.
+const TAIL: f64 = 0.025;
+
+/// The ranks, from 1, that bound the quantile of [`KEEP`] of so many runs. With `X` runs at or below it, of
+/// the distribution `B(runs, KEEP)`: the greatest `l` with `P(X < l) <= TAIL`, the least `u` with
+/// `P(X >= u) <= TAIL`; none where there is no such rank.
+fn ranks_about_quantile(runs: usize) -> [Option<usize>; 2] {
+    let n = runs as f64;
+    let probability = |of: usize| {
+        let of = of as f64;
+        let ways = libm::lgamma(n + 1.0) - libm::lgamma(of + 1.0) - libm::lgamma(n - of + 1.0);
+        libm::exp(ways + of * libm::log(KEEP) + (n - of) * libm::log(1.0 - KEEP))
+    };
+    let below: Vec<f64> =
+        (0..=runs).scan(0.0, |sum, of| Some(std::mem::replace(sum, *sum + probability(of)))).collect();
+    [(1..=runs).rev().find(|rank| below[*rank] <= TAIL), (1..=runs).find(|rank| 1.0 - below[*rank] <= TAIL)]
 }
 
 impl Spread {
@@ -30,7 +53,8 @@ impl Spread {
             runs,
             median: 0.5 * (values[last / 2] + values[runs / 2]),
             median_interval: [one.min(other), one.max(other)],
-            kept_by_95_percent: ranked(0.95),
+            kept_by_95_percent: ranked(KEEP),
+            kept_interval: ranks_about_quantile(runs).map(|rank| rank.map(|rank| values[rank - 1])),
         })
     }
 }
@@ -61,6 +85,18 @@ mod tests {
         let spread = Spread::of(&falling).unwrap();
         assert_eq!((spread.median_interval, spread.kept_by_95_percent), ([6.0, 15.0], 2.0));
         assert_eq!(Spread::of(&[]), None);
+    }
+
+    #[test]
+    fn the_quantile_of_95_percent_is_bounded_by_the_ranks_of_the_binomial() {
+        // Binomial probabilities by hand, n = 20: P(X <= 16) = 0.0159, P(X <= 17) = 0.0755, P(X = 20) = 0.358.
+        assert_eq!(ranks_about_quantile(20), [Some(17), None]);
+        // 0.95^71 = 0.0262, 0.95^72 = 0.0249.
+        assert_eq!(ranks_about_quantile(71)[1], None);
+        assert_eq!(ranks_about_quantile(72)[1], Some(72));
+        assert_eq!(ranks_about_quantile(1), [None, None]);
+        let values: Vec<f64> = (1..=20).map(f64::from).collect();
+        assert_eq!(Spread::of(&values).unwrap().kept_interval, [Some(17.0), None]);
     }
 
     #[test]

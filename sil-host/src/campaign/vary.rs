@@ -161,6 +161,12 @@ impl Variation {
         HostError::input(&self.file, line_of(&self.text, key), format!("{key}: {what}"), to_do)
     }
 
+    /// The same without a key and its parts; `None` where nothing is left.
+    pub fn without(mut self, key: &str) -> Option<Self> {
+        self.sources.retain(|(path, _)| !belongs(&path.join("."), key));
+        (!self.sources.is_empty()).then_some(self)
+    }
+
     /// Whether something is drawn for a key or for a part of it.
     pub fn has(&self, key: &str) -> bool {
         self.sources.iter().map(|(path, _)| path.join(".")).any(|path| belongs(&path, key))

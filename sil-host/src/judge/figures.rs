@@ -18,6 +18,10 @@ pub const THESIS_POSITION_KM: [f64; 3] = [0.5, 1.5, 0.5];
 pub struct AttitudeFigures {
     /// Root mean square error.
     pub rms_arcsec: Option<[f64; 3]>,
+    /// Mean error over the run: bias.
+    pub bias_arcsec: Option<[f64; 3]>,
+    /// Root mean square about it: noise.
+    pub noise_arcsec: Option<[f64; 3]>,
     /// Root mean square of the reported sigmas.
     pub sigma_arcsec: Option<[f64; 3]>,
     /// Cramer-Rao bound for the stars used, sampled.
@@ -50,6 +54,10 @@ pub struct RateFigures {
 pub struct FilteredFigures {
     /// Root mean square error.
     pub rms_arcsec: Option<[f64; 3]>,
+    /// Mean error over the run: bias.
+    pub bias_arcsec: Option<[f64; 3]>,
+    /// Root mean square about it: noise.
+    pub noise_arcsec: Option<[f64; 3]>,
     /// Root mean square of the reported sigmas.
     pub sigma_arcsec: Option<[f64; 3]>,
     /// Share of the seconds with every axis within three sigma.

@@ -148,6 +148,8 @@ impl Judge {
         let filtered = figures.run("filtered");
         figures.filtered = FilteredFigures {
             rms_arcsec: filtered.and_then(|of| three(&of.rms_axes)),
+            bias_arcsec: filtered.and_then(|of| three(&of.bias_axes)),
+            noise_arcsec: filtered.and_then(|of| three(&of.noise_axes)),
             sigma_arcsec: filtered.and_then(|of| three(&of.sigma_axes)),
             within_3_sigma_share: filtered.map(|of| of.all_within_3_share),
             normalised_square: filtered.map(|of| of.normalised_square),
@@ -187,6 +189,8 @@ fn attitude(figures: &Figures, bound: &[Squares; 3]) -> AttitudeFigures {
     let bound: Vec<f64> = bound.iter().filter_map(Squares::rms).map(arcsec).collect();
     AttitudeFigures {
         rms_arcsec: of.and_then(|of| three(&of.rms_axes)),
+        bias_arcsec: of.and_then(|of| three(&of.bias_axes)),
+        noise_arcsec: of.and_then(|of| three(&of.noise_axes)),
         sigma_arcsec: of.and_then(|of| three(&of.sigma_axes)),
         bound_arcsec: three(&bound),
         largest_sigma: of.map(|of| of.largest_sigma),

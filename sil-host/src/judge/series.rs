@@ -30,6 +30,10 @@ pub struct Statistics {
     pub seconds: u32,
     /// Root mean square error of each axis.
     pub rms_axes: Vec<f64>,
+    /// Mean error of each axis: what lasts (bias, ECSS-E-ST-60-20C).
+    pub bias_axes: Vec<f64>,
+    /// Root mean square of each axis about its mean: what does not last.
+    pub noise_axes: Vec<f64>,
     /// Root mean square of the error's length.
     pub rms: f64,
     /// Length of the error that 95 % of the seconds do not exceed.
@@ -130,6 +134,12 @@ impl Series {
         let length = |parts: &[f64]| libm::sqrt(parts.iter().map(|part| part * part).sum());
         let (rms_axes, sigma_axes) =
             (rms_of(&|sample, axis| sample.error[axis]), rms_of(&|sample, axis| sample.sigma[axis]));
+        let bias_axes: Vec<f64> = axes
+            .clone()
+            .map(|axis| scale * samples.iter().map(|sample| sample.error[axis]).sum::<f64>() / count)
+            .collect();
+        let about = |(rms, bias): (&f64, &f64)| libm::sqrt((rms * rms - bias * bias).max(0.0));
+        let noise_axes = rms_axes.iter().zip(&bias_axes).map(about).collect();
         let mut lengths: Vec<f64> = samples.iter().map(|sample| length(&sample.error[..self.axes])).collect();
         lengths.sort_by(f64::total_cmp);
         let of_axes = |of: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
@@ -147,6 +157,8 @@ impl Series {
             seconds: samples.len() as u32,
             rms: length(&rms_axes),
             rms_axes,
+            bias_axes,
+            noise_axes,
             error_95: scale * lengths[((0.95 * count).ceil() as usize).clamp(1, lengths.len()) - 1],
             sigma: length(&sigma_axes),
             sigma_axes,

@@ -59,14 +59,14 @@ const fn consistency(key: &'static str, words: &'static str, of: fn(&Figures) ->
 }
 
 fn across(axes: Option<[f64; 3]>) -> Option<f64> {
-    axes.map(|[x, y, _]| x.max(y))
+    axes.map(|[x, y, _]| x.abs().max(y.abs()))
 }
 
 fn jump(of: Option<&Statistics>) -> Option<f64> {
     Some(of?.jump_sigma?.0)
 }
 
-/// What every quantity can be limited in: error and sigma of the last orbit, jumps and sigmas of the run.
+/// What every quantity can be limited in: error and sigma of the last orbit; jump, bias and NEES of the run.
 macro_rules! of_quantity {
     ($key:literal, $words:literal, $unit:literal, $suffix:literal) => {
         [
@@ -91,14 +91,22 @@ macro_rules! of_quantity {
             at_most(concat!($key, "_bias_sigma"), concat!($words, ": mean error"), ("sigma", 1e3), |of| {
                 Some(of.run($key)?.bias_sigma)
             }),
-            consistency(concat!($key, "_consistency"), concat!($words, ": errors as the sigmas say"), |of| {
-                Some(of.run($key)?.consistency)
-            }),
+            at_most(
+                concat!($key, "_nees"),
+                concat!($words, ": NEES over its degrees of freedom (1 for right sigmas)"),
+                ("sigma\u{b2}", 1e6),
+                |of| Some(of.run($key)?.normalised_square),
+            ),
+            consistency(
+                concat!($key, "_consistency"),
+                concat!($words, ": sigmas by NEES, probability"),
+                |of| Some(of.run($key)?.consistency),
+            ),
         ]
     };
 }
 
-static OF_RUN: [Figure; 20] = [
+static OF_RUN: [Figure; 24] = [
     share("attitude_valid_share", "attitude valid outside Sun states", |of| of.attitude_valid_share),
     share("within_3_sigma_share", "attitude error within 3 reported sigma", |of| of.within_3_sigma_share),
     share("position_within_3_sigma_share", "position error within 3 reported sigma", |of| {
@@ -129,9 +137,33 @@ static OF_RUN: [Figure; 20] = [
         ("arcsec", 1e6),
         |of| across(of.filtered.rms_arcsec),
     ),
+    at_most(
+        "filtered_bias_arcsec",
+        "filtered attitude, bias (mean error), worst axis across",
+        ("arcsec", 1e6),
+        |of| across(of.filtered.bias_arcsec),
+    ),
+    at_most(
+        "filtered_noise_arcsec",
+        "filtered attitude, noise (about the mean error), worst axis across, rms",
+        ("arcsec", 1e6),
+        |of| across(of.filtered.noise_arcsec),
+    ),
     at_most("attitude_rms_arcsec", "attitude error, worst axis across, rms", ("arcsec", 1e6), |of| {
         across(of.attitude.rms_arcsec)
     }),
+    at_most(
+        "attitude_bias_arcsec",
+        "attitude, bias (mean error), worst axis across",
+        ("arcsec", 1e6),
+        |of| across(of.attitude.bias_arcsec),
+    ),
+    at_most(
+        "attitude_noise_arcsec",
+        "attitude, noise (about the mean error), worst axis across, rms",
+        ("arcsec", 1e6),
+        |of| across(of.attitude.noise_arcsec),
+    ),
     at_most("earth_direction_rms_deg", "Earth's direction, rms per axis", ("deg", 180.0), |of| {
         of.earth.direction_rms_deg
     }),
@@ -145,7 +177,7 @@ static OF_RUN: [Figure; 20] = [
     at_most("last_orbit_velocity_m_s", "3-D velocity error of the last orbit, rms", ("m/s", 1e6), |of| {
         of.orbit.last_orbit_velocity_m_s
     }),
-    consistency("nis_consistency", "innovations as the sigmas say", |of| of.orbit.nis_consistency),
+    consistency("nis_consistency", "innovations: sigmas by NIS, probability", |of| of.orbit.nis_consistency),
 ];
 
 /// Numbers that are none: no run may have any.
@@ -154,7 +186,7 @@ pub static NOT_FINITE: Figure =
         Some(f64::from(of.not_finite))
     });
 
-static OF_QUANTITIES: [[Figure; 5]; 9] = [
+static OF_QUANTITIES: [[Figure; 6]; 9] = [
     of_quantity!("attitude", "attitude", "arcsec", "arcsec"),
     of_quantity!("filtered", "filtered attitude", "arcsec", "arcsec"),
     of_quantity!("sun_attitude", "attitude carried through the Sun", "arcsec", "arcsec"),

@@ -98,7 +98,8 @@ pub fn quantities(figures: &Figures) -> Vec<QuantityRow> {
 /// What is not said of every quantity.
 pub fn lines(figures: &Figures) -> Vec<Line> {
     let line = |what: &str, reached: String, beside: String| Line { what: what.into(), reached, beside };
-    let Figures { attitude, orbit, rate, .. } = figures;
+    let Figures { attitude, filtered, orbit, rate, .. } = figures;
+    let parts = |bias, noise| format!("bias {}; noise about it {}", three(bias), three(noise));
     let seconds = |value: Option<u32>| plain(value.map(f64::from), "s");
     vec![
         line("First attitude", seconds(figures.first_attitude_s), String::new()),
@@ -111,10 +112,20 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             "Attitude about x, y, z, rms",
             format!("{} arcsec", three(attitude.rms_arcsec)),
             format!(
-                "sigma {}; Cram\u{e9}r-Rao bound {}; thesis {}",
+                "{}; sigma {}; Cram\u{e9}r-Rao bound {}; thesis {}",
+                parts(attitude.bias_arcsec, attitude.noise_arcsec),
                 three(attitude.sigma_arcsec),
                 three(attitude.bound_arcsec),
                 three(Some(attitude.thesis_arcsec))
+            ),
+        ),
+        line(
+            "Filtered about x, y, z, rms",
+            format!("{} arcsec", three(filtered.rms_arcsec)),
+            format!(
+                "{}; sigma {}",
+                parts(filtered.bias_arcsec, filtered.noise_arcsec),
+                three(filtered.sigma_arcsec)
             ),
         ),
         line(

@@ -1,7 +1,7 @@
 //! The terms of the page, explained.
 
 /// A term and what it means here.
-pub const TERMS: [(&str, &str); 17] = [
+pub const TERMS: [(&str, &str); 18] = [
     (
         "Error",
         "estimate less truth. The truth is the simulated world's, which the flight software never sees.",
@@ -12,6 +12,11 @@ pub const TERMS: [(&str, &str); 17] = [
          far to trust it. Right sigmas hold 68 % of the errors within 1\u{3c3}, 99.7 % within 3\u{3c3}.",
     ),
     ("rms, 95 %", "root mean square of the errors; the size below which 95 % of them lie."),
+    (
+        "Bias, noise",
+        "the mean error over the run, axis by axis, and the root mean square of what is about it (ECSS-E-ST-60-20C): \
+         rms\u{b2} = bias\u{b2} + noise\u{b2}.",
+    ),
     (
         "NEES, (e/\u{3c3})\u{b2}",
         "normalised estimation error squared, here over its degrees of freedom: the mean of (error / sigma)\

@@ -2,12 +2,14 @@
 
 use super::figures_table;
 use super::scale::label;
-use crate::judge::quantities::QUANTITIES;
+use crate::judge::quantities::{QUANTITIES, Quantity};
 use crate::judge::series::SigmaFit;
 use crate::judge::{Figures, Verdict};
 
 /// A mean NIS less probable than this contradicts the filter's sigmas.
 const NIS_IMPROBABLE: f64 = 0.01;
+/// Mean NIS of three degrees of freedom.
+const NIS_EXPECTED: f64 = 3.0;
 /// Most of what misses that a sentence names.
 const NAMED: usize = 5;
 
@@ -50,29 +52,45 @@ fn named(names: &[String]) -> String {
     }
 }
 
+/// How the sigmas of a quantity are wrong; `None` where they are not.
+fn contradiction(quantity: &Quantity, figures: &Figures) -> Option<String> {
+    match figures.run(quantity.key)?.sigma_fit() {
+        SigmaFit::Right => None,
+        SigmaFit::TooLarge => Some(format!("{}: sigmas too large", quantity.words)),
+        SigmaFit::TooSmall => Some(format!("{}: sigmas too small", quantity.words)),
+    }
+}
+
+/// How the innovations of the orbit filter stand to its sigmas.
+fn nis(figures: &Figures) -> String {
+    let larger = figures.orbit.nis_mean.is_some_and(|mean| mean > NIS_EXPECTED);
+    format!("innovations {} than their sigmas", if larger { "larger" } else { "smaller" })
+}
+
 /// Figures that contradict themselves, whether or not a limit is set on them.
 pub fn contradictions(figures: &Figures) -> Vec<String> {
-    let of_quantity = |words: &str, fit| match fit {
-        SigmaFit::Right => None,
-        SigmaFit::TooLarge => Some(format!("{words}: sigmas too large")),
-        SigmaFit::TooSmall => Some(format!("{words}: sigmas too small")),
-    };
-    let quantities = QUANTITIES
-        .iter()
-        .filter_map(|quantity| of_quantity(quantity.words, figures.run(quantity.key)?.sigma_fit()));
-    let nis = figures.orbit.nis_consistency.filter(|probability| *probability < NIS_IMPROBABLE);
+    let quantities = QUANTITIES.iter().filter_map(|quantity| contradiction(quantity, figures));
+    let improbable = figures.orbit.nis_consistency.filter(|probability| *probability < NIS_IMPROBABLE);
     let not_finite = (figures.not_finite > 0).then(|| format!("{} s with no number", figures.not_finite));
-    quantities.chain(nis.map(|_| "innovations not as the sigmas say".to_owned())).chain(not_finite).collect()
+    quantities.chain(improbable.map(|_| nis(figures))).chain(not_finite).collect()
+}
+
+/// What a missed limit says, in a clause.
+fn missed(verdict: &Verdict, figures: &Figures) -> String {
+    let of = verdict.limit.strip_suffix("_consistency");
+    let quantity = QUANTITIES.iter().find(|quantity| Some(quantity.key) == of);
+    let contradiction = quantity.and_then(|quantity| contradiction(quantity, figures));
+    match verdict.limit {
+        "nis_consistency" if figures.orbit.nis_mean.is_some() => nis(figures),
+        _ => contradiction.unwrap_or_else(|| figures_table::verdict(verdict)[0].clone()),
+    }
 }
 
 impl Opinion {
     /// Of a run's figures and limits.
     pub fn of(figures: &Figures, verdicts: &[Verdict]) -> Self {
-        let missed: Vec<String> = verdicts
-            .iter()
-            .filter(|verdict| !verdict.kept)
-            .map(|verdict| figures_table::verdict(verdict)[0].clone())
-            .collect();
+        let missed: Vec<String> =
+            verdicts.iter().filter(|verdict| !verdict.kept).map(|verdict| missed(verdict, figures)).collect();
         let contradictions = contradictions(figures);
         let doubts = number(contradictions.len(), "figure is not right", "figures are not right");
         let limits = number(verdicts.len(), "limit", "limits");
@@ -175,6 +193,19 @@ mod tests {
         assert!(missed.sentence().contains("1 of 2 limits MISSED \u{2013} mode as the geometry says"));
         let many: Vec<String> = (0..9).map(|n| n.to_string()).collect();
         assert_eq!(named(&many), "0; 1; 2; 3; 4; and 4 more");
+    }
+
+    #[test]
+    fn a_missed_consistency_says_how_the_sigmas_are_wrong() {
+        let mut figures = figures(0.002);
+        (figures.orbit.nis_mean, figures.orbit.nis_consistency) = (Some(0.1), Some(1e-9));
+        let limit = |key| Limit { of: table::figure(key).unwrap(), value: 0.01 };
+        let limits = [limit("position_consistency"), limit("nis_consistency"), limit("velocity_consistency")];
+        let opinion = Opinion::of(&figures, &Verdict::all(&limits, &figures));
+        assert_eq!(
+            opinion.wrong,
+            "Position: sigmas too large; innovations smaller than their sigmas; velocity: sigmas by NEES, probability"
+        );
     }
 
     #[test]

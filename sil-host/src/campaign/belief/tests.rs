@@ -1,4 +1,5 @@
 use super::*;
+use crate::campaign::Experiment;
 use crate::cli::CommonArguments;
 use std::path::Path;
 
@@ -35,10 +36,10 @@ fn every_column_is_a_figure_and_a_difference_shows_in_its_own() {
         runs: 1,
         common: CommonArguments { seed: 1, json: true, ..CommonArguments::default() },
     };
-    let flights = Flights::new(&base, &arguments);
-    let flown = crate::campaign::runs(&flights, &arguments.common).unwrap();
-    assert!(flown.iter().zip(flights.keys()).all(|(flight, key)| flights.key_of(flight) == Some(key)));
-    let rows = flights.table(&flown);
+    let variants = variants_of(&base, &arguments).unwrap();
+    let flown = crate::campaign::runs(&variants, &arguments.common).unwrap();
+    assert!(flown.iter().zip(variants.keys()).all(|(flight, key)| variants.key_of(flight) == Some(key)));
+    let rows = table_of(&variants, flown);
     let names: Vec<&str> = rows.iter().map(|row| row.differences.as_str()).collect();
     assert_eq!(names, ["all", "none", "only optical_centre_px", "without optical_centre_px"]);
     assert!(rows[0].medians == rows[2].medians && rows[1].medians == rows[3].medians);

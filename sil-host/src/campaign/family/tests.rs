@@ -46,3 +46,20 @@ fn a_key_or_value_that_no_scenario_takes_is_told_with_the_line_that_draws_it() {
     let element = refusal("mount.star_path_deg = [0.0, { normal = [9000.0, 1.0] }, 0.0]");
     assert!(element.starts_with("sil-host: vary.toml:1: mount.star_path_deg: "), "{element}");
 }
+
+#[test]
+fn told_the_truth_a_family_draws_the_rest_alike() {
+    let text = "[scenario]\nexposure_ms = { uniform = [380, 420] }\n[believed]\nclock_offset_s = { normal = [0.0, 1.0] }\n";
+    let path = Path::new("vary.toml");
+    let variation = || Variation::parse(path, text.into()).unwrap();
+    let family = Family::of_text(Path::new("geo.toml"), EMBEDDED[0].1, Some(variation())).unwrap();
+    let (scenario, drawn) = family.member(1, 3).unwrap();
+    let (truth, drawn_of_it) = family.clone().told_the_truth().member(1, 3).unwrap();
+    assert_eq!((truth.believed, truth.exposure_us), (Believed::TRUTH, scenario.exposure_us));
+    assert_eq!((drawn.len(), drawn_of_it.len(), truth.seed), (2, 1, scenario.seed));
+    assert_ne!(scenario.believed.clock_offset_s, Believed::default().clock_offset_s);
+    // Nothing else is drawn: the scenario as it is.
+    let only = Variation::parse(path, "believed.clock_drift_ppm = { uniform = [1, 2] }".into()).unwrap();
+    let family = Family::of_text(Path::new("geo.toml"), EMBEDDED[0].1, Some(only)).unwrap().told_the_truth();
+    assert_eq!(family.member(1, 3).unwrap().0, Scenario { seed: 1_000_006, ..family.base.clone() });
+}

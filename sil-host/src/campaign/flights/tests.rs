@@ -13,6 +13,7 @@ fn flown(run: u64, of: f64, missed: bool) -> Flown {
         drawn: Values::new(),
         figures: [("mode_share".to_owned(), 1.0 - of), ("final_position_km".to_owned(), of)].into(),
         missed: if missed { vec!["final_position_km".into()] } else { Vec::new() },
+        program: String::new(),
     }
 }
 

@@ -63,6 +63,10 @@ fn statistics_are_those_counted_by_hand() {
     assert!((found.error_95 - 10.0 * libm::sqrt(80.0)).abs() < 1e-9);
     assert!((found.normalised_square - (3.0 * 2.25 + 16.0 + 4.0) / 8.0).abs() < 1e-12);
     assert!((found.rms_axes[0] - 10.0 * libm::sqrt((27.0 + 64.0) / 4.0)).abs() < 1e-9);
+    // Of 3, 3, 3, 8 the mean is 4.25, the mean square about it (3 * 1.25² + 3.75²) / 4.
+    let near = |value: f64, by_hand: f64| (value - by_hand).abs() < 1e-9;
+    assert!(near(found.bias_axes[0], 42.5) && near(found.noise_axes[0], 10.0 * libm::sqrt(4.6875)));
+    assert!(near(found.bias_axes[1], 40.0) && near(found.noise_axes[1], 0.0));
     // The last second alone.
     let last = series.statistics(13, 1.0).unwrap();
     assert_eq!((last.seconds, last.rms_axes[0], last.sigma_axes[1], last.jump_sigma), (1, 8.0, 4.0, None));

@@ -1,0 +1,109 @@
+//! Arguments of the commands that fly, draw or measure: scenarios, frames, the flight image.
+
+use crate::scenario;
+use clap::Args;
+use std::path::PathBuf;
+
+pub(super) fn scenario_help() -> String {
+    let [(default, _), others @ ..] = &scenario::EMBEDDED;
+    let others = others.map(|(name, _)| name).join(", ");
+    format!("Scenario file, or one of {default} (the default), {others}")
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Default, Args)]
+pub struct RunArguments {
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
+    pub scenario: Option<PathBuf>,
+    /// Folder for the files [default: sextant-out/ and the scenario's name]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Fly run I of `campaign run` with this --seed (of 1 if none is given)
+    #[arg(long, value_name = "I")]
+    pub run: Option<u64>,
+    /// What the campaign varies
+    #[arg(long, value_name = "FILE.toml", requires = "run")]
+    pub vary: Option<PathBuf>,
+    /// The summary as one line on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// Scenario file, or the name of one that comes with the program
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// The second, from 0
+    #[arg(long, value_name = "N")]
+    pub cycle: u32,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// File: PNG or FITS, raw values in 16 bits
+    #[arg(long, value_name = "FRAME.(png,fits)")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `record`.
+#[derive(Debug, Args)]
+pub struct RecordArguments {
+    /// Picture to show every second; without one, the mission: two minutes through every mode
+    #[arg(value_name = "IMAGE", requires = "fov_deg")]
+    pub image: Option<PathBuf>,
+    /// Horizontal field of view of the picture's camera, degrees
+    #[arg(long, value_name = "F", requires = "image", allow_negative_numbers = true)]
+    pub fov_deg: Option<f64>,
+    /// Seconds for which a picture is shown
+    #[arg(long, value_name = "N", requires = "image", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=300))]
+    pub seconds: u32,
+    /// Folder for the files
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// Arguments of `centroids`.
+#[derive(Debug, Args)]
+pub struct CentroidsArguments {
+    /// Scenario file, or the name of one that comes with the program [default: geo-eclipse]
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: Option<PathBuf>,
+    /// Exposure, ms, instead of the scenario's
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=900))]
+    pub exposure_ms: Option<u32>,
+    /// Stars a magnitude
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub stars: u32,
+    /// Seed of places and noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Arguments of `budget`.
+#[derive(Debug, Args)]
+pub struct BudgetArguments {
+    /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `parameters`.
+#[derive(Debug, Args)]
+pub struct ParametersArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `columns`.
+#[derive(Debug, Args)]
+pub struct ColumnsArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,137 @@
+//! Arguments of the commands that take pictures or lists of what was measured in them.
+
+use clap::Args;
+use fsw_core::attitude::comparison::WahbaMethod;
+use std::path::PathBuf;
+
+/// Arguments of `solve`.
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("optics").required(true).args(["camera", "fov_deg"]))]
+pub struct SolveArguments {
+    /// Pictures: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Camera file
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: Option<PathBuf>,
+    /// Horizontal field of view of an undistorted camera, degrees
+    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    pub fov_deg: Option<f64>,
+    /// Catalogue made by catalog-gen, instead of the embedded one
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
+    /// Defects of the detector, made by `defects`
+    #[arg(long, value_name = "FILE.defects")]
+    pub defects: Option<PathBuf>,
+    /// One JSON object a picture on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `earth`.
+#[derive(Debug, Args)]
+pub struct EarthArguments {
+    /// Pictures: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Camera file
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: PathBuf,
+    /// The Earth's pole in the sensor frame; without it a mean sphere
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
+    pub pole: Option<[f32; 3]>,
+    /// The Sun's direction in the sensor frame
+    #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
+    pub sun: Option<[f32; 3]>,
+    /// Defects of the detector, made by `defects`
+    #[arg(long, value_name = "FILE.defects")]
+    pub defects: Option<PathBuf>,
+    /// Folder for drawings: each picture with its limb points (green, left out: red), the limb and the
+    /// centre; NAME-earth.png, of pictures with one name the second is NAME-2-earth.png
+    #[arg(long, value_name = "DIR")]
+    pub overlay: Option<PathBuf>,
+    /// One JSON object a picture on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Three numbers that make a direction.
+fn vector(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let vector = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+    let length = |[x, y, z]: [f32; 3]| x.hypot(y).hypot(z);
+    // Also refuses what is no number.
+    vector.filter(|vector| (1e-3..1e6).contains(&length(*vector))).ok_or_else(|| {
+        "no direction: give x,y,z along the columns, the rows and the line of sight, not all zero".into()
+    })
+}
+
+/// Arguments of `identify`.
+#[derive(Debug, Args)]
+pub struct IdentifyArguments {
+    /// Fields of centroids, one JSON object a line
+    #[arg(value_name = "FIELDS.jsonl")]
+    pub fields: PathBuf,
+    /// Camera file
+    #[arg(long, value_name = "CAM.toml")]
+    pub camera: PathBuf,
+    /// Catalogue made by catalog-gen, instead of the embedded one
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
+    /// One JSON object a field on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `attitude`.
+#[derive(Debug, Args)]
+pub struct AttitudeArguments {
+    /// Sets of vector pairs, one JSON object a line
+    #[arg(value_name = "SETS.jsonl", required_unless_present = "table")]
+    pub sets: Option<PathBuf>,
+    /// Methods, separated by commas: svd, q, quest, foam, esoq, esoq2, lsq, anisotropic
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "svd", value_parser = crate::commands::attitude::methods::method)]
+    pub method: Vec<WahbaMethod>,
+    /// All methods on the stars of the sky, beside the thesis's table 3.9 and the Cramer-Rao bound
+    #[arg(long, conflicts_with_all = ["sets", "method"])]
+    pub table: bool,
+    /// One JSON object an answer (or a row) on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Pictures of one lens: PNG, TIFF, JPEG or FITS
+    #[arg(required_unless_present = "rendered", value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// So many pictures of the rendered sky instead, through the camera of --camera in a laboratory that is
+    /// cooler than the flight
+    #[arg(long, value_name = "N", conflicts_with = "images", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rendered: Option<u32>,
+    /// Camera file to start from, its focal length right to 2 %
+    #[arg(long, value_name = "START.toml")]
+    pub camera: PathBuf,
+    /// Camera file to write; a drawing of the residuals (.svg) comes beside it, and the star profiles and
+    /// corrections (.corr) where the pictures show enough stars
+    #[arg(long, value_name = "CAM.toml")]
+    pub out: PathBuf,
+    /// Charge of a full pixel by the detector's data sheet, electrons; of a rendered one the laboratory's
+    #[arg(long, value_name = "E", default_value_t = 40_000.0, conflicts_with = "rendered")]
+    pub full_well_e: f64,
+}
+
+/// Arguments of `defects`.
+#[derive(Debug, Args)]
+pub struct DefectsArguments {
+    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG or FITS
+    #[arg(required = true, value_name = "DARK")]
+    pub images: Vec<PathBuf>,
+    /// The file to write
+    #[arg(long, value_name = "FILE.defects")]
+    pub out: PathBuf,
+    /// One JSON object on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
