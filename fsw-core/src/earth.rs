@@ -19,6 +19,7 @@
 pub mod centre;
 pub mod comparison;
 pub mod consensus;
+pub mod heights;
 pub mod limb;
 mod limb_model;
 pub mod limb_sensor;

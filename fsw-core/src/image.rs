@@ -26,8 +26,8 @@ pub mod streaks;
 #[cfg(test)]
 mod test_sky;
 
-use crate::parameters::table::parameter_group;
 use calibration::Calibration;
+use fsw_ground::table::parameter_group;
 pub use fsw_pixels::window::FULL_SCALE;
 pub use fsw_pixels::{condition, patch};
 

@@ -12,13 +12,10 @@ pub mod camera;
 pub mod catalog;
 pub mod checksum;
 pub mod earth;
-pub mod frames;
 pub mod image;
-pub mod matrix;
 pub mod modes;
 #[cfg(test)]
 mod oracle;
-pub mod orbit;
 mod order;
 pub mod packet;
 pub mod parameters;
@@ -27,4 +24,7 @@ pub mod rate;
 pub mod sensor;
 pub mod stars;
 pub mod telemetry;
-pub mod trigonometry;
+
+pub use fsw_ground::{frames, matrix, trigonometry};
+/// The orbit, a crate of its own so that it is built for size.
+pub use fsw_orbit as orbit;

@@ -21,7 +21,7 @@
 //! Commands take effect before the second begins. Seconds are local time between the calls; a longer gap
 //! counts as `LONGEST_STEP_US`, because no image was taken in it.
 
-use crate::parameters::table::parameter_group;
+use fsw_ground::table::parameter_group;
 use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
 

@@ -205,7 +205,7 @@ impl<'c> Sensor<'c> {
             record.events.note(Event::Mode(record.mode, Guard::Commanded));
         }
         meter.begin(Stage::Orbit);
-        let ephemeris = self.update_ephemeris(&record.time, &mut record.events);
+        let ephemeris = self.update_ephemeris(&record.time, &mut record.fix, &mut record.events);
         meter.end(Stage::Orbit);
         if self.needs_rate() {
             let reading = rate_sensor.angular_rate().map_err(|error| error.kind());
@@ -267,7 +267,10 @@ impl<'c> Sensor<'c> {
         self.propagate_in_outage(mode);
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
             match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
-                Ok((looked, fix)) => (record.earth, record.fix) = (looked, fix),
+                Ok((looked, fix)) => {
+                    record.earth = looked;
+                    record.fix.add(fix);
+                }
                 Err(error) => record.detector_fault = Some(error.into()),
             }
         }

@@ -192,9 +192,11 @@ pub struct OrbitReport {
     pub limb_height_km: f32,
     /// Its standard deviation, km.
     pub limb_height_sigma_km: f32,
-    /// Normalised innovation squared of this second's fix (3 degrees of freedom); none without one.
+    /// Normalised innovation squared of the observation taken in in this second; none without one.
     pub nis: Option<f32>,
-    /// Seconds since the last fix that was accepted.
+    /// Its degrees of freedom: what is expected of it.
+    pub nis_freedom: u8,
+    /// Seconds since the last observation that was accepted.
     pub since_fix_s: u32,
     /// Whether the filter has converged.
     pub settled: bool,
@@ -205,16 +207,16 @@ pub struct OrbitReport {
 pub enum Event {
     /// The next second has another mode, and why; for [`Guard::Commanded`]: this one has.
     Mode(Mode, Guard),
-    /// Two fixes agree: the orbit is known from now on.
+    /// The first arc's orbit has passed its tests: it is known from now on.
     OrbitStarted,
     /// The orbit's sigma fell below its goal.
     OrbitConverged,
-    /// A fix contradicted the orbit and was not used.
+    /// An observation contradicted the orbit and was not used.
     FixRejected,
-    /// So many fixes contradicted the orbit that it was begun anew.
+    /// So many observations contradicted the orbit that it was forgotten and begins anew.
     OrbitRestarted,
-    /// The orbit was forgotten: it cannot be propagated over so long a gap, or it never converged and had no
-    /// fix for a whole revolution.
+    /// The orbit was forgotten: it cannot be propagated over so long a gap, its position is no longer known to
+    /// a tenth of its length, or it never converged and had no observation for a whole revolution.
     OrbitForgotten,
     /// Terrestrial Time by the clock differs by more than 0.1 s from its last value propagated by local time.
     ClockJump,

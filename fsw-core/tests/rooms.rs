@@ -1,15 +1,14 @@
 //! The rooms of `fsw-core`: a room uses those above it only, and its files form no circle.
 //!
-//! Read from the sources: every path that starts with `crate::`, `self::` or `super::` outside of tests and
-//! comments. What the reader cannot see: a path of another kind, such as a type that a neighbour hands over
+//! Read from the sources: every path that starts with `crate::`, `self::`, `super::` or a flight crate's name
+//! outside of tests and comments. What the reader cannot see: a path of another kind, such as a type that a neighbour hands over
 //! without its name.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What every room may use, bottom first.
-const GROUND_FLOOR: [&str; 7] =
-    ["checksum", "matrix", "trigonometry", "frames", "order", "packet", "parameters::table"];
+const GROUND_FLOOR: [&str; 7] = ["checksum", "matrix", "trigonometry", "frames", "order", "packet", "table"];
 /// The rooms above it; each may use those before it.
 const ROOMS: [&str; 13] = [
     "image",
@@ -29,6 +28,10 @@ const ROOMS: [&str; 13] = [
 /// Those that use the ground floor alone.
 const ALONE: [&str; 6] = ["image", "camera", "catalog", "attitude", "orbit", "modes"];
 
+/// Crates of their own: the folder beside `src`, the name, and the path of its root as `fsw-core` gives it on.
+const CRATES: [(&str, &str, &[&str]); 2] =
+    [("ground", "fsw_ground", &[]), ("orbit", "fsw_orbit", &["orbit"])];
+
 /// A module and the modules that its flight code names, each a path from the crate's root.
 struct Module {
     path: Vec<String>,
@@ -37,9 +40,6 @@ struct Module {
 
 fn room(path: &[String]) -> String {
     match path {
-        [first, second, ..] if GROUND_FLOOR.contains(&format!("{first}::{second}").as_str()) => {
-            format!("{first}::{second}")
-        }
         [first, ..] => first.clone(),
         [] => String::new(),
     }
@@ -107,7 +107,12 @@ fn paths(tree: &str, prefix: &[String], found: &mut BTreeSet<Vec<String>>) {
     found.insert(path);
 }
 
-fn read(directory: &Path, path: &[String], tests: &[String], modules: &mut Vec<Module>) {
+fn owned(path: &[&str]) -> Vec<String> {
+    path.iter().map(|&name| name.to_owned()).collect()
+}
+
+/// The modules of a directory; `root` is the path of its crate's root.
+fn read(directory: &Path, root: &[String], path: &[String], tests: &[String], modules: &mut Vec<Module>) {
     let mut entries: Vec<_> =
         std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.sort();
@@ -119,31 +124,38 @@ fn read(directory: &Path, path: &[String], tests: &[String], modules: &mut Vec<M
         let module = [path, &[name]].concat();
         let (code, own_tests) = flight_code(&std::fs::read_to_string(file).unwrap());
         let mut uses = BTreeSet::new();
-        for (start, prefix) in
-            [("crate::", &[][..]), ("super::", &module[..module.len() - 1]), ("self::", &module)]
-        {
-            for (at, _) in code.match_indices(start) {
+        let own = [("crate", root.to_vec()), ("super", path.to_vec()), ("self", module.clone())];
+        let crates = CRATES.iter().map(|(_, name, root)| (*name, owned(root)));
+        for (start, prefix) in own.into_iter().chain(crates) {
+            let start = format!("{start}::");
+            for (at, _) in code.match_indices(&start) {
                 let before = &code[..at];
                 let word =
                     before.ends_with(|letter: char| letter.is_alphanumeric() || "_:$".contains(letter));
                 if !word && !before.ends_with("in ") {
-                    paths(&code[at + start.len()..], prefix, &mut uses);
+                    paths(&code[at + start.len()..], &prefix, &mut uses);
                 }
             }
         }
         let children = file.with_extension("");
         if children.is_dir() {
-            read(&children, &module, &own_tests, modules);
+            read(&children, root, &module, &own_tests, modules);
         }
         modules.push(Module { path: module, uses });
     }
 }
 
 fn modules() -> Vec<Module> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let (_, tests) = flight_code(&std::fs::read_to_string(source.join("lib.rs")).unwrap());
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut modules = Vec::new();
-    read(&source, &[], &tests, &mut modules);
+    let mut read_crate = |source: &Path, root: &[String]| {
+        let (_, tests) = flight_code(&std::fs::read_to_string(source.join("lib.rs")).unwrap());
+        read(source, root, root, &tests, &mut modules);
+    };
+    read_crate(&here.join("src"), &[]);
+    for (folder, _, root) in CRATES {
+        read_crate(&here.join(folder).join("src"), &owned(root));
+    }
     modules
 }
 

@@ -28,8 +28,8 @@ mod blocks;
 mod update;
 
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::parameters::table::parameter_group;
 use blocks::{BlockCovariance, RotationStep, power, product};
+use fsw_ground::table::parameter_group;
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 

@@ -9,7 +9,7 @@
 use super::centre::{self, CentrePrior};
 use super::reach::{MAX_LIMB_STRIPS, STRIP_MARGIN_PX, limb_reach};
 use super::shape::bilinear;
-use super::view::View;
+use super::view::{PHASES, View};
 use super::{Body, EarthFix, EarthParameters, FitCriteria, LimbPoint, MAX_LIMB_POINTS};
 use super::{FitError, Strips, limb, search};
 use crate::camera::Camera;
@@ -125,7 +125,9 @@ impl LimbSensor<'_> {
         let geometry = detector.geometry();
         buffers.points.clear();
         let mut strips = Strips { km_per_px: self.km_per_px(view), ..Strips::default() };
-        for expected in &view.limb(camera, STRIP_MARGIN_PX, selection.most, parameters).points {
+        for expected in
+            &view.limb(camera, STRIP_MARGIN_PX, (selection.most, selection.phase), parameters).points
+        {
             if !selection.includes(expected.at_px) {
                 continue;
             }
@@ -168,14 +170,22 @@ impl HeightVariance {
 pub struct StripSelection<'a> {
     /// Number of points, spread evenly over the limb that is predicted to be lit.
     pub most: usize,
+    /// Their phase along it, 0 to 7 eighths of their distance. In GEO the error of an edge stays with its
+    /// place on the Earth, so that strips at the same places do not average it.
+    pub phase: u8,
     /// Of these, only those within this distance, px, of one of these points; `None`: all.
     pub near: Option<(&'a [LimbPoint], f32)>,
 }
 
 /// [`MAX_LIMB_STRIPS`] strips evenly along the lit limb.
-pub const EVEN_STRIPS: StripSelection = StripSelection { most: MAX_LIMB_STRIPS, near: None };
+pub const EVEN_STRIPS: StripSelection = StripSelection { most: MAX_LIMB_STRIPS, phase: 4, near: None };
 
 impl StripSelection<'_> {
+    /// [`EVEN_STRIPS`] moved along the limb from cycle to cycle; after eight they have been everywhere.
+    pub fn dithered(cycle: u32) -> Self {
+        Self { phase: (cycle.wrapping_mul(3) % u32::from(PHASES)) as u8, ..EVEN_STRIPS }
+    }
+
     fn includes(&self, [x, y]: [f32; 2]) -> bool {
         self.near.is_none_or(|(points, px)| {
             points.iter().any(|point| {
@@ -244,7 +254,7 @@ pub fn acquire_with(
     let selection = if limb_sensor.body.has_sun() {
         EVEN_STRIPS
     } else {
-        StripSelection { most: MAX_LIMB_POINTS, near: Some((&lit, near_px)) }
+        StripSelection { most: MAX_LIMB_POINTS, phase: 4, near: Some((&lit, near_px)) }
     };
     let mut found = refused(FitError::TooFewPoints);
     let (mut about, mut view) = (rough, view);

@@ -1,7 +1,7 @@
 //! Parameters of the Earth, its limb and limb points: a checked group for every step.
 
 use super::{FitCriteria, Strips};
-use crate::parameters::table::parameter_group;
+use fsw_ground::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
 parameter_group! {

@@ -12,7 +12,7 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
     let (parameters, camera) = (parameters(), camera());
     let body = world.body(&parameters);
     let view = View::new(predicted_km, &body).unwrap();
-    let expected = view.limb(&camera, f32::from(reach_px) + 1.0, 24, &parameters).points;
+    let expected = view.limb(&camera, f32::from(reach_px) + 1.0, (24, 4), &parameters).points;
     let points: Vec<LimbPoint> = expected
         .iter()
         .enumerate()

@@ -24,6 +24,8 @@ use nalgebra::Vector3;
 pub const COARSE: usize = 128;
 /// Azimuths of the fine pass: twice as many as strips at most, so that these stand evenly to half a step.
 pub const FINE: usize = 96;
+/// Number of phases in which evenly spread points can stand.
+pub const PHASES: u8 = 8;
 /// A cell of the coarse pass, rad.
 const CELL_RAD: f32 = core::f32::consts::TAU / COARSE as f32;
 /// Cosine and sine of a cell.
@@ -221,12 +223,12 @@ impl View {
     }
 
     /// The limb inside the detector by `margin_px`, with up to `most` points where it is lit well enough to
-    /// be measured.
+    /// be measured. `phase` moves them along it by eighths of their distance.
     pub fn limb(
         &self,
         camera: &Camera,
         margin_px: f32,
-        most: usize,
+        (most, phase): (usize, u8),
         parameters: &EarthParameters,
     ) -> LimbInField {
         let least = least_sun_sine(parameters);
@@ -242,13 +244,13 @@ impl View {
         }
         let all = usable.len();
         let most = most.min(MAX_LIMB_POINTS).min(all);
-        let mut rank = 0;
+        let mut rank = all * usize::from(phase % PHASES) / usize::from(PHASES);
         for azimuth in &usable {
             let before = rank;
             rank += most;
             // Of `all` points every one at which the count passes a multiple: evenly spread. `all` is not
             // zero here.
-            let chosen = (before + all / 2) / all.max(1) != (rank + all / 2) / all.max(1);
+            let chosen = before / all.max(1) != rank / all.max(1);
             if !chosen {
                 continue;
             }

@@ -12,7 +12,7 @@ use crate::telemetry::{AttitudeReport, FilteredAttitude};
 use fsw_hal::LocalTime;
 
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
-const ORBITAL_KM_S: f64 = 7.9;
+const ORBITAL_KM_S: f32 = 7.9;
 /// Aberration by the Earth's motion about the Sun and a low orbit's about the Earth, (30.3 + 7.9) km/s, rad:
 /// 26 arcsec. An attitude whose stars were not corrected for it may be off by so much.
 const ABERRATION_RAD: f32 = 1.27e-4;
@@ -108,7 +108,7 @@ impl Sensor<'_> {
             return UNCORRECTED_RAD2;
         }
         let velocity = self.orbit.velocity_sigma_km_s().unwrap_or([ORBITAL_KM_S; 3]);
-        let [u, v, w] = velocity.map(|sigma| (sigma.min(ORBITAL_KM_S) / LIGHT_KM_S) as f32);
+        let [u, v, w] = velocity.map(|sigma| sigma.min(ORBITAL_KM_S) / LIGHT_KM_S as f32);
         // Of three axes two lie across the line of sight: the mean of their variances.
         (u * u + v * v + w * w) * (1.0 / 3.0)
     }

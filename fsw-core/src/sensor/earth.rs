@@ -5,7 +5,9 @@ use super::propagation::Ephemeris;
 use super::record::{Events, FixRecord, Looked};
 use super::workspace::Readout;
 use crate::earth::centre::CentrePrior;
-use crate::earth::limb_sensor::{Buffers, EVEN_STRIPS, HeightVariance, LimbSensor, SEARCH_SIGMA_PX};
+use crate::earth::limb_sensor::{
+    Buffers, EVEN_STRIPS, HeightVariance, LimbSensor, SEARCH_SIGMA_PX, StripSelection,
+};
 use crate::earth::view::View;
 use crate::earth::{Body, FitError, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -78,7 +80,8 @@ impl Sensor<'_> {
         self.count_misses(&looked);
         let Looked::Found(fix) = &looked else { return Ok((looked, FixRecord::default())) };
         meter.begin(Stage::Orbit);
-        let record = self.update_orbit(fix, attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
+        let record =
+            self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
         meter.end(Stage::Orbit);
         Ok((looked, record))
     }
@@ -161,8 +164,9 @@ impl Sensor<'_> {
             return Ok(Strips::default());
         };
         let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: predicted.covariance_km2 };
+        let strips = StripSelection::dithered(self.cycle);
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
-        limb_sensor.read_strips(detector, &predicted.view, &variance, &EVEN_STRIPS, &mut buffers)
+        limb_sensor.read_strips(detector, &predicted.view, &variance, &strips, &mut buffers)
     }
 
     /// The Earth as the orbit predicts it; `None` without an orbit.

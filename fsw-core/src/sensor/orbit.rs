@@ -1,14 +1,19 @@
-//! The Earth's centre taken into the orbit filter, and the orbit as it is reported.
+//! The Earth taken into the orbit filter, and the orbit as it is reported.
 
 use super::Sensor;
 use super::record::{Events, FixRecord};
 use super::timekeeping::SECOND_US;
-use crate::earth::EarthFix;
+use crate::earth::heights::{LimbHeight as EarthLimbHeight, PredictedLimb};
+use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
-use crate::orbit::filter::Update;
+use crate::orbit::filter::{Nis, Update};
+use crate::orbit::look::LimbHeight;
+use crate::orbit::parameters::Observation;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{Event, FixFault, OrbitReport};
+use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 impl Sensor<'_> {
@@ -28,12 +33,12 @@ impl Sensor<'_> {
         taken
     }
 
-    /// Takes the Earth's centre, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit
-    /// (eq. 5.4).
+    /// Takes the Earth, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit: the heights of
+    /// its limb points where the orbit is known and takes these, else its centre (eq. 5.4).
     #[inline(never)]
     pub(super) fn update_orbit(
         &mut self,
-        fix: &EarthFix,
+        (fix, body): (&EarthFix, &Body),
         sigma_rad: [f32; 3],
         attitude: &Rotation<Icrs, StarPath>,
         terrestrial_us: i64,
@@ -42,12 +47,32 @@ impl Sensor<'_> {
         let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
         let mounting = self.star_to_earth.inverse();
-        // The filter has its own account of errors that last.
-        let EarthFix { centre_km, noise_km2, linearisation_km, .. } = fix;
         let to_icrs = earth_to_icrs(attitude, &mounting);
+        let heights = self.parameters.orbit.observation == Observation::LimbHeights;
+        if let Some(state) = self.orbit.state().filter(|_| heights) {
+            let centre_km = transposed_product(&to_icrs, &state.position_km).map(|axis| -axis as f32);
+            let in_path = symmetric_product(self.star_to_earth.matrix(), &attitude_covariance);
+            let Some(limb) = PredictedLimb::new(&centre_km, &self.camera, body) else {
+                return FixRecord { nis: None, fault: Some(FixFault::Impossible) };
+            };
+            let points = self.workspace.shared.limb_points().iter().enumerate();
+            let heights = points.filter(|(index, _)| fix.is_inlier(*index)).filter_map(|(_, point)| {
+                let EarthLimbHeight { radial, height_km, sigma_km } = limb.height(point)?;
+                Some(LimbHeight { radial, height_km, sigma_km })
+            });
+            let mut seen = Vec::<LimbHeight, MAX_LIMB_POINTS>::new();
+            for height in heights {
+                // There are no more points than room.
+                let _ = seen.push(height);
+            }
+            self.orbit.observe_limb(&seen, &to_icrs, &in_path, &self.parameters.orbit);
+            return FixRecord::default();
+        }
+        let EarthFix { centre_km, covariance_km2, noise_km2, linearisation_km, .. } = fix;
+        let shared_km2 = covariance_km2 - noise_km2;
         let fix = PositionFix::new(
             centre_km,
-            noise_km2,
+            [noise_km2, &shared_km2],
             linearisation_km,
             &to_icrs,
             &attitude_covariance,
@@ -60,12 +85,22 @@ impl Sensor<'_> {
             position = position.without_aberration(&state.velocity_km_s);
         }
         let update = self.orbit.update(terrestrial_us, &position, &to_icrs, &self.parameters.orbit);
+        self.note_update(update, terrestrial_us, events)
+    }
+
+    /// Records what an observation came to.
+    pub(super) fn note_update(
+        &mut self,
+        update: Update,
+        terrestrial_us: i64,
+        events: &mut Events,
+    ) -> FixRecord {
         let (event, taken, nis, fault) = match update {
-            Update::Begun => (None, true, None, None),
+            Update::Collected | Update::Gathered => (None, false, None, None),
             Update::Started => (Some(Event::OrbitStarted), true, None, None),
-            Update::Restarted => (Some(Event::OrbitRestarted), true, None, None),
-            Update::Accepted { nis } => (None, true, Some(nis), None),
-            Update::Rejected { nis } => (Some(Event::FixRejected), false, Some(nis), None),
+            Update::Accepted(nis) => (None, true, Some(nis), None),
+            Update::Rejected(nis) => (Some(Event::FixRejected), false, Some(nis), None),
+            Update::Diverged(nis) => (Some(Event::OrbitRestarted), false, Some(nis), None),
             Update::Refused(error) => (None, false, None, Some(error.into())),
         };
         if let Some(event) = event {
@@ -74,15 +109,18 @@ impl Sensor<'_> {
         if taken {
             self.fixed_us = terrestrial_us;
         }
+        if matches!(update, Update::Diverged(_)) {
+            self.forget_orbit();
+        }
         FixRecord { nis, fault }
     }
 
-    /// The orbit as it stands after this second, whose fix had the normalised innovation squared `nis`.
+    /// The orbit as it stands after this second, whose observation had the normalised innovation squared `nis`.
     #[inline(never)]
-    pub(super) fn orbit_report(&mut self, nis: Option<f32>, events: &mut Events) -> Option<OrbitReport> {
+    pub(super) fn orbit_report(&mut self, nis: Option<Nis>, events: &mut Events) -> Option<OrbitReport> {
         let state = self.orbit.state()?;
         let (position, velocity) = (self.orbit.position_sigma_km()?, self.orbit.velocity_sigma_km_s()?);
-        let single = |value: Option<f64>| value.unwrap_or(0.0) as f32;
+        let [limb_height_km, limb_height_sigma_km] = self.orbit.limb_height_km()?;
         let since_fix_us = state.time_us.saturating_sub(self.fixed_us).max(0);
         let settled = self.orbit.settled();
         if settled && !self.converged {
@@ -92,12 +130,13 @@ impl Sensor<'_> {
         Some(OrbitReport {
             position_km: state.position_km.into(),
             velocity_km_s: state.velocity_km_s.into(),
-            sigma_position_km: position.map(|sigma| sigma as f32),
-            sigma_velocity_km_s: velocity.map(|sigma| sigma as f32),
-            correlations: self.orbit.covariance()?.motion_correlations(),
-            limb_height_km: single(self.orbit.limb_height_km()),
-            limb_height_sigma_km: single(self.orbit.limb_height_sigma_km()),
-            nis,
+            sigma_position_km: position,
+            sigma_velocity_km_s: velocity,
+            correlations: self.orbit.factor()?.motion_correlations(),
+            limb_height_km,
+            limb_height_sigma_km,
+            nis: nis.map(|nis| nis.square),
+            nis_freedom: nis.map_or(0, |nis| nis.freedom),
             since_fix_s: (since_fix_us / SECOND_US).min(u32::MAX.into()) as u32,
             settled,
         })

@@ -1,7 +1,7 @@
 //! Orbit, ephemeris, aberration and attitude brought to the instant of the second.
 
 use super::Sensor;
-use super::record::Events;
+use super::record::{Events, FixRecord};
 use super::timekeeping::Time;
 use crate::frames::{Direction, Icrs};
 use crate::orbit::constants::LIGHT_KM_S;
@@ -39,7 +39,12 @@ impl Sensor<'_> {
     /// Brings orbit, Sun, pole and aberration to the instant of the second. `None`, and stars without
     /// aberration, where Terrestrial Time is not known; the orbit is propagated by local time all the same.
     #[inline(never)]
-    pub(super) fn update_ephemeris(&mut self, time: &Time, events: &mut Events) -> Option<Ephemeris> {
+    pub(super) fn update_ephemeris(
+        &mut self,
+        time: &Time,
+        fix: &mut FixRecord,
+        events: &mut Events,
+    ) -> Option<Ephemeris> {
         if time.fault == Some(ClockFault::CounterReset) {
             self.forget_attitude();
         }
@@ -49,11 +54,13 @@ impl Sensor<'_> {
             self.fixed_us = self.fixed_us.saturating_add(step_us);
         }
         if let Some(terrestrial_us) = time.terrestrial_us {
-            let lost = self.orbit.advance(terrestrial_us, &self.parameters.orbit).is_err();
+            let lost = self.orbit.approach(terrestrial_us, &self.parameters.orbit).is_err();
             if lost || self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us)) {
                 self.forget_orbit();
                 events.note(Event::OrbitForgotten);
             }
+            let update = self.orbit.finish_look(&self.parameters.orbit);
+            *fix = self.note_update(update, terrestrial_us, events);
         }
         let known_us = time.terrestrial_us.filter(|_| time.state != ClockState::Unknown);
         self.aberration_corrected = known_us.is_some();

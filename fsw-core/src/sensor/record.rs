@@ -6,6 +6,7 @@ use crate::catalog::Catalogue;
 use crate::earth::{EarthFix, FitError, LimbPoint};
 use crate::image::scan::Detections;
 use crate::modes::{Mode, ModeInputs};
+use crate::orbit::filter::Nis;
 use crate::order::fill;
 use crate::stars::MeasuredStar;
 use crate::stars::confirm::Match;
@@ -112,9 +113,16 @@ impl Looked {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FixRecord {
     /// Normalised innovation squared, where the fix was compared with the orbit.
-    pub(super) nis: Option<f32>,
+    pub(super) nis: Option<Nis>,
     /// Why it was refused.
     pub(super) fault: Option<FixFault>,
+}
+
+impl FixRecord {
+    /// Adds what the second's own image came to.
+    pub(super) fn add(&mut self, other: Self) {
+        *self = Self { nis: other.nis.or(self.nis), fault: other.fault.or(self.fault) };
+    }
 }
 
 fn earth_report(fix: &EarthFix) -> EarthReport {

@@ -4,7 +4,7 @@ use super::MeasuredStar;
 use crate::camera::Camera;
 use crate::catalog::Catalogue;
 use crate::catalog::lookup::{COARSE_CHORD_ERROR, MAX_ABERRATION, q30};
-use crate::parameters::table::parameter_group;
+use fsw_ground::table::parameter_group;
 
 /// Tolerances tried one after the other.
 pub const TOLERANCES: usize = 3;

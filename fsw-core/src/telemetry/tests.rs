@@ -103,6 +103,7 @@ fn orbit() -> impl Strategy<Value = OrbitReport> {
                 limb_height_km: sigma_position_km[0],
                 limb_height_sigma_km: sigma_position_km[1],
                 nis,
+                nis_freedom: since_fix_s as u8,
                 since_fix_s,
                 settled,
             }
@@ -238,6 +239,7 @@ fn largest() -> Report {
         limb_height_km: f32::MAX,
         limb_height_sigma_km: f32::MAX,
         nis: Some(f32::MAX),
+        nis_freedom: u8::MAX,
         since_fix_s: u32::MAX,
         settled: true,
     };

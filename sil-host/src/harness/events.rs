@@ -25,10 +25,10 @@ fn reason(guard: Guard) -> &'static str {
 pub fn words(event: &Event) -> String {
     match event {
         Event::Mode(mode, guard) => format!("to {}: {}", word(*mode), reason(*guard)),
-        Event::OrbitStarted => "orbit started by two fixes that agree".into(),
+        Event::OrbitStarted => "first orbit found and tested".into(),
         Event::OrbitConverged => "orbit converged".into(),
-        Event::FixRejected => "fix rejected".into(),
-        Event::OrbitRestarted => "orbit restarted".into(),
+        Event::FixRejected => "observation of the Earth rejected".into(),
+        Event::OrbitRestarted => "orbit diverged, begins anew".into(),
         Event::OrbitForgotten => "orbit forgotten".into(),
         Event::ClockJump => "clock jump".into(),
         Event::SunInPath => "Sun in a path by prediction".into(),

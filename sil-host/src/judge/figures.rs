@@ -114,9 +114,9 @@ pub struct OrbitFigures {
     pub position_jump_sigma: Option<f64>,
     /// The second of it.
     pub position_jump_at_s: Option<u32>,
-    /// Mean normalised innovation squared; 3 where noise and sigmas agree.
+    /// Mean normalised innovation squared of a degree of freedom; 1 where noise and sigmas agree.
     pub nis_mean: Option<f64>,
-    /// Probability of such a mean or one farther from 3, if noise and sigmas agree.
+    /// Probability of such a mean or one farther from 1, if noise and sigmas agree.
     pub nis_consistency: Option<f64>,
     /// The thesis's figures for GEO: radial, along, cross.
     pub thesis_geo_rac_km: [f64; 3],

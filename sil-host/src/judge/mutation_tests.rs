@@ -129,6 +129,7 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
                 limb_height_km: 0.3,
                 limb_height_sigma_km: 0.5,
                 nis: fix.then_some(nis as f32),
+                nis_freedom: 3,
                 since_fix_s: 0,
                 settled: cycle >= 60,
             }),

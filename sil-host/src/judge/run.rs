@@ -30,7 +30,8 @@ pub struct Judge {
     bound: [Squares; 3],
     rate: RateSums,
     last_rac: [Squares; 3],
-    nis: (u32, f64),
+    /// Degrees of freedom of all innovations, and the sum of their squares.
+    nis: [f64; 2],
 }
 
 impl Judge {
@@ -51,7 +52,7 @@ impl Judge {
             bound: Default::default(),
             rate: RateSums::default(),
             last_rac: Default::default(),
-            nis: (0, 0.0),
+            nis: [0.0; 2],
         }
     }
 
@@ -104,9 +105,9 @@ impl Judge {
         let figures = &mut self.figures.orbit;
         figures.first_s.get_or_insert(second.cycle + 1);
         figures.final_position_km = Some(orbit.position_km.axes.length());
-        if let Some(nis) = orbit.nis {
-            self.figures.not_finite += u32::from(!nis.is_finite());
-            self.nis = (self.nis.0 + 1, self.nis.1 + nis);
+        if let Some([square, freedom]) = orbit.nis {
+            self.figures.not_finite += u32::from(!square.is_finite());
+            self.nis = [self.nis[0] + freedom, self.nis[1] + square];
         }
         if second.cycle >= self.last_orbit_from {
             for (sum, error) in self.last_rac.iter_mut().zip(orbit.position_km.axes.error) {
@@ -167,12 +168,9 @@ impl Judge {
             outage_largest_sigma: figures.run("dark_position").map(|of| of.largest_sigma),
             position_jump_sigma: jump.map(|(sigma, _)| sigma),
             position_jump_at_s: jump.map(|(_, at)| at),
-            nis_mean: (self.nis.0 > 0).then(|| self.nis.1 / f64::from(self.nis.0)),
-            // Innovations of a consistent filter are white: three degrees of freedom each.
-            nis_consistency: (self.nis.0 > 0).then(|| {
-                let freedom = 3.0 * f64::from(self.nis.0);
-                two_sided(self.nis.1 / freedom, freedom)
-            }),
+            nis_mean: (self.nis[0] > 0.0).then(|| self.nis[1] / self.nis[0]),
+            // Innovations of a consistent filter are white.
+            nis_consistency: (self.nis[0] > 0.0).then(|| two_sided(self.nis[1] / self.nis[0], self.nis[0])),
             thesis_geo_rac_km: THESIS_POSITION_KM,
             ..figures.orbit
         };

@@ -72,8 +72,8 @@ pub struct OrbitError {
     pub velocity_km_s: Correlated,
     /// Limb height and its sigma, km.
     pub limb_height_km: [f64; 2],
-    /// Normalised innovation squared of the second's fix, 3 degrees of freedom.
-    pub nis: Option<f64>,
+    /// Normalised innovation squared of the second's observation, and its degrees of freedom.
+    pub nis: Option<[f64; 2]>,
     /// Whether the filter says it has converged.
     pub settled: bool,
     /// Seconds since the last fix.
@@ -269,7 +269,7 @@ fn orbit_error(orbit: &OrbitReport, truth: &Truth) -> OrbitError {
         position_km: turned(&axes, minus(orbit.position_km, truth.position_km), block(0)),
         velocity_km_s: turned(&axes, minus(orbit.velocity_km_s, truth.velocity_km_s), block(3)),
         limb_height_km: [orbit.limb_height_km.into(), orbit.limb_height_sigma_km.into()],
-        nis: orbit.nis.map(f64::from),
+        nis: orbit.nis.map(|nis| [nis.into(), orbit.nis_freedom.into()]),
         settled: orbit.settled,
         since_fix_s: orbit.since_fix_s,
     }

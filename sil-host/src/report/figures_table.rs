@@ -168,7 +168,10 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
         line(
             "Innovation (NIS), mean",
             or_dash(orbit.nis_mean, label),
-            format!("expected 3; probability of such a mean {}", or_dash(orbit.nis_consistency, probability)),
+            format!(
+                "of a degree of freedom, expected 1; probability of such a mean {}",
+                or_dash(orbit.nis_consistency, probability)
+            ),
         ),
     ]
 }

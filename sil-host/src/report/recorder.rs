@@ -179,8 +179,8 @@ impl Recorder {
             add_axes(&mut self.velocity, at, Some(&orbit.velocity_km_s.axes), 1e3);
             let [height, sigma] = orbit.limb_height_km;
             self.limb_height.add(at, height, sigma);
-            if let Some(nis) = orbit.nis {
-                self.nis.add(at, nis);
+            if let Some([square, freedom]) = orbit.nis {
+                self.nis.add(at, square / freedom.max(1.0));
             }
         }
     }

@@ -57,6 +57,7 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             limb_height_km: 0.3,
             limb_height_sigma_km: 0.5,
             nis: sees.then_some(3.0),
+            nis_freedom: 3,
             since_fix_s: 0,
             settled: decay < 1e-3,
         }),

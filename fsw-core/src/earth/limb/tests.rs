@@ -8,7 +8,7 @@ use std::vec::Vec;
 fn expected(world: &World) -> Vec<ExpectedLimb> {
     let parameters = parameters();
     let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
-    view.limb(&camera(), 90.0, 48, &parameters).points.iter().copied().collect()
+    view.limb(&camera(), 90.0, (48, 4), &parameters).points.iter().copied().collect()
 }
 
 /// Error of a point across the limb, px, of an expected point that stands on it.

@@ -106,7 +106,7 @@ fn a_terminator_alone_gives_few_points_and_no_centre() {
 fn on_limb(world: &World, noise: f64) -> [usize; 2] {
     let parameters = parameters();
     let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
-    let limb = view.limb(&camera(), 0.0, MAX_LIMB_POINTS, &parameters).points;
+    let limb = view.limb(&camera(), 0.0, (MAX_LIMB_POINTS, 4), &parameters).points;
     let points = find(&mut world.picture(noise, 11));
     let is_on_limb = |point: &&LimbPoint| {
         let off = |expected: &ExpectedLimb| [0, 1].map(|axis| point.centre_px[axis] - expected.at_px[axis]);

@@ -33,7 +33,7 @@ fn scenes() -> [(&'static str, World); 6] {
 #[test]
 fn expected_points_stand_on_the_lit_limb_to_a_hundredth_of_a_pixel_and_evenly() {
     for (name, world) in scenes() {
-        let found = view(&world).limb(&camera(), 10.0, 24, &parameters());
+        let found = view(&world).limb(&camera(), 10.0, (24, 4), &parameters());
         let truth = true_limb(&world);
         assert_eq!(found.points.len(), 24, "{name}");
         let mut greatest = 0f64;
@@ -90,7 +90,7 @@ fn passing_km(world: &World, ray: &nalgebra::Vector3<f64>) -> f64 {
 fn a_displaced_centre_lifts_the_limb_by_its_part_along_the_normal() {
     let mut generator = Generator::new(31);
     for (name, world) in scenes() {
-        let found = view(&world).limb(&camera(), 10.0, 24, &parameters());
+        let found = view(&world).limb(&camera(), 10.0, (24, 4), &parameters());
         let mut greatest = 0f64;
         for point in &found.points {
             let ray = camera().earth_direction(point.at_px).unwrap().vector().map(f64::from);
@@ -114,7 +114,7 @@ fn distortion_is_followed_to_a_hundredth_of_a_pixel() {
     distorted.distortion = crate::camera::Distortion { k1: -0.2, k2: 0.05, k3: -0.01, p1: 1e-3, p2: -7e-4 };
     let camera = Camera::new(distorted).unwrap();
     let world = low(500.0, 60.0, [40.0, 30.0], 1);
-    let found = view(&world).limb(&camera, 10.0, 48, &parameters());
+    let found = view(&world).limb(&camera, 10.0, (48, 4), &parameters());
     let height = f64::from(parameters().limb.height_km);
     assert!(found.points.len() > 40);
     for point in &found.points {
@@ -134,16 +134,16 @@ fn distortion_is_followed_to_a_hundredth_of_a_pixel() {
 #[test]
 fn a_dark_or_absent_limb_gives_no_points_and_says_so() {
     let dark = low(500.0, 90.0, [-20.0, 120.0], 1);
-    let found = view(&dark).limb(&camera(), 10.0, 24, &parameters());
+    let found = view(&dark).limb(&camera(), 10.0, (24, 4), &parameters());
     assert!(found.points.is_empty() && found.lit_arcs.lit_rad == 0.0 && found.lit_arcs.arc_rad > 0.3);
     let mut beside = geostationary(0.0, 1);
     beside.centre = -beside.centre;
-    let found = view(&beside).limb(&camera(), 10.0, 24, &parameters());
+    let found = view(&beside).limb(&camera(), 10.0, (24, 4), &parameters());
     assert!(found.points.is_empty() && found.lit_arcs.arc_rad == 0.0);
     // The Earth fills the field.
     let mut filled = geostationary(0.0, 1);
     filled.centre *= 0.2;
-    assert!(view(&filled).limb(&camera(), 10.0, 24, &parameters()).points.is_empty());
+    assert!(view(&filled).limb(&camera(), 10.0, (24, 4), &parameters()).points.is_empty());
 }
 
 #[test]
@@ -199,7 +199,7 @@ proptest::proptest! {
     ) {
         let body = geostationary(40.0, 1).body(&parameters());
         if let Some(view) = View::new(&Vector3::new(x, y, z), &body) {
-            let limb = view.limb(&camera(), 5.0, most, &parameters());
+            let limb = view.limb(&camera(), 5.0, (most, 4), &parameters());
             proptest::prop_assert!(limb.points.len() <= most.min(MAX_LIMB_POINTS));
             for point in &limb.points {
                 proptest::prop_assert!(camera().contains(point.at_px, 5.0));

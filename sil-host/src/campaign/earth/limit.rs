@@ -37,7 +37,7 @@ pub struct Limb {
 impl Limb {
     /// That of a view, azimuth counting from the first of these axes across the line to the centre.
     pub fn of(view: &View, camera: &Camera, [x, y]: [Vector; 2], parameters: &EarthParameters) -> Self {
-        let seen = view.limb(camera, STRIP_MARGIN_PX, MAX_LIMB_POINTS, parameters);
+        let seen = view.limb(camera, STRIP_MARGIN_PX, (MAX_LIMB_POINTS, 4), parameters);
         let azimuth = |normal: Vector| libm::atan2(dot(normal, y), dot(normal, x));
         let azimuths = seen.points.iter().map(|point| azimuth(point.normal.map(f64::from).into()));
         Self {

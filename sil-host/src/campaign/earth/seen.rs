@@ -312,7 +312,7 @@ impl Frame {
         let to_icrs = earth_to_icrs(&self.attitude, &self.mounting);
         let fix = PositionFix::new(
             centre_km,
-            covariance_km2,
+            [covariance_km2, &Matrix3::zeros()],
             linearisation_km,
             &to_icrs,
             &attitude_covariance,

@@ -11,8 +11,9 @@
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
-//! | low orbit, 4 min before dusk | self-test, acquisition, tracking, the orbit started by two fixes |
-//! | a few seconds later, twice | the orbit crosses gaps and its speed becomes known |
+//! | low orbit, 11 min before dusk | self-test, acquisition, tracking |
+//! | six times a minute later | an arc long enough for a first orbit |
+//! | 4 min before dusk, twice | the first orbit is found and tested; looks at the limb |
 //! | night, 5.5 min later | the stars are lost and acquired anew; eclipse |
 //! | sunrise, 48 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
 //! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
@@ -20,7 +21,7 @@
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //! | tumbling at 4 deg/s | streaks found by the scan, then sought as lines |
 //!
-//! Time-outs are short and the fixes' slow errors small, so that 132 seconds suffice to know an orbit and to
+//! Time-outs are short and the limb's slow errors pass soon, so that 154 seconds suffice to know an orbit and to
 //! lose it; all else is the scenarios' own.
 
 use crate::error::HostError;
@@ -62,8 +63,14 @@ pub struct Flight {
 /// Every mode.
 pub const MISSION: Flight = Flight {
     clips: &[
+        Clip { scenario: LEO, from_s: 20, seconds: 8 },
+        Clip { scenario: LEO, from_s: 80, seconds: 4 },
+        Clip { scenario: LEO, from_s: 140, seconds: 4 },
+        Clip { scenario: LEO, from_s: 200, seconds: 4 },
+        Clip { scenario: LEO, from_s: 260, seconds: 4 },
+        Clip { scenario: LEO, from_s: 320, seconds: 4 },
+        Clip { scenario: LEO, from_s: 380, seconds: 4 },
         Clip { scenario: LEO, from_s: 440, seconds: 12 },
-        Clip { scenario: LEO, from_s: 456, seconds: 10 },
         Clip { scenario: LEO, from_s: 480, seconds: 18 },
         Clip { scenario: LEO, from_s: 830, seconds: 27 },
         Clip { scenario: LEO, from_s: 3723, seconds: 21 },
@@ -75,12 +82,20 @@ pub const MISSION: Flight = Flight {
     disturbances: None,
 };
 
-/// The limb from 450 km: found, tracked while the orbit becomes known, and expected after a gap over which
+/// The limb from 450 km: found while the orbit becomes known, tracked, and expected after a gap over which
 /// that has become unsure.
 pub const WIDE_LIMB: Flight = Flight {
     clips: &[
-        Clip { scenario: "leo-oblique", from_s: 0, seconds: 20 },
-        Clip { scenario: "leo-oblique", from_s: 45, seconds: 10 },
+        Clip { scenario: "leo-oblique", from_s: 0, seconds: 8 },
+        Clip { scenario: "leo-oblique", from_s: 60, seconds: 4 },
+        Clip { scenario: "leo-oblique", from_s: 120, seconds: 4 },
+        Clip { scenario: "leo-oblique", from_s: 180, seconds: 4 },
+        Clip { scenario: "leo-oblique", from_s: 240, seconds: 4 },
+        Clip { scenario: "leo-oblique", from_s: 300, seconds: 4 },
+        Clip { scenario: "leo-oblique", from_s: 360, seconds: 4 },
+        Clip { scenario: "leo-oblique", from_s: 420, seconds: 14 },
+        Clip { scenario: "leo-oblique", from_s: 445, seconds: 6 },
+        Clip { scenario: "leo-oblique", from_s: 500, seconds: 10 },
     ],
     disturbances: None,
 };
@@ -111,20 +126,13 @@ const MODES: ModeParameters = ModeParameters {
     pause_s: 3,
 };
 
-/// Slow errors of a fix over its white noise: with as few fixes as the mission has, the default would leave
+/// Length over which the limb's height changes: with as few fixes as the mission has, the default would leave
 /// the orbit unknown.
-const BIAS_OVER_NOISE: f32 = 2.0;
-const BIAS_TIME_SHARE: f32 = 0.03;
-const LIMB_HEIGHT_SIGMA_KM: f32 = 0.3;
+const FIELD_LENGTH_KM: f32 = 100.0;
 
 /// Parameters in a hurry.
 fn hurried(parameters: Parameters) -> Parameters {
-    let orbit = OrbitParameters {
-        bias_over_noise: BIAS_OVER_NOISE,
-        bias_time_share: BIAS_TIME_SHARE,
-        limb_height_sigma_km: LIMB_HEIGHT_SIGMA_KM,
-        ..parameters.orbit
-    };
+    let orbit = OrbitParameters { field_length_km: FIELD_LENGTH_KM, ..parameters.orbit };
     Parameters { modes: MODES, orbit, ..parameters }
 }
 
@@ -203,7 +211,7 @@ mod tests {
             }
             assert!(flight.instrument().unwrap().1.check().is_ok());
         }
-        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 132);
+        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 154);
         const BOTH: &[Clip] = &[MISSION.clips[0], WIDE_LIMB.clips[0]];
         assert!(Flight { clips: BOTH, ..MISSION }.instrument().is_err());
     }

@@ -318,11 +318,11 @@ pub const COLUMNS: &[Columns] = &[
         |of| Some(of.second.judged.orbit?.limb_height_km.to_vec()),
     ),
     numbers(
-        &["nis"],
+        &["nis", "nis_freedom"],
         ("", ""),
-        "normalised innovation squared of the second's fix, three degrees of freedom; empty without a fix",
+        "normalised innovation squared of the observation that ended in the second, and its degrees of freedom",
         4,
-        |of| one(of.second.judged.orbit?.nis?),
+        |of| Some(of.second.judged.orbit?.nis?.to_vec()),
     ),
     numbers(&["since_fix_s"], ("s", ""), "time since the last fix that was accepted", 0, |of| {
         one(of.second.judged.orbit?.since_fix_s)

@@ -16,6 +16,7 @@ fn report(error: Vector, covariance: [Vector; 3]) -> OrbitReport {
         limb_height_km: 0.0,
         limb_height_sigma_km: 1.0,
         nis: None,
+        nis_freedom: 0,
         since_fix_s: 0,
         settled: true,
     }

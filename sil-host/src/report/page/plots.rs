@@ -13,8 +13,8 @@ use crate::report::strip::Rows;
 use crate::report::trace::Banded;
 use std::fmt::Write as _;
 
-/// Level beside the innovation: 95 % of a chi-square number of three degrees of freedom.
-const NIS_95: f64 = 7.81;
+/// Level beside the innovation: 95 % of a chi-square number of nine degrees of freedom, over nine.
+const NIS_95: f64 = 1.88;
 const ATTITUDE_AXES: [&str; 3] = ["about x", "about y", "about z (line of sight)"];
 const ORBIT_AXES: [&str; 3] = ["radial", "along track", "cross track"];
 
@@ -192,7 +192,12 @@ fn rests_on(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
     let panels = [
         Panel::counted("stars used", "", &recorder.stars, None),
         Panel::counted("limb points", "", &recorder.limb_points, None),
-        Panel::counted("innovation squared (NIS)", "95 % lie below the line", &recorder.nis, Some(NIS_95)),
+        Panel::counted(
+            "innovation squared (NIS) of a degree of freedom",
+            "95 % lie below the line",
+            &recorder.nis,
+            Some(NIS_95),
+        ),
         Panel::banded("limb height, estimated", "km", &recorder.limb_height),
     ];
     panels_section(page, "What it rests on", "", wide, &panels);

@@ -8,7 +8,7 @@ use std::vec::Vec;
 fn measure(world: &World, reach_px: u16, filter: impl Crossing) -> (f64, f64, f64) {
     let parameters = parameters();
     let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
-    let limb = view.limb(&camera(), 90.0, 24, &parameters);
+    let limb = view.limb(&camera(), 90.0, (24, 4), &parameters);
     let (mut errors, mut asked) = (Vec::new(), 0.0);
     for (index, expected) in limb.points.iter().enumerate() {
         let reach = Reach { outward_px: reach_px, inward_px: reach_px };
@@ -51,7 +51,7 @@ fn noise_and_a_bright_outside_give_no_limb() {
     let world = geostationary(60.0, 3);
     let parameters = parameters();
     let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
-    let expected = view.limb(&camera(), 90.0, 24, &parameters).points[3];
+    let expected = view.limb(&camera(), 90.0, (24, 4), &parameters).points[3];
     let strip = strip(&expected, Reach { outward_px: 20, inward_px: 20 }, &GEOMETRY).unwrap();
     let area = strip.window.area();
     let noise: Vec<u16> = (0..area).map(|index| 40 + (index * 7919 % 5) as u16).collect();

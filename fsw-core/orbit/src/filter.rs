@@ -1,0 +1,330 @@
+//! The orbit filter: beginning, propagation and measurement update, once a second.
+//!
+//! In: limb points as heights about the predicted limb ([`OrbitFilter::observe_limb`]), or position fixes
+//! (thesis tab. 5.1); out: position, velocity and the horizon's states with their covariance.
+//!
+//! - Unknown: fixes go into [`super::beginning`], least squares over the first arc. Nothing is told before its
+//!   orbit has passed every test there; [`OrbitFilter::initialise`] takes a state of the ground instead.
+//! - Known: a Kalman-Schmidt filter with the covariance as a square root ([`super::factor`]). Limb points of some
+//!   seconds make one observation of nine rows ([`super::look`], [`super::horizon`]). The next one begins when
+//!   the errors of the edges are others, so that observations are independent and their innovations test the
+//!   filter.
+//! - An observation whose normalised innovation squared (NIS) is beyond the gate is rejected.
+//!   [`OrbitParameters::patience`] rejections in a row are a divergence: the filter begins anew.
+//!
+//! The misalignment of the paths is considered, not estimated (Schmidt), so that the covariance is never
+//! smaller than it allows. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them.
+
+mod estimate;
+
+use super::OrbitState;
+use super::beginning::{Beginning, FirstOrbit, is_orbit};
+use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
+use super::dynamics::MAX_SPAN_US;
+use super::factor::{EDGE, Factor, HEIGHT, POSITION, VELOCITY};
+use super::look::LimbHeight;
+use super::observation::{FixError, check, rows_of};
+use super::parameters::{Observation, OrbitParameters};
+use super::point::PositionFix;
+pub use estimate::Nis;
+use estimate::{Estimate, Rows};
+use fsw_ground::matrix::dot;
+use nalgebra::{Matrix3, Matrix6, Vector6};
+
+/// Most spans in one call of [`OrbitFilter::advance`].
+pub const MAX_SPANS: u32 = 48;
+/// Most spans in one call of [`OrbitFilter::approach`]: 0.5 M cycles each, of 2 M that a second has for the orbit.
+pub const SPANS_A_SECOND: u32 = 3;
+/// Longest gap that is crossed, microseconds: two hours.
+pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
+/// Greatest sigma of a position that is told, share of its length.
+const TOLD_SHARE: f64 = 0.1;
+const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
+
+/// Result of an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Update {
+    /// The orbit is not known yet: it went to the beginning.
+    Collected,
+    /// The orbit has passed its tests: from now on the state is valid.
+    Started,
+    /// It was added to the look under way, or nothing was due.
+    Gathered,
+    /// An observation was used.
+    Accepted(Nis),
+    /// An observation disagrees with the orbit and was not used.
+    Rejected(Nis),
+    /// [`OrbitParameters::patience`] observations in a row were rejected: the orbit is forgotten and begins
+    /// anew.
+    Diverged(Nis),
+    /// A fix is not a valid position; the filter was propagated only.
+    Refused(FixError),
+}
+
+/// Why the filter was reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ResetReason {
+    /// The clock went backwards.
+    Backwards,
+    /// The gap is longer than [`MAX_GAP_US`].
+    TooLong,
+    /// The propagated state or covariance left its bounds.
+    Diverged,
+}
+
+/// The filter; see the module.
+#[derive(Clone, Debug)]
+pub struct OrbitFilter {
+    estimate: Estimate,
+    /// Whether the estimate holds an orbit. No `Option`: it is 4 KB long and would pass over the stack.
+    known: bool,
+    /// Whether it is still on its way across a gap.
+    behind: bool,
+    beginning: Beginning,
+}
+
+impl Default for OrbitFilter {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl OrbitFilter {
+    /// A filter without a state.
+    pub const fn new() -> Self {
+        Self { estimate: Estimate::new(), known: false, behind: false, beginning: Beginning::new() }
+    }
+
+    /// Initialises the filter with a state of another source (the ground), with one sigma for all
+    /// directions. `false`, and no change, when it is no orbit about the Earth or a sigma is out of bounds.
+    pub fn initialise(
+        &mut self,
+        state: OrbitState,
+        position_sigma_km: f64,
+        velocity_sigma_km_s: f64,
+        parameters: &OrbitParameters,
+    ) -> bool {
+        let sound = |sigma: f64| sigma > 0.0 && sigma < 1e6;
+        if !is_orbit(&state) || !sound(position_sigma_km) || !sound(velocity_sigma_km_s) {
+            return false;
+        }
+        let [r, v] = [position_sigma_km, velocity_sigma_km_s];
+        let root = Matrix6::from_diagonal(&Vector6::new(r, r, r, v, v, v));
+        let taken = self.estimate.begin(&FirstOrbit { state, root }, parameters);
+        self.known |= taken;
+        self.behind &= !taken;
+        taken
+    }
+
+    fn estimate(&self) -> Option<&Estimate> {
+        (self.known && !self.behind).then_some(&self.estimate)
+    }
+
+    fn estimate_mut(&mut self) -> Option<&mut Estimate> {
+        (self.known && !self.behind).then_some(&mut self.estimate)
+    }
+
+    /// Resets the filter.
+    pub fn reset(&mut self) {
+        (self.known, self.behind) = (false, false);
+        self.beginning = Beginning::new();
+    }
+
+    /// Takes in a fix of this time while the orbit is not known; `earth_to_icrs` is the rotation from the
+    /// Earth path.
+    pub fn begin(
+        &mut self,
+        time_us: i64,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) -> Update {
+        if let Err(refusal) = check(fix, earth_to_icrs) {
+            return Update::Refused(refusal);
+        }
+        let Some(first) = self.beginning.add(time_us, fix, parameters) else { return Update::Collected };
+        self.beginning = Beginning::new();
+        self.known = self.estimate.begin(&first, parameters);
+        if !self.known || self.advance(time_us, parameters).is_err() {
+            return Update::Collected;
+        }
+        Update::Started
+    }
+
+    /// Takes in the limb's heights of this time about the limb that the state predicts. `attitude_rad2`:
+    /// covariance of the attitude's rotation vector in the Earth path.
+    pub fn observe_limb(
+        &mut self,
+        heights: &[LimbHeight],
+        earth_to_icrs: &Matrix3<f64>,
+        attitude_rad2: &Matrix3<f32>,
+        parameters: &OrbitParameters,
+    ) {
+        if let Some(estimate) = self.estimate_mut() {
+            estimate.add_to_look(heights, earth_to_icrs, attitude_rad2, parameters);
+        }
+    }
+
+    /// Takes the look under way into the state when its time is over.
+    pub fn finish_look(&mut self, parameters: &OrbitParameters) -> Update {
+        let Some(estimate) = self.estimate_mut() else { return Update::Gathered };
+        match estimate.finish_look(parameters) {
+            Some(result) => self.judged(result, parameters),
+            None => Update::Gathered,
+        }
+    }
+
+    /// Propagates to `time_us` and updates with a fix of that time; before the orbit is known it goes to the
+    /// beginning, as in [`Self::begin`].
+    pub fn update(
+        &mut self,
+        time_us: i64,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) -> Update {
+        if self.behind {
+            return Update::Gathered;
+        }
+        // A reset here is no error: the filter begins anew.
+        let _ = self.advance(time_us, parameters);
+        if !self.known {
+            return self.begin(time_us, fix, earth_to_icrs, parameters);
+        }
+        if let Err(refusal) = check(fix, earth_to_icrs) {
+            return Update::Refused(refusal);
+        }
+        let Some(estimate) = self.estimate_mut() else { return Update::Collected };
+        let unit = match parameters.observation {
+            Observation::LimbHeights | Observation::Position => false,
+            Observation::UnitVector => true,
+            Observation::Combined => estimate.settled,
+        };
+        let sharing = estimate.sharing(parameters);
+        let Some(of_fix) = rows_of(fix, &estimate.state, earth_to_icrs, (unit, sharing)) else {
+            return Update::Refused(FixError::Covariance);
+        };
+        let mut rows = Rows::of_fix();
+        let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
+        for ((sensitivity, innovation), (row, value)) in places.zip(&of_fix) {
+            let height = row.iter().zip(&estimate.horizon).fold(0.0, |sum, (h, x)| sum + h * x);
+            (*sensitivity, *innovation) = (*row, value - height);
+        }
+        let result = estimate.update_by_fix(&rows, parameters);
+        self.judged(result, parameters)
+    }
+
+    /// What an observation came to; after too many rejections the orbit is forgotten.
+    fn judged(&mut self, (nis, taken): (Nis, bool), parameters: &OrbitParameters) -> Update {
+        let Some(estimate) = self.estimate() else { return Update::Gathered };
+        if taken && estimate.is_valid() {
+            return Update::Accepted(nis);
+        }
+        if !taken && estimate.rejections < parameters.patience {
+            return Update::Rejected(nis);
+        }
+        self.reset();
+        Update::Diverged(nis)
+    }
+
+    /// Propagates state and covariance to `to_us`; without a state nothing happens.
+    ///
+    /// # Errors
+    /// Why the filter was reset.
+    pub fn advance(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
+        if !self.known {
+            return Ok(());
+        }
+        self.behind = false;
+        let propagated = self.estimate.propagate(to_us, parameters);
+        if propagated.is_err() {
+            self.reset();
+        }
+        propagated
+    }
+
+    /// As [`Self::advance`], by [`SPANS_A_SECOND`] at most: a longer gap is crossed over several seconds, in which
+    /// no orbit is told.
+    ///
+    /// # Errors
+    /// Why the filter was reset.
+    pub fn approach(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
+        let reach_us = self.estimate.state.time_us.saturating_add(i64::from(SPANS_A_SECOND) * MAX_SPAN_US);
+        let too_long = to_us.saturating_sub(reach_us) > MAX_GAP_US;
+        let goal_us = if too_long { to_us } else { to_us.min(reach_us) };
+        let propagated = self.advance(goal_us, parameters);
+        self.behind = self.known && goal_us < to_us;
+        propagated
+    }
+
+    /// Time, position and velocity; `None`, as for all that follows, until the orbit is known.
+    pub fn state(&self) -> Option<&OrbitState> {
+        self.estimate().map(|estimate| &estimate.state)
+    }
+
+    /// Height of the limb's mean above that of the parameters, km, with its sigma.
+    pub fn limb_height_km(&self) -> Option<[f32; 2]> {
+        let estimate = self.estimate()?;
+        let [height, edge] = [HEIGHT, EDGE].map(|state| estimate.horizon.get(state).copied().unwrap_or(0.0));
+        let distance_km = estimate.limb_distance_km();
+        let covariance = |one, other| estimate.factor.covariance(one, other);
+        let variance = covariance(HEIGHT, HEIGHT)
+            + distance_km * (2.0 * covariance(HEIGHT, EDGE) + distance_km * covariance(EDGE, EDGE));
+        Some([height + distance_km * edge, libm::sqrtf(variance.max(0.0))])
+    }
+
+    /// The covariance of all states.
+    pub fn factor(&self) -> Option<&Factor> {
+        self.estimate().map(|estimate| &estimate.factor)
+    }
+
+    /// Covariance of the position, km², ICRS axes.
+    pub fn position_covariance_km2(&self) -> Option<Matrix3<f64>> {
+        self.factor().map(|factor| factor.block(POSITION, POSITION))
+    }
+
+    /// Sigmas of the position along the ICRS axes, km.
+    pub fn position_sigma_km(&self) -> Option<[f32; 3]> {
+        self.factor().map(|factor| [0, 1, 2].map(|axis| factor.sigma(POSITION + axis)))
+    }
+
+    /// Sigmas of the velocity along the ICRS axes, km/s.
+    pub fn velocity_sigma_km_s(&self) -> Option<[f32; 3]> {
+        self.factor().map(|factor| [0, 1, 2].map(|axis| factor.sigma(VELOCITY + axis)))
+    }
+
+    /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length
+    /// since the start.
+    pub fn settled(&self) -> bool {
+        self.estimate().is_some_and(|estimate| estimate.settled)
+    }
+
+    /// Moves the epoch by a step of the clock: the same state under another time.
+    pub fn shift_epoch(&mut self, step_us: i64) {
+        self.beginning.shift_epoch(step_us);
+        self.estimate.shift_epoch(step_us);
+    }
+
+    /// Whether the orbit is no longer known: its position to worse than a tenth of its length, or it never
+    /// settled and has made one revolution since its last accepted observation, `since_us` microseconds ago.
+    pub fn is_stale(&self, since_us: i64) -> bool {
+        let Some(estimate) = self.estimate() else { return false };
+        let position_km = &estimate.state.position_km;
+        let square_km2 = dot(position_km, position_km);
+        let told = f64::from(estimate.factor.trace(POSITION)) < TOLD_SHARE * TOLD_SHARE * square_km2;
+        let since_s = since_us as f64 / MICROSECONDS;
+        // 4 pi² r³ / mu is the square of a circle's period.
+        let period_s2 = FOUR_PI_SQUARED * square_km2 * libm::sqrt(square_km2) / MU_EARTH_KM3_S2;
+        !told || (!estimate.settled && since_s > 0.0 && since_s * since_s > period_s2)
+    }
+
+    /// Observations rejected in a row.
+    pub fn rejections(&self) -> u16 {
+        self.estimate().map_or(0, |estimate| estimate.rejections)
+    }
+}
+
+#[cfg(test)]
+mod campaign;
+#[cfg(test)]
+mod tests;

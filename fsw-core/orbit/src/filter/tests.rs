@@ -1,0 +1,379 @@
+//! Behaviour at the doors here; accuracy and consistency in `campaign`.
+
+use super::*;
+use crate::constants::EARTH_RADIUS_KM;
+use crate::factor::STATES;
+use crate::reference::circular;
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+fn fix_at(position_km: Vector3<f64>) -> PositionFix {
+    PositionFix {
+        position_km,
+        covariance_km2: Matrix3::identity() * 25.0,
+        shared_km2: Matrix3::zeros(),
+        linearisation_km: position_km,
+    }
+}
+
+fn good_fix(state: &OrbitState) -> PositionFix {
+    fix_at(state.position_km)
+}
+
+/// Positions.
+fn positions() -> OrbitParameters {
+    OrbitParameters { observation: Observation::Position, ..OrbitParameters::default() }
+}
+
+/// A filter that has followed a low orbit for ten minutes without noise, and the true state.
+fn running(parameters: &OrbitParameters) -> (OrbitFilter, OrbitState) {
+    let mut filter = OrbitFilter::new();
+    let mut truth = circular(7_000.0, 51.0);
+    let mut started = 0;
+    for _ in 0..600 {
+        let update = filter.update(truth.time_us, &good_fix(&truth), &Matrix3::identity(), parameters);
+        started += u32::from(update == Update::Started);
+        let expected = matches!(update, Update::Accepted(_)) == (started > 0 && update != Update::Started);
+        assert!(expected, "{update:?}");
+        truth = parameters.dynamics.propagate(&truth, 1_000_000).unwrap();
+    }
+    assert_eq!(started, 1);
+    filter.advance(truth.time_us, parameters).unwrap();
+    (filter, truth)
+}
+
+#[test]
+fn a_fix_far_off_is_rejected_and_many_are_a_divergence() {
+    let parameters = OrbitParameters { patience: 4, ..positions() };
+    let (mut filter, truth) = running(&parameters);
+    let mut wrong = good_fix(&truth);
+    wrong.position_km.y += 500.0;
+    for second in 1..=4 {
+        let time = truth.time_us + second * 1_000_000;
+        let update = filter.update(time, &wrong, &Matrix3::identity(), &parameters);
+        if second < 4 {
+            assert!(matches!(update, Update::Rejected(nis) if nis.square > 30.0), "{update:?}");
+            assert_eq!(i64::from(filter.rejections()), second);
+        } else {
+            assert!(matches!(update, Update::Diverged(_)), "{update:?}");
+            assert!(filter.state().is_none());
+        }
+    }
+    // Ever the same place is no orbit: nothing is told of it.
+    for second in 5..300 {
+        let time = truth.time_us + second * 1_000_000;
+        let update = filter.update(time, &wrong, &Matrix3::identity(), &parameters);
+        assert_eq!(update, Update::Collected);
+    }
+}
+
+#[test]
+fn nothing_is_told_before_the_first_orbit_is_tested() {
+    let parameters = positions();
+    let mut truth = circular(7_000.0, 51.0);
+    let mut filter = OrbitFilter::new();
+    for second in 0..600 {
+        // One in fifteen is false.
+        let fix = if second % 15 == 4 { fix_at(Vector3::new(0.0, 9_000.0, 100.0)) } else { good_fix(&truth) };
+        let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
+        if update == Update::Started {
+            let error = (filter.state().unwrap().position_km - truth.position_km).norm();
+            let sigma = filter.position_sigma_km().unwrap().iter().map(|x| x * x).sum::<f32>().sqrt();
+            assert!(second > 40 && error < 3.0 * f64::from(sigma), "{second}: {error} of {sigma}");
+            return;
+        }
+        assert_eq!(update, Update::Collected);
+        assert!(filter.state().is_none() && filter.factor().is_none() && !filter.settled());
+        truth = parameters.dynamics.propagate(&truth, 1_000_000).unwrap();
+    }
+    panic!("never started");
+}
+
+#[test]
+fn what_is_no_fix_is_refused_and_changes_nothing() {
+    let parameters = positions();
+    let (mut filter, truth) = running(&parameters);
+    let before = *filter.state().unwrap();
+    let good = good_fix(&truth);
+    let mut refuse = |fix: PositionFix, rotation: Matrix3<f64>, why| {
+        assert_eq!(filter.update(truth.time_us, &fix, &rotation, &parameters), Update::Refused(why));
+        assert_eq!(*filter.state().unwrap(), before);
+    };
+    let identity = Matrix3::identity();
+    for x in [f64::NAN, f64::INFINITY, 1e7] {
+        refuse(
+            PositionFix { position_km: Vector3::new(x, 0.0, 0.0), ..good },
+            identity,
+            FixError::Impossible,
+        );
+    }
+    refuse(PositionFix { position_km: Vector3::zeros(), ..good }, identity, FixError::Impossible);
+    refuse(good, identity * f64::NAN, FixError::Impossible);
+    for covariance in [identity * f64::NAN, Matrix3::zeros(), -identity, Matrix3::from_element(1.0)] {
+        refuse(PositionFix { covariance_km2: covariance, ..good }, identity, FixError::Covariance);
+    }
+}
+
+#[test]
+fn an_outage_of_two_hours_is_crossed_and_more_is_not() {
+    let parameters = positions();
+    let (mut filter, truth) = running(&parameters);
+    let before = filter.position_sigma_km().unwrap();
+    let mut jumped = filter.clone();
+    jumped.advance(truth.time_us + MAX_GAP_US, &parameters).unwrap();
+    for second in (0..7_200).map(|second| second + 1) {
+        filter.advance(truth.time_us + second * 1_000_000, &parameters).unwrap();
+    }
+    // In one jump or second by second: the same orbit and nearly the same doubt.
+    let apart = (filter.state().unwrap().position_km - jumped.state().unwrap().position_km).norm();
+    assert!(apart < 0.05, "{apart}");
+    for ((slow, fast), before) in
+        filter.position_sigma_km().unwrap().iter().zip(jumped.position_sigma_km().unwrap()).zip(before)
+    {
+        assert!((slow / fast - 1.0).abs() < 0.1, "{slow} {fast}");
+        assert!(*slow > before);
+    }
+    assert_eq!(jumped.advance(truth.time_us + 2 * MAX_GAP_US + 1, &parameters), Err(ResetReason::TooLong));
+    assert!(jumped.state().is_none() && !jumped.settled());
+    assert_eq!(filter.advance(truth.time_us, &parameters), Err(ResetReason::Backwards));
+    assert!(filter.state().is_none());
+    let (mut filter, _) = running(&parameters);
+    assert_eq!(filter.advance(i64::MIN, &parameters), Err(ResetReason::TooLong));
+}
+
+#[test]
+fn an_orbit_into_the_earth_is_refused() {
+    let parameters = positions();
+    let mut filter = OrbitFilter::new();
+    assert_eq!(filter.advance(5, &parameters), Ok(()));
+    let falling = OrbitState { velocity_km_s: Vector3::zeros(), ..circular(7_000.0, 0.0) };
+    assert!(!filter.initialise(falling, 1.0, 1.0, &parameters));
+    let sound = circular(7_000.0, 0.0);
+    assert!(!filter.initialise(sound, f64::NAN, 1.0, &parameters));
+    assert!(!filter.initialise(sound, 1.0, 1e9, &parameters));
+    assert!(!filter.initialise(
+        OrbitState { position_km: Vector3::zeros(), ..falling },
+        1.0,
+        1.0,
+        &parameters
+    ));
+}
+
+#[test]
+fn an_orbit_that_is_no_longer_known_is_stale() {
+    let parameters = OrbitParameters::default();
+    let state = circular(7_000.0, 51.0);
+    // Kepler's third law: 5,829 s.
+    let period_us = 5_829_000_000;
+    for (position_sigma_km, stale) in [(10.0, true), (1.0, false)] {
+        let mut filter = OrbitFilter::new();
+        assert!(!filter.is_stale(0));
+        assert!(filter.initialise(state, position_sigma_km, 1e-3, &parameters));
+        assert_eq!(filter.settled(), !stale);
+        filter.advance(state.time_us + period_us + 60_000_000, &parameters).unwrap();
+        assert!(!filter.is_stale(period_us - 60_000_000));
+        assert_eq!(filter.is_stale(period_us + 60_000_000), stale);
+        assert!(!filter.is_stale(60_000_000));
+    }
+    // Worse than a tenth of the radius.
+    let mut filter = OrbitFilter::new();
+    assert!(filter.initialise(state, 1_000.0, 1.0, &parameters));
+    assert!(filter.is_stale(0));
+}
+
+/// Rows of a fix in the direction of `x` from a state there.
+fn rows(fix: &PositionFix, unit: bool) -> [(crate::factor::Row, f32); 3] {
+    let state = OrbitState { time_us: 0, ..circular(7_000.0, 90.0) };
+    rows_of(fix, &state, &Matrix3::identity(), (unit, 1.0)).unwrap()
+}
+
+#[test]
+fn a_direction_alone_says_nothing_of_the_distance_however_far_off_that_is() {
+    let (sine, cosine) = libm::sincos(0.1);
+    for ratio in [0.2, 0.6, 1.0, 1.7, 5.0, 40.0] {
+        let position_km = Vector3::new(cosine, 0.0, sine) * (7_000.0 * ratio);
+        let covariance_km2 = Matrix3::identity() * (70.0 * ratio) * (70.0 * ratio);
+        let fix = PositionFix { position_km, covariance_km2, ..fix_at(position_km) };
+        let rows = rows(&fix, true);
+        // The sine of 0.1 rad over a hundredth, whatever the distance.
+        let square: f32 = rows.iter().map(|(_, value)| value * value).sum();
+        assert!((square.sqrt() - 9.98).abs() < 0.02, "{ratio}: {}", square.sqrt());
+        assert!(rows.iter().all(|(row, _)| row[HEIGHT].abs() < 1e-6 && row[POSITION].abs() < 1e-6));
+        let sensitivity: f32 = rows.iter().map(|(row, _)| row[POSITION + 2] * row[POSITION + 2]).sum();
+        assert!((sensitivity.sqrt() * 70.0 - 1.0).abs() < 1e-5);
+    }
+}
+
+/// Thesis §5.2: a radius wrong at the start. It is followed back, or refused as no orbit, or told as a
+/// divergence, after which the orbit begins anew.
+#[test]
+fn a_start_many_earth_radii_off_converges() {
+    for observation in [Observation::Position, Observation::Combined, Observation::UnitVector] {
+        let parameters =
+            OrbitParameters { observation, misalignment_sigma_rad: 0.0, ..OrbitParameters::default() };
+        for radii in [0.5, 1.0, 3.0, 10.0, 100.0] {
+            let mut truth = circular(42_164.0, 0.1);
+            let mut filter = OrbitFilter::new();
+            let off = radii * EARTH_RADIUS_KM;
+            let wrong = OrbitState { position_km: truth.position_km * (1.0 + off / 42_164.0), ..truth };
+            let taken = filter.initialise(wrong, off, 1.0, &parameters);
+            // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours.
+            let mut diverged = 0;
+            for _ in 0..3_240 {
+                truth = parameters.dynamics.propagate(&truth, 20_000_000).unwrap();
+                let along =
+                    truth.position_km * truth.position_km.transpose() / truth.position_km.norm_squared();
+                let covariance_km2 = Matrix3::identity() * 216.0 + along * 1e4;
+                let fix = PositionFix { covariance_km2, ..good_fix(&truth) };
+                let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
+                diverged += u32::from(matches!(update, Update::Diverged(_)));
+            }
+            let apart = (filter.state().unwrap().position_km - truth.position_km).norm();
+            std::println!(
+                "{observation:?} from {radii} radii off, taken {taken}: {apart:.2} km after 18 h, {diverged} divergences"
+            );
+            assert!(apart < 5.0, "{observation:?} {radii}: {apart}");
+        }
+    }
+}
+
+/// Numbers as they come from a broken computer: mostly of a fix's size, else anything.
+fn number(size: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => -size..size,
+        1 => any::<f64>(),
+        1 => prop::sample::select(
+            &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, f64::MAX, f64::MIN_POSITIVE]
+        ),
+    ]
+}
+
+fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+    prop::array::uniform3(number(size)).prop_map(Vector3::from)
+}
+
+/// A covariance more often than not.
+fn covariance() -> impl Strategy<Value = Matrix3<f64>> {
+    let any_matrix =
+        || prop::array::uniform9(number(100.0)).prop_map(|parts| Matrix3::from_row_slice(&parts));
+    prop_oneof![
+        3 => any_matrix().prop_map(|root| root * root.transpose() + Matrix3::identity() * 1e-3),
+        1 => any_matrix(),
+    ]
+}
+
+fn step_us() -> impl Strategy<Value = i64> {
+    prop_oneof![6 => 0i64..2_000_000, 2 => 0i64..8_000_000_000, 1 => any::<i64>()]
+}
+
+fn assert_finite(filter: &OrbitFilter) {
+    let Some(state) = filter.state() else { return };
+    let factor = filter.factor().unwrap();
+    let vectors = state.position_km.iter().chain(state.velocity_km_s.iter());
+    let elements = (0..STATES).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    assert!(vectors.copied().all(f64::is_finite), "{state:?}");
+    assert!(elements.map(|(row, column)| factor.covariance(row, column)).all(f32::is_finite));
+    let sigmas = filter.position_sigma_km().unwrap().into_iter().chain(filter.velocity_sigma_km_s().unwrap());
+    let [height, sigma] = filter.limb_height_km().unwrap();
+    assert!(height.is_finite());
+    assert!(sigmas.chain([sigma]).all(|sigma| sigma.is_finite() && sigma >= 0.0));
+}
+
+/// Heights of a limb, mostly possible.
+fn heights() -> impl Strategy<Value = Vec<LimbHeight>> {
+    let height = (prop::array::uniform3(number(1.0)), number(30.0), number(3.0)).prop_map(
+        |(radial, height_km, sigma_km)| LimbHeight {
+            radial: Vector3::from(radial).map(|x| x as f32),
+            height_km: height_km as f32,
+            sigma_km: sigma_km as f32,
+        },
+    );
+    prop::collection::vec(height, 0..24)
+}
+
+#[test]
+fn a_gap_is_crossed_over_several_seconds_in_which_nothing_is_told() {
+    let parameters = OrbitParameters::default();
+    let start = circular(7_000.0, 1.0);
+    let mut at_once = OrbitFilter::new();
+    assert!(at_once.initialise(start, 1.0, 0.001, &parameters));
+    let mut slowly = at_once.clone();
+    let to_us = start.time_us + MAX_GAP_US;
+    at_once.advance(to_us, &parameters).unwrap();
+    for call in 1..=MAX_SPANS / SPANS_A_SECOND {
+        slowly.approach(to_us, &parameters).unwrap();
+        assert_eq!(slowly.state().is_some(), call == MAX_SPANS / SPANS_A_SECOND);
+    }
+    assert_eq!(slowly.state(), at_once.state());
+    assert_eq!(slowly.position_sigma_km(), at_once.position_sigma_km());
+    assert!(slowly.approach(to_us + 2 * MAX_GAP_US, &parameters).is_err() && slowly.state().is_none());
+}
+
+proptest! {
+    #[test]
+    fn whatever_is_put_in_what_comes_out_is_finite(
+        begin in prop::option::of((vector(2e4), vector(8.0), number(1e4), number(5.0))),
+        fixes in prop::collection::vec(
+            (step_us(), vector(3e4), vector(100.0), covariance(), vector(0.1), heights()),
+            1..25
+        ),
+        observation in prop::sample::select(
+            &[Observation::LimbHeights, Observation::Position, Observation::UnitVector, Observation::Combined]
+        ),
+        // The extremes of the table's ranges too.
+        gate_sigma in prop::sample::select(&[3.0f32, 8.0, 100.0]),
+        look_s in prop::sample::select(&[1.0f32, 300.0]),
+    ) {
+        let parameters = OrbitParameters { observation, gate_sigma, look_s, ..OrbitParameters::default() };
+        let mut filter = OrbitFilter::new();
+        let mut time_us = 760_000_000_000_000i64;
+        if let Some((position_km, velocity_km_s, position_sigma, velocity_sigma)) = begin {
+            let state = OrbitState { time_us, position_km, velocity_km_s };
+            let taken = filter.initialise(state, position_sigma, velocity_sigma, &parameters);
+            assert_eq!(taken, filter.state().is_some());
+            assert_finite(&filter);
+        } else {
+            assert!(filter.initialise(circular(7_000.0, 51.0), 5.0, 0.01, &parameters));
+        }
+        for (span_us, position_km, aside, covariance_km2, tilt, heights) in fixes {
+            time_us = time_us.saturating_add(span_us);
+            let fix = PositionFix {
+                position_km,
+                covariance_km2,
+                shared_km2: Matrix3::zeros(),
+                linearisation_km: position_km + aside,
+            };
+            let to_icrs = Matrix3::identity() + fsw_ground::matrix::cross_matrix(&tilt);
+            if observation == Observation::LimbHeights {
+                let _ = filter.advance(time_us, &parameters);
+                filter.finish_look(&parameters);
+                let attitude = Matrix3::identity() * 1e-9;
+                filter.observe_limb(&heights, &to_icrs, &attitude, &parameters);
+            } else {
+                match filter.update(time_us, &fix, &to_icrs, &parameters) {
+                    Update::Accepted(nis) => assert!(nis.square >= 0.0),
+                    Update::Collected | Update::Diverged(_) => assert!(filter.state().is_none()),
+                    Update::Started => assert!(filter.state().is_some()),
+                    Update::Gathered | Update::Rejected(_) | Update::Refused(_) => {}
+                }
+            }
+            assert_finite(&filter);
+        }
+    }
+}
+
+#[test]
+fn a_step_of_the_clock_moves_the_epoch_and_not_the_satellite() {
+    let parameters = OrbitParameters::default();
+    let mut filter = OrbitFilter::new();
+    assert!(filter.initialise(circular(7_000.0, 51.0), 1.0, 1e-3, &parameters));
+    let before = *filter.state().unwrap();
+    for step_us in [3_600_000_000, -600_000_000] {
+        filter.shift_epoch(step_us);
+    }
+    let after = *filter.state().unwrap();
+    assert_eq!(after.time_us, before.time_us + 3_000_000_000);
+    assert_eq!((after.position_km, after.velocity_km_s), (before.position_km, before.velocity_km_s));
+    assert!(filter.advance(after.time_us + 1_000_000, &parameters).is_ok());
+}

@@ -1,0 +1,123 @@
+use super::*;
+use crate::reference::circular;
+
+fn geometry(radius_km: f64) -> LimbGeometry {
+    LimbGeometry::of(&circular(radius_km, 51.6), &Vector3::z()).unwrap()
+}
+
+fn at(waves_of: &[f32; WAVES], azimuth: f32) -> f32 {
+    dot_slices(waves_of, &waves(azimuth.cos(), azimuth.sin()))
+}
+
+/// Height of the limb from a moved place about the limb from here: the angle beyond it, by bisection in f64.
+fn height_km(radius_km: f64, moved_km: &Vector3<f64>, azimuth: f64) -> f64 {
+    let place = moved_km - Vector3::new(0.0, 0.0, radius_km);
+    let cone = (EARTH_RADIUS_KM / radius_km).asin();
+    let passes = |angle: f64| {
+        let ray = Vector3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
+        place.cross(&ray).norm() > EARTH_RADIUS_KM
+    };
+    let (mut inside, mut outside) = (cone - 0.4, cone + 0.4);
+    for _ in 0..60 {
+        let middle = 0.5 * (inside + outside);
+        if passes(middle) { outside = middle } else { inside = middle }
+    }
+    (inside - cone).sin() * radius_km * cone.cos()
+}
+
+#[test]
+fn the_moved_limb_is_where_its_rays_touch_the_sphere() {
+    for (radius_km, size, tolerance_km) in
+        [(6_828.0, 60.0, 0.05), (7_176.0, 60.0, 0.05), (42_164.0, 600.0, 0.2)]
+    {
+        let here = geometry(radius_km);
+        for direction in [Vector3::x(), -Vector3::y(), Vector3::z(), Vector3::new(0.6, 0.48, -0.64)] {
+            let moved_km = direction * size;
+            let limb = here.moved(&moved_km.map(|axis| axis as f32));
+            for step in 0..12 {
+                let azimuth = f64::from(step) * 0.5;
+                let (seen, expected) = (
+                    f64::from(at(&limb.height_km, azimuth as f32)),
+                    height_km(radius_km, &moved_km, azimuth),
+                );
+                assert!(
+                    (seen - expected).abs() < tolerance_km,
+                    "{radius_km} {moved_km} {azimuth}: {seen} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn its_gradient_is_the_derivative_of_its_height() {
+    let here = geometry(6_828.0);
+    let moved_km = Vector3::new(20.0, -10.0, 5.0);
+    let limb = here.moved(&moved_km);
+    for axis in 0..3 {
+        let mut by = Vector3::zeros();
+        by[axis] = 2.0;
+        let (more, less) = (here.moved(&(moved_km + by)), here.moved(&(moved_km - by)));
+        for azimuth in [0.0, 1.0, 2.5, 4.0] {
+            let slope = (at(&more.height_km, azimuth) - at(&less.height_km, azimuth)) / 4.0;
+            assert!((slope - at(&limb.gradient[axis], azimuth)).abs() < 3e-3, "{axis} {azimuth}");
+        }
+    }
+}
+
+/// Thesis §5.2.2 has an angle between the paths that a height does not show: a turn about the line to the Earth.
+#[test]
+fn a_row_is_the_sum_of_its_terms() {
+    let here = geometry(7_176.0);
+    let pole = Vector3::new(0.3, -0.2, 0.933).normalize();
+    let limb = here.moved(&Vector3::zeros());
+    let path = Matrix3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0);
+    for azimuth in [0.1f32, 1.2, 3.0, 5.1] {
+        let (sine, cosine) = azimuth.sin_cos();
+        let row = here.sensitivity(&waves(cosine, sine), &limb, (&pole, &path), 10.0);
+        let radial = here.axes.transpose() * Vector3::new(cosine, sine, 0.0);
+        let down = here.axes.transpose() * Vector3::z();
+        let normal = radial * here.cosine - down * here.sine;
+        let s = normal.dot(&pole);
+        let expected = [1.0, here.distance_km, s, 1.0 / 3.0 - s * s];
+        for (value, expected) in row[HEIGHT..FIELD].iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-4 * expected.abs().max(1.0), "{value} {expected}");
+        }
+        let ray = radial * here.sine + down * here.cosine;
+        let turn = path * ray.cross(&normal) * here.distance_km;
+        for axis in 0..3 {
+            assert!((row[axis] + normal[axis]).abs() < 1e-4);
+            assert!((row[axis + 3] - 10.0 * normal[axis]).abs() < 1e-3);
+            assert!(
+                (row[MISALIGNMENT + axis] - turn[axis]).abs() < 0.5,
+                "{} {}",
+                row[MISALIGNMENT + axis],
+                turn[axis]
+            );
+        }
+        assert!((path * down).dot(&turn).abs() < 1e-2);
+    }
+}
+
+#[test]
+fn the_fields_variances_are_those_of_its_sigma() {
+    let parameters = OrbitParameters::default();
+    for radius_km in [6_828.0, 42_164.0] {
+        let [mean, rest @ ..] = geometry(radius_km).field_variances(&parameters);
+        // At any azimuth: cos² + sin² of each wave.
+        let all = mean + rest.chunks(2).map(|pair| pair[0]).sum::<f32>();
+        assert!((all.sqrt() / parameters.field_sigma_km - 1.0).abs() < 1e-5);
+        assert!(rest.windows(2).all(|pair| pair[0] >= pair[1]));
+    }
+    // Static in GEO, minutes in low orbits.
+    assert!(geometry(42_164.0).field_lasts_s(&parameters) > 2_000.0);
+    assert!((280.0..360.0).contains(&geometry(6_828.0).field_lasts_s(&parameters)));
+}
+
+#[test]
+fn there_is_no_limb_inside_the_earth_and_none_without_a_plane() {
+    let state = circular(6_378.2, 10.0);
+    assert!(LimbGeometry::of(&state, &Vector3::z()).is_none());
+    let falling = OrbitState { velocity_km_s: -circular(7_000.0, 0.0).position_km, ..circular(7_000.0, 0.0) };
+    assert!(LimbGeometry::of(&falling, &Vector3::z()).is_none());
+}

@@ -1,0 +1,86 @@
+//! A look at the limb: the heights of its points over some seconds, compressed.
+//!
+//! In: heights of limb points above the limb that the orbit predicts, each with azimuth and sigma. Out: nine
+//! rows of unit variance, combinations of the waves of [`super::horizon`].
+//!
+//! Each point is one row of least squares, `h = Σ c_i w_i(φ)` over its sigma; Givens rotations keep the
+//! triangle `R` and `Rᵀ`-side of all rows so far, which holds their information without loss.
+
+use super::horizon::{WAVES, waves};
+use nalgebra::Vector3;
+
+/// Height of the limb at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimbHeight {
+    /// Unit vector to the point, across the direction to the centre, Earth path's frame.
+    pub radial: Vector3<f32>,
+    /// Above the limb predicted, km.
+    pub height_km: f32,
+    /// Standard deviation by the point's own sigma, km.
+    pub sigma_km: f32,
+}
+
+/// A row of the triangle: its coefficients, then the right side.
+type LookRow = [f32; WAVES + 1];
+
+/// Heights of limb points, compressed.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    rows: [LookRow; WAVES],
+    /// When it began, us.
+    pub begun_us: i64,
+    /// Sum of the points' times since then, s.
+    sum_s: f32,
+    /// Their number.
+    count: f32,
+}
+
+impl Look {
+    /// One that begins at this time.
+    pub const fn new(begun_us: i64) -> Self {
+        Self { rows: [[0.0; WAVES + 1]; WAVES], begun_us, sum_s: 0.0, count: 0.0 }
+    }
+
+    /// Adds a point's height, seen `since_s` after the begin.
+    #[inline(never)]
+    pub fn add(&mut self, [cosine, sine]: [f32; 2], height_km: f32, sigma_km: f32, since_s: f32) {
+        let weight = 1.0 / sigma_km;
+        let mut new = [height_km; WAVES + 1];
+        for (place, wave) in new.iter_mut().zip(waves(cosine, sine)) {
+            *place = wave;
+        }
+        for element in &mut new {
+            *element *= weight;
+        }
+        self.sum_s += since_s;
+        self.count += 1.0;
+        for (at, row) in self.rows.iter_mut().enumerate() {
+            let (Some(mine), Some(other)) = (row.get_mut(at..), new.get_mut(at..)) else { return };
+            let (Some(&a), Some(&b)) = (mine.first(), other.first()) else { return };
+            if b == 0.0 {
+                continue;
+            }
+            let scale = 1.0 / libm::sqrtf(a * a + b * b);
+            let (c, s) = (a * scale, b * scale);
+            for (mine, other) in mine.iter_mut().zip(other) {
+                (*mine, *other) = (c * *mine + s * *other, c * *other - s * *mine);
+            }
+        }
+    }
+
+    /// The rows: coefficients of the waves, and what was measured of their combination.
+    pub fn rows(&self) -> impl Iterator<Item = (&[f32], f32)> {
+        self.rows.iter().map(|row| {
+            let [waves @ .., height] = row;
+            (waves.as_slice(), *height)
+        })
+    }
+
+    /// Mean time of the points since the begin, s.
+    pub fn mean_s(&self) -> f32 {
+        self.sum_s / self.count.max(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests;

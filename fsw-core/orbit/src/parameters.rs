@@ -1,0 +1,77 @@
+//! Parameters of the orbit filter.
+
+use super::dynamics::Dynamics;
+use fsw_ground::table::parameter_group;
+use serde::{Deserialize, Serialize};
+
+/// What the filter takes of an image of the Earth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Observation {
+    /// The height of each limb point about the predicted limb, by the model of the horizon.
+    LimbHeights,
+    /// The Earth's centre: position by direction and distance, with its covariance (thesis §5.1).
+    Position,
+    /// Its direction alone (eq. 5.25): the two components across the line to the Earth.
+    UnitVector,
+    /// The position until the filter has settled, the direction afterwards.
+    Combined,
+}
+
+parameter_group! {
+    /// Propagation and filter of the orbit.
+    pub struct OrbitParameters in "orbit" {
+        /// What is taken of an image of the Earth.
+        observation: Observation = Observation::LimbHeights,
+            one of "LimbHeights, Position, UnitVector, Combined", "",
+            "a centre bends with the errors of its limb, heights do not";
+        /// Forces of the prediction.
+        dynamics: Dynamics = Dynamics::Full, one of "Kepler, Full", "", "J2, Sun and Moon";
+        /// Sigma of the limb's mean height about `earth.limb.height_km`.
+        height_sigma_km: f32 = 0.6, 0.0..=100.0, "km",
+            "edges are found 0.4 km low, the mean of three orbits varies by 0.5 km: rendered orbits";
+        /// The same as an angle: the detection of edges may be off by a share of a pixel. It matters from
+        /// afar; both are estimated.
+        height_sigma_rad: f32 = 2.4e-5, 0.0..=0.01, "rad", "1 km in GEO: rendered orbits";
+        /// Sigma of the limb's height by the sine of latitude: summer over winter.
+        summer_sigma_km: f32 = 0.3, 0.0..=20.0, "km", "rendered orbits";
+        /// Limb's height over the equator above that over the poles.
+        tropics_km: f32 = 2.0, -20.0..=20.0, "km",
+            "the tropopause stands at 17 km over the tropics, at 9 over the poles; rendered orbits";
+        /// Its sigma.
+        tropics_sigma_km: f32 = 0.5, 0.0..=20.0, "km", "rendered orbits";
+        /// Deviation of the limb's height beside these, over hundreds to thousands of km.
+        field_sigma_km: f32 = 1.7, 0.0..=20.0, "km", "rendered orbits";
+        /// Length over which it changes.
+        field_length_km: f32 = 1100.0, 100.0..=10_000.0, "km", "rendered orbits";
+        /// Deviation of the height at which an edge is found: clouds.
+        edge_sigma_km: f32 = 1.2, 0.0..=20.0, "km", "rendered orbits";
+        /// The same as an angle. Both are joined as squares.
+        edge_sigma_rad: f32 = 9e-5, 0.0..=0.01, "rad", "0.27 px of the reference camera: rendered orbits";
+        /// Length of limb that shares it.
+        edge_patch_km: f32 = 120.0, 1.0..=10_000.0, "km", "rendered orbits";
+        /// The same as an angle. Both are joined as squares.
+        edge_patch_rad: f32 = 0.0133, 0.0..=0.5, "rad", "5 deg of azimuth in GEO: rendered orbits";
+        /// Longest time for which it lasts, where the limb does not move on sooner.
+        edge_longest_s: f32 = 1800.0, 10.0..=86_400.0, "s", "the light moves on: rendered orbits";
+        /// Longest time over which limb points are joined to one observation.
+        look_s: f32 = 300.0, 1.0..=600.0, "s", "averages the attitude's noise, the orbit turns by 1 deg in GEO";
+        /// Misalignment of the paths against each other about each axis; considered, not estimated.
+        misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
+            "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";
+        /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
+        /// degrees above J2. It falls with the fourth power of the radius, as the pull of the second degree's
+        /// tesserals does, so that one value serves from LEO to GEO.
+        gravity_noise_km_s15: f32 = 2e-6, 0.0..=1e-3, "km/s^1.5",
+            "errors on the real orbit of Jason-2 are as the filter says";
+        /// White acceleration everywhere, per root hertz.
+        force_noise_km_s15: f32 = 2e-8, 0.0..=1e-3, "km/s^1.5",
+            "radiation pressure: 1e-10 km/s2 that lasts for hours";
+        /// Gate of an observation: how far its normalised innovation squared may exceed what is expected, in
+        /// its standard deviations.
+        gate_sigma: f32 = 8.0, 3.0..=100.0, "", "22.6 of three degrees of freedom, 43 of nine: 5 good ones in 100,000 are lost, 2 in a million";
+        /// Observations rejected in a row after which the filter begins anew.
+        patience: u16 = 4, 1..=600, "", "two minutes in LEO, two hours in GEO";
+        /// The filter has settled when position and velocity are known to this share of their length.
+        settled_share: f32 = 1e-3, 1e-6..=0.1, "", "42 km in GEO, 7 km in LEO";
+    }
+}
