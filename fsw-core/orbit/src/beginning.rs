@@ -4,7 +4,7 @@
 //!
 //! A ring keeps [`FIXES`] fixes, thinned: when it is full every second one is dropped and the least time
 //! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the ring,
-//! one iteration a call: the first on Lagrange's series `r = f r0 + g v0`, which is linear, the others by
+//! `FIXES_A_CALL` fixes of an iteration a call: the first iteration on Lagrange's series `r = f r0 + g v0`, which is linear, the others by
 //! propagation and its transition (differential correction). A fix that disagrees by `x²` has the weight
 //! `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
 //!
@@ -23,7 +23,7 @@ use super::point::PositionFix;
 use fsw_ground::matrix::{
     Cholesky, add_scaled, cross, dot, identity, inverse, plus_scaled, product, transposed_product,
 };
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
 /// Fixes in the ring.
 pub const FIXES: usize = 12;
@@ -37,6 +37,8 @@ const SPANS: usize = 2;
 const LONGEST_GAP_US: i64 = SPANS as i64 * MAX_SPAN_US;
 /// Iterations of a trial.
 const ITERATIONS: u8 = 7;
+/// Fixes of an iteration that a call sums up, so that it costs less than 2 M cycles.
+const FIXES_A_CALL: usize = 6;
 /// Normalised square, three degrees of freedom, beyond which a fix is an outlier: 0.1 % of good ones are.
 const GATE: f64 = 16.3;
 /// Position and velocity must be known to this share of their length.
@@ -51,11 +53,22 @@ struct Kept {
     shared_km2: Matrix3<f32>,
 }
 
-/// A trial under way.
-#[derive(Clone, Copy, Debug)]
+/// A trial under way: the orbit tried, and the normal equations of six unknowns about it.
+#[derive(Clone, Debug)]
 struct Trial {
+    /// The orbit tried, at the last fix.
     state: OrbitState,
     iteration: u8,
+    /// Fixes summed up, from the last one back in time.
+    fixes: usize,
+    /// Where the orbit tried was at the last of these, and the transition to it.
+    here: OrbitState,
+    moved: Matrix6<f64>,
+    matrix: Matrix6<f64>,
+    right: Vector6<f64>,
+    /// Sum of the normalised squares of those within the gate, and their number.
+    squares: f64,
+    inliers: usize,
 }
 
 /// The ring, and the trial of its orbit.
@@ -63,7 +76,8 @@ struct Trial {
 pub struct Beginning {
     kept: heapless::Vec<Kept, FIXES>,
     spacing_us: i64,
-    trial: Option<Trial>,
+    trial: Trial,
+    trying: bool,
 }
 
 /// An orbit that has been tested.
@@ -75,15 +89,6 @@ pub struct FirstOrbit {
     pub root: Matrix6<f64>,
 }
 
-/// Normal equations of six unknowns.
-struct Sums {
-    matrix: Matrix6<f64>,
-    right: Vector6<f64>,
-    /// Sum of the normalised squares of those within the gate, and their number.
-    squares: f64,
-    inliers: usize,
-}
-
 impl Default for Beginning {
     fn default() -> Self {
         Self::new()
@@ -93,7 +98,7 @@ impl Default for Beginning {
 impl Beginning {
     /// An empty ring.
     pub const fn new() -> Self {
-        Self { kept: heapless::Vec::new(), spacing_us: FIRST_SPACING_US, trial: None }
+        Self { kept: heapless::Vec::new(), spacing_us: FIRST_SPACING_US, trial: Trial::NONE, trying: false }
     }
 
     /// Takes a fix, and goes on with the trial of an orbit; gives the orbit when it has passed every test.
@@ -104,7 +109,7 @@ impl Beginning {
         fix: &PositionFix,
         parameters: &OrbitParameters,
     ) -> Option<FirstOrbit> {
-        if self.trial.is_some() {
+        if self.trying {
             return self.iterate(parameters);
         }
         if let Some(last) = self.kept.last() {
@@ -127,7 +132,9 @@ impl Beginning {
         let _ = self.kept.push(kept);
         if self.kept.len() >= FEWEST {
             let state = OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
-            self.trial = Some(Trial { state, iteration: 0 });
+            self.trial.state = state;
+            self.trial.begin(0);
+            self.trying = true;
         }
         None
     }
@@ -137,8 +144,8 @@ impl Beginning {
         for kept in &mut self.kept {
             kept.time_us = kept.time_us.saturating_add(step_us);
         }
-        if let Some(trial) = &mut self.trial {
-            trial.state.time_us = trial.state.time_us.saturating_add(step_us);
+        for state in [&mut self.trial.state, &mut self.trial.here] {
+            state.time_us = state.time_us.saturating_add(step_us);
         }
     }
 
@@ -169,73 +176,117 @@ impl Beginning {
         (lasting_s / spacing_s).clamp(1.0, FIXES as f64)
     }
 
-    /// One iteration of the trial.
+    /// A part of the trial's iteration; a trial that fails, or has been made, is over.
     fn iterate(&mut self, parameters: &OrbitParameters) -> Option<FirstOrbit> {
-        let Trial { mut state, iteration } = self.trial.take()?;
-        let sums = self.sums(&state, iteration, parameters)?;
-        let factor = Cholesky::of(&sums.matrix)?;
-        let step = factor.solve(&sums.right);
-        let [[x, y, z, vx, vy, vz]] = step.data.0;
-        if iteration == 0 {
-            state.position_km = Vector3::zeros();
-        }
-        add_scaled(&mut state.position_km, 1.0, &Vector3::new(x, y, z));
-        add_scaled(&mut state.velocity_km_s, 1.0, &Vector3::new(vx, vy, vz));
-        if !plausible(&state.position_km, &state.velocity_km_s) {
-            return None;
-        }
-        if iteration + 1 < ITERATIONS {
-            self.trial = Some(Trial { state, iteration: iteration + 1 });
-            return None;
-        }
-        let first = FirstOrbit { state, root: factor.whitened(&identity()).transpose() };
-        let agreed = 4 * sums.inliers >= 3 * self.kept.len()
-            && sums.squares <= 2.0 * (3.0 * sums.inliers as f64 - 6.0);
-        (agreed && is_known(&first) && is_orbit(&state)).then_some(first)
-    }
-
-    /// Normal equations about a state at the last fix, going back from fix to fix. In the first iteration
-    /// about nothing, by Lagrange's series.
-    #[inline(never)]
-    fn sums(&self, state: &OrbitState, iteration: u8, parameters: &OrbitParameters) -> Option<Sums> {
         let sharing = self.sharing(parameters);
-        let mut sums = Sums { matrix: Matrix6::zeros(), right: Vector6::zeros(), squares: 0.0, inliers: 0 };
-        let mut here = *state;
-        let mut moved = identity::<f64, 6>();
-        for kept in self.kept.iter().rev() {
-            let (predicted, partials) = if iteration == 0 {
-                (Vector3::zeros(), lagrange(&state.position_km, kept.time_us.saturating_sub(state.time_us)))
-            } else {
-                for _ in 0..SPANS {
-                    let span_us = kept.time_us.saturating_sub(here.time_us).max(-MAX_SPAN_US);
-                    if span_us < 0 {
-                        let there = Dynamics::Kepler.propagate(&here, span_us).ok()?;
-                        moved = product(&matrix_of(&transition(&here, &there)), &moved);
-                        here = there;
-                    }
-                }
-                (here.position_km, upper_rows(&moved))
-            };
-            let mut covariance = kept.noise_km2.map(f64::from);
-            add_scaled(&mut covariance, sharing, &kept.shared_km2.map(f64::from));
-            let information = inverse(&covariance)?;
-            let off = plus_scaled(&kept.position_km, -1.0, &predicted);
-            let weighted = transposed_product(&partials, &information);
-            let square = dot(&off, &product(&information, &off));
-            let inlier = square < GATE;
-            let weight = match iteration {
-                0 => 1.0,
-                1..=3 => 1.0 / (1.0 + square / 12.0),
-                _ => f64::from(u8::from(inlier)),
-            };
-            add_scaled(&mut sums.matrix, weight, &product(&weighted, &partials));
-            add_scaled(&mut sums.right, weight, &product(&weighted, &off));
-            if inlier {
-                sums.squares += square;
-                sums.inliers += 1;
+        // In place: a trial is 1 KB long.
+        self.trying = false;
+        for _ in 0..FIXES_A_CALL {
+            let left = self.kept.len().saturating_sub(self.trial.fixes);
+            let Some(kept) = left.checked_sub(1).and_then(|at| self.kept.get(at)) else { break };
+            self.trial.add(kept, sharing)?;
+        }
+        let Trial { fixes, iteration, squares, inliers, .. } = self.trial;
+        if fixes < self.kept.len() {
+            self.trying = true;
+            return None;
+        }
+        let factor = self.trial.step()?;
+        if iteration + 1 < ITERATIONS {
+            self.trial.begin(iteration + 1);
+            self.trying = true;
+            return None;
+        }
+        let first = FirstOrbit { state: self.trial.state, root: factor.whitened(&identity()).transpose() };
+        let agreed = 4 * inliers >= 3 * self.kept.len() && squares <= 2.0 * (3.0 * inliers as f64 - 6.0);
+        (agreed && is_known(&first) && is_orbit(&first.state)).then_some(first)
+    }
+}
+
+impl Trial {
+    const NONE: Self = {
+        let nothing = Vector3::new(0.0, 0.0, 0.0);
+        let state = OrbitState { time_us: 0, position_km: nothing, velocity_km_s: nothing };
+        let zeros = Matrix6::from_array_storage(ArrayStorage([[0.0; 6]; 6]));
+        let right = Vector6::from_array_storage(ArrayStorage([[0.0; 6]]));
+        Self {
+            state,
+            iteration: 0,
+            fixes: 0,
+            here: state,
+            moved: zeros,
+            matrix: zeros,
+            right,
+            squares: 0.0,
+            inliers: 0,
+        }
+    };
+
+    /// Begins an iteration about the orbit tried.
+    fn begin(&mut self, iteration: u8) {
+        (self.iteration, self.fixes, self.here) = (iteration, 0, self.state);
+        for (at, column) in self.moved.data.0.iter_mut().enumerate() {
+            for (row, element) in column.iter_mut().enumerate() {
+                *element = f64::from(u8::from(row == at));
             }
         }
-        Some(sums)
+        self.matrix.fill(0.0);
+        self.right.fill(0.0);
+        (self.squares, self.inliers) = (0.0, 0);
+    }
+
+    /// Adds a fix, the next one back in time, to the normal equations about the orbit tried. In the first
+    /// iteration about nothing, by Lagrange's series.
+    #[inline(never)]
+    fn add(&mut self, kept: &Kept, sharing: f64) -> Option<()> {
+        let (predicted, partials) = if self.iteration == 0 {
+            (
+                Vector3::zeros(),
+                lagrange(&self.state.position_km, kept.time_us.saturating_sub(self.state.time_us)),
+            )
+        } else {
+            for _ in 0..SPANS {
+                let span_us = kept.time_us.saturating_sub(self.here.time_us).max(-MAX_SPAN_US);
+                if span_us < 0 {
+                    let there = Dynamics::Kepler.propagate(&self.here, span_us).ok()?;
+                    self.moved = product(&matrix_of(&transition(&self.here, &there)), &self.moved);
+                    self.here = there;
+                }
+            }
+            (self.here.position_km, upper_rows(&self.moved))
+        };
+        let mut covariance = kept.noise_km2.map(f64::from);
+        add_scaled(&mut covariance, sharing, &kept.shared_km2.map(f64::from));
+        let information = inverse(&covariance)?;
+        let off = plus_scaled(&kept.position_km, -1.0, &predicted);
+        let weighted = transposed_product(&partials, &information);
+        let square = dot(&off, &product(&information, &off));
+        let inlier = square < GATE;
+        let weight = match self.iteration {
+            0 => 1.0,
+            1..=3 => 1.0 / (1.0 + square / 12.0),
+            _ => f64::from(u8::from(inlier)),
+        };
+        add_scaled(&mut self.matrix, weight, &product(&weighted, &partials));
+        add_scaled(&mut self.right, weight, &product(&weighted, &off));
+        if inlier {
+            self.squares += square;
+            self.inliers += 1;
+        }
+        self.fixes += 1;
+        Some(())
+    }
+
+    /// Moves the orbit tried to the minimum of the sums; gives the factor of their matrix.
+    fn step(&mut self) -> Option<Cholesky<f64, 6>> {
+        let factor = Cholesky::of(&self.matrix)?;
+        let [[x, y, z, vx, vy, vz]] = factor.solve(&self.right).data.0;
+        if self.iteration == 0 {
+            self.state.position_km = Vector3::zeros();
+        }
+        add_scaled(&mut self.state.position_km, 1.0, &Vector3::new(x, y, z));
+        add_scaled(&mut self.state.velocity_km_s, 1.0, &Vector3::new(vx, vy, vz));
+        plausible(&self.state.position_km, &self.state.velocity_km_s).then_some(factor)
     }
 }
 

@@ -249,8 +249,9 @@ impl OrbitFilter {
     /// # Errors
     /// Why the filter was reset.
     pub fn approach(&mut self, to_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
-        let reach_us = self.estimate.state.time_us.saturating_add(i64::from(SPANS_A_SECOND) * MAX_SPAN_US);
-        let too_long = to_us.saturating_sub(reach_us) > MAX_GAP_US;
+        let from_us = self.estimate.state.time_us;
+        let reach_us = from_us.saturating_add(i64::from(SPANS_A_SECOND) * MAX_SPAN_US);
+        let too_long = to_us.saturating_sub(from_us) > MAX_GAP_US;
         let goal_us = if too_long { to_us } else { to_us.min(reach_us) };
         let propagated = self.advance(goal_us, parameters);
         self.behind = self.known && goal_us < to_us;

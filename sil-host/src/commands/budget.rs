@@ -56,12 +56,15 @@ struct CycleLimits {
     stars_of_tracking: u64,
     earth_of_acquisition: u64,
     earth_of_tracking: u64,
+    orbit: u64,
 }
 
 /// Stages of the star part of a second that is none of acquisition.
-const STARS: [Stage; 3] = [Stage::Predict, Stage::Windows, Stage::Confirm];
+const STARS: &[Stage] = &[Stage::Predict, Stage::Windows, Stage::Confirm];
 /// Stages of the Earth part of any; its limit is another where the whole detector is searched.
-const EARTH: [Stage; 3] = [Stage::Limb, Stage::Centre, Stage::Search];
+const EARTH: &[Stage] = &[Stage::Limb, Stage::Centre, Stage::Search];
+/// Stages of the orbit part of any.
+const ORBIT: &[Stage] = &[Stage::Orbit];
 
 /// Limits of memory, bytes.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -119,7 +122,7 @@ pub struct ModeBudget {
     bound_cycles: Option<u64>,
     /// Worst cycles of each stage.
     stages: BTreeMap<&'static str, u64>,
-    /// Worst cycles of the star part and the Earth part, with their limits.
+    /// Worst cycles of the star, the Earth and the orbit part, with their limits.
     parts: BTreeMap<&'static str, Part>,
 }
 
@@ -355,8 +358,8 @@ fn parts(
     stages: &BTreeMap<u8, Work>,
     limit_cycles: u64,
     limits: &CycleLimits,
-) -> Vec<(&'static str, [Stage; 3], u64)> {
-    let mut parts = Vec::new();
+) -> Vec<(&'static str, &'static [Stage], u64)> {
+    let mut parts = vec![("orbit part", ORBIT, limits.orbit)];
     if limit_cycles == limits.tracking {
         parts.push(("star part", STARS, limits.stars_of_tracking));
     }

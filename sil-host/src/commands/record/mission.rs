@@ -21,7 +21,7 @@
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //! | tumbling at 4 deg/s | streaks found by the scan, then sought as lines |
 //!
-//! Time-outs are short and the limb's slow errors pass soon, so that 154 seconds suffice to know an orbit and to
+//! Time-outs are short and the limb's slow errors pass soon, so that 178 seconds suffice to know an orbit and to
 //! lose it; all else is the scenarios' own.
 
 use crate::error::HostError;
@@ -70,8 +70,8 @@ pub const MISSION: Flight = Flight {
         Clip { scenario: LEO, from_s: 260, seconds: 4 },
         Clip { scenario: LEO, from_s: 320, seconds: 4 },
         Clip { scenario: LEO, from_s: 380, seconds: 4 },
-        Clip { scenario: LEO, from_s: 440, seconds: 12 },
-        Clip { scenario: LEO, from_s: 480, seconds: 18 },
+        Clip { scenario: LEO, from_s: 440, seconds: 28 },
+        Clip { scenario: LEO, from_s: 480, seconds: 26 },
         Clip { scenario: LEO, from_s: 830, seconds: 27 },
         Clip { scenario: LEO, from_s: 3723, seconds: 21 },
         Clip { scenario: LEO, from_s: 3903, seconds: 10 },
@@ -93,7 +93,7 @@ pub const WIDE_LIMB: Flight = Flight {
         Clip { scenario: "leo-oblique", from_s: 240, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 300, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 360, seconds: 4 },
-        Clip { scenario: "leo-oblique", from_s: 420, seconds: 14 },
+        Clip { scenario: "leo-oblique", from_s: 420, seconds: 23 },
         Clip { scenario: "leo-oblique", from_s: 445, seconds: 6 },
         Clip { scenario: "leo-oblique", from_s: 500, seconds: 10 },
     ],
@@ -102,7 +102,7 @@ pub const WIDE_LIMB: Flight = Flight {
 
 /// More spots than the flight code may look at, in which no stars are found.
 pub const STORM: Flight =
-    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }], disturbances: Some(storm) };
+    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 28 }], disturbances: Some(storm) };
 
 fn storm() -> Disturbances {
     Disturbances {
@@ -211,7 +211,7 @@ mod tests {
             }
             assert!(flight.instrument().unwrap().1.check().is_ok());
         }
-        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 154);
+        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 178);
         const BOTH: &[Clip] = &[MISSION.clips[0], WIDE_LIMB.clips[0]];
         assert!(Flight { clips: BOTH, ..MISSION }.instrument().is_err());
     }
