@@ -102,7 +102,7 @@ pub const WIDE_LIMB: Flight = Flight {
 
 /// More spots than the flight code may look at, in which no stars are found.
 pub const STORM: Flight =
-    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 28 }], disturbances: Some(storm) };
+    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }], disturbances: Some(storm) };
 
 fn storm() -> Disturbances {
     Disturbances {
