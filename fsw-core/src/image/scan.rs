@@ -14,7 +14,7 @@
 //! window has `TEXTURED_SIDES` px, in which the noise of cells is known.
 //!
 //! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the
-//! reading), by `cargo budget`: 23 cycles a pixel with 63 spots, 33 with 132 beside a crescent, 37 with 200
+//! reading), by `cargo budget`: 25 cycles a pixel with 63 spots, 35 with 132 beside a crescent, 39 with 200
 //! false stars, 1,000 hot pixels and 300 hits; at most [`bound_cycles`] (`allowance`).
 
 use super::DetectionMethod;

@@ -53,7 +53,7 @@ pub struct RenderArguments {
 /// Arguments of `record`.
 #[derive(Debug, Args)]
 pub struct RecordArguments {
-    /// Picture to show every second; without one, the mission: two minutes through every mode
+    /// Picture to show every second; without one, the mission: three minutes through every mode
     #[arg(value_name = "IMAGE", requires = "fov_deg")]
     pub image: Option<PathBuf>,
     /// Horizontal field of view of the picture's camera, degrees

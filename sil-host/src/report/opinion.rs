@@ -8,8 +8,8 @@ use crate::judge::{Figures, Verdict};
 
 /// A mean NIS less probable than this contradicts the filter's sigmas.
 const NIS_IMPROBABLE: f64 = 0.01;
-/// Mean NIS of three degrees of freedom.
-const NIS_EXPECTED: f64 = 3.0;
+/// Mean NIS of a degree of freedom.
+const NIS_EXPECTED: f64 = 1.0;
 /// Most of what misses that a sentence names.
 const NAMED: usize = 5;
 
