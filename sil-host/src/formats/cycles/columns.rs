@@ -318,11 +318,11 @@ pub const COLUMNS: &[Columns] = &[
         |of| Some(of.second.judged.orbit?.limb_height_km.to_vec()),
     ),
     numbers(
-        &["nis", "nis_freedom"],
+        &["nis"],
         ("", ""),
-        "normalised innovation squared of the observation that ended in the second, and its degrees of freedom",
+        "normalised innovation squared of the observation that was taken in the second",
         4,
-        |of| Some(of.second.judged.orbit?.nis?.to_vec()),
+        |of| one(of.second.judged.orbit?.nis?[0]),
     ),
     numbers(&["since_fix_s"], ("s", ""), "time since the last fix that was accepted", 0, |of| {
         one(of.second.judged.orbit?.since_fix_s)
@@ -455,4 +455,7 @@ pub const COLUMNS: &[Columns] = &[
         4,
         |of| of.second.judged.orbit.map(|orbit| vec![orbit.position_km.nees(), orbit.velocity_km_s.nees()]),
     ),
+    numbers(&["nis_freedom"], ("", ""), "degrees of freedom of `nis`", 0, |of| {
+        one(of.second.judged.orbit?.nis?[1])
+    }),
 ];
