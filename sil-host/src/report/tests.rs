@@ -113,7 +113,7 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
         "Earth vector error</h2>",
         "<h2>Frames</h2>",
         "<h2>Events</h2>",
-        "orbit started by two fixes that agree",
+        "first orbit found and tested",
         "data:image/png;base64,",
         "\u{2713} kept",
         "class=\"fault\"",
