@@ -118,7 +118,7 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
         "\u{2713} kept",
         "class=\"fault\"",
         "<title>1 time-out</title>",
-        "second 21: orbit started",
+        "second 21: first orbit found and tested",
         "<h2>Injected faults</h2>",
         "<h2>Orbit and Sun</h2>",
         "<h2>Are the sigmas right?</h2>",
