@@ -84,13 +84,18 @@ struct Part<'a> {
 }
 
 impl Part<'_> {
+    /// The limit of a figure. That every number be finite is demanded of every scenario with limits.
+    fn limit(&self, figure: &Figure) -> Option<f64> {
+        let limits = &self.scenario.limits;
+        let own = limits.iter().find(|limit| limit.of == figure).map(|limit| limit.value);
+        let demanded = !limits.is_empty() && *figure == table::NOT_FINITE;
+        own.or(demanded.then_some(0.0))
+    }
+
     /// Its figures in the order of the judge's table, the limited ones first.
     fn rows(&self) -> Vec<Row> {
         let limits = &self.scenario.limits;
-        let limited = |figure: &&Figure| {
-            let own = limits.iter().any(|limit| limit.of == *figure);
-            own || self.flown.iter().any(|flown| missed(figure, flown) > 0)
-        };
+        let limited = |figure: &&Figure| self.limit(figure).is_some();
         let beside = |figure: &&Figure| !limited(figure) && BESIDE.contains(&figure.key);
         let rows = table::figures().filter(limited).chain(table::figures().filter(beside));
         let row = |figure: &'static Figure| {
@@ -100,7 +105,7 @@ impl Part<'_> {
                 figure: figure.key,
                 drawn,
                 none,
-                limit: limits.iter().find(|limit| limit.of == figure).map(|limit| limit.value),
+                limit: self.limit(figure),
                 missed: self.flown.each_ref().map(|flown| missed(figure, flown)),
             }
         };

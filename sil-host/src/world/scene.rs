@@ -137,7 +137,7 @@ impl Scene {
         let cells = Cells::new(stars.iter().map(|star| star.direction));
         Ok(Self {
             vignetting: Vignetting::new(&settings.imaging.vignetting, &optics),
-            pattern: Arc::new(FixedPattern::new(&settings.detector.pattern, seed, geometry)),
+            pattern: FixedPattern::shared(&settings.detector.pattern, seed, geometry),
             hot_pixels: Arc::new(settings.disturbances.hot_pixels(seed, geometry)),
             effects: EFFECTS.to_vec(),
             dead_pixels: settings.disturbances.dead_pixels(seed, geometry),

@@ -2,8 +2,9 @@
 
 use super::{Part, Row};
 use crate::campaign::flights::{self, Flown};
-use crate::judge::table::{self, PROBABILITY, Side};
+use crate::judge::table::{self, Side};
 use crate::report::figures_table;
+use crate::version;
 use crate::world::time::civil_time;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -71,11 +72,7 @@ fn line(row: &Row, flights: [usize; 2]) -> String {
     };
     let shown = |limit| format!("{side} {}", figures_table::value(Some(limit), figure.unit));
     let limit = row.limit.map(shown).unwrap_or_default();
-    // A flight can miss without a limit of its scenario: a number that is none.
-    let kept = [0, 1].map(|of| {
-        let limited = row.limit.is_some() || row.missed[of] > 0;
-        kept(limited, row.missed[of], flights[of])
-    });
+    let kept = [0, 1].map(|of| kept(row.limit.is_some(), row.missed[of], flights[of]));
     let [median, quantile] = values(row.drawn.as_ref(), true);
     let [median_told, quantile_told] = values(row.none.as_ref(), false);
     let [kept, kept_told] = kept;
@@ -90,13 +87,17 @@ pub(super) fn text(parts: &[Part<'_>], command: &str, seed: u64) -> String {
     let all = || parts.iter().flat_map(|part| part.flown.iter().flatten());
     let programs: BTreeSet<&str> = all().map(|flown| flown.program.as_str()).collect();
     let programs: Vec<&str> = programs.into_iter().map(|of| if of.is_empty() { "?" } else { of }).collect();
-    let mixed = if programs.len() > 1 { " **Different programs flew these flights.**" } else { "" };
+    let mixed = match all().filter(|flown| flown.program != version::words()).count() {
+        0 => String::new(),
+        others => format!(" **{others} of them were not flown by the program that made this page.**"),
+    };
     let mut page = format!(
         "# Figures of the scenarios\n\n\
          Made on {} by `{command}` from {} flights of Sextant {}.{mixed}\n\n\
          Flown twice with the same seeds: with differences of belief, those drawn for each flight and the scenario's own, \
-         and told the truth. A limit is MISSED where a flight missed it; figures are over the run where nothing else is said. \
-         The 95 % quantile's interval has no worse end (?) below 72 flights. A {PROBABILITY}: NEES or NIS of a flight with right \
+         and told the truth; its sigmas allow for the differences either way, so that told the truth they are larger than its errors. \
+         A limit is MISSED where a flight missed it; figures are over the run where nothing else is said. \
+         The 95 % quantile's interval has no worse end (?) below 72 flights. A probability: NEES or NIS of a flight with right \
          sigmas is as far from its mean, or farther, with this probability; one flight in a hundred with right sigmas \
          falls below 0.01.\n",
         today(),
@@ -106,7 +107,7 @@ pub(super) fn text(parts: &[Part<'_>], command: &str, seed: u64) -> String {
     for part in parts {
         let rows = part.rows();
         let missed = rows.iter().filter(|row| row.missed[0] > 0).count();
-        let limits = rows.iter().filter(|row| row.limit.is_some() || row.missed[0] > 0).count();
+        let limits = rows.iter().filter(|row| row.limit.is_some()).count();
         let verdict = match (limits, missed) {
             (0, _) => "No limits.".to_owned(),
             (_, 0) => format!("All {limits} limits kept in every flight."),

@@ -44,7 +44,8 @@ fn a_page_says_of_every_limited_figure_what_was_reached_and_missed() {
     let bias = line("filtered attitude, bias");
     assert!(bias.contains("0.95 arcsec (0.5 arcsec to 1.4 arcsec)"), "{bias}");
     assert!(bias.contains("1.8 arcsec (1.6 arcsec to ?)") && bias.contains("| 0.1 arcsec |"), "{bias}");
-    assert!(text.contains("**MISSED: 1 of 6 limits.**") && text.contains("runs 0\u{2013}19"), "{text}");
+    assert!(text.contains("**MISSED: 1 of 7 limits.**") && text.contains("runs 0\u{2013}19"), "{text}");
+    assert!(text.contains("from 23 flights") && text.contains("**23 of them were not flown by"), "{text}");
     assert!(text.contains("sil-host campaign scenarios tumbling gto --runs 20 --seed 1"));
     // Every line of a table has as many cells as its head.
     let table = text.lines().filter(|line| line.starts_with('|'));
@@ -92,6 +93,7 @@ fn a_page_is_made_of_what_a_file_holds() {
     assert!(read("page.md").contains("## one") && !read("page.md").contains("## other"));
     run(&with(&[&one, &other], false)).unwrap();
     assert!(read("page.md").contains("## other"));
+    assert!(!read("page.md").contains("not flown by"));
     // A run is flown once, both ways with one seed.
     let lines = read("flights.jsonl");
     assert_eq!(lines.lines().count(), 4);

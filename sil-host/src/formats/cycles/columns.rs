@@ -2,6 +2,10 @@
 //!
 //! The file's header, its rows and the page `sil-host/CYCLES.md` are made from [`COLUMNS`]. Names are a
 //! contract: a name stays, and a new column goes to the end and raises [`VERSION`].
+//!
+//! No column says processor cycles: the host cannot count those of the on-board computer, and what the flight
+//! code charges itself (`fsw_core::image::allowance`) are greatest prices of the search for spots alone. `cargo
+//! budget` counts the cycles of each stage in the emulator.
 
 use crate::harness::faults;
 use crate::harness::status::{activity_word, fault_words, status_word};

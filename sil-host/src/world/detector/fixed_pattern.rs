@@ -10,7 +10,16 @@
 //! of the pixels, J. Aerosp. Technol. Manag. 5, 2013), rows 3 e-, both a fraction of the readout's 20 e-.
 
 use crate::world::noise::{Noise, Stream};
+use crate::world::normal::QuickInverse;
 use fsw_hal::{DetectorGeometry, Window};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// How many patterns are kept, of 2.6 MB for the reference detector.
+const KEPT: usize = 4;
+
+type Made = (PatternModel, u64, DetectorGeometry, Arc<FixedPattern>);
+
+static LAST: Mutex<Vec<Made>> = Mutex::new(Vec::new());
 
 /// Steps in a standard deviation of gain and dark current: bytes reach to 5.3 of them, where one pixel in 10
 /// million lies.
@@ -66,21 +75,47 @@ pub struct Darks {
     steps_e: [f64; 256],
 }
 
+/// How far the pixels of a row are off by `noise`, in whole steps, into place `of` of each.
+fn steps(noise: &Noise, y: u32, row: &mut [[i8; 2]], of: usize) {
+    let quick = QuickInverse::table();
+    for (pixel, x) in row.iter_mut().zip(0..) {
+        // Added and taken away, 1.5 * 2^52 rounds to a whole number, as `rint` does.
+        const ROUNDER: f64 = 6_755_399_441_055_744.0;
+        pixel[of] = (STEPS * quick.at(noise.bits(x, y)) + ROUNDER - ROUNDER) as i8;
+    }
+}
+
 impl FixedPattern {
+    /// Of the detector that `seed` makes. The last few are kept: flights with one seed and another belief ask
+    /// for the same.
+    pub fn shared(model: &PatternModel, seed: u64, geometry: DetectorGeometry) -> Arc<Self> {
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |(of, by, at, _): &&Made| (of, *by, *at) == (model, seed, geometry);
+        if let Some((.., pattern)) = last.iter().find(same) {
+            return Arc::clone(pattern);
+        }
+        let pattern = Arc::new(Self::new(model, seed, geometry));
+        if last.len() == KEPT {
+            last.remove(0);
+        }
+        last.push((*model, seed, geometry, Arc::clone(&pattern)));
+        pattern
+    }
+
     /// Of the detector that `seed` makes.
     pub fn new(model: &PatternModel, seed: u64, geometry: DetectorGeometry) -> Self {
         let [gain, dark, column] =
             [Stream::Gain, Stream::Dark, Stream::Column].map(|stream| Noise::new(seed, 0, stream));
         let (width, height) = (u32::from(geometry.width_px), u32::from(geometry.height_px));
-        let pixel = |x, y| [&gain, &dark].map(|noise| libm::rint(STEPS * noise.quick_gaussian(x, y)) as i8);
         let even = model.prnu == 0.0 && model.dsnu == 0.0;
-        let height = if even { 0 } else { height };
+        let mut pixels = vec![[0; 2]; if even { 0 } else { width as usize * height as usize }];
+        for (row, y) in pixels.chunks_exact_mut(width.max(1) as usize).zip(0..) {
+            steps(&gain, y, row, 0);
+            steps(&dark, y, row, 1);
+        }
         Self {
             width: usize::from(geometry.width_px),
-            pixels: (0..height)
-                .flat_map(|y| (0..width).map(move |x| (x, y)))
-                .map(|(x, y)| pixel(x, y))
-                .collect(),
+            pixels,
             gains: std::array::from_fn(|index| 1.0 + model.prnu / STEPS * f64::from(index as u8 as i8)),
             per_dark: model.dsnu / STEPS,
             columns_e: (0..width).map(|x| model.column_offset_e * column.gaussian(x, 0)).collect(),
@@ -164,6 +199,27 @@ mod tests {
         let part = values(5.0, 2.0, window);
         let all = values(5.0, 2.0, whole);
         assert_eq!(part[4], all[41 * 200 + 18]);
+    }
+
+    #[test]
+    fn pixels_are_off_by_the_nearest_step_of_their_deviates() {
+        let pattern = FixedPattern::new(&PatternModel::REFERENCE, 7, GEOMETRY);
+        let gain = Noise::new(7, 0, Stream::Gain);
+        for (place, [step, _]) in (0..).zip(&pattern.pixels) {
+            let deviate = gain.quick_gaussian(place % 200, place / 200);
+            assert_eq!(f64::from(*step), libm::rint(STEPS * deviate));
+        }
+    }
+
+    #[test]
+    fn a_shared_pattern_is_that_of_its_seed() {
+        let shared = |seed| FixedPattern::shared(&PatternModel::REFERENCE, seed, GEOMETRY);
+        let first = shared(1);
+        assert_eq!(*first, FixedPattern::new(&PatternModel::REFERENCE, 1, GEOMETRY));
+        assert!(Arc::ptr_eq(&first, &shared(1)) && *first != *shared(2));
+        // Others in between, more than are kept.
+        (3..10).for_each(|seed| drop(shared(seed)));
+        assert_eq!(first, shared(1));
     }
 
     #[test]

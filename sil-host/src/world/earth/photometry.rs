@@ -12,8 +12,11 @@
 //! planets' surfaces show, the line between is this project's choice. Where the albedo is that of open sea,
 //! its glint comes on top: `π F P / (4 μ cos⁴β)` with Fresnel's reflection `F` of water and the slopes of
 //! waves `P = exp(-tan²β / σ²) / (π σ²)`, `σ² = 0.003 + 0.00512 W` in a wind of `W` = 7 m/s (Cox and Munk, J.
-//! Opt. Soc. Am. 44, 838, 1954); `β` is the tilt of the wave that mirrors the Sun. Left out: the glint of
-//! ice.
+//! Opt. Soc. Am. 44, 838, 1954); `β` is the tilt of the wave that mirrors the Sun. Where the albedo is that
+//! of high cloud or ice, plates of ice that lie nearly level mirror it too: the same with the Fresnel
+//! reflection of ice, times the share of the area that they are, 0.001 to 0.01, and `σ` the tangent of their
+//! tilt, below 1 deg (Bréon and Dubrulle, J. Atmos. Sci. 61, 2888, 2004; seen from far as flashes over land,
+//! Marshak et al., Geophys. Res. Lett. 44, 5197, 2017); here the upper end of both.
 
 use std::f32::consts::PI;
 
@@ -21,12 +24,24 @@ use std::f32::consts::PI;
 const LAMBERT_FROM: f32 = 0.6;
 /// Albedo of open sea, and that from which on none of it is seen.
 const SEA: (f32, f32) = (0.05, 0.12);
-/// Mean square slope of waves, both directions together.
-const SLOPES: f32 = 0.003 + 0.005_12 * 7.0;
-/// Reflection of water straight down, refractive index 1.34.
-const WATER: f32 = 0.021;
+/// Albedo from which on some of the ice mirrors, and that from which on all of it does.
+const ICE: (f32, f32) = (LAMBERT_FROM, 0.7);
+/// Waves in a wind of 7 m/s; the refractive index of water is 1.34.
+const WAVES: Facets = Facets { slopes: 0.003 + 0.005_12 * 7.0, straight: 0.021, share: 1.0 };
+/// Level plates of ice, of the refractive index 1.31, tilted by 1 deg.
+const PLATES: Facets = Facets { slopes: 3.047e-4, straight: 0.018, share: 0.01 };
 /// Brightest that the mirrored Sun is drawn: smooth slopes hide lower waves where the view is flat.
 const GLINT_MAX: f32 = 2.0;
+
+/// What mirrors the Sun.
+struct Facets {
+    /// Mean square slope, both directions together.
+    slopes: f32,
+    /// Reflection straight down.
+    straight: f32,
+    /// Share of the area.
+    share: f32,
+}
 
 /// A law of brightness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,7 +49,7 @@ pub enum Photometry {
     /// A mix of Lommel-Seeliger and Lambert.
     #[default]
     Mixed,
-    /// Minnaert's, by cover, with the glint of the sea.
+    /// Minnaert's, by cover, with the glints of sea and ice.
     Minnaert,
 }
 
@@ -56,7 +71,7 @@ impl Photometry {
     }
 }
 
-/// Minnaert's law with the glint of the sea. `lit` and `view` are the cosines, `view` above 0; `phase` that
+/// Minnaert's law with the glints of sea and ice. `lit` and `view` are the cosines, `view` above 0; `phase` that
 /// of the angle between Sun and observer.
 pub fn minnaert(albedo: f32, lit: f32, view: f32, phase: f32) -> f32 {
     if lit <= 0.0 {
@@ -66,19 +81,25 @@ pub fn minnaert(albedo: f32, lit: f32, view: f32, phase: f32) -> f32 {
     let even = albedo * libm::powf(lit * view, k) / view;
     let (sea, none) = SEA;
     let open = ((none - albedo) / (none - sea)).clamp(0.0, 1.0);
-    if open == 0.0 { even } else { even + open * glint(lit, view, phase) }
+    let (some, all) = ICE;
+    let icy = ((albedo - some) / (all - some)).clamp(0.0, 1.0);
+    match (open, icy) {
+        (0.0, 0.0) => even,
+        (0.0, _) => even + icy * glint(&PLATES, lit, view, phase),
+        (..) => even + open * glint(&WAVES, lit, view, phase),
+    }
 }
 
-/// The Sun in the waves.
-fn glint(lit: f32, view: f32, phase: f32) -> f32 {
+/// The Sun in waves or plates.
+fn glint(facets: &Facets, lit: f32, view: f32, phase: f32) -> f32 {
     // Sum of the directions to Sun and observer: its half is the cosine of the angle of incidence.
     let sum = (2.0 + 2.0 * phase).max(1e-6).sqrt();
     let tilt = ((lit + view) / sum).clamp(1e-3, 1.0);
     let tangent2 = 1.0 / (tilt * tilt) - 1.0;
-    let slopes = libm::expf(-tangent2 / SLOPES) / (PI * SLOPES);
+    let slopes = libm::expf(-tangent2 / facets.slopes) / (PI * facets.slopes);
     let flat = 1.0 - 0.5 * sum.min(2.0);
-    let fresnel = WATER + (1.0 - WATER) * flat * flat * flat * flat * flat;
-    (PI * fresnel * slopes / (4.0 * view * tilt * tilt * tilt * tilt)).min(GLINT_MAX)
+    let fresnel = facets.straight + (1.0 - facets.straight) * flat * flat * flat * flat * flat;
+    (PI * facets.share * fresnel * slopes / (4.0 * view * tilt * tilt * tilt * tilt)).min(GLINT_MAX)
 }
 
 #[cfg(test)]
@@ -87,7 +108,7 @@ mod tests {
 
     #[test]
     fn straight_down_every_cover_has_its_albedo_and_snow_is_lamberts() {
-        for albedo in [0.15, 0.3, 0.68] {
+        for albedo in [0.15, 0.3, 0.58] {
             assert!((minnaert(albedo, 1.0, 1.0, 0.5) - albedo).abs() < 1e-6);
         }
         for (lit, view) in [(0.3, 0.9), (0.9, 0.2), (0.5, 0.5)] {
@@ -103,11 +124,31 @@ mod tests {
     fn the_sea_mirrors_the_sun_where_it_must() {
         // Cox and Munk with the Sun and the observer in the zenith: F / 4 σ² = 0.14 for 7 m/s.
         let above = minnaert(0.05, 1.0, 1.0, 1.0) - 0.05;
-        assert!((above / (0.021 / (4.0 * SLOPES)) - 1.0).abs() < 1e-3, "{above}");
+        assert!((above / (0.021 / (4.0 * WAVES.slopes)) - 1.0).abs() < 1e-3, "{above}");
         // 60 degrees off the mirrored direction nothing is left, and land mirrors nothing.
         let off = f32::cos(1.047);
         let plain = 0.05 * libm::powf(off, 0.5 + 0.5 * 0.05 / 0.6 - 1.0);
         assert!(minnaert(0.05, 1.0, off, off) - plain < 2e-4);
         assert!((minnaert(0.15, 1.0, 1.0, 1.0) - 0.15).abs() < 1e-6);
+    }
+
+    #[test]
+    fn ice_mirrors_the_sun_within_its_plates_tilt_and_no_other_cover_does() {
+        // Sun and observer 30 deg from the zenith on either side of it, and 3 deg beside that: 1.5 deg of tilt.
+        let at = |albedo: f32, view_deg: f32| {
+            let (sun, view) = (30.0_f32.to_radians(), view_deg.to_radians());
+            let plain = albedo * libm::powf(sun.cos() * view.cos(), 1.0) / view.cos();
+            minnaert(albedo, sun.cos(), view.cos(), (sun + view).cos()) - plain
+        };
+        let (mirrored, beside) = (at(0.7, 30.0), at(0.7, 33.0));
+        // 0.01 F / (4 σ² μ), F = 0.018 + 0.982 (1 - cos 30 deg)^5, σ = tan 1 deg.
+        let by_hand = 0.01 * (0.018 + 0.982 * 4.32e-5) / (4.0 * 3.047e-4 * 0.866);
+        assert!((mirrored / by_hand - 1.0).abs() < 2e-3, "{mirrored} {by_hand}");
+        assert!((beside / mirrored / libm::expf(-2.25) - 1.0).abs() < 0.06, "{beside}");
+        // Half way to all of it; none where it begins, and 6 deg off.
+        assert!((at(0.65, 30.0) / by_hand - 0.5).abs() < 2e-3);
+        assert!(at(0.6, 30.0).abs() < 1e-6 && at(0.7, 42.0).abs() < 1e-6);
+        // It adds a quarter of the cover's own light, and only there.
+        assert!((0.2..0.35).contains(&(mirrored / (0.7 * 0.866))));
     }
 }

@@ -39,10 +39,44 @@ pub struct MoonView {
 pub struct MoonImage {
     optics: Optics,
     /// Equal steps of the exposure.
-    views: Vec<MoonView>,
+    views: Vec<Step>,
+    /// Columns and rows between which all of them lie, px.
+    box_px: [[f64; 2]; 2],
     sigma_rad: f64,
     /// Electrons a second of a pixel that sees a white Lambert surface with the Sun in the zenith.
     white_e_s: f64,
+}
+
+/// A step of an exposure.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    view: MoonView,
+    radius_rad: f64,
+    /// Less than the cosine of the angle from the Moon's centre beyond which there is no light.
+    reach_cosine: f64,
+}
+
+impl Step {
+    fn new(view: MoonView, sigma_rad: f64) -> Self {
+        let radius_rad = view.radius_rad();
+        // Light ends where the sine of the angle is the reach.
+        let reach = (radius_rad + REACH_SIGMAS * sigma_rad).min(1.0);
+        Self { view, radius_rad, reach_cosine: (1.0 - reach * reach).sqrt() - 1e-9 }
+    }
+
+    /// Columns and rows about its image that hold all its light, px: twice what a lens without distortion
+    /// needs.
+    fn box_px(&self, optics: &Optics, sigma_rad: f64) -> [[f64; 2]; 2] {
+        let z = self.view.moon[2];
+        match optics.project(self.view.moon).filter(|_| z > 0.3) {
+            Some(centre) => {
+                let reach_rad = self.radius_rad + REACH_SIGMAS * sigma_rad;
+                let reach_px = 2.0 * optics.focal_length_px() * reach_rad / (z * z) + 2.0;
+                centre.map(|at| [at - reach_px, at + reach_px])
+            }
+            None => [[f64::MIN, f64::MAX]; 2],
+        }
+    }
 }
 
 impl MoonImage {
@@ -53,7 +87,13 @@ impl MoonImage {
             let reach_px = (view.radius_rad() + REACH_SIGMAS * sigma_rad) * 1.3 * optics.focal_length_px();
             view.moon[2] >= optics.cone_cosine(reach_px)
         });
-        seen.then_some(Self { optics: *optics, views, sigma_rad, white_e_s })
+        let views: Vec<Step> = views.into_iter().map(|view| Step::new(view, sigma_rad)).collect();
+        let boxes = views.iter().map(|step| step.box_px(optics, sigma_rad));
+        let joined = |one: [[f64; 2]; 2], other: [[f64; 2]; 2]| {
+            [0, 1].map(|axis| [one[axis][0].min(other[axis][0]), one[axis][1].max(other[axis][1])])
+        };
+        let box_px = boxes.reduce(joined).unwrap_or_default();
+        seen.then_some(Self { optics: *optics, views, box_px, sigma_rad, white_e_s })
     }
 
     /// Adds the electrons of `time_s` to `electrons`, the pixels of `window` row by row; `hidden` says
@@ -66,10 +106,15 @@ impl MoonImage {
         electrons: &mut [f64],
     ) {
         let scale = self.white_e_s * time_s / self.views.len() as f64;
+        let [columns, rows] =
+            self.box_px.map(|[least, most]| move |at: &u16| (least..=most).contains(&f64::from(*at)));
         for (y, line) in (window.y..).zip(electrons.chunks_exact_mut(usize::from(window.width).max(1))) {
-            for (x, pixel) in (window.x..).zip(line) {
+            if !rows(&y) {
+                continue;
+            }
+            for (x, pixel) in (window.x..).zip(line).filter(|(x, _)| columns(x)) {
                 let Some(direction) = self.optics.unproject([f64::from(x), f64::from(y)]) else { continue };
-                let sum: f64 = self.views.iter().map(|view| view.radiance(direction, self.sigma_rad)).sum();
+                let sum: f64 = self.views.iter().map(|step| step.radiance(direction, self.sigma_rad)).sum();
                 if sum > 0.0 && !hidden(direction) {
                     *pixel += scale * sum;
                 }
@@ -83,26 +128,32 @@ impl MoonView {
     pub fn radius_rad(&self) -> f64 {
         libm::asin((RADIUS_KM / self.distance_km).min(1.0))
     }
+}
 
+impl Step {
     /// Radiance factor in a direction (unit vector), the edge blurred by `sigma_rad`.
     fn radiance(&self, direction: Vector, sigma_rad: f64) -> f64 {
-        let radius = self.radius_rad();
-        let across = plus(direction, -dot(direction, self.moon), self.moon);
+        let (MoonView { moon, sun, .. }, radius) = (self.view, self.radius_rad);
+        let beside = dot(direction, moon);
+        if beside < self.reach_cosine {
+            return 0.0;
+        }
+        let across = plus(direction, -beside, moon);
         let off = length(across);
         let beyond = (off - radius) / sigma_rad;
-        if beyond > REACH_SIGMAS || dot(direction, self.moon) < 0.0 {
+        if beyond > REACH_SIGMAS || beside < 0.0 {
             return 0.0;
         }
         // Place on the visible half of the sphere; beyond the edge, that of the edge.
         let share = (off / radius).min(0.999);
         let aside = if off > 0.0 { times(share / off, across) } else { [0.0; 3] };
         let view = (1.0 - share * share).sqrt();
-        let normal = plus(aside, -view, self.moon);
-        let lit = dot(normal, self.sun);
+        let normal = plus(aside, -view, moon);
+        let lit = dot(normal, sun);
         if lit <= 0.0 {
             return 0.0;
         }
-        let phase = libm::acos((-dot(self.moon, self.sun)).clamp(-1.0, 1.0));
+        let phase = libm::acos((-dot(moon, sun)).clamp(-1.0, 1.0));
         let covered = 0.5 * libm::erfc(std::f64::consts::FRAC_1_SQRT_2 * beyond);
         2.0 * ALBEDO * libm::exp(-phase / ROUGHNESS_RAD) * covered * lit / (lit + view)
     }
