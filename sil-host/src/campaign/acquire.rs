@@ -219,9 +219,9 @@ impl Figures {
             format!("wrong                    {}  (goal 0)", self.wrong),
             format!("error about x, y, z, rms {x:.2}, {y:.2}, {z:.1} arcsec"),
             self.across_arcsec.as_ref().map_or(String::new(), |across| {
-                let [low, high] = across.median_interval;
+                let [low, high] = across.median_interval.map(|end| end.map_or("?".to_owned(), |end| format!("{end:.2}")));
                 format!(
-                    "error across the sight   median {:.2} ({low:.2} to {high:.2}), 95 % within {:.2} arcsec",
+                    "error across the sight   median {:.2} ({low} to {high}), 95 % within {:.2} arcsec",
                     across.median, across.kept_by_95_percent
                 )
             }),

@@ -171,7 +171,7 @@ fn text(rows: &[Row]) -> String {
         format!("{:30} {median:>14}  {interval:28} {keep:>14} {limit:>12}  {missed:12}  worst: --run\n", "");
     for row in rows {
         let show = |value: f64| figures_table::value(Some(value), row.unit);
-        let [low, high] = row.spread.median_interval.map(show);
+        let [low, high] = row.spread.median_interval.map(|end| end.map_or("?".to_owned(), show));
         let missed = match row.limit {
             None => String::new(),
             Some(_) if row.missed == 0 => "kept".to_owned(),

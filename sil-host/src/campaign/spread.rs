@@ -12,8 +12,9 @@ pub struct Spread {
     pub runs: usize,
     /// Median over them.
     pub median: f64,
-    /// 95 % confidence interval of the median, by order statistics.
-    pub median_interval: [f64; 2],
+    /// 95 % confidence interval of the median by order statistics, from the lower to the higher end; missing
+    /// where so few runs do not bound it: below 6.
+    pub median_interval: [Option<f64>; 2],
     /// What 95 % of the runs keep: the 95 % quantile, or that of 5 % where more is better.
     pub kept_by_95_percent: f64,
     /// 95 % confidence interval of it by order statistics, from the better to the worse end; an end is
@@ -23,18 +24,18 @@ pub struct Spread {
 
 /// Share of the runs that keep [`Spread::kept_by_95_percent`].
 const KEEP: f64 = 0.95;
-/// Probability that an end of [`Spread::kept_interval`] is on the wrong side.
+/// Probability that an end of an interval is on the wrong side.
 const TAIL: f64 = 0.025;
 
-/// The ranks, from 1, that bound the quantile of [`KEEP`] of so many runs. With `X` runs at or below it, of
-/// the distribution `B(runs, KEEP)`: the greatest `l` with `P(X < l) <= TAIL`, the least `u` with
+/// The ranks, from 1, that bound the quantile of `share` of so many runs. With `X` runs at or below it, of the
+/// distribution `B(runs, share)`: the greatest `l` with `P(X < l) <= TAIL`, the least `u` with
 /// `P(X >= u) <= TAIL`; none where there is no such rank.
-fn ranks_about_quantile(runs: usize) -> [Option<usize>; 2] {
+fn ranks_about_quantile(share: f64, runs: usize) -> [Option<usize>; 2] {
     let n = runs as f64;
     let probability = |of: usize| {
         let of = of as f64;
         let ways = libm::lgamma(n + 1.0) - libm::lgamma(of + 1.0) - libm::lgamma(n - of + 1.0);
-        libm::exp(ways + of * libm::log(KEEP) + (n - of) * libm::log(1.0 - KEEP))
+        libm::exp(ways + of * libm::log(share) + (n - of) * libm::log(1.0 - share))
     };
     let below: Vec<f64> =
         (0..=runs).scan(0.0, |sum, of| Some(std::mem::replace(sum, *sum + probability(of)))).collect();
@@ -47,14 +48,16 @@ impl Spread {
         let (runs, last) = (values.len(), values.len().checked_sub(1)?);
         // The smallest rank that at least this share of the runs do not exceed.
         let ranked = |share: f64| values[((share * runs as f64).ceil() as usize).clamp(1, runs) - 1];
-        let half = 0.5 * SIGMAS_95 / libm::sqrt(runs as f64);
-        let [one, other] = [ranked(0.5 - half), ranked(0.5 + half)];
+        let bounds =
+            |share: f64| ranks_about_quantile(share, runs).map(|rank| rank.map(|rank| values[rank - 1]));
+        let [one, other] = bounds(0.5);
+        let falls = one.zip(other).is_some_and(|(one, other)| one > other);
         Some(Self {
             runs,
             median: 0.5 * (values[last / 2] + values[runs / 2]),
-            median_interval: [one.min(other), one.max(other)],
+            median_interval: if falls { [other, one] } else { [one, other] },
             kept_by_95_percent: ranked(KEEP),
-            kept_interval: ranks_about_quantile(runs).map(|rank| rank.map(|rank| values[rank - 1])),
+            kept_interval: bounds(KEEP),
         })
     }
 }
@@ -79,24 +82,32 @@ mod tests {
         let spread = Spread::of(&values).unwrap();
         assert_eq!(
             (spread.median, spread.median_interval, spread.kept_by_95_percent),
-            (10.5, [6.0, 15.0], 19.0)
+            (10.5, [Some(6.0), Some(15.0)], 19.0)
         );
         let falling: Vec<f64> = values.iter().rev().copied().collect();
         let spread = Spread::of(&falling).unwrap();
-        assert_eq!((spread.median_interval, spread.kept_by_95_percent), ([6.0, 15.0], 2.0));
+        assert_eq!((spread.median_interval, spread.kept_by_95_percent), ([Some(6.0), Some(15.0)], 2.0));
         assert_eq!(Spread::of(&[]), None);
     }
 
     #[test]
     fn the_quantile_of_95_percent_is_bounded_by_the_ranks_of_the_binomial() {
         // Binomial probabilities by hand, n = 20: P(X <= 16) = 0.0159, P(X <= 17) = 0.0755, P(X = 20) = 0.358.
-        assert_eq!(ranks_about_quantile(20), [Some(17), None]);
+        assert_eq!(ranks_about_quantile(KEEP, 20), [Some(17), None]);
         // 0.95^71 = 0.0262, 0.95^72 = 0.0249.
-        assert_eq!(ranks_about_quantile(71)[1], None);
-        assert_eq!(ranks_about_quantile(72)[1], Some(72));
-        assert_eq!(ranks_about_quantile(1), [None, None]);
+        assert_eq!(ranks_about_quantile(KEEP, 71)[1], None);
+        assert_eq!(ranks_about_quantile(KEEP, 72)[1], Some(72));
+        assert_eq!(ranks_about_quantile(KEEP, 1), [None, None]);
         let values: Vec<f64> = (1..=20).map(f64::from).collect();
         assert_eq!(Spread::of(&values).unwrap().kept_interval, [Some(17.0), None]);
+    }
+
+    #[test]
+    fn few_runs_do_not_bound_a_median() {
+        // All of n on one side of it: 2^-5 = 0.031, 2^-6 = 0.016.
+        assert_eq!(Spread::of(&[3.0, 2.0, 1.0]).unwrap().median_interval, [None; 2]);
+        assert_eq!(ranks_about_quantile(0.5, 5), [None; 2]);
+        assert_eq!(ranks_about_quantile(0.5, 6), [Some(1), Some(6)]);
     }
 
     #[test]

@@ -50,8 +50,9 @@ fn values(row: Option<&flights::Row>, intervals: bool) -> [String; 2] {
     if !intervals {
         return [median, quantile];
     }
-    let [low, high] = spread.median_interval.map(show);
-    let [better, worse] = spread.kept_interval.map(|end| end.map_or("?".to_owned(), show));
+    let ends = |interval: [Option<f64>; 2]| interval.map(|end| end.map_or("?".to_owned(), show));
+    let [low, high] = ends(spread.median_interval);
+    let [better, worse] = ends(spread.kept_interval);
     [format!("{median} ({low} to {high})"), format!("{quantile} ({better} to {worse})")]
 }
 
