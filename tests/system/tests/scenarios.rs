@@ -7,7 +7,7 @@ use sil_host::world::orbit::oem;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use system_tests::{amount, json_lines, run, scratch, sil_host};
+use system_tests::{amount, cargo, json_lines, run, scratch, sil_host};
 
 const FILES: [&str; 8] = [
     "cycles.csv",
@@ -301,4 +301,9 @@ fn memory_does_not_grow_with_the_run() {
     println!("peak memory: {short:.1} MiB for 5 min, {long:.1} MiB for 45 min");
     // An orbit's nodes are all that may grow: less than 200 bytes a simulated minute.
     assert!(long < 300.0 && long < short + 8.0, "{short} {long}");
+}
+
+#[test]
+fn an_effect_a_figure_and_a_command_of_ones_own_are_a_few_lines() {
+    cargo(&["run", "--release", "--locked", "-p", "sil-host", "--example", "extended", "--", "ghost"]);
 }
