@@ -21,7 +21,7 @@ use super::DetectionMethod;
 use super::allowance::{self, Allowance, Savings, TEXTURED_READING_CYCLES, WINDOW_READING_CYCLES};
 use super::blinding::blinded;
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
-use super::search::{Criteria, QUIET, add_stars, read, texture, thresholds};
+use super::search::{Conditioned, Criteria, QUIET, read, texture, thresholds};
 pub use super::search::{TILE_PIXELS, read_stars};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use fsw_pixels::coarse::{BAND, CoarseTile, EDGE, Peak, SEGMENT, TILE_HEIGHT, TILE_WIDTH};
@@ -30,8 +30,10 @@ use fsw_pixels::light::is_single_pixel;
 use fsw_pixels::patch::MARGIN;
 use heapless::Vec;
 
-/// Side of the window in which a candidate is measured, px: room for a patch that moves by 6 px.
-const SIDE: u16 = 27;
+/// Pixels around a candidate that its window must have: a patch's, and 6 by which that may move.
+const ROOM: u16 = MARGIN as u16 + 6;
+/// Side of the window in which a candidate is measured, px.
+const SIDE: u16 = 2 * ROOM + 1;
 /// Sides of that of a candidate among noisy cells: such a window knows the noise of its own, as far around as
 /// texture is looked for.
 const TEXTURED_SIDES: [u16; 2] = [80, 64];
@@ -61,6 +63,8 @@ struct Candidate {
     textured: bool,
     /// Noise around it, scaled counts; 0 where that is quiet.
     around: i32,
+    /// Whether it was measured.
+    done: bool,
 }
 
 /// A tile's place along one side of the detector.
@@ -93,23 +97,39 @@ fn spans(length: u16, longest: usize, step: usize) -> impl Iterator<Item = Span>
     })
 }
 
-/// The window about a candidate, and within it the pixels at which the maximum may stand.
-fn window_about(candidate: &Candidate, geometry: &DetectorGeometry) -> (Window, Window) {
-    let [sides_x, sides_y] = if candidate.textured { TEXTURED_SIDES } else { [SIDE; 2] };
-    let [x, y] = candidate.at;
-    let along = |at: u16, side: u16, length: u16| {
-        let side = side.min(length);
-        let start = at.saturating_sub(side / 2).min(length - side);
-        let first = (at - start).saturating_sub(1).max(MARGIN as u16);
-        let end = (at - start + 2).min(side.saturating_sub(MARGIN as u16));
-        (start, side, first, end.saturating_sub(first))
-    };
-    let ((x, width, first_x, core_width), (y, height, first_y, core_height)) =
-        (along(x, sides_x, geometry.width_px), along(y, sides_y, geometry.height_px));
-    (
-        Window { x, y, width, height },
-        Window { x: first_x, y: first_y, width: core_width, height: core_height },
-    )
+impl Candidate {
+    /// The window about it.
+    fn window(&self, geometry: &DetectorGeometry) -> Window {
+        let [width, height] = if self.textured { TEXTURED_SIDES } else { [SIDE; 2] };
+        let along = |at: u16, side: u16, length: u16| {
+            let side = side.min(length);
+            (at.saturating_sub(side / 2).min(length - side), side)
+        };
+        let [x, y] = self.at;
+        let ((x, width), (y, height)) =
+            (along(x, width, geometry.width_px), along(y, height, geometry.height_px));
+        Window { x, y, width, height }
+    }
+
+    /// Whether it has [`ROOM`] in a window.
+    fn has_room(&self, window: &Window) -> bool {
+        let along = |at: u16, start: u16, side: u16| (start + ROOM..start + side - ROOM).contains(&at);
+        let [x, y] = self.at;
+        along(x, window.x, window.width) && along(y, window.y, window.height)
+    }
+
+    /// The pixels of a window at which its maximum may stand.
+    fn core(&self, window: &Window) -> Window {
+        let along = |at: u16, start: u16, side: u16| {
+            let first = (at - start).saturating_sub(1).max(MARGIN as u16);
+            let end = (at - start + 2).min(side.saturating_sub(MARGIN as u16));
+            (first, end.saturating_sub(first))
+        };
+        let [x, y] = self.at;
+        let ((x, width), (y, height)) =
+            (along(x, window.x, window.width), along(y, window.y, window.height));
+        Window { x, y, width, height }
+    }
 }
 
 /// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the
@@ -182,25 +202,48 @@ impl Tile<'_> {
         let pixels = read(detector, window, buffer)?;
         let mut candidates = Vec::new();
         let complete = self.candidates((pixels, geometry.bits), allowance, &mut candidates);
-        for candidate in &candidates {
-            let price = if candidate.textured { TEXTURED_READING_CYCLES } else { WINDOW_READING_CYCLES };
-            if !allowance.spend(price) {
+        for index in 0..candidates.len() {
+            let candidates = candidates.get_mut(index..).unwrap_or(&mut []);
+            let Some(first) = candidates.first().filter(|first| !first.done) else { continue };
+            if !allowance.spend(if first.textured { TEXTURED_READING_CYCLES } else { WINDOW_READING_CYCLES }) {
                 return Ok(false);
             }
-            let (window, core) = window_about(candidate, &geometry);
-            let pixels = read(detector, window, buffer)?;
-            let criteria = Criteria {
-                method: self.method,
-                threshold_percent: WINDOW_PERCENT,
-                quiet: self.quiet,
-                textured: candidate.textured,
-                around: candidate.around,
-            };
-            if !add_stars((pixels, geometry.bits), (window, core), &criteria, allowance, detections)? {
+            let window = first.window(&geometry);
+            let pixels = (read(detector, window, buffer)?, geometry.bits);
+            if !self.measure(candidates, (pixels, window), allowance, detections)? {
                 return Ok(false);
             }
         }
         Ok(complete)
+    }
+
+    /// Measures the first of some candidates in the window about it, and in the same window those after it
+    /// that have room there: along a limb and among clouds candidates stand close together, and conditioning
+    /// such a window costs more than measuring a star. Whether `allowance` sufficed.
+    #[inline(never)]
+    fn measure(
+        &self,
+        candidates: &mut [Candidate],
+        ((pixels, bits), window): ((&mut [u16], u8), Window),
+        allowance: &mut Allowance,
+        detections: &mut Detections,
+    ) -> Result<bool, DetectorError> {
+        let Self { method, quiet, .. } = *self;
+        let residuals = &condition(pixels, window.width.into(), bits).ok_or(DetectorError::BufferLength)?;
+        let textured = candidates.first().is_some_and(|first| first.textured);
+        let criteria = Criteria { method, threshold_percent: WINDOW_PERCENT, quiet, textured };
+        let conditioned = Conditioned::new(residuals, [window.x, window.y], &criteria);
+        for (index, candidate) in candidates.iter_mut().enumerate() {
+            let here = index == 0 || candidate.textured == textured && candidate.has_room(&window);
+            if !here || candidate.done {
+                continue;
+            }
+            candidate.done = true;
+            if !conditioned.search(candidate.core(&window), candidate.around, allowance, detections) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// The candidates of the tile that was read, the brightest [`MAX_CANDIDATES`] of them first; none of one
@@ -231,7 +274,7 @@ impl Tile<'_> {
                 let textured = tile.is_noisy_around(place, quiet * 5 / 2);
                 let around = tile.noise_around(place, quiet * 5 / 2);
                 // As many as there are peaks.
-                let _ = candidates.push(Candidate { at, excess: *excess, textured, around });
+                let _ = candidates.push(Candidate { at, excess: *excess, textured, around, done: false });
             }
         }
         crate::order::sort(candidates, |a, b| a.excess > b.excess);

@@ -1,6 +1,7 @@
 //! Finds the stars of a window: those whose maxima lie in its core.
 //!
-//! In: the window's pixels and how stars are told ([`Criteria`]). Out: star-like spots in [`Detections`].
+//! In: a conditioned window, how stars are told ([`Criteria`]), the cores in which they are sought. Out: star-like
+//! spots in [`Detections`].
 //! A maximum that exceeds the threshold of its cell is measured (`centroid`), told from streaks and hits by
 //! its shape (`shape`) and, where the lens's profile is known, centred by it (`matched`). Each step is paid
 //! from an [`Allowance`]. Where there is texture instead of noise (clouds, a limb) the threshold is
@@ -74,41 +75,55 @@ pub(super) struct Criteria<'m> {
     pub(super) quiet: i32,
     /// Whether the noise of its cells says where the window has texture; else it has none.
     pub(super) textured: bool,
-    /// Noise around the place that the tile showed, scaled counts; 0 where that was quiet.
-    pub(super) around: i32,
 }
 
 /// A conditioned window whose stars are searched.
-struct Conditioned<'w> {
+pub(super) struct Conditioned<'w> {
     residuals: &'w Residuals<'w>,
     /// The window's first pixel on the detector.
     origin: [u16; 2],
     criteria: &'w Criteria<'w>,
+    /// What a 3 x 3 sum must exceed in each cell, scaled counts.
+    thresholds: Cells<i32>,
 }
 
-impl Conditioned<'_> {
-    /// What a 3 x 3 sum must exceed in each cell, scaled counts.
-    fn thresholds(&self) -> Cells<i32> {
-        let Criteria { method, threshold_percent, quiet, textured, .. } = *self.criteria;
-        let texture = if textured { texture(quiet, self.residuals.sigma) } else { i32::MAX };
+impl<'w> Conditioned<'w> {
+    /// The window whose first pixel has this place on the detector.
+    pub(super) fn new(residuals: &'w Residuals<'w>, origin: [u16; 2], criteria: &'w Criteria<'w>) -> Self {
+        let Criteria { method, threshold_percent, quiet, textured } = *criteria;
+        let texture = if textured { texture(quiet, residuals.sigma) } else { i32::MAX };
         let share = (method.parameters.threshold_sigma_tenths, threshold_percent);
-        thresholds(self.residuals.noise(), texture, share)
+        Self { residuals, origin, criteria, thresholds: thresholds(residuals.noise(), texture, share) }
     }
 
     /// Adds every spot whose maximum lies in `core`, counted in window pixels and at least [`MARGIN`] inside
-    /// the window. Whether the allowance sufficed.
-    fn search(&self, core: Window, allowance: &mut Allowance, detections: &mut Detections) -> bool {
-        for_each_peak(self.residuals, core, &self.thresholds(), allowance, |x, y, allowance| {
-            self.judge([x, y], allowance, detections)
+    /// the window. `around` is the noise that is known from elsewhere to be around them, scaled counts; 0
+    /// where that is quiet. Whether the allowance sufficed.
+    #[inline(never)]
+    pub(super) fn search(
+        &self,
+        core: Window,
+        around: i32,
+        allowance: &mut Allowance,
+        detections: &mut Detections,
+    ) -> bool {
+        for_each_peak(self.residuals, core, &self.thresholds, allowance, |x, y, allowance| {
+            self.judge([x, y], around, allowance, detections)
         })
     }
 
     /// Judges a maximum and adds what it is; whether the allowance sufficed.
-    fn judge(&self, [x, y]: [usize; 2], allowance: &mut Allowance, detections: &mut Detections) -> bool {
+    fn judge(
+        &self,
+        [x, y]: [usize; 2],
+        around: i32,
+        allowance: &mut Allowance,
+        detections: &mut Detections,
+    ) -> bool {
         if !allowance.spend(CANDIDATE_CYCLES + SECOND_LOOK_CYCLES) {
             return false;
         }
-        let Criteria { method, quiet, around, .. } = *self.criteria;
+        let Criteria { method, quiet, .. } = *self.criteria;
         let around = around.max(self.residuals.noise_around(x, y, quiet * 5 / 2));
         let window = self.residuals.about(x, y);
         let mut patch = Patch::EMPTY;
@@ -185,20 +200,8 @@ pub fn read_stars<'m>(
     let pixels = read(detector, window, buffer)?;
     // Before they are conditioned: values of more than 14 bits lose their last ones then.
     let washed = is_washed(pixels, bits);
-    let method = &method.into();
-    let criteria = Criteria { method, threshold_percent: 100, quiet: QUIET, textured: true, around: 0 };
-    let margin = MARGIN as u16;
-    let core = Window {
-        x: margin,
-        y: margin,
-        width: window.width.saturating_sub(2 * margin),
-        height: window.height.saturating_sub(2 * margin),
-    };
-    if !blinded(pixels, bits) {
-        let allowance = &mut Allowance::of_a_window();
-        if !add_stars((pixels, bits), (window, core), &criteria, allowance, detections)? {
-            detections.note_crowded();
-        }
+    if !blinded(pixels, bits) && !add_stars((pixels, bits), window, &method.into(), detections)? {
+        detections.note_crowded();
     }
     Ok(washed)
 }
@@ -214,18 +217,23 @@ pub(super) fn read<'b>(
     Ok(pixels)
 }
 
-/// Adds the stars whose maxima lie in `core`, counted from the window's first pixel, of a window that was
-/// read, at the cost of `allowance`; whether that sufficed.
+/// Adds the stars of a window that was read, its margin left out; whether the allowance sufficed.
 #[inline(never)]
-pub(super) fn add_stars(
+fn add_stars(
     (pixels, bits): (&mut [u16], u8),
-    (window, core): (Window, Window),
-    criteria: &Criteria,
-    allowance: &mut Allowance,
+    window: Window,
+    method: &DetectionMethod,
     detections: &mut Detections,
 ) -> Result<bool, DetectorError> {
-    let Some(residuals) = &condition(pixels, usize::from(window.width), bits) else {
-        return Err(DetectorError::BufferLength);
+    let residuals = &condition(pixels, window.width.into(), bits).ok_or(DetectorError::BufferLength)?;
+    let criteria = Criteria { method, threshold_percent: 100, quiet: QUIET, textured: true };
+    let margin = MARGIN as u16;
+    let core = Window {
+        x: margin,
+        y: margin,
+        width: window.width.saturating_sub(2 * margin),
+        height: window.height.saturating_sub(2 * margin),
     };
-    Ok(Conditioned { residuals, origin: [window.x, window.y], criteria }.search(core, allowance, detections))
+    let window = Conditioned::new(residuals, [window.x, window.y], &criteria);
+    Ok(window.search(core, 0, &mut Allowance::of_a_window(), detections))
 }
