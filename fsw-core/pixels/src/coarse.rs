@@ -167,48 +167,49 @@ fn along(cells: &[i32; SEGMENTS], segments: usize) -> [i32; SEGMENTS] {
 }
 
 impl<'a> CoarseTile<'a> {
-    /// Looks at a tile: `pixels` holds whole rows of `width` raw values of `bits` resolution, none beyond it;
-    /// values of more than [`COARSE_BITS`] bits lose their last ones in place. `None` when the width is no
-    /// multiple of a segment or the height none of a band, or when one is larger than a tile.
-    #[inline]
-    pub fn of(pixels: &'a mut [u16], width: usize, bits: u8) -> Option<Self> {
-        let height = pixels.len().checked_div(width)?;
+    /// Nothing. A tile is looked at where it stays: to move it costs 2,500 cycles.
+    #[inline(always)]
+    pub const fn none() -> Self {
+        Self {
+            pixels: &[],
+            width: 0,
+            height: 0,
+            shift: 0,
+            cells: [[0; SEGMENTS]; BANDS],
+            pairs: [0; ALL_PAIRS],
+            boxes: [[0; SEGMENTS]; ALL_PAIRS],
+            noise: [[0; SEGMENTS]; BANDS],
+            shown: [[None; SEGMENTS]; BANDS],
+            sigma: 0,
+        }
+    }
+
+    /// Makes [`Self::none`] the tile whose whole rows of `width` raw values of `bits` resolution are in
+    /// `pixels`, none beyond it; values of more than [`COARSE_BITS`] bits lose their last ones in place.
+    /// Whether it can be one: the width must be a multiple of a segment, the height of a band, neither larger
+    /// than a tile.
+    pub fn look_at(&mut self, pixels: &'a mut [u16], width: usize, bits: u8) -> bool {
+        let height = pixels.len().checked_div(width).unwrap_or(0);
         let whole = width.is_multiple_of(SEGMENT) && height.is_multiple_of(BAND) && height > 0;
         if !whole || width > TILE_WIDTH || height > TILE_HEIGHT || pixels.len() != width * height {
-            return None;
+            return false;
         }
         let bits = bits.clamp(1, 16);
         if bits > COARSE_BITS {
             let surplus = bits - COARSE_BITS;
             pixels.iter_mut().for_each(|raw| *raw >>= surplus);
         }
-        Some(Self::seen(pixels, (width, height), u32::from(KEPT_BITS - bits.min(COARSE_BITS))))
-    }
-
-    /// A tile that can be one.
-    #[inline(never)]
-    fn seen(pixels: &'a [u16], (width, height): (usize, usize), shift: u32) -> Self {
-        let mut tile = Self {
-            pixels,
-            width,
-            height,
-            shift,
-            cells: [[0; SEGMENTS]; BANDS],
-            pairs: [0; ALL_PAIRS],
-            boxes: [[0; SEGMENTS]; ALL_PAIRS],
-            noise: [[0; SEGMENTS]; BANDS],
-            shown: [[None; SEGMENTS]; BANDS],
-            sigma: 1,
-        };
+        (self.pixels, self.width, self.height) = (pixels, width, height);
+        self.shift = u32::from(KEPT_BITS - bits.min(COARSE_BITS));
         let mut scatters = [[Scatter::default(); SEGMENTS]; BANDS];
-        let mut pixels = [[0; SEGMENTS]; BANDS];
-        tile.take_levels(&mut scatters, &mut pixels);
-        tile.measure_noise(&scatters, &pixels);
+        let mut distances = [[0; SEGMENTS]; BANDS];
+        self.take_levels(&mut scatters, &mut distances);
+        self.measure_noise(&scatters, &distances);
         // The median of seven segments has a variance of 1.57 / 7 of theirs, and the segment has 32 pixels.
-        let noise = tile.sigma as f32 / (1 << shift) as f32;
+        let noise = self.sigma as f32 / (1 << self.shift) as f32;
         let bands: [_; BANDS] = core::array::from_fn(|band| band * PAIRS..(band + 1) * PAIRS);
-        calm(&mut tile.pairs, bands.get(..height / BAND).unwrap_or(&[]), 7.2 * noise * noise);
-        tile
+        calm(&mut self.pairs, bands.get(..height / BAND).unwrap_or(&[]), 7.2 * noise * noise);
+        true
     }
 
     /// Segments of a row.
@@ -235,11 +236,11 @@ impl<'a> CoarseTile<'a> {
         let (segments, shift) = (self.segments(), self.shift);
         let bands = self.pixels.chunks_exact((BAND * self.width).max(1));
         let (pairs, boxes) = (self.pairs.as_chunks_mut::<PAIRS>().0, self.boxes.as_chunks_mut::<PAIRS>().0);
+        let mut sums = [[Sums::default(); SEGMENTS]; PAIRS];
         let levels = self.cells.iter_mut().zip(pairs.iter_mut().zip(boxes));
         for ((rows, (cells, (pairs, boxes))), (scatters, pixels)) in
             bands.zip(levels).zip(scatters.iter_mut().zip(pixels))
         {
-            let mut sums = [[Sums::default(); SEGMENTS]; PAIRS];
             sum_band(rows, self.width, &mut sums, boxes, pixels);
             for (segment, cell) in cells.iter_mut().enumerate() {
                 let mut of_cell = [0; PAIRS];
@@ -286,11 +287,11 @@ impl<'a> CoarseTile<'a> {
     /// Noise of pixels and of 3 x 3 sums.
     #[inline(never)]
     fn measure_noise(&mut self, scatters: &CoarseCells<Scatter>, pixels: &CoarseCells<u32>) {
-        self.shown = sigmas_of(scatters, TRIMMED_TO_SIGMA);
+        sigmas_of(scatters, TRIMMED_TO_SIGMA, &mut self.shown);
         let mut sigmas = self.shown;
         let most = of_most(&sigmas);
         leave_stars_out(&mut sigmas, most);
-        self.noise = noise_of(&sigmas, most);
+        noise_of(&sigmas, most, &mut self.noise);
         let floor = ((1 << self.shift) / 3).max(1);
         // The pixels of the cells that are as noisy as most. The mean distance of two is 1.128 sigma.
         let cells = self.noise.as_flattened().iter().zip(pixels.as_flattened());

@@ -255,11 +255,11 @@ impl<'a> Residuals<'a> {
             self.noise = [[self.sum_sigma; BLOCKS]; BANDS];
             return;
         }
-        let sigmas = sigmas_of(&scatters, TRIMMED_TO_SIGMA);
+        let mut sigmas = [[None; BLOCKS]; BANDS];
+        sigmas_of(&scatters, TRIMMED_TO_SIGMA, &mut sigmas);
         let most = of_most(&sigmas);
-        let noise = noise_of(&sigmas, most);
+        noise_of(&sigmas, most, &mut self.noise);
         self.sum_sigma = most.max(least);
-        self.noise = noise;
         for (sigma, [along, down]) in self.noise.as_flattened_mut().iter_mut().zip(slopes.as_flattened()) {
             // At the sides of a cell that slopes the sums stand as much above its level as the slope makes
             // them; what the levels' own errors feign is not counted.

@@ -75,12 +75,11 @@ pub fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -
 pub fn sigmas_of<const S: usize, const B: usize>(
     scatters: &[[Scatter; S]; B],
     trimmed_to_sigma: u32,
-) -> [[Option<i32>; S]; B] {
-    let mut sigmas = [[None; S]; B];
+    sigmas: &mut [[Option<i32>; S]; B],
+) {
     for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {
         *sigma = scatter.sigma(trimmed_to_sigma);
     }
-    sigmas
 }
 
 /// What every cell is taken for: as noisy as `most` where it and those around it are about that, else what
@@ -88,12 +87,16 @@ pub fn sigmas_of<const S: usize, const B: usize>(
 ///
 /// Clouds end beside a cell as well as within it, so a cell's neighbours count, a quarter more than their
 /// mean, but none for more than three times the cell itself.
-pub fn noise_of<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B], most: i32) -> [[i32; S]; B] {
-    let mut noise = [[most; S]; B];
+pub fn noise_of<const S: usize, const B: usize>(
+    sigmas: &[[Option<i32>; S]; B],
+    most: i32,
+    noise: &mut [[i32; S]; B],
+) {
     // With a quarter more than their mean cells up to this are not noisy together.
     let calm = !sigmas.as_flattened().iter().flatten().any(|sigma| 5 * sigma > ALIKE_QUARTERS * most);
     for (band, row) in noise.iter_mut().enumerate() {
         for (block, noise) in row.iter_mut().enumerate() {
+            *noise = most;
             let own = sigmas.get(band).and_then(|row| *row.get(block)?).unwrap_or(0);
             if calm && ALIKE_QUARTERS * own >= 4 * most {
                 continue;
@@ -104,7 +107,6 @@ pub fn noise_of<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B], 
             }
         }
     }
-    noise
 }
 
 /// Whether a cell is noisier than most.

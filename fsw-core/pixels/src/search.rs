@@ -44,6 +44,43 @@ fn bits(mut set: u64) -> impl Iterator<Item = usize> {
 }
 
 impl Views {
+    /// None. They are marked where they stay: to move them costs 800 cycles.
+    pub const NONE: Self = Self { rows: [0; OCTAVES], blocks: [[0; MAX_HEIGHT]; OCTAVES] };
+
+    /// Reads the window once and marks what is to be looked at. `core` has room around it.
+    #[inline(never)]
+    pub fn mark_all(&mut self, window: &Residuals, core: &Searched, thresholds: &Cells<i32>) {
+        let mut blocks = [Block::default(); BLOCKS];
+        let blocks = blocks.get_mut(..core.columns.end.div_ceil(BLOCK)).unwrap_or(&mut []);
+        let top = core.rows.start;
+        let first_block = core.columns.start / BLOCK;
+        // A bright star rises from its own noise; it is still the first to be looked at.
+        let lowest =
+            thresholds.as_flattened().iter().fold(i32::MAX, |least, threshold| least.min(*threshold));
+        let least = (lowest / LEAST_EXCESS_DIVISOR).max(1) as u32;
+        let mut band = BANDS;
+        for y in top - 1..=core.rows.end {
+            // The sums are those of the row before, whose cells they are held against.
+            let band_before = window.band(y - 1);
+            if band != band_before {
+                band = band_before;
+                let thresholds = thresholds.get(band).into_iter().flatten();
+                for ((block, level), threshold) in
+                    blocks.iter_mut().zip(window.cell_levels(band)).zip(thresholds)
+                {
+                    block.enough = threshold.saturating_add(9 * level);
+                }
+            }
+            let level = 3 * window.row_level(y);
+            next_row(window.raw_row(y), level, window.shift(), blocks, |block, excess| {
+                // Those of the first two rows read are not whole.
+                if y > top && block >= first_block {
+                    self.mark(y - 1 - top, block, excess, least);
+                }
+            });
+        }
+    }
+
     /// Marks the block's row `row`, whose sums may exceed the threshold by `excess`. The octaves count from
     /// `least`.
     fn mark(&mut self, row: usize, block: usize, excess: u32, least: u32) {
@@ -177,38 +214,4 @@ impl Searched {
             && row(y - 2).iter().all(|other| *other < sum)
             && row(y + 2).iter().all(|other| *other <= sum)
     }
-}
-
-/// Reads the window once and marks what is to be looked at. `core` has room around it.
-#[inline(never)]
-pub fn views(window: &Residuals, core: &Searched, thresholds: &Cells<i32>) -> Views {
-    let mut views = Views { rows: [0; OCTAVES], blocks: [[0; MAX_HEIGHT]; OCTAVES] };
-    let mut blocks = [Block::default(); BLOCKS];
-    let blocks = blocks.get_mut(..core.columns.end.div_ceil(BLOCK)).unwrap_or(&mut []);
-    let top = core.rows.start;
-    let first_block = core.columns.start / BLOCK;
-    // A bright star rises from its own noise; it is still the first to be looked at.
-    let lowest = thresholds.as_flattened().iter().fold(i32::MAX, |least, threshold| least.min(*threshold));
-    let least = (lowest / LEAST_EXCESS_DIVISOR).max(1) as u32;
-    let mut band = BANDS;
-    for y in top - 1..=core.rows.end {
-        // The sums are those of the row before, whose cells they are held against.
-        let band_before = window.band(y - 1);
-        if band != band_before {
-            band = band_before;
-            let thresholds = thresholds.get(band).into_iter().flatten();
-            for ((block, level), threshold) in blocks.iter_mut().zip(window.cell_levels(band)).zip(thresholds)
-            {
-                block.enough = threshold.saturating_add(9 * level);
-            }
-        }
-        let level = 3 * window.row_level(y);
-        next_row(window.raw_row(y), level, window.shift(), blocks, |block, excess| {
-            // Those of the first two rows read are not whole.
-            if y > top && block >= first_block {
-                views.mark(y - 1 - top, block, excess, least);
-            }
-        });
-    }
-    views
 }

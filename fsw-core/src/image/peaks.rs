@@ -17,7 +17,7 @@ use super::allowance::{Allowance, GLANCE_CYCLES, LOOK_CYCLES, ROW_MAXIMUM_CYCLES
 use fsw_hal::Window;
 use fsw_pixels::condition::Residuals;
 use fsw_pixels::light::is_single_pixel;
-use fsw_pixels::search::{REACH, SPAN, Searched, views};
+use fsw_pixels::search::{REACH, SPAN, Searched, Views};
 use fsw_pixels::window::{BLOCK, BLOCKS, Cells};
 
 /// Calls `found` with every peak in `core` that is no single pixel, those in the brightest neighbourhood
@@ -37,7 +37,9 @@ pub fn for_each_peak(
     }
     let searched = Searched { columns: left..right, rows: top..bottom, tolerance: window.sum_sigma };
     let (mut sums, mut place) = ([0; SPAN], [0; 2]);
-    for (row, block) in views(window, &searched, thresholds).brightest_first() {
+    let mut views = Views::NONE;
+    views.mark_all(window, &searched, thresholds);
+    for (row, block) in views.brightest_first() {
         if !allowance.spend(LOOK_CYCLES) {
             return false;
         }

@@ -126,8 +126,7 @@ impl Candidate {
             (first, end.saturating_sub(first))
         };
         let [x, y] = self.at;
-        let ((x, width), (y, height)) =
-            (along(x, window.x, window.width), along(y, window.y, window.height));
+        let ((x, width), (y, height)) = (along(x, window.x, window.width), along(y, window.y, window.height));
         Window { x, y, width, height }
     }
 }
@@ -205,7 +204,8 @@ impl Tile<'_> {
         for index in 0..candidates.len() {
             let candidates = candidates.get_mut(index..).unwrap_or(&mut []);
             let Some(first) = candidates.first().filter(|first| !first.done) else { continue };
-            if !allowance.spend(if first.textured { TEXTURED_READING_CYCLES } else { WINDOW_READING_CYCLES }) {
+            if !allowance.spend(if first.textured { TEXTURED_READING_CYCLES } else { WINDOW_READING_CYCLES })
+            {
                 return Ok(false);
             }
             let window = first.window(&geometry);
@@ -259,7 +259,10 @@ impl Tile<'_> {
             return true;
         }
         let Self { across, down, method, quiet } = *self;
-        let Some(tile) = &CoarseTile::of(pixels, usize::from(across.length), bits) else { return true };
+        let mut tile = CoarseTile::none();
+        if !tile.look_at(pixels, across.length.into(), bits) {
+            return true;
+        }
         let share = (method.parameters.threshold_sigma_tenths, COARSE_PERCENT);
         let thresholds = thresholds(&tile.noise, texture(quiet, tile.sigma), share);
         let mut peaks = [Peak::default(); MAX_CANDIDATES];

@@ -15,6 +15,11 @@ fn peaks(tile: &CoarseTile, sigmas: i32, cycles: u32) -> (Search, [Peak; PLACES]
     (tile.peaks(&thresholds, cycles, &mut found), found)
 }
 
+fn tile(pixels: &mut [u16], width: usize, bits: u8) -> Option<CoarseTile<'_>> {
+    let mut tile = CoarseTile::none();
+    tile.look_at(pixels, width, bits).then_some(tile)
+}
+
 fn beside(peak: &Peak, [x, y]: [f64; 2]) -> bool {
     let [column, row] = peak.at.map(f64::from);
     (column - x).abs() <= 1.0 && (row - y).abs() <= 1.0
@@ -27,7 +32,7 @@ fn only_whole_segments_and_bands_are_a_tile() {
         for height in 0..=TILE_HEIGHT + BAND {
             let is_tile = width > 0 && width % SEGMENT == 0 && width <= TILE_WIDTH;
             let is_tile = is_tile && height > 0 && height % BAND == 0 && height <= TILE_HEIGHT;
-            let made = CoarseTile::of(&mut pixels[..width * height], width, 12).is_some();
+            let made = tile(&mut pixels[..width * height], width, 12).is_some();
             assert_eq!(made, is_tile, "{width} x {height}");
         }
     }
@@ -40,7 +45,7 @@ fn the_noise_is_that_of_the_sky() {
         for seed in 0..tiles {
             let mut pixels =
                 Sky::new(TILE_WIDTH, TILE_HEIGHT, 20.0 * sigma).noise(sigma, seed).expose(bits).pixels;
-            let tile = CoarseTile::of(&mut pixels, TILE_WIDTH, bits).unwrap();
+            let tile = tile(&mut pixels, TILE_WIDTH, bits).unwrap();
             let truth =
                 (sigma * sigma + 1.0 / 12.0).sqrt() * f64::from(1u32 << KEPT_BITS) / f64::from(1u32 << bits);
             pixel += f64::from(tile.sigma) / truth / tiles as f64;
@@ -70,7 +75,7 @@ fn every_bright_star_is_found_and_little_else() {
             sky = sky.star(*place, 0.5 + 0.5 * chance.even(), 3.0 * sigma * (14.0 + 60.0 * chance.even()));
         }
         let mut pixels = sky.expose(12).pixels;
-        let (search, peaks) = peaks(&CoarseTile::of(&mut pixels, TILE_WIDTH, 12).unwrap(), 6, ENOUGH);
+        let (search, peaks) = peaks(&tile(&mut pixels, TILE_WIDTH, 12).unwrap(), 6, ENOUGH);
         let peaks = &peaks[..search.count];
         assert!(search.all);
         // Of two within five pixels the fainter one is no maximum.
@@ -95,7 +100,7 @@ fn of_more_than_there_is_room_for_the_brightest_are_kept_and_that_is_told() {
         sky = sky.star(place(index), 0.8, 600.0 + 20.0 * index as f64);
     }
     let mut pixels = sky.expose(12).pixels;
-    let (search, peaks) = peaks(&CoarseTile::of(&mut pixels, TILE_WIDTH, 12).unwrap(), 6, ENOUGH);
+    let (search, peaks) = peaks(&tile(&mut pixels, TILE_WIDTH, 12).unwrap(), 6, ENOUGH);
     assert!(!search.all && search.count == PLACES);
     assert!((16..PLACES + 8).all(|index| peaks.iter().any(|peak| beside(peak, place(index)))));
 }
@@ -112,7 +117,7 @@ proptest! {
             sky = sky.star([9.0 + 9.0 * f64::from(index), 14.0], 0.7, 2_000.0);
         }
         let mut pixels = sky.expose(12).pixels;
-        let tile = CoarseTile::of(&mut pixels, 64, 12).unwrap();
+        let tile = tile(&mut pixels, 64, 12).unwrap();
         let ((search, few), (whole, all)) = (peaks(&tile, 6, cycles), peaks(&tile, 6, ENOUGH));
         prop_assert!(search.cycles <= cycles && whole.all);
         prop_assert!(!search.all || search.count == whole.count);
@@ -127,7 +132,7 @@ proptest! {
         bits in 8u8..=16,
     ) {
         let mut pixels: std::vec::Vec<_> = pixels.iter().map(|raw| raw >> (16 - bits)).collect();
-        if let Some(tile) = CoarseTile::of(&mut pixels, 48, bits) {
+        if let Some(tile) = tile(&mut pixels, 48, bits) {
             let (search, found) = peaks(&tile, 1, ENOUGH);
             let edge = EDGE as u16;
             for Peak { at: [x, y], .. } in &found[..search.count] {
