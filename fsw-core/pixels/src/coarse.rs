@@ -233,7 +233,7 @@ impl<'a> CoarseTile<'a> {
     /// rows.
     #[inline(never)]
     fn take_levels(&mut self, scatters: &mut CoarseCells<Scatter>, pixels: &mut CoarseCells<u32>) {
-        let (segments, shift) = (self.segments(), self.shift);
+        let segments = self.segments();
         let bands = self.pixels.chunks_exact((BAND * self.width).max(1));
         let (pairs, boxes) = (self.pairs.as_chunks_mut::<PAIRS>().0, self.boxes.as_chunks_mut::<PAIRS>().0);
         let mut sums = [[Sums::default(); SEGMENTS]; PAIRS];
@@ -260,10 +260,13 @@ impl<'a> CoarseTile<'a> {
             let of_cells = cells.iter().zip(&along).zip(scatters).take(segments);
             for (segment, ((cell, along), scatter)) in of_cells.enumerate() {
                 let slope = along / 4;
+                // Taken apart from where it is kept, which would be written for each segment.
+                let mut of_cell = Scatter::default();
                 for (sums, pair) in of_segment(&sums, segment).zip(pairs.iter()) {
                     let (step, apart) = (sums.step - slope, sums.all - cell - pair);
-                    scatter.add([step, apart].map(|distance| (distance << shift).unsigned_abs()));
+                    of_cell.add([step, apart].map(i32::unsigned_abs));
                 }
+                *scatter = of_cell;
             }
         }
     }
@@ -287,7 +290,7 @@ impl<'a> CoarseTile<'a> {
     /// Noise of pixels and of 3 x 3 sums.
     #[inline(never)]
     fn measure_noise(&mut self, scatters: &CoarseCells<Scatter>, pixels: &CoarseCells<u32>) {
-        sigmas_of(scatters, TRIMMED_TO_SIGMA, &mut self.shown);
+        sigmas_of(scatters, self.shift, TRIMMED_TO_SIGMA, &mut self.shown);
         let mut sigmas = self.shown;
         let most = of_most(&sigmas);
         leave_stars_out(&mut sigmas, most);

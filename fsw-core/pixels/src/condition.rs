@@ -256,7 +256,7 @@ impl<'a> Residuals<'a> {
             return;
         }
         let mut sigmas = [[None; BLOCKS]; BANDS];
-        sigmas_of(&scatters, TRIMMED_TO_SIGMA, &mut sigmas);
+        sigmas_of(&scatters, 0, TRIMMED_TO_SIGMA, &mut sigmas);
         let most = of_most(&sigmas);
         noise_of(&sigmas, most, &mut self.noise);
         self.sum_sigma = most.max(least);

@@ -332,16 +332,19 @@ impl Levels {
                 all.add(tally);
                 *level = (*level << shift) + tally.mean(clip, shift);
             }
-            for (cell, tally) in cells.iter_mut().zip(&tallies) {
-                *cell = (*cell << shift) + tally.mean(clip, shift) - all.mean(clip, shift);
+            let used = width.div_ceil(BLOCK);
+            let mean = all.mean(clip, shift);
+            for (cell, tally) in cells.iter_mut().zip(&tallies).take(used) {
+                *cell = (*cell << shift) + tally.mean(clip, shift) - mean;
             }
             // What the quiet cells of a band have in common belongs to its rows, so that rows of two bands
             // compare.
             let pixels = |tally: &Tally| tally.count as i32;
-            let of_quiet = cells.iter().zip(&tallies).enumerate().filter(|(block, _)| is_quiet(*block));
+            let of_quiet =
+                cells.iter().zip(&tallies).enumerate().take(used).filter(|(block, _)| is_quiet(*block));
             let sum = of_quiet.fold(0, |sum, (_, (cell, tally))| sum + cell * pixels(tally));
             let common = sum.checked_div(pixels(&all)).unwrap_or(0);
-            cells.iter_mut().take(width.div_ceil(BLOCK)).for_each(|cell| *cell -= common);
+            cells.iter_mut().take(used).for_each(|cell| *cell -= common);
             let of_band = self.rows.iter_mut().skip(rows.start).take(rows.len());
             of_band.for_each(|level| *level += common);
             row_pixels += pixels(&all);

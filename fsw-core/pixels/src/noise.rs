@@ -40,12 +40,12 @@ impl Scatter {
         self.count += sizes.len() as u32;
     }
 
-    /// Standard deviation of what is no outlier, `trimmed_to_sigma` 256ths of its mean distance; `None` of
-    /// too few.
-    fn sigma(&self, trimmed_to_sigma: u32) -> Option<i32> {
+    /// Standard deviation of what is no outlier, scaled counts: `trimmed_to_sigma` 256ths of its mean
+    /// distance, which is `shift` bits to the right; `None` of too few.
+    fn sigma(&self, shift: u32, trimmed_to_sigma: u32) -> Option<i32> {
         let count = self.count.checked_sub(TRIMMED as u32)?;
         let kept = self.largest.iter().fold(self.sum, |sum, size| sum.wrapping_sub(*size));
-        let scaled = kept.min(LARGEST * count) * trimmed_to_sigma;
+        let scaled = (kept.min((LARGEST >> shift) * count) << shift) * trimmed_to_sigma;
         Some((scaled + 128 * count).checked_div(256 * count)? as i32)
     }
 }
@@ -71,14 +71,16 @@ pub fn of_most<const S: usize, const B: usize>(sigmas: &[[Option<i32>; S]; B]) -
     most
 }
 
-/// What the sums of each cell show, `trimmed_to_sigma` 256ths of their mean distance; `None` of too few.
+/// What the sums of each cell show, scaled counts: `trimmed_to_sigma` 256ths of their mean distance, which is
+/// `shift` bits to the right; `None` of too few.
 pub fn sigmas_of<const S: usize, const B: usize>(
     scatters: &[[Scatter; S]; B],
+    shift: u32,
     trimmed_to_sigma: u32,
     sigmas: &mut [[Option<i32>; S]; B],
 ) {
     for (sigma, scatter) in sigmas.as_flattened_mut().iter_mut().zip(scatters.as_flattened()) {
-        *sigma = scatter.sigma(trimmed_to_sigma);
+        *sigma = scatter.sigma(shift, trimmed_to_sigma);
     }
 }
 
