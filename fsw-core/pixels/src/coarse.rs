@@ -27,7 +27,7 @@ mod tests;
 
 pub use peaks::{BOX_CYCLES, MAXIMUM_CYCLES, Peak, Search};
 
-use crate::levels::calm;
+use crate::levels::{calm, step_across};
 use crate::noise::{Scatter, cells_around, leave_stars_out, noise_of, noise_where_noisy, of_most, sigmas_of};
 use crate::window::KEPT_BITS;
 
@@ -140,22 +140,6 @@ fn median7(values: &[i32; 7]) -> i32 {
     d
 }
 
-/// The lesser of two steps where both go the same way, else none: a glow slopes so, a limb is a step on one
-/// side.
-fn lesser(before: i32, after: i32) -> i32 {
-    if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
-}
-
-/// The step of a level across a cell, the `index`th up to the `last`, from those to its neighbours. At the
-/// tile's edge the one neighbour speaks for both sides.
-fn step_across(index: usize, last: usize, before: i32, after: i32) -> i32 {
-    match index {
-        0 => after,
-        index if index >= last => before,
-        _ => lesser(before, after),
-    }
-}
-
 /// By how much the level of a segment's sum rises along each cell of a band.
 fn along(cells: &[i32; SEGMENTS], segments: usize) -> [i32; SEGMENTS] {
     let last = segments.saturating_sub(1);
@@ -242,6 +226,7 @@ impl<'a> CoarseTile<'a> {
             bands.zip(levels).zip(scatters.iter_mut().zip(pixels))
         {
             sum_band(rows, self.width, &mut sums, boxes, pixels);
+            repeat(&mut sums, segments);
             for (segment, cell) in cells.iter_mut().enumerate() {
                 let mut of_cell = [0; PAIRS];
                 for (slot, sums) in of_cell.iter_mut().zip(of_segment(&sums, segment)) {
@@ -274,14 +259,12 @@ impl<'a> CoarseTile<'a> {
     /// By how much the level of a segment's sum rises down each cell of a band beyond what all cells have in
     /// common.
     fn down(&self, band: usize) -> [i32; SEGMENTS] {
-        let (segments, last) = (self.segments(), self.bands().saturating_sub(1));
+        let last = self.bands().saturating_sub(1);
+        let of = |band: usize| self.cells.get(band.min(last)).unwrap_or(&[0; SEGMENTS]);
+        let (above, here, below) = (of(band.saturating_sub(1)), of(band), of(band + 1));
         let mut down = [0; SEGMENTS];
-        for (segment, down) in down.iter_mut().enumerate() {
-            let segment = segment.checked_rem(segments).unwrap_or(0);
-            let at =
-                |band: usize| self.cells.get(band).and_then(|cells| cells.get(segment)).copied().unwrap_or(0);
-            let (above, below) = (at(band) - at(band.saturating_sub(1)), at((band + 1).min(last)) - at(band));
-            *down = step_across(band, last, above, below);
+        for (down, ((above, here), below)) in down.iter_mut().zip(above.iter().zip(here).zip(below)) {
+            *down = step_across(band, last, here - above, below - here);
         }
         let common = median7(&down);
         down.map(|down| down - common)
@@ -369,7 +352,6 @@ fn sum_band(
     boxes: &mut [[u32; SEGMENTS]; PAIRS],
     pixels: &mut [u32; SEGMENTS],
 ) {
-    let segments = width / SEGMENT;
     for ((rows, sums), boxes) in rows.chunks_exact((2 * width).max(1)).zip(sums).zip(boxes) {
         let (above, below) = rows.split_at(width.min(rows.len()));
         let blocks = above.as_chunks::<SEGMENT>().0.iter().zip(below.as_chunks::<SEGMENT>().0);
@@ -381,7 +363,12 @@ fn sum_band(
             let [_, _, _, _, one, _, _, _, _, _, _, other, ..] = *above;
             *pixels += u32::from(one.abs_diff(other));
         }
-        // The segments of a narrow tile count more than once.
+    }
+}
+
+/// Lets the segments of a narrow tile count more than once.
+fn repeat(sums: &mut [[Sums; SEGMENTS]; PAIRS], segments: usize) {
+    for sums in sums {
         for segment in segments..SEGMENTS {
             let again = sums.get(segment - segments).copied().unwrap_or_default();
             if let Some(sums) = sums.get_mut(segment) {

@@ -19,7 +19,7 @@
 //! Cost: 19 cycles a pixel of the window (119 x 62 px, 10 bit; Cortex-M4 model, zero wait states). More than
 //! 14 bits cost one more reading and writing of the pixels.
 
-use crate::levels::{Levels, Shape};
+use crate::levels::{Levels, Shape, step_across};
 use crate::median::least;
 use crate::noise::{
     Scatter, TRIMMED_TO_SIGMA, cells_around, noise_of, noise_where_noisy, of_most, sigmas_of,
@@ -152,32 +152,15 @@ impl<'a> Residuals<'a> {
     fn slopes(&self, band: usize) -> [[i32; 2]; BLOCKS] {
         let cells = self.cell_levels(band);
         let last = (self.width.div_ceil(BLOCK)).min(BLOCKS).saturating_sub(1);
-        let step_down = bands(self.height) - 1;
+        let last_band = bands(self.height) - 1;
         let [above, below] =
-            [band.saturating_sub(1), (band + 1).min(step_down)].map(|band| self.cell_levels(band));
-        let lesser = |before: i32, after: i32| {
-            if before.signum() == after.signum() {
-                before.signum() * before.abs().min(after.abs())
-            } else {
-                0
-            }
-        };
+            [band.saturating_sub(1), (band + 1).min(last_band)].map(|band| self.cell_levels(band));
         let mut slopes = core::array::from_fn(|block| {
             let of = |cells: &[i32; BLOCKS], block: usize| cells.get(block).copied().unwrap_or(0);
             let here = of(cells, block);
             let (left, right) = (of(cells, block.saturating_sub(1)), of(cells, (block + 1).min(last)));
-            // At the window's edge the one neighbour speaks for both sides.
-            let along = match block {
-                0 => right - here,
-                block if block >= last => here - left,
-                _ => lesser(here - left, right - here),
-            };
-            let (up, down) = (here - of(above, block), of(below, block) - here);
-            let down = match band {
-                0 => down,
-                band if band >= step_down => up,
-                _ => lesser(up, down),
-            };
+            let along = step_across(block, last, here - left, right - here);
+            let down = step_across(band, last_band, here - of(above, block), of(below, block) - here);
             [along, down]
         });
         // The rows' levels have taken what the quiet cells have in common: the middle, for of a cell at the

@@ -362,6 +362,22 @@ impl Levels {
     }
 }
 
+/// The lesser of two steps where both go the same way, else none: a glow slopes so, a limb is a step on one
+/// side.
+fn lesser(before: i32, after: i32) -> i32 {
+    if before.signum() == after.signum() { before.signum() * before.abs().min(after.abs()) } else { 0 }
+}
+
+/// The step of a level across a cell, the `index`th up to the `last`, from those to its neighbours. At the
+/// window's edge the one neighbour speaks for both sides.
+pub fn step_across(index: usize, last: usize, before: i32, after: i32) -> i32 {
+    match index {
+        0 => after,
+        index if index >= last => before,
+        _ => lesser(before, after),
+    }
+}
+
 /// Draws the levels of rows towards a straight line through each band, by that part of their scatter about
 /// the lines that chance would leave (James and Stein 1961); `by_chance` is the variance of a level. Where
 /// the readout bands its rows that part is small; where it does not it is all, and would move centroids

@@ -17,6 +17,7 @@ fn median3(a: i32, b: i32, c: i32) -> i32 {
 }
 
 /// Median of medians, and the spread about it.
+#[inline(always)]
 pub fn middle_and_spread(samples: &[i32; SAMPLES]) -> (i32, i32) {
     let [a0, b0, c0, d0, e0, a1, b1, c1, d1, e1, a2, b2, c2, d2, e2] = *samples;
     let a = median3(a0, a1, a2);

@@ -96,10 +96,10 @@ pub fn noise_of<const S: usize, const B: usize>(
 ) {
     // With a quarter more than their mean cells up to this are not noisy together.
     let calm = !sigmas.as_flattened().iter().flatten().any(|sigma| 5 * sigma > ALIKE_QUARTERS * most);
-    for (band, row) in noise.iter_mut().enumerate() {
-        for (block, noise) in row.iter_mut().enumerate() {
+    for (band, (row, sigmas_of_row)) in noise.iter_mut().zip(sigmas).enumerate() {
+        for (block, (noise, sigma)) in row.iter_mut().zip(sigmas_of_row).enumerate() {
             *noise = most;
-            let own = sigmas.get(band).and_then(|row| *row.get(block)?).unwrap_or(0);
+            let own = sigma.unwrap_or(0);
             if calm && ALIKE_QUARTERS * own >= 4 * most {
                 continue;
             }
