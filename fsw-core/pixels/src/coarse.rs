@@ -18,7 +18,7 @@
 //!
 //! Error on Gaussian noise: 0.08 sigma of a pixel for a cell; the noise of a tile within 10 % (95 % of
 //! tiles). Noise below half a count of [`COARSE_BITS`] is lost in rounding: of a converter of 14 bits or more
-//! with as little the faintest stars are. Cost: 13 cycles a pixel of the tile without candidates (Cortex-M4
+//! with as little the faintest stars are. Cost: 12 cycles a pixel of the tile without candidates (Cortex-M4
 //! model, zero wait states).
 
 mod peaks;

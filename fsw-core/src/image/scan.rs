@@ -11,10 +11,11 @@
 //! a megapixel of Gaussian noise at the default threshold (thesis §3.1.1 fixes 6 % of full scale).
 //!
 //! A tile at full scale (`blinding`) is left at once. Where there is texture (clouds, a limb) a candidate's
-//! window has `TEXTURED_SIDES` px, in which the noise of cells is known.
+//! window has `TEXTURED_SIDES` px, in which the noise of cells is known, and serves the other candidates that
+//! have room in it.
 //!
 //! Cost of the reference detector (1280 x 1024 px, 10 bit; Cortex-M4 model, zero wait states, without the
-//! reading), by `cargo budget`: 25 cycles a pixel with 63 spots, 35 with 132 beside a crescent, 39 with 200
+//! reading), by `cargo budget`: 23 cycles a pixel with 63 spots, 30 with 132 beside a crescent, 36 with 200
 //! false stars, 1,000 hot pixels and 300 hits; at most [`bound_cycles`] (`allowance`).
 
 use super::DetectionMethod;
