@@ -5,10 +5,12 @@
 
 mod campaign;
 mod flights;
+mod orbits;
 mod pictures;
 
 pub use campaign::*;
 pub use flights::*;
+pub use orbits::*;
 pub use pictures::*;
 
 use crate::error::HostError;
@@ -42,6 +44,10 @@ pub enum Command {
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
     #[command(after_help = crate::commands::attitude::methods::LINES)]
     Attitude(AttitudeArguments),
+    /// The orbit filter on measurements of the Earth's direction and distance, beside their information bound
+    Navigate(NavigateArguments),
+    /// A state carried on by the dynamics that fly
+    Propagate(PropagateArguments),
     /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky
     /// pictures
     Calibrate(CalibrateArguments),

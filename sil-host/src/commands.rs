@@ -12,7 +12,9 @@ pub mod columns;
 pub mod defects;
 pub mod earth;
 pub mod identify;
+pub mod navigate;
 pub mod parameters;
+pub mod propagate;
 pub mod record;
 pub mod render;
 pub mod run;
@@ -39,6 +41,8 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
         Command::Defects(arguments) => defects::run(arguments),
         Command::Identify(arguments) => identify::run(arguments),
         Command::Attitude(arguments) => attitude::run(arguments),
+        Command::Navigate(arguments) => navigate::run(arguments),
+        Command::Propagate(arguments) => propagate::run(arguments),
         Command::Campaign(arguments) => match &arguments.of {
             Campaign::Identify(arguments) => campaign::identify::run(arguments),
             Campaign::Run(arguments) => campaign::flights::run(arguments),

@@ -9,6 +9,7 @@
 //! | [`fits`] | the first picture of a FITS file |
 //! | [`frames_file`] | frames recorded for the emulated target, and their replay |
 //! | [`json`] | one JSON object a line |
+//! | [`orbit_state`] | a state of an orbit (JSON) |
 //! | [`picture`] | a picture file served as a detector |
 
 pub mod camera_file;
@@ -18,6 +19,7 @@ pub mod ephemerides;
 pub mod fits;
 pub mod frames_file;
 pub mod json;
+pub mod orbit_state;
 pub mod picture;
 
 /// Smallest side of a detector or picture, px: less cannot hold a star field.

@@ -17,7 +17,7 @@
 
 use super::OrbitState;
 use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
-use super::dynamics::{Dynamics, HIGHEST_KM, MAX_SPAN_US, Transition, plausible, transition};
+use super::dynamics::{Dynamics, HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
 use fsw_ground::matrix::{
@@ -249,7 +249,8 @@ impl Trial {
                 let span_us = kept.time_us.saturating_sub(self.here.time_us).max(-MAX_SPAN_US);
                 if span_us < 0 {
                     let there = Dynamics::Kepler.propagate(&self.here, span_us).ok()?;
-                    self.moved = product(&matrix_of(&transition(&self.here, &there)), &self.moved);
+                    self.moved =
+                        product(&matrix_of(&Dynamics::Kepler.transition(&self.here, &there)), &self.moved);
                     self.here = there;
                 }
             }

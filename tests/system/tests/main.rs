@@ -15,6 +15,7 @@ mod emulator;
 mod extended_objects;
 mod identify_fields;
 mod lenses;
+mod orbits;
 mod rate_sensor;
 mod rates;
 mod scenarios;

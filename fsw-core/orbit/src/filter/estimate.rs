@@ -5,7 +5,7 @@ use crate::OrbitState;
 use crate::beginning::FirstOrbit;
 use crate::constants::{LIGHT_KM_S, MICROSECONDS};
 use crate::curvilinear::correct_state;
-use crate::dynamics::{MAX_SPAN_US, PropagationError, plausible, transition};
+use crate::dynamics::{MAX_SPAN_US, PropagationError, plausible};
 use crate::ephemeris;
 use crate::factor::{FIELD, Factor, HEIGHT, MISALIGNMENT, MOTION, POSITION, Row, STATES, VELOCITY};
 use crate::horizon::{self, LimbGeometry, WAVES};
@@ -196,7 +196,8 @@ impl Estimate {
             PropagationError::TooLong => ResetReason::TooLong,
             PropagationError::Impossible => ResetReason::Diverged,
         })?;
-        let transition = transition(&self.state, &after).map(|row| row.map(|element| element as f32));
+        let transition = parameters.dynamics.transition(&self.state, &after);
+        let transition = transition.map(|row| row.map(|element| element as f32));
         self.factor.propagate(&transition);
         self.state = after;
         self.noise_s += span_us as f64 / MICROSECONDS;

@@ -1,0 +1,73 @@
+//! Arguments of the commands about orbits.
+
+use clap::Args;
+use fsw_core::orbit::dynamics::Dynamics;
+use fsw_core::orbit::parameters::Observation;
+use std::path::PathBuf;
+
+/// What `--dynamics` may be.
+const DYNAMICS: [(Dynamics, &str); 2] = [(Dynamics::Kepler, "kepler"), (Dynamics::Full, "full")];
+/// What `--filter` may be.
+const FILTERS: [(Observation, &str); 3] = [
+    (Observation::UnitVector, "unit"),
+    (Observation::Position, "position"),
+    (Observation::Combined, "combined"),
+];
+
+/// The one of a list that has this name.
+fn named<T: Copy>(list: &[(T, &str)], name: &str) -> Result<T, String> {
+    let known = list.iter().find(|(_, known)| *known == name).map(|(one, _)| *one);
+    known.ok_or_else(|| list.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(", "))
+}
+
+fn dynamics(name: &str) -> Result<Dynamics, String> {
+    named(&DYNAMICS, name).map_err(|names| format!("dynamics are {names}"))
+}
+
+fn filter(name: &str) -> Result<Observation, String> {
+    named(&FILTERS, name).map_err(|names| format!("filters are {names}"))
+}
+
+/// A time that is longer than none, to the microsecond.
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (1e-6..=1e9).contains(seconds));
+    seconds.ok_or_else(|| "give seconds, from a millionth to 1e9".into())
+}
+
+/// Arguments of `propagate`.
+#[derive(Debug, Args)]
+pub struct PropagateArguments {
+    /// The state: one JSON object
+    #[arg(value_name = "STATE.json")]
+    pub state: PathBuf,
+    /// How far to propagate, s
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    pub duration_s: f64,
+    /// A state is printed every so many seconds, and the last one
+    #[arg(long, value_name = "H", value_parser = seconds)]
+    pub step_s: f64,
+    /// Forces: kepler (a point mass) or full (J2, Sun and Moon)
+    #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
+    pub dynamics: Dynamics,
+    /// One JSON object a state on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `navigate`.
+#[derive(Debug, Args)]
+pub struct NavigateArguments {
+    /// The initial guess on the first line, then a measurement a line
+    #[arg(value_name = "MEAS.jsonl")]
+    pub measurements: PathBuf,
+    /// What is taken of a measurement: unit (its direction), position (direction and range) or combined (the
+    /// position until the orbit is known to a thousandth, the direction afterwards)
+    #[arg(long, value_name = "FILTER", default_value = "position", value_parser = filter)]
+    pub filter: Observation,
+    /// Forces: kepler (a point mass) or full (J2, Sun and Moon)
+    #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
+    pub dynamics: Dynamics,
+    /// One JSON object a measurement on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,114 @@
+//! `sil-host propagate`: a state carried on by the flight code's dynamics.
+//!
+//! In: `{"t_s","r_km","v_km_s"}` ([`crate::formats::orbit_state`]) and optionally `"mass_kg"`,
+//! `"drag_area_m2"`, `"srp_area_m2"`, `"cd"`, `"cr"`. The dynamics that fly have neither drag nor radiation
+//! pressure; where these keys say that there is some, a line on stderr says so.
+//!
+//! Out: a line a step, `{"t_s","status","r_km","v_km_s"}`. `status` is `propagated`, or in a last line
+//! `out_of_bounds` where the orbit leaves the bounds of the dynamics (5,000 to 600,000 km); position and
+//! velocity are then null.
+
+use crate::cli::PropagateArguments;
+use crate::error::HostError;
+use crate::formats::json;
+use crate::formats::orbit_state::StateInput;
+use fsw_core::orbit::OrbitState;
+use fsw_core::orbit::constants::MICROSECONDS;
+use fsw_core::orbit::dynamics::{Dynamics, MAX_SPAN_US, PropagationError};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::process::ExitCode;
+
+const TO_DO: &str = "give {\"t_s\":..,\"r_km\":[x,y,z],\"v_km_s\":[x,y,z]}";
+/// Most states that one call prints.
+const MAX_STATES: f64 = 1e7;
+
+/// The file as given.
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Input {
+    #[serde(flatten)]
+    state: StateInput,
+    #[serde(default)]
+    drag_area_m2: f64,
+    #[serde(default)]
+    srp_area_m2: f64,
+}
+
+/// A state as it is printed.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct StateOutput {
+    /// TT, seconds since J2000.0.
+    t_s: f64,
+    status: &'static str,
+    r_km: Option<[f64; 3]>,
+    v_km_s: Option<[f64; 3]>,
+}
+
+impl StateOutput {
+    fn print(&self, as_json: bool) {
+        if as_json {
+            return json::print_line(self);
+        }
+        match (self.r_km, self.v_km_s) {
+            (Some([x, y, z]), Some([vx, vy, vz])) => {
+                say!("{:.3} s: r {x:.6}, {y:.6}, {z:.6} km, v {vx:.9}, {vy:.9}, {vz:.9} km/s", self.t_s);
+            }
+            _ => say!("{:.3} s: out of the bounds of the dynamics", self.t_s),
+        }
+    }
+}
+
+/// The state at a time, in spans that the dynamics take.
+///
+/// # Errors
+/// Where the orbit leaves their bounds on the way.
+pub fn carried(state: &OrbitState, to_us: i64, dynamics: Dynamics) -> Result<OrbitState, PropagationError> {
+    let mut state = *state;
+    while state.time_us != to_us {
+        let span_us = (to_us - state.time_us).clamp(-MAX_SPAN_US, MAX_SPAN_US);
+        state = dynamics.propagate(&state, span_us)?;
+    }
+    Ok(state)
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Of the file, and more states than can be wanted.
+pub fn run(arguments: &PropagateArguments) -> Result<ExitCode, HostError> {
+    let PropagateArguments { state: path, duration_s, step_s, dynamics, json } = arguments;
+    let text = fs::read_to_string(path)
+        .map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
+    let refuse = |what: String| HostError::input(path, None, what, TO_DO);
+    let input: Input = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+    let first = input.state.state().map_err(refuse)?;
+    if duration_s / step_s > MAX_STATES {
+        return Err(HostError::usage("more than 1e7 states", "give a longer --step-s"));
+    }
+    if input.drag_area_m2 > 0.0 || input.srp_area_m2 > 0.0 {
+        eprintln!(
+            "sil-host: {}: drag and radiation pressure are not among the forces that fly; they are left out",
+            path.display()
+        );
+    }
+    let last_us = first.time_us + (duration_s * MICROSECONDS).round() as i64;
+    let times = (0..).map(|step| first.time_us + (f64::from(step) * step_s * MICROSECONDS).round() as i64);
+    let mut state = first;
+    for time_us in times.take_while(|time_us| *time_us < last_us).chain([last_us]) {
+        let carried = carried(&state, time_us, *dynamics);
+        let t_s = time_us as f64 / MICROSECONDS;
+        let output = match carried {
+            Ok(OrbitState { position_km, velocity_km_s, .. }) => StateOutput {
+                t_s,
+                status: "propagated",
+                r_km: Some(position_km.into()),
+                v_km_s: Some(velocity_km_s.into()),
+            },
+            Err(_) => StateOutput { t_s, status: "out_of_bounds", r_km: None, v_km_s: None },
+        };
+        output.print(*json);
+        let Ok(next) = carried else { break };
+        state = next;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,52 @@
+//! A state of an orbit as a file gives it: `{"t_s":..,"r_km":[x,y,z],"v_km_s":[x,y,z]}`.
+//!
+//! `t_s` is TT, seconds since J2000.0; position and velocity are along the ICRS axes. Other keys are left
+//! alone.
+
+use fsw_core::orbit::OrbitState;
+use fsw_core::orbit::constants::MICROSECONDS;
+use fsw_core::orbit::dynamics::{HIGHEST_KM, LOWEST_KM, plausible};
+use serde::Deserialize;
+
+/// A century: for longer the positions of Sun and Moon are not made.
+const LATEST_S: f64 = 3.2e9;
+
+/// The state as given.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct StateInput {
+    /// TT, seconds since J2000.0.
+    pub t_s: f64,
+    /// Position, km.
+    pub r_km: [f64; 3],
+    /// Velocity, km/s.
+    pub v_km_s: [f64; 3],
+}
+
+/// The time in microseconds.
+///
+/// # Errors
+/// Where it is no time within a century of J2000.0.
+pub fn time_us(t_s: f64) -> Result<i64, String> {
+    if t_s.abs() < LATEST_S {
+        Ok((t_s * MICROSECONDS).round() as i64)
+    } else {
+        Err(format!("t_s is {t_s}: not within a century of J2000.0"))
+    }
+}
+
+impl StateInput {
+    /// The state.
+    ///
+    /// # Errors
+    /// In words, where it is none of a satellite.
+    pub fn state(&self) -> Result<OrbitState, String> {
+        let Self { t_s, r_km, v_km_s } = *self;
+        let (position_km, velocity_km_s) = (r_km.into(), v_km_s.into());
+        if !plausible(&position_km, &velocity_km_s) {
+            return Err(format!(
+                "no state of a satellite: r_km must be {LOWEST_KM} to {HIGHEST_KM} km long, v_km_s below 30 km/s"
+            ));
+        }
+        Ok(OrbitState { time_us: time_us(t_s)?, position_km, velocity_km_s })
+    }
+}
