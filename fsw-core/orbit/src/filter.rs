@@ -201,7 +201,8 @@ impl OrbitFilter {
             Observation::Combined => estimate.settled,
         };
         let sharing = estimate.sharing(parameters);
-        let Some(of_fix) = rows_of(fix, &estimate.state, earth_to_icrs, (unit, sharing)) else {
+        let bend_km = estimate.bend_km();
+        let Some(of_fix) = rows_of(fix, &estimate.state, earth_to_icrs, (unit, sharing, bend_km)) else {
             return Update::Refused(FixError::Covariance);
         };
         let mut rows = Rows::of_fix();

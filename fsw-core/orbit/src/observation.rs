@@ -13,6 +13,10 @@
 //! misalignment of the paths, a rotation vector in the Earth path, turns the fix about the Earth. Errors that
 //! fixes share for `2 L / w` ([`super::horizon`]) have their covariance multiplied by the number of fixes in
 //! that time: white noise of the same spectral density.
+//!
+//! Direction and distance are no straight functions of the position. What their bend may come to, the
+//! variance of the position over twice its length, is noise of its own (Gaussian filter of the second order,
+//! Jazwinski 1970, §9.7): without it a guess wrong by Earth radii would be believed to be known before it is.
 
 use super::OrbitState;
 use super::constants::EARTH_RADIUS_KM;
@@ -20,7 +24,7 @@ use super::dynamics::plausible;
 use super::factor::{HEIGHT, MISALIGNMENT, POSITION, Row, STATES};
 use super::point::PositionFix;
 use fsw_ground::matrix::{
-    Cholesky, add_scaled, cross_matrix, dot, plus_scaled, product, scaled, symmetric_product,
+    Cholesky, add_scaled, add_to_diagonal, cross_matrix, dot, plus_scaled, product, scaled, symmetric_product,
 };
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -78,14 +82,15 @@ fn axes_at(position_km: &Vector3<f64>, across: &Vector3<f64>) -> Option<Matrix3<
 }
 
 /// Three rows of a fix, of unit variance, and its innovations in them. `unit`: of its direction alone; the
-/// first row is then empty. `sharing`: number of fixes that share their slow errors. `None` where the
+/// first row is then empty. `sharing`: number of fixes that share their slow errors; `bend_km`: sigma of what
+/// is not straight, the state's position being uncertain. `None` where the
 /// covariance is none, or position and velocity of the state are in line.
 #[inline(never)]
 pub(super) fn rows_of(
     fix: &PositionFix,
     state: &OrbitState,
     earth_to_icrs: &Matrix3<f64>,
-    (unit, sharing): (bool, f64),
+    (unit, sharing, bend_km): (bool, f64, f64),
 ) -> Option<[(Row, f32); 3]> {
     let predicted = &state.position_km;
     let distance = libm::sqrt(dot(predicted, predicted));
@@ -97,6 +102,7 @@ pub(super) fn rows_of(
     let mut covariance = fix.covariance_km2;
     add_scaled(&mut covariance, sharing, &fix.shared_km2);
     let mut covariance = symmetric_product(&product(&stretch, &own_axes), &covariance);
+    add_to_diagonal(&mut covariance, bend_km * bend_km);
     let mut innovation = product(&axes, &scaled(&fix.position_km, distance / fixed));
     if let Some(first) = innovation.get_mut(0) {
         *first = fixed - distance;

@@ -70,7 +70,8 @@ impl Flight {
         let v = along.map(|axis| axis * speed_km_s(guessed_km));
         if let Some(farther_km) = self.farther_km {
             let slower_km_s = speed_km_s(radius_km) - speed_km_s(guessed_km);
-            return json!({"t_s": 0.0, "r_km": r, "v_km_s": v, "sigma_r_km": farther_km, "sigma_v_km_s": slower_km_s});
+            return json!({"t_s": 0.0, "r_km": r, "v_km_s": v,
+                          "sigma_r_km": farther_km, "sigma_v_km_s": slower_km_s});
         }
         let wrong = |of: u64| [0, 1, 2].map(|axis| noise(of, axis));
         let (r, v) = (plus(r, 20.0, wrong(0)), plus(v, 0.02, wrong(1)));
@@ -140,7 +141,8 @@ fn assert_at_the_bound(name: &str, flight: &Flight, filter: &str) {
     normalised /= 3.0 * f64::from(seeds as u32);
     let metres = |km: Vector| km.map(|km| (1e3 * km).round());
     println!(
-        "{name}, {filter}: error {:?}, sigma {:?}, bound {:?} m radial, along, across; (error / sigma)² {normalised:.2}, NIS {:.3}",
+        "{name}, {filter}: error {:?}, sigma {:?}, bound {:?} m radial, along, across; \
+         (error / sigma)² {normalised:.2}, NIS {:.3}",
         metres(squares.map(f64::sqrt)),
         metres(sigma),
         metres(bound),
@@ -173,7 +175,7 @@ fn the_filter_is_at_the_bound_of_its_measurements() {
 fn a_first_radius_wrong_by_earth_radii_is_mended_or_told() {
     let path = scratch("navigate-wrong").join("measurements.jsonl");
     for (name, flight) in [("GEO", GEO), ("SSO", SSO), ("LEO", LEO)] {
-        for radii in [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 80.0] {
+        for radii in [1.0, 2.0, 5.0, 10.0, 20.0, 80.0] {
             let wrong = Flight { farther_km: Some(6378.0 * radii), ..flight.clone() };
             for seed in 0..amount(1, 20) {
                 let answers = wrong.answers(&path, seed, "unit");

@@ -370,6 +370,12 @@ impl Estimate {
         self.geometry().map_or(0.0, |geometry| geometry.distance_km)
     }
 
+    /// The second order of a fix by the position's sigma, km.
+    pub(super) fn bend_km(&self) -> f64 {
+        let position_km = &self.state.position_km;
+        f64::from(self.factor.trace(POSITION)) / (2.0 * libm::sqrt(dot(position_km, position_km)))
+    }
+
     /// Number of fixes, a second apart, that share their slow errors.
     pub(super) fn sharing(&self, parameters: &OrbitParameters) -> f64 {
         let lasting_s = self.geometry().map_or(1.0, |geometry| geometry.field_lasts_s(parameters));

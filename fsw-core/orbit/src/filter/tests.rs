@@ -185,7 +185,7 @@ fn an_orbit_that_is_no_longer_known_is_stale() {
 /// Rows of a fix in the direction of `x` from a state there.
 fn rows(fix: &PositionFix, unit: bool) -> [(crate::factor::Row, f32); 3] {
     let state = OrbitState { time_us: 0, ..circular(7_000.0, 90.0) };
-    rows_of(fix, &state, &Matrix3::identity(), (unit, 1.0)).unwrap()
+    rows_of(fix, &state, &Matrix3::identity(), (unit, 1.0, 0.0)).unwrap()
 }
 
 #[test]
