@@ -176,61 +176,69 @@ impl<'a> Residuals<'a> {
         slopes
     }
 
-    /// Noise of pixels and of 3 x 3 sums, from three places in each whole block of the sampled rows; what is
-    /// farther than `clip` (a sum: four times) is no background.
+    /// Takes the noise of a band's sampled rows, from three places in each whole block of them; `slopes` are
+    /// those of its cells.
+    #[inline(always)]
+    fn sample(
+        &self,
+        band: usize,
+        slopes: &[[i32; 2]; BLOCKS],
+        scatters: &mut [Scatter; BLOCKS],
+        sampled: &mut Sampled,
+    ) {
+        let rows = rows_of(band, self.height);
+        let cells = self.cell_levels(band);
+        let middle = (rows.start + rows.end) as i32 / 2;
+        let step = if sampled.tall { NOISE_ROW_STEP } else { 1 };
+        for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(step) {
+            let level = self.row_level(y);
+            let level3 = self.row_level(y - 1) + level + self.row_level(y + 1);
+            let three = self.pixels.get((y - 1) * self.width..).unwrap_or(&[]);
+            let [above, here, below] = [0, 1, 2].map(|row| {
+                let pixels = three.get(row * self.width..(row + 1) * self.width);
+                pixels.unwrap_or(&[]).as_chunks::<BLOCK>().0
+            });
+            let from_middle = y as i32 - middle;
+            let columns = cells.iter().zip(slopes.iter()).zip(scatters.iter_mut());
+            let blocks = above.iter().zip(here).zip(below).zip(columns);
+            for (((a, b), c), ((cell, [along, down]), scatter)) in blocks {
+                let (squares, middles) = triples(a, b, c);
+                let distances = squares.map(|sum| (sum << self.shift).wrapping_sub(3 * level3 + 9 * cell));
+                for raw in middles {
+                    sampled.pixels.add((raw << self.shift) - level - cell, sampled.clip);
+                }
+                if sampled.tall {
+                    // The middles of the squares stand 5.5, 0.5 and -4.5 px before that of the block.
+                    let lean = 9 * down * from_middle / BAND as i32;
+                    let [left, centre, right] = distances;
+                    let leans = [lean - 25 * along / 8, lean - along / 4, lean + 5 * along / 2];
+                    let [first, second, third] = leans;
+                    scatter.add(
+                        [left.wrapping_sub(first), centre.wrapping_sub(second), right.wrapping_sub(third)]
+                            .map(i32::unsigned_abs),
+                    );
+                } else {
+                    distances.into_iter().for_each(|distance| sampled.sums.add(distance, 4 * sampled.clip));
+                }
+            }
+        }
+    }
+
+    /// Noise of pixels and of 3 x 3 sums; what is farther than `clip` (a sum: four times) is no background.
     fn measure_noise(&mut self, clip: i32, floor: i32) {
-        let (mut pixels, mut sums) = (Deviation::default(), Deviation::default());
         let tall = self.height >= TALL;
+        let mut sampled = Sampled { tall, clip, pixels: Deviation::default(), sums: Deviation::default() };
         let mut scatters = [[Scatter::default(); BLOCKS]; BANDS];
         let mut slopes = [[[0; 2]; BLOCKS]; BANDS];
         for (band, (slopes, scatters)) in
             slopes.iter_mut().zip(&mut scatters).enumerate().take(bands(self.height))
         {
-            let rows = rows_of(band, self.height);
-            let cells = self.cell_levels(band);
             if tall {
                 *slopes = self.slopes(band);
             }
-            let middle = (rows.start + rows.end) as i32 / 2;
-            let step = if tall { NOISE_ROW_STEP } else { 1 };
-            for y in (rows.start + 1..rows.end.saturating_sub(1)).step_by(step) {
-                let level = self.row_level(y);
-                let level3 = self.row_level(y - 1) + level + self.row_level(y + 1);
-                let three = self.pixels.get((y - 1) * self.width..).unwrap_or(&[]);
-                let [above, here, below] = [0, 1, 2].map(|row| {
-                    let pixels = three.get(row * self.width..(row + 1) * self.width);
-                    pixels.unwrap_or(&[]).as_chunks::<BLOCK>().0
-                });
-                let from_middle = y as i32 - middle;
-                let columns = cells.iter().zip(slopes.iter()).zip(scatters.iter_mut());
-                let blocks = above.iter().zip(here).zip(below).zip(columns);
-                for (((a, b), c), ((cell, [along, down]), scatter)) in blocks {
-                    let (squares, middles) = triples(a, b, c);
-                    let distances =
-                        squares.map(|sum| (sum << self.shift).wrapping_sub(3 * level3 + 9 * cell));
-                    for raw in middles {
-                        pixels.add((raw << self.shift) - level - cell, clip);
-                    }
-                    if tall {
-                        // The middles of the squares stand 5.5, 0.5 and -4.5 px before that of the block.
-                        let lean = 9 * down * from_middle / BAND as i32;
-                        let [left, centre, right] = distances;
-                        let leans = [lean - 25 * along / 8, lean - along / 4, lean + 5 * along / 2];
-                        let [first, second, third] = leans;
-                        scatter.add(
-                            [
-                                left.wrapping_sub(first),
-                                centre.wrapping_sub(second),
-                                right.wrapping_sub(third),
-                            ]
-                            .map(i32::unsigned_abs),
-                        );
-                    } else {
-                        distances.into_iter().for_each(|distance| sums.add(distance, 4 * clip));
-                    }
-                }
-            }
+            self.sample(band, slopes, scatters, &mut sampled);
         }
+        let Sampled { pixels, sums, .. } = sampled;
         self.sigma = pixels.sigma().max(floor);
         let least = 3 * self.sigma;
         if !tall {
@@ -320,6 +328,16 @@ fn triples(above: &[u16; BLOCK], here: &[u16; BLOCK], below: &[u16; BLOCK]) -> (
     };
     let (([a, b, c], _), ([d, e, f], middles), ([g, h, i], _)) = (sums(above), sums(here), sums(below));
     ([a + d + g, b + e + h, c + f + i], middles)
+}
+
+/// What is sampled of a window for its noise.
+struct Sampled {
+    /// Whether every cell's noise is taken by itself.
+    tall: bool,
+    /// What is farther from the levels is no background; a sum: four times.
+    clip: i32,
+    pixels: Deviation,
+    sums: Deviation,
 }
 
 /// Mean absolute deviation of what lies within a clip.

@@ -111,87 +111,23 @@ pub fn measure(
         // Where the window ends the patch stays about the maximum.
         let _ = patch.take(window, middle);
     }
-    let [x, y] = patch.at;
-    let peak = patch.square(0).max(1);
-    let share = |percent: u16| peak * i32::from(percent) / 100;
-    // Noise of a ring's mean must not pass for a skirt.
-    let skirt = share(parameters.skirt_share_percent).max(window.sigma);
-    let half = HALF_SIDES.into_iter().find(|half| {
-        let (sum, count) = patch.ring(half + 1);
-        sum <= skirt * count
-    })?;
-
-    let (floor_sum, floor_count) = patch.ring(half + 1);
-    // Never zero; the checked division is for the linker, which wants proof.
-    let floor = floor_sum.checked_div(floor_count).unwrap_or(0);
-    let mean = |radius: usize| {
-        let (sum, count) = patch.ring(radius);
-        sum.checked_div(count).unwrap_or(0) - floor
-    };
-    if floor + window.level(x, y) > FULL_SCALE / 2 {
-        return None;
-    }
-    let (inner, outer) = (mean(half / 2), mean(half));
-    let maximum = peak - floor;
-    let exceeds = |value: i32, percent: u16, other: i32| value * 100 > i32::from(percent) * other;
-    if !exceeds(inner, parameters.inner_to_outer_percent, outer) {
-        return None;
-    }
-    if inner * 100 < i32::from(parameters.inner_share_percent) * maximum {
-        return None;
-    }
-    if !saturated && !exceeds(maximum, parameters.peak_to_inner_percent, inner) {
-        return None;
-    }
-
-    let [left, right, top, bottom] = patch.sides(half);
-    let side_count = 2 * half as i32 + 3;
-    let uneven = left.max(right).max(top).max(bottom) - left.min(right).min(top).min(bottom);
-    let side_noise = window.sum_sigma * (side_count + SIDE_NOISE_ADDEND) / 3;
-    if uneven > side_noise && uneven * 100 > UNEVEN_FLOOR_PERCENT * maximum * side_count {
-        return None;
-    }
-
-    // Sums in units of 1 / floor_count, so that the floor is exact; about the middle it has no moment.
-    let reach = half as i32;
-    let side = 2 * reach + 1;
-    let area = i64::from(side * side);
-    let [sum, moment_x, moment_y] = patch.moments(half).map(|sum| i64::from(sum) * i64::from(floor_count));
-    let flux = sum - i64::from(floor_sum) * area;
-    let peaked = i64::from(maximum) * 100 * area * i64::from(floor_count)
-        > flux * i64::from(parameters.peak_to_region_percent);
-    // A saturated plateau has no peak; a dark ring about a region below the largest tells that it is small.
-    let dark_around = floor <= share(parameters.skirt_share_percent);
-    let small_plateau = saturated && dark_around && HALF_SIDES.last() != Some(&half);
-    let core = (patch.square(1) * floor_count - 9 * floor_sum).checked_div(floor_count).unwrap_or(0);
-    let compact = i64::from(core) * 100 * i64::from(floor_count) >= flux * CORE_SHARE_PERCENT;
-    if flux <= 0 || !(peaked && (compact || saturated) || small_plateau) {
-        return None;
-    }
-    // Single precision resolves a millionth of a pixel here and needs a hundredth of a long division's time.
-    let per_pixel = 65_536.0 / flux as f32;
-    let offset = |moment: i64| (moment as f32 * per_pixel) as i32;
-    let (offset_x, offset_y) = (offset(moment_x), offset(moment_y));
-    // A centre far from its maximum is two stars or an edge.
-    let limit = reach << 15;
-    if offset_x.abs() > limit || offset_y.abs() > limit {
-        return None;
-    }
+    let region = Region::about(window, patch, saturated, parameters)?;
+    let slope = region.slope(window, patch)?;
+    let Light { flux, core, offset_q16: [offset_x, offset_y] } = region.light(patch, parameters)?;
+    let [x, y] = patch.at.map(|at| (at as i32) << 16);
+    let Region { floor_sum, floor_count, .. } = region;
     let counts = (flux.min(i64::from(i32::MAX)) as i32).checked_div(floor_count).unwrap_or(0).max(1);
-    // Σ dx² over the region = side · reach (reach + 1) side / 3.
-    let spread = side * side * reach * (reach + 1) / 3;
+    let spread = region.spread();
     // Where neighbours go together the noise of a region is larger than its pixels' noise says.
     let noise = window.sum_sigma as f32 / 3.0 * libm::sqrtf(spread as f32) / counts as f32;
     let phase_error = f32::from(parameters.centroid_floor_millipx) * 1e-3;
     // A floor that slopes draws the centre along: by its slope times the spread, over the flux.
-    let slope = (left - right).abs().max((top - bottom).abs()) - side_noise / 2;
-    let run = side_count * (2 * reach + 2);
-    let slope_per_flux = slope.max(0) as f32 / (run as f32 * counts as f32);
+    let slope_per_flux = slope as f32 / (region.run() as f32 * counts as f32);
     let drawn = slope_per_flux * spread as f32;
     let spot = Detection {
         core_flux: if saturated { i32::MAX } else { core },
-        x_q16: ((x as i32) << 16) + offset_x,
-        y_q16: ((y as i32) << 16) + offset_y,
+        x_q16: x + offset_x,
+        y_q16: y + offset_y,
         flux: counts,
         sigma_q16: (libm::sqrtf(noise * noise + phase_error * phase_error + drawn * drawn) * 65_536.0) as i32,
         saturated,
@@ -200,4 +136,127 @@ pub fn measure(
         blended: false,
     };
     Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
+}
+
+/// The square of pixels that holds a maximum's light, and the floor that the ring around it shows.
+struct Region {
+    /// Half its side less the middle pixel.
+    half: usize,
+    /// Sum and number of the ring's pixels, and their mean.
+    floor_sum: i32,
+    floor_count: i32,
+    floor: i32,
+    /// The middle pixel above the floor.
+    maximum: i32,
+    /// What a skirt may hold, without the noise.
+    skirt: i32,
+    saturated: bool,
+}
+
+/// The light of a region above its floor.
+struct Light {
+    /// In units of 1 / `floor_count`.
+    flux: i64,
+    /// Of the middle 3 x 3 pixels.
+    core: i32,
+    /// Its centre from the middle pixel.
+    offset_q16: [i32; 2],
+}
+
+impl Region {
+    /// The smallest one with no skirt around it; `None` where it does not rise as a star does.
+    #[inline(always)]
+    fn about(
+        window: &Place,
+        patch: &Patch,
+        saturated: bool,
+        parameters: &DetectionParameters,
+    ) -> Option<Self> {
+        let peak = patch.square(0).max(1);
+        let share = peak * i32::from(parameters.skirt_share_percent) / 100;
+        // Noise of a ring's mean must not pass for a skirt.
+        let skirt = share.max(window.sigma);
+        let half = HALF_SIDES.into_iter().find(|half| {
+            let (sum, count) = patch.ring(half + 1);
+            sum <= skirt * count
+        })?;
+        let (floor_sum, floor_count) = patch.ring(half + 1);
+        // Never zero; the checked division is for the linker, which wants proof.
+        let floor = floor_sum.checked_div(floor_count).unwrap_or(0);
+        let mean = |radius: usize| {
+            let (sum, count) = patch.ring(radius);
+            sum.checked_div(count).unwrap_or(0) - floor
+        };
+        let [x, y] = patch.at;
+        if floor + window.level(x, y) > FULL_SCALE / 2 {
+            return None;
+        }
+        let (inner, outer) = (mean(half / 2), mean(half));
+        let maximum = peak - floor;
+        let exceeds = |value: i32, percent: u16, other: i32| value * 100 > i32::from(percent) * other;
+        let rises = exceeds(inner, parameters.inner_to_outer_percent, outer)
+            && inner * 100 >= i32::from(parameters.inner_share_percent) * maximum
+            && (saturated || exceeds(maximum, parameters.peak_to_inner_percent, inner));
+        rises.then_some(Self { half, floor_sum, floor_count, floor, maximum, skirt: share, saturated })
+    }
+
+    /// Pixels of each of the four sides of the ring.
+    fn side_count(&self) -> i32 {
+        2 * self.half as i32 + 3
+    }
+
+    /// By how much the floor rises from a side to the one across beyond noise, a side's sum; `None` where it
+    /// is too uneven for a star's.
+    #[inline(always)]
+    fn slope(&self, window: &Place, patch: &Patch) -> Option<i32> {
+        let [left, right, top, bottom] = patch.sides(self.half);
+        let uneven = left.max(right).max(top).max(bottom) - left.min(right).min(top).min(bottom);
+        let noise = window.sum_sigma * (self.side_count() + SIDE_NOISE_ADDEND) / 3;
+        if uneven > noise && uneven * 100 > UNEVEN_FLOOR_PERCENT * self.maximum * self.side_count() {
+            return None;
+        }
+        Some(((left - right).abs().max((top - bottom).abs()) - noise / 2).max(0))
+    }
+
+    /// Pixels of a side times those from one to the one across.
+    fn run(&self) -> i32 {
+        self.side_count() * (2 * self.half as i32 + 2)
+    }
+
+    /// Σ dx² over the region = side · reach (reach + 1) side / 3.
+    fn spread(&self) -> i32 {
+        let reach = self.half as i32;
+        let side = 2 * reach + 1;
+        side * side * reach * (reach + 1) / 3
+    }
+
+    /// Its light; `None` where that is not gathered about its middle.
+    #[inline(always)]
+    fn light(&self, patch: &Patch, parameters: &DetectionParameters) -> Option<Light> {
+        let Self { half, floor_sum, floor_count, floor, maximum, skirt, saturated } = *self;
+        // Sums in units of 1 / floor_count, so that the floor is exact; about the middle it has no moment.
+        let reach = half as i32;
+        let side = 2 * reach + 1;
+        let area = i64::from(side * side);
+        let [sum, moment_x, moment_y] =
+            patch.moments(half).map(|sum| i64::from(sum) * i64::from(floor_count));
+        let flux = sum - i64::from(floor_sum) * area;
+        let peaked = i64::from(maximum) * 100 * area * i64::from(floor_count)
+            > flux * i64::from(parameters.peak_to_region_percent);
+        // A saturated plateau has no peak; a dark ring about a region below the largest tells that it is
+        // small.
+        let small_plateau = saturated && floor <= skirt && HALF_SIDES.last() != Some(&half);
+        let core = (patch.square(1) * floor_count - 9 * floor_sum).checked_div(floor_count).unwrap_or(0);
+        let compact = i64::from(core) * 100 * i64::from(floor_count) >= flux * CORE_SHARE_PERCENT;
+        if flux <= 0 || !(peaked && (compact || saturated) || small_plateau) {
+            return None;
+        }
+        // Single precision resolves a millionth of a pixel here and needs a hundredth of a long division's
+        // time.
+        let per_pixel = 65_536.0 / flux as f32;
+        let offset_q16 = [moment_x, moment_y].map(|moment| (moment as f32 * per_pixel) as i32);
+        // A centre far from its maximum is two stars or an edge.
+        let limit = reach << 15;
+        offset_q16.iter().all(|offset| offset.abs() <= limit).then_some(Light { flux, core, offset_q16 })
+    }
 }
