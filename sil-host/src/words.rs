@@ -9,6 +9,18 @@ pub(crate) fn one_line(text: &str) -> String {
         .join(" ")
 }
 
+/// The one of `list` that has this name.
+///
+/// # Errors
+/// A list of the names there are, as what `they` are.
+pub(crate) fn named<T: Copy>(list: &[(T, &str)], they: &str, name: &str) -> Result<T, String> {
+    let known = list.iter().find(|(_, known)| *known == name).map(|(one, _)| *one);
+    known.ok_or_else(|| {
+        let names: Vec<_> = list.iter().map(|(_, name)| *name).collect();
+        format!("{they} are {}", names.join(", "))
+    })
+}
+
 /// The system's words for an input/output fault, without the number it adds to them.
 pub(crate) fn io_words(error: &std::io::Error) -> String {
     let text = error.to_string();

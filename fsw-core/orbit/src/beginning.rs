@@ -5,8 +5,8 @@
 //! A ring keeps [`FIXES`] fixes, thinned: when it is full every second one is dropped and the least time
 //! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the ring,
 //! `FIXES_A_CALL` fixes of an iteration a call: the first iteration on Lagrange's series `r = f r0 + g v0`,
-//! which is linear, the others by propagation and its transition (differential correction). A fix that disagrees by `x²` has the weight
-//! `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
+//! which is linear, the others by propagation and its transition (differential correction). A fix that
+//! disagrees by `x²` has the weight `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
 //!
 //! The errors that neighbouring limb points share last from fix to fix. Their covariance is multiplied by the
 //! number of fixes within that time, so that these count as one.

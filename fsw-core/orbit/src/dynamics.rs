@@ -12,10 +12,11 @@
 //!
 //! The transition of errors is eq. 5.23. There the gravity gradient `G` is constant over the span; here it is
 //! taken at both ends and in the middle and integrated by Simpson's rule, to the second order in `G`. Error
-//! relative to the numerical derivative of the propagation: 2e-6 over 60 s, 1e-4 over 150 s (test `the_transition_is_the_derivative_of_the_propagation`).
+//! relative to the numerical derivative of the propagation: 2e-6 over 60 s, 1e-4 over 150 s (test
+//! `the_transition_is_the_derivative_of_the_propagation`).
 
 use super::constants::{EARTH_RADIUS_KM, J2, MICROSECONDS, MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
-use super::ephemeris::{self, Bodies};
+use super::ephemeris::{Bodies, pole_axis};
 use super::{OrbitState, finite};
 use fsw_ground::matrix::{
     add_scaled, add_to_diagonal, dot, plus_scaled, product, product_transposed, scaled,
@@ -181,11 +182,10 @@ impl Dynamics {
         let mean = scaled(&plus_scaled(&before.position_km, 1.0, &after.position_km), 0.5);
         let change = plus_scaled(&before.velocity_km_s, -1.0, &after.velocity_km_s);
         let middle = plus_scaled(&mean, 0.125 * dt, &change);
-        let bulge = match self {
-            Self::Kepler => 0.0,
-            Self::Full => BULGE_KM2,
+        let (bulge, pole) = match self {
+            Self::Kepler => (0.0, Vector3::zeros()),
+            Self::Full => (BULGE_KM2, pole_axis(before.time_us)),
         };
-        let pole = ephemeris::pole(before.time_us).vector().map(f64::from);
         let gradients = [&before.position_km, &middle, &after.position_km]
             .map(|position_km| gravity_gradient(position_km, bulge, &pole));
         let [first, middle, last] = &gradients;

@@ -205,6 +205,11 @@ pub fn pole(time_us: i64) -> Direction<Icrs> {
     Direction::new(pole_vector(time_us)).unwrap_or(Direction::z())
 }
 
+/// [`pole`] as a unit vector in double precision.
+pub fn pole_axis(time_us: i64) -> Vector3<f64> {
+    pole(time_us).vector().map(f64::from)
+}
+
 /// Velocity of the Earth about the barycentre of the solar system, km/s, ICRS axes, for annual aberration;
 /// error up to
 /// 0.03 km/s (0.02 arcsec).

@@ -1,5 +1,6 @@
 //! Arguments of the commands about orbits.
 
+use crate::words::named;
 use clap::Args;
 use fsw_core::orbit::dynamics::Dynamics;
 use fsw_core::orbit::parameters::Observation;
@@ -14,18 +15,12 @@ const FILTERS: [(Observation, &str); 3] = [
     (Observation::Combined, "combined"),
 ];
 
-/// The one of a list that has this name.
-fn named<T: Copy>(list: &[(T, &str)], name: &str) -> Result<T, String> {
-    let known = list.iter().find(|(_, known)| *known == name).map(|(one, _)| *one);
-    known.ok_or_else(|| list.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(", "))
-}
-
 fn dynamics(name: &str) -> Result<Dynamics, String> {
-    named(&DYNAMICS, name).map_err(|names| format!("dynamics are {names}"))
+    named(&DYNAMICS, "dynamics", name)
 }
 
 fn filter(name: &str) -> Result<Observation, String> {
-    named(&FILTERS, name).map_err(|names| format!("filters are {names}"))
+    named(&FILTERS, "filters", name)
 }
 
 /// A time that is longer than none, to the microsecond.

@@ -173,20 +173,9 @@ fn answers(
     text: &str,
     methods: &[WahbaMethod],
 ) -> Result<Vec<SetAnswer>, HostError> {
-    let refuse = |what: String| {
-        HostError::input(
-            path,
-            Some(number),
-            what,
-            "give {\"id\":..,\"b\":[[x,y,z],...],\"r\":[[x,y,z],...],\"sigma_rad\":[..]}",
-        )
-    };
-    let set: SetInput = serde_json::from_str(text).map_err(|error| {
-        let words = error.to_string();
-        // The parser counts lines within this one.
-        refuse(words.split(" at line").next().unwrap_or(&words).to_string())
-    })?;
-    let pairs = pairs(&set).map_err(refuse)?;
+    let to_do = "give {\"id\":..,\"b\":[[x,y,z],...],\"r\":[[x,y,z],...],\"sigma_rad\":[..]}";
+    let set: SetInput = json::read_line(path, number, text, to_do)?;
+    let pairs = pairs(&set).map_err(|what| HostError::input(path, Some(number), what, to_do))?;
     Ok(methods.iter().map(|method| answer(&set.id, *method, &pairs)).collect())
 }
 

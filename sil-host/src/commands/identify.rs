@@ -142,12 +142,7 @@ pub fn answer_with(
 /// Reads the field on one line.
 fn parse(path: &Path, number: usize, text: &str) -> Result<FieldInput, HostError> {
     let to_do = "give {\"id\":..,\"centroids\":[[x,y],...]}";
-    let field: FieldInput = serde_json::from_str(text).map_err(|error| {
-        let words = error.to_string();
-        // The parser counts lines within this one.
-        let words = words.split(" at line").next().unwrap_or(&words).to_string();
-        HostError::input(path, Some(number), words, to_do)
-    })?;
+    let field: FieldInput = json::read_line(path, number, text, to_do)?;
     match fault(&field) {
         Some(what) => Err(HostError::input(path, Some(number), what, to_do)),
         None => Ok(field),

@@ -34,7 +34,6 @@ use fsw_core::orbit::point::PositionFix;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use serde::{Deserialize, Serialize};
 use std::fs;
-use std::path::Path;
 use std::process::ExitCode;
 
 const FIRST: &str =
@@ -94,7 +93,9 @@ impl MeasurementInput {
     fn measurement(&self) -> Result<Measurement, String> {
         let time_us = time_us(self.t_s)?;
         let Some(up) = self.u.map(Vector3::from) else { return Ok(Measurement { time_us, seen: None }) };
-        if (up.norm() - 1.0).abs().is_nan() || (up.norm() - 1.0).abs() > UNIT_TOLERANCE {
+        // Also refuses what is no number.
+        let is_unit = (up.norm() - 1.0).abs() <= UNIT_TOLERANCE;
+        if !is_unit {
             return Err("u is no unit vector".into());
         }
         let positive = |name: &str, value: Option<f64>, least: f64, most: f64| match value {
@@ -243,21 +244,6 @@ impl Navigator {
     }
 }
 
-/// What a line holds.
-fn parse<'t, T: Deserialize<'t>>(
-    path: &Path,
-    number: usize,
-    text: &'t str,
-    to_do: &str,
-) -> Result<T, HostError> {
-    serde_json::from_str(text).map_err(|error| {
-        let words = error.to_string();
-        // The parser counts lines within this one.
-        let words = words.split(" at line").next().unwrap_or(&words).to_string();
-        HostError::input(path, Some(number), words, to_do)
-    })
-}
-
 /// The root of three diagonal elements of a covariance.
 fn sigmas(covariance: &Matrix6<f64>, first: usize) -> [f64; 3] {
     [0, 1, 2].map(|axis| covariance[(first + axis, first + axis)].max(0.0).sqrt())
@@ -318,7 +304,7 @@ pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
         .map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
     let (number, line) = lines.next().ok_or_else(|| HostError::input(path, None, "empty", FIRST))?;
-    let guess: GuessInput = parse(path, number, line, FIRST)?;
+    let guess: GuessInput = json::read_line(path, number, line, FIRST)?;
     let mut navigator = Navigator::begun(&guess, arguments.filter, arguments.dynamics)
         .map_err(|what| HostError::input(path, Some(number), what, FIRST))?;
     let mut faults = Faults::default();
@@ -334,7 +320,7 @@ pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
                 Ok(measurement)
             }
         };
-        let measurement = parse(path, number, line, TO_DO).and_then(|input: MeasurementInput| {
+        let measurement = json::read_line(path, number, line, TO_DO).and_then(|input: MeasurementInput| {
             input.measurement().map_err(|what| HostError::input(path, Some(number), what, TO_DO))
         });
         let Some(measurement) = faults.noted(measurement.and_then(in_order)) else { continue };

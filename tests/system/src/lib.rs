@@ -75,6 +75,21 @@ pub fn json_lines(output: &Output) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a line is one JSON object")).collect()
 }
 
+/// Runs the program, expects status 2 and one line on stderr of the program's form that has these words; gives
+/// its JSON objects.
+pub fn refused(arguments: &[&str], words: &[&str]) -> Vec<Value> {
+    let output = run(arguments);
+    let line = String::from_utf8_lossy(&output.stderr);
+    println!("{}", line.trim_end());
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {line}");
+    assert_eq!(line.trim_end().lines().count(), 1, "{arguments:?}: {line:?}");
+    assert!(line.starts_with("sil-host: "), "{line}");
+    for word in words {
+        assert!(line.contains(word), "{arguments:?}: {word:?} is not in {line:?}");
+    }
+    json_lines(&output)
+}
+
 /// A folder of its own for a test, empty.
 pub fn scratch(name: &str) -> PathBuf {
     let folder = target_dir().join("test-scratch").join(name);

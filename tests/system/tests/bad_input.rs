@@ -1,22 +1,7 @@
 //! Bad input gets one clear line (what, where, what to do) and status 2, and what was good is still answered.
 
 use std::path::{Path, PathBuf};
-use system_tests::{data, json_lines, run, scratch, workspace};
-
-/// Runs the program, expects status 2 and one line on stderr that names what is wrong; gives its JSON
-/// objects.
-fn refused(arguments: &[&str], words: &[&str]) -> Vec<serde_json::Value> {
-    let output = run(arguments);
-    let line = String::from_utf8_lossy(&output.stderr);
-    println!("{}", line.trim_end());
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {line}");
-    assert_eq!(line.trim_end().lines().count(), 1, "{arguments:?}: {line:?}");
-    assert!(line.starts_with("sil-host: "), "{line}");
-    for word in words {
-        assert!(line.contains(word), "{arguments:?}: {word:?} is not in {line:?}");
-    }
-    json_lines(&output)
-}
+use system_tests::{data, json_lines, refused, run, scratch, workspace};
 
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> String {
     let path: PathBuf = folder.join(name);

@@ -11,7 +11,7 @@ use serde_json::Value;
 use sil_host::formats::picture::Picture;
 use sil_host::world::noise::{Noise, Stream};
 use std::path::{Path, PathBuf};
-use system_tests::{data, json_lines, run, scratch};
+use system_tests::{data, json_lines, refused, run, scratch};
 
 /// A camera that took a picture.
 #[derive(Clone, Copy)]
@@ -336,19 +336,6 @@ fn drawings_of_pictures_with_one_name_from_two_folders_are_two() {
     let drawn = ["GOES16_ABI_C02_520-earth.png", "GOES16_ABI_C02_520-2-earth.png"];
     let [one, two] = drawn.map(|name| std::fs::read(folder.join(name)).unwrap());
     assert_eq!(one, two, "one picture, twice");
-}
-
-/// Runs the program, expects status 2 and one line on stderr with these words; gives its JSON objects.
-fn refused(arguments: &[&str], words: &[&str]) -> Vec<Value> {
-    let output = run(arguments);
-    let line = String::from_utf8_lossy(&output.stderr);
-    println!("{}", line.trim_end());
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {line}");
-    assert_eq!(line.trim_end().lines().count(), 1, "{arguments:?}: {line:?}");
-    for word in words {
-        assert!(line.contains(word), "{arguments:?}: {word:?} is not in {line:?}");
-    }
-    json_lines(&output)
 }
 
 #[test]

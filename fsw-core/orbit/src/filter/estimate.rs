@@ -6,7 +6,7 @@ use crate::beginning::FirstOrbit;
 use crate::constants::{LIGHT_KM_S, MICROSECONDS};
 use crate::curvilinear::correct_state;
 use crate::dynamics::{MAX_SPAN_US, PropagationError, plausible};
-use crate::ephemeris;
+use crate::ephemeris::pole_axis;
 use crate::factor::{FIELD, Factor, HEIGHT, MISALIGNMENT, MOTION, POSITION, Row, STATES, VELOCITY};
 use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::{LimbHeight, Look};
@@ -107,10 +107,6 @@ pub(super) struct Estimate {
     pub(super) rejections: u16,
 }
 
-fn pole_at(time_us: i64) -> Vector3<f64> {
-    ephemeris::pole(time_us).vector().map(f64::from)
-}
-
 impl Estimate {
     /// One of no orbit, to be begun.
     pub(super) const fn new() -> Self {
@@ -138,7 +134,7 @@ impl Estimate {
         if !plausible(&state.position_km, &state.velocity_km_s) {
             return false;
         }
-        let Some(geometry) = LimbGeometry::of(state, &pole_at(state.time_us)) else { return false };
+        let Some(geometry) = LimbGeometry::of(state, &pole_axis(state.time_us)) else { return false };
         let (horizon, sigmas) = horizon::prior(&geometry, parameters);
         self.factor.begin(&sigmas);
         for (column, elements) in root.data.0.iter().enumerate() {
@@ -242,7 +238,7 @@ impl Estimate {
     }
 
     fn geometry(&self) -> Option<LimbGeometry> {
-        LimbGeometry::of(&self.state, &pole_at(self.state.time_us))
+        LimbGeometry::of(&self.state, &pole_axis(self.state.time_us))
     }
 
     /// Takes the limb points of a second into the look under way, or into a new one where it is time.
@@ -341,8 +337,8 @@ impl Estimate {
         Taking { look, seen, shares }: &Taking,
         parameters: &OrbitParameters,
     ) -> Option<Rows> {
-        let geometry = LimbGeometry::of(seen, &pole_at(seen.time_us))?;
-        let pole = pole_at(self.state.time_us).map(|axis| axis as f32);
+        let geometry = LimbGeometry::of(seen, &pole_axis(seen.time_us))?;
+        let pole = pole_axis(self.state.time_us).map(|axis| axis as f32);
         let path = self.to_icrs.transpose();
         let lag_s = self.lag_s(look);
         let now_seen = self.seen(look, parameters)?;

@@ -1,5 +1,6 @@
 //! The attitude methods by the names of the command line, and what its help says of a line.
 
+use crate::words::named;
 use fsw_core::attitude::comparison::WahbaMethod;
 
 /// What the help says of the lines.
@@ -26,11 +27,7 @@ pub const NAMES: [(WahbaMethod, &str); 8] = [
 /// # Errors
 /// A list of the names there are.
 pub fn method(name: &str) -> Result<WahbaMethod, String> {
-    let known = NAMES.iter().find(|(_, known)| *known == name.trim());
-    known.map(|(method, _)| *method).ok_or_else(|| {
-        let names: Vec<_> = NAMES.iter().map(|(_, name)| *name).collect();
-        format!("methods are {}", names.join(", "))
-    })
+    named(&NAMES, "methods", name.trim())
 }
 
 /// The name of a method.
