@@ -11,7 +11,7 @@
 //!    another), or for streaks and the rate (`turning`), predicted stars followed in windows (`tracking`), or
 //!    only whether the Sun still blinds (`outage`); the filter takes the attitude in (`attitude`);
 //! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
-//!    where the orbit predicts it, else on a grid over the whole detector; its centre is a position, which
+//!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a position, which
 //!    the orbit filter takes in (`orbit`);
 //! 5. the guards decide the next mode; the report is made of the `record` of the second.
 //!
@@ -126,8 +126,8 @@ pub struct Sensor<'c> {
     /// Terrestrial Time of the last fix that the orbit accepted.
     fixed_us: i64,
     converged: bool,
-    /// Seconds in a row in which the limb's strips gave no centre.
-    strip_misses: u8,
+    /// Seconds in a row in which the Earth was looked for without a centre.
+    earth_misses: u8,
     /// Instant of the image under search.
     searching_since: Option<LocalTime>,
     /// How it turns while no attitude is known.
@@ -163,7 +163,7 @@ impl<'c> Sensor<'c> {
             orbit: OrbitFilter::new(),
             fixed_us: 0,
             converged: false,
-            strip_misses: 0,
+            earth_misses: 0,
             searching_since: None,
             turning: turning::Turning::default(),
             images_given_up: 0,
@@ -242,7 +242,7 @@ impl<'c> Sensor<'c> {
     fn forget_orbit(&mut self) {
         self.orbit.reset();
         self.converged = false;
-        self.strip_misses = 0;
+        self.earth_misses = 0;
     }
 
     /// What is done with the image: stars first, then the Earth.

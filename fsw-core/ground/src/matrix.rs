@@ -349,11 +349,6 @@ pub fn inverse<T: Real, const N: usize>(matrix: &SMatrix<T, N, N>) -> Option<SMa
     Cholesky::of(matrix).map(|factor| factor.inverse())
 }
 
-/// The same of an f32 matrix, by way of f64: for axes whose sigmas differ by more than 1 to 1,000.
-pub fn inverse_by_f64<const N: usize>(matrix: &SMatrix<f32, N, N>) -> Option<SMatrix<f32, N, N>> {
-    inverse(&matrix.map(f64::from)).map(|inverse| inverse.map(|element| element as f32))
-}
-
 /// Cholesky's factor in place, column by column.
 #[inline(never)]
 fn factorise<T: Real>(elements: &mut [T], size: usize) -> bool {

@@ -4,7 +4,8 @@
 //!
 //! A ring keeps [`FIXES`] fixes, thinned: when it is full every second one is dropped and the least time
 //! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the ring,
-//! `FIXES_A_CALL` fixes of an iteration a call: the first iteration on Lagrange's series `r = f r0 + g v0`,
+//! with the latest fix where it is not full,
+//! `FIXES_A_CALL` fixes of an iteration a call, whether there is a new fix or not: the first iteration on Lagrange's series `r = f r0 + g v0`,
 //! which is linear, the others by propagation and its transition (differential correction). A fix that
 //! disagrees by `x²` has the weight `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
 //!
@@ -21,7 +22,8 @@ use super::dynamics::{Dynamics, HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
 use fsw_ground::matrix::{
-    Cholesky, add_scaled, cross, dot, identity, inverse, plus_scaled, product, transposed_product,
+    Cholesky, add_scaled, add_to_diagonal, cross, dot, identity, inverse, plus_scaled, product,
+    transposed_product,
 };
 use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
@@ -37,8 +39,10 @@ const SPANS: usize = 2;
 const LONGEST_GAP_US: i64 = SPANS as i64 * MAX_SPAN_US;
 /// Iterations of a trial.
 const ITERATIONS: u8 = 7;
-/// Fixes of an iteration that a call sums up, so that it costs less than 2 M cycles.
-const FIXES_A_CALL: usize = 6;
+/// Fixes of an iteration that a call sums up, so that it costs 0.7 M cycles.
+const FIXES_A_CALL: usize = 2;
+/// Calls of [`Beginning::proceed`] that a trial takes at most: the last one tests.
+pub const CALLS_OF_A_TRIAL: usize = ITERATIONS as usize * (FIXES + 1).div_ceil(FIXES_A_CALL) + 1;
 /// Normalised square, three degrees of freedom, beyond which a fix is an outlier: 0.1 % of good ones are.
 const GATE: f64 = 16.3;
 /// Position and velocity must be known to this share of their length.
@@ -56,6 +60,10 @@ struct Kept {
 /// A trial under way: the orbit tried, and the normal equations of six unknowns about it.
 #[derive(Clone, Debug)]
 struct Trial {
+    /// Its fixes: those of the ring when it began, and the latest.
+    of: heapless::Vec<Kept, { FIXES + 1 }>,
+    /// How many of them share their slow errors.
+    sharing: f64,
     /// The orbit tried, at the last fix.
     state: OrbitState,
     iteration: u8,
@@ -76,6 +84,8 @@ struct Trial {
 pub struct Beginning {
     kept: heapless::Vec<Kept, FIXES>,
     spacing_us: i64,
+    /// The last fix, kept or not.
+    last: Option<Kept>,
     trial: Trial,
     trying: bool,
 }
@@ -98,50 +108,75 @@ impl Default for Beginning {
 impl Beginning {
     /// An empty ring.
     pub const fn new() -> Self {
-        Self { kept: heapless::Vec::new(), spacing_us: FIRST_SPACING_US, trial: Trial::NONE, trying: false }
+        Self {
+            kept: heapless::Vec::new(),
+            spacing_us: FIRST_SPACING_US,
+            last: None,
+            trial: Trial::NONE,
+            trying: false,
+        }
     }
 
-    /// Takes a fix, and goes on with the trial of an orbit; gives the orbit when it has passed every test.
+    /// Forgets every fix.
+    pub fn forget(&mut self) {
+        self.kept.clear();
+        (self.spacing_us, self.last, self.trying) = (FIRST_SPACING_US, None, false);
+    }
+
+    /// Takes a fix; with enough of them a trial begins.
     #[inline(never)]
-    pub fn add(
-        &mut self,
-        time_us: i64,
-        fix: &PositionFix,
-        parameters: &OrbitParameters,
-    ) -> Option<FirstOrbit> {
-        if self.trying {
-            return self.iterate(parameters);
-        }
-        if let Some(last) = self.kept.last() {
-            let since_us = time_us.saturating_sub(last.time_us);
-            if !(0..=LONGEST_GAP_US).contains(&since_us) {
-                *self = Self::new();
-            } else if since_us < self.spacing_us {
-                return None;
-            }
-        }
-        if self.kept.is_full() {
-            self.thin();
-        }
+    pub fn add(&mut self, time_us: i64, fix: &PositionFix, parameters: &OrbitParameters) {
         let kept = Kept {
             time_us,
             position_km: fix.position_km,
             noise_km2: fix.covariance_km2.map(|element| element as f32),
             shared_km2: fix.shared_km2.map(|element| element as f32),
         };
-        let _ = self.kept.push(kept);
-        if self.kept.len() >= FEWEST {
-            let state = OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
-            self.trial.state = state;
+        let since_us = self.kept.last().map_or(i64::MAX, |last| time_us.saturating_sub(last.time_us));
+        let same_arc = (0..=LONGEST_GAP_US).contains(&since_us);
+        if !same_arc {
+            self.forget();
+        }
+        self.last = Some(kept);
+        let due = since_us >= self.spacing_us;
+        // A trial waits for half of the spacing only: the arc may end before the whole.
+        let apart = 2 * since_us >= self.spacing_us;
+        if due && self.kept.is_full() {
+            self.thin();
+        }
+        if due {
+            let _ = self.kept.push(kept);
+        }
+        if !self.trying && apart && self.kept.len() >= FEWEST {
+            self.trial.of.clear();
+            let latest = Some(&kept).filter(|_| !due);
+            for fix in self.kept.iter().chain(latest) {
+                let _ = self.trial.of.push(*fix);
+            }
+            self.trial.sharing = self.sharing(parameters);
+            self.trial.state =
+                OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
             self.trial.begin(0);
             self.trying = true;
         }
-        None
+    }
+
+    /// Position and covariance (km, km²) at a time by the last fix alone: since then it has moved with at most
+    /// the speed of escape, in a direction that is not known.
+    pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        let Kept { time_us: then_us, position_km, noise_km2, shared_km2 } = self.last.as_ref()?;
+        let since_s = time_us.saturating_sub(*then_us) as f64 / MICROSECONDS;
+        let distance_km = libm::sqrt(dot(position_km, position_km)).max(1.0);
+        let axis_km2 = 2.0 / 3.0 * MU_EARTH_KM3_S2 / distance_km * since_s * since_s;
+        let mut covariance_km2 = noise_km2.map(f64::from);
+        add_scaled(&mut covariance_km2, 1.0, &shared_km2.map(f64::from));
+        add_to_diagonal(&mut covariance_km2, axis_km2);
+        Some((*position_km, covariance_km2))
     }
 
     /// Moves all times by a step of the clock.
     pub fn shift_epoch(&mut self, step_us: i64) {
-        for kept in &mut self.kept {
+        for kept in self.kept.iter_mut().chain(&mut self.trial.of).chain(&mut self.last) {
             kept.time_us = kept.time_us.saturating_add(step_us);
         }
         for state in [&mut self.trial.state, &mut self.trial.here] {
@@ -152,14 +187,17 @@ impl Beginning {
     /// Makes room: every second fix goes, or the oldest.
     fn thin(&mut self) {
         let every_second = self.spacing_us < LONGEST_SPACING_US;
-        let mut kept = heapless::Vec::new();
-        for (at, fix) in self.kept.iter().enumerate() {
+        let mut kept = 0;
+        for at in 0..self.kept.len() {
             let stays = if every_second { at % 2 == 1 } else { at > 0 };
             if stays {
-                let _ = kept.push(*fix);
+                if let Ok([place, fix]) = self.kept.get_disjoint_mut([kept, at]) {
+                    core::mem::swap(place, fix);
+                }
+                kept += 1;
             }
         }
-        self.kept = kept;
+        self.kept.truncate(kept);
         if every_second {
             self.spacing_us *= 2;
         }
@@ -176,29 +214,40 @@ impl Beginning {
         (lasting_s / spacing_s).clamp(1.0, FIXES as f64)
     }
 
-    /// A part of the trial's iteration; a trial that fails, or has been made, is over.
-    fn iterate(&mut self, parameters: &OrbitParameters) -> Option<FirstOrbit> {
-        let sharing = self.sharing(parameters);
-        // In place: a trial is 1 KB long.
-        self.trying = false;
+    /// A part of the trial's iteration, after the last one the tests: gives the orbit when it has passed every one.
+    #[inline(never)]
+    pub fn proceed(&mut self) -> Option<FirstOrbit> {
+        // A trial that fails, or has been made, is over.
+        if !core::mem::take(&mut self.trying) {
+            return None;
+        }
+        if self.trial.iteration == ITERATIONS {
+            return self.tested();
+        }
         for _ in 0..FIXES_A_CALL {
-            let left = self.kept.len().saturating_sub(self.trial.fixes);
-            let Some(kept) = left.checked_sub(1).and_then(|at| self.kept.get(at)) else { break };
-            self.trial.add(kept, sharing)?;
+            if self.trial.fixes < self.trial.of.len() {
+                self.trial.add()?;
+            }
         }
-        let Trial { fixes, iteration, squares, inliers, .. } = self.trial;
-        if fixes < self.kept.len() {
-            self.trying = true;
-            return None;
+        let Trial { fixes, iteration, .. } = self.trial;
+        if fixes == self.trial.of.len() {
+            self.trial.step()?;
+            if iteration + 1 < ITERATIONS {
+                self.trial.begin(iteration + 1);
+            } else {
+                self.trial.iteration = ITERATIONS;
+            }
         }
-        let factor = self.trial.step()?;
-        if iteration + 1 < ITERATIONS {
-            self.trial.begin(iteration + 1);
-            self.trying = true;
-            return None;
-        }
-        let first = FirstOrbit { state: self.trial.state, root: factor.whitened(&identity()).transpose() };
-        let agreed = 4 * inliers >= 3 * self.kept.len() && squares <= 2.0 * (3.0 * inliers as f64 - 6.0);
+        self.trying = true;
+        None
+    }
+
+    /// The orbit tried, if it passes the tests.
+    fn tested(&self) -> Option<FirstOrbit> {
+        let Trial { squares, inliers, .. } = self.trial;
+        let root = Cholesky::of(&self.trial.matrix)?.whitened(&identity()).transpose();
+        let first = FirstOrbit { state: self.trial.state, root };
+        let agreed = 4 * inliers >= 3 * self.trial.of.len() && squares <= 2.0 * (3.0 * inliers as f64 - 6.0);
         (agreed && is_known(&first) && is_orbit(&first.state)).then_some(first)
     }
 }
@@ -210,6 +259,8 @@ impl Trial {
         let zeros = Matrix6::from_array_storage(ArrayStorage([[0.0; 6]; 6]));
         let right = Vector6::from_array_storage(ArrayStorage([[0.0; 6]]));
         Self {
+            of: heapless::Vec::new(),
+            sharing: 0.0,
             state,
             iteration: 0,
             fixes: 0,
@@ -235,10 +286,11 @@ impl Trial {
         (self.squares, self.inliers) = (0.0, 0);
     }
 
-    /// Adds a fix, the next one back in time, to the normal equations about the orbit tried. In the first
-    /// iteration about nothing, by Lagrange's series.
+    /// Adds the next fix back in time to the normal equations about the orbit tried. In the first iteration about
+    /// nothing, by Lagrange's series.
     #[inline(never)]
-    fn add(&mut self, kept: &Kept, sharing: f64) -> Option<()> {
+    fn add(&mut self) -> Option<()> {
+        let kept = *self.of.iter().rev().nth(self.fixes)?;
         let (predicted, partials) = if self.iteration == 0 {
             (
                 Vector3::zeros(),
@@ -257,7 +309,7 @@ impl Trial {
             (self.here.position_km, upper_rows(&self.moved))
         };
         let mut covariance = kept.noise_km2.map(f64::from);
-        add_scaled(&mut covariance, sharing, &kept.shared_km2.map(f64::from));
+        add_scaled(&mut covariance, self.sharing, &kept.shared_km2.map(f64::from));
         let information = inverse(&covariance)?;
         let off = plus_scaled(&kept.position_km, -1.0, &predicted);
         let weighted = transposed_product(&partials, &information);
@@ -278,16 +330,15 @@ impl Trial {
         Some(())
     }
 
-    /// Moves the orbit tried to the minimum of the sums; gives the factor of their matrix.
-    fn step(&mut self) -> Option<Cholesky<f64, 6>> {
-        let factor = Cholesky::of(&self.matrix)?;
-        let [[x, y, z, vx, vy, vz]] = factor.solve(&self.right).data.0;
+    /// Moves the orbit tried to the minimum of the sums.
+    fn step(&mut self) -> Option<()> {
+        let [[x, y, z, vx, vy, vz]] = Cholesky::of(&self.matrix)?.solve(&self.right).data.0;
         if self.iteration == 0 {
             self.state.position_km = Vector3::zeros();
         }
         add_scaled(&mut self.state.position_km, 1.0, &Vector3::new(x, y, z));
         add_scaled(&mut self.state.velocity_km_s, 1.0, &Vector3::new(vx, vy, vz));
-        plausible(&self.state.position_km, &self.state.velocity_km_s).then_some(factor)
+        plausible(&self.state.position_km, &self.state.velocity_km_s).then_some(())
     }
 }
 

@@ -18,7 +18,7 @@
 mod estimate;
 
 use super::OrbitState;
-use super::beginning::{Beginning, FirstOrbit, is_orbit};
+use super::beginning::{Beginning, CALLS_OF_A_TRIAL, FirstOrbit, is_orbit};
 use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
 use super::dynamics::MAX_SPAN_US;
 use super::factor::{EDGE, Factor, HEIGHT, POSITION, VELOCITY};
@@ -29,7 +29,7 @@ use super::point::PositionFix;
 pub use estimate::Nis;
 use estimate::{Estimate, Rows};
 use fsw_ground::matrix::dot;
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
 pub const MAX_SPANS: u32 = 48;
@@ -46,7 +46,8 @@ const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
 pub enum Update {
     /// The orbit is not known yet: it went to the beginning.
     Collected,
-    /// The orbit has passed its tests: from now on the state is valid.
+    /// The orbit has passed its tests: its state is told after the next [`OrbitFilter::approach`], as it is one of
+    /// the time at which these began.
     Started,
     /// It was added to the look under way, or nothing was due.
     Gathered,
@@ -127,11 +128,11 @@ impl OrbitFilter {
     /// Resets the filter.
     pub fn reset(&mut self) {
         (self.known, self.behind) = (false, false);
-        self.beginning = Beginning::new();
+        self.beginning.forget();
     }
 
-    /// Takes in a fix of this time while the orbit is not known; `earth_to_icrs` is the rotation from the
-    /// Earth path.
+    /// Takes in a fix of this time while the orbit is not known, for [`Self::proceed`]; `earth_to_icrs` is the
+    /// rotation from the Earth path.
     pub fn begin(
         &mut self,
         time_us: i64,
@@ -142,13 +143,35 @@ impl OrbitFilter {
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
-        let Some(first) = self.beginning.add(time_us, fix, parameters) else { return Update::Collected };
-        self.beginning = Beginning::new();
-        self.known = self.estimate.begin(&first, parameters);
-        if !self.known || self.advance(time_us, parameters).is_err() {
-            return Update::Collected;
+        self.beginning.add(time_us, fix, parameters);
+        Update::Collected
+    }
+
+    /// Goes on with what takes several seconds, to be called once a second after [`Self::approach`]: the trial of
+    /// a first orbit; the look at the limb that is taken into the state when its time is over.
+    pub fn proceed(&mut self, parameters: &OrbitParameters) -> Update {
+        if !self.known {
+            let Some(first) = self.beginning.proceed() else { return Update::Gathered };
+            self.beginning.forget();
+            self.known = self.estimate.begin(&first, parameters);
+            self.behind = self.known;
+            return if self.known { Update::Started } else { Update::Gathered };
         }
-        Update::Started
+        let Some(estimate) = self.estimate_mut() else { return Update::Gathered };
+        match estimate.finish_look(parameters) {
+            Some(result) => self.judged(result, parameters),
+            None => Update::Gathered,
+        }
+    }
+
+    /// Whether it is still on its way across a gap.
+    pub fn is_behind(&self) -> bool {
+        self.behind
+    }
+
+    /// Whether [`Self::proceed`] took a part of a look in: points of this second would not be taken in.
+    pub fn is_busy(&self) -> bool {
+        self.known && self.estimate.busy
     }
 
     /// Takes in the limb's heights of this time about the limb that the state predicts. `attitude_rad2`:
@@ -165,17 +188,8 @@ impl OrbitFilter {
         }
     }
 
-    /// Takes the look under way into the state when its time is over.
-    pub fn finish_look(&mut self, parameters: &OrbitParameters) -> Update {
-        let Some(estimate) = self.estimate_mut() else { return Update::Gathered };
-        match estimate.finish_look(parameters) {
-            Some(result) => self.judged(result, parameters),
-            None => Update::Gathered,
-        }
-    }
-
     /// Propagates to `time_us` and updates with a fix of that time; before the orbit is known it goes to the
-    /// beginning, as in [`Self::begin`].
+    /// beginning, whose trial is made at once. For where a call may take long.
     pub fn update(
         &mut self,
         time_us: i64,
@@ -183,14 +197,27 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
-        if self.behind {
-            return Update::Gathered;
-        }
         // A reset here is no error: the filter begins anew.
         let _ = self.advance(time_us, parameters);
-        if !self.known {
-            return self.begin(time_us, fix, earth_to_icrs, parameters);
+        if self.known {
+            return self.update_by_fix(fix, earth_to_icrs, parameters);
         }
+        let collected = self.begin(time_us, fix, earth_to_icrs, parameters);
+        for _ in 0..CALLS_OF_A_TRIAL {
+            if self.proceed(parameters) == Update::Started && self.advance(time_us, parameters).is_ok() {
+                return Update::Started;
+            }
+        }
+        collected
+    }
+
+    /// Updates with a fix of the time of the state.
+    pub fn update_by_fix(
+        &mut self,
+        fix: &PositionFix,
+        earth_to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) -> Update {
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
@@ -283,6 +310,15 @@ impl OrbitFilter {
     /// Covariance of the position, km², ICRS axes.
     pub fn position_covariance_km2(&self) -> Option<Matrix3<f64>> {
         self.factor().map(|factor| factor.block(POSITION, POSITION))
+    }
+
+    /// Position and its covariance (km, km², ICRS axes) at a time for which it was propagated; while the orbit is
+    /// not known, those of the last fix with what it may have moved since.
+    pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        if self.known {
+            return Some((self.state()?.position_km, self.position_covariance_km2()?));
+        }
+        self.beginning.place(time_us)
     }
 
     /// Sigmas of the position along the ICRS axes, km.

@@ -26,7 +26,7 @@ pub struct LineStart {
 }
 
 /// Sum, least and greatest of some lines' values at a place.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Spread {
     sum: i32,
     least: i32,
@@ -34,15 +34,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of both lines' values.
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        Self {
-            sum: self.sum + other.sum,
-            least: self.least.min(other.least),
-            greatest: self.greatest.max(other.greatest),
-        }
-    }
+    /// Of no lines.
+    pub const NONE: Self = Self { sum: 0, least: i32::MAX, greatest: i32::MIN };
 }
 
 /// The means without the extremes, counts, at places from the lines' first pixels and an offset on, at most
@@ -57,51 +50,51 @@ pub fn trimmed_means(
     spreads: &mut [Spread; RUN],
     means: &mut [f32],
 ) -> Option<()> {
-    const ACROSS: isize = LINES as isize;
-    const ACROSS_BACKWARDS: isize = -ACROSS;
-    let lines = lines.map(|line| LineStart { at: line.at.wrapping_add_signed(offset), ..line });
-    let spreads = spreads.get_mut(..means.len())?;
-    match inward {
-        1 => means_of::<1, false>(pixels, &lines, spreads, means),
-        -1 => means_of::<1, true>(pixels, &lines, spreads, means),
-        ACROSS => means_of::<LINES, false>(pixels, &lines, spreads, means),
-        ACROSS_BACKWARDS => means_of::<LINES, true>(pixels, &lines, spreads, means),
-        _ => None,
+    let places = means.len();
+    let spreads = spreads.get_mut(..places)?;
+    // A line that runs backwards is one that runs forwards from its end on, its parts those of the other pixel.
+    let backwards = inward < 0;
+    let shift = if backwards { offset.checked_add(inward.checked_mul(places as isize)?)? } else { offset };
+    let lines = lines.map(|line| LineStart {
+        at: line.at.wrapping_add_signed(shift),
+        part: if backwards { (1 << FINE_SHIFT) - line.part } else { line.part },
+    });
+    match inward.unsigned_abs() {
+        1 => take_lines::<1>(pixels, &lines, spreads)?,
+        LINES => take_lines::<LINES>(pixels, &lines, spreads)?,
+        _ => return None,
     }
+    if backwards {
+        spreads.reverse();
+    }
+    const SHARE: f32 = 1.0 / ((LINES - 2) << FINE_SHIFT) as f32;
+    for (mean, Spread { sum, least, greatest }) in means.iter_mut().zip(spreads) {
+        *mean = (*sum - *least - *greatest) as f32 * SHARE;
+    }
+    Some(())
 }
 
-/// [`trimmed_means`] with steps of this length and direction; both lists are equally long.
-fn means_of<const STEP: usize, const BACKWARDS: bool>(
+/// The spreads of all lines, whose pixels stand `STEP` apart.
+fn take_lines<const STEP: usize>(
     pixels: &[u16],
     lines: &[LineStart; LINES],
     spreads: &mut [Spread],
-    means: &mut [f32],
 ) -> Option<()> {
-    const SHARE: f32 = 1.0 / ((LINES - 2) << FINE_SHIFT) as f32;
-    let [first, second, third] = lines.as_chunks::<TOGETHER>().0 else { return None };
-    each_place::<STEP, BACKWARDS, _>(pixels, first, spreads.iter_mut(), |slot, of| *slot = of)?;
-    each_place::<STEP, BACKWARDS, _>(pixels, second, spreads.iter_mut(), |slot, of| *slot = slot.and(of))?;
-    each_place::<STEP, BACKWARDS, _>(pixels, third, spreads.iter().zip(means), |(slot, mean), of| {
-        let Spread { sum, least, greatest } = slot.and(of);
-        *mean = (sum - least - greatest) as f32 * SHARE;
-    })
+    spreads.fill(Spread::NONE);
+    lines.as_chunks::<TOGETHER>().0.iter().try_for_each(|three| take_three::<STEP>(pixels, three, spreads))
 }
 
-/// Calls `take` with each slot and the spread of three lines' values at its place.
+/// Adds three lines to the spreads.
 #[inline(never)]
-fn each_place<const STEP: usize, const BACKWARDS: bool, S>(
+fn take_three<const STEP: usize>(
     pixels: &[u16],
     lines: &[LineStart; TOGETHER],
-    slots: impl ExactSizeIterator<Item = S>,
-    take: impl Fn(S, Spread),
+    spreads: &mut [Spread],
 ) -> Option<()> {
-    let places = slots.len();
-    let steps = |at: usize| {
-        let from = if BACKWARDS { at.checked_sub(places * STEP) } else { at.checked_add(1) };
-        let (steps, _) = pixels.get(from?..)?.as_chunks::<STEP>();
-        steps.get(..places)
-    };
-    let [a, b, c] = lines.map(|line| steps(line.at));
+    let [a, b, c] = lines.map(|line| {
+        let (steps, _) = pixels.get(line.at.checked_add(1)?..)?.as_chunks::<STEP>();
+        steps.get(..spreads.len())
+    });
     let (a, b, c) = (a?, b?, c?);
     let [px, py, pz] = lines.map(|line| line.part);
     // What the last pixel gives to the next value: that is `last (1 - part) + next part`.
@@ -109,22 +102,20 @@ fn each_place<const STEP: usize, const BACKWARDS: bool, S>(
         let last = pixels.get(line.at).map_or(0, |raw| i32::from(*raw));
         (last << FINE_SHIFT) - last * line.part
     });
-    let pixel = |steps: &[[u16; STEP]], place: usize| {
-        let step = steps.get(if BACKWARDS { places - 1 - place } else { place })?;
-        let raw = if BACKWARDS { step.first() } else { step.last() };
-        raw.map(|raw| i32::from(*raw))
-    };
-    let value = |last: &mut i32, next: i32, part: i32| {
+    let value = |last: &mut i32, step: &[u16; STEP], part: i32| {
+        let next = step.last().map_or(0, |raw| i32::from(*raw));
         let of_next = next * part;
         let value = *last + of_next;
         *last = (next << FINE_SHIFT) - of_next;
         value
     };
-    for (place, slot) in slots.enumerate() {
-        let x = value(&mut x_last, pixel(a, place)?, px);
-        let y = value(&mut y_last, pixel(b, place)?, py);
-        let z = value(&mut z_last, pixel(c, place)?, pz);
-        take(slot, Spread { sum: x + y + z, least: x.min(y).min(z), greatest: x.max(y).max(z) });
+    for (((slot, x), y), z) in spreads.iter_mut().zip(a).zip(b).zip(c) {
+        let x = value(&mut x_last, x, px);
+        let y = value(&mut y_last, y, py);
+        let z = value(&mut z_last, z, pz);
+        slot.sum += x + y + z;
+        slot.least = slot.least.min(x).min(y).min(z);
+        slot.greatest = slot.greatest.max(x).max(y).max(z);
     }
     Some(())
 }
@@ -146,7 +137,7 @@ mod tests {
                 LineStart { at, part: (chance.bits() % 256) as i32 }
             });
             let mut means = [0.0; RUN];
-            trimmed_means(&pixels, (&lines, 0), inward, &mut [Spread::default(); RUN], &mut means[..places])
+            trimmed_means(&pixels, (&lines, 0), inward, &mut [Spread::NONE; RUN], &mut means[..places])
                 .unwrap();
             for (place, mean) in means.iter().enumerate().take(places) {
                 let mut values = lines.map(|line| {
@@ -165,7 +156,7 @@ mod tests {
     fn lines_that_leave_the_pixels_have_no_means() {
         let lines = [LineStart { at: 3, part: 0 }; LINES];
         let means = |length: usize, inward: isize, places: usize| {
-            let spreads = &mut [Spread::default(); RUN];
+            let spreads = &mut [Spread::NONE; RUN];
             trimmed_means(&[7; 100][..length], (&lines, 0), inward, spreads, &mut [0.0; RUN + 1][..places])
         };
         assert!(means(10, 1, 6).is_some() && means(10, 1, 7).is_none());

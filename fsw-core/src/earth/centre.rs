@@ -26,7 +26,7 @@ use super::shape::{Body, normal_basis, unit};
 use super::shared_heights::{FitResponse, SharedHeights};
 use super::{EarthFix, EarthParameters, FitCriteria, FitError, LimbPoint, MAX_SEARCH_POINTS};
 use crate::camera::Camera;
-use crate::matrix::{inverse_by_f64, symmetric_product};
+use crate::matrix::{inverse, symmetric_product};
 use crate::order;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -77,9 +77,15 @@ pub struct CentrePrior {
 }
 
 impl CentrePrior {
+    /// From a centre and its covariance (km, km²); `None` where that has no inverse.
+    pub fn new(centre_km: Vector3<f32>, covariance_km2: &Matrix3<f64>) -> Option<Self> {
+        let information = inverse(covariance_km2)?.map(|element| element as f32);
+        Some(Self { centre_km, information })
+    }
+
     /// From a rough fix; `None` where its covariance has no inverse.
     pub fn from_fix(rough: &EarthFix) -> Option<Self> {
-        Some(Self { centre_km: rough.centre_km, information: inverse_by_f64(&rough.covariance_km2)? })
+        Self::new(rough.centre_km, &rough.covariance_km2.map(f64::from))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Outlier rejection: which limb points lie on one limb cone (thesis §3.2.1 step 5, global criterion).
 //!
 //! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are
-//! tried in a fixed order. The rays are sorted along the detector axis of their larger extent, and a
+//! tried in a fixed order, fewer where most rays agree. The rays are sorted along the detector axis of their larger extent, and a
 //! triplet takes one ray of each third, so that its rays are apart. A ray is an inlier when it lies within
 //! the tolerance of the cone, its bright side faces the centre, and the Sun lights the limb there. The cone
 //! with most inliers is refitted to them twice.
@@ -15,6 +15,9 @@ use crate::order;
 /// Largest number of triplets: with half of the points outliers, the probability that none is free of them
 /// is 2e-4.
 pub const MAX_TRIPLETS: u32 = 64;
+/// No more triplets are tried when so many without an outlier were to be expected: the probability that there
+/// was none is `exp(-6.9)`, 1e-3.
+const EXPECTED_GOOD: f32 = 6.9;
 /// Refits to the inliers; the second includes inliers gained by the first.
 const ROUNDS: usize = 2;
 /// Least sine of the Sun's elevation at a limb point: the air a scale height and more above the ground is
@@ -84,7 +87,9 @@ pub(super) fn find_consensus(
         if best.is_none_or(|(most, _)| with_it.count_ones() > most.count_ones()) {
             best = Some((with_it, cone));
         }
-        if with_it.count_ones() as f32 >= parameters.fit.enough_share * all as f32 {
+        let share = best.map_or(0.0, |(most, _)| most.count_ones() as f32 / all as f32);
+        let good = (number + 1) as f32 * share * share * share;
+        if share >= parameters.fit.enough_share || good > EXPECTED_GOOD {
             break;
         }
     }

@@ -181,9 +181,11 @@ pub struct StripSelection<'a> {
 pub const EVEN_STRIPS: StripSelection = StripSelection { most: MAX_LIMB_STRIPS, phase: 4, near: None };
 
 impl StripSelection<'_> {
-    /// [`EVEN_STRIPS`] moved along the limb from cycle to cycle; after eight they have been everywhere.
-    pub fn dithered(cycle: u32) -> Self {
-        Self { phase: (cycle.wrapping_mul(3) % u32::from(PHASES)) as u8, ..EVEN_STRIPS }
+    /// [`EVEN_STRIPS`] moved along the limb from cycle to cycle; after eight they have been everywhere. Half as
+    /// many in a second that is `busy` with other work.
+    pub fn dithered(cycle: u32, busy: bool) -> Self {
+        let phase = (cycle.wrapping_mul(3) % u32::from(PHASES)) as u8;
+        Self { most: if busy { MAX_LIMB_STRIPS / 2 } else { MAX_LIMB_STRIPS }, phase, near: None }
     }
 
     fn includes(&self, [x, y]: [f32; 2]) -> bool {

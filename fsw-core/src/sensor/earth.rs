@@ -11,13 +11,17 @@ use crate::earth::limb_sensor::{
 use crate::earth::view::View;
 use crate::earth::{Body, FitError, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::matrix::{inverse, product, product_transposed};
+use crate::matrix::{product, symmetric_product};
 use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
 
-/// Seconds in a row in which strips gave no centre, after which the whole detector is searched in one second.
+/// Seconds in a row without a centre, after which no strips are read but the whole detector is searched ...
 const STRIP_PATIENCE: u8 = 3;
+/// ... and after which it is searched only in one of [`SEARCH_EVERY`] seconds: a search costs as much as five
+/// seconds of tracking, and the dark lasts half an hour. Chosen.
+const SEARCH_PATIENCE: u8 = 60;
+const SEARCH_EVERY: u32 = 8;
 
 /// Sigma of the Earth's place below which it is known well enough to say what is hidden, rad.
 const VIEW_SIGMA_RAD: f32 = 0.06;
@@ -25,27 +29,24 @@ const VIEW_SIGMA_RAD: f32 = 0.06;
 /// changes little with the place.
 const DARK_SIGMA_RAD: f32 = 0.3;
 
-/// The Earth as the orbit predicts it.
+/// The Earth as the orbit predicts it, or while that is not known as the last fix does.
 struct Prediction {
     view: View,
-    /// Covariance of its centre in the Earth path, km².
-    covariance_km2: Matrix3<f32>,
-    /// Sigma of its place in all, rad.
-    sigma_rad: f32,
     /// Its centre in the Earth path, km.
     centre_km: Vector3<f32>,
+    /// Covariance of its centre in the Earth path, km².
+    covariance_km2: Matrix3<f64>,
+    /// Sigma of its place in all, rad.
+    sigma_rad: f32,
+    /// Whether by the orbit: one fix may be false, and must not hide what would contradict it.
+    by_orbit: bool,
 }
 
 impl Prediction {
     /// Whether the Earth's place is known well enough to say what is hidden.
     fn is_known(&self) -> bool {
-        self.sigma_rad < VIEW_SIGMA_RAD
+        self.by_orbit && self.sigma_rad < VIEW_SIGMA_RAD
     }
-}
-
-/// A symmetric matrix in the axes to which `path` rotates.
-fn rotated(path: &Matrix3<f64>, matrix: &Matrix3<f64>) -> Matrix3<f32> {
-    product_transposed(&product(path, matrix), path).map(|element| element as f32)
 }
 
 impl Sensor<'_> {
@@ -57,8 +58,14 @@ impl Sensor<'_> {
 
     /// The Earth as it must look from where the orbit says, if its place is known well enough to say what it
     /// hides.
-    pub(super) fn known_view(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<View> {
-        self.prediction(body, attitude).filter(Prediction::is_known).map(|predicted| predicted.view)
+    pub(super) fn known_view(
+        &self,
+        ephemeris: &Ephemeris,
+        attitude: &Rotation<Icrs, StarPath>,
+    ) -> Option<View> {
+        let body = self.body(ephemeris, attitude);
+        let predicted = self.prediction(&body, attitude, ephemeris.terrestrial_us);
+        predicted.filter(Prediction::is_known).map(|predicted| predicted.view)
     }
 
     /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with
@@ -75,8 +82,12 @@ impl Sensor<'_> {
         let Some(rotation) = Rotation::from_quaternion(attitude.quaternion) else {
             return Ok(Default::default());
         };
+        if self.orbit.is_behind() {
+            return Ok(Default::default());
+        }
         let body = self.body(ephemeris, &rotation);
-        let looked = self.find_earth(detector, meter, &body, &rotation)?;
+        let predicted = self.prediction(&body, &rotation, ephemeris.terrestrial_us);
+        let looked = self.find_earth(detector, meter, &body, predicted.as_ref())?;
         self.count_misses(&looked);
         let Looked::Found(fix) = &looked else { return Ok((looked, FixRecord::default())) };
         meter.begin(Stage::Orbit);
@@ -86,56 +97,64 @@ impl Sensor<'_> {
         Ok((looked, record))
     }
 
-    /// Counts the seconds in a row in which strips gave no centre. Where there is nothing to measure no strip
-    /// is to blame.
+    /// Counts the seconds in a row in which it was looked for without a centre. Where there is nothing to measure
+    /// nothing was missed.
     fn count_misses(&mut self, looked: &Looked) {
-        self.strip_misses = match looked {
-            Looked::Refused(_) if self.strip_misses < STRIP_PATIENCE => self.strip_misses + 1,
-            _ => 0,
+        self.earth_misses = match looked {
+            Looked::Refused(_) => self.earth_misses.saturating_add(1),
+            Looked::Not => self.earth_misses,
+            Looked::Dark | Looked::Faint | Looked::Found(_) => 0,
         };
     }
 
-    /// Where the Earth is: from strips across the limb that the orbit predicts; where it hardly does, from
-    /// strips across the limb that a search of the whole detector found (a search alone would give a centre
-    /// only good enough for that).
+    /// Where the Earth is: from strips across the limb that is predicted; where it hardly is, from strips across
+    /// the limb that a search of the whole detector found (a search alone would give a centre only good enough
+    /// for that).
     #[inline(never)]
     fn find_earth(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         body: &Body,
-        attitude: &Rotation<Icrs, StarPath>,
+        predicted: Option<&Prediction>,
     ) -> Result<Looked, DetectorError> {
         meter.begin(Stage::Limb);
-        let predicted = self.prediction(body, attitude);
-        let placed = predicted.as_ref().filter(|predicted| predicted.sigma_rad < DARK_SIGMA_RAD);
-        let unlit = placed.and_then(|predicted| self.unlit(predicted));
+        let unlit = predicted.and_then(|predicted| self.unlit(predicted));
         meter.end(Stage::Limb);
         if let Some(unlit) = unlit {
             return Ok(unlit);
         }
         meter.begin(Stage::Limb);
-        let read = self.predicted_strips(detector, body, predicted.as_ref());
+        let read = self.predicted_strips(detector, body, predicted);
         meter.end(Stage::Limb);
         let mut strips = read?;
-        let mut rough = None;
-        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the orbit is not
+        // After fixes that failed or disagreed with the orbit the next is made without it as prior.
+        let consistent = self.orbit.rejections() == 0 && self.earth_misses < STRIP_PATIENCE;
+        let mut prior = predicted
+            .filter(|_| consistent)
+            .and_then(|predicted| CentrePrior::new(predicted.centre_km, &predicted.covariance_km2));
+        let by_orbit = prior.is_some() && predicted.is_some_and(|predicted| predicted.by_orbit);
+        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the prediction is not
         // sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.skipped) {
+            if self.earth_misses >= SEARCH_PATIENCE && !self.cycle.is_multiple_of(SEARCH_EVERY) {
+                return Ok(Looked::Not);
+            }
             meter.begin(Stage::Search);
             let searched = self.search(detector, body);
             meter.end(Stage::Search);
             match searched? {
-                Ok((read, prior)) => (strips, rough) = (read, prior),
+                Ok((read, rough)) => {
+                    strips = read;
+                    if !by_orbit {
+                        prior = rough;
+                    }
+                }
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
         meter.begin(Stage::Centre);
-        // After fixes that failed or disagreed with the orbit the next is made without it as prior.
-        let consistent = self.orbit.rejections() == 0 && self.strip_misses < STRIP_PATIENCE;
-        let orbit =
-            predicted.filter(|_| consistent).and_then(|predicted| self.orbit_prior(&predicted, attitude));
-        let looked = self.fit(body, &strips, orbit, rough);
+        let looked = self.fit(body, &strips, prior.as_ref(), !by_orbit);
         meter.end(Stage::Centre);
         Ok(looked)
     }
@@ -143,6 +162,9 @@ impl Sensor<'_> {
     /// Whether the Earth as predicted has no lit limb in the field, or too little of one; `None` where it has
     /// enough, or the prediction is not good enough to say that it has too little.
     fn unlit(&self, predicted: &Prediction) -> Option<Looked> {
+        if !predicted.by_orbit || predicted.sigma_rad >= DARK_SIGMA_RAD {
+            return None;
+        }
         let parameters = &self.parameters.earth;
         let enough_rad = if predicted.is_known() { parameters.fit.least_arc_deg.to_radians() } else { 0.0 };
         let light = predicted.view.lit_arcs(&self.camera, 0.0, enough_rad, parameters);
@@ -152,49 +174,40 @@ impl Sensor<'_> {
         (light.usable_rad < enough_rad).then_some(Looked::Faint)
     }
 
-    /// Reads strips across the limb that the orbit predicts into the workspace; none without a prediction,
-    /// nor after [`STRIP_PATIENCE`] misses.
+    /// Reads strips across the limb that is predicted into the workspace; none without a prediction, nor after
+    /// [`STRIP_PATIENCE`] misses.
     fn predicted_strips(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         body: &Body,
         predicted: Option<&Prediction>,
     ) -> Result<Strips, DetectorError> {
-        let Some(predicted) = predicted.filter(|_| self.strip_misses < STRIP_PATIENCE) else {
+        let Some(predicted) = predicted.filter(|_| self.earth_misses < STRIP_PATIENCE) else {
             return Ok(Strips::default());
         };
-        let variance = HeightVariance { everywhere_km2: 0.0, centre_km2: predicted.covariance_km2 };
-        let strips = StripSelection::dithered(self.cycle);
+        let centre_km2 = predicted.covariance_km2.map(|element| element as f32);
+        let variance = HeightVariance { everywhere_km2: 0.0, centre_km2 };
+        let strips = StripSelection::dithered(self.cycle, self.orbit.is_busy());
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
         limb_sensor.read_strips(detector, &predicted.view, &variance, &strips, &mut buffers)
     }
 
-    /// The Earth as the orbit predicts it; `None` without an orbit.
-    fn prediction(&self, body: &Body, attitude: &Rotation<Icrs, StarPath>) -> Option<Prediction> {
-        let (state, covariance) = (self.orbit.state()?, self.orbit.position_covariance_km2()?);
-        let path = self.earth_path(attitude);
-        let centre_km = product(&path, &state.position_km).map(|axis| -axis as f32);
-        let view = View::new(&centre_km, body)?;
-        let covariance_km2 = rotated(&path, &covariance);
-        let sigma_rad = libm::sqrtf(covariance_km2.trace().max(0.0)) / view.limb_distance_km();
-        Some(Prediction { view, covariance_km2, sigma_rad, centre_km })
-    }
-
-    /// The prior of the fit of the centre: a prediction with the same attitude.
+    /// The Earth as the orbit predicts it, or while that is not known the last fix; `None` without either.
     #[inline(never)]
-    fn orbit_prior(
+    fn prediction(
         &self,
-        predicted: &Prediction,
+        body: &Body,
         attitude: &Rotation<Icrs, StarPath>,
-    ) -> Option<CentrePrior> {
-        let information = inverse(&self.orbit.position_covariance_km2()?)?;
-        let information = rotated(&self.earth_path(attitude), &information);
-        Some(CentrePrior { centre_km: predicted.centre_km, information })
-    }
-
-    /// From ICRS to the Earth path.
-    fn earth_path(&self, attitude: &Rotation<Icrs, StarPath>) -> Matrix3<f64> {
-        attitude.then(&self.star_to_earth).matrix().map(f64::from)
+        terrestrial_us: i64,
+    ) -> Option<Prediction> {
+        let (position_km, covariance_km2) = self.orbit.place(terrestrial_us)?;
+        let path = attitude.then(&self.star_to_earth).matrix().map(f64::from);
+        let centre_km = product(&path, &position_km).map(|axis| -axis as f32);
+        let view = View::new(&centre_km, body)?;
+        let covariance_km2 = symmetric_product(&path, &covariance_km2);
+        let sigma_rad = libm::sqrtf(covariance_km2.trace().max(0.0) as f32) / view.limb_distance_km();
+        let by_orbit = self.orbit.state().is_some();
+        Some(Prediction { view, centre_km, covariance_km2, sigma_rad, by_orbit })
     }
 
     /// Searches the whole detector and fills the workspace with the limb points of strips across what was
@@ -215,19 +228,13 @@ impl Sensor<'_> {
         Ok(Ok((read, CentrePrior::from_fix(&rough))))
     }
 
-    /// The centre of the points in the workspace, with the orbit as its prior or else a search (`rough`).
+    /// The centre of the points in the workspace; `alone`: its prior is no orbit.
     #[inline(never)]
-    fn fit(
-        &mut self,
-        body: &Body,
-        strips: &Strips,
-        orbit: Option<CentrePrior>,
-        rough: Option<CentrePrior>,
-    ) -> Looked {
-        let criteria = self.parameters.earth.strip_criteria(strips, orbit.is_none());
+    fn fit(&mut self, body: &Body, strips: &Strips, prior: Option<&CentrePrior>, alone: bool) -> Looked {
+        let criteria = self.parameters.earth.strip_criteria(strips, alone);
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
         // Strips that agree on another body than the search contradict the prior and are refused.
-        let fix = limb_sensor.fit(&criteria, orbit.or(rough).as_ref(), &mut buffers);
+        let fix = limb_sensor.fit(&criteria, prior, &mut buffers);
         fix.map_or_else(Looked::Refused, Looked::Found)
     }
 

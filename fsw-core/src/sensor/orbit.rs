@@ -78,13 +78,17 @@ impl Sensor<'_> {
             &attitude_covariance,
             &mounting,
         );
-        let Some(mut position) = fix else {
+        let Some(position) = fix else {
             return FixRecord { nis: None, fault: Some(FixFault::Impossible) };
         };
-        if let Some(state) = self.orbit.state() {
-            position = position.without_aberration(&state.velocity_km_s);
-        }
-        let update = self.orbit.update(terrestrial_us, &position, &to_icrs, &self.parameters.orbit);
+        let parameters = &self.parameters.orbit;
+        let update = match self.orbit.state() {
+            Some(state) => {
+                let position = position.without_aberration(&state.velocity_km_s);
+                self.orbit.update_by_fix(&position, &to_icrs, parameters)
+            }
+            None => self.orbit.begin(terrestrial_us, &position, &to_icrs, parameters),
+        };
         self.note_update(update, terrestrial_us, events)
     }
 

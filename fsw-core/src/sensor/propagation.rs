@@ -59,7 +59,7 @@ impl Sensor<'_> {
                 self.forget_orbit();
                 events.note(Event::OrbitForgotten);
             }
-            let update = self.orbit.finish_look(&self.parameters.orbit);
+            let update = self.orbit.proceed(&self.parameters.orbit);
             *fix = self.note_update(update, terrestrial_us, events);
         }
         let known_us = time.terrestrial_us.filter(|_| time.state != ClockState::Unknown);

@@ -25,7 +25,8 @@ fn begin(
     for second in 0..seconds {
         let seen = truth.position_km + generator.gaussian_vector() * sigma_km;
         let seen = spoil(second, seen, generator);
-        if let Some(first) = beginning.add(truth.time_us, &fix(seen, sigma_km, 0.0), &parameters) {
+        beginning.add(truth.time_us, &fix(seen, sigma_km, 0.0), &parameters);
+        if let Some(first) = beginning.proceed() {
             let to = first.state.time_us - truth.time_us;
             return Some((first, Dynamics::Full.propagate(&truth, to).unwrap(), second));
         }
@@ -100,7 +101,8 @@ fn one_false_fix_tells_nothing() {
     for second in 0..200 {
         // Every gap begins anew.
         let time_us = second * 400_000_000;
-        assert!(beginning.add(time_us, &false_fix, &parameters).is_none());
+        beginning.add(time_us, &false_fix, &parameters);
+        assert!(beginning.proceed().is_none());
         assert_eq!(beginning.kept.len(), 1);
     }
 }
@@ -116,4 +118,45 @@ fn an_orbit_is_bound_and_above_the_ground() {
         assert!(!is_orbit(&OrbitState { velocity_km_s: Vector3::new(x, 0.0, 0.0), ..low }));
         assert!(!is_orbit(&OrbitState { position_km: Vector3::new(x, 0.0, 0.0), ..low }));
     }
+}
+
+#[test]
+fn a_trial_goes_on_when_no_fix_comes_any_more() {
+    let mut beginning = Beginning::new();
+    let mut truth = circular(6_828.0, 51.6);
+    // A fix a minute: the eighth begins a trial, which needs none afterwards.
+    for _ in 0..8 {
+        truth = Dynamics::Full.propagate(&truth, 60_000_000).unwrap();
+        assert!(beginning.proceed().is_none());
+        beginning.add(truth.time_us, &fix(truth.position_km, 1.0, 0.0), &OrbitParameters::default());
+    }
+    let calls = (1..=CALLS_OF_A_TRIAL).find(|_| beginning.proceed().is_some());
+    assert!(calls.is_some_and(|calls| calls >= usize::from(ITERATIONS) * FEWEST / FIXES_A_CALL), "{calls:?}");
+    assert!(beginning.proceed().is_none(), "it is over");
+}
+
+#[test]
+fn the_place_by_the_last_fix_is_surely_within_what_an_orbit_may_have_moved() {
+    let mut beginning = Beginning::new();
+    assert!(beginning.place(0).is_none());
+    for radius_km in [6_828.0, 42_164.0] {
+        let start = circular(radius_km, 51.6);
+        beginning.add(start.time_us, &fix(start.position_km, 3.0, 4.0), &OrbitParameters::default());
+        let (position_km, covariance_km2) = beginning.place(start.time_us).unwrap();
+        assert_eq!(position_km, start.position_km);
+        assert!((covariance_km2 - Matrix3::identity() * 25.0).norm() < 1e-6);
+        for seconds in [1, 10, 100] {
+            let truth = Dynamics::Full.propagate(&start, seconds * 1_000_000).unwrap();
+            let (position_km, covariance_km2) = beginning.place(truth.time_us).unwrap();
+            let moved = truth.position_km - position_km;
+            // A circular orbit has 0.71 of the speed of escape, which is that of all axes together.
+            let square = moved.dot(&(covariance_km2.try_inverse().unwrap() * moved));
+            assert!(square < 1.5 && square > 0.2 * f64::from(u8::from(seconds > 1)), "{seconds}: {square}");
+        }
+    }
+    beginning.shift_epoch(5_000_000);
+    let (_, covariance_km2) = beginning.place(circular(42_164.0, 51.6).time_us + 5_000_000).unwrap();
+    assert!((covariance_km2 - Matrix3::identity() * 25.0).norm() < 1e-6);
+    beginning.forget();
+    assert!(beginning.place(0).is_none());
 }

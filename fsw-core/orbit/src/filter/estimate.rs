@@ -98,6 +98,8 @@ pub(super) struct Estimate {
     taking: Option<Taking>,
     /// Spans that the second's propagation took.
     spans: u32,
+    /// Whether the second went to a look that was taken in.
+    pub(super) busy: bool,
     /// From the Earth path to ICRS in its last second.
     to_icrs: Matrix3<f32>,
     /// When the next one may begin.
@@ -119,6 +121,7 @@ impl Estimate {
             look: None,
             taking: None,
             spans: 0,
+            busy: false,
             to_icrs: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             next_look_us: 0,
             settled: false,
@@ -286,13 +289,16 @@ impl Estimate {
     /// the look's shares follow. Gives what came of a share. After a gap it waits, as the gap took the second.
     #[inline(never)]
     pub(super) fn finish_look(&mut self, parameters: &OrbitParameters) -> Option<(Nis, bool)> {
+        self.busy = false;
         if self.spans > 1 {
             return None;
         }
         let Some(taking) = self.taking else {
             self.end_look(parameters);
+            self.busy = self.taking.is_some();
             return None;
         };
+        self.busy = true;
         let Some(rows) = self.rows_of_look(&taking, parameters) else {
             self.taking = None;
             return None;

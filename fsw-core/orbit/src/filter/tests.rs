@@ -80,7 +80,8 @@ fn nothing_is_told_before_the_first_orbit_is_tested() {
         if update == Update::Started {
             let error = (filter.state().unwrap().position_km - truth.position_km).norm();
             let sigma = filter.position_sigma_km().unwrap().iter().map(|x| x * x).sum::<f32>().sqrt();
-            assert!(second > 40 && error < 3.0 * f64::from(sigma), "{second}: {error} of {sigma}");
+            // Not before eight fixes that are five seconds apart.
+            assert!(second >= 35 && error < 3.0 * f64::from(sigma), "{second}: {error} of {sigma}");
             return;
         }
         assert_eq!(update, Update::Collected);
@@ -347,7 +348,7 @@ proptest! {
             let to_icrs = Matrix3::identity() + fsw_ground::matrix::cross_matrix(&tilt);
             if observation == Observation::LimbHeights {
                 let _ = filter.advance(time_us, &parameters);
-                filter.finish_look(&parameters);
+                filter.proceed(&parameters);
                 let attitude = Matrix3::identity() * 1e-9;
                 filter.observe_limb(&heights, &to_icrs, &attitude, &parameters);
             } else {

@@ -56,7 +56,7 @@ impl<'a> Lines<'a> {
         Some(AveragedLine {
             lines: self,
             counts: [0.0; MAX_LENGTH],
-            spreads: [Spread::default(); RUN],
+            spreads: [Spread::NONE; RUN],
             averaged: END_MARGIN,
             end,
         })

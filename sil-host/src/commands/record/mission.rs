@@ -11,9 +11,9 @@
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
-//! | low orbit, 11 min before dusk | self-test, acquisition, tracking |
+//! | low orbit, 10 min before dusk | self-test, acquisition, tracking in strips about the last fix |
 //! | six times a minute later | an arc long enough for a first orbit |
-//! | 4 min before dusk, twice | the first orbit is found and tested; looks at the limb |
+//! | 3 min before dusk, twice | trials of a first orbit until one passes; looks at the limb |
 //! | night, 5.5 min later | the stars are lost and acquired anew; eclipse |
 //! | sunrise, 48 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
 //! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
@@ -21,7 +21,7 @@
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
 //! | tumbling at 4 deg/s | streaks found by the scan, then sought as lines |
 //!
-//! Time-outs are short and the limb's slow errors pass soon, so that 178 seconds suffice to know an orbit and to
+//! Time-outs are short and the limb's slow errors pass soon, so that 208 seconds suffice to know an orbit and to
 //! lose it; all else is the scenarios' own.
 
 use crate::error::HostError;
@@ -63,15 +63,15 @@ pub struct Flight {
 /// Every mode.
 pub const MISSION: Flight = Flight {
     clips: &[
-        Clip { scenario: LEO, from_s: 20, seconds: 8 },
+        Clip { scenario: LEO, from_s: 20, seconds: 6 },
         Clip { scenario: LEO, from_s: 80, seconds: 4 },
         Clip { scenario: LEO, from_s: 140, seconds: 4 },
         Clip { scenario: LEO, from_s: 200, seconds: 4 },
         Clip { scenario: LEO, from_s: 260, seconds: 4 },
         Clip { scenario: LEO, from_s: 320, seconds: 4 },
         Clip { scenario: LEO, from_s: 380, seconds: 4 },
-        Clip { scenario: LEO, from_s: 440, seconds: 28 },
-        Clip { scenario: LEO, from_s: 480, seconds: 26 },
+        Clip { scenario: LEO, from_s: 440, seconds: 60 },
+        Clip { scenario: LEO, from_s: 505, seconds: 26 },
         Clip { scenario: LEO, from_s: 830, seconds: 27 },
         Clip { scenario: LEO, from_s: 3723, seconds: 21 },
         Clip { scenario: LEO, from_s: 3903, seconds: 10 },
@@ -86,16 +86,15 @@ pub const MISSION: Flight = Flight {
 /// that has become unsure.
 pub const WIDE_LIMB: Flight = Flight {
     clips: &[
-        Clip { scenario: "leo-oblique", from_s: 0, seconds: 8 },
+        Clip { scenario: "leo-oblique", from_s: 0, seconds: 6 },
         Clip { scenario: "leo-oblique", from_s: 60, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 120, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 180, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 240, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 300, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 360, seconds: 4 },
-        Clip { scenario: "leo-oblique", from_s: 420, seconds: 23 },
-        Clip { scenario: "leo-oblique", from_s: 445, seconds: 6 },
-        Clip { scenario: "leo-oblique", from_s: 500, seconds: 10 },
+        Clip { scenario: "leo-oblique", from_s: 420, seconds: 76 },
+        Clip { scenario: "leo-oblique", from_s: 550, seconds: 10 },
     ],
     disturbances: None,
 };

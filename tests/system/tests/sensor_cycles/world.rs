@@ -33,11 +33,15 @@ pub(super) struct World {
     /// Whether nothing is seen, or nothing in strips across the limb.
     pub covered: bool,
     pub strips_covered: bool,
+    /// Whether nothing is seen in strips and lines.
+    pub limb_covered: bool,
     /// Where alone stars are seen, px, and the value of all other pixels.
     pub only: Vec<[f64; 2]>,
     pub elsewhere: u16,
     /// Whether only strips fail.
     pub strips_fail: bool,
+    /// Whether a line across the whole detector was read in this second: only the search for the Earth does.
+    pub searched: bool,
     /// Strips show what stands so many pixels to the right.
     pub strips_shifted_px: u16,
     pub geometry: Option<DetectorGeometry>,
@@ -62,9 +66,11 @@ impl World {
             fault: None,
             covered: false,
             strips_covered: false,
+            limb_covered: false,
             only: Vec::new(),
             elsewhere: 0,
             strips_fail: false,
+            searched: false,
             strips_shifted_px: 0,
             geometry: None,
             exposed_ago_us: 0,
@@ -146,10 +152,13 @@ impl Detector for World {
         Ok(LocalTime::from_us(self.local().as_us() - self.exposed_ago_us))
     }
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        let is_line = window.width.min(window.height) == 1;
         let is_strip = window.width.min(window.height) == STRIP_BREADTH;
+        self.searched |= is_line;
         let x = if is_strip { window.x.saturating_add(self.strips_shifted_px) } else { window.x };
         self.scene.read(Window { x, ..window }, pixels)?;
-        if self.covered || is_strip && self.strips_covered {
+        let covered = is_strip && self.strips_covered || (is_strip || is_line) && self.limb_covered;
+        if self.covered || covered {
             pixels.fill(30);
         }
         let width = usize::from(window.width);
@@ -184,6 +193,7 @@ pub(super) fn fly(
     }
     (0..seconds)
         .map(|second| {
+            world.searched = false;
             let command = before(second, world);
             let mut clock = Instant::new(world.local(), world.instant_us);
             let mut instruments =
