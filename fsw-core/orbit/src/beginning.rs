@@ -140,7 +140,7 @@ impl Beginning {
         self.last = Some(kept);
         let due = since_us >= self.spacing_us;
         // A trial waits for half of the spacing only: the arc may end before the whole.
-        let apart = 2 * since_us >= self.spacing_us;
+        let apart = since_us >= self.spacing_us / 2;
         if due && self.kept.is_full() {
             self.thin();
         }
