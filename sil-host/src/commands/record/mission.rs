@@ -210,7 +210,7 @@ mod tests {
             }
             assert!(flight.instrument().unwrap().1.check().is_ok());
         }
-        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 178);
+        assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 208);
         const BOTH: &[Clip] = &[MISSION.clips[0], WIDE_LIMB.clips[0]];
         assert!(Flight { clips: BOTH, ..MISSION }.instrument().is_err());
     }
