@@ -19,7 +19,7 @@ use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 /// Redundant equations required of a rate of a single image: three whole streaks, or two and two cut ones.
-const FEWEST_SPARE: usize = 3;
+const FEWEST_SPARE: usize = 5;
 /// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
 /// Net matches from which the sense is known, and largest count.

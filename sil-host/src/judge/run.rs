@@ -26,6 +26,9 @@ pub struct Judge {
     valid: Share,
     /// Seconds without an attitude up to now.
     without: u32,
+    /// The mode of the second before, and the latest seconds in which it was another than before.
+    mode: Option<Mode>,
+    changed: Vec<u32>,
     series: [Series; QUANTITIES.len()],
     bound: [Squares; 3],
     rate: RateSums,
@@ -48,6 +51,8 @@ impl Judge {
             modes: ModeJudge::default(),
             valid: Share::default(),
             without: 0,
+            mode: None,
+            changed: Vec::new(),
             series: QUANTITIES.each_ref().map(|quantity| Series::new(quantity.axes)),
             bound: Default::default(),
             rate: RateSums::default(),
@@ -75,6 +80,7 @@ impl Judge {
             self.rate.add(second, &mut self.figures.rate);
         }
         self.add_orbit(second);
+        self.add_change(second);
         self.modes.add(second)
     }
 
@@ -98,6 +104,14 @@ impl Judge {
         if !second.sun() {
             self.valid.add(known);
         }
+    }
+
+    fn add_change(&mut self, second: &Judged) {
+        if self.mode.replace(second.mode).is_some_and(|before| before != second.mode) {
+            self.changed.push(second.cycle);
+        }
+        self.changed.retain(|at| second.cycle < at + 10);
+        self.figures.mode_changes_10_s = self.figures.mode_changes_10_s.max(self.changed.len() as u32);
     }
 
     fn add_orbit(&mut self, second: &Judged) {

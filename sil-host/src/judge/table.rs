@@ -88,6 +88,12 @@ macro_rules! of_quantity {
                 ("sigma", 1e3),
                 |of| jump(of.run($key)),
             ),
+            at_most(
+                concat!($key, "_worst_sigma"),
+                concat!($words, ": largest error, of any axis"),
+                ("sigma", 1e6),
+                |of| Some(of.run($key)?.largest_sigma),
+            ),
             at_most(concat!($key, "_bias_sigma"), concat!($words, ": mean error"), ("sigma", 1e3), |of| {
                 Some(of.run($key)?.bias_sigma)
             }),
@@ -106,7 +112,7 @@ macro_rules! of_quantity {
     };
 }
 
-static OF_RUN: [Figure; 24] = [
+static OF_RUN: [Figure; 25] = [
     share("attitude_valid_share", "attitude valid outside Sun states", |of| of.attitude_valid_share),
     share("within_3_sigma_share", "attitude error within 3 reported sigma", |of| of.within_3_sigma_share),
     share("position_within_3_sigma_share", "position error within 3 reported sigma", |of| {
@@ -129,6 +135,9 @@ static OF_RUN: [Figure; 24] = [
     }),
     at_most("mode_latest_s", "latest mode after a change of the geometry", ("s", 1e6), |of| {
         of.mode_latest_s.map(f64::from)
+    }),
+    at_most("mode_changes_10_s", "most changes of the mode within ten seconds", ("changes", 10.0), |of| {
+        Some(f64::from(of.mode_changes_10_s))
     }),
     at_most("settled_s", "orbit filter settled", ("s", 1e6), |of| of.orbit.settled_s.map(f64::from)),
     at_most(
@@ -186,7 +195,7 @@ pub static NOT_FINITE: Figure =
         Some(f64::from(of.not_finite))
     });
 
-static OF_QUANTITIES: [[Figure; 6]; 9] = [
+static OF_QUANTITIES: [[Figure; 7]; 9] = [
     of_quantity!("attitude", "attitude", "arcsec", "arcsec"),
     of_quantity!("filtered", "filtered attitude", "arcsec", "arcsec"),
     of_quantity!("sun_attitude", "attitude carried through the Sun", "arcsec", "arcsec"),

@@ -131,7 +131,11 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
         line(
             "Mode as the geometry says",
             percent(figures.mode_share),
-            format!("latest after a change {}", seconds(figures.mode_latest_s)),
+            format!(
+                "latest after a change {}; at most {} changes in ten seconds",
+                seconds(figures.mode_latest_s),
+                figures.mode_changes_10_s
+            ),
         ),
         line(
             "Rate while no attitude is known",
