@@ -128,6 +128,8 @@ pub struct Sensor<'c> {
     converged: bool,
     /// Seconds in a row in which the Earth was looked for without a centre.
     earth_misses: u8,
+    /// Of the noise of the last two images.
+    digests: [u32; 2],
     /// Instant of the image under search.
     searching_since: Option<LocalTime>,
     /// How it turns while no attitude is known.
@@ -164,6 +166,7 @@ impl<'c> Sensor<'c> {
             fixed_us: 0,
             converged: false,
             earth_misses: 0,
+            digests: [0; 2],
             searching_since: None,
             turning: turning::Turning::default(),
             images_given_up: 0,

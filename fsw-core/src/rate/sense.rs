@@ -18,7 +18,8 @@ use super::marks::{
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Redundant equations required of a rate of a single image: three whole streaks, or two and two cut ones.
+/// Redundant equations required of a rate of a single image: four whole streaks, or three and two cut ones. Of
+/// three lines two fix a rate; that the third agrees by chance has a probability of some percent.
 const FEWEST_SPARE: usize = 5;
 /// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
@@ -27,6 +28,9 @@ const SENSE_KNOWN: i8 = 2;
 const MAX_SENSE: i8 = 4;
 /// A mean rate is extrapolated by the one before it where the images are at most so far apart, s.
 const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
+
+/// Change of the rate in a second, rad/s, where nothing is known of it: a slew of 40 deg in half a minute.
+const SLEW_CHANGE: f32 = 8e-4;
 
 /// A rate, rad/s, and its covariance, (rad/s)².
 pub type Estimate = (Vector3<f32>, Matrix3<f32>);
@@ -103,17 +107,19 @@ impl RateHistory {
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
         let decision = hypotheses.decide(&compared, &before)?;
         let estimate = fused_rate(&compared, &hypotheses, &decision, &before);
-        let (sure, confirmed) =
-            (decision.sense >= SENSE_KNOWN, decision.mean.is_some() || compared.is_consistent());
+        let sure = decision.sense >= SENSE_KNOWN;
         self.sense = decision.sense;
         self.known = sure.then_some(estimate.0);
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.streaks = Some(decision.rate);
         // The last image's rate counts only if its sense was known.
         let contradicts = compared.consistent == Some(false) && before.sense >= SENSE_KNOWN;
-        // At least half of the arcs must agree: of many lines some agree by chance.
-        let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && 2 * (whole + cut) >= arcs.len();
-        (confirmed || alone && !contradicts).then_some(StreakRate {
+        let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && !contradicts;
+        // At least half of the arcs must agree: of many lines some agree by chance, those of an Earth that
+        // hardly moves from image to image with the same rate.
+        let agreed = 2 * (whole + cut) >= arcs.len() && (alone || compared.is_consistent());
+        let confirmed = decision.mean.is_some();
+        (confirmed || agreed).then_some(StreakRate {
             estimate: estimate.0,
             from_both: estimate.1,
             either_sense: !sure,
@@ -239,7 +245,8 @@ fn fused_rate(
     decision: &Decision,
     before: &RateHistory,
 ) -> (Estimate, bool) {
-    let RateComparison { elapsed_s, change, .. } = *compared;
+    let elapsed_s = compared.elapsed_s;
+    let change = observed_change(compared, decision, before);
     let Hypotheses { matches, gain, chance, .. } = hypotheses;
     let off = 0.5 * change * elapsed_s;
     let streaks = (decision.rate.rad_s, decision.rate.covariance);
@@ -247,7 +254,7 @@ fn fused_rate(
         return (streaks, false);
     }
     let both = match &decision.mean {
-        Some(mean) => fused(streaks, rate_at_image(compared, decision, mean, before)),
+        Some(mean) => fused(streaks, rate_at_image((elapsed_s, change), decision, mean, before)),
         // Too few matches for a mean rate of their own: they correct the rate.
         None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => corrected(streaks, matches, off),
         None => None,
@@ -259,21 +266,34 @@ fn fused_rate(
     (last.and_then(|last| fused(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
+/// By how much the rate changes in a second, rad/s: as that of a free body, or where that is more, as in a slew,
+/// as the last two mean rates differ beyond their sigmas. By one mean rate a slew cannot be told from a free body.
+fn observed_change(compared: &RateComparison, decision: &Decision, before: &RateHistory) -> f32 {
+    let Some(mean) = &decision.mean else { return compared.change };
+    let close = compared.elapsed_s < LONGEST_EXTRAPOLATION_S;
+    let observed = before.mean.filter(|_| close).map_or(SLEW_CHANGE, |(last, covariance)| {
+        let difference = mean.rad_s - last;
+        let square = difference.dot(&difference) - (mean.covariance + covariance).trace();
+        libm::sqrtf(square.max(0.0)) / compared.elapsed_s.max(0.1)
+    });
+    compared.change.max(observed)
+}
+
 /// The rate at the image from the mean rate since the last image, which refers to the middle of that
 /// interval: unchanged with a larger covariance, or extrapolated by the mean before it, whichever has the
 /// smaller covariance.
 fn rate_at_image(
-    compared: &RateComparison,
+    (elapsed_s, change): (f32, f32),
     decision: &Decision,
     mean: &RateFit,
     before: &RateHistory,
 ) -> Estimate {
-    let RateComparison { elapsed_s, change, .. } = *compared;
     let as_it_is = (mean.rad_s, inflated(mean.covariance, 0.5 * change * elapsed_s));
     let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {
         return as_it_is;
     };
-    let wander = change * decision.rate.rad_s.norm();
+    // The change itself changes: as a free body turns on, and by a quarter in a second as a slew begins or ends.
+    let wander = change * decision.rate.rad_s.norm().max(0.25);
     let extrapolated =
         (mean.rad_s * 1.5 - last * 0.5, inflated(mean.covariance * 2.25 + covariance * 0.25, wander));
     if extrapolated.1.trace() < as_it_is.1.trace() { extrapolated } else { as_it_is }

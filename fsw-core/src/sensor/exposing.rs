@@ -8,6 +8,11 @@ use crate::plan;
 use crate::telemetry::{DetectorFault, ImageFault};
 use fsw_hal::{Clock, Detector, DetectorError, LocalTime, Stage, StageMeter};
 
+/// Pixels of every probe by whose noise an image is told from those before.
+const NOISE_PX: usize = 64;
+/// Of the hash by Fowler, Noll and Vo, 32 bits.
+const FNV_PRIME: u32 = 16_777_619;
+
 /// The image of a second.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Image {
@@ -54,7 +59,10 @@ impl Sensor<'_> {
             None => (Image::NotAsked, None),
             Some(Err(fault)) => (Image::Failed(fault), None),
             Some(Ok(instant)) => match self.timekeeper.accept(instant, &now) {
-                Ok(()) => (self.probe(detector), Some(instant)),
+                Ok(()) => match self.probe(detector) {
+                    Image::Refused(fault) => (Image::Refused(fault), None),
+                    image => (image, Some(instant)),
+                },
                 Err(fault) => (Image::Refused(fault), None),
             },
         };
@@ -85,10 +93,12 @@ impl Sensor<'_> {
         detector.expose(exposure_us).map_err(DetectorFault::from)
     }
 
-    /// Whether the Sun blinds the image: all probes stand at full scale.
+    /// Whether the Sun blinds the image: all probes stand at full scale. And whether it is one of the last ones
+    /// again, whatever its instant: noise does not repeat itself. Of pixels that are all alike nothing is said.
     fn probe(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Image {
         let geometry = detector.geometry();
-        let mut blind = 0;
+        let (mut blind, mut digest, mut varied) = (0, 0u32, false);
+        let mut first = None;
         for probe in &plan::probes(&geometry) {
             let Some(pixels) = self.workspace.shared.readout().buffer.get_mut(..probe.area()) else {
                 return Image::Failed(DetectorFault::Request);
@@ -97,7 +107,18 @@ impl Sensor<'_> {
                 return Image::Failed(error.into());
             }
             blind += usize::from(blinded(pixels, geometry.bits));
+            for raw in pixels.iter().take(NOISE_PX) {
+                varied |= raw != first.get_or_insert(*raw);
+                digest = (digest ^ u32::from(*raw)).wrapping_mul(FNV_PRIME);
+            }
         }
-        if blind == plan::PROBES { Image::Blinded } else { Image::Taken }
+        let [before, last] = self.digests;
+        self.digests = [last, digest];
+        // Of saturated pixels only the dead ones differ, which are the same in every image.
+        if blind == plan::PROBES {
+            return Image::Blinded;
+        }
+        let repeated = varied && (digest == before || digest == last);
+        if repeated { Image::Refused(ImageFault::Repeated) } else { Image::Taken }
     }
 }

@@ -23,6 +23,7 @@ use crate::stars::{MeasuredStar, row_delay_s};
 use crate::telemetry::{Activity, Outcome, RateReport, RateSource};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 use heapless::Vec;
+use nalgebra::Vector3;
 use streaks::{MAX_STREAKS, SAME_PX};
 
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
@@ -45,6 +46,9 @@ const UNSEEN_DIVISOR: u8 = 3;
 const BETWEEN_S: (f32, f32) = (0.1, 4.5);
 /// Largest standard deviation of a rate that is reported, as a share of it.
 const LARGEST_SHARE: f32 = 0.4;
+/// Marks that move less from image to image may be fixed to the detector, as bad pixels are: no rate of theirs is
+/// told. Chosen: three sigma of a faint star on both images.
+const LEAST_MOTION_PX: f32 = 1.0;
 
 /// What is remembered from image to image.
 #[derive(Debug, Default)]
@@ -227,6 +231,14 @@ impl Sensor<'_> {
         rate_report(found.estimate, source, found.either_sense, found.whole)
     }
 
+    /// How fast the fastest star of the field moves at a rate, px/s.
+    fn farthest_px(&self, rate: &Vector3<f32>) -> f32 {
+        let camera = self.camera.parameters();
+        let [width, height] = [camera.width_px, camera.height_px].map(f32::from);
+        libm::hypotf(rate.x, rate.y) / self.camera.rad_per_px()
+            + libm::fabsf(rate.z) * 0.5 * libm::hypotf(width, height)
+    }
+
     /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to
     /// look for next.
     #[inline(never)]
@@ -252,7 +264,8 @@ impl Sensor<'_> {
         self.turning.taken = self.now;
         self.turning.next = Next { seeks, ..Next::default() };
         let (estimate, count) = found?;
-        rate_report(estimate, RateSource::Images, false, count)
+        let moved = self.farthest_px(&estimate.0) * elapsed_s? > LEAST_MOTION_PX;
+        if moved { rate_report(estimate, RateSource::Images, false, count) } else { None }
     }
 }
 

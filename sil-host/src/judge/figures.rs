@@ -140,7 +140,7 @@ pub struct Figures {
     /// Longest time from a change of the geometry to the mode that it asks for.
     pub mode_latest_s: Option<u32>,
     /// Most changes of the mode within ten seconds.
-    pub mode_changes_10_s: u32,
+    pub mode_changes_10_s: Option<u32>,
     /// Seconds in which a number was not finite or a sigma not positive, over all quantities.
     pub not_finite: u32,
     /// Seconds in which the lit arc is too short to be called light or dark.

@@ -111,7 +111,8 @@ impl Judge {
             self.changed.push(second.cycle);
         }
         self.changed.retain(|at| second.cycle < at + 10);
-        self.figures.mode_changes_10_s = self.figures.mode_changes_10_s.max(self.changed.len() as u32);
+        let most = self.figures.mode_changes_10_s.get_or_insert(0);
+        *most = (*most).max(self.changed.len() as u32);
     }
 
     fn add_orbit(&mut self, second: &Judged) {

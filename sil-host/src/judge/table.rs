@@ -137,7 +137,7 @@ static OF_RUN: [Figure; 25] = [
         of.mode_latest_s.map(f64::from)
     }),
     at_most("mode_changes_10_s", "most changes of the mode within ten seconds", ("changes", 10.0), |of| {
-        Some(f64::from(of.mode_changes_10_s))
+        of.mode_changes_10_s.map(f64::from)
     }),
     at_most("settled_s", "orbit filter settled", ("s", 1e6), |of| of.orbit.settled_s.map(f64::from)),
     at_most(

@@ -134,7 +134,7 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             format!(
                 "latest after a change {}; at most {} changes in ten seconds",
                 seconds(figures.mode_latest_s),
-                figures.mode_changes_10_s
+                figures.mode_changes_10_s.map_or_else(|| "–".into(), |most| most.to_string())
             ),
         ),
         line(

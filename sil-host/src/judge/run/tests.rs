@@ -96,6 +96,20 @@ fn every_limit_has_a_figure_and_one_without_a_figure_is_missed() {
 }
 
 #[test]
+fn changes_of_the_mode_are_counted_within_ten_seconds() {
+    let mut judge = Judge::new(60, 8.0);
+    // Three changes in seconds 20 to 22, a fourth in second 29, a fifth in second 30.
+    for cycle in 0..60 {
+        let tracking = [21, 29].contains(&cycle) || !(20..40).contains(&cycle);
+        judge.add(&Judged {
+            mode: if tracking { Mode::Tracking } else { Mode::Acquisition },
+            ..second(cycle, 1.0, true)
+        });
+    }
+    assert_eq!(judge.finish().mode_changes_10_s, Some(4));
+}
+
+#[test]
 fn orbit_axes_are_up_ahead_and_along_the_normal() {
     let axes = crate::judge::second::orbit_axes([7000.0, 0.0, 0.0], [1.0, 0.0, 7.0]).unwrap();
     assert_eq!(axes, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
