@@ -11,8 +11,8 @@
 //!    another), or for streaks and the rate (`turning`), predicted stars followed in windows (`tracking`), or
 //!    only whether the Sun still blinds (`outage`); the filter takes the attitude in (`attitude`);
 //! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
-//!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a position, which
-//!    the orbit filter takes in (`orbit`);
+//!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a
+//!    position, which the orbit filter takes in (`orbit`);
 //! 5. the guards decide the next mode; the report is made of the `record` of the second.
 //!
 //! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that

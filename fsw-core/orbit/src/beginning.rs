@@ -3,11 +3,11 @@
 //! In: position fixes. Out: state and covariance, once they are good enough to be told.
 //!
 //! A ring keeps [`FIXES`] fixes, thinned: when it is full every second one is dropped and the least time
-//! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the ring,
-//! with the latest fix where it is not full,
-//! `FIXES_A_CALL` fixes of an iteration a call, whether there is a new fix or not: the first iteration on Lagrange's series `r = f r0 + g v0`,
-//! which is linear, the others by propagation and its transition (differential correction). A fix that
-//! disagrees by `x²` has the weight `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
+//! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the
+//! ring, with the latest fix where it is not full, `FIXES_A_CALL` fixes of an iteration a call, whether
+//! there is a new fix or not: the first iteration on Lagrange's series `r = f r0 + g v0`, which is linear,
+//! the others by propagation and its transition (differential correction). A fix that disagrees by `x²` has
+//! the weight `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
 //!
 //! The errors that neighbouring limb points share last from fix to fix. Their covariance is multiplied by the
 //! number of fixes within that time, so that these count as one.
@@ -161,8 +161,8 @@ impl Beginning {
         }
     }
 
-    /// Position and covariance (km, km²) at a time by the last fix alone: since then it has moved with at most
-    /// the speed of escape, in a direction that is not known.
+    /// Position and covariance (km, km²) at a time by the last fix alone: since then it has moved with at
+    /// most the speed of escape, in a direction that is not known.
     pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         let Kept { time_us: then_us, position_km, noise_km2, shared_km2 } = self.last.as_ref()?;
         let since_s = time_us.saturating_sub(*then_us) as f64 / MICROSECONDS;
@@ -214,7 +214,8 @@ impl Beginning {
         (lasting_s / spacing_s).clamp(1.0, FIXES as f64)
     }
 
-    /// A part of the trial's iteration, after the last one the tests: gives the orbit when it has passed every one.
+    /// A part of the trial's iteration, after the last one the tests: gives the orbit when it has passed
+    /// every one.
     #[inline(never)]
     pub fn proceed(&mut self) -> Option<FirstOrbit> {
         // A trial that fails, or has been made, is over.
@@ -286,8 +287,8 @@ impl Trial {
         (self.squares, self.inliers) = (0.0, 0);
     }
 
-    /// Adds the next fix back in time to the normal equations about the orbit tried. In the first iteration about
-    /// nothing, by Lagrange's series.
+    /// Adds the next fix back in time to the normal equations about the orbit tried. In the first iteration
+    /// about nothing, by Lagrange's series.
     #[inline(never)]
     fn add(&mut self) -> Option<()> {
         let kept = *self.of.iter().rev().nth(self.fixes)?;

@@ -1,15 +1,15 @@
 //! Corrections of position and velocity along the orbit, as changes of its elements.
 //!
-//! After an eclipse in the first revolution the orbit's covariance is hundreds of km long and a few thick. A
-//! correction along the tangent leaves it: 200 km ahead on a low orbit is 3 km below the tangent, and the
-//! energy, on which the next revolution hangs, is no longer the one that was measured. Errors in equinoctial
-//! elements stay Gaussian ([`super::elements`]). So a correction `δx` is taken as the change `E δx` of the
-//! elements (`E`: their derivative by the state), and the covariance's root goes with the state by the derivative
-//! `T` of that move.
+//! After an eclipse in the first revolution the orbit's covariance is hundreds of km long and a few thick.
+//! A correction along the tangent leaves it: 200 km ahead on a low orbit is 3 km below the tangent, and the
+//! energy, on which the next revolution hangs, is no longer the one that was measured. Errors in
+//! equinoctial elements stay Gaussian ([`super::elements`]). So a correction `δx` is taken as the change `E
+//! δx` of the elements (`E`: their derivative by the state), and the covariance's root goes with the state
+//! by the derivative `T` of that move.
 //!
-//! On the first arc it is the other way round: position and velocity are what is measured and the shape of the
-//! orbit is what is unknown. A correction is taken in elements where most of it is along the orbit, else it is
-//! added in Cartesian coordinates, as are those below [`SMALLEST`].
+//! On the first arc it is the other way round: position and velocity are what is measured and the shape of
+//! the orbit is what is unknown. A correction is taken in elements where most of it is along the orbit,
+//! else it is added in Cartesian coordinates, as are those below [`SMALLEST`].
 
 use super::elements::{Change, Equinoctial};
 use fsw_ground::matrix::{dot, plus_scaled};

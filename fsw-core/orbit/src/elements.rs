@@ -1,11 +1,12 @@
 //! Equinoctial elements (Broucke and Cefola 1972): an orbit without the singular cases of Kepler's elements.
 //!
-//! `h = e sin(ω + IΩ)`, `k = e cos(ω + IΩ)`, `p = tanᴵ(i/2) sin Ω`, `q = tanᴵ(i/2) cos Ω`, the mean longitude
-//! `λ = M + ω + IΩ` and the mean motion. The retrograde factor `I` is 1 where the orbit's normal is north of the
-//! equator of the axes, -1 where it is south: regular at every inclination, and at `e = 0`.
+//! `h = e sin(ω + IΩ)`, `k = e cos(ω + IΩ)`, `p = tanᴵ(i/2) sin Ω`, `q = tanᴵ(i/2) cos Ω`, the mean
+//! longitude `λ = M + ω + IΩ` and the mean motion. The retrograde factor `I` is 1 where the orbit's normal
+//! is north of the equator of the axes, -1 where it is south: regular at every inclination, and at `e = 0`.
 //!
-//! About a point mass all but `λ` are constant and `λ` grows by the mean motion: errors in these elements stay
-//! Gaussian however far the orbit is carried, where Cartesian errors bend (Horwood, Aragon and Poore 2011).
+//! About a point mass all but `λ` are constant and `λ` grows by the mean motion: errors in these elements
+//! stay Gaussian however far the orbit is carried, where Cartesian errors bend (Horwood, Aragon and Poore
+//! 2011).
 
 use super::constants::MU_EARTH_KM3_S2;
 use core::f64::consts::{PI, TAU};

@@ -12,10 +12,10 @@
 //!
 //! A product `S Sᵀ` is symmetric and not negative whatever the rounding, so that f32 suffices: a sigma is
 //! known to 1e-6 of itself where a variance in f32 would be lost. The columns of `S` are those of a lower
-//! triangle, and [`SPARE`] more to which noise is appended; [`Factor::settle`] makes a triangle of them again
-//! by Householder's reflections (Bierman, *Factorization methods for discrete sequential estimation*, 1977).
-//! The update is that of Potter for one observation of unit variance; for the considered states Schmidt's: what
-//! the optimal gain would have taken from them is given back as a column of its own.
+//! triangle, and [`SPARE`] more to which noise is appended; [`Factor::settle`] makes a triangle of them
+//! again by Householder's reflections (Bierman, *Factorization methods for discrete sequential estimation*,
+//! 1977). The update is that of Potter for one observation of unit variance; for the considered states
+//! Schmidt's: what the optimal gain would have taken from them is given back as a column of its own.
 //!
 //! Cost in f32: a propagation 800 multiplications with additions, an update 3,000, to settle 30,000.
 

@@ -3,12 +3,12 @@
 //! In: limb points as heights about the predicted limb ([`OrbitFilter::observe_limb`]), or position fixes
 //! (thesis tab. 5.1); out: position, velocity and the horizon's states with their covariance.
 //!
-//! - Unknown: fixes go into [`super::beginning`], least squares over the first arc. Nothing is told before its
-//!   orbit has passed every test there; [`OrbitFilter::initialise`] takes a state of the ground instead.
-//! - Known: a Kalman-Schmidt filter with the covariance as a square root ([`super::factor`]). Limb points of some
-//!   seconds make one observation of nine rows ([`super::look`], [`super::horizon`]). The next one begins when
-//!   the errors of the edges are others, so that observations are independent and their innovations test the
-//!   filter.
+//! - Unknown: fixes go into [`super::beginning`], least squares over the first arc. Nothing is told before
+//!   its orbit has passed every test there; [`OrbitFilter::initialise`] takes a state of the ground instead.
+//! - Known: a Kalman-Schmidt filter with the covariance as a square root ([`super::factor`]). Limb points
+//!   of some seconds make one observation of nine rows ([`super::look`], [`super::horizon`]). The next one
+//!   begins when the errors of the edges are others, so that observations are independent and their
+//!   innovations test the filter.
 //! - An observation whose normalised innovation squared (NIS) is beyond the gate is rejected.
 //!   [`OrbitParameters::patience`] rejections in a row are a divergence: the filter begins anew.
 //!
@@ -33,7 +33,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
 pub const MAX_SPANS: u32 = 48;
-/// Most spans in one call of [`OrbitFilter::approach`]: 0.5 M cycles each, of 2 M that a second has for the orbit.
+/// Most spans in one call of [`OrbitFilter::approach`]: 0.5 M cycles each, of 2 M that a second has for the
+/// orbit.
 pub const SPANS_A_SECOND: u32 = 3;
 /// Longest gap that is crossed, microseconds: two hours.
 pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
@@ -46,8 +47,8 @@ const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
 pub enum Update {
     /// The orbit is not known yet: it went to the beginning.
     Collected,
-    /// The orbit has passed its tests: its state is told after the next [`OrbitFilter::approach`], as it is one of
-    /// the time at which these began.
+    /// The orbit has passed its tests: its state is told after the next [`OrbitFilter::approach`], as it is
+    /// one of the time at which these began.
     Started,
     /// It was added to the look under way, or nothing was due.
     Gathered,
@@ -131,8 +132,8 @@ impl OrbitFilter {
         self.beginning.forget();
     }
 
-    /// Takes in a fix of this time while the orbit is not known, for [`Self::proceed`]; `earth_to_icrs` is the
-    /// rotation from the Earth path.
+    /// Takes in a fix of this time while the orbit is not known, for [`Self::proceed`]; `earth_to_icrs` is
+    /// the rotation from the Earth path.
     pub fn begin(
         &mut self,
         time_us: i64,
@@ -147,8 +148,8 @@ impl OrbitFilter {
         Update::Collected
     }
 
-    /// Goes on with what takes several seconds, to be called once a second after [`Self::approach`]: the trial of
-    /// a first orbit; the look at the limb that is taken into the state when its time is over.
+    /// Goes on with what takes several seconds, to be called once a second after [`Self::approach`]: the
+    /// trial of a first orbit; the look at the limb that is taken into the state when its time is over.
     pub fn proceed(&mut self, parameters: &OrbitParameters) -> Update {
         if !self.known {
             let Some(first) = self.beginning.proceed() else { return Update::Gathered };
@@ -271,8 +272,8 @@ impl OrbitFilter {
         propagated
     }
 
-    /// As [`Self::advance`], by [`SPANS_A_SECOND`] at most: a longer gap is crossed over several seconds, in which
-    /// no orbit is told.
+    /// As [`Self::advance`], by [`SPANS_A_SECOND`] at most: a longer gap is crossed over several seconds,
+    /// in which no orbit is told.
     ///
     /// # Errors
     /// Why the filter was reset.
@@ -312,8 +313,8 @@ impl OrbitFilter {
         self.factor().map(|factor| factor.block(POSITION, POSITION))
     }
 
-    /// Position and its covariance (km, km², ICRS axes) at a time for which it was propagated; while the orbit is
-    /// not known, those of the last fix with what it may have moved since.
+    /// Position and its covariance (km, km², ICRS axes) at a time for which it was propagated; while the
+    /// orbit is not known, those of the last fix with what it may have moved since.
     pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         if self.known {
             return Some((self.state()?.position_km, self.position_covariance_km2()?));

@@ -1,7 +1,8 @@
 //! Model of the horizon: how high the limb stands above the ellipsoid, and how that is known.
 //!
-//! Height above `earth.limb.height_km` at azimuth φ about nadir (φ = 0 along the flight, local vertical, local
-//! horizontal axes), where the limb's place has the sine of latitude `s` and stands at the distance `D`:
+//! Height above `earth.limb.height_km` at azimuth φ about nadir (φ = 0 along the flight, local vertical,
+//! local horizontal axes), where the limb's place has the sine of latitude `s` and stands at the distance
+//! `D`:
 //!
 //! `h = h0 + D e + c1 s + c2 (1/3 - s²) + Σ (a_k cos kφ + b_k sin kφ)`, k = 0 to 4.
 //!
@@ -28,7 +29,8 @@ pub const WAVES: usize = 9;
 /// Time for which the constants last, s: 30 days, a third of a season.
 const CONSTANT_S: f64 = 30.0 * 86_400.0;
 
-/// Azimuths at which the waves of a moved limb are summed: twice the waves, so that none is taken for another.
+/// Azimuths at which the waves of a moved limb are summed: twice the waves, so that none is taken for
+/// another.
 const AZIMUTHS: usize = 18;
 /// Cosine and sine of the angle between two of them, 20 deg.
 const STEP: [f32; 2] = [0.939_692_6, 0.342_020_15];
@@ -103,9 +105,9 @@ impl LimbGeometry {
         EARTH_RADIUS_KM as f32 * self.cosine
     }
 
-    /// The limb seen after a move of the satellite by `moved_km` (LVLH axes), about the limb from here: waves of
-    /// its height, and of the derivatives of that by the move. At each azimuth the ray is sought (Newton's
-    /// method) that passes the centre of a sphere at its radius.
+    /// The limb seen after a move of the satellite by `moved_km` (LVLH axes), about the limb from here:
+    /// waves of its height, and of the derivatives of that by the move. At each azimuth the ray is sought
+    /// (Newton's method) that passes the centre of a sphere at its radius.
     #[inline(never)]
     pub fn moved(&self, moved_km: &Vector3<f32>) -> MovedLimb {
         let radius_km = EARTH_RADIUS_KM as f32;

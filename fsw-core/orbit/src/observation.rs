@@ -5,9 +5,9 @@
 //!
 //! Differences are taken along three axes, up and two across it: of distance along the first, of direction
 //! times the predicted distance along the others, so that a fix far off is not below the tangent. The
-//! covariance of a fix is elongated along the line to the Earth and grows with the distance. It is therefore
-//! taken along its own three axes, and brought to the predicted distance: by the ratio across the line, by its
-//! square along it.
+//! covariance of a fix is elongated along the line to the Earth and grows with the distance. It is
+//! therefore taken along its own three axes, and brought to the predicted distance: by the ratio across the
+//! line, by its square along it.
 //!
 //! A limb higher by `h` makes the distance shorter by the share `h / a` (`a`: the equatorial radius). The
 //! misalignment of the paths, a rotation vector in the Earth path, turns the fix about the Earth. Errors that

@@ -36,10 +36,10 @@ pub struct PositionFix {
 }
 
 impl PositionFix {
-    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), the covariances of its noise
-    /// and of what successive ones share, and the vector `linearisation_km` for which these were made, the rotation from the Earth path to ICRS
-    /// ([`earth_to_icrs`]), the covariance of the attitude's rotation vector in the star path (rad²), and the
-    /// mounting. `None` when anything is not finite.
+    /// From the Earth vector `earth_km` (to the Earth's centre, in the Earth path), the covariances of its
+    /// noise and of what successive ones share, and the vector `linearisation_km` for which these were
+    /// made, the rotation from the Earth path to ICRS ([`earth_to_icrs`]), the covariance of the attitude's
+    /// rotation vector in the star path (rad²), and the mounting. `None` when anything is not finite.
     #[inline(never)]
     pub fn new(
         earth_km: &Vector3<f32>,

@@ -93,8 +93,8 @@ fn word([left, right]: [u16; 2]) -> u32 {
 
 /// One in both halves of a word.
 const BOTH: u32 = 0x1_0001;
-/// Sums of the left and the right half of a segment's two rows, and the greatest box of 2 x 2 px of each half,
-/// the left one's in the lower half of a word.
+/// Sums of the left and the right half of a segment's two rows, and the greatest box of 2 x 2 px of each
+/// half, the left one's in the lower half of a word.
 #[inline(always)]
 fn half_sums(above: &[u16; SEGMENT], below: &[u16; SEGMENT]) -> ([i32; 2], u32) {
     const HALF: usize = SEGMENT / 2;

@@ -52,7 +52,8 @@ pub fn trimmed_means(
 ) -> Option<()> {
     let places = means.len();
     let spreads = spreads.get_mut(..places)?;
-    // A line that runs backwards is one that runs forwards from its end on, its parts those of the other pixel.
+    // A line that runs backwards is one that runs forwards from its end on, its parts those of the other
+    // pixel.
     let backwards = inward < 0;
     let shift = if backwards { offset.checked_add(inward.checked_mul(places as isize)?)? } else { offset };
     let lines = lines.map(|line| LineStart {

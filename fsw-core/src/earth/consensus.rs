@@ -1,10 +1,10 @@
 //! Outlier rejection: which limb points lie on one limb cone (thesis §3.2.1 step 5, global criterion).
 //!
 //! Three rays fix a limb cone: their unit vectors end in its plane. Up to [`MAX_TRIPLETS`] triplets are
-//! tried in a fixed order, fewer where most rays agree. The rays are sorted along the detector axis of their larger extent, and a
-//! triplet takes one ray of each third, so that its rays are apart. A ray is an inlier when it lies within
-//! the tolerance of the cone, its bright side faces the centre, and the Sun lights the limb there. The cone
-//! with most inliers is refitted to them twice.
+//! tried in a fixed order, fewer where most rays agree. The rays are sorted along the detector axis of
+//! their larger extent, and a triplet takes one ray of each third, so that its rays are apart. A ray is an
+//! inlier when it lies within the tolerance of the cone, its bright side faces the centre, and the Sun
+//! lights the limb there. The cone with most inliers is refitted to them twice.
 
 use super::plane;
 use super::rays::{Cone, Ray, Rays};

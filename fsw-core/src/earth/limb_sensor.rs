@@ -181,8 +181,8 @@ pub struct StripSelection<'a> {
 pub const EVEN_STRIPS: StripSelection = StripSelection { most: MAX_LIMB_STRIPS, phase: 4, near: None };
 
 impl StripSelection<'_> {
-    /// [`EVEN_STRIPS`] moved along the limb from cycle to cycle; after eight they have been everywhere. Half as
-    /// many in a second that is `busy` with other work.
+    /// [`EVEN_STRIPS`] moved along the limb from cycle to cycle; after eight they have been everywhere.
+    /// Half as many in a second that is `busy` with other work.
     pub fn dithered(cycle: u32, busy: bool) -> Self {
         let phase = (cycle.wrapping_mul(3) % u32::from(PHASES)) as u8;
         Self { most: if busy { MAX_LIMB_STRIPS / 2 } else { MAX_LIMB_STRIPS }, phase, near: None }

@@ -18,8 +18,8 @@ use super::marks::{
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Redundant equations required of a rate of a single image: four whole streaks, or three and two cut ones. Of
-/// three lines two fix a rate; that the third agrees by chance has a probability of some percent.
+/// Redundant equations required of a rate of a single image: four whole streaks, or three and two cut ones.
+/// Of three lines two fix a rate; that the third agrees by chance has a probability of some percent.
 const FEWEST_SPARE: usize = 5;
 /// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
@@ -266,8 +266,9 @@ fn fused_rate(
     (last.and_then(|last| fused(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
-/// By how much the rate changes in a second, rad/s: as that of a free body, or where that is more, as in a slew,
-/// as the last two mean rates differ beyond their sigmas. By one mean rate a slew cannot be told from a free body.
+/// By how much the rate changes in a second, rad/s: as that of a free body, or where that is more, as in a
+/// slew, as the last two mean rates differ beyond their sigmas. By one mean rate a slew cannot be told from
+/// a free body.
 fn observed_change(compared: &RateComparison, decision: &Decision, before: &RateHistory) -> f32 {
     let Some(mean) = &decision.mean else { return compared.change };
     let close = compared.elapsed_s < LONGEST_EXTRAPOLATION_S;
@@ -292,7 +293,8 @@ fn rate_at_image(
     let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {
         return as_it_is;
     };
-    // The change itself changes: as a free body turns on, and by a quarter in a second as a slew begins or ends.
+    // The change itself changes: as a free body turns on, and by a quarter in a second as a slew begins or
+    // ends.
     let wander = change * decision.rate.rad_s.norm().max(0.25);
     let extrapolated =
         (mean.rad_s * 1.5 - last * 0.5, inflated(mean.covariance * 2.25 + covariance * 0.25, wander));

@@ -97,8 +97,8 @@ impl Sensor<'_> {
         Ok((looked, record))
     }
 
-    /// Counts the seconds in a row in which it was looked for without a centre. Where there is nothing to measure
-    /// nothing was missed.
+    /// Counts the seconds in a row in which it was looked for without a centre. Where there is nothing to
+    /// measure nothing was missed.
     fn count_misses(&mut self, looked: &Looked) {
         self.earth_misses = match looked {
             Looked::Refused(_) => self.earth_misses.saturating_add(1),
@@ -107,9 +107,9 @@ impl Sensor<'_> {
         };
     }
 
-    /// Where the Earth is: from strips across the limb that is predicted; where it hardly is, from strips across
-    /// the limb that a search of the whole detector found (a search alone would give a centre only good enough
-    /// for that).
+    /// Where the Earth is: from strips across the limb that is predicted; where it hardly is, from strips
+    /// across the limb that a search of the whole detector found (a search alone would give a centre only
+    /// good enough for that).
     #[inline(never)]
     fn find_earth(
         &mut self,
@@ -134,8 +134,8 @@ impl Sensor<'_> {
             .filter(|_| consistent)
             .and_then(|predicted| CentrePrior::new(predicted.centre_km, &predicted.covariance_km2));
         let by_orbit = prior.is_some() && predicted.is_some_and(|predicted| predicted.by_orbit);
-        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the prediction is not
-        // sure of the rest.
+        // The whole detector is searched if fewer than 2/3 of the strips could be placed: the prediction is
+        // not sure of the rest.
         if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.skipped) {
             if self.earth_misses >= SEARCH_PATIENCE && !self.cycle.is_multiple_of(SEARCH_EVERY) {
                 return Ok(Looked::Not);
@@ -174,8 +174,8 @@ impl Sensor<'_> {
         (light.usable_rad < enough_rad).then_some(Looked::Faint)
     }
 
-    /// Reads strips across the limb that is predicted into the workspace; none without a prediction, nor after
-    /// [`STRIP_PATIENCE`] misses.
+    /// Reads strips across the limb that is predicted into the workspace; none without a prediction, nor
+    /// after [`STRIP_PATIENCE`] misses.
     fn predicted_strips(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,

@@ -93,8 +93,9 @@ impl Sensor<'_> {
         detector.expose(exposure_us).map_err(DetectorFault::from)
     }
 
-    /// Whether the Sun blinds the image: all probes stand at full scale. And whether it is one of the last ones
-    /// again, whatever its instant: noise does not repeat itself. Of pixels that are all alike nothing is said.
+    /// Whether the Sun blinds the image: all probes stand at full scale. And whether it is one of the last
+    /// ones again, whatever its instant: noise does not repeat itself. Of pixels that are all alike nothing
+    /// is said.
     fn probe(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Image {
         let geometry = detector.geometry();
         let (mut blind, mut digest, mut varied) = (0, 0u32, false);

@@ -33,8 +33,8 @@ impl Sensor<'_> {
         taken
     }
 
-    /// Takes the Earth, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit: the heights of
-    /// its limb points where the orbit is known and takes these, else its centre (eq. 5.4).
+    /// Takes the Earth, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit: the
+    /// heights of its limb points where the orbit is known and takes these, else its centre (eq. 5.4).
     #[inline(never)]
     pub(super) fn update_orbit(
         &mut self,
@@ -119,7 +119,8 @@ impl Sensor<'_> {
         FixRecord { nis, fault }
     }
 
-    /// The orbit as it stands after this second, whose observation had the normalised innovation squared `nis`.
+    /// The orbit as it stands after this second, whose observation had the normalised innovation squared
+    /// `nis`.
     #[inline(never)]
     pub(super) fn orbit_report(&mut self, nis: Option<Nis>, events: &mut Events) -> Option<OrbitReport> {
         let state = self.orbit.state()?;

@@ -1,19 +1,20 @@
 //! `sil-host navigate`: the flight code's orbit filter on a list of measurements.
 //!
 //! In: the initial guess, `{"t_s","r_km","v_km_s","sigma_r_km","sigma_v_km_s"}`
-//! ([`crate::formats::orbit_state`]); it may also hold `"gravity_noise_km_s15"` and `"force_noise_km_s15"`, the
-//! flight parameters that stand for forces that are not modelled. Then a measurement a line,
-//! `{"t_s","u","range_km","sigma_rad","sigma_range_km"}`: `u` the unit vector from the Earth's centre to the
-//! satellite along the ICRS axes with its error about each axis across, `range_km` the distance; either may be
-//! null. A line without `u` is an outage: the orbit is propagated to it. Errors are taken for white: nothing of
-//! a horizon is estimated.
+//! ([`crate::formats::orbit_state`]); it may also hold `"gravity_noise_km_s15"` and `"force_noise_km_s15"`,
+//! the flight parameters that stand for forces that are not modelled. Then a measurement a line,
+//! `{"t_s","u","range_km","sigma_rad","sigma_range_km"}`: `u` the unit vector from the Earth's centre to
+//! the satellite along the ICRS axes with its error about each axis across, `range_km` the distance; either
+//! may be null. A line without `u` is an outage: the orbit is propagated to it. Errors are taken for white:
+//! nothing of a horizon is estimated.
 //!
 //! Out: a line a measurement, `{"t_s","status","r_km","v_km_s","sigma_r_km","sigma_v_km_s","nis",
 //! "nis_freedom","bound_r_km","bound_v_km_s"}`, along the ICRS axes. `status` is `accepted`, `rejected`
 //! (beyond the gate), `propagated` (nothing to take in), `lost` (too many were rejected: the orbit is
 //! forgotten), `collecting` and `started` (of a first orbit out of positions), `unknown` (no orbit, and no
 //! position) or `refused` (no position of a satellite). What is not known is null. The bounds are the least
-//! sigmas that any filter can have by the measurements until then, along the orbit of the last line (`bound`).
+//! sigmas that any filter can have by the measurements until then, along the orbit of the last line
+//! (`bound`).
 //!
 //! A line that is no measurement, or earlier than the one before, costs a line on stderr and status 2 at the
 //! end; the others are still answered.

@@ -11,7 +11,8 @@ fn fix(position_km: Vector3<f64>, sigma_km: f64, shared_km: f64) -> PositionFix 
     }
 }
 
-/// Fixes once a second until an orbit passes; `spoil` may move one. The orbit, the truth then, and the second.
+/// Fixes once a second until an orbit passes; `spoil` may move one. The orbit, the truth then, and the
+/// second.
 fn begin(
     start: OrbitState,
     sigma_km: f64,
@@ -47,8 +48,9 @@ fn nees(first: &FirstOrbit, truth: &OrbitState) -> f64 {
 fn the_first_orbit_is_as_good_as_it_says() {
     let mut generator = Generator::new(91);
     for (radius_km, sigma_km) in [(6_828.0, 30.0), (7_176.0, 60.0), (42_164.0, 60.0)] {
-        // A line through twelve fixes of sigma s over the time T has the slope known to s / T an axis: T is what
-        // brings three of them to KNOWN_SHARE of the speed. The ring's time grows by doubling: up to twice that.
+        // A line through twelve fixes of sigma s over the time T has the slope known to s / T an axis: T is
+        // what brings three of them to KNOWN_SHARE of the speed. The ring's time grows by doubling: up to
+        // twice that.
         let speed = circular(radius_km, 51.6).velocity_km_s.norm();
         let most_s = (2.0 * 3f64.sqrt() * sigma_km / (KNOWN_SHARE * speed)) as i64;
         let mut sum = 0.0;

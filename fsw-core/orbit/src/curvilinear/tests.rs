@@ -36,8 +36,8 @@ fn a_correction_along_a_circle_stays_on_it() {
     assert!(kept.iter().all(|element| element.abs() < 1e-6), "{kept}");
 }
 
-/// After a revolution a corrected orbit is where the elements' linear law says, however long the correction; a
-/// correction along the tangent is not.
+/// After a revolution a corrected orbit is where the elements' linear law says, however long the
+/// correction; a correction along the tangent is not.
 #[test]
 fn a_correction_means_the_same_orbit_wherever_it_is_made() {
     let before = circle();

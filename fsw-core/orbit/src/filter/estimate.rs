@@ -20,8 +20,8 @@ const NOISE_EVERY_S: f64 = 10.0;
 /// Most rows of an observation.
 const MAX_ROWS: usize = WAVES;
 /// Where the second order of a height by the position's sigma is greater than this, km, a look is taken in
-/// gradually: in shares of its information, about the state that the one before left (recursive update, Zanetti
-/// 2012).
+/// gradually: in shares of its information, about the state that the one before left (recursive update,
+/// Zanetti 2012).
 const GREATEST_BEND_KM: f32 = 0.2;
 const GRADUAL: [f32; 3] = [0.01, 0.09, 0.9];
 /// In one share.
@@ -129,8 +129,8 @@ impl Estimate {
         }
     }
 
-    /// Begins with a state and the covariance of position and velocity. `false`, and no change, where the state
-    /// is impossible or spans no plane; `false` too where the covariance is none.
+    /// Begins with a state and the covariance of position and velocity. `false`, and no change, where the
+    /// state is impossible or spans no plane; `false` too where the covariance is none.
     #[inline(never)]
     pub(super) fn begin(&mut self, first: &FirstOrbit, parameters: &OrbitParameters) -> bool {
         let FirstOrbit { state, root } = first;
@@ -285,8 +285,9 @@ impl Estimate {
         }
     }
 
-    /// Takes in the look under way when its time is over, in steps of a second each: first noise is added, then
-    /// the look's shares follow. Gives what came of a share. After a gap it waits, as the gap took the second.
+    /// Takes in the look under way when its time is over, in steps of a second each: first noise is added,
+    /// then the look's shares follow. Gives what came of a share. After a gap it waits, as the gap took the
+    /// second.
     #[inline(never)]
     pub(super) fn finish_look(&mut self, parameters: &OrbitParameters) -> Option<(Nis, bool)> {
         self.busy = false;

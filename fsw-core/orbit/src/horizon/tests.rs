@@ -65,7 +65,8 @@ fn its_gradient_is_the_derivative_of_its_height() {
     }
 }
 
-/// Thesis §5.2.2 has an angle between the paths that a height does not show: a turn about the line to the Earth.
+/// Thesis §5.2.2 has an angle between the paths that a height does not show: a turn about the line to the
+/// Earth.
 #[test]
 fn a_row_is_the_sum_of_its_terms() {
     let here = geometry(7_176.0);

@@ -14,8 +14,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// Scale of velocities against positions, s: with it the elements of `J` are alike.
 const SCALE_S: f64 = 1e3;
-/// Least share of a diagonal element that the rest of `J` may leave of it: below, a direction is not known yet
-/// to the digits of f64.
+/// Least share of a diagonal element that the rest of `J` may leave of it: below, a direction is not known
+/// yet to the digits of f64.
 const LEAST_PIVOT: f64 = 1e-12;
 
 /// `Φ` between two states of one orbit, and the last of them, in spans that the flight code takes.
