@@ -91,8 +91,11 @@ const POWERED_US: i64 = 10 * SECOND_US;
 
 /// The truth of a second; a scenario's scene always has one.
 pub fn truth_of(scene: &Scene, cycle: u32) -> Result<Truth, HostError> {
-    let missing = || HostError::usage(format!("second {cycle} has no truth"), "report this");
-    scene.truth_at(cycle.into()).ok_or_else(missing)
+    scene.truth_at(cycle.into()).ok_or_else(|| no_truth(cycle))
+}
+
+fn no_truth(cycle: u32) -> HostError {
+    HostError::usage(format!("second {cycle} has no truth"), "report this")
 }
 
 /// A scenario under way: the world, and the flight code in it.
@@ -169,11 +172,9 @@ impl<'a> Flight<'a> {
             ),
         };
         let image = image_cycle(&report);
-        let judged = if image == cycle {
-            Judged::new(&report, &truth, &truth)
-        } else {
-            Judged::new(&report, &truth, &truth_of(self.scene, image)?)
-        };
+        let seen = self.scene.seen_at(image.into()).ok_or_else(|| no_truth(image))?;
+        let truth = if image == cycle { seen } else { truth };
+        let judged = Judged::new(&report, &truth, &seen);
         listen(Second {
             cycle,
             report: &report,

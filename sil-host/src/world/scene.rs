@@ -57,6 +57,7 @@ const BAND_PX: usize = 8192;
 #[derive(Debug, Clone)]
 struct Exposure {
     cycle: u64,
+    time_s: f64,
     /// Mean electrons of the dark current.
     darks: Darks,
     /// What adds to the pixels, by stage.
@@ -196,6 +197,18 @@ impl Scene {
         Some(truth)
     }
 
+    /// As [`Self::truth_at`], with attitude and rate as the last exposure saw them if it was that cycle's: their
+    /// means over it.
+    pub fn seen_at(&self, cycle: u64) -> Option<Truth> {
+        let mut truth = self.truth_at(cycle)?;
+        let trajectory = self.settings.motion.trajectory()?;
+        if let Some(exposure) = self.exposure.as_ref().filter(|exposure| exposure.cycle == cycle) {
+            let seen = trajectory.mean_over(self.middle_s(cycle), exposure.time_s);
+            (truth.quaternion, truth.rate_rad_s) = seen.unwrap_or((truth.quaternion, truth.rate_rad_s));
+        }
+        Some(truth)
+    }
+
     /// Adds an effect to those of the world, after them.
     pub fn add_effect(&mut self, stage: Stage, make: Maker) {
         self.effects.push((stage, make));
@@ -258,6 +271,7 @@ impl Scene {
         self.kept.clear();
         self.exposure = Some(Exposure {
             cycle,
+            time_s,
             darks: self.pattern.darks(detector.dark_now_e_s() * time_s),
             effects,
             protons: protons::tracks(run, hits, geometry, pitch_um),

@@ -116,7 +116,14 @@ fn sky() -> Vec<u8> {
 #[test]
 fn seconds_of_the_sensor() {
     let pixels: Vec<u8> = [7].into_iter().chain((0..20_000u32).map(|k| (k * k / 1013) as u8)).collect();
-    let sky = [&[5][..], &[&[0; HEAD][..], &sky()].concat().repeat(6)].concat();
+    // Six images, each with a noise of its own.
+    let sky = (0..6).fold(vec![5], |mut seconds, image| {
+        let mut pixels = sky();
+        pixels[image] += 1;
+        seconds.extend([0; HEAD]);
+        seconds.extend(pixels);
+        seconds
+    });
     // The self-test sees stars and names none.
     assert_eq!(seconds::try_bytes(&sky), 5);
     knock(|bytes| _ = seconds::try_bytes(bytes), &[pixels, sky.clone(), sky], 600);

@@ -54,6 +54,11 @@ pub struct Jitter {
 }
 
 impl Jitter {
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        self.terms.is_empty()
+    }
+
     /// The shaking that `model` means for `seed`.
     pub fn new(model: &JitterModel, seed: u64) -> Self {
         let noise = Noise::new(seed, 0, Stream::Jitter);

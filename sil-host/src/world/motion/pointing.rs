@@ -56,6 +56,13 @@ pub struct Pointing {
     pub jitter: Jitter,
 }
 
+impl Pointing {
+    /// Whether it only follows the orbit or rests: no slews, no jitter, no spin.
+    pub fn turns_evenly(&self) -> bool {
+        self.slews.is_empty() && self.jitter.is_none() && !matches!(self.law, Law::Spin(_))
+    }
+}
+
 impl Default for Pointing {
     fn default() -> Self {
         Self::nadir(0.0, 0.0)

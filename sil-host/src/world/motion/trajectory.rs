@@ -5,7 +5,7 @@
 
 use super::moving_frame::MovingFrame;
 use super::pointing::{Mount, Pointing};
-use crate::world::attitude::{Vector, apply, matrix, quaternion};
+use crate::world::attitude::{Vector, apply, compose, matrix, normalised, quaternion};
 use crate::world::earth::image::{EarthImage, View};
 use crate::world::earth::{EQUATOR_KM, EarthModel, Ellipsoid};
 use crate::world::lens::optics::Optics;
@@ -99,6 +99,9 @@ impl Truth {
     }
 }
 
+/// Instants of an exposure over which the attitude is averaged.
+const EXPOSURE_STEPS: u32 = 32;
+
 impl Trajectory {
     /// ICRS to star path.
     fn star_path(&self, t_s: f64) -> MovingFrame {
@@ -123,6 +126,30 @@ impl Trajectory {
     /// Rate in the star path's axes, rad/s.
     pub fn rate_rad_s(&self, t_s: f64) -> Vector {
         self.star_path(t_s).rate_rad_s
+    }
+
+    /// Means of attitude (ICRS to star path) and rate (star path's axes, rad/s) over an exposure of `time_s` about
+    /// `t_s`; `None` where it turns evenly: then they are those of the middle.
+    pub fn mean_over(&self, t_s: f64, time_s: f64) -> Option<([f64; 4], Vector)> {
+        if self.pointing.turns_evenly() {
+            return None;
+        }
+        let at = |share: f64| self.quaternion(t_s + (share - 0.5) * time_s);
+        let middle = at(0.5);
+        let mut sum = [0.0; 4];
+        for step in 0..EXPOSURE_STEPS {
+            let one = at((f64::from(step) + 0.5) / f64::from(EXPOSURE_STEPS));
+            let sign = one.iter().zip(&middle).map(|(a, b)| a * b).sum::<f64>().signum();
+            for (sum, part) in sum.iter_mut().zip(one) {
+                *sum += sign * part;
+            }
+        }
+        let [bx, by, bz, bw] = at(0.0);
+        let [x, y, z, w] = normalised(compose(at(1.0), [-bx, -by, -bz, bw]))?;
+        let half_sine = length([x, y, z]);
+        let per_s =
+            if half_sine > 0.0 { 2.0 * libm::atan2(half_sine, w) / (half_sine * time_s) } else { 0.0 };
+        Some((normalised(sum)?, times(per_s, [x, y, z])))
     }
 
     /// `v / c` of the satellite about the Sun.

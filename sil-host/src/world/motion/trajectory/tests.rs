@@ -5,6 +5,7 @@ use super::*;
 use crate::formats::camera_file::CameraFile;
 use crate::world::attitude::{dot, matrix};
 use crate::world::motion::Motion;
+use crate::world::motion::jitter::{Jitter, JitterModel, Line};
 use crate::world::motion::pointing::{Aim, Law};
 use crate::world::motion::tumble::Tumble;
 use crate::world::orbit::state_of_elements;
@@ -235,4 +236,31 @@ fn the_earth_models_values_are_checked() {
     trajectory.earth.scale_height_km = 0.0;
     let settings = SceneSettings::new(camera(), Motion::orbiting(trajectory), 4);
     assert_eq!(Scene::new(settings, &[]).err(), Some(crate::world::scene::SceneError::Earth));
+}
+
+#[test]
+fn an_exposure_sees_the_means_over_it() {
+    let aim = Aim { ra_deg: 40.0, dec_deg: -10.0, roll_deg: 5.0 };
+    // Even turning: attitude and rate are those of the middle.
+    assert!(leo().mean_over(100.0, 0.4).is_none());
+    let rate_rad_s = [0.05, 0.02, -0.07];
+    let mut trajectory = leo();
+    trajectory.pointing.law = Law::Spin(Tumble::new(quaternion(&aim.matrix()), rate_rad_s, [1.0; 3], 100));
+    let (attitude, rate) = trajectory.mean_over(60.0, 0.4).unwrap();
+    let apart =
+        |a: [f64; 4], b: [f64; 4]| 2.0 * (1.0 - a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>().abs());
+    assert!(apart(attitude, trajectory.quaternion(60.0)) < 1e-15);
+    assert!(length(minus(rate, trajectory.rate_rad_s(60.0))) < 1e-9);
+    // Whole periods of a shaking leave what it shakes, in attitude and in rate.
+    let mut still = leo();
+    still.pointing.law = Law::Inertial(aim);
+    let line = Line { frequency_hz: 10.0, amplitude_arcsec: [20.0, 30.0, 10.0] };
+    let model = JitterModel { random_arcsec: [0.0; 3], correlation_s: 1.0, lines: vec![line] };
+    let mut shaken = still.clone();
+    shaken.pointing.jitter = Jitter::new(&model, 7);
+    let (attitude, rate) = shaken.mean_over(60.0, 0.4).unwrap();
+    let arcsec = |square: f64| 2.0 * libm::sqrt(square) * 206_265.0;
+    let away = |t: f64| arcsec(apart(shaken.quaternion(t), still.quaternion(60.0)));
+    assert!((0..10).any(|step| away(60.0 + 0.01 * f64::from(step)) > 10.0));
+    assert!(arcsec(apart(attitude, still.quaternion(60.0))) < 0.5 && length(rate) < 1e-6);
 }
