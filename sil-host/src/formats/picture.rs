@@ -31,6 +31,8 @@ pub struct Picture {
     geometry: DetectorGeometry,
     pixels: Vec<u16>,
     exposed: bool,
+    /// Which of three changes of the first pixel came last.
+    turn: u8,
 }
 
 /// What is wrong with a picture file.
@@ -112,7 +114,7 @@ impl Picture {
     /// `bits` is not 1 to 16.
     pub fn from_pixels(geometry: DetectorGeometry, pixels: Vec<u16>) -> Option<Self> {
         let right = pixels.len() == geometry.whole().area() && (1..=16).contains(&geometry.bits);
-        right.then_some(Self { geometry, pixels, exposed: false })
+        right.then_some(Self { geometry, pixels, exposed: false, turn: 0 })
     }
 
     /// All raw values, row by row.
@@ -143,7 +145,7 @@ impl Picture {
     }
 
     fn new(width_px: u16, height_px: u16, bits: u8, pixels: Vec<u16>) -> Self {
-        Self { geometry: DetectorGeometry { width_px, height_px, bits }, pixels, exposed: false }
+        Self { geometry: DetectorGeometry { width_px, height_px, bits }, pixels, exposed: false, turn: 0 }
     }
 }
 
@@ -156,8 +158,14 @@ impl Detector for Picture {
         self.geometry
     }
 
-    /// A picture has been exposed long ago; any time is accepted.
+    /// A picture has been exposed long ago; any time is accepted. Shown anew it has the same noise, by which the
+    /// flight code knows an old image: the lowest bits of its first pixel change from one to the next.
     fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
+        if let Some(first) = self.pixels.first_mut().filter(|_| self.exposed) {
+            // By 1, 3 and 2: three values, then the first again.
+            self.turn = self.turn % 3 + 1;
+            *first ^= [1, 3, 2][usize::from(self.turn) - 1];
+        }
         self.exposed = true;
         Ok(())
     }
