@@ -236,6 +236,35 @@ impl Camera {
         vector.z <= 0.0 || vector.z * vector.z < least * least * vector.dot(vector)
     }
 
+    /// Whether a disc of `radius_rad` about a direction of the star path touches the detector.
+    pub fn star_field_meets(&self, direction: &Direction<StarPath>, radius_rad: f32) -> bool {
+        self.field_meets(&self.mirrored_x(*direction.vector()), radius_rad)
+    }
+
+    /// The same of the Earth path.
+    pub fn earth_field_meets(&self, direction: &Direction<EarthPath>, radius_rad: f32) -> bool {
+        self.field_meets(direction.vector(), radius_rad)
+    }
+
+    /// Whether a disc about a unit vector in detector axes touches the detector: by the chord to the nearest
+    /// place on it.
+    fn field_meets(&self, unit: &Vector3<f32>, radius_rad: f32) -> bool {
+        // Farther from the corners than twice the disc the distortion polynomial may fold.
+        let sine = libm::sqrtf((1.0 - self.corner_forward * self.corner_forward).max(0.0));
+        if unit.z < self.corner_forward - 2.0 * radius_rad * sine - CORNER_ROUNDING {
+            return false;
+        }
+        let [width, height] = [self.parameters.width_px, self.parameters.height_px].map(f32::from);
+        let nearest = self
+            .image(*unit)
+            .map(|[x, y]| [x.clamp(-0.5, width - 0.5), y.clamp(-0.5, height - 0.5)])
+            .and_then(|at_px| self.ray(at_px));
+        nearest.is_some_and(|ray| {
+            let apart = ray * (1.0 / libm::sqrtf(ray.dot(&ray))) - unit;
+            apart.dot(&apart) <= radius_rad * radius_rad
+        })
+    }
+
     /// A vector of the star path in detector axes, or back: a mirror changes the sign of x.
     fn mirrored_x(&self, vector: Vector3<f32>) -> Vector3<f32> {
         if self.parameters.mirrored { Vector3::new(-vector.x, vector.y, vector.z) } else { vector }

@@ -17,6 +17,7 @@ pub mod modes;
 #[cfg(test)]
 mod oracle;
 mod order;
+pub mod outages;
 pub mod packet;
 pub mod parameters;
 pub mod plan;

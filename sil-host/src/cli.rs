@@ -48,6 +48,8 @@ pub enum Command {
     Navigate(NavigateArguments),
     /// A state carried on by the dynamics that fly
     Propagate(PropagateArguments),
+    /// What the sensor will be able to do along an orbit, and how long: Sun in a path, eclipse
+    Outages(OutagesArguments),
     /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky
     /// pictures
     Calibrate(CalibrateArguments),

@@ -13,6 +13,7 @@ pub mod defects;
 pub mod earth;
 pub mod identify;
 pub mod navigate;
+pub mod outages;
 pub mod parameters;
 pub mod propagate;
 pub mod record;
@@ -43,6 +44,7 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
         Command::Attitude(arguments) => attitude::run(arguments),
         Command::Navigate(arguments) => navigate::run(arguments),
         Command::Propagate(arguments) => propagate::run(arguments),
+        Command::Outages(arguments) => outages::run(arguments),
         Command::Campaign(arguments) => match &arguments.of {
             Campaign::Identify(arguments) => campaign::identify::run(arguments),
             Campaign::Run(arguments) => campaign::flights::run(arguments),

@@ -31,9 +31,17 @@ impl Body {
         sun: Option<&Direction<EarthPath>>,
         parameters: &EarthParameters,
     ) -> Self {
-        let Ellipsoid { equatorial_km, polar_km } = parameters.ellipsoid;
-        let a = equatorial_km + parameters.limb.height_km;
-        let b = polar_km + parameters.limb.height_km;
+        Self::at_height(pole, sun, &parameters.ellipsoid, parameters.limb.height_km)
+    }
+
+    /// The same whose limb is `height_km` above the ellipsoid; 0: the solid body.
+    pub fn at_height(
+        pole: &Direction<EarthPath>,
+        sun: Option<&Direction<EarthPath>>,
+        ellipsoid: &Ellipsoid,
+        height_km: f32,
+    ) -> Self {
+        let (a, b) = (ellipsoid.equatorial_km + height_km, ellipsoid.polar_km + height_km);
         Self {
             radius_km: a,
             stretch: (a - b) / b,

@@ -24,6 +24,10 @@ use nalgebra::Vector3;
 pub const COARSE: usize = 128;
 /// Azimuths of the fine pass: twice as many as strips at most, so that these stand evenly to half a step.
 pub const FINE: usize = 96;
+/// Azimuths at which a lit limb is looked for where every one counts, 0.5 deg apart.
+const AZIMUTHS: u16 = 720;
+/// Cosine and sine of their distance.
+const NEXT_AZIMUTH: [f32; 2] = [0.999_961_9, 0.008_726_535];
 /// Number of phases in which evenly spread points can stand.
 pub const PHASES: u8 = 8;
 /// A cell of the coarse pass, rad.
@@ -72,6 +76,16 @@ pub struct LimbInField {
     pub points: Vec<ExpectedLimb, MAX_LIMB_POINTS>,
     /// Its length.
     pub lit_arcs: LitArcs,
+}
+
+/// A direction by the limb, in sphere space; all times the direction's length there.
+struct PastLimb {
+    /// Component towards the centre.
+    along: f32,
+    /// Sine and cosine of the angle by which it passes the limb; negative: it meets the body.
+    past: f32,
+    facing: f32,
+    length: f32,
 }
 
 /// The Earth seen from a place.
@@ -173,6 +187,40 @@ impl View {
         let sun_facing =
             Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
         Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
+    }
+
+    /// Whether any of the limb on the detector is lit.
+    pub fn has_lit_limb(&self, camera: &Camera, parameters: &EarthParameters) -> bool {
+        let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
+        let mut azimuth = [1.0, 0.0];
+        for _ in 0..AZIMUTHS {
+            if self.project_limb(azimuth, camera, 0.0).is_some_and(|(_, sun_sine)| sun_sine > lit) {
+                return true;
+            }
+            azimuth = add_angles(azimuth, NEXT_AZIMUTH);
+        }
+        false
+    }
+
+    /// Whether a disc of `radius_rad` about a direction is hidden whole.
+    pub fn hides_disc(&self, direction: &Direction<EarthPath>, radius_rad: f32) -> bool {
+        let PastLimb { along, past, length, .. } = self.past_limb(direction);
+        along > 0.0 && past < -radius_rad * length
+    }
+
+    /// How a direction passes the limb.
+    #[inline]
+    fn past_limb(&self, direction: &Direction<EarthPath>) -> PastLimb {
+        let Self { body, axes: [axis, ..], sine, cosine, .. } = self;
+        let ray = body.in_sphere_space(direction.vector());
+        let turned = axis.cross(&ray);
+        let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
+        PastLimb {
+            along,
+            past: off * cosine - along * sine,
+            facing: along * cosine + off * sine,
+            length: libm::sqrtf(along * along + off * off),
+        }
     }
 
     /// Length of limb inside the detector by `margin_px`. Ends as soon as some of it is lit and `enough_rad`
@@ -323,13 +371,7 @@ impl EarthMask<'_> {
 
     /// Whether a direction meets the Earth, or passes its limb within the margin.
     fn covers(&self, direction: &Direction<EarthPath>) -> bool {
-        let View { body, axes: [axis, ..], sine, cosine, .. } = self.view;
-        let ray = body.in_sphere_space(direction.vector());
-        let turned = axis.cross(&ray);
-        let (along, off) = (axis.dot(&ray), libm::sqrtf(turned.dot(&turned)));
-        // Sine and cosine of the angle past the limb, times the ray's length.
-        let (past, facing) = (off * cosine - along * sine, along * cosine + off * sine);
-        let length = libm::sqrtf(along * along + off * off);
+        let PastLimb { along, past, facing, length } = self.view.past_limb(direction);
         past < 0.0 && along > 0.0 || (facing > 0.0 && past < self.margin_sine * length)
     }
 

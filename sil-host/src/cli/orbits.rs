@@ -66,3 +66,24 @@ pub struct NavigateArguments {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Arguments of `outages`.
+#[derive(Debug, Args)]
+pub struct OutagesArguments {
+    /// Scenario files, or names of those that come with the program: of each its start, orbit, pointing, mount
+    /// and camera, as the flight code is told them
+    #[arg(value_name = "ORBIT.toml", required = true)]
+    pub orbits: Vec<PathBuf>,
+    /// How far ahead, s; left out: one revolution
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    pub duration_s: Option<f64>,
+    /// Forces: kepler (a point mass) or full (J2, Sun and Moon)
+    #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
+    pub dynamics: Dynamics,
+    /// Draw the states over time, and tables of them, on a page of its own
+    #[arg(long, value_name = "FILE.html")]
+    pub page: Option<PathBuf>,
+    /// One JSON object an orbit on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}

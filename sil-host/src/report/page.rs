@@ -15,7 +15,7 @@ use crate::world::scene::Scene;
 use std::fmt::Write as _;
 
 /// Text fit for a page.
-fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -25,9 +25,21 @@ fn clock(second: u32) -> String {
 }
 
 /// A table that a narrow window scrolls.
-const TABLE: &str = "<div class=\"scroll\"><table>";
+pub const TABLE: &str = "<div class=\"scroll\"><table>";
 /// Its end.
-const TABLE_END: &str = "</table></div>";
+pub const TABLE_END: &str = "</table></div>";
+
+/// What every page of this program ends with.
+pub const CLOSING: &str = "</main></body></html>\n";
+
+/// What every page of this program begins with; `title` is fit for a page.
+pub fn opening(title: &str) -> String {
+    format!(
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>{title} \u{2013} Sextant</title><style>{}</style></head><body><main>",
+        include_str!("page.css"),
+    )
+}
 
 /// Writes the page; `command` makes the run again.
 ///
@@ -51,7 +63,7 @@ pub fn html(
     events(&mut page, recorder);
     setting::write(&mut page, scenario);
     glossary(&mut page);
-    page.push_str("</main></body></html>\n");
+    page.push_str(CLOSING);
     Ok(page)
 }
 
@@ -62,14 +74,8 @@ fn head(page: &mut String, scenario: &Scenario, opinion: &Opinion, command: &str
         Grade::Missed => "bad",
     };
     let name = escaped(&scenario.name);
-    let _ = write!(
-        page,
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
-         content=\"width=device-width\"><title>{name} \u{2013} Sextant</title><style>{}</style></head><body><main>\
-         <h1>{name}<span class=\"badge {class}\">{}</span></h1>",
-        include_str!("page.css"),
-        opinion.badge,
-    );
+    *page += &opening(&name);
+    let _ = write!(page, "<h1>{name}<span class=\"badge {class}\">{}</span></h1>", opinion.badge);
     let _ = write!(
         page,
         "<p class=\"sentence {class}\">{}</p><p>{}</p>\

@@ -143,11 +143,30 @@ impl Frame<'_> {
     pub(super) fn time_axis(&self, svg: &mut String, bottom: f64) {
         let seconds = f64::from(self.stretches.seconds);
         let steps = [
-            1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 10_800.0,
-            21_600.0, 43_200.0,
+            1.0,
+            2.0,
+            5.0,
+            10.0,
+            20.0,
+            60.0,
+            120.0,
+            300.0,
+            600.0,
+            1200.0,
+            1800.0,
+            3600.0,
+            7200.0,
+            10_800.0,
+            21_600.0,
+            43_200.0,
+            86_400.0,
+            172_800.0,
+            432_000.0,
+            864_000.0,
+            1_728_000.0,
         ];
         let labels = 13.0 * self.width / WIDE;
-        let step = steps.into_iter().find(|step| seconds / step <= labels).unwrap_or(86_400.0);
+        let step = steps.into_iter().find(|step| seconds / step <= labels).unwrap_or(3_456_000.0);
         let mut at = 0.0;
         while at <= seconds {
             let x = self.x(at);

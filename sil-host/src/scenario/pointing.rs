@@ -2,13 +2,14 @@
 //!
 //! | key | says | default |
 //! |---|---|---|
-//! | `law` | `"nadir"`, `"inertial"` or `"spin"` ([`crate::world::motion::pointing`]) | `"nadir"` |
+//! | `law` | `"nadir"`, `"horizon"`, `"inertial"` or `"spin"` ([`crate::world::motion::pointing`]) | `"nadir"` |
 //! | `off_nadir_deg` | nadir: line of sight of the Earth path from nadir towards flight | 0 |
+//! | `below_deg` | horizon: line of sight of the Earth path from the horizon ahead towards nadir | 0 |
 //! | `ra_deg`, `dec_deg` | inertial, spin: ICRS direction of the Earth path's line of sight, at the start | needed |
 //! | `roll_deg` | then turned about it | 0 |
 //! | `rate_deg_s` | spin: rate about x, y, z of the body (the Earth path's axes) at the start, 15 deg/s at most | needed |
 //! | `inertia` | spin: ratios of the moments of inertia about these axes | `[1, 1, 1]`: the rate stays |
-//! | `[[pointing.slews]]` | nadir, inertial: `start_s`, `duration_s`, `axis` (in the body), `angle_deg` | none |
+//! | `[[pointing.slews]]` | nadir, horizon, inertial: `start_s`, `duration_s`, `axis` (in the body), `angle_deg` | none |
 //! | `[pointing.jitter]` | `random_arcsec` about x, y, z (one sigma), `correlation_s` | none, 30 |
 //! | `[[pointing.jitter.lines]]` | `frequency_hz`, `amplitude_arcsec` about x, y, z | none |
 
@@ -43,6 +44,7 @@ const FREQUENCY_HZ: (f64, f64) = (0.0, 200.0);
 pub(super) struct RawPointing {
     law: Option<Spanned<String>>,
     off_nadir_deg: Option<Spanned<f64>>,
+    below_deg: Option<Spanned<f64>>,
     roll_deg: Option<Spanned<f64>>,
     ra_deg: Option<Spanned<f64>>,
     dec_deg: Option<Spanned<f64>>,
@@ -82,18 +84,24 @@ struct RawLine {
 pub(super) fn read(text: &Text<'_>, raw: &RawPointing, duration_s: u32) -> Result<Pointing, HostError> {
     let law = raw.law.as_ref().map_or("nadir", |law| law.get_ref());
     let keys = [
-        ("off_nadir_deg", raw.off_nadir_deg.as_ref().map(Spanned::span), ["nadir", ""]),
-        ("ra_deg", raw.ra_deg.as_ref().map(Spanned::span), ["inertial", "spin"]),
-        ("dec_deg", raw.dec_deg.as_ref().map(Spanned::span), ["inertial", "spin"]),
-        ("rate_deg_s", raw.rate_deg_s.as_ref().map(Spanned::span), ["spin", ""]),
-        ("inertia", raw.inertia.as_ref().map(Spanned::span), ["spin", ""]),
-        ("slews", raw.slews.first().map(Spanned::span), ["nadir", "inertial"]),
+        ("off_nadir_deg", raw.off_nadir_deg.as_ref().map(Spanned::span), &["nadir"][..]),
+        ("below_deg", raw.below_deg.as_ref().map(Spanned::span), &["horizon"]),
+        ("ra_deg", raw.ra_deg.as_ref().map(Spanned::span), &["inertial", "spin"]),
+        ("dec_deg", raw.dec_deg.as_ref().map(Spanned::span), &["inertial", "spin"]),
+        ("rate_deg_s", raw.rate_deg_s.as_ref().map(Spanned::span), &["spin"]),
+        ("inertia", raw.inertia.as_ref().map(Spanned::span), &["spin"]),
+        ("slews", raw.slews.first().map(Spanned::span), &["nadir", "horizon", "inertial"]),
     ];
-    if !["nadir", "inertial", "spin"].contains(&law)
+    if !["nadir", "horizon", "inertial", "spin"].contains(&law)
         && let Some(named) = &raw.law
     {
         let what = format!("unknown law \"{law}\"");
-        return Err(text.fault(named.span().start, "pointing.law", &what, "use nadir, inertial or spin"));
+        return Err(text.fault(
+            named.span().start,
+            "pointing.law",
+            &what,
+            "use nadir, horizon, inertial or spin",
+        ));
     }
     for (key, span, laws) in keys {
         if let Some(span) = span.filter(|_| !laws.contains(&law)) {
@@ -112,6 +120,10 @@ pub(super) fn read(text: &Text<'_>, raw: &RawPointing, duration_s: u32) -> Resul
             let off_nadir_deg =
                 text.number("pointing.off_nadir_deg", raw.off_nadir_deg.as_ref(), 0.0, ANGLE_DEG)?;
             Law::Nadir { off_nadir_deg, roll_deg }
+        }
+        "horizon" => {
+            let below_deg = text.number("pointing.below_deg", raw.below_deg.as_ref(), 0.0, ANGLE_DEG)?;
+            Law::Horizon { below_deg, roll_deg }
         }
         "inertial" => Law::Inertial(aim(text, raw, roll_deg)?),
         _ => Law::Spin(spin(text, raw, aim(text, raw, roll_deg)?, duration_s)?),

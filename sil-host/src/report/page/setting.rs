@@ -11,6 +11,9 @@ fn pointing_words(scenario: &Scenario) -> String {
         Law::Nadir { off_nadir_deg, roll_deg } => {
             format!("{off_nadir_deg} deg off nadir towards flight, rolled by {roll_deg} deg")
         }
+        Law::Horizon { below_deg, roll_deg } => {
+            format!("{below_deg} deg below the horizon ahead, rolled by {roll_deg} deg")
+        }
         Law::Inertial(aim) => {
             format!(
                 "right ascension {} deg, declination {} deg, rolled by {} deg",

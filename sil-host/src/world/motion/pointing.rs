@@ -8,6 +8,7 @@
 //! | law | Earth path |
 //! |---|---|
 //! | nadir | z to the Earth's centre, x along flight in the orbit plane, y = z x x, against the orbit normal (LVLH); then `off_nadir_deg` turns the line of sight from nadir towards flight, z = cos · nadir + sin · flight; `roll_deg` then turns about z |
+//! | horizon | as nadir, but from nadir by `asin(a / r) - below`: z stays `below_deg` below the horizon of a sphere of the equator's radius `a`, whatever the distance `r` (thesis §8.2.1.3) |
 //! | inertial | z to a right ascension and declination, x east, y north; then turned about z by a roll |
 //! | spin | so at the start, then turning freely ([`Tumble`]) |
 //!
@@ -22,6 +23,7 @@ use super::moving_frame::MovingFrame;
 use super::slew::Slew;
 use super::tumble::Tumble;
 use crate::world::attitude::{Vector, apply, dot, quaternion, rotation};
+use crate::world::earth::EQUATOR_KM;
 use crate::world::orbit::TruthOrbit;
 use crate::world::vector::{cross, length, minus, plus, product, times, transposed, unit};
 
@@ -36,6 +38,13 @@ pub enum Law {
     Nadir {
         /// Angle of the line of sight from nadir towards flight, degrees.
         off_nadir_deg: f64,
+        /// Angle by which the frame is then turned about the line of sight, degrees.
+        roll_deg: f64,
+    },
+    /// The horizon ahead.
+    Horizon {
+        /// Angle of the line of sight from the horizon towards nadir, degrees.
+        below_deg: f64,
         /// Angle by which the frame is then turned about the line of sight, degrees.
         roll_deg: f64,
     },
@@ -89,6 +98,11 @@ impl Pointing {
                 let turned = product(&rotation(2, roll_deg.to_radians()), &off_nadir);
                 lvlh(t_s, orbit).then(&MovingFrame::fixed(turned))
             }
+            Law::Horizon { below_deg, roll_deg } => {
+                let horizon = towards_horizon(t_s, orbit, below_deg.to_radians());
+                let roll = MovingFrame::fixed(rotation(2, roll_deg.to_radians()));
+                lvlh(t_s, orbit).then(&horizon).then(&roll)
+            }
             Law::Inertial(aim) => MovingFrame::fixed(aim.matrix()),
             Law::Spin(tumble) => tumble.at(t_s),
         };
@@ -109,6 +123,17 @@ fn lvlh(t_s: f64, orbit: &TruthOrbit) -> MovingFrame {
     let along_orbit = times(dot(position, position).recip(), momentum);
     let of_plane = length(position) / length(momentum) * dot(acceleration, normal);
     MovingFrame { matrix, rate_rad_s: apply(&matrix, plus(along_orbit, of_plane, up)) }
+}
+
+/// LVLH turned about y, towards flight, to `below_rad` below the horizon; with `sine = a / r` the angle changes by
+/// `-sine / cosine r' / r` a second.
+fn towards_horizon(t_s: f64, orbit: &TruthOrbit, below_rad: f64) -> MovingFrame {
+    let (position, velocity) = orbit.at(t_s);
+    let square = dot(position, position);
+    let sine = EQUATOR_KM / square.sqrt();
+    let (angle, cosine) = (libm::asin(sine.min(1.0)), (1.0 - sine * sine).max(1e-9).sqrt());
+    let change = -sine / cosine * dot(position, velocity) / square;
+    MovingFrame { matrix: rotation(1, angle - below_rad), rate_rad_s: [0.0, change, 0.0] }
 }
 
 /// A direction in space for the line of sight, and a roll about it.

@@ -5,6 +5,7 @@ use super::super::moving_frame::{rate_error, turned_about};
 use super::*;
 use crate::world::attitude::matrix;
 use crate::world::orbit::state_of_elements;
+use crate::world::vector::angle;
 use proptest::prelude::*;
 
 fn close(a: Vector, b: Vector) -> bool {
@@ -32,9 +33,14 @@ fn aim() -> Aim {
     Aim { ra_deg: 83.8, dec_deg: -5.4, roll_deg: 30.0 }
 }
 
-fn laws() -> [Law; 3] {
+fn laws() -> [Law; 4] {
     let tumble = Tumble::new(quaternion(&aim().matrix()), [0.1, 0.2, -0.1], [1.0, 1.4, 2.0], 900);
-    [Law::Nadir { off_nadir_deg: 71.0, roll_deg: 90.0 }, Law::Inertial(aim()), Law::Spin(tumble)]
+    [
+        Law::Nadir { off_nadir_deg: 71.0, roll_deg: 90.0 },
+        Law::Horizon { below_deg: 3.0, roll_deg: -40.0 },
+        Law::Inertial(aim()),
+        Law::Spin(tumble),
+    ]
 }
 
 #[test]
@@ -56,6 +62,20 @@ fn off_nadir_raises_the_line_of_sight_towards_flight() {
     let expected = plus(times(0.5, down[2]), 0.75f64.sqrt(), down[0]);
     assert!(close(raised[2], expected) && close(raised[1], down[1]));
     assert!(close(rolled[2], expected) && close(rolled[0], raised[1]));
+}
+
+#[test]
+fn the_horizon_stays_as_far_above_the_line_of_sight_from_perigee_outwards() {
+    let orbit = orbit();
+    let pointing = Pointing::from(Law::Horizon { below_deg: 2.0, roll_deg: 90.0 });
+    for t in [0.0, 300.0, 900.0] {
+        let (position, velocity) = orbit.at(t);
+        let [.., sight] = pointing.earth_path(t, &orbit).matrix;
+        let horizon = libm::asin(EQUATOR_KM / length(position)).to_degrees();
+        assert!((angle(sight, times(-1.0, position)).to_degrees() - (horizon - 2.0)).abs() < 1e-9);
+        let normal = unit(cross(position, velocity));
+        assert!(dot(sight, velocity) > 0.0 && dot(sight, normal).abs() < 1e-12);
+    }
 }
 
 #[test]

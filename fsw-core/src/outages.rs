@@ -1,0 +1,175 @@
+//! Prediction of what the sensor can do (thesis §8.2, tab. 8.1, figs. 8.5 to 8.10).
+//!
+//! In: an orbit, the law by which the satellite is pointed, camera and mounting. Out: the state of the sensor,
+//! 0 to 4, at an instant, and the next second at which it changes.
+//!
+//! | state | when |
+//! |---|---|
+//! | 0 full | a lit limb is in the field and no Sun |
+//! | 1 Sun in the Earth path | the Sun's disc touches the field of the Earth path and is not hidden whole |
+//! | 2 eclipse | no lit limb is in the field, and no Sun |
+//! | 3 Sun in the star path | its disc touches the field of the star path and is not hidden whole |
+//! | 4 Sun in the star path over the Earth | the same, and its image lies on that of the Earth |
+//!
+//! With the Sun in both paths it is state 1. Earth and limb are those of the solid body: a Sun seen through the
+//! air still blinds. Assumes that the law is kept to the pointing error; slews are not predicted.
+//!
+//! Errors: the Sun's direction 0.007 deg ([`Bodies`]), which is 2 s in GEO and 0.1 s in a low orbit; an azimuth
+//! of the limb 0.5 deg. Work: one state projects 720 limb points at most; [`Forecast::step`] asks for
+//! [`STEP_S`] + 1 states at most, mostly for one.
+
+use crate::camera::Camera;
+use crate::earth::view::View;
+use crate::earth::{Body, EarthParameters};
+use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
+use crate::orbit::OrbitState;
+use crate::orbit::constants::{AU_KM, EARTH_RADIUS_KM, MICROSECONDS};
+use crate::orbit::dynamics::{Dynamics, PropagationError};
+use crate::orbit::ephemeris::Bodies;
+use crate::orbit::lvlh::lvlh;
+use crate::trigonometry::sine_cosine;
+use nalgebra::{Matrix3, Vector3};
+
+/// Angular radius of the Sun at 1 au, rad (0.2666 deg).
+const SUN_RADIUS_RAD: f32 = 4.653e-3;
+/// Seconds of a step. A state that lasts no longer than a step may be passed over: the shortest of thesis fig.
+/// 8.5 last 12 s.
+pub const STEP_S: u8 = 5;
+
+/// What the sensor can do (thesis tab. 8.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum SensorState {
+    /// Earth and stars are seen.
+    Full = 0,
+    /// The Sun is in the Earth path and blinds the detector.
+    SunInEarthPath = 1,
+    /// No lit limb is on the detector; stars are seen.
+    Eclipse = 2,
+    /// The Sun is in the star path and blinds the detector.
+    SunInStarPath = 3,
+    /// The same, and its image lies on that of the Earth.
+    SunInStarPathOverEarth = 4,
+}
+
+/// Law by which the Earth path's line of sight is pointed. Angles turn it from nadir towards flight; then the
+/// frame turns about it by the roll.
+#[derive(Clone, Copy, Debug)]
+pub enum PointingLaw {
+    /// At a fixed angle from nadir.
+    Nadir {
+        /// From nadir towards flight, rad.
+        off_nadir_rad: f32,
+        /// About the line of sight, rad.
+        roll_rad: f32,
+    },
+    /// At a fixed angle below the horizon of a sphere of the equator's radius: what an eccentric orbit needs
+    /// (thesis §8.2.1.3).
+    Horizon {
+        /// From the horizon ahead towards nadir, rad.
+        below_rad: f32,
+        /// About the line of sight, rad.
+        roll_rad: f32,
+    },
+    /// At rest in space.
+    Inertial(Rotation<Icrs, EarthPath>),
+}
+
+impl PointingLaw {
+    /// The attitude of the Earth path; `None` where position and velocity span no plane.
+    fn earth_path(&self, orbit: &OrbitState) -> Option<Rotation<Icrs, EarthPath>> {
+        let (off_nadir_rad, roll_rad) = match self {
+            Self::Nadir { off_nadir_rad, roll_rad } => (*off_nadir_rad, *roll_rad),
+            Self::Horizon { below_rad, roll_rad } => {
+                let radius = libm::sqrt(orbit.position_km.norm_squared()).max(EARTH_RADIUS_KM);
+                (libm::asinf((EARTH_RADIUS_KM / radius) as f32) - below_rad, *roll_rad)
+            }
+            Self::Inertial(path) => return Some(*path),
+        };
+        let down = lvlh(&orbit.position_km, &orbit.velocity_km_s)?.map(|element| element as f32);
+        let (sine, cosine) = sine_cosine(off_nadir_rad);
+        let raised = Matrix3::new(cosine, 0.0, -sine, 0.0, 1.0, 0.0, sine, 0.0, cosine);
+        let (sine, cosine) = sine_cosine(roll_rad);
+        let rolled = Matrix3::new(cosine, sine, 0.0, -sine, cosine, 0.0, 0.0, 0.0, 1.0);
+        Some(Rotation::from_orthogonal(rolled * raised * down))
+    }
+}
+
+/// What a forecast rests on.
+#[derive(Clone, Copy, Debug)]
+pub struct Forecast<'a> {
+    /// Lens and detector of both paths.
+    pub camera: &'a Camera,
+    /// Mounting.
+    pub star_to_earth: Rotation<StarPath, EarthPath>,
+    /// How the satellite is pointed.
+    pub pointing: PointingLaw,
+    /// The Earth's shape, and from which elevation of the Sun its limb is lit.
+    pub earth: &'a EarthParameters,
+    /// Forces on the satellite.
+    pub dynamics: Dynamics,
+}
+
+impl Forecast<'_> {
+    /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the Earth,
+    /// straight up).
+    pub fn state(&self, orbit: &OrbitState) -> Option<SensorState> {
+        let path = self.pointing.earth_path(orbit)?;
+        let bodies = Bodies::at(orbit.time_us);
+        let to_sun = (bodies.sun_km - orbit.position_km).map(|axis| (axis / AU_KM) as f32);
+        let sun: Direction<EarthPath> = path.apply(&Direction::new(to_sun)?);
+        let pole = path.apply(&Direction::new(bodies.pole.map(|axis| axis as f32))?);
+        let body = Body::at_height(&pole, Some(&sun), &self.earth.ellipsoid, 0.0);
+        let centre_km: Vector3<f32> = path.matrix() * orbit.position_km.map(|axis| -axis as f32);
+        let view = View::new(&centre_km, &body)?;
+
+        let in_star_path = self.star_to_earth.inverse().apply(&sun);
+        let star_field = self.camera.star_field_meets(&in_star_path, SUN_RADIUS_RAD);
+        let earth_field = self.camera.earth_field_meets(&sun, SUN_RADIUS_RAD);
+        if (star_field || earth_field) && !view.hides_disc(&sun, SUN_RADIUS_RAD) {
+            // Where the Sun's image lies, the Earth path sees what it sees there.
+            let over_earth = || {
+                let seen = self.camera.project(&in_star_path).and_then(|at| self.camera.earth_direction(at));
+                seen.is_some_and(|direction| view.hides_disc(&direction, 0.0))
+            };
+            return Some(match earth_field {
+                true => SensorState::SunInEarthPath,
+                false if over_earth() => SensorState::SunInStarPathOverEarth,
+                false => SensorState::SunInStarPath,
+            });
+        }
+        let lit = view.has_lit_limb(self.camera, self.earth);
+        Some(if lit { SensorState::Full } else { SensorState::Eclipse })
+    }
+
+    /// Goes on from `orbit`, whose state is `state`, to the first whole second in which it is another one, at
+    /// most [`STEP_S`] seconds.
+    ///
+    /// # Errors
+    /// When the orbit leaves the bounds of the dynamics, or has no state there.
+    pub fn step(
+        &self,
+        orbit: &OrbitState,
+        state: SensorState,
+    ) -> Result<(OrbitState, SensorState), PropagationError> {
+        let after = |seconds: u8| {
+            let later = self.dynamics.propagate(orbit, i64::from(seconds) * MICROSECONDS as i64)?;
+            let state = self.state(&later).ok_or(PropagationError::Impossible)?;
+            Ok((later, state))
+        };
+        let end = after(STEP_S)?;
+        if end.1 == state {
+            return Ok(end);
+        }
+        for seconds in 1..STEP_S {
+            let sooner = after(seconds)?;
+            if sooner.1 != state {
+                return Ok(sooner);
+            }
+        }
+        Ok(end)
+    }
+}
+
+#[cfg(test)]
+mod tests;

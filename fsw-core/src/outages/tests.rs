@@ -1,0 +1,150 @@
+//! Tests: durations by hand, laws by their angles, steps against every second. The flown scenarios are held
+//! against it second by second in the system tests.
+
+use super::*;
+use crate::camera::Camera;
+use crate::oracle;
+use crate::orbit::constants::MU_EARTH_KM3_S2;
+
+const GEO_KM: f64 = 42_164.17;
+/// 2026-09-23 18:00 UTC, hours from the equinox: the Sun lies in the plane of the equator.
+const EQUINOX_US: i64 = 843_458_469_184_000;
+
+/// A circular orbit in the equator's plane that begins so many degrees west of the line from the Sun through the
+/// Earth.
+fn equatorial(radius_km: f64, before_deg: f64) -> OrbitState {
+    let sun = Bodies::at(EQUINOX_US).sun_km;
+    let angle = libm::atan2(-sun.y, -sun.x) - before_deg.to_radians();
+    let speed = libm::sqrt(MU_EARTH_KM3_S2 / radius_km);
+    OrbitState {
+        time_us: EQUINOX_US,
+        position_km: Vector3::new(libm::cos(angle), libm::sin(angle), 0.0) * radius_km,
+        velocity_km_s: Vector3::new(-libm::sin(angle), libm::cos(angle), 0.0) * speed,
+    }
+}
+
+fn camera() -> Camera {
+    Camera::new(oracle::reference_camera()).unwrap()
+}
+
+/// The star path along flight when the Earth path looks down.
+fn along_flight() -> Rotation<StarPath, EarthPath> {
+    Rotation::from_orthogonal(Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0))
+}
+
+fn forecast<'a>(camera: &'a Camera, earth: &'a EarthParameters, pointing: PointingLaw) -> Forecast<'a> {
+    Forecast { camera, star_to_earth: along_flight(), pointing, earth, dynamics: Dynamics::Kepler }
+}
+
+fn down() -> PointingLaw {
+    PointingLaw::Nadir { off_nadir_rad: 0.0, roll_rad: 0.0 }
+}
+
+/// States and their seconds, in their order, over a span.
+fn intervals(forecast: &Forecast<'_>, first: OrbitState, seconds: i64) -> std::vec::Vec<(SensorState, i64)> {
+    let mut orbit = first;
+    let mut state = forecast.state(&orbit).unwrap();
+    let mut found = std::vec![(state, 0)];
+    while orbit.time_us < first.time_us + seconds * 1_000_000 {
+        let (later, next) = forecast.step(&orbit, state).unwrap();
+        found.last_mut().unwrap().1 += (later.time_us - orbit.time_us) / 1_000_000;
+        if next != state {
+            found.push((next, 0));
+        }
+        (orbit, state) = (later, next);
+    }
+    found
+}
+
+#[test]
+fn a_geostationary_midnight_lasts_as_long_as_the_angles_say() {
+    let (camera, earth) = (camera(), EarthParameters::default());
+    let found = intervals(&forecast(&camera, &earth, down()), equatorial(GEO_KM, 15.0), 7_200);
+    let states: std::vec::Vec<u8> = found.iter().map(|(state, _)| *state as u8).collect();
+    // The Sun enters the field, sets behind the Earth, rises, leaves.
+    assert_eq!(states, [0, 1, 2, 1, 0], "{found:?}");
+    // By hand: the Sun moves 360 deg in a revolution of 86,164 s, less what the Earth goes on in a year.
+    let s_per_deg = 86_400.0 / 360.0;
+    let disc_deg = 2.0 * f64::from(SUN_RADIUS_RAD).to_degrees();
+    let earth_deg = 2.0 * libm::asin(EARTH_RADIUS_KM / GEO_KM).to_degrees();
+    // Flight is along x, of 1280 px.
+    let field_deg = 2.0 * libm::atan(640.0 / 3000.0).to_degrees();
+    let hidden_s = (earth_deg - disc_deg) * s_per_deg;
+    let beside_s = 0.5 * (field_deg + disc_deg) * s_per_deg - 0.5 * hidden_s;
+    for ((_, seconds), expected) in found[1..4].iter().zip([beside_s, hidden_s, beside_s]) {
+        std::println!("{seconds} s, by hand {expected:.0} s");
+        // The Sun stands 0.1 deg off the plane, and the distance to it is not 1 au: 4 s.
+        assert!((*seconds as f64 - expected).abs() < 4.0, "{seconds} {expected}");
+    }
+}
+
+#[test]
+fn the_star_path_along_flight_meets_the_sun_a_quarter_of_a_revolution_after_the_earth_path() {
+    let (camera, earth) = (camera(), EarthParameters::default());
+    // Flight towards the Sun: a quarter after midnight.
+    let found = intervals(&forecast(&camera, &earth, down()), equatorial(GEO_KM, -74.0), 9_000);
+    let states: std::vec::Vec<u8> = found.iter().map(|(state, _)| *state as u8).collect();
+    assert_eq!(states, [0, 3, 4, 3, 0], "{found:?}");
+    // Its image crosses that of the Earth, 17.4 deg wide.
+    let over_s = 2.0 * libm::asin(EARTH_RADIUS_KM / GEO_KM).to_degrees() * 240.0;
+    assert!((found[2].1 as f64 - over_s).abs() < 6.0, "{found:?} {over_s}");
+}
+
+#[test]
+fn steps_find_the_seconds_that_looking_at_every_second_finds() {
+    let (camera, earth) = (camera(), EarthParameters::default());
+    let law = PointingLaw::Horizon { below_rad: 0.0, roll_rad: 1.0 };
+    let forecast = forecast(&camera, &earth, law);
+    let first = equatorial(7_176.0, 100.0);
+    let mut state = forecast.state(&first).unwrap();
+    let mut slowly = std::vec![(state, 0)];
+    let mut orbit = first;
+    for _ in 0..6_000 {
+        orbit = forecast.dynamics.propagate(&orbit, 1_000_000).unwrap();
+        let next = forecast.state(&orbit).unwrap();
+        slowly.last_mut().unwrap().1 += 1;
+        if next != state {
+            slowly.push((next, 0));
+        }
+        state = next;
+    }
+    let mut quickly = intervals(&forecast, first, 6_000);
+    assert!(slowly.len() > 2, "{slowly:?}");
+    // The last one is cut off where the walk ends.
+    for list in [&mut slowly, &mut quickly] {
+        list.last_mut().unwrap().1 = 0;
+    }
+    assert_eq!(slowly, quickly);
+}
+
+#[test]
+fn laws_point_where_they_say() {
+    let orbit = equatorial(8_000.0, 20.0);
+    let nadir = -orbit.position_km.normalize().map(|axis| axis as f32);
+    let flight = orbit.velocity_km_s.normalize().map(|axis| axis as f32);
+    let sight = |law: PointingLaw| law.earth_path(&orbit).unwrap().matrix().row(2).transpose();
+    let close = |a: Vector3<f32>, b: Vector3<f32>| (a - b).norm() < 1e-6;
+    assert!(close(sight(down()), nadir));
+    let raised = sight(PointingLaw::Nadir { off_nadir_rad: 0.5, roll_rad: 2.0 });
+    assert!(close(raised, nadir * 0.5f32.cos() + flight * 0.5f32.sin()));
+    // The line of sight to the horizon is tangent to the sphere.
+    let horizon = sight(PointingLaw::Horizon { below_rad: 0.0, roll_rad: 0.0 });
+    assert!((horizon.dot(&nadir) - (1.0 - (6_378.137f32 / 8_000.0).powi(2)).sqrt()).abs() < 1e-6);
+    let below = sight(PointingLaw::Horizon { below_rad: 0.1, roll_rad: 0.0 });
+    assert!((below.dot(&horizon) - 0.1f32.cos()).abs() < 1e-6 && below.dot(&nadir) > horizon.dot(&nadir));
+    let still = Rotation::from_quaternion([0.1, 0.2, 0.3, 0.9]).unwrap();
+    assert_eq!(PointingLaw::Inertial(still).earth_path(&orbit).unwrap().matrix(), still.matrix());
+}
+
+#[test]
+fn what_is_no_orbit_has_no_state() {
+    let (camera, earth) = (camera(), EarthParameters::default());
+    let forecast = forecast(&camera, &earth, down());
+    let orbit = equatorial(8_000.0, 0.0);
+    let straight_up = OrbitState { velocity_km_s: orbit.position_km * 1e-3, ..orbit };
+    let inside = OrbitState { position_km: orbit.position_km * 0.7, ..orbit };
+    for wrong in [straight_up, inside, OrbitState { position_km: Vector3::repeat(f64::NAN), ..orbit }] {
+        assert_eq!(forecast.state(&wrong), None);
+        assert!(forecast.step(&wrong, SensorState::Full).is_err());
+    }
+}

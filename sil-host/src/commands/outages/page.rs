@@ -1,0 +1,76 @@
+//! The page of outages: of each orbit its states over time as thesis figs. 8.5 to 8.10 have them, and a table.
+
+use super::{LISTED, Outlook, words};
+use crate::report::page::{self, TABLE, TABLE_END, escaped};
+use crate::report::plot::{Frame, WIDE};
+use crate::report::strip::Rows;
+use crate::report::trace::{Marks, Stretches};
+use std::fmt::Write as _;
+
+/// The page of all orbits.
+pub fn html(outlooks: &[Outlook]) -> String {
+    let mut page = page::opening("Outages");
+    let _ = write!(
+        page,
+        "<h1>What the sensor will be able to do</h1><p>States of thesis table 8.1, predicted by the flight code \
+         from orbit, pointing and camera: {}. With the Sun in a path the detector is blinded; in eclipse the \
+         stars are seen and the orbit is propagated.</p>",
+        [0, 1, 2, 3, 4].map(words).join("; ")
+    );
+    outlooks.iter().for_each(|outlook| section(&mut page, outlook));
+    page.push_str(page::CLOSING);
+    page
+}
+
+fn section(page: &mut String, outlook: &Outlook) {
+    let Outlook { orbit, description, start_utc, duration_s, states, totals, .. } = outlook;
+    let stretches = Stretches::of(*duration_s);
+    let (mut flown, none) = (Marks::new(stretches), Marks::new(stretches));
+    for interval in states.iter().filter(|interval| interval.duration_s > 0) {
+        let [first, last] = [interval.begin_s, interval.end_s - 1].map(|second| stretches.index(second));
+        (first..=last).for_each(|index| flown.add(index, interval.state));
+    }
+    let frame = Frame { stretches, geometry: &none, faults: &[], restarts: &[], width: WIDE };
+    let names = [0, 1, 2, 3, 4].map(|state| format!("state {state}"));
+    let rows =
+        Rows { names: &names.each_ref().map(String::as_str), expected: &none, flown: &flown, wrong: &none };
+    let _ = write!(
+        page,
+        "<h2>{}</h2><p class=\"soft\">{}. {duration_s} s from {} UTC.</p><figure>{}</figure>\
+         {TABLE}<tr><th>state</th><th>share</th><th>seconds</th><th>times</th><th>shortest, longest, s</th></tr>",
+        escaped(orbit),
+        escaped(description),
+        escaped(start_utc),
+        frame.strip("sensor states", &rows),
+    );
+    for total in totals {
+        let spans = match (total.shortest_s, total.longest_s) {
+            (Some(shortest), Some(longest)) => format!("{shortest}, {longest}"),
+            _ => "\u{2013}".to_owned(),
+        };
+        let _ = write!(
+            page,
+            "<tr><td>{}</td><td>{:.2} %</td><td>{}</td><td>{}</td><td>{spans}</td></tr>",
+            words(total.state),
+            100.0 * total.share,
+            total.seconds,
+            total.count
+        );
+    }
+    page.push_str(TABLE_END);
+    if states.len() > LISTED {
+        return;
+    }
+    let _ = write!(page, "{TABLE}<tr><th>from, s</th><th>to, s</th><th>seconds</th><th>state</th></tr>");
+    for interval in states {
+        let _ = write!(
+            page,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            interval.begin_s,
+            interval.end_s,
+            interval.duration_s,
+            words(interval.state)
+        );
+    }
+    page.push_str(TABLE_END);
+}
