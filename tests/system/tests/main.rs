@@ -5,6 +5,7 @@
 
 mod attitude_sets;
 mod bad_input;
+mod book;
 mod calibrate;
 mod clock_faults;
 mod detector_faults;

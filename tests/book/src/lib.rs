@@ -1,0 +1,24 @@
+//! The book of Sextant (`sil-host/book`), built by mdBook's library.
+
+use mdbook_driver::MDBook;
+use mdbook_driver::errors::Result;
+use std::path::{Path, PathBuf};
+
+/// Root of the workspace.
+pub fn workspace() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).expect("this package lies two folders below the root").to_path_buf()
+}
+
+/// Builds the book into a folder and gives its chapters: name and text as they stand on the page, what they include
+/// included.
+///
+/// # Errors
+/// What mdBook says.
+pub fn build(folder: &Path) -> Result<Vec<(String, String)>> {
+    let mut book = MDBook::load(workspace().join("sil-host/book"))?;
+    book.config.build.build_dir = folder.to_path_buf();
+    book.build()?;
+    let chapters = book.book.chapters();
+    Ok(chapters.map(|chapter| (chapter.name.clone(), chapter.content.clone())).collect())
+}
