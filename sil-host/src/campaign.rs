@@ -34,6 +34,7 @@ pub mod vary;
 
 use crate::cli::CommonArguments;
 use crate::error::HostError;
+use crate::words::program;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lines::LinesFile;
 use rayon::prelude::*;
@@ -117,8 +118,9 @@ pub fn runs<E: Experiment>(experiment: &E, arguments: &CommonArguments) -> Resul
 
 /// The line that says how to do the worst run of a campaign again.
 fn again(campaign: &str, seed: u64, run: u64) -> String {
+    let program = program();
     format!(
-        "To see the worst of them again: sil-host campaign {campaign} --seed {seed} --first {run} --runs 1"
+        "To see the worst of them again: {program} campaign {campaign} --seed {seed} --first {run} --runs 1"
     )
 }
 

@@ -14,8 +14,10 @@ pub use orbits::*;
 pub use pictures::*;
 
 use crate::error::HostError;
-use crate::words::one_line;
-use clap::{Parser, Subcommand};
+use crate::formats::camera_file;
+use crate::words::{one_line, program};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 
 /// Software in the loop for the Sextant Earth and star sensor.
 ///
@@ -83,13 +85,15 @@ pub enum Request {
 pub fn parse<I, T>(arguments: I) -> Result<Request, HostError>
 where
     I: IntoIterator<Item = T>,
-    T: Into<std::ffi::OsString> + Clone,
+    T: Into<OsString>,
 {
-    match CommandLine::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    match CommandLine::try_parse_from(&arguments) {
         Ok(command_line) => Ok(Request::Run(command_line)),
         Err(error) if !error.use_stderr() => Ok(Request::Print(error.render().to_string())),
         Err(error) => {
-            Err(HostError::usage(first_paragraph(&error.render().to_string()), "see `sil-host --help`"))
+            let to_do = format!("see `{}{} --help`", program(), subcommands(&arguments));
+            Err(HostError::usage(first_paragraph(&error.render().to_string()), to_do))
         }
     }
 }
@@ -99,6 +103,18 @@ fn first_paragraph(text: &str) -> String {
     let paragraph = text.split("\n\n").next().unwrap_or(text);
     one_line(paragraph.strip_prefix("error: ").unwrap_or(paragraph))
 }
+/// The subcommands that arguments begin with, behind the program's name, each after a blank.
+fn subcommands(arguments: &[OsString]) -> String {
+    let mut command = CommandLine::command();
+    let mut words = String::new();
+    for argument in arguments.iter().skip(1) {
+        let Some(found) = command.find_subcommand(argument).cloned() else { break };
+        words.extend([" ", found.get_name()]);
+        command = found;
+    }
+    words
+}
+
 
 #[cfg(test)]
 mod tests {

@@ -15,6 +15,7 @@ use crate::cli::DefectsArguments;
 use crate::error::HostError;
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
+use crate::words::program;
 use fsw_core::checksum::crc32;
 use fsw_core::image::bad_pixels::{BadPixelDetector, is_replaceable};
 use fsw_core::image::defects::{CRC_FROM, Defects, DefectsError, HEADER_BYTES, MAGIC, VERSION};
@@ -95,7 +96,7 @@ impl DefectsFile {
                 "its numbers contradict each other".to_owned()
             }
         };
-        Err(HostError::input(path, None, what, "make it again with `sil-host defects`"))
+        Err(HostError::input(path, None, what, format!("make it again with `{} defects`", program())))
     }
 
     /// A picture without these defects; `name` is the picture's.
