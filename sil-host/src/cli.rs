@@ -38,10 +38,14 @@ pub enum Command {
     /// The frame the detector would show in a second of a scenario
     Render(RenderArguments),
     /// Attitude from real pictures, without prior knowledge
+    #[command(after_long_help = camera_file::HELP)]
     Solve(SolveArguments),
     /// Earth vector and distance from real pictures of the Earth, without prior knowledge
+    #[command(after_long_help = camera_file::HELP)]
     Earth(EarthArguments),
     /// Identification of centroid lists, one field a line
+    #[command(after_help = crate::commands::identify::LINES)]
+    #[command(after_long_help = format!("{}\n\n{}", crate::commands::identify::LINES, camera_file::HELP))]
     Identify(IdentifyArguments),
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
     #[command(after_help = crate::commands::attitude::methods::LINES)]
@@ -52,6 +56,7 @@ pub enum Command {
     Propagate(PropagateArguments),
     /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky
     /// pictures
+    #[command(after_long_help = camera_file::HELP)]
     Calibrate(CalibrateArguments),
     /// Bad pixels and columns' offsets of a detector, from dark pictures, for the flight code
     Defects(DefectsArguments),
@@ -174,3 +179,24 @@ mod tests {
         assert!(matches!(parse(["sil-host", "--version"]), Ok(Request::Print(_))));
     }
 }
+
+    fn help(arguments: &[&str]) -> String {
+        match parse(arguments) {
+            Ok(Request::Print(text)) => text,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_long_help_describes_lines_of_fields_camera_files_and_corrections() {
+        for command in ["solve", "earth", "identify", "calibrate"] {
+            let help = help(&["sil-host", command, "--help"]);
+            for word in ["[optics]", "optical_centre_px", "correction_table", "equiangular"] {
+                assert!(help.contains(word), "{command}: {word} is not in {help}");
+            }
+        }
+        for flag in ["-h", "--help"] {
+            let help = help(&["sil-host", "identify", flag]);
+            assert!(help.contains("\"centroids\":[[x,y]") && help.contains("brightness"), "{help}");
+        }
+    }
