@@ -17,9 +17,9 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use crate::world::sky::stars::DetectorModel;
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::DetectionMethod;
 use fsw_core::image::calibration::Calibration;
-use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars, scan};
-use fsw_core::image::{DetectionMethod, DetectionParameters};
+use fsw_core::image::scan::read_stars;
 use fsw_hal::{DetectorError, Window};
 
 /// The world's seed.
@@ -414,4 +414,22 @@ fn pictures_that_do_not_go_together_are_too_few_or_not_dark_are_refused() {
     for name in ["dark.png", "large.png", "bright.png", "out"] {
         let _ = std::fs::remove_file(scratch(name, b""));
     }
+}
+
+#[test]
+fn darks_of_a_worn_detector_hold_no_star_like_spots_and_skies_do() {
+    let spots = |stars: &[WorldStar]| {
+        let mut scene = scene(true, [0.0, 0.0, 0.0, 1.0], stars);
+        let mut pictures: Vec<Picture> = (0..PICTURES_MIN as u64)
+            .map(|cycle| {
+                scene.expose_cycle(cycle, EXPOSURE_US).unwrap();
+                let pixels = whole(&mut scene);
+                Picture::from_pixels(scene.geometry(), pixels).unwrap()
+            })
+            .collect();
+        super::star_like_spots(&vec![PathBuf::new(); PICTURES_MIN], &mut pictures).unwrap()
+    };
+    let [darks, skies] = [spots(&[]), spots(&star_scene::sky())];
+    println!("{darks} star-like spots in a dark, {skies} in a sky");
+    assert!(darks <= SPOTS_MAX / 4 && skies >= 2 * SPOTS_MAX);
 }
