@@ -1,6 +1,6 @@
 //! A picture file served as a detector.
 //!
-//! In: a PNG, TIFF, JPEG or FITS file. Out: [`Picture`], raw digital numbers row by row, behind the same
+//! In: a PNG, TIFF, JPEG, BMP, PGM (or another of Netpbm's) or FITS file. Out: [`Picture`], raw digital numbers row by row, behind the same
 //! [`fsw_hal::Detector`] trait as a real instrument; exposing it only marks it exposed.
 //!
 //! | file | raw values | bits |
@@ -24,6 +24,10 @@ use std::path::{Path, PathBuf};
 
 /// A picture has been exposed long ago; the trait wants a time.
 pub const EXPOSURE_US: u32 = 1000;
+
+/// Formats that are read, beside FITS.
+const FORMATS: [ImageFormat; 5] =
+    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::Pnm];
 
 /// A picture in memory that answers as a detector does.
 #[derive(Debug, Clone)]
@@ -55,7 +59,7 @@ pub enum PictureFault {
     #[error("the file is empty; record or copy it again")]
     Empty,
     /// The content is of no format known here.
-    #[error("the format is unknown; give a PNG, TIFF, JPEG or FITS picture")]
+    #[error("the format is unknown; give a PNG, TIFF, JPEG, BMP, PGM or FITS picture")]
     UnknownFormat,
     /// The picture ends too early or is damaged.
     #[error("truncated or damaged picture ({0}); copy it again")]
@@ -93,7 +97,7 @@ impl Picture {
         let reader = ImageReader::new(Cursor::new(bytes));
         let reader = reader.with_guessed_format().map_err(|e| PictureFault::Damaged(io_words(&e)))?;
         let format = reader.format().ok_or(PictureFault::UnknownFormat)?;
-        if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff) {
+        if !FORMATS.contains(&format) {
             return Err(PictureFault::UnknownFormat);
         }
         // The JPEG decoder fills up what is missing with grey, silently.
