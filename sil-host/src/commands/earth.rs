@@ -268,7 +268,7 @@ fn outline(view: &View, camera: &Camera) -> Vec<Option<[f32; 2]>> {
 
 /// The answer for what became of a picture, and the limb it shows.
 fn answer(
-    name: &Path,
+    (name, picture): (&Path, &Picture),
     found: &Found,
     camera: &Camera,
     known: &Known,
@@ -277,7 +277,11 @@ fn answer(
     let mut answer = EarthAnswer {
         image: name.display().to_string(),
         status: "not_found",
-        reason: found.fix.as_ref().err().map(|reason| reason_words(*reason)),
+        reason: found
+            .fix
+            .as_ref()
+            .err()
+            .map(|reason| picture.without_content().unwrap_or(reason_words(*reason))),
         centre_px: None,
         radius_px: None,
         points: found.limb.len(),
@@ -377,7 +381,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             let begin = Instant::now();
             let found = earth.find(name, &picture, &file, &known)?;
             let find_ms = begin.elapsed().as_secs_f64() * 1e3;
-            let (answer, limb) = answer(name, &found, &camera, &known, find_ms);
+            let (answer, limb) = answer((name, &picture), &found, &camera, &known, find_ms);
             if let Some(folder) = &arguments.overlay {
                 drawing::write(&folder.join(&drawn), &picture, &answer, &limb)?;
             }

@@ -98,8 +98,8 @@ pub struct PictureSolver {
 
 /// What became of a picture.
 pub struct Found {
-    /// The solution, or why there is none.
-    pub solution: Result<Solution, NotIdentified>,
+    /// The solution, or why there is none, in words.
+    pub solution: Result<Solution, &'static str>,
     /// Star-like spots.
     pub detections: u32,
     detect: Duration,
@@ -134,7 +134,9 @@ impl PictureSolver {
         let centroids: Vec<_> = spots.iter().map(|spot| (spot.centre_px(), spot.sigma_px())).collect();
         let begin = Instant::now();
         let solution = self.solver.search(&centroids, camera, catalogue, focal_length);
-        Ok(Found { solution, detections: self.detections.found(), detect, identify: begin.elapsed() })
+        let solution = solution.map_err(|reason| picture.without_content().unwrap_or(reason_words(reason)));
+        let spots = centroids.iter().map(|(centre, _)| *centre).collect();
+        Ok(Found { solution, spots, detections: self.detections.found(), detect, identify: begin.elapsed() })
     }
 }
 
@@ -156,7 +158,7 @@ fn answer(name: &Path, found: &Found, catalogue: &Catalogue) -> SolveAnswer {
         ms: Milliseconds { detect: ms(found.detect), identify: ms(found.identify), attitude: 0.0 },
     };
     match &found.solution {
-        Err(reason) => answer.reason = Some(reason_words(*reason)),
+        Err(reason) => answer.reason = Some(reason),
         Ok(solution) => {
             answer.ms.attitude = ms(time_attitude(solution, catalogue));
             fill(&mut answer, solution, catalogue);

@@ -67,6 +67,9 @@ pub enum PictureFault {
     /// A side is too short or too long.
     #[error("{0} x {1} px is outside {SIDE_MIN_PX} to {SIDE_MAX_PX} px a side; crop or bin the picture")]
     Size(u64, u64),
+    /// Nothing was measured in any pixel.
+    #[error("{0}; write the picture again from the detector's values")]
+    NoNumber(String),
     /// The picture is sound but of a kind not read here.
     #[error("{0}; convert it to 8- or 16-bit grey or colour")]
     Unsupported(String),
@@ -124,6 +127,21 @@ impl Picture {
     /// All raw values, row by row.
     pub fn pixels(&self) -> &[u16] {
         &self.pixels
+    }
+
+    /// Why nothing can be found in the picture, whatever is looked for: its pixels are all alike, or most are at
+    /// full scale. `None` where that is not so.
+    pub fn without_content(&self) -> Option<&'static str> {
+        let full_scale = self.geometry.full_scale();
+        let full = self.pixels.iter().filter(|value| **value == full_scale).count();
+        let first = self.pixels.first().copied().unwrap_or(0);
+        if 2 * full > self.pixels.len() {
+            Some("overexposed: more than half of the pixels are at full scale")
+        } else if self.pixels.iter().all(|value| *value == first) {
+            Some("every pixel has the same value")
+        } else {
+            None
+        }
     }
 
     /// The picture read in blocks of `side_px` by `side_px`, each their mean, in 16 bits; an incomplete block
@@ -263,6 +281,7 @@ fn from_fits(bytes: &[u8]) -> Result<Picture, PictureFault> {
     let picture = fits::read(bytes, side_ok).map_err(|error| match error {
         FitsError::Size(width, height) => PictureFault::Size(width, height),
         FitsError::NoPicture => PictureFault::Unsupported(error.to_string()),
+        FitsError::NoNumber => PictureFault::NoNumber(error.to_string()),
         FitsError::Truncated | FitsError::Keyword(_) => PictureFault::Damaged(error.to_string()),
     })?;
     let (width, height) = (picture.width as u16, picture.height as u16);
