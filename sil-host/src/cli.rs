@@ -103,11 +103,6 @@ where
     }
 }
 
-/// The parser's complaint without its usage lines and hints, which would make it longer than a line.
-fn first_paragraph(text: &str) -> String {
-    let paragraph = text.split("\n\n").next().unwrap_or(text);
-    one_line(paragraph.strip_prefix("error: ").unwrap_or(paragraph))
-}
 /// The subcommands that arguments begin with, behind the program's name, each after a blank.
 fn subcommands(arguments: &[OsString]) -> String {
     let mut command = CommandLine::command();
@@ -120,6 +115,11 @@ fn subcommands(arguments: &[OsString]) -> String {
     words
 }
 
+/// The parser's complaint without its usage lines and hints, which would make it longer than a line.
+fn first_paragraph(text: &str) -> String {
+    let paragraph = text.split("\n\n").next().unwrap_or(text);
+    one_line(paragraph.strip_prefix("error: ").unwrap_or(paragraph))
+}
 
 #[cfg(test)]
 mod tests {
@@ -141,7 +141,7 @@ mod tests {
         else {
             panic!("not understood")
         };
-        assert_eq!((solve.images.len(), solve.fov_deg, solve.json), (2, Some(15.5), true));
+        assert_eq!((solve.images.len(), solve.optics.fov_deg, solve.json), (2, Some(15.5), true));
         assert!(usage(&["sil-host", "solve", "a.png"]).contains("--camera"));
         assert!(
             usage(&["sil-host", "solve", "a.png", "--camera", "c", "--fov-deg", "3"]).contains("--fov-deg")
@@ -174,11 +174,12 @@ mod tests {
     fn a_usage_error_is_one_line_and_help_is_none() {
         let message = usage(&["sil-host", "identify"]);
         assert!(message.starts_with("sil-host: ") && !message.contains('\n'), "{message}");
+        assert!(message.ends_with(" identify --help`"), "{message}");
+        assert!(usage(&["sil-host", "campaign", "run", "--runs", "0"]).ends_with(" campaign run --help`"));
         assert!(usage(&["sil-host", "fly"]).contains("fly"));
         assert!(matches!(parse(["sil-host", "--help"]), Ok(Request::Print(_))));
         assert!(matches!(parse(["sil-host", "--version"]), Ok(Request::Print(_))));
     }
-}
 
     fn help(arguments: &[&str]) -> String {
         match parse(arguments) {
@@ -200,3 +201,4 @@ mod tests {
             assert!(help.contains("\"centroids\":[[x,y]") && help.contains("brightness"), "{help}");
         }
     }
+}

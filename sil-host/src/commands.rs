@@ -14,6 +14,7 @@ pub mod earth;
 pub mod identify;
 pub mod navigate;
 pub mod parameters;
+pub mod picture_camera;
 pub mod propagate;
 pub mod record;
 pub mod render;

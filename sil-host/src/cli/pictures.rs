@@ -4,19 +4,27 @@ use clap::Args;
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
 
-/// Arguments of `solve`.
+/// What is known of the optics of pictures: one of the two.
 #[derive(Debug, Args)]
-#[command(group = clap::ArgGroup::new("optics").required(true).args(["camera", "fov_deg"]))]
-pub struct SolveArguments {
-    /// Pictures: PNG, TIFF, JPEG or FITS
-    #[arg(required = true, value_name = "IMAGE")]
-    pub images: Vec<PathBuf>,
+#[group(required = true, multiple = false)]
+pub struct OpticsArguments {
     /// Camera file
     #[arg(long, value_name = "CAM.toml")]
     pub camera: Option<PathBuf>,
-    /// Horizontal field of view of an undistorted camera, degrees
+    /// Horizontal field of view of an undistorted camera, degrees; solve and calibrate need it right to 2 %
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fov_deg: Option<f64>,
+}
+
+/// Arguments of `solve`.
+#[derive(Debug, Args)]
+pub struct SolveArguments {
+    /// Pictures: PNG, TIFF, JPEG, BMP, PGM or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Optics
+    #[command(flatten)]
+    pub optics: OpticsArguments,
     /// Catalogue made by catalog-gen, instead of the embedded one
     #[arg(long, value_name = "FILE")]
     pub catalog: Option<PathBuf>,
@@ -34,9 +42,9 @@ pub struct EarthArguments {
     /// Pictures: PNG, TIFF, JPEG or FITS
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
-    /// Camera file
-    #[arg(long, value_name = "CAM.toml")]
-    pub camera: PathBuf,
+    /// Optics
+    #[command(flatten)]
+    pub optics: OpticsArguments,
     /// The Earth's pole in the sensor frame; without it a mean sphere
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
     pub pole: Option<[f32; 3]>,
@@ -108,11 +116,11 @@ pub struct CalibrateArguments {
     pub images: Vec<PathBuf>,
     /// So many pictures of the rendered sky instead, through the camera of --camera in a laboratory that is
     /// cooler than the flight
-    #[arg(long, value_name = "N", conflicts_with = "images", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", conflicts_with_all = ["images", "fov_deg"], value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rendered: Option<u32>,
-    /// Camera file to start from, its focal length right to 2 %
-    #[arg(long, value_name = "START.toml")]
-    pub camera: PathBuf,
+    /// Optics to start from, the focal length right to 2 %
+    #[command(flatten)]
+    pub optics: OpticsArguments,
     /// Camera file to write; a drawing of the residuals (.svg) comes beside it, and the star profiles and
     /// corrections (.corr) where the pictures show enough stars
     #[arg(long, value_name = "CAM.toml")]

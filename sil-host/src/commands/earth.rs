@@ -13,7 +13,7 @@ mod drawing;
 
 use crate::cli::EarthArguments;
 use crate::commands::defects::{self, DefectsFile};
-use crate::commands::solve;
+use crate::commands::picture_camera::PictureCamera;
 use crate::error::{Faults, HostError};
 use crate::flight;
 use crate::formats::camera_file::CameraFile;
@@ -363,8 +363,7 @@ fn print_text(answer: &EarthAnswer) {
 /// # Errors
 /// What concerns all pictures: the camera file, the folder for drawings.
 pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
-    let file = CameraFile::load(&arguments.camera)?;
-    let camera = flight::camera(&file, &arguments.camera)?;
+    let cameras = PictureCamera::load(&arguments.optics)?;
     let direction = |vector: Option<[f32; 3]>| vector.and_then(|vector| Direction::new(vector.into()));
     let known = Known { pole: direction(arguments.pole), sun: direction(arguments.sun) };
     if let Some(folder) = &arguments.overlay {
@@ -377,7 +376,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
     for (name, drawn) in arguments.images.iter().zip(drawing::names(&arguments.images)) {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = defects::picture(name, defects.as_ref())?;
-            solve::check_size(&file, name, &picture)?;
+            let (file, (camera, _)) = (cameras.of(name, &picture)?, cameras.flight(name, &picture)?);
             let begin = Instant::now();
             let found = earth.find(name, &picture, &file, &known)?;
             let find_ms = begin.elapsed().as_secs_f64() * 1e3;

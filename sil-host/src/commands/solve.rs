@@ -10,16 +10,18 @@ use crate::commands::defects::{self, DefectsFile};
 use crate::error::{Faults, HostError};
 use crate::flight::lost_in_space::{FocalLength, Solution, Solver};
 use crate::flight::{self, Density};
-use crate::formats::camera_file::CameraFile;
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
+use crate::commands::picture_camera::PictureCamera;
+use crate::drawing::names;
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use fsw_core::frames::ARCSEC_PER_RAD;
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::stars::identify::NotIdentified;
-use fsw_hal::{Detector, DetectorGeometry};
+use fsw_hal::Detector;
+use pointing::Pointing;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::path::Path;
@@ -211,40 +213,6 @@ fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
         .collect();
 }
 
-/// The camera of a picture, from the camera file (with its name) or from the horizontal field of view,
-/// degrees.
-///
-/// # Errors
-/// When file and picture differ in size, or the flight code refuses the camera.
-pub fn camera_for(
-    file: Option<(&Path, &CameraFile)>,
-    fov_deg: Option<f64>,
-    name: &Path,
-    picture: &Picture,
-) -> Result<(Camera, FocalLength), HostError> {
-    let DetectorGeometry { width_px, height_px, bits } = picture.geometry();
-    let Some((path, file)) = file else {
-        let file = CameraFile::from_fov(width_px, height_px, bits, fov_deg.unwrap_or(f64::NAN))?;
-        return Ok((flight::camera(&file, name)?, FocalLength::Within2Percent));
-    };
-    check_size(file, name, picture)?;
-    Ok((flight::camera(file, path)?, FocalLength::Rough))
-}
-
-/// Whether a picture has the size that a camera file says.
-///
-/// # Errors
-/// When it has not, with both sizes; `name` is the picture's.
-pub fn check_size(file: &CameraFile, name: &Path, picture: &Picture) -> Result<(), HostError> {
-    let DetectorGeometry { width_px, height_px, .. } = picture.geometry();
-    let (w, h) = (file.width_px, file.height_px);
-    if (w, h) == (width_px, height_px) {
-        return Ok(());
-    }
-    let what = format!("the picture has {width_px} x {height_px} px, the camera file {w} x {h}");
-    Err(HostError::input(name, None, what, "give the camera file of this picture"))
-}
-
 /// Prints an answer for people.
 fn print_text(answer: &SolveAnswer) {
     let Milliseconds { detect, identify, .. } = answer.ms;
@@ -271,7 +239,7 @@ fn print_text(answer: &SolveAnswer) {
 /// # Errors
 /// What concerns all pictures: camera file, catalogue, field.
 pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
-    let camera_file = arguments.camera.as_deref().map(CameraFile::load).transpose()?;
+    let cameras = PictureCamera::load(&arguments.optics)?;
     let named = arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?;
     let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
     let mut solver = PictureSolver::default();
@@ -281,8 +249,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     for name in &arguments.images {
         let mut solve = || -> Result<SolveAnswer, HostError> {
             let mut picture = defects::picture(name, defects.as_ref())?;
-            let file = arguments.camera.as_deref().zip(camera_file.as_ref());
-            let (camera, focal_length) = camera_for(file, arguments.fov_deg, name, &picture)?;
+            let (camera, focal_length) = cameras.flight(name, &picture)?;
             let field_deg = flight::field_deg(&camera);
             if named.is_none() && built.as_ref().is_none_or(|(served, _)| *served != field_deg) {
                 built = Some((field_deg, flight::catalogue_bytes(&camera, Density::Brightest)?));
