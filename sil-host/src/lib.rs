@@ -30,6 +30,7 @@ pub mod calibration;
 pub mod campaign;
 pub mod cli;
 pub mod commands;
+mod drawing;
 pub mod error;
 pub mod flight;
 pub mod formats;

@@ -366,14 +366,12 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
     let cameras = PictureCamera::load(&arguments.optics)?;
     let direction = |vector: Option<[f32; 3]>| vector.and_then(|vector| Direction::new(vector.into()));
     let known = Known { pole: direction(arguments.pole), sun: direction(arguments.sun) };
-    if let Some(folder) = &arguments.overlay {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| HostError::system(folder, "made", &error, "name another folder"))?;
-    }
+    crate::drawing::folder(arguments.overlay.as_ref())?;
     let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
     let mut earth = PictureEarth::default();
     let mut faults = Faults::default();
-    for (name, drawn) in arguments.images.iter().zip(drawing::names(&arguments.images)) {
+    let names = crate::drawing::names(&arguments.images, "-earth.png");
+    for (name, drawn) in arguments.images.iter().zip(names) {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = defects::picture(name, defects.as_ref())?;
             let (file, (camera, _)) = (cameras.of(name, &picture)?, cameras.flight(name, &picture)?);
@@ -382,7 +380,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
             let find_ms = begin.elapsed().as_secs_f64() * 1e3;
             let (answer, limb) = answer((name, &picture), &found, &camera, &known, find_ms);
             if let Some(folder) = &arguments.overlay {
-                drawing::write(&folder.join(&drawn), &picture, &answer, &limb)?;
+                drawing::draw(&picture, &answer, &limb).write(&folder.join(&drawn))?;
             }
             Ok(answer)
         };
