@@ -31,6 +31,14 @@ pub struct SolveArguments {
     /// Defects of the detector, made by `defects`
     #[arg(long, value_name = "FILE.defects")]
     pub defects: Option<PathBuf>,
+    /// Folder for drawings: each picture with its stars (named: green, others: red), residuals twenty times as
+    /// long (yellow) and lines of right ascension and declination; NAME-sky.png, of pictures with one name the
+    /// second is NAME-2-sky.png
+    #[arg(long, value_name = "DIR")]
+    pub overlay: Option<PathBuf>,
+    /// Folder for FITS headers with the world coordinates of each identified picture; NAME.wcs
+    #[arg(long, value_name = "DIR")]
+    pub wcs: Option<PathBuf>,
     /// One JSON object a picture on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
@@ -39,7 +47,7 @@ pub struct SolveArguments {
 /// Arguments of `earth`.
 #[derive(Debug, Args)]
 pub struct EarthArguments {
-    /// Pictures: PNG, TIFF, JPEG or FITS
+    /// Pictures: PNG, TIFF, JPEG, BMP, PGM or FITS
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// Optics
@@ -111,7 +119,7 @@ pub struct AttitudeArguments {
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Pictures of one lens: PNG, TIFF, JPEG or FITS
+    /// Pictures of one lens: PNG, TIFF, JPEG, BMP, PGM or FITS
     #[arg(required_unless_present = "rendered", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// So many pictures of the rendered sky instead, through the camera of --camera in a laboratory that is
@@ -133,7 +141,7 @@ pub struct CalibrateArguments {
 /// Arguments of `defects`.
 #[derive(Debug, Args)]
 pub struct DefectsArguments {
-    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG or FITS
+    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG, BMP, PGM or FITS
     #[arg(required = true, value_name = "DARK")]
     pub images: Vec<PathBuf>,
     /// The file to write

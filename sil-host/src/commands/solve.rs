@@ -3,17 +3,24 @@
 //! In: picture files and a camera file or a field of view. Out: a line a picture, JSON or text, with
 //! attitude, sigma and the stars recognised. A picture that cannot be read costs one line on stderr and
 //! status 2 at the end; the others are still answered. A sky that cannot be identified is an answer, not a
-//! fault.
+//! fault. On request a drawing and a FITS header of each picture ([`wcs`]).
+
+mod drawing;
+mod grid;
+pub mod pointing;
+pub mod star_names;
+pub mod wcs;
 
 use crate::cli::SolveArguments;
 use crate::commands::defects::{self, DefectsFile};
+use crate::commands::picture_camera::PictureCamera;
+use crate::drawing::names;
 use crate::error::{Faults, HostError};
 use crate::flight::lost_in_space::{FocalLength, Solution, Solver};
 use crate::flight::{self, Density};
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
-use crate::commands::picture_camera::PictureCamera;
-use crate::drawing::names;
+use crate::output::write_whole;
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
 use fsw_core::frames::ARCSEC_PER_RAD;
@@ -39,6 +46,8 @@ pub struct StarAnswer {
     pub y: f32,
     /// Distance of the measured from the projected place, arcsec.
     pub residual_arcsec: f32,
+    /// Measured less projected place, px.
+    pub residual_px: [f32; 2],
 }
 
 /// Host time of the parts, ms.
@@ -68,6 +77,8 @@ pub struct SolveAnswer {
     pub ra_deg: Option<f64>,
     /// Declination of the picture's middle, degrees.
     pub dec_deg: Option<f64>,
+    /// Position angle of the picture's upward direction at its middle, degrees from north through east.
+    pub roll_deg: Option<f64>,
     /// Horizontal field with the refined focal length, degrees.
     pub fov_deg: Option<f64>,
     /// Standard deviations about x, y, z, arcsec.
@@ -76,6 +87,8 @@ pub struct SolveAnswer {
     pub false_id_probability: Option<f64>,
     /// Star-like spots found.
     pub detections: u32,
+    /// Places of the brightest of them, px, brightest first.
+    pub spots: Vec<[f32; 2]>,
     /// The stars recognised, brightest first.
     pub stars: Vec<StarAnswer>,
     /// Host time.
@@ -104,6 +117,8 @@ pub struct Found {
     pub solution: Result<Solution, &'static str>,
     /// Star-like spots.
     pub detections: u32,
+    /// Places of the brightest of them, px.
+    pub spots: Vec<[f32; 2]>,
     detect: Duration,
     identify: Duration,
 }
@@ -152,10 +167,12 @@ fn answer(name: &Path, found: &Found, catalogue: &Catalogue) -> SolveAnswer {
         q: None,
         ra_deg: None,
         dec_deg: None,
+        roll_deg: None,
         fov_deg: None,
         sigma_arcsec: None,
         false_id_probability: None,
         detections: found.detections,
+        spots: found.spots.clone(),
         stars: Vec::new(),
         ms: Milliseconds { detect: ms(found.detect), identify: ms(found.identify), attitude: 0.0 },
     };
@@ -191,11 +208,11 @@ fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
     let Solution { camera, measured, confirmed, log10_false } = solution;
     answer.status = "identified";
     answer.q = Some(confirmed.attitude.quaternion());
-    if let Some(middle) = camera.direction(camera.middle_px()) {
-        let sky = confirmed.attitude.inverse().apply(&middle);
-        let [x, y, z] = [sky.vector().x, sky.vector().y, sky.vector().z].map(f64::from);
-        answer.ra_deg = Some(y.atan2(x).to_degrees().rem_euclid(360.0));
-        answer.dec_deg = Some(z.atan2(x.hypot(y)).to_degrees());
+    if let Some(pointing) = Pointing::new(solution) {
+        let middle_deg = pointing.middle_deg();
+        answer.ra_deg = middle_deg.map(|[ra_deg, _]| ra_deg);
+        answer.dec_deg = middle_deg.map(|[_, dec_deg]| dec_deg);
+        answer.roll_deg = pointing.roll_deg();
     }
     let [width_deg, _] = flight::field_deg(camera);
     answer.fov_deg = Some(width_deg);
@@ -208,7 +225,8 @@ fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
             let [x, y] = measured.get(usize::from(found.measured))?.centre_px;
             let [dx, dy] = found.residual_px;
             let residual_arcsec = dx.hypot(dy) * camera.rad_per_px() * ARCSEC_PER_RAD;
-            Some(StarAnswer { hip: catalogue.star(found.star)?.hip, x, y, residual_arcsec })
+            let hip = catalogue.star(found.star)?.hip;
+            Some(StarAnswer { hip, x, y, residual_arcsec, residual_px: found.residual_px })
         })
         .collect();
 }
@@ -216,9 +234,10 @@ fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
 /// Prints an answer for people.
 fn print_text(answer: &SolveAnswer) {
     let Milliseconds { detect, identify, .. } = answer.ms;
-    match (answer.ra_deg, answer.dec_deg, answer.fov_deg, answer.sigma_arcsec) {
-        (Some(ra), Some(dec), Some(fov), Some([x, y, z])) => say!(
-            "{}: identified, RA {ra:.4} Dec {dec:+.4} deg, field {fov:.3} deg, sigma {x:.1} {y:.1} {z:.1} arcsec, \
+    let SolveAnswer { ra_deg, dec_deg, roll_deg, fov_deg, sigma_arcsec, .. } = *answer;
+    match (ra_deg, dec_deg, roll_deg, fov_deg, sigma_arcsec) {
+        (Some(ra), Some(dec), Some(roll), Some(fov), Some([x, y, z])) => say!(
+            "{}: identified, RA {ra:.4} Dec {dec:+.4} roll {roll:.3} deg, field {fov:.3} deg, sigma {x:.1} {y:.1} {z:.1} arcsec, \
              {} of {} spots named, false with {:.0e} ({detect:.1} + {identify:.1} ms)",
             answer.image,
             answer.stars.len(),
@@ -242,11 +261,14 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let cameras = PictureCamera::load(&arguments.optics)?;
     let named = arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?;
     let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
+    crate::drawing::folder(arguments.overlay.as_ref())?;
+    crate::drawing::folder(arguments.wcs.as_ref())?;
     let mut solver = PictureSolver::default();
     // Pictures of one camera share the catalogue built for it.
     let mut built: Option<([f64; 2], Cow<[u8]>)> = None;
     let mut faults = Faults::default();
-    for name in &arguments.images {
+    let [drawings, headers] = ["-sky.png", ".wcs"].map(|ending| names(&arguments.images, ending));
+    for (name, (drawing, header)) in arguments.images.iter().zip(drawings.iter().zip(&headers)) {
         let mut solve = || -> Result<SolveAnswer, HostError> {
             let mut picture = defects::picture(name, defects.as_ref())?;
             let (camera, focal_length) = cameras.flight(name, &picture)?;
@@ -257,7 +279,15 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
             let bytes = named.as_ref().or(built.as_ref().map(|(_, bytes)| bytes));
             let catalogue = flight::open(bytes.map_or(&[], |bytes| bytes))?;
             let found = solver.find(name, &mut picture, (&camera, focal_length), &catalogue)?;
-            Ok(answer(name, &found, &catalogue))
+            let answer = answer(name, &found, &catalogue);
+            let pointing = found.solution.as_ref().ok().and_then(Pointing::new);
+            if let Some(folder) = &arguments.overlay {
+                drawing::draw(&picture, &answer, pointing.as_ref()).write(&folder.join(drawing))?;
+            }
+            if let Some((folder, pointing)) = arguments.wcs.as_ref().zip(pointing) {
+                write_whole(&folder.join(header), &wcs::header(&pointing))?;
+            }
+            Ok(answer)
         };
         match faults.noted(solve()) {
             Some(answer) if arguments.json => json::print_line(&answer),
