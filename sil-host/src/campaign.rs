@@ -125,7 +125,7 @@ fn again(campaign: &str, seed: u64, run: u64) -> String {
 }
 
 /// The bar on a terminal; nothing elsewhere.
-fn progress(what: &str, pieces: u64, json: bool) -> ProgressBar {
+pub(crate) fn progress(what: &str, pieces: u64, json: bool) -> ProgressBar {
     let shown = std::io::stderr().is_terminal() && !json;
     let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(pieces), target);

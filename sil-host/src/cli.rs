@@ -37,7 +37,8 @@ pub enum Command {
     Run(RunArguments),
     /// The frame the detector would show in a second of a scenario
     Render(RenderArguments),
-    /// Attitude from real pictures, without prior knowledge
+    /// Attitude from real pictures, without prior knowledge; with neither --camera nor --fov-deg fields of 5 to
+    /// 40 deg are tried
     #[command(after_long_help = camera_file::HELP)]
     Solve(SolveArguments),
     /// Earth vector and distance from real pictures of the Earth, without prior knowledge
@@ -142,7 +143,8 @@ mod tests {
             panic!("not understood")
         };
         assert_eq!((solve.images.len(), solve.optics.fov_deg, solve.json), (2, Some(15.5), true));
-        assert!(usage(&["sil-host", "solve", "a.png"]).contains("--camera"));
+        assert!(parse(["sil-host", "solve", "a.png"]).is_ok(), "then all fields are tried");
+        assert!(usage(&["sil-host", "solve", "a.png", "--catalog", "c"]).contains("--camera"));
         assert!(
             usage(&["sil-host", "solve", "a.png", "--camera", "c", "--fov-deg", "3"]).contains("--fov-deg")
         );

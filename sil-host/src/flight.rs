@@ -3,6 +3,7 @@
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
 //! it was made for such a field, else one built in memory from the same star source.
 
+pub mod blind;
 pub mod lost_in_space;
 
 use crate::calibration;

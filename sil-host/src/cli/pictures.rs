@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// What is known of the optics of pictures: one of the two.
 #[derive(Debug, Args)]
-#[group(required = true, multiple = false)]
+#[group(multiple = false)]
 pub struct OpticsArguments {
     /// Camera file
     #[arg(long, value_name = "CAM.toml")]
@@ -26,7 +26,7 @@ pub struct SolveArguments {
     #[command(flatten)]
     pub optics: OpticsArguments,
     /// Catalogue made by catalog-gen, instead of the embedded one
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "OpticsArguments")]
     pub catalog: Option<PathBuf>,
     /// Defects of the detector, made by `defects`
     #[arg(long, value_name = "FILE.defects")]

@@ -232,7 +232,7 @@ fn table(calibration: &Calibration) -> String {
 /// What concerns all pictures: camera files, a lens that the stars do not determine, files that cannot be
 /// written.
 pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
-    let cameras = PictureCamera::load(&arguments.optics)?;
+    let cameras = PictureCamera::required(&arguments.optics)?;
     if let PictureCamera::File(path, CameraFile { projection: Projection::Equiangular, .. }) = &cameras {
         let what = "only rectilinear cameras can be calibrated";
         return Err(HostError::input(path, None, what, "start from a rectilinear camera"));

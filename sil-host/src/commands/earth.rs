@@ -363,7 +363,7 @@ fn print_text(answer: &EarthAnswer) {
 /// # Errors
 /// What concerns all pictures: the camera file, the folder for drawings.
 pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
-    let cameras = PictureCamera::load(&arguments.optics)?;
+    let cameras = PictureCamera::required(&arguments.optics)?;
     let direction = |vector: Option<[f32; 3]>| vector.and_then(|vector| Direction::new(vector.into()));
     let known = Known { pole: direction(arguments.pole), sun: direction(arguments.sun) };
     crate::drawing::folder(arguments.overlay.as_ref())?;

@@ -20,16 +20,24 @@ pub enum PictureCamera {
 }
 
 impl PictureCamera {
-    /// What the command line says.
+    /// What the command line says, if anything.
     ///
     /// # Errors
     /// When the camera file cannot be read or is wrong.
-    pub fn load(arguments: &OpticsArguments) -> Result<Self, HostError> {
+    pub fn load(arguments: &OpticsArguments) -> Result<Option<Self>, HostError> {
         match &arguments.camera {
-            Some(path) => Ok(Self::File(path.clone(), CameraFile::load(path)?)),
-            // The command line asks for one of the two; without a number the field is refused.
-            None => Ok(Self::FieldDeg(arguments.fov_deg.unwrap_or(f64::NAN))),
+            Some(path) => Ok(Some(Self::File(path.clone(), CameraFile::load(path)?))),
+            None => Ok(arguments.fov_deg.map(Self::FieldDeg)),
         }
+    }
+
+    /// The same for a command that cannot do without.
+    ///
+    /// # Errors
+    /// Also when the command line says nothing.
+    pub fn required(arguments: &OpticsArguments) -> Result<Self, HostError> {
+        let nothing = || HostError::usage("the optics are not known", "give --camera or --fov-deg");
+        Self::load(arguments)?.ok_or_else(nothing)
     }
 
     /// The camera of a picture; `name` is the picture's.

@@ -215,17 +215,23 @@ impl CameraFile {
                 ),
             ));
         }
-        Ok(Self {
+        Ok(Self::undistorted(fsw_hal::DetectorGeometry { width_px, height_px, bits }, focal_length_px))
+    }
+
+    /// A rectilinear camera without distortion, the optical centre in the middle.
+    pub fn undistorted(geometry: fsw_hal::DetectorGeometry, focal_length_px: f64) -> Self {
+        let fsw_hal::DetectorGeometry { width_px, height_px, bits } = geometry;
+        Self {
             width_px,
             height_px,
             bits,
             focal_length_px,
-            optical_centre_px: [(f64::from(width_px) - 1.0) / 2.0, (f64::from(height_px) - 1.0) / 2.0],
+            optical_centre_px: [width_px, height_px].map(|side| (f64::from(side) - 1.0) / 2.0),
             projection: Projection::Rectilinear,
             distortion: Distortion::default(),
             mirrored: false,
             correction_table: None,
-        })
+        }
     }
 
     /// The detector's size and resolution.

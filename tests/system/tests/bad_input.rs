@@ -252,7 +252,7 @@ fn scenarios_that_are_wrong_name_file_line_and_key() {
 #[test]
 fn usage_errors() {
     refused(&["fly"], &["fly"]);
-    refused(&["solve", "a.png"], &["--camera", "--fov-deg"]);
+    refused(&["solve", "a.png", "--catalog", "c"], &["--camera", "--fov-deg"]);
     refused(&["earth", "a.png"], &["--camera", "--fov-deg"]);
     refused(&["calibrate", "a.png", "--out", "x.toml"], &["--camera", "--fov-deg"]);
     refused(&["calibrate", "--rendered", "3", "--fov-deg", "24", "--out", "x.toml"], &["--fov-deg"]);
