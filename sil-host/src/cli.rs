@@ -37,8 +37,8 @@ pub enum Command {
     Run(RunArguments),
     /// The frame the detector would show in a second of a scenario
     Render(RenderArguments),
-    /// Attitude from real pictures, without prior knowledge; with neither --camera nor --fov-deg fields of 5 to
-    /// 40 deg are tried
+    /// Attitude from real pictures, without prior knowledge; with neither --camera nor --fov-deg fields of
+    /// 5 to 40 deg are tried
     #[command(after_long_help = camera_file::HELP)]
     Solve(SolveArguments),
     /// Earth vector and distance from real pictures of the Earth, without prior knowledge

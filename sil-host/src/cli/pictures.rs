@@ -31,11 +31,14 @@ pub struct SolveArguments {
     /// Defects of the detector, made by `defects`
     #[arg(long, value_name = "FILE.defects")]
     pub defects: Option<PathBuf>,
-    /// Folder for drawings: each picture with its stars (named: green, others: red), residuals twenty times as
-    /// long (yellow) and lines of right ascension and declination; NAME-sky.png, of pictures with one name the
-    /// second is NAME-2-sky.png
+    /// Folder for drawings: each picture with its stars (named: green, others: red), residuals twenty times
+    /// as long (yellow) and lines of right ascension and declination; NAME-sky.png, of pictures with one
+    /// name the second is NAME-2-sky.png
     #[arg(long, value_name = "DIR")]
     pub overlay: Option<PathBuf>,
+    /// Table of all answers, a row a picture
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
     /// Folder for FITS headers with the world coordinates of each identified picture; NAME.wcs
     #[arg(long, value_name = "DIR")]
     pub wcs: Option<PathBuf>,

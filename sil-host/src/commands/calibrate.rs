@@ -49,8 +49,8 @@ const ROUNDS_MAX: usize = 5;
 const LENS_ROUNDS: usize = 2;
 
 /// What the sky of a picture stretches beyond the stars' noise, share of the focal length: aberration 1e-4,
-/// refraction 2.8e-4 at the zenith and 5.6e-4 along the vertical at 45 deg. Single pictures of one lens scatter
-/// by 4e-4.
+/// refraction 2.8e-4 at the zenith and 5.6e-4 along the vertical at 45 deg. Single pictures of one lens
+/// scatter by 4e-4.
 const SKY_STRETCH: f64 = 3e-4;
 
 /// Stars by Hipparcos number.

@@ -1,16 +1,17 @@
 //! `sil-host solve`: lost in space on real pictures, served to the flight code as a detector.
 //!
-//! In: picture files and a camera file or a field of view, or neither: then all fields of 5 to 40 deg are tried
-//! ([`crate::flight::blind`]). Out: a line a picture, JSON or text, with attitude, sigma and the stars
-//! recognised. A picture that cannot be read costs one line on stderr and status 2 at the end; the others are
-//! still answered. A sky that cannot be identified is an answer, not a fault. On request a drawing and a FITS
-//! header of each picture ([`wcs`]).
+//! In: picture files and a camera file or a field of view, or neither: then all fields of 5 to 40 deg are
+//! tried ([`crate::flight::blind`]). Out: a line a picture, JSON or text, with attitude, sigma and the
+//! stars recognised. A picture that cannot be read costs one line on stderr and status 2 at the end; the
+//! others are still answered. A sky that cannot be identified is an answer, not a fault. On request a
+//! drawing and a FITS header of each picture ([`wcs`]).
 
 mod answer;
 mod drawing;
 mod grid;
 pub mod pointing;
 pub mod star_names;
+mod table;
 pub mod wcs;
 
 use crate::campaign::progress;
@@ -97,8 +98,8 @@ impl PictureSolver {
         })
     }
 
-    /// Scans a picture and identifies its stars with nothing known of the optics; the catalogue is that of the
-    /// stars' numbers, empty where there is no solution.
+    /// Scans a picture and identifies its stars with nothing known of the optics; the catalogue is that of
+    /// the stars' numbers, empty where there is no solution.
     ///
     /// # Errors
     /// When the picture does not serve as a detector.
@@ -217,7 +218,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     crate::drawing::folder(arguments.overlay.as_ref())?;
     crate::drawing::folder(arguments.wcs.as_ref())?;
     let hint = if arguments.optics.fov_deg.is_some() { TRY_ALL } else { "" };
-    let mut faults = Faults::default();
+    let (mut faults, mut answers) = (Faults::default(), Vec::new());
     let [drawings, headers] = ["-sky.png", ".wcs"].map(|ending| names(&arguments.images, ending));
     for (name, (drawing, header)) in arguments.images.iter().zip(drawings.iter().zip(&headers)) {
         let mut solve = || -> Result<SolveAnswer, HostError> {
@@ -231,11 +232,16 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
             }
             Ok(answer)
         };
-        match faults.noted(solve()) {
-            Some(answer) if arguments.json => json::print_line(&answer),
-            Some(answer) => answer::print_text(&answer, hint),
-            None => {}
+        let Some(answer) = faults.noted(solve()) else { continue };
+        if arguments.json {
+            json::print_line(&answer);
+        } else {
+            answer::print_text(&answer, hint);
         }
+        answers.push(answer);
+    }
+    if let Some(path) = &arguments.csv {
+        table::write(path, &answers)?;
     }
     Ok(faults.status())
 }

@@ -1,13 +1,13 @@
 //! Identification with nothing known of the optics.
 //!
-//! In: centroids of a picture, brightest first, and its size. Out: [`Solution`] and the catalogue that its stars are
-//! numbered in, or the flight code's reason.
+//! In: centroids of a picture, brightest first, and its size. Out: [`Solution`] and the catalogue that its
+//! stars are numbered in, or the flight code's reason.
 //!
-//! Focal lengths of horizontal fields from [`NARROWEST_DEG`] to [`WIDEST_DEG`] are tried in steps of 0.2 %, each as an
-//! undistorted camera with the optical centre in the middle, then the same as seen in a mirror; all of them first with
-//! little effort, then with more. Neighbouring fields share a catalogue. Every hypothesis counts in the
-//! false-identification probability, so that more fields ask for more agreement: of the million or more that are tried a
-//! picture needs about seven stars.
+//! Focal lengths of horizontal fields from [`NARROWEST_DEG`] to [`WIDEST_DEG`] are tried in steps of 0.2 %,
+//! each as an undistorted camera with the optical centre in the middle, then the same as seen in a mirror;
+//! all of them first with little effort, then with more. Neighbouring fields share a catalogue. Every
+//! hypothesis counts in the false-identification probability, so that more fields ask for more agreement:
+//! of the million or more that are tried a picture needs about seven stars.
 
 use super::lost_in_space::{FOCAL_STEP, Round, Solution, Solver};
 use super::{Density, catalogue_bytes, open};
@@ -80,8 +80,8 @@ impl BlindSearch {
         ROUNDS.len() as u64 * self.groups.iter().map(of_group).sum::<u64>()
     }
 
-    /// Identifies stars given with their sigmas, px, brightest first; `tried` is called after every try. The fields of
-    /// the last solution are tried first.
+    /// Identifies stars given with their sigmas, px, brightest first; `tried` is called after every try.
+    /// The fields of the last solution are tried first.
     ///
     /// # Errors
     /// Why they were not identified.

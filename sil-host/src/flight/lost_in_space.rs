@@ -20,8 +20,8 @@ pub(super) const FOCAL_STEP: f64 = 0.002;
 const FOCAL_STEPS: i32 = 12;
 /// Half a step and what the lens distorts.
 const FOCAL_UNCERTAINTY: f32 = 0.001;
-/// Rounds over the ladder. The first tries a base side or two of every focal length and wins on most pictures;
-/// the fewer hypotheses were tried before, the less evidence is needed.
+/// Rounds over the ladder. The first tries a base side or two of every focal length and wins on most
+/// pictures; the fewer hypotheses were tried before, the less evidence is needed.
 const ROUNDS: [Round; 5] =
     [(0.35, 20_000), (0.35, 300_000), (0.35, 6_000_000), (0.7, 6_000_000), (1.4, 6_000_000)];
 /// Times the focal length is refined from the matched stars.
@@ -119,8 +119,8 @@ impl Solver {
         Err(reason)
     }
 
-    /// One try: identifies stars of a camera with as much effort as `round` says. `hypotheses` were tried on the
-    /// same stars before; those of this try are added.
+    /// One try: identifies stars of a camera with as much effort as `round` says. `hypotheses` were tried
+    /// on the same stars before; those of this try are added.
     ///
     /// # Errors
     /// Why they were not identified.

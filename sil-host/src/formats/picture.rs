@@ -1,7 +1,8 @@
 //! A picture file served as a detector.
 //!
-//! In: a PNG, TIFF, JPEG, BMP, PGM (or another of Netpbm's) or FITS file. Out: [`Picture`], raw digital numbers row by row, behind the same
-//! [`fsw_hal::Detector`] trait as a real instrument; exposing it only marks it exposed.
+//! In: a PNG, TIFF, JPEG, BMP, PGM (or another of Netpbm's) or FITS file. Out: [`Picture`], raw digital
+//! numbers row by row, behind the same [`fsw_hal::Detector`] trait as a real instrument; exposing it only
+//! marks it exposed.
 //!
 //! | file | raw values | bits |
 //! |---|---|---|
@@ -129,8 +130,8 @@ impl Picture {
         &self.pixels
     }
 
-    /// Why nothing can be found in the picture, whatever is looked for: its pixels are all alike, or most are at
-    /// full scale. `None` where that is not so.
+    /// Why nothing can be found in the picture, whatever is looked for: its pixels are all alike, or most
+    /// are at full scale. `None` where that is not so.
     pub fn without_content(&self) -> Option<&'static str> {
         let full_scale = self.geometry.full_scale();
         let full = self.pixels.iter().filter(|value| **value == full_scale).count();
@@ -180,8 +181,9 @@ impl Detector for Picture {
         self.geometry
     }
 
-    /// A picture has been exposed long ago; any time is accepted. Shown anew it has the same noise, by which the
-    /// flight code knows an old image: the lowest bits of its first pixel change from one to the next.
+    /// A picture has been exposed long ago; any time is accepted. Shown anew it has the same noise, by
+    /// which the flight code knows an old image: the lowest bits of its first pixel change from one to the
+    /// next.
     fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
         if let Some(first) = self.pixels.first_mut().filter(|_| self.exposed) {
             // By 1, 3 and 2: three values, then the first again.

@@ -389,30 +389,38 @@ fn damaged_tables_cost_a_line_that_says_where() {
 
 #[test]
 fn pictures_that_do_not_go_together_are_too_few_or_not_dark_are_refused() {
-    let png = |side: u32, level: u8| {
+    // The pictures of a set differ in a pixel each.
+    let png = |side: u32, level: u8, number: u32| {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        let stripes = image::GrayImage::from_fn(side, side, |x, y| {
+        let mut stripes = image::GrayImage::from_fn(side, side, |x, y| {
             image::Luma([if (x / 3 + y / 3) % 3 == 0 { level } else { 9 }])
         });
+        stripes.get_pixel_mut(7 * number, 5).0[0] += 1;
         stripes.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
         bytes.into_inner()
     };
-    let (dark, large) = (scratch("dark.png", &png(64, 9)), scratch("large.png", &png(65, 9)));
-    let bright = scratch("bright.png", &png(64, 200));
+    let set = |name: &str, level| {
+        [1, 2, 3, 4, 5].map(|number| scratch(&format!("{number}-{name}"), &png(64, level, number)))
+    };
+    let (dark, bright) = (set("dark.png", 9), set("bright.png", 200));
+    let large = scratch("large.png", &png(65, 9, 1));
     let out = scratch("out", b"");
-    let message = |images: &[&PathBuf]| {
-        let images = images.iter().map(|path| path.to_path_buf()).collect();
+    let message = |images: &[PathBuf]| {
+        let images = images.to_vec();
         run(&DefectsArguments { images, out: out.clone(), json: false }).map(|_| ()).unwrap_err().to_string()
     };
-    assert!(message(&[&dark, &large, &dark]).contains("large.png: the picture has 65 x 65 px of 8 bits"));
-    assert!(message(&[&dark; 4]).contains("4 dark pictures"));
-    assert!(message(&[&bright; 5]).contains("more than darkness"));
+    let mixed = [dark[0].clone(), large.clone()];
+    assert!(message(&mixed).contains("large.png: the picture has 65 x 65 px of 8 bits"));
+    assert!(message(&dark[..4]).contains("4 dark pictures"));
+    assert!(message(&bright).contains("more than darkness"));
+    let copies = [&dark[..4], &dark[1..2]].concat();
+    assert!(message(&copies).contains("equal to") && message(&copies).contains("2-dark.png"));
     assert_eq!(std::fs::read(&out).unwrap(), b"", "nothing was written");
-    let arguments = DefectsArguments { images: vec![dark; 5], out: out.clone(), json: true };
+    let arguments = DefectsArguments { images: dark.to_vec(), out: out.clone(), json: true };
     assert!(run(&arguments).is_ok());
     assert_eq!(DefectsFile::load(&out).unwrap().bytes, table([64, 64], &[], &[]));
-    for name in ["dark.png", "large.png", "bright.png", "out"] {
-        let _ = std::fs::remove_file(scratch(name, b""));
+    for path in dark.iter().chain(&bright).chain([&large, &out]) {
+        let _ = std::fs::remove_file(path);
     }
 }
 

@@ -54,7 +54,8 @@ pub struct SolveAnswer {
     pub dec_deg: Option<f64>,
     /// Position angle of the picture's upward direction at its middle, degrees from north through east.
     pub roll_deg: Option<f64>,
-    /// Whether the picture shows the sky as in a mirror; `q` then maps to a sensor frame whose x runs to the left.
+    /// Whether the picture shows the sky as in a mirror; `q` then maps to a sensor frame whose x runs to
+    /// the left.
     pub mirrored: Option<bool>,
     /// Horizontal field with the refined focal length, degrees.
     pub fov_deg: Option<f64>,

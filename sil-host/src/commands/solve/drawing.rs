@@ -1,9 +1,9 @@
 //! A picture of the sky with what was found drawn on it.
 //!
-//! In: the picture and its answer. Out: a PNG in colours, as large as the picture or, of a narrow one, a whole
-//! number of times larger: star-like spots circled, those with a name green and the others red; the names, or
-//! Hipparcos numbers; residuals as yellow lines from the projected place towards the measured one,
-//! [`LONGER`] times as long; lines of right ascension and declination; a cross at the line of sight.
+//! In: the picture and its answer. Out: a PNG in colours, as large as the picture or, of a narrow one, a
+//! whole number of times larger: star-like spots circled, those with a name green and the others red; the
+//! names, or Hipparcos numbers; residuals as yellow lines from the projected place towards the measured
+//! one, [`LONGER`] times as long; lines of right ascension and declination; a cross at the line of sight.
 
 use super::grid;
 use super::pointing::Pointing;

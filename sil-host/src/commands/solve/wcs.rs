@@ -1,10 +1,10 @@
 //! The solution as a FITS header: world coordinates of pixels by Greisen and Calabretta (2002).
 //!
-//! In: where a picture looks. Out: bytes of a header without data, blocks of 2880 bytes of cards of 80 (FITS
-//! 4.0, sections 3 and 8). The reference point is the line of sight at the optical centre; there
-//! `(xi, eta) = CD (p - CRPIX)` are standard coordinates east and north: of a rectilinear lens gnomonic (TAN),
-//! of an equiangular one zenithal equidistant (ARC). Distortion is not in these keywords; a comment says how
-//! much that is. Pixel (1, 1) of FITS is the first pixel read, and row 1 the upper one.
+//! In: where a picture looks. Out: bytes of a header without data, blocks of 2880 bytes of cards of 80
+//! (FITS 4.0, sections 3 and 8). The reference point is the line of sight at the optical centre; there
+//! `(xi, eta) = CD (p - CRPIX)` are standard coordinates east and north: of a rectilinear lens gnomonic
+//! (TAN), of an equiangular one zenithal equidistant (ARC). Distortion is not in these keywords; a comment
+//! says how much that is. Pixel (1, 1) of FITS is the first pixel read, and row 1 the upper one.
 
 use super::pointing::{Pointing, east_north, ra_dec_deg};
 use crate::world::attitude::{apply, dot};
