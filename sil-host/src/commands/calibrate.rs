@@ -1,6 +1,6 @@
 //! `sil-host calibrate`: focal length, optical centre and distortion of a lens from pictures of the sky.
 //!
-//! In: pictures taken with one lens, a camera file that is right to 2 % in the focal length. Out: a camera
+//! In: pictures taken with one lens, a camera file or a field of view that is right to 2 %. Out: a camera
 //! file, a drawing of the residuals beside it (same name, `.svg`), a table on stdout. Pictures are solved by
 //! the flight code ([`crate::commands::solve`]), their stars taken from the star source in double precision,
 //! and the lens fitted to all at once ([`fit`]). With the lens found the pictures are solved again, until no

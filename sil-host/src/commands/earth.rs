@@ -1,6 +1,6 @@
 //! `sil-host earth`: the Earth in real pictures, served to the flight code as a detector.
 //!
-//! In: picture files, a camera file, the Earth's pole and the Sun in the sensor frame where they are known.
+//! In: picture files, a camera file or a field of view, the Earth's pole and the Sun in the sensor frame where they are known.
 //! Out: a line a picture, JSON or text, with limb points, centre, Earth vector and distance; a drawing on
 //! request. A picture that cannot be read costs one line on stderr and status 2 at the end; the others are
 //! still answered. A picture without an Earth is an answer, not a fault.

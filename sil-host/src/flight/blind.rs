@@ -146,3 +146,32 @@ fn camera(geometry: DetectorGeometry, mirrored: bool, focal_length_px: f64) -> O
     let file = CameraFile { mirrored, ..CameraFile::undistorted(geometry, focal_length_px) };
     super::camera(&file, Path::new("")).ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_is_within_a_step_of_a_focal_length_that_is_tried() {
+        for [width_px, height_px] in [[1280, 1024], [600, 917]] {
+            let search = BlindSearch::new(DetectorGeometry { width_px, height_px, bits: 8 });
+            let tried: Vec<f64> = search
+                .groups
+                .iter()
+                .filter_map(|group| {
+                    Some((camera(search.geometry, false, group.focal_length_px)?, group.steps))
+                })
+                .flat_map(|(camera, steps)| super::super::lost_in_space::ladder(&camera, steps))
+                .map(|camera| camera.parameters().focal_length_px.into())
+                .collect();
+            assert_eq!(2 * ROUNDS.len() * tried.len(), search.tries() as usize);
+            for hundredths in 505..=3995 {
+                let wanted = focal_length_px(&search.geometry, f64::from(hundredths) / 100.0);
+                let off = tried.iter().map(|tried| (tried / wanted - 1.0).abs()).fold(1.0, f64::min);
+                assert!(off < 0.0012, "{hundredths} hundredths of a degree: off by {off}");
+            }
+            let first = focal_length_px(&search.geometry, FIRST_DEG);
+            assert!((search.groups[0].focal_length_px / first).ln().abs() < SHARED.ln() / 2.0 + 0.01);
+        }
+    }
+}

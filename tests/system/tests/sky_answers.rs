@@ -271,7 +271,7 @@ fn a_table_has_a_row_for_each_picture_that_was_read() {
     assert_eq!((rows[1][1], rows[2][1]), ("identified", "not_identified"));
     assert_eq!(rows[1][3].parse::<f64>().unwrap(), number(&answers[0]["ra_deg"]));
     assert!(rows[2][3].is_empty() && rows.iter().all(|row| row.len() == rows[0].len()));
-    refused(&["solve", &sky, "--fov-deg", "10.1", "--csv", "no/such/t.csv"], &["no/such/t.csv"]);
+    refused(&["solve", &sky, "--fov-deg", "10.1", "--json", "--csv", "no/such/t.csv"], &["no/such/t.csv"]);
 }
 
 #[test]
