@@ -217,7 +217,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let mut session = Session::new(arguments)?;
     crate::drawing::folder(arguments.overlay.as_ref())?;
     crate::drawing::folder(arguments.wcs.as_ref())?;
-    let hint = if arguments.optics.fov_deg.is_some() { TRY_ALL } else { "" };
+    let no_match = arguments.optics.fov_deg.map(|_| reason_words(NotIdentified::NoMatch));
     let (mut faults, mut answers) = (Faults::default(), Vec::new());
     let [drawings, headers] = ["-sky.png", ".wcs"].map(|ending| names(&arguments.images, ending));
     for (name, (drawing, header)) in arguments.images.iter().zip(drawings.iter().zip(&headers)) {
@@ -236,7 +236,8 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
         if arguments.json {
             json::print_line(&answer);
         } else {
-            answer::print_text(&answer, hint);
+            let of_field = no_match.is_some() && answer.reason == no_match;
+            answer::print_text(&answer, if of_field { TRY_ALL } else { "" });
         }
         answers.push(answer);
     }
