@@ -34,6 +34,7 @@ pub mod vary;
 
 use crate::cli::CommonArguments;
 use crate::error::HostError;
+use crate::words::program;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lines::LinesFile;
 use rayon::prelude::*;
@@ -117,13 +118,14 @@ pub fn runs<E: Experiment>(experiment: &E, arguments: &CommonArguments) -> Resul
 
 /// The line that says how to do the worst run of a campaign again.
 fn again(campaign: &str, seed: u64, run: u64) -> String {
+    let program = program();
     format!(
-        "To see the worst of them again: sil-host campaign {campaign} --seed {seed} --first {run} --runs 1"
+        "To see the worst of them again: {program} campaign {campaign} --seed {seed} --first {run} --runs 1"
     )
 }
 
 /// The bar on a terminal; nothing elsewhere.
-fn progress(what: &str, pieces: u64, json: bool) -> ProgressBar {
+pub(crate) fn progress(what: &str, pieces: u64, json: bool) -> ProgressBar {
     let shown = std::io::stderr().is_terminal() && !json;
     let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(pieces), target);

@@ -14,8 +14,10 @@ pub use orbits::*;
 pub use pictures::*;
 
 use crate::error::HostError;
-use crate::words::one_line;
-use clap::{Parser, Subcommand};
+use crate::formats::camera_file;
+use crate::words::{one_line, program};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 
 /// Software in the loop for the Sextant Earth and star sensor.
 ///
@@ -35,11 +37,16 @@ pub enum Command {
     Run(RunArguments),
     /// The frame the detector would show in a second of a scenario
     Render(RenderArguments),
-    /// Attitude from real pictures, without prior knowledge
+    /// Attitude from real pictures, without prior knowledge; with neither --camera nor --fov-deg fields of
+    /// 5 to 40 deg are tried
+    #[command(after_long_help = camera_file::HELP)]
     Solve(SolveArguments),
     /// Earth vector and distance from real pictures of the Earth, without prior knowledge
+    #[command(after_long_help = camera_file::HELP)]
     Earth(EarthArguments),
     /// Identification of centroid lists, one field a line
+    #[command(after_help = crate::commands::identify::LINES)]
+    #[command(after_long_help = format!("{}\n\n{}", crate::commands::identify::LINES, camera_file::HELP))]
     Identify(IdentifyArguments),
     /// Attitude from lists of vector pairs, by any of eight methods; or the methods compared (--table)
     #[command(after_help = crate::commands::attitude::methods::LINES)]
@@ -52,6 +59,7 @@ pub enum Command {
     Outages(OutagesArguments),
     /// Focal length, optical centre, distortion, star profiles and corrections of a lens from its sky
     /// pictures
+    #[command(after_long_help = camera_file::HELP)]
     Calibrate(CalibrateArguments),
     /// Bad pixels and columns' offsets of a detector, from dark pictures, for the flight code
     Defects(DefectsArguments),
@@ -85,15 +93,29 @@ pub enum Request {
 pub fn parse<I, T>(arguments: I) -> Result<Request, HostError>
 where
     I: IntoIterator<Item = T>,
-    T: Into<std::ffi::OsString> + Clone,
+    T: Into<OsString>,
 {
-    match CommandLine::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+    match CommandLine::try_parse_from(&arguments) {
         Ok(command_line) => Ok(Request::Run(command_line)),
         Err(error) if !error.use_stderr() => Ok(Request::Print(error.render().to_string())),
         Err(error) => {
-            Err(HostError::usage(first_paragraph(&error.render().to_string()), "see `sil-host --help`"))
+            let to_do = format!("see `{}{} --help`", program(), subcommands(&arguments));
+            Err(HostError::usage(first_paragraph(&error.render().to_string()), to_do))
         }
     }
+}
+
+/// The subcommands that arguments begin with, behind the program's name, each after a blank.
+fn subcommands(arguments: &[OsString]) -> String {
+    let mut command = CommandLine::command();
+    let mut words = String::new();
+    for argument in arguments.iter().skip(1) {
+        let Some(found) = command.find_subcommand(argument).cloned() else { break };
+        words.extend([" ", found.get_name()]);
+        command = found;
+    }
+    words
 }
 
 /// The parser's complaint without its usage lines and hints, which would make it longer than a line.
@@ -122,8 +144,9 @@ mod tests {
         else {
             panic!("not understood")
         };
-        assert_eq!((solve.images.len(), solve.fov_deg, solve.json), (2, Some(15.5), true));
-        assert!(usage(&["sil-host", "solve", "a.png"]).contains("--camera"));
+        assert_eq!((solve.images.len(), solve.optics.fov_deg, solve.json), (2, Some(15.5), true));
+        assert!(parse(["sil-host", "solve", "a.png"]).is_ok(), "then all fields are tried");
+        assert!(usage(&["sil-host", "solve", "a.png", "--catalog", "c"]).contains("--camera"));
         assert!(
             usage(&["sil-host", "solve", "a.png", "--camera", "c", "--fov-deg", "3"]).contains("--fov-deg")
         );
@@ -155,8 +178,31 @@ mod tests {
     fn a_usage_error_is_one_line_and_help_is_none() {
         let message = usage(&["sil-host", "identify"]);
         assert!(message.starts_with("sil-host: ") && !message.contains('\n'), "{message}");
+        assert!(message.ends_with(" identify --help`"), "{message}");
+        assert!(usage(&["sil-host", "campaign", "run", "--runs", "0"]).ends_with(" campaign run --help`"));
         assert!(usage(&["sil-host", "fly"]).contains("fly"));
         assert!(matches!(parse(["sil-host", "--help"]), Ok(Request::Print(_))));
         assert!(matches!(parse(["sil-host", "--version"]), Ok(Request::Print(_))));
+    }
+
+    fn help(arguments: &[&str]) -> String {
+        match parse(arguments) {
+            Ok(Request::Print(text)) => text,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_long_help_describes_lines_of_fields_camera_files_and_corrections() {
+        for command in ["solve", "earth", "identify", "calibrate"] {
+            let help = help(&["sil-host", command, "--help"]);
+            for word in ["[optics]", "optical_centre_px", "correction_table", "equiangular"] {
+                assert!(help.contains(word), "{command}: {word} is not in {help}");
+            }
+        }
+        for flag in ["-h", "--help"] {
+            let help = help(&["sil-host", "identify", flag]);
+            assert!(help.contains("\"centroids\":[[x,y]") && help.contains("brightness"), "{help}");
+        }
     }
 }

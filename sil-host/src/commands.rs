@@ -15,6 +15,7 @@ pub mod identify;
 pub mod navigate;
 pub mod outages;
 pub mod parameters;
+pub mod picture_camera;
 pub mod propagate;
 pub mod record;
 pub mod render;

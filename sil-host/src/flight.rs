@@ -3,12 +3,14 @@
 //! In: a camera file. Out: the flight camera, and the catalogue that serves its field: the embedded one where
 //! it was made for such a field, else one built in memory from the same star source.
 
+pub mod blind;
 pub mod lost_in_space;
 
 use crate::calibration;
 use crate::calibration::pictures::{self, Laboratory, SkyPicture};
 use crate::error::HostError;
 use crate::formats::camera_file::{CameraFile, Projection};
+use crate::words::program;
 use crate::world::detector::imaging::ImagingModel;
 use crate::world::sky;
 use crate::world::sky::stars::DetectorModel;
@@ -208,7 +210,7 @@ pub fn calibration_file(path: &Path) -> Result<Vec<u8>, HostError> {
         Err(CalibrationError::Checksum) => "offset 8: the checksum does not match".to_owned(),
         Err(CalibrationError::Structure) => "its numbers contradict each other".to_owned(),
     };
-    Err(HostError::input(path, None, what, "make it again with `sil-host calibrate`"))
+    Err(HostError::input(path, None, what, format!("make it again with `{} calibrate`", program())))
 }
 
 /// Width and height of the field, degrees.

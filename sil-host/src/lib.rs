@@ -5,6 +5,7 @@
 //! | [`error`], [`output`] | what a user reads when something is wrong; files that are whole or marked as partial |
 //! | [`cli`] | the words of the command line |
 //! | [`world`] | truth, apart from the flight code: sky, optics, noise, frames |
+//! | `drawing` | shapes and letters over pictures |
 //! | [`formats`] | files: pictures, FITS, cameras, recorded frames, a row a second |
 //! | [`calibration`], [`flight`] | calibrations, cameras and catalogues for the flight code; it with the host's memory |
 //! | [`scenario`] | scenario files (TOML), and those that come with the program |
@@ -30,6 +31,7 @@ pub mod calibration;
 pub mod campaign;
 pub mod cli;
 pub mod commands;
+mod drawing;
 pub mod error;
 pub mod flight;
 pub mod formats;

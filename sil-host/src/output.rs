@@ -49,12 +49,7 @@ pub fn lost() -> Result<(), HostError> {
 }
 
 fn refused(path: &Path, error: &std::io::Error) -> HostError {
-    HostError::system(
-        path,
-        "written",
-        error,
-        "check the folder and the space left, or give another place by --out",
-    )
+    HostError::system(path, "written", error, "check the folder and the space left, or name another place")
 }
 
 /// A file under way. What is [kept](Self::keep) goes to the system whole, with what follows it or at

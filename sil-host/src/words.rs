@@ -27,3 +27,14 @@ pub(crate) fn io_words(error: &std::io::Error) -> String {
     let words = text.split(" (os error").next().unwrap_or(&text);
     one_line(words).to_lowercase()
 }
+
+/// How this program was called, for hints that a user types: `cargo sil` under cargo, which puts no program
+/// on the path, else the program's file name.
+pub(crate) fn program() -> String {
+    let called = std::env::args_os().next().map(std::path::PathBuf::from);
+    let name = called.as_deref().and_then(std::path::Path::file_stem).map(std::ffi::OsStr::to_string_lossy);
+    match std::env::var_os("CARGO") {
+        Some(_) => "cargo sil".to_owned(),
+        None => name.map_or_else(|| "sil-host".to_owned(), |name| one_line(&name)),
+    }
+}

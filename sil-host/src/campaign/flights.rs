@@ -20,6 +20,7 @@ use crate::judge::table::{self, Figure, Side};
 use crate::judge::{Judge, Verdict};
 use crate::report::figures_table;
 use crate::version;
+use crate::words::program;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -196,7 +197,7 @@ fn again(arguments: &CampaignRunArguments, run: u64) -> String {
     let scenario = arguments.scenario.iter().map(|path| format!(" {}", path.display()));
     let vary = arguments.vary.iter().map(|path| format!(" --vary {}", path.display()));
     let words: String = scenario.chain(vary).collect();
-    format!("sil-host run{words} --seed {} --run {run}", arguments.common.seed)
+    format!("{} run{words} --seed {} --run {run}", program(), arguments.common.seed)
 }
 
 /// Runs the command.

@@ -21,6 +21,7 @@ use crate::flight::lost_in_space::Solver;
 use crate::flight::{self, Density};
 use crate::formats::json;
 use crate::harness::star_scene;
+use crate::words::program;
 use blocks::{Block, Key, Outcome};
 use cases::{Case, LIMIT_V, Maker, Peers};
 use fsw_core::camera::Camera;
@@ -212,9 +213,9 @@ fn print_summary(rows: &[Row], seed: u64) {
         sum.identified, sum.wrong, sum.names, sum.wrong_names
     );
     let again = rows.iter().filter(|row| !row.kept).map(|row| {
-        let (first, fields) = (row.worst_first, blocks::FIELDS);
+        let (program, first, fields) = (program(), row.worst_first, blocks::FIELDS);
         format!(
-            "To see the worst of {} again: sil-host campaign identify --seed {seed} --first {first} --fields {fields} --skies {fields}",
+            "To see the worst of {} again: {program} campaign identify --seed {seed} --first {first} --fields {fields} --skies {fields}",
             row.case
         )
     });

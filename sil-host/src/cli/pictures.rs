@@ -4,25 +4,44 @@ use clap::Args;
 use fsw_core::attitude::comparison::WahbaMethod;
 use std::path::PathBuf;
 
-/// Arguments of `solve`.
+/// What is known of the optics of pictures: one of the two.
 #[derive(Debug, Args)]
-#[command(group = clap::ArgGroup::new("optics").required(true).args(["camera", "fov_deg"]))]
-pub struct SolveArguments {
-    /// Pictures: PNG, TIFF, JPEG or FITS
-    #[arg(required = true, value_name = "IMAGE")]
-    pub images: Vec<PathBuf>,
+#[group(multiple = false)]
+pub struct OpticsArguments {
     /// Camera file
     #[arg(long, value_name = "CAM.toml")]
     pub camera: Option<PathBuf>,
-    /// Horizontal field of view of an undistorted camera, degrees
+    /// Horizontal field of view of an undistorted camera, degrees; solve and calibrate need it right to 2 %
     #[arg(long, value_name = "F", allow_negative_numbers = true)]
     pub fov_deg: Option<f64>,
+}
+
+/// Arguments of `solve`.
+#[derive(Debug, Args)]
+pub struct SolveArguments {
+    /// Pictures: PNG, TIFF, JPEG, BMP, PGM or FITS
+    #[arg(required = true, value_name = "IMAGE")]
+    pub images: Vec<PathBuf>,
+    /// Optics
+    #[command(flatten)]
+    pub optics: OpticsArguments,
     /// Catalogue made by catalog-gen, instead of the embedded one
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "OpticsArguments")]
     pub catalog: Option<PathBuf>,
     /// Defects of the detector, made by `defects`
     #[arg(long, value_name = "FILE.defects")]
     pub defects: Option<PathBuf>,
+    /// Folder for drawings: each picture with its stars (named: green, others: red), residuals twenty times
+    /// as long (yellow) and lines of right ascension and declination; NAME-sky.png, of pictures with one
+    /// name the second is NAME-2-sky.png
+    #[arg(long, value_name = "DIR")]
+    pub overlay: Option<PathBuf>,
+    /// Table of all answers, a row a picture
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    /// Folder for FITS headers with the world coordinates of each identified picture; NAME.wcs
+    #[arg(long, value_name = "DIR")]
+    pub wcs: Option<PathBuf>,
     /// One JSON object a picture on stdout, and nothing else
     #[arg(long)]
     pub json: bool,
@@ -31,12 +50,12 @@ pub struct SolveArguments {
 /// Arguments of `earth`.
 #[derive(Debug, Args)]
 pub struct EarthArguments {
-    /// Pictures: PNG, TIFF, JPEG or FITS
+    /// Pictures: PNG, TIFF, JPEG, BMP, PGM or FITS
     #[arg(required = true, value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
-    /// Camera file
-    #[arg(long, value_name = "CAM.toml")]
-    pub camera: PathBuf,
+    /// Optics
+    #[command(flatten)]
+    pub optics: OpticsArguments,
     /// The Earth's pole in the sensor frame; without it a mean sphere
     #[arg(long, value_name = "x,y,z", allow_hyphen_values = true, value_parser = vector)]
     pub pole: Option<[f32; 3]>,
@@ -103,16 +122,16 @@ pub struct AttitudeArguments {
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Pictures of one lens: PNG, TIFF, JPEG or FITS
+    /// Pictures of one lens: PNG, TIFF, JPEG, BMP, PGM or FITS
     #[arg(required_unless_present = "rendered", value_name = "IMAGE")]
     pub images: Vec<PathBuf>,
     /// So many pictures of the rendered sky instead, through the camera of --camera in a laboratory that is
     /// cooler than the flight
-    #[arg(long, value_name = "N", conflicts_with = "images", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", conflicts_with_all = ["images", "fov_deg"], value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub rendered: Option<u32>,
-    /// Camera file to start from, its focal length right to 2 %
-    #[arg(long, value_name = "START.toml")]
-    pub camera: PathBuf,
+    /// Optics to start from, the focal length right to 2 %
+    #[command(flatten)]
+    pub optics: OpticsArguments,
     /// Camera file to write; a drawing of the residuals (.svg) comes beside it, and the star profiles and
     /// corrections (.corr) where the pictures show enough stars
     #[arg(long, value_name = "CAM.toml")]
@@ -125,7 +144,7 @@ pub struct CalibrateArguments {
 /// Arguments of `defects`.
 #[derive(Debug, Args)]
 pub struct DefectsArguments {
-    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG or FITS
+    /// Five or more dark pictures of one detector: PNG, TIFF, JPEG, BMP, PGM or FITS
     #[arg(required = true, value_name = "DARK")]
     pub images: Vec<PathBuf>,
     /// The file to write

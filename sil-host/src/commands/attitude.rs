@@ -28,14 +28,13 @@ use fsw_core::attitude::{ExtendedPair, VectorPair};
 use fsw_core::frames::{ARCSEC_PER_RAD, Direction};
 use methods::name;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// How far from one the length of a unit vector may be.
 const UNIT_TOLERANCE: f64 = 1e-3;
+const TO_DO: &str = "give {\"id\":..,\"b\":[[x,y,z],...],\"r\":[[x,y,z],...],\"sigma_rad\":[..]}";
 
 /// Why the flight code refuses a set, in words.
 pub fn reason_words(reason: WahbaError) -> &'static str {
@@ -173,9 +172,8 @@ fn answers(
     text: &str,
     methods: &[WahbaMethod],
 ) -> Result<Vec<SetAnswer>, HostError> {
-    let to_do = "give {\"id\":..,\"b\":[[x,y,z],...],\"r\":[[x,y,z],...],\"sigma_rad\":[..]}";
-    let set: SetInput = json::read_line(path, number, text, to_do)?;
-    let pairs = pairs(&set).map_err(|what| HostError::input(path, Some(number), what, to_do))?;
+    let set: SetInput = json::read_line(path, number, text, TO_DO)?;
+    let pairs = pairs(&set).map_err(|what| HostError::input(path, Some(number), what, TO_DO))?;
     Ok(methods.iter().map(|method| answer(&set.id, *method, &pairs)).collect())
 }
 
@@ -200,14 +198,10 @@ pub fn run(arguments: &AttitudeArguments) -> Result<ExitCode, HostError> {
     let Some(path) = arguments.sets.as_deref() else {
         return table::run(arguments.json);
     };
-    let unreadable = |error: std::io::Error| HostError::system(path, "read", &error, "check the path");
     let mut faults = Faults::default();
-    for (index, line) in BufReader::new(File::open(path).map_err(unreadable)?).lines().enumerate() {
-        let line = line.map_err(unreadable)?;
-        if line.trim().is_empty() {
-            continue;
-        }
-        match faults.noted(answers(path, index + 1, &line, &arguments.method)) {
+    for line in json::Lines::open(path, TO_DO)? {
+        let answers = line.and_then(|(number, text)| answers(path, number, &text, &arguments.method));
+        match faults.noted(answers) {
             Some(answers) if arguments.json => answers.iter().for_each(json::print_line),
             Some(answers) => answers.iter().for_each(print_text),
             None => {}

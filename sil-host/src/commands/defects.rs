@@ -15,9 +15,12 @@ use crate::cli::DefectsArguments;
 use crate::error::HostError;
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
+use crate::words::program;
 use fsw_core::checksum::crc32;
+use fsw_core::image::DetectionParameters;
 use fsw_core::image::bad_pixels::{BadPixelDetector, is_replaceable};
 use fsw_core::image::defects::{CRC_FROM, Defects, DefectsError, HEADER_BYTES, MAGIC, VERSION};
+use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_hal::{Detector, DetectorGeometry};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -27,6 +30,9 @@ use survey::{Kind, Survey};
 /// A flickering pixel and a hit are distinguished by what is left when one picture is not looked at. Of three
 /// pictures that leaves two, whose difference says too little: 20 false pixels in a million.
 pub const PICTURES_MIN: usize = 5;
+/// More star-like spots than this, median of the pictures, are stars: a detector with 2,000 hot pixels and 20
+/// hits has none, a real dark with amplifier glow and banding 6, a sky of 10 deg 80 and more.
+pub const SPOTS_MAX: u32 = 20;
 
 /// The answer.
 #[derive(Clone, Debug, Serialize)]
@@ -39,6 +45,8 @@ pub struct DefectsAnswer {
     pub pictures: usize,
     /// Noise of a pixel in one picture, digital numbers.
     pub noise_dn: f64,
+    /// Star-like spots in a picture, median of the pictures.
+    pub star_like_spots: u32,
     /// Bad pixels that are too bright.
     pub hot: usize,
     /// Bad pixels that are too dark.
@@ -95,7 +103,7 @@ impl DefectsFile {
                 "its numbers contradict each other".to_owned()
             }
         };
-        Err(HostError::input(path, None, what, "make it again with `sil-host defects`"))
+        Err(HostError::input(path, None, what, format!("make it again with `{} defects`", program())))
     }
 
     /// A picture without these defects; `name` is the picture's.
@@ -155,6 +163,33 @@ fn darks(names: &[PathBuf]) -> Result<Vec<Picture>, HostError> {
     Ok(pictures)
 }
 
+/// Refuses pictures of which one is another's copy: even of darkness two exposures differ by noise.
+fn check_copies(names: &[PathBuf], pictures: &[Picture]) -> Result<(), HostError> {
+    for (index, picture) in pictures.iter().enumerate() {
+        let copy = pictures[..index].iter().position(|before| before.pixels() == picture.pixels());
+        if let Some(first) = copy {
+            let what = format!("equal to {}, pixel by pixel", names[first].display());
+            let to_do = "give pictures exposed one by one, their black level above 0";
+            return Err(HostError::input(&names[index], None, what, to_do));
+        }
+    }
+    Ok(())
+}
+
+/// Star-like spots that the flight code finds in a picture, median of the pictures.
+fn star_like_spots(names: &[PathBuf], pictures: &mut [Picture]) -> Result<u32, HostError> {
+    let (mut buffer, mut detections) = (Box::new([0; TILE_PIXELS]), Detections::new());
+    let mut counts = Vec::with_capacity(pictures.len());
+    for (name, picture) in names.iter().zip(pictures) {
+        let fault = |error| HostError::detector(name, error);
+        picture.expose(EXPOSURE_US).map_err(fault)?;
+        scan(picture, &mut buffer, &DetectionParameters::default(), &mut detections).map_err(fault)?;
+        counts.push(detections.found());
+    }
+    counts.sort_unstable();
+    Ok(counts.get(counts.len() / 2).copied().unwrap_or(0))
+}
+
 /// Bytes of the table for what was found, and how many of its pixels are beyond mending.
 fn file(geometry: DetectorGeometry, survey: &Survey) -> Option<(Vec<u8>, usize)> {
     let bad: Vec<_> = survey.bad.iter().map(|(at, _)| *at).collect();
@@ -168,11 +203,12 @@ fn file(geometry: DetectorGeometry, survey: &Survey) -> Option<(Vec<u8>, usize)>
 fn print_text(answer: &DefectsAnswer) {
     let DefectsAnswer { hot, dead, flickering, beyond_mending, columns, .. } = answer;
     say!(
-        "{}: {} bytes from {} pictures, noise {:.2} DN",
+        "{}: {} bytes from {} pictures, noise {:.2} DN, {} star-like spots in each",
         answer.file,
         answer.bytes,
         answer.pictures,
-        answer.noise_dn
+        answer.noise_dn,
+        answer.star_like_spots
     );
     say!(
         "{} bad pixels: {hot} hot, {dead} dead, {flickering} flickering ({beyond_mending} beyond mending); \
@@ -186,7 +222,13 @@ fn print_text(answer: &DefectsAnswer) {
 /// # Errors
 /// When a picture cannot be used, so much is out of line that it is no dark, or the file cannot be written.
 pub fn run(arguments: &DefectsArguments) -> Result<ExitCode, HostError> {
-    let pictures = darks(&arguments.images)?;
+    let mut pictures = darks(&arguments.images)?;
+    check_copies(&arguments.images, &pictures)?;
+    let star_like_spots = star_like_spots(&arguments.images, &mut pictures)?;
+    if star_like_spots > SPOTS_MAX {
+        let what = format!("the pictures show stars: {star_like_spots} star-like spots in each");
+        return Err(HostError::usage(what, "give pictures with the lens closed"));
+    }
     let geometry = pictures[0].geometry();
     let frames: Vec<_> = pictures.iter().map(Picture::pixels).collect();
     let no_dark = || {
@@ -202,6 +244,7 @@ pub fn run(arguments: &DefectsArguments) -> Result<ExitCode, HostError> {
         bytes: bytes.len(),
         pictures: pictures.len(),
         noise_dn: survey.noise_dn,
+        star_like_spots,
         hot: count(Kind::Hot),
         dead: count(Kind::Dead),
         flickering: count(Kind::Flickering),

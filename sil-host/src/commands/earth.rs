@@ -1,6 +1,6 @@
 //! `sil-host earth`: the Earth in real pictures, served to the flight code as a detector.
 //!
-//! In: picture files, a camera file, the Earth's pole and the Sun in the sensor frame where they are known.
+//! In: picture files, a camera file or a field of view, the Earth's pole and the Sun in the sensor frame where they are known.
 //! Out: a line a picture, JSON or text, with limb points, centre, Earth vector and distance; a drawing on
 //! request. A picture that cannot be read costs one line on stderr and status 2 at the end; the others are
 //! still answered. A picture without an Earth is an answer, not a fault.
@@ -13,7 +13,7 @@ mod drawing;
 
 use crate::cli::EarthArguments;
 use crate::commands::defects::{self, DefectsFile};
-use crate::commands::solve;
+use crate::commands::picture_camera::PictureCamera;
 use crate::error::{Faults, HostError};
 use crate::flight;
 use crate::formats::camera_file::CameraFile;
@@ -268,7 +268,7 @@ fn outline(view: &View, camera: &Camera) -> Vec<Option<[f32; 2]>> {
 
 /// The answer for what became of a picture, and the limb it shows.
 fn answer(
-    name: &Path,
+    (name, picture): (&Path, &Picture),
     found: &Found,
     camera: &Camera,
     known: &Known,
@@ -277,7 +277,11 @@ fn answer(
     let mut answer = EarthAnswer {
         image: name.display().to_string(),
         status: "not_found",
-        reason: found.fix.as_ref().err().map(|reason| reason_words(*reason)),
+        reason: found
+            .fix
+            .as_ref()
+            .err()
+            .map(|reason| picture.without_content().unwrap_or(reason_words(*reason))),
         centre_px: None,
         radius_px: None,
         points: found.limb.len(),
@@ -359,27 +363,24 @@ fn print_text(answer: &EarthAnswer) {
 /// # Errors
 /// What concerns all pictures: the camera file, the folder for drawings.
 pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
-    let file = CameraFile::load(&arguments.camera)?;
-    let camera = flight::camera(&file, &arguments.camera)?;
+    let cameras = PictureCamera::required(&arguments.optics)?;
     let direction = |vector: Option<[f32; 3]>| vector.and_then(|vector| Direction::new(vector.into()));
     let known = Known { pole: direction(arguments.pole), sun: direction(arguments.sun) };
-    if let Some(folder) = &arguments.overlay {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| HostError::system(folder, "made", &error, "name another folder"))?;
-    }
+    crate::drawing::folder(arguments.overlay.as_ref())?;
     let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
     let mut earth = PictureEarth::default();
     let mut faults = Faults::default();
-    for (name, drawn) in arguments.images.iter().zip(drawing::names(&arguments.images)) {
+    let names = crate::drawing::names(&arguments.images, "-earth.png");
+    for (name, drawn) in arguments.images.iter().zip(names) {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = defects::picture(name, defects.as_ref())?;
-            solve::check_size(&file, name, &picture)?;
+            let (file, (camera, _)) = (cameras.of(name, &picture)?, cameras.flight(name, &picture)?);
             let begin = Instant::now();
             let found = earth.find(name, &picture, &file, &known)?;
             let find_ms = begin.elapsed().as_secs_f64() * 1e3;
-            let (answer, limb) = answer(name, &found, &camera, &known, find_ms);
+            let (answer, limb) = answer((name, &picture), &found, &camera, &known, find_ms);
             if let Some(folder) = &arguments.overlay {
-                drawing::write(&folder.join(&drawn), &picture, &answer, &limb)?;
+                drawing::draw(&picture, &answer, &limb).write(&folder.join(&drawn))?;
             }
             Ok(answer)
         };

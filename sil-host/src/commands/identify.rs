@@ -18,8 +18,6 @@ use fsw_core::frames::ARCSEC_PER_RAD;
 use fsw_core::stars::MAX_MEASURED;
 use fsw_core::stars::identify::IdentificationParameters;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -27,6 +25,14 @@ use std::time::Instant;
 /// Centroid error on which the reported sigma rests, px per axis; it is widened when the residuals are
 /// larger.
 const CENTROID_SIGMA_PX: f32 = 0.1;
+/// What the help says of the lines.
+pub const LINES: &str = "\
+In, a field a line: {\"id\":..,\"centroids\":[[x,y],[x,y,brightness],...]}. id: anything, given back. x, y: px, the centre of the
+first pixel is (0, 0), x right, y down. brightness: optional, in any unit, larger is brighter; the order means nothing then.
+Out, a line a field: {\"id\",\"status\":\"identified|not_identified\",\"reason\",\"hip\":[number or null for each centroid],
+\"q\":[x,y,z,w] from ICRS to sensor,\"sigma_arcsec\":[about x,y,z],\"false_id_probability\",\"candidates\",\"us\"}.";
+
+const TO_DO: &str = "give {\"id\":..,\"centroids\":[[x,y],...]}";
 
 /// A field as given.
 #[derive(Clone, Debug, Deserialize)]
@@ -141,10 +147,9 @@ pub fn answer_with(
 
 /// Reads the field on one line.
 fn parse(path: &Path, number: usize, text: &str) -> Result<FieldInput, HostError> {
-    let to_do = "give {\"id\":..,\"centroids\":[[x,y],...]}";
-    let field: FieldInput = json::read_line(path, number, text, to_do)?;
+    let field: FieldInput = json::read_line(path, number, text, TO_DO)?;
     match fault(&field) {
-        Some(what) => Err(HostError::input(path, Some(number), what, to_do)),
+        Some(what) => Err(HostError::input(path, Some(number), what, TO_DO)),
         None => Ok(field),
     }
 }
@@ -174,15 +179,11 @@ pub fn run(arguments: &IdentifyArguments) -> Result<ExitCode, HostError> {
     };
     let catalogue = flight::open(&bytes)?;
     let path = arguments.fields.as_path();
-    let unreadable = |error: std::io::Error| HostError::system(path, "read", &error, "check the path");
     let mut solver = Solver::default();
     let mut faults = Faults::default();
-    for (index, line) in BufReader::new(File::open(path).map_err(unreadable)?).lines().enumerate() {
-        let line = line.map_err(unreadable)?;
-        if line.trim().is_empty() {
-            continue;
-        }
-        let Some(field) = faults.noted(parse(path, index + 1, &line)) else { continue };
+    for line in json::Lines::open(path, TO_DO)? {
+        let field = line.and_then(|(number, text)| parse(path, number, &text));
+        let Some(field) = faults.noted(field) else { continue };
         let answer = answer(&mut solver, &field, &camera, &catalogue);
         if arguments.json {
             json::print_line(&answer);

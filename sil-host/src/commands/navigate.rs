@@ -34,7 +34,7 @@ use fsw_core::orbit::parameters::{Observation, OrbitParameters};
 use fsw_core::orbit::point::PositionFix;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use serde::{Deserialize, Serialize};
-use std::fs;
+use std::path::Path;
 use std::process::ExitCode;
 
 const FIRST: &str =
@@ -295,36 +295,36 @@ fn print_text(answers: &[Answer], filter: &OrbitFilter, bound: Option<&Matrix6<f
     }
 }
 
+/// The measurement on one line, not earlier than `last_us`.
+fn measurement(path: &Path, number: usize, text: &str, last_us: i64) -> Result<Measurement, HostError> {
+    let input: MeasurementInput = json::read_line(path, number, text, TO_DO)?;
+    let measurement =
+        input.measurement().map_err(|what| HostError::input(path, Some(number), what, TO_DO))?;
+    if measurement.time_us < last_us {
+        let what = "earlier than the line before";
+        return Err(HostError::input(path, Some(number), what, "give them in order of time"));
+    }
+    Ok(measurement)
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// What concerns all measurements: the file, its first line.
 pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
     let path = arguments.measurements.as_path();
-    let text = fs::read_to_string(path)
-        .map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
-    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty());
-    let (number, line) = lines.next().ok_or_else(|| HostError::input(path, None, "empty", FIRST))?;
-    let guess: GuessInput = json::read_line(path, number, line, FIRST)?;
+    let mut lines = json::Lines::open(path, FIRST)?;
+    let first = lines.next().unwrap_or_else(|| Err(HostError::input(path, None, "empty", FIRST)));
+    let (number, line) = first?;
+    let guess: GuessInput = json::read_line(path, number, &line, FIRST)?;
     let mut navigator = Navigator::begun(&guess, arguments.filter, arguments.dynamics)
         .map_err(|what| HostError::input(path, Some(number), what, FIRST))?;
     let mut faults = Faults::default();
     let (mut measurements, mut answers): (Vec<Measurement>, Vec<Answer>) = (Vec::new(), Vec::new());
     let mut last_us = navigator.filter.state().map_or(0, |state| state.time_us);
-    for (number, line) in lines {
-        let in_order = |measurement: Measurement| {
-            let refuse =
-                |what: &str| Err(HostError::input(path, Some(number), what, "give them in order of time"));
-            if measurement.time_us < last_us {
-                refuse("earlier than the line before")
-            } else {
-                Ok(measurement)
-            }
-        };
-        let measurement = json::read_line(path, number, line, TO_DO).and_then(|input: MeasurementInput| {
-            input.measurement().map_err(|what| HostError::input(path, Some(number), what, TO_DO))
-        });
-        let Some(measurement) = faults.noted(measurement.and_then(in_order)) else { continue };
+    for line in lines {
+        let measurement = line.and_then(|(number, text)| measurement(path, number, &text, last_us));
+        let Some(measurement) = faults.noted(measurement) else { continue };
         last_us = measurement.time_us;
         answers.push(navigator.answer(&measurement));
         measurements.push(measurement);

@@ -14,7 +14,8 @@
 pub mod mission;
 
 use crate::cli::RecordArguments;
-use crate::commands::solve::{PictureSolver, camera_for, reason_words};
+use crate::commands::picture_camera::PictureCamera;
+use crate::commands::solve::PictureSolver;
 use crate::error::HostError;
 use crate::flight;
 use crate::formats::frames_file::{FramesWriter, Recording};
@@ -145,17 +146,12 @@ fn encoding_fault(error: fsw_core::packet::PacketError) -> HostError {
 /// The picture and the parameters for its camera, its focal length refined.
 fn picture(name: &Path, fov_deg: f64) -> Result<(Picture, Parameters), HostError> {
     let mut picture = Picture::load(name)?;
-    let (camera, focal_length) = camera_for(None, Some(fov_deg), name, &picture)?;
+    let (camera, focal_length) = PictureCamera::FieldDeg(fov_deg).flight(name, &picture)?;
     let bytes = flight::catalogue_bytes(&camera, flight::Density::Brightest)?;
     let catalogue = flight::open(&bytes)?;
     let found = PictureSolver::default().find(name, &mut picture, (&camera, focal_length), &catalogue)?;
     let solution = found.solution.map_err(|reason| {
-        HostError::input(
-            name,
-            None,
-            format!("not identified ({})", reason_words(reason)),
-            "give another picture",
-        )
+        HostError::input(name, None, format!("not identified ({reason})"), "give another picture")
     })?;
     let parameters = Parameters::for_camera(*solution.camera.parameters());
     let identification = IdentificationParameters {

@@ -1,84 +1,43 @@
 //! `sil-host solve`: lost in space on real pictures, served to the flight code as a detector.
 //!
-//! In: picture files and a camera file or a field of view. Out: a line a picture, JSON or text, with
-//! attitude, sigma and the stars recognised. A picture that cannot be read costs one line on stderr and
-//! status 2 at the end; the others are still answered. A sky that cannot be identified is an answer, not a
-//! fault.
+//! In: picture files and a camera file or a field of view, or neither: then all fields of 5 to 40 deg are
+//! tried ([`crate::flight::blind`]). Out: a line a picture, JSON or text, with attitude, sigma and the
+//! stars recognised. A picture that cannot be read costs one line on stderr and status 2 at the end; the
+//! others are still answered. A sky that cannot be identified is an answer, not a fault. On request a
+//! drawing and a FITS header of each picture ([`wcs`]).
 
+mod answer;
+mod drawing;
+mod grid;
+pub mod pointing;
+pub mod star_names;
+mod table;
+pub mod wcs;
+
+use crate::campaign::progress;
 use crate::cli::SolveArguments;
 use crate::commands::defects::{self, DefectsFile};
+use crate::commands::picture_camera::PictureCamera;
+use crate::drawing::names;
 use crate::error::{Faults, HostError};
+use crate::flight::blind::BlindSearch;
 use crate::flight::lost_in_space::{FocalLength, Solution, Solver};
 use crate::flight::{self, Density};
-use crate::formats::camera_file::CameraFile;
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
+use crate::output::write_whole;
+pub use answer::{Milliseconds, SolveAnswer, StarAnswer};
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
-use fsw_core::frames::ARCSEC_PER_RAD;
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::stars::identify::NotIdentified;
 use fsw_hal::{Detector, DetectorGeometry};
-use serde::Serialize;
+use pointing::Pointing;
 use std::borrow::Cow;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-
-/// A recognised star in the answer.
-#[derive(Clone, Debug, Serialize)]
-pub struct StarAnswer {
-    /// Hipparcos number.
-    pub hip: u32,
-    /// Measured column, px.
-    pub x: f32,
-    /// Measured row, px.
-    pub y: f32,
-    /// Distance of the measured from the projected place, arcsec.
-    pub residual_arcsec: f32,
-}
-
-/// Host time of the parts, ms.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Milliseconds {
-    /// Reading windows and finding stars.
-    pub detect: f64,
-    /// Identification and its refinement.
-    pub identify: f64,
-    /// The attitude of the identified stars alone.
-    pub attitude: f64,
-}
-
-/// The answer for one picture.
-#[derive(Clone, Debug, Serialize)]
-pub struct SolveAnswer {
-    /// The file as given.
-    pub image: String,
-    /// `identified` or `not_identified`.
-    pub status: &'static str,
-    /// Why not, where not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<&'static str>,
-    /// ICRS to sensor, `[x, y, z, w]`.
-    pub q: Option<[f32; 4]>,
-    /// Right ascension of the picture's middle, degrees.
-    pub ra_deg: Option<f64>,
-    /// Declination of the picture's middle, degrees.
-    pub dec_deg: Option<f64>,
-    /// Horizontal field with the refined focal length, degrees.
-    pub fov_deg: Option<f64>,
-    /// Standard deviations about x, y, z, arcsec.
-    pub sigma_arcsec: Option<[f32; 3]>,
-    /// Probability that the names are wrong.
-    pub false_id_probability: Option<f64>,
-    /// Star-like spots found.
-    pub detections: u32,
-    /// The stars recognised, brightest first.
-    pub stars: Vec<StarAnswer>,
-    /// Host time.
-    pub ms: Milliseconds,
-}
 
 /// Words for the flight code's reason.
 pub fn reason_words(reason: NotIdentified) -> &'static str {
@@ -89,6 +48,14 @@ pub fn reason_words(reason: NotIdentified) -> &'static str {
     }
 }
 
+/// Why no sky was found with nothing known of the optics.
+const NO_FIELD: &str = "no field of 5 to 40 deg fits the spots, nor one seen in a mirror";
+/// What may help where a field was given.
+const TRY_ALL: &str = "; fields within 2.4 % of --fov-deg were tried: without it all of 5 to 40 deg are";
+
+/// Centroids with their sigmas, px, brightest first.
+type Centroids = Vec<([f32; 2], f32)>;
+
 /// Finds and names the stars of pictures.
 pub struct PictureSolver {
     solver: Solver,
@@ -98,10 +65,12 @@ pub struct PictureSolver {
 
 /// What became of a picture.
 pub struct Found {
-    /// The solution, or why there is none.
-    pub solution: Result<Solution, NotIdentified>,
+    /// The solution, or why there is none, in words.
+    pub solution: Result<Solution, &'static str>,
     /// Star-like spots.
     pub detections: u32,
+    /// Places of the brightest of them, px.
+    pub spots: Vec<[f32; 2]>,
     detect: Duration,
     identify: Duration,
 }
@@ -124,6 +93,41 @@ impl PictureSolver {
         (camera, focal_length): (&Camera, FocalLength),
         catalogue: &Catalogue,
     ) -> Result<Found, HostError> {
+        self.find_by(name, picture, |solver, centroids| {
+            solver.search(centroids, camera, catalogue, focal_length).map_err(reason_words)
+        })
+    }
+
+    /// Scans a picture and identifies its stars with nothing known of the optics; the catalogue is that of
+    /// the stars' numbers, empty where there is no solution.
+    ///
+    /// # Errors
+    /// When the picture does not serve as a detector.
+    fn find_blind<'s>(
+        &mut self,
+        name: &Path,
+        picture: &mut Picture,
+        search: &'s mut BlindSearch,
+        tried: impl FnMut(),
+    ) -> Result<(Found, &'s [u8]), HostError> {
+        let mut catalogue: &[u8] = &[];
+        let found = self.find_by(name, picture, |solver, centroids| {
+            let found = search.search(solver, centroids, tried).map_err(|reason| match reason {
+                NotIdentified::TooFewStars => reason_words(reason),
+                NotIdentified::NoSides | NotIdentified::NoMatch => NO_FIELD,
+            })?;
+            catalogue = found.catalogue;
+            Ok(found.solution)
+        })?;
+        Ok((found, catalogue))
+    }
+
+    fn find_by(
+        &mut self,
+        name: &Path,
+        picture: &mut Picture,
+        search: impl FnOnce(&mut Solver, &Centroids) -> Result<Solution, &'static str>,
+    ) -> Result<Found, HostError> {
         let fault = |error| HostError::detector(name, error);
         let begin = Instant::now();
         picture.expose(EXPOSURE_US).map_err(fault)?;
@@ -131,170 +135,114 @@ impl PictureSolver {
             .map_err(fault)?;
         let detect = begin.elapsed();
         let spots = self.detections.spots();
-        let centroids: Vec<_> = spots.iter().map(|spot| (spot.centre_px(), spot.sigma_px())).collect();
+        let centroids: Centroids = spots.iter().map(|spot| (spot.centre_px(), spot.sigma_px())).collect();
         let begin = Instant::now();
-        let solution = self.solver.search(&centroids, camera, catalogue, focal_length);
-        Ok(Found { solution, detections: self.detections.found(), detect, identify: begin.elapsed() })
+        let solution = search(&mut self.solver, &centroids);
+        let identify = begin.elapsed();
+        let solution = solution.map_err(|reason| picture.without_content().unwrap_or(reason));
+        let spots = centroids.iter().map(|(centre, _)| *centre).collect();
+        Ok(Found { solution, spots, detections: self.detections.found(), detect, identify })
     }
 }
 
-/// The answer for what became of a picture.
-fn answer(name: &Path, found: &Found, catalogue: &Catalogue) -> SolveAnswer {
-    let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
-    let mut answer = SolveAnswer {
-        image: name.display().to_string(),
-        status: "not_identified",
-        reason: None,
-        q: None,
-        ra_deg: None,
-        dec_deg: None,
-        fov_deg: None,
-        sigma_arcsec: None,
-        false_id_probability: None,
-        detections: found.detections,
-        stars: Vec::new(),
-        ms: Milliseconds { detect: ms(found.detect), identify: ms(found.identify), attitude: 0.0 },
-    };
-    match &found.solution {
-        Err(reason) => answer.reason = Some(reason_words(*reason)),
-        Ok(solution) => {
-            answer.ms.attitude = ms(time_attitude(solution, catalogue));
-            fill(&mut answer, solution, catalogue);
+/// What pictures are solved with, and what those before leave for the next.
+struct Session<'a> {
+    arguments: &'a SolveArguments,
+    cameras: Option<PictureCamera>,
+    defects: Option<DefectsFile>,
+    /// The catalogue that the user named.
+    named: Option<Cow<'static, [u8]>>,
+    /// The catalogue built for the field of the picture before, degrees.
+    built: Option<([f64; 2], Cow<'static, [u8]>)>,
+    /// The search over all optics for pictures of the size of the one before.
+    blind: Option<(DetectorGeometry, BlindSearch)>,
+    solver: PictureSolver,
+}
+
+impl<'a> Session<'a> {
+    fn new(arguments: &'a SolveArguments) -> Result<Self, HostError> {
+        Ok(Self {
+            arguments,
+            cameras: PictureCamera::load(&arguments.optics)?,
+            defects: arguments.defects.as_deref().map(DefectsFile::load).transpose()?,
+            named: arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?,
+            built: None,
+            blind: None,
+            solver: PictureSolver::default(),
+        })
+    }
+
+    /// The answer for a picture, and where it looks if it was identified.
+    fn solve(
+        &mut self,
+        name: &Path,
+        picture: &mut Picture,
+    ) -> Result<(SolveAnswer, Option<Pointing>), HostError> {
+        let Some(cameras) = &self.cameras else { return self.solve_blind(name, picture) };
+        let (camera, focal_length) = cameras.flight(name, picture)?;
+        let field_deg = flight::field_deg(&camera);
+        if self.named.is_none() && self.built.as_ref().is_none_or(|(served, _)| *served != field_deg) {
+            self.built = Some((field_deg, flight::catalogue_bytes(&camera, Density::Brightest)?));
         }
+        let bytes = self.named.as_ref().or(self.built.as_ref().map(|(_, bytes)| bytes));
+        let catalogue = flight::open(bytes.map_or(&[], |bytes| bytes))?;
+        let found = self.solver.find(name, picture, (&camera, focal_length), &catalogue)?;
+        let pointing = found.solution.as_ref().ok().and_then(Pointing::new);
+        Ok((answer::answer(name, &found, Some(&catalogue)), pointing))
     }
-    answer
-}
 
-/// How long the attitude of the matched stars takes by itself.
-fn time_attitude(solution: &Solution, catalogue: &Catalogue) -> Duration {
-    let pairs: Vec<_> = solution
-        .confirmed
-        .matches
-        .iter()
-        .filter_map(|found| {
-            let seen = solution.measured.get(usize::from(found.measured))?;
-            let star = catalogue.star(found.star)?;
-            Some(seen.paired_with(catalogue.apparent_direction(&star), &solution.camera))
-        })
-        .collect();
-    let begin = Instant::now();
-    let _ = std::hint::black_box(fsw_core::attitude::wahba::svd::solve(std::hint::black_box(&pairs)));
-    begin.elapsed()
-}
-
-/// Writes a solution into the answer.
-fn fill(answer: &mut SolveAnswer, solution: &Solution, catalogue: &Catalogue) {
-    let Solution { camera, measured, confirmed, log10_false } = solution;
-    answer.status = "identified";
-    answer.q = Some(confirmed.attitude.quaternion());
-    if let Some(middle) = camera.direction(camera.middle_px()) {
-        let sky = confirmed.attitude.inverse().apply(&middle);
-        let [x, y, z] = [sky.vector().x, sky.vector().y, sky.vector().z].map(f64::from);
-        answer.ra_deg = Some(y.atan2(x).to_degrees().rem_euclid(360.0));
-        answer.dec_deg = Some(z.atan2(x.hypot(y)).to_degrees());
-    }
-    let [width_deg, _] = flight::field_deg(camera);
-    answer.fov_deg = Some(width_deg);
-    answer.sigma_arcsec = Some(confirmed.sigma_rad.map(|sigma| sigma * ARCSEC_PER_RAD));
-    answer.false_id_probability = Some(10f64.powf(f64::from(*log10_false)));
-    answer.stars = confirmed
-        .matches
-        .iter()
-        .filter_map(|found| {
-            let [x, y] = measured.get(usize::from(found.measured))?.centre_px;
-            let [dx, dy] = found.residual_px;
-            let residual_arcsec = dx.hypot(dy) * camera.rad_per_px() * ARCSEC_PER_RAD;
-            Some(StarAnswer { hip: catalogue.star(found.star)?.hip, x, y, residual_arcsec })
-        })
-        .collect();
-}
-
-/// The camera of a picture, from the camera file (with its name) or from the horizontal field of view,
-/// degrees.
-///
-/// # Errors
-/// When file and picture differ in size, or the flight code refuses the camera.
-pub fn camera_for(
-    file: Option<(&Path, &CameraFile)>,
-    fov_deg: Option<f64>,
-    name: &Path,
-    picture: &Picture,
-) -> Result<(Camera, FocalLength), HostError> {
-    let DetectorGeometry { width_px, height_px, bits } = picture.geometry();
-    let Some((path, file)) = file else {
-        let file = CameraFile::from_fov(width_px, height_px, bits, fov_deg.unwrap_or(f64::NAN))?;
-        return Ok((flight::camera(&file, name)?, FocalLength::Within2Percent));
-    };
-    check_size(file, name, picture)?;
-    Ok((flight::camera(file, path)?, FocalLength::Rough))
-}
-
-/// Whether a picture has the size that a camera file says.
-///
-/// # Errors
-/// When it has not, with both sizes; `name` is the picture's.
-pub fn check_size(file: &CameraFile, name: &Path, picture: &Picture) -> Result<(), HostError> {
-    let DetectorGeometry { width_px, height_px, .. } = picture.geometry();
-    let (w, h) = (file.width_px, file.height_px);
-    if (w, h) == (width_px, height_px) {
-        return Ok(());
-    }
-    let what = format!("the picture has {width_px} x {height_px} px, the camera file {w} x {h}");
-    Err(HostError::input(name, None, what, "give the camera file of this picture"))
-}
-
-/// Prints an answer for people.
-fn print_text(answer: &SolveAnswer) {
-    let Milliseconds { detect, identify, .. } = answer.ms;
-    match (answer.ra_deg, answer.dec_deg, answer.fov_deg, answer.sigma_arcsec) {
-        (Some(ra), Some(dec), Some(fov), Some([x, y, z])) => say!(
-            "{}: identified, RA {ra:.4} Dec {dec:+.4} deg, field {fov:.3} deg, sigma {x:.1} {y:.1} {z:.1} arcsec, \
-             {} of {} spots named, false with {:.0e} ({detect:.1} + {identify:.1} ms)",
-            answer.image,
-            answer.stars.len(),
-            answer.detections,
-            answer.false_id_probability.unwrap_or(1.0)
-        ),
-        _ => say!(
-            "{}: not identified ({}), {} spots ({detect:.1} + {identify:.1} ms)",
-            answer.image,
-            answer.reason.unwrap_or("no reason"),
-            answer.detections
-        ),
+    /// The same with nothing known of the optics.
+    fn solve_blind(
+        &mut self,
+        name: &Path,
+        picture: &mut Picture,
+    ) -> Result<(SolveAnswer, Option<Pointing>), HostError> {
+        let geometry = picture.geometry();
+        self.blind = self.blind.take().filter(|(served, _)| *served == geometry);
+        let (_, search) = self.blind.get_or_insert_with(|| (geometry, BlindSearch::new(geometry)));
+        let bar = progress("fields", search.tries(), self.arguments.json);
+        let (found, catalogue) = self.solver.find_blind(name, picture, search, || bar.inc(1))?;
+        bar.finish_and_clear();
+        let catalogue = found.solution.as_ref().ok().map(|_| flight::open(catalogue)).transpose()?;
+        let pointing = found.solution.as_ref().ok().and_then(Pointing::new);
+        Ok((answer::answer(name, &found, catalogue.as_ref()), pointing))
     }
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// What concerns all pictures: camera file, catalogue, field.
+/// What concerns all pictures: camera file, catalogue, folders.
 pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
-    let camera_file = arguments.camera.as_deref().map(CameraFile::load).transpose()?;
-    let named = arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?;
-    let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
-    let mut solver = PictureSolver::default();
-    // Pictures of one camera share the catalogue built for it.
-    let mut built: Option<([f64; 2], Cow<[u8]>)> = None;
-    let mut faults = Faults::default();
-    for name in &arguments.images {
+    let mut session = Session::new(arguments)?;
+    crate::drawing::folder(arguments.overlay.as_ref())?;
+    crate::drawing::folder(arguments.wcs.as_ref())?;
+    let no_match = arguments.optics.fov_deg.map(|_| reason_words(NotIdentified::NoMatch));
+    let (mut faults, mut answers) = (Faults::default(), Vec::new());
+    let [drawings, headers] = ["-sky.png", ".wcs"].map(|ending| names(&arguments.images, ending));
+    for (name, (drawing, header)) in arguments.images.iter().zip(drawings.iter().zip(&headers)) {
         let mut solve = || -> Result<SolveAnswer, HostError> {
-            let mut picture = defects::picture(name, defects.as_ref())?;
-            let file = arguments.camera.as_deref().zip(camera_file.as_ref());
-            let (camera, focal_length) = camera_for(file, arguments.fov_deg, name, &picture)?;
-            let field_deg = flight::field_deg(&camera);
-            if named.is_none() && built.as_ref().is_none_or(|(served, _)| *served != field_deg) {
-                built = Some((field_deg, flight::catalogue_bytes(&camera, Density::Brightest)?));
+            let mut picture = defects::picture(name, session.defects.as_ref())?;
+            let (answer, pointing) = session.solve(name, &mut picture)?;
+            if let Some(folder) = &arguments.overlay {
+                drawing::draw(&picture, &answer, pointing.as_ref()).write(&folder.join(drawing))?;
             }
-            let bytes = named.as_ref().or(built.as_ref().map(|(_, bytes)| bytes));
-            let catalogue = flight::open(bytes.map_or(&[], |bytes| bytes))?;
-            let found = solver.find(name, &mut picture, (&camera, focal_length), &catalogue)?;
-            Ok(answer(name, &found, &catalogue))
+            if let Some((folder, pointing)) = arguments.wcs.as_ref().zip(pointing) {
+                write_whole(&folder.join(header), &wcs::header(&pointing))?;
+            }
+            Ok(answer)
         };
-        match faults.noted(solve()) {
-            Some(answer) if arguments.json => json::print_line(&answer),
-            Some(answer) => print_text(&answer),
-            None => {}
+        let Some(answer) = faults.noted(solve()) else { continue };
+        if arguments.json {
+            json::print_line(&answer);
+        } else {
+            let of_field = no_match.is_some() && answer.reason == no_match;
+            answer::print_text(&answer, if of_field { TRY_ALL } else { "" });
         }
+        answers.push(answer);
+    }
+    if let Some(path) = &arguments.csv {
+        table::write(path, &answers)?;
     }
     Ok(faults.status())
 }

@@ -11,16 +11,18 @@ use fsw_core::stars::confirm::{Confirmed, confirm};
 use fsw_core::stars::identify::{IdentificationParameters, Identifier, NotIdentified, Progress};
 use fsw_core::stars::{MeasuredStar, StarField};
 
+/// How hard a camera is tried: centroid sigma to assume (px) and catalogue pairs to look at.
+pub(super) type Round = (f32, u32);
+
 /// Relative distance of neighbouring focal lengths on the ladder.
-const FOCAL_STEP: f64 = 0.002;
+pub(super) const FOCAL_STEP: f64 = 0.002;
 /// Steps of the ladder to either side: covers 2.4 %.
 const FOCAL_STEPS: i32 = 12;
 /// Half a step and what the lens distorts.
 const FOCAL_UNCERTAINTY: f32 = 0.001;
-/// Rounds over the ladder: centroid sigma to assume (px) and catalogue pairs to look at. The first tries a
-/// base side or two of every focal length and wins on most pictures; the fewer hypotheses were tried before,
-/// the less evidence is needed.
-const ROUNDS: [(f32, u32); 5] =
+/// Rounds over the ladder. The first tries a base side or two of every focal length and wins on most
+/// pictures; the fewer hypotheses were tried before, the less evidence is needed.
+const ROUNDS: [Round; 5] =
     [(0.35, 20_000), (0.35, 300_000), (0.35, 6_000_000), (0.7, 6_000_000), (1.4, 6_000_000)];
 /// Times the focal length is refined from the matched stars.
 const REFINEMENTS: usize = 4;
@@ -101,34 +103,53 @@ impl Solver {
     ) -> Result<Solution, NotIdentified> {
         let mut hypotheses = 0.0;
         let mut reason = NotIdentified::TooFewStars;
-        for (sigma, allowance) in ROUNDS {
-            let parameters = IdentificationParameters {
-                centroid_sigma_px: [sigma; 3],
-                scale_uncertainty: FOCAL_UNCERTAINTY,
-                ..IdentificationParameters::default()
-            };
-            for camera in ladder(camera, focal_length) {
-                let measured = measure(centroids, &camera);
-                self.identifier.restart(hypotheses);
-                match self.identifier.advance(
-                    &StarField::whole(&measured, catalogue, &camera),
-                    &parameters,
-                    allowance,
-                ) {
-                    Progress::Identified(confirmed, log10_false) => {
-                        let start = Solution { camera, measured, confirmed, log10_false };
-                        return Ok(refine(start, centroids, catalogue));
-                    }
-                    Progress::NotIdentified(NotIdentified::TooFewStars) => {
-                        return Err(NotIdentified::TooFewStars);
-                    }
-                    Progress::NotIdentified(found) => reason = found,
-                    Progress::Searching => reason = NotIdentified::NoMatch,
+        let steps = match focal_length {
+            FocalLength::Within2Percent => FOCAL_STEPS,
+            FocalLength::Rough => 0,
+        };
+        for round in ROUNDS {
+            for camera in ladder(camera, steps) {
+                match self.attempt(centroids, camera, catalogue, round, &mut hypotheses) {
+                    Err(NotIdentified::TooFewStars) => return Err(NotIdentified::TooFewStars),
+                    Err(found) => reason = found,
+                    identified => return identified,
                 }
-                hypotheses = self.identifier.hypotheses();
             }
         }
         Err(reason)
+    }
+
+    /// One try: identifies stars of a camera with as much effort as `round` says. `hypotheses` were tried
+    /// on the same stars before; those of this try are added.
+    ///
+    /// # Errors
+    /// Why they were not identified.
+    pub(super) fn attempt(
+        &mut self,
+        centroids: &[([f32; 2], f32)],
+        camera: Camera,
+        catalogue: &Catalogue,
+        (sigma, allowance): Round,
+        hypotheses: &mut f32,
+    ) -> Result<Solution, NotIdentified> {
+        let parameters = IdentificationParameters {
+            centroid_sigma_px: [sigma; 3],
+            scale_uncertainty: FOCAL_UNCERTAINTY,
+            ..IdentificationParameters::default()
+        };
+        let measured = measure(centroids, &camera);
+        self.identifier.restart(*hypotheses);
+        let field = StarField::whole(&measured, catalogue, &camera);
+        let progress = self.identifier.advance(&field, &parameters, allowance);
+        *hypotheses = self.identifier.hypotheses();
+        match progress {
+            Progress::Identified(confirmed, log10_false) => {
+                let start = Solution { camera, measured, confirmed, log10_false };
+                Ok(refine(start, centroids, catalogue))
+            }
+            Progress::NotIdentified(reason) => Err(reason),
+            Progress::Searching => Err(NotIdentified::NoMatch),
+        }
     }
 }
 
@@ -137,12 +158,8 @@ pub fn measure(centroids: &[([f32; 2], f32)], camera: &Camera) -> Vec<MeasuredSt
     centroids.iter().filter_map(|(centre, sigma)| MeasuredStar::new(camera, *centre, *sigma)).collect()
 }
 
-/// The cameras to try, from the given focal length outwards.
-fn ladder(camera: &Camera, focal_length: FocalLength) -> Vec<Camera> {
-    let steps = match focal_length {
-        FocalLength::Within2Percent => FOCAL_STEPS,
-        FocalLength::Rough => 0,
-    };
+/// The cameras to try, from the given focal length outwards, so many steps to either side.
+pub(super) fn ladder(camera: &Camera, steps: i32) -> Vec<Camera> {
     let mut offsets: Vec<i32> = (-steps..=steps).collect();
     offsets.sort_by_key(|offset| offset.abs());
     let given = f64::from(camera.parameters().focal_length_px);

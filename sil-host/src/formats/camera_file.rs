@@ -22,6 +22,23 @@ pub const MITA: &str = include_str!("../../cameras/mita.toml");
 /// The field-experiment camera, f = 3432 px on 1280 x 1024 px.
 pub const PCS2112: &str = include_str!("../../cameras/pcs2112.toml");
 
+/// What the command line's help says of a camera file; the table is one.
+pub const HELP: &str = "\
+Camera file (TOML). The first five keys must be there, the others have the values shown:
+
+[detector]
+width_px = 1280                       # columns and rows, 32 to 65535
+height_px = 1024
+bits = 10                             # full scale is 2^bits - 1; 1 to 16
+[optics]
+focal_length_px = 3000.0              # focal length over the width of a pixel
+optical_centre_px = [639.5, 511.5]    # centre of the first pixel: [0, 0]; x right, y down
+projection = \"rectilinear\"            # or \"equiangular\": distance from the centre = f times the angle
+distortion = { k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0 }    # Brown's, order and signs of OpenCV
+mirrored = false                      # whether a mirror turns the stars' image over left to right
+# correction_table = \"camera.corr\"    # star profiles and corrections of centroids, beside this file:
+#                                       made by `calibrate`, flown by `run`; no other command reads it";
+
 const FOCAL_LENGTH_PX: (f64, f64) = (10.0, 1e7);
 const DISTORTION: (f64, f64) = (-100.0, 100.0);
 const FOV_MAX_DEG: f64 = 150.0;
@@ -198,17 +215,23 @@ impl CameraFile {
                 ),
             ));
         }
-        Ok(Self {
+        Ok(Self::undistorted(fsw_hal::DetectorGeometry { width_px, height_px, bits }, focal_length_px))
+    }
+
+    /// A rectilinear camera without distortion, the optical centre in the middle.
+    pub fn undistorted(geometry: fsw_hal::DetectorGeometry, focal_length_px: f64) -> Self {
+        let fsw_hal::DetectorGeometry { width_px, height_px, bits } = geometry;
+        Self {
             width_px,
             height_px,
             bits,
             focal_length_px,
-            optical_centre_px: [(f64::from(width_px) - 1.0) / 2.0, (f64::from(height_px) - 1.0) / 2.0],
+            optical_centre_px: [width_px, height_px].map(|side| (f64::from(side) - 1.0) / 2.0),
             projection: Projection::Rectilinear,
             distortion: Distortion::default(),
             mirrored: false,
             correction_table: None,
-        })
+        }
     }
 
     /// The detector's size and resolution.

@@ -4,7 +4,7 @@
 //! [`FitsPlanes`], the physical values `BZERO + BSCALE * stored` of one plane (grey) or three (red, green,
 //! blue), in the order of the file, unless `ROWORDER = 'BOTTOM-UP'` says that the last row is the upper one.
 //! `BITPIX` may be 8, 16, 32, -32 or -64; a value equal to `BLANK` and anything that is not a number reads as
-//! the smallest value.
+//! the smallest value of its plane. A file without any number is refused.
 //!
 //! Why not a library: the pure-Rust readers tried return fewer pixels for a truncated file without a word, or
 //! stop the program on an absurd `NAXISn`. Extensions, tables and compressed tiles are not read.
@@ -43,6 +43,9 @@ pub enum FitsError {
     /// The primary header describes something else than a grey or three-plane picture.
     #[error("first FITS unit is no picture of one or three planes")]
     NoPicture,
+    /// Every value is NaN, infinite or `BLANK`.
+    #[error("no pixel of the FITS picture holds a number")]
+    NoNumber,
     /// A side is outside what the caller allows.
     #[error("{0} x {1} px")]
     Size(u64, u64),
@@ -89,10 +92,16 @@ pub fn read(bytes: &[u8], side_ok: impl Fn(u64) -> bool) -> Result<FitsPlanes, F
     let plane_bytes = width * height * size;
     let data = bytes.get(header.length..).ok_or(FitsError::Truncated)?;
     let data = data.get(..plane_bytes * planes).ok_or(FitsError::Truncated)?;
+    let mut planes: Vec<Vec<f64>> =
+        data.chunks_exact(plane_bytes).map(|plane| header.plane(plane, size, width)).collect();
+    if !planes.iter().flatten().any(|value| value.is_finite()) {
+        return Err(FitsError::NoNumber);
+    }
+    planes.iter_mut().for_each(|plane| fill(plane));
     Ok(FitsPlanes {
         width,
         height,
-        planes: data.chunks_exact(plane_bytes).map(|plane| header.plane(plane, size, width)).collect(),
+        planes,
         eight_bit: header.bitpix == 8 && header.zero == 0.0 && header.scale == 1.0,
         whole: header.bitpix > 0 && header.zero.fract() == 0.0 && header.scale.fract() == 0.0,
     })
@@ -150,7 +159,7 @@ impl Header {
         Ok(header)
     }
 
-    /// The physical values of one plane of `size`-byte numbers, upper row first.
+    /// The physical values of one plane of `size`-byte numbers, upper row first; NaN where there is none.
     fn plane(&self, bytes: &[u8], size: usize, width: usize) -> Vec<f64> {
         let value = |stored: &[u8]| self.physical(stored);
         let rows = bytes.chunks_exact(size * width);
@@ -160,9 +169,6 @@ impl Header {
         } else {
             rows.for_each(|row| values.extend(row.chunks_exact(size).map(value)));
         }
-        let least = values.iter().copied().filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min);
-        let least = if least.is_finite() { least } else { 0.0 };
-        values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = least);
         values
     }
 
@@ -180,6 +186,13 @@ impl Header {
         };
         if self.blank == Some(whole) { f64::NAN } else { self.zero + self.scale * whole as f64 }
     }
+}
+
+/// Gives what is no number the smallest value of the plane; 0 where there is none.
+fn fill(plane: &mut [f64]) {
+    let least = plane.iter().copied().filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min);
+    let least = if least.is_finite() { least } else { 0.0 };
+    plane.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = least);
 }
 
 /// The value field of a card: up to the comment's slash, which inside quotes is no comment.

@@ -1,7 +1,8 @@
 //! A picture file served as a detector.
 //!
-//! In: a PNG, TIFF, JPEG or FITS file. Out: [`Picture`], raw digital numbers row by row, behind the same
-//! [`fsw_hal::Detector`] trait as a real instrument; exposing it only marks it exposed.
+//! In: a PNG, TIFF, JPEG, BMP, PGM (or another of Netpbm's) or FITS file. Out: [`Picture`], raw digital
+//! numbers row by row, behind the same [`fsw_hal::Detector`] trait as a real instrument; exposing it only
+//! marks it exposed.
 //!
 //! | file | raw values | bits |
 //! |---|---|---|
@@ -24,6 +25,10 @@ use std::path::{Path, PathBuf};
 
 /// A picture has been exposed long ago; the trait wants a time.
 pub const EXPOSURE_US: u32 = 1000;
+
+/// Formats that are read, beside FITS.
+const FORMATS: [ImageFormat; 5] =
+    [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::Pnm];
 
 /// A picture in memory that answers as a detector does.
 #[derive(Debug, Clone)]
@@ -55,7 +60,7 @@ pub enum PictureFault {
     #[error("the file is empty; record or copy it again")]
     Empty,
     /// The content is of no format known here.
-    #[error("the format is unknown; give a PNG, TIFF, JPEG or FITS picture")]
+    #[error("the format is unknown; give a PNG, TIFF, JPEG, BMP, PGM or FITS picture")]
     UnknownFormat,
     /// The picture ends too early or is damaged.
     #[error("truncated or damaged picture ({0}); copy it again")]
@@ -63,6 +68,9 @@ pub enum PictureFault {
     /// A side is too short or too long.
     #[error("{0} x {1} px is outside {SIDE_MIN_PX} to {SIDE_MAX_PX} px a side; crop or bin the picture")]
     Size(u64, u64),
+    /// Nothing was measured in any pixel.
+    #[error("{0}; write the picture again from the detector's values")]
+    NoNumber(String),
     /// The picture is sound but of a kind not read here.
     #[error("{0}; convert it to 8- or 16-bit grey or colour")]
     Unsupported(String),
@@ -93,7 +101,7 @@ impl Picture {
         let reader = ImageReader::new(Cursor::new(bytes));
         let reader = reader.with_guessed_format().map_err(|e| PictureFault::Damaged(io_words(&e)))?;
         let format = reader.format().ok_or(PictureFault::UnknownFormat)?;
-        if !matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff) {
+        if !FORMATS.contains(&format) {
             return Err(PictureFault::UnknownFormat);
         }
         // The JPEG decoder fills up what is missing with grey, silently.
@@ -120,6 +128,21 @@ impl Picture {
     /// All raw values, row by row.
     pub fn pixels(&self) -> &[u16] {
         &self.pixels
+    }
+
+    /// Why nothing can be found in the picture, whatever is looked for: its pixels are all alike, or most
+    /// are at full scale. `None` where that is not so.
+    pub fn without_content(&self) -> Option<&'static str> {
+        let full_scale = self.geometry.full_scale();
+        let full = self.pixels.iter().filter(|value| **value == full_scale).count();
+        let first = self.pixels.first().copied().unwrap_or(0);
+        if 2 * full > self.pixels.len() {
+            Some("overexposed: more than half of the pixels are at full scale")
+        } else if self.pixels.iter().all(|value| *value == first) {
+            Some("every pixel has the same value")
+        } else {
+            None
+        }
     }
 
     /// The picture read in blocks of `side_px` by `side_px`, each their mean, in 16 bits; an incomplete block
@@ -158,8 +181,9 @@ impl Detector for Picture {
         self.geometry
     }
 
-    /// A picture has been exposed long ago; any time is accepted. Shown anew it has the same noise, by which the
-    /// flight code knows an old image: the lowest bits of its first pixel change from one to the next.
+    /// A picture has been exposed long ago; any time is accepted. Shown anew it has the same noise, by
+    /// which the flight code knows an old image: the lowest bits of its first pixel change from one to the
+    /// next.
     fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
         if let Some(first) = self.pixels.first_mut().filter(|_| self.exposed) {
             // By 1, 3 and 2: three values, then the first again.
@@ -259,6 +283,7 @@ fn from_fits(bytes: &[u8]) -> Result<Picture, PictureFault> {
     let picture = fits::read(bytes, side_ok).map_err(|error| match error {
         FitsError::Size(width, height) => PictureFault::Size(width, height),
         FitsError::NoPicture => PictureFault::Unsupported(error.to_string()),
+        FitsError::NoNumber => PictureFault::NoNumber(error.to_string()),
         FitsError::Truncated | FitsError::Keyword(_) => PictureFault::Damaged(error.to_string()),
     })?;
     let (width, height) = (picture.width as u16, picture.height as u16);

@@ -72,6 +72,106 @@ fn lines_of_fields_that_are_no_fields() {
 }
 
 #[test]
+fn a_line_that_is_no_text_is_named_and_the_lines_beside_it_are_answered() {
+    let folder = scratch("no-text");
+    let with = |lines: [&str; 2], arguments: &[&str]| {
+        let bytes = [lines[0].as_bytes(), b"\n\xFF\xFE\n", lines[1].as_bytes(), b"\n"].concat();
+        let file = write(&folder, "lines.jsonl", &bytes);
+        let arguments = [&[arguments[0], file.as_str()][..], &arguments[1..]].concat();
+        refused(&arguments, &["lines.jsonl:2:", "UTF-8"])
+    };
+    let field = r#"{"id":1,"centroids":[[10,10],[500,500],[900,100]]}"#;
+    assert_eq!(with([field, field], &["identify", "--camera", &reference_camera(), "--json"]).len(), 2);
+    let set = r#"{"id":1,"b":[[1,0,0],[0,1,0]],"r":[[1,0,0],[0,1,0]],"sigma_rad":[1e-4,1e-4]}"#;
+    assert_eq!(with([set, set], &["attitude", "--json"]).len(), 2);
+    let guess = r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"sigma_r_km":1,"sigma_v_km_s":0.001}"#;
+    assert_eq!(with([guess, r#"{"t_s":10}"#], &["navigate", "--json"]).len(), 1);
+}
+
+#[test]
+fn a_file_without_lines_is_said() {
+    let folder = scratch("no-lines");
+    for bytes in [&b""[..], b"\n  \n"] {
+        let file = write(&folder, "empty.jsonl", bytes);
+        refused(
+            &["identify", &file, "--camera", &reference_camera()],
+            &["empty.jsonl", "no line", "centroids"],
+        );
+        refused(&["attitude", &file], &["empty.jsonl", "no line", "sigma_rad"]);
+        refused(&["navigate", &file], &["empty.jsonl", "no line", "r_km"]);
+    }
+}
+
+/// A FITS picture of 32-bit reals, all of one value.
+fn constant_fits(value: f32) -> Vec<u8> {
+    let cards = ["SIMPLE  = T", "BITPIX  = -32", "NAXIS   = 2", "NAXIS1  = 64", "NAXIS2  = 48", "END"];
+    let mut bytes: Vec<u8> = cards.iter().flat_map(|card| format!("{card:<80}").into_bytes()).collect();
+    bytes.resize(2880, b' ');
+    bytes.extend(value.to_be_bytes().repeat(64 * 48));
+    bytes.resize(bytes.len().next_multiple_of(2880), 0);
+    bytes
+}
+
+#[test]
+fn pictures_without_content_are_named_as_such() {
+    let folder = scratch("no-content");
+    let nan = write(&folder, "nan.fits", &constant_fits(f32::NAN));
+    for command in ["solve", "earth"] {
+        refused(&[command, &nan, "--fov-deg", "15", "--json"], &["nan.fits", "no pixel", "number"]);
+    }
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let [white, grey] = [path("white.png"), path("grey.png")];
+    image::GrayImage::from_pixel(640, 480, image::Luma([255])).save(&white).unwrap();
+    image::GrayImage::from_pixel(640, 480, image::Luma([9])).save(&grey).unwrap();
+    let zero = write(&folder, "zero.fits", &constant_fits(0.0));
+    for (picture, words) in [(&white, "overexposed"), (&grey, "same value"), (&zero, "same value")] {
+        for command in ["solve", "earth"] {
+            let output = run(&[command, picture, "--fov-deg", "15", "--json"]);
+            assert!(output.status.success());
+            let reason = json_lines(&output)[0]["reason"].as_str().unwrap().to_owned();
+            assert!(reason.contains(words), "{command} {picture}: {reason}");
+        }
+    }
+}
+
+#[test]
+fn darks_that_are_copies_or_show_stars() {
+    let folder = scratch("darks");
+    let Some(dark) = data("sky/tomcreusot/dark_frame.png") else { return };
+    let table = folder.join("x.defects");
+    let out = ["--out", table.to_str().unwrap()];
+    let copies: Vec<String> =
+        (1..=5).map(|k| write(&folder, &format!("dark{k}.png"), &std::fs::read(&dark).unwrap())).collect();
+    let copies: Vec<&str> = copies.iter().map(String::as_str).collect();
+    let words = ["dark2.png", "dark1.png", "equal"];
+    refused(&[&["defects"], &copies[..], &out].concat(), &words);
+    let lens = "sky/tomcreusot/16mm_checker_2";
+    let names = ["Albaldah/albaldah", "Nunki/nunki", "Anteries/anteries", "Kekouan/kekouan"];
+    let mut skies: Vec<PathBuf> =
+        names.iter().map(|name| data(&format!("{lens}/{name}_700000e_11.3g.png")).unwrap()).collect();
+    skies.push(data("sky/tomcreusot/16mm_checker_calib/distorted/up_2/up_2_16.png").unwrap());
+    let skies: Vec<&str> = skies.iter().map(|path| path.to_str().unwrap()).collect();
+    refused(&[&["defects"], &skies[..], &out].concat(), &["show stars", "lens closed"]);
+    assert!(!table.exists());
+}
+
+#[test]
+fn hints_name_the_command_that_was_called() {
+    for program in [None, Some("cargo")] {
+        let mut command = std::process::Command::new(system_tests::sil_host());
+        match program {
+            Some(cargo) => command.env("CARGO", cargo),
+            None => command.env_remove("CARGO"),
+        };
+        let output = command.args(["campaign", "run", "--runs", "0"]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let called = if program.is_some() { "cargo sil" } else { "sil-host" };
+        let line = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(line.trim_end().ends_with(&format!("see `{called} campaign run --help`")), "{line}");
+    }
+}
+
+#[test]
 fn cameras_that_are_wrong_name_file_line_and_key() {
     let folder = scratch("cameras");
     let file = write(&folder, "fields.jsonl", b"");
@@ -152,6 +252,12 @@ fn scenarios_that_are_wrong_name_file_line_and_key() {
 #[test]
 fn usage_errors() {
     refused(&["fly"], &["fly"]);
-    refused(&["solve", "a.png"], &["--camera"]);
+    refused(&["solve", "a.png", "--catalog", "c"], &["--camera", "--fov-deg"]);
+    refused(&["earth", "a.png"], &["--camera", "--fov-deg"]);
+    refused(&["calibrate", "a.png", "--out", "x.toml"], &["--camera", "--fov-deg"]);
+    refused(&["calibrate", "--rendered", "3", "--fov-deg", "24", "--out", "x.toml"], &["--fov-deg"]);
+    for campaign in ["run", "belief", "scenarios", "acquire", "earth"] {
+        refused(&["campaign", campaign, "--runs", "0"], &["--runs"]);
+    }
     refused(&["record", "a.png", "--out", "x"], &["--fov-deg"]);
 }

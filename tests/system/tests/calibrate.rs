@@ -114,6 +114,34 @@ fn bad_pictures_are_named_and_the_others_still_serve() {
     assert!(!folder.join("none.toml").exists());
 }
 
+#[test]
+fn a_field_of_view_serves_instead_of_a_camera_file_and_one_picture_is_said_to_be_few() {
+    let Some(all) = photographs() else { return };
+    let folder = scratch("calibrate-field");
+    let pictures: Vec<&Photograph> =
+        all.iter().filter(|p| p.truth["image"].as_str().unwrap().contains("esa-tetra3/")).collect();
+    let focal_length = |count: usize| {
+        let out = folder.join("camera.toml");
+        let field_deg = (1.01 * pictures[0].number("FOV_h_deg")).to_string();
+        let names = pictures[..count].iter().map(|picture| picture.path.to_str().unwrap());
+        let mut arguments = vec!["calibrate"];
+        arguments.extend(names);
+        arguments.extend(["--fov-deg", &field_deg, "--out", out.to_str().unwrap()]);
+        let output = run(&arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text.contains("One picture: "), count == 1, "{text}");
+        let line = text.lines().find(|line| line.starts_with("focal_length_px")).unwrap();
+        let (value, sigma) = line.trim_start_matches("focal_length_px").split_once('±').unwrap();
+        [value, sigma].map(|number| number.trim().parse::<f64>().unwrap())
+    };
+    let [one, all_three] = [focal_length(1), focal_length(3)];
+    println!("focal length by 1 picture {one:?}, by 3 {all_three:?}");
+    assert!((one[0] - all_three[0]).abs() < 2.0 * one[1] && all_three[1] < one[1]);
+    // Aberration alone is 1e-4.
+    assert!(one[1] > 1e-4 * one[0] && one[1] < 1e-3 * one[0]);
+}
+
 /// The gate compares the first picture alone (`calibration::tests`): all take a minute.
 #[test]
 fn the_calibrated_reference_camera_is_what_the_command_makes() {

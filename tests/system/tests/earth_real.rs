@@ -325,6 +325,19 @@ fn a_drawing_on_request_shows_limb_and_points() {
 }
 
 #[test]
+fn a_field_of_view_serves_as_its_camera_file_does() {
+    let picture = "opssat/img_msec_1597559030639_2.png";
+    let Some(expected) = earth("field-camera", picture, &OPS_SAT, &[]) else { return };
+    let field_deg = 2.0 * (0.5 * 2048.0 / OPS_SAT.focal_length_px).atan().to_degrees();
+    let path = data(&format!("earth/{picture}")).unwrap();
+    let output = run(&["earth", path.to_str().unwrap(), "--fov-deg", &field_deg.to_string(), "--json"]);
+    let found = &json_lines(&output)[0];
+    assert_eq!(found["status"], "found");
+    let apart = [0, 1].map(|k| number(&found["centre_px"][k]) - number(&expected["centre_px"][k]));
+    assert!(apart[0].hypot(apart[1]) < 0.1, "{apart:?}");
+}
+
+#[test]
 fn drawings_of_pictures_with_one_name_from_two_folders_are_two() {
     let (folder, camera) = (scratch("drawings"), GOES16.file(&scratch("drawings-camera")));
     let Some(picture) = data("earth/pytroll/GOES16_ABI_C02_520.png") else { return };

@@ -21,4 +21,5 @@ mod rate_sensor;
 mod rates;
 mod scenarios;
 mod sensor_cycles;
+mod sky_answers;
 mod sky_pictures;

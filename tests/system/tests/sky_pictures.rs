@@ -47,6 +47,9 @@ fn identified(scale: f64) -> Option<usize> {
         assert!(error < WRONG_ARCSEC, "{image}: a wrong sky");
         assert!(error <= ALLOWED_ARCSEC + number("max_dev_from_consensus_arcsec"), "{image}");
         assert!(field_error.abs() < 0.002, "{image}: the refined field must be within 0.2 %");
+        let roll_error = answer["roll_deg"].as_f64().unwrap() - number("pa_up_E_of_N_deg");
+        let roll_error = (roll_error + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(roll_error.abs() < 0.1, "{image}: roll off by {roll_error} deg");
         assert!(answer["false_id_probability"].as_f64().unwrap() <= 1e-9);
         count += 1;
     }

@@ -17,9 +17,9 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::scene::{Scene, SceneSettings, VisibleStar, WorldStar};
 use crate::world::sky::stars::DetectorModel;
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::DetectionMethod;
 use fsw_core::image::calibration::Calibration;
-use fsw_core::image::scan::{Detections, TILE_PIXELS, read_stars, scan};
-use fsw_core::image::{DetectionMethod, DetectionParameters};
+use fsw_core::image::scan::read_stars;
 use fsw_hal::{DetectorError, Window};
 
 /// The world's seed.
@@ -389,29 +389,55 @@ fn damaged_tables_cost_a_line_that_says_where() {
 
 #[test]
 fn pictures_that_do_not_go_together_are_too_few_or_not_dark_are_refused() {
-    let png = |side: u32, level: u8| {
+    // The pictures of a set differ in a pixel each.
+    let png = |side: u32, level: u8, number: u32| {
         let mut bytes = std::io::Cursor::new(Vec::new());
-        let stripes = image::GrayImage::from_fn(side, side, |x, y| {
+        let mut stripes = image::GrayImage::from_fn(side, side, |x, y| {
             image::Luma([if (x / 3 + y / 3) % 3 == 0 { level } else { 9 }])
         });
+        stripes.get_pixel_mut(7 * number, 5).0[0] += 1;
         stripes.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
         bytes.into_inner()
     };
-    let (dark, large) = (scratch("dark.png", &png(64, 9)), scratch("large.png", &png(65, 9)));
-    let bright = scratch("bright.png", &png(64, 200));
+    let set = |name: &str, level| {
+        [1, 2, 3, 4, 5].map(|number| scratch(&format!("{number}-{name}"), &png(64, level, number)))
+    };
+    let (dark, bright) = (set("dark.png", 9), set("bright.png", 200));
+    let large = scratch("large.png", &png(65, 9, 1));
     let out = scratch("out", b"");
-    let message = |images: &[&PathBuf]| {
-        let images = images.iter().map(|path| path.to_path_buf()).collect();
+    let message = |images: &[PathBuf]| {
+        let images = images.to_vec();
         run(&DefectsArguments { images, out: out.clone(), json: false }).map(|_| ()).unwrap_err().to_string()
     };
-    assert!(message(&[&dark, &large, &dark]).contains("large.png: the picture has 65 x 65 px of 8 bits"));
-    assert!(message(&[&dark; 4]).contains("4 dark pictures"));
-    assert!(message(&[&bright; 5]).contains("more than darkness"));
+    let mixed = [dark[0].clone(), large.clone()];
+    assert!(message(&mixed).contains("large.png: the picture has 65 x 65 px of 8 bits"));
+    assert!(message(&dark[..4]).contains("4 dark pictures"));
+    assert!(message(&bright).contains("more than darkness"));
+    let copies = [&dark[..4], &dark[1..2]].concat();
+    assert!(message(&copies).contains("equal to") && message(&copies).contains("2-dark.png"));
     assert_eq!(std::fs::read(&out).unwrap(), b"", "nothing was written");
-    let arguments = DefectsArguments { images: vec![dark; 5], out: out.clone(), json: true };
+    let arguments = DefectsArguments { images: dark.to_vec(), out: out.clone(), json: true };
     assert!(run(&arguments).is_ok());
     assert_eq!(DefectsFile::load(&out).unwrap().bytes, table([64, 64], &[], &[]));
-    for name in ["dark.png", "large.png", "bright.png", "out"] {
-        let _ = std::fs::remove_file(scratch(name, b""));
+    for path in dark.iter().chain(&bright).chain([&large, &out]) {
+        let _ = std::fs::remove_file(path);
     }
+}
+
+#[test]
+fn darks_of_a_worn_detector_hold_no_star_like_spots_and_skies_do() {
+    let spots = |stars: &[WorldStar]| {
+        let mut scene = scene(true, [0.0, 0.0, 0.0, 1.0], stars);
+        let mut pictures: Vec<Picture> = (0..PICTURES_MIN as u64)
+            .map(|cycle| {
+                scene.expose_cycle(cycle, EXPOSURE_US).unwrap();
+                let pixels = whole(&mut scene);
+                Picture::from_pixels(scene.geometry(), pixels).unwrap()
+            })
+            .collect();
+        super::star_like_spots(&vec![PathBuf::new(); PICTURES_MIN], &mut pictures).unwrap()
+    };
+    let [darks, skies] = [spots(&[]), spots(&star_scene::sky())];
+    println!("{darks} star-like spots in a dark, {skies} in a sky");
+    assert!(darks <= SPOTS_MAX / 4 && skies >= 2 * SPOTS_MAX);
 }

@@ -122,3 +122,18 @@ fn a_camera_read_in_blocks_sees_the_same_directions() {
     let slope = |camera: &CameraFile, x: f64| (x - camera.optical_centre_px[0]) / camera.focal_length_px;
     assert!((slope(&binned, 10.0) - slope(&whole, 41.5)).abs() < 1e-12);
 }
+
+#[test]
+fn the_camera_file_that_the_help_shows_is_one_and_shows_the_defaults() {
+    let (_, text) = HELP.split_once("\n\n").unwrap();
+    let shown = CameraFile::parse(Path::new("help.toml"), text).unwrap();
+    assert_eq!(shown, CameraFile::reference());
+    assert_eq!(shown, CameraFile::parse(Path::new("help.toml"), &first_five(text)).unwrap());
+}
+
+/// A camera file without the keys that have defaults.
+fn first_five(text: &str) -> String {
+    let has_default =
+        |line: &&str| ["projection", "distortion", "mirrored"].iter().any(|key| line.starts_with(key));
+    text.lines().filter(|line| !has_default(line)).collect::<Vec<_>>().join("\n")
+}
