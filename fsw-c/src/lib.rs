@@ -39,5 +39,7 @@ pub mod results;
 pub mod status;
 
 mod calls;
+#[cfg(test)]
+mod tests;
 
 pub use calls::*;
