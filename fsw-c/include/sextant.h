@@ -1,22 +1,21 @@
 /*
  * Sextant: attitude, position and orbit from one camera, a second a call.
  *
- * The program owns all memory. It calls sextant_init once and sextant_cycle once a second; the library calls the
- * instruments' callbacks within it and nothing else. No heap, no threads, no global state: two sensors in two
- * memories are independent of each other.
+ * The program owns all memory. It calls sextant_init once and sextant_cycle once a second; within a cycle the
+ * library calls the callbacks of the instruments and nothing else. No heap, no threads, no global state: two
+ * sensors in two memories are independent of each other.
  *
- * Reentrancy: no call on a sensor may overlap another one on the same sensor; one that comes while a cycle runs,
- * from a callback, an interrupt or another task, is refused with SEXTANT_STATUS_BUSY. All other functions are
- * pure.
+ * Reentrancy: calls on one sensor must not overlap. A call on a sensor that is in a cycle, from a callback, an
+ * interrupt or another task, is refused with SEXTANT_STATUS_BUSY. All other functions are pure.
  *
- * Errors: a call that could not be done returns why (sextant_status_text says it in words). Null, misaligned,
- * short and overlapping memory is refused as far as a callee can see it; that a pointer points to an object
- * of its type and length is the caller's promise. A second in which an instrument fails is no error: its result
- * and telemetry say so.
+ * Errors: a call that could not be done returns why; sextant_status_text says it in words. Null, misaligned,
+ * short and overlapping memory is refused as far as a callee can see it; that a pointer points to an object of
+ * its type and length is the caller's promise. A second in which an instrument fails is no error of the call:
+ * its result and telemetry say so.
  *
- * Frames: pixels count x right, y down. Star path and Earth path: x along +x px, y along +y px, z out along the
- * line of sight. ICRS: inertial, geocentric. Units are in the names: _px, _rad, _rad_s, _km, _km_s, _us
- * (microseconds), _s.
+ * Frames: pixels count x right and y down. Star path and Earth path: x along +x px, y along +y px, z out along
+ * the line of sight. ICRS: inertial; positions are geocentric. Units are in the names: _px, _rad, _rad_s, _km,
+ * _km_s, _us (microseconds), _s.
  */
 
 #ifndef SEXTANT_H
@@ -54,8 +53,8 @@
 #define SEXTANT_FAULT_FIX 16
 
 /**
- * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how many are
- * used on this one.
+ * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
+ * many are used on this one.
  */
 #define SEXTANT_SENSOR_BYTES 41472
 
@@ -203,7 +202,8 @@ enum sextant_mode
      */
     SEXTANT_MODE_SUN_OUTAGE = 4,
     /**
-     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a pause.
+     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
+     * pause.
      */
     SEXTANT_MODE_SAFE = 5,
 };
@@ -417,8 +417,8 @@ typedef uint32_t sextant_reply;
 #endif // __cplusplus
 
 /**
- * The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must not be
- * copied or moved.
+ * The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must
+ * not be copied or moved.
  */
 typedef struct sextant_sensor sextant_sensor;
 
@@ -445,13 +445,13 @@ typedef struct sextant_tables {
      */
     struct sextant_bytes parameters;
     /**
-     * Star catalogue of `catalog-gen`, or `sextant_reference_catalogue()`. Not copied: it must last, unchanged,
-     * as long as the sensor.
+     * Star catalogue of `catalog-gen`, or `sextant_reference_catalogue()`. Not copied: it must last,
+     * unchanged, as long as the sensor.
      */
     struct sextant_bytes catalogue;
     /**
-     * Calibration of lens and pixels, as `sil-host calibrate` writes it; empty where there is none. Used where
-     * the parameter table names it, and must last then, unchanged, as long as the sensor.
+     * Calibration of lens and pixels, as `sil-host calibrate` writes it; empty where there is none. Used
+     * where the parameter table names it, and must last then, unchanged, as long as the sensor.
      */
     struct sextant_bytes calibration;
 } sextant_tables;
@@ -542,8 +542,8 @@ typedef struct sextant_clock {
      */
     void *context;
     /**
-     * Writes the counter now to `local_us`, microseconds since power-on; never less than at the call before.
-     * Answers `OK`, `TIMEOUT` or `BUS`.
+     * Writes the counter now to `local_us`, microseconds since power-on; never less than at the call
+     * before. Answers `OK`, `TIMEOUT` or `BUS`.
      */
     uint32_t (*local_time)(void *context,
                            int64_t *local_us);
@@ -566,8 +566,8 @@ typedef struct sextant_angular_rate {
      */
     int64_t local_us;
     /**
-     * Rate of the body against inertial space about the x, y, z axes of the Earth path, rad/s, as the sensor
-     * has it: bias, scale and alignment are not corrected.
+     * Rate of the body against inertial space about the x, y, z axes of the Earth path, rad/s, as the
+     * sensor has it: bias, scale and alignment are not corrected.
      */
     float rad_s[3];
 } sextant_angular_rate;
@@ -581,16 +581,16 @@ typedef struct sextant_rate_sensor {
      */
     void *context;
     /**
-     * Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none on
-     * board.
+     * Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none
+     * on board.
      */
     uint32_t (*angular_rate)(void *context,
                              struct sextant_angular_rate *reading);
 } sextant_rate_sensor;
 
 /**
- * Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2 predict,
- * 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
+ * Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2
+ * predict, 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
  */
 typedef struct sextant_meter {
     /**
@@ -804,8 +804,8 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Says a status in words: a static string in English, one line without its end. Never null; for a number that
- * is no status it says so.
+ * Says a status in words: a static string in English, one line without its end. Never null; for a number
+ * that is no status it says so.
  */
 const char *sextant_status_text(uint32_t status);
 
@@ -837,15 +837,19 @@ struct sextant_bytes sextant_reference_calibration(void);
 /**
  * Makes a sensor that knows nothing yet in memory of the caller; one that was there is forgotten.
  *
- * `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to `SEXTANT_SENSOR_ALIGNMENT`, in
- * use until the last cycle. It must not be copied or moved. Zero it before the first call (a static object is):
- * a sensor that was in a cycle when its task was ended counts as busy until its memory is zeroed.
+ * `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to
+ * `SEXTANT_SENSOR_ALIGNMENT`, in use until the last cycle. It must not be copied or moved. Zero it before
+ * the first call (a static object is): a sensor that was in a cycle when its task was ended counts as busy
+ * until its memory is zeroed.
  * `tables`: what the sensor is made of.
  * `sensor`: where the sensor's handle is written.
  *
- * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`, `CATALOGUE_...`,
- * `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before: a sensor that was
- * there flies on with its old tables.
+ * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`,
+ * `CATALOGUE_...`, `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before:
+ * a sensor that was there flies on with its old tables.
+ *
+ * # Safety The pointers point to objects of their types and of the lengths given, or are refused; tables
+ * stay as they are while the sensor is used.
  */
 sextant_status sextant_init(void *memory,
                             size_t memory_bytes,
@@ -859,13 +863,17 @@ sextant_status sextant_init(void *memory,
  * `instruments`: lent for this call; its callbacks run within it.
  * `command`: one of `sextant_command`.
  * `telemetry`: where the telemetry frame is written, led by its length (two bytes, little-endian), so that
- * frames one after the other are a stream. `telemetry_bytes`: its room, at least `SEXTANT_TELEMETRY_BYTES`.
+ * frames one after the other are a stream. `telemetry_bytes`: its room, at least
+ * `SEXTANT_TELEMETRY_BYTES`.
  * `telemetry_length`: where the number of bytes written is written.
  * `result`: where the main results are written.
  *
  * Returns `OK`, also for a second in which an instrument failed: `result->faults` says so. `NULL`, `SIZE`,
  * `ALIGNMENT`, `OVERLAP`, `COMMAND`, `INSTRUMENTS` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
  * nothing was flown and nothing written.
+ *
+ * # Safety The pointers point to objects of their types and of the lengths given, or are refused; the
+ * callbacks are what their types and their documentation say.
  */
 sextant_status sextant_cycle(struct sextant_sensor *sensor,
                              const struct sextant_instruments *instruments,

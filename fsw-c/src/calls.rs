@@ -13,8 +13,8 @@ use fsw_core::parameters::{self, Parameters};
 use fsw_core::sensor;
 use fsw_core::telemetry::{self, Report};
 
-/// Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how many are
-/// used on this one.
+/// Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
+/// many are used on this one.
 pub const SENSOR_BYTES: usize = 41472;
 /// Alignment of that memory, bytes.
 pub const SENSOR_ALIGNMENT: usize = 8;
@@ -59,22 +59,22 @@ pub enum Command {
 pub struct SensorTables {
     /// Parameter table: version, postcard body, CRC-32. Copied; it need not last.
     pub parameters: Bytes,
-    /// Star catalogue of `catalog-gen`, or `sextant_reference_catalogue()`. Not copied: it must last, unchanged,
-    /// as long as the sensor.
+    /// Star catalogue of `catalog-gen`, or `sextant_reference_catalogue()`. Not copied: it must last,
+    /// unchanged, as long as the sensor.
     pub catalogue: Bytes,
-    /// Calibration of lens and pixels, as `sil-host calibrate` writes it; empty where there is none. Used where
-    /// the parameter table names it, and must last then, unchanged, as long as the sensor.
+    /// Calibration of lens and pixels, as `sil-host calibrate` writes it; empty where there is none. Used
+    /// where the parameter table names it, and must last then, unchanged, as long as the sensor.
     pub calibration: Bytes,
 }
 
 /// The library's version, "major.minor.patch": a static string.
 #[unsafe(no_mangle)]
 pub extern "C" fn sextant_version() -> *const c_char {
-    const VERSION: &CStr =
-        match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
-            Ok(version) => version,
-            Err(_) => c"",
-        };
+    const TEXT: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
+    const VERSION: &CStr = match CStr::from_bytes_with_nul(TEXT.as_bytes()) {
+        Ok(version) => version,
+        Err(_) => c"",
+    };
     VERSION.as_ptr()
 }
 
@@ -104,19 +104,19 @@ pub extern "C" fn sextant_reference_calibration() -> Bytes {
 
 /// Makes a sensor that knows nothing yet in memory of the caller; one that was there is forgotten.
 ///
-/// `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to `SEXTANT_SENSOR_ALIGNMENT`, in
-/// use until the last cycle. It must not be copied or moved. Zero it before the first call (a static object is):
-/// a sensor that was in a cycle when its task was ended counts as busy until its memory is zeroed.
+/// `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to
+/// `SEXTANT_SENSOR_ALIGNMENT`, in use until the last cycle. It must not be copied or moved. Zero it before
+/// the first call (a static object is): a sensor that was in a cycle when its task was ended counts as busy
+/// until its memory is zeroed.
 /// `tables`: what the sensor is made of.
 /// `sensor`: where the sensor's handle is written.
 ///
-/// Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`, `CATALOGUE_...`,
-/// `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before: a sensor that was
-/// there flies on with its old tables.
+/// Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`,
+/// `CATALOGUE_...`, `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before:
+/// a sensor that was there flies on with its old tables.
 ///
-/// # Safety
-/// The pointers point to objects of their types and of the lengths given, or are refused; tables stay as they
-/// are while the sensor is used.
+/// # Safety The pointers point to objects of their types and of the lengths given, or are refused; tables
+/// stay as they are while the sensor is used.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sextant_init(
     memory: *mut c_void,
@@ -151,8 +151,8 @@ unsafe fn init(
     for lasting in [tables.catalogue, tables.calibration] {
         used.check_apart(Extent::of_bytes(lasting.data, lasting.length))?;
     }
-    // SAFETY: the caller promises the tables and the memory; it is aligned and long enough, and no table that
-    // is to last lies in it.
+    // SAFETY: the caller promises the tables and the memory; it is aligned and long enough, and no table
+    // that is to last lies in it.
     unsafe {
         memory::make(place, open(&tables)?)?;
         sensor.write(place);
@@ -194,7 +194,8 @@ unsafe fn open(tables: &SensorTables) -> Result<Tables, Status> {
 /// `instruments`: lent for this call; its callbacks run within it.
 /// `command`: one of `sextant_command`.
 /// `telemetry`: where the telemetry frame is written, led by its length (two bytes, little-endian), so that
-/// frames one after the other are a stream. `telemetry_bytes`: its room, at least `SEXTANT_TELEMETRY_BYTES`.
+/// frames one after the other are a stream. `telemetry_bytes`: its room, at least
+/// `SEXTANT_TELEMETRY_BYTES`.
 /// `telemetry_length`: where the number of bytes written is written.
 /// `result`: where the main results are written.
 ///
@@ -202,9 +203,8 @@ unsafe fn open(tables: &SensorTables) -> Result<Tables, Status> {
 /// `ALIGNMENT`, `OVERLAP`, `COMMAND`, `INSTRUMENTS` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
 /// nothing was flown and nothing written.
 ///
-/// # Safety
-/// The pointers point to objects of their types and of the lengths given, or are refused; the callbacks are what
-/// their types and their documentation say.
+/// # Safety The pointers point to objects of their types and of the lengths given, or are refused; the
+/// callbacks are what their types and their documentation say.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sextant_cycle(
     sensor: *mut SensorMemory,
@@ -302,8 +302,8 @@ unsafe fn cycle(
         // SAFETY: the outputs were checked; the rest is the caller's promise.
         unsafe { outputs.write(&report) }
     };
-    // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise, and the
-    // outputs lie outside of it.
+    // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise, and
+    // the outputs lie outside of it.
     unsafe { memory::with(sensor, second) }?
 }
 

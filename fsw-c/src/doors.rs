@@ -35,7 +35,8 @@ impl Bytes {
         }
         check(self.data)?;
         check_length(self.data.addr(), self.length)?;
-        // SAFETY: not null, no longer than an object can be, and what else is needed is the caller's promise.
+        // SAFETY: not null, no longer than an object can be, and what else is needed is the caller's
+        // promise.
         Ok(unsafe { core::slice::from_raw_parts(self.data, self.length) })
     }
 }

@@ -1,7 +1,8 @@
 //! The instruments as C lends them: callbacks with a context, behind the traits of `fsw-hal`.
 //!
-//! In: a [`Instruments`] of function pointers. Out: a detector, a clock, a rate sensor and a stage meter that
-//! the flight code calls. What a callback answers is a [`Reply`]; any other number counts as a failed link.
+//! In: a [`Instruments`] of function pointers. Out: a detector, a clock, a rate sensor and a stage meter
+//! that the flight code calls. What a callback answers is a [`Reply`]; any other number counts as a failed
+//! link.
 
 use core::ffi::c_void;
 use fsw_hal::{
@@ -87,8 +88,8 @@ pub struct Detector {
 pub struct Clock {
     /// Handed to every callback of the clock; may be null.
     pub context: *mut c_void,
-    /// Writes the counter now to `local_us`, microseconds since power-on; never less than at the call before.
-    /// Answers `OK`, `TIMEOUT` or `BUS`.
+    /// Writes the counter now to `local_us`, microseconds since power-on; never less than at the call
+    /// before. Answers `OK`, `TIMEOUT` or `BUS`.
     pub local_time: Option<unsafe extern "C" fn(context: *mut c_void, local_us: *mut i64) -> u32>,
     /// Writes Terrestrial Time at the local instant `local_us` of the last seconds to `terrestrial_us`,
     /// microseconds since J2000.0 (2000-01-01T12:00:00 TT). An error of a millisecond displaces a low
@@ -103,8 +104,8 @@ pub struct Clock {
 pub struct AngularRateReading {
     /// Middle of the time it was taken over, local time, microseconds since power-on.
     pub local_us: i64,
-    /// Rate of the body against inertial space about the x, y, z axes of the Earth path, rad/s, as the sensor
-    /// has it: bias, scale and alignment are not corrected.
+    /// Rate of the body against inertial space about the x, y, z axes of the Earth path, rad/s, as the
+    /// sensor has it: bias, scale and alignment are not corrected.
     pub rad_s: [f32; 3],
 }
 
@@ -114,14 +115,14 @@ pub struct AngularRateReading {
 pub struct RateSensor {
     /// Handed to the callback; may be null.
     pub context: *mut c_void,
-    /// Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none on
-    /// board.
+    /// Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none
+    /// on board.
     pub angular_rate:
         Option<unsafe extern "C" fn(context: *mut c_void, reading: *mut AngularRateReading) -> u32>,
 }
 
-/// Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2 predict,
-/// 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
+/// Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2
+/// predict, 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Meter {
@@ -164,8 +165,8 @@ impl Instruments {
     /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link; a
     /// rate sensor without one never has a reading, marks without one are dropped.
     ///
-    /// # Safety
-    /// The callbacks are what their types and their documentation say, for as long as what is given is used.
+    /// # Safety The callbacks are what their types and their documentation say, for as long as what is
+    /// given is used.
     pub(crate) unsafe fn lend(self) -> (CDetector, CClock, CRateSensor, CMeter) {
         let Self { detector, clock, rate_sensor, meter } = self;
         (CDetector(detector), CClock(clock), CRateSensor(rate_sensor), CMeter(meter))

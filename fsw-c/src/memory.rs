@@ -1,9 +1,9 @@
 //! The sensor in memory of the caller.
 //!
-//! [`SensorMemory`] is laid into the memory that C owns: a head that says whether and where a sensor was made,
-//! its workspace, and the sensor, which refers to that workspace. So it must not be copied: the head holds its
-//! own address. A cycle holds the sensor by the head's state: a second call in the meantime, from a callback
-//! or from another task, is refused.
+//! [`SensorMemory`] is laid into the memory that C owns: a head that says whether and where a sensor was
+//! made, its workspace, and the sensor, which refers to that workspace. So it must not be copied: the head
+//! holds its own address. A cycle holds the sensor by the head's state: a second call in the meantime, from
+//! a callback or from another task, is refused.
 
 use crate::status::Status;
 use core::mem::MaybeUninit;
@@ -20,8 +20,8 @@ const BUSY: u32 = 0x4258_5453;
 /// No sensor.
 const NONE: u32 = 0;
 
-/// The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must not be
-/// copied or moved.
+/// The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must
+/// not be copied or moved.
 pub struct SensorMemory {
     state: AtomicU32,
     address: usize,
@@ -124,8 +124,8 @@ pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(
     }
     state.compare_exchange(found, BUSY, Ordering::Acquire, Ordering::Relaxed).map_err(|_| Status::Busy)?;
     let mut held = Held { state, then: NONE };
-    // SAFETY: the state gives this call the memory; workspace and sensor are written before they are read, and
-    // the one reference to the workspace is the sensor's.
+    // SAFETY: the state gives this call the memory; workspace and sensor are written before they are read,
+    // and the one reference to the workspace is the sensor's.
     unsafe {
         (&raw mut (*memory).address).write(memory.addr());
         let workspace = (&raw mut (*memory).workspace).cast::<Workspace>();
@@ -158,6 +158,7 @@ pub(crate) unsafe fn with<T>(
         Err(_) => return Err(Status::NotASensor),
     }
     let _held = Held { state, then: READY };
-    // SAFETY: a sensor was written before the state became READY, and the state gives it to this call alone.
+    // SAFETY: a sensor was written before the state became READY, and the state gives it to this call
+    // alone.
     Ok(call(unsafe { (*memory).sensor.assume_init_mut() }))
 }

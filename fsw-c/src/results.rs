@@ -1,7 +1,7 @@
 //! The main results of a second as a plain struct.
 //!
-//! In: the [`Report`] of the flight code. Out: a [`CycleResult`]. The telemetry frame of the same second holds
-//! all of the report; this struct is what a spacecraft's control loop needs of it.
+//! In: the [`Report`] of the flight code. Out: a [`CycleResult`]. The telemetry frame of the same second
+//! holds all of the report; this struct is what a spacecraft's control loop needs of it.
 
 use fsw_core::modes::Mode as FlightMode;
 use fsw_core::telemetry::{self, AttitudeReport, FilteredAttitude, OrbitReport, Report};
@@ -32,7 +32,8 @@ pub enum Mode {
     Eclipse = 3,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage = 4,
-    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a pause.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
+    /// pause.
     Safe = 5,
 }
 

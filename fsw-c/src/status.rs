@@ -93,8 +93,8 @@ impl Status {
     }
 }
 
-/// Says a status in words: a static string in English, one line without its end. Never null; for a number that
-/// is no status it says so.
+/// Says a status in words: a static string in English, one line without its end. Never null; for a number
+/// that is no status it says so.
 #[unsafe(no_mangle)]
 pub extern "C" fn sextant_status_text(status: u32) -> *const c_char {
     let known = ALL.into_iter().find(|known| *known as u32 == status);

@@ -188,7 +188,8 @@ impl<'c> Sensor<'c> {
     /// # Errors
     /// [`SensorError::Calibration`] where it belongs to another lens.
     pub fn calibrated(self, calibration: Calibration<'c>) -> Result<Self, SensorError> {
-        if !calibration_fits(self.camera.parameters(), self.parameters.imaging.calibration_crc, &calibration) {
+        if !calibration_fits(self.camera.parameters(), self.parameters.imaging.calibration_crc, &calibration)
+        {
             return Err(SensorError::Calibration);
         }
         Ok(Self { calibration: Some(calibration), ..self })

@@ -26,9 +26,11 @@ struct flight {
     uint32_t seconds;
     /* Seconds that were not flown, or whose telemetry was not written. */
     uint32_t failed;
-    /* Seconds with an attitude, with an orbit. */
+    /* Seconds with an attitude, with an orbit; the last ones. */
     uint32_t attitudes;
     uint32_t orbits;
+    struct sextant_attitude attitude;
+    struct sextant_orbit orbit;
 };
 
 /* Prints a number in hexadecimal digits. */
@@ -56,23 +58,23 @@ static void print_figure(const char *name, uint32_t number) {
 }
 
 /* The bits of the last attitude and position, by which a reader of the telemetry checks the struct. */
-static void print_last(void) {
+static void print_last(const struct flight *flight) {
     print(",\"quaternion_bits\":[");
     for (int i = 0; i < 4; i++) {
-        union {
+        const union {
             float value;
             uint32_t bits;
-        } component = {.value = result.attitude.quaternion[i]};
+        } component = {.value = flight->attitude.quaternion[i]};
         print(i == 0 ? "\"" : ",\"");
         print_hexadecimal(component.bits, 8);
         print("\"");
     }
     print("],\"position_bits\":[");
     for (int i = 0; i < 3; i++) {
-        union {
+        const union {
             double value;
             uint64_t bits;
-        } component = {.value = result.orbit.position_km[i]};
+        } component = {.value = flight->orbit.position_km[i]};
         print(i == 0 ? "\"" : ",\"");
         print_hexadecimal(component.bits, 16);
         print("\"");
@@ -86,8 +88,8 @@ static void print_figures(const struct flight *flight) {
     print_figure(",\"failed\":", flight->failed);
     print_figure(",\"attitudes\":", flight->attitudes);
     print_figure(",\"orbits\":", flight->orbits);
-    print_figure(",\"last_mode\":", result.mode);
-    print_last();
+    print_figure(",\"mode\":", result.mode);
+    print_last(flight);
     print_figure(",\"sensor_bytes\":", (uint32_t)sextant_sensor_bytes());
     print_figure(",\"flash_bytes\":", memory.flash_bytes);
     print_figure(",\"static_ram_bytes\":", memory.static_ram_bytes);
@@ -135,8 +137,14 @@ static struct flight fly(struct sextant_sensor *sensor, struct file *output) {
         bool written = status == SEXTANT_STATUS_OK && file_write(output, telemetry, length);
         flight.seconds++;
         flight.failed += !written;
-        flight.attitudes += result.attitude.known;
-        flight.orbits += result.orbit.known;
+        if (result.attitude.known) {
+            flight.attitudes++;
+            flight.attitude = result.attitude;
+        }
+        if (result.orbit.known) {
+            flight.orbits++;
+            flight.orbit = result.orbit;
+        }
     }
     return flight;
 }

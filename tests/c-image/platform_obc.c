@@ -1,6 +1,6 @@
 /*
- * The platform of the emulated on-board computer: files by Arm semihosting calls, one breakpoint instruction each;
- * memory figures by the linker's symbols and the painted stack.
+ * The platform of the emulated on-board computer: files by Arm semihosting calls, one breakpoint
+ * instruction each; memory figures by the linker's symbols and the painted stack.
  */
 #include "platform.h"
 #include "startup.h"

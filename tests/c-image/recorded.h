@@ -1,10 +1,12 @@
 /*
- * A detector and a clock that play frames recorded in a file (`cargo sil record`), as instruments of the library.
+ * A detector and a clock that play frames recorded in a file (`cargo sil record`), as instruments of the
+ * library.
  *
- * The file is that of tests/obc-image/src/recorded.rs, version 3, little-endian: magic "SXTF", version, width and
- * height (u16 each), bits (u8), zero (u8), number of frames (u32); then frame by frame local time and Terrestrial
- * Time of the middle of the exposure (i64 each, microseconds; the least i64: not known) and the pixels row by row
- * (u16). A frame is that of the second the recording was turned to; exposure times are not looked at.
+ * The file is that of tests/obc-image/src/recorded.rs, version 3, little-endian: magic "SXTF", version,
+ * width and height (u16 each), bits (u8), zero (u8), number of frames (u32); then frame by frame local time
+ * and Terrestrial Time of the middle of the exposure (i64 each, microseconds; the least i64: not known) and
+ * the pixels row by row (u16). A frame is that of the second the recording was turned to; exposure times
+ * are not looked at.
  */
 #ifndef RECORDED_H
 #define RECORDED_H

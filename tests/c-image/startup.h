@@ -8,7 +8,8 @@
 /* The stack is filled with this before main, so that its depth can be seen. */
 #define STACK_PAINT 0xccccccccu
 
-/* The RAM's beginning, initial values of data in flash, their place, zeroed data, and the stack's two ends. */
+/* The RAM's beginning, the initial values of data in flash and their place, zeroed data, both ends of the
+ * stack. */
 extern uint32_t ram_start[], data_image[], data_start[], data_end[], bss_start[], bss_end[];
 extern uint32_t stack_end[], stack_start[];
 

@@ -5,6 +5,7 @@
 
 mod attitude_sets;
 mod bad_input;
+mod c_face;
 mod calibrate;
 mod clock_faults;
 mod detector_faults;
