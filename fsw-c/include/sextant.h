@@ -837,19 +837,16 @@ struct sextant_bytes sextant_reference_calibration(void);
 /**
  * Makes a sensor that knows nothing yet in memory of the caller; one that was there is forgotten.
  *
- * `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to
- * `SEXTANT_SENSOR_ALIGNMENT`, in use until the last cycle. It must not be copied or moved. Zero it before
- * the first call (a static object is): a sensor that was in a cycle when its task was ended counts as busy
- * until its memory is zeroed.
- * `tables`: what the sensor is made of.
- * `sensor`: where the sensor's handle is written.
+ * - `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to
+ *   `SEXTANT_SENSOR_ALIGNMENT`, in use until the last cycle. It must not be copied or moved. Zero it
+ *   before the first call (a static object is): a sensor that was in a cycle when its task was ended
+ *   counts as busy until its memory is zeroed.
+ * - `tables`: what the sensor is made of.
+ * - `sensor`: where the sensor's handle is written.
  *
  * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`,
  * `CATALOGUE_...`, `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before:
  * a sensor that was there flies on with its old tables.
- *
- * # Safety The pointers point to objects of their types and of the lengths given, or are refused; tables
- * stay as they are while the sensor is used.
  */
 sextant_status sextant_init(void *memory,
                             size_t memory_bytes,
@@ -859,21 +856,18 @@ sextant_status sextant_init(void *memory,
 /**
  * Flies one second: exposes, reads, measures, and reports. To be called once a second.
  *
- * `sensor`: the handle of `sextant_init`.
- * `instruments`: lent for this call; its callbacks run within it.
- * `command`: one of `sextant_command`.
- * `telemetry`: where the telemetry frame is written, led by its length (two bytes, little-endian), so that
- * frames one after the other are a stream. `telemetry_bytes`: its room, at least
- * `SEXTANT_TELEMETRY_BYTES`.
- * `telemetry_length`: where the number of bytes written is written.
- * `result`: where the main results are written.
+ * - `sensor`: the handle of `sextant_init`.
+ * - `instruments`: lent for this call; its callbacks run within it.
+ * - `command`: one of `sextant_command`.
+ * - `telemetry`: where the telemetry frame is written, led by its length (two bytes, little-endian), so
+ *   that frames one after the other are a stream.
+ * - `telemetry_bytes`: its room, at least `SEXTANT_TELEMETRY_BYTES`.
+ * - `telemetry_length`: where the number of bytes written is written.
+ * - `result`: where the main results are written.
  *
  * Returns `OK`, also for a second in which an instrument failed: `result->faults` says so. `NULL`, `SIZE`,
  * `ALIGNMENT`, `OVERLAP`, `COMMAND`, `INSTRUMENTS` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
  * nothing was flown and nothing written.
- *
- * # Safety The pointers point to objects of their types and of the lengths given, or are refused; the
- * callbacks are what their types and their documentation say.
  */
 sextant_status sextant_cycle(struct sextant_sensor *sensor,
                              const struct sextant_instruments *instruments,

@@ -165,8 +165,9 @@ impl Instruments {
     /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link; a
     /// rate sensor without one never has a reading, marks without one are dropped.
     ///
-    /// # Safety The callbacks are what their types and their documentation say, for as long as what is
-    /// given is used.
+    /// # Safety
+    /// The callbacks are what their types and their documentation say, for as long as what is given is
+    /// used.
     pub(crate) unsafe fn lend(self) -> (CDetector, CClock, CRateSensor, CMeter) {
         let Self { detector, clock, rate_sensor, meter } = self;
         (CDetector(detector), CClock(clock), CRateSensor(rate_sensor), CMeter(meter))

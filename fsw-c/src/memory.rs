@@ -7,7 +7,7 @@
 
 use crate::status::Status;
 use core::mem::MaybeUninit;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
@@ -24,7 +24,7 @@ const NONE: u32 = 0;
 /// not be copied or moved.
 pub struct SensorMemory {
     state: AtomicU32,
-    address: usize,
+    address: AtomicUsize,
     sensor: MaybeUninit<Sensor<'static>>,
     workspace: MaybeUninit<Workspace>,
 }
@@ -88,22 +88,13 @@ impl Drop for Held<'_> {
     }
 }
 
-/// The head's state.
+/// The head: state, and the address at which it was written.
 ///
 /// # Safety
-/// `memory` is aligned and memory that lives for `'m`; its state is used by this module alone.
-unsafe fn state<'m>(memory: *mut SensorMemory) -> &'m AtomicU32 {
-    // SAFETY: the caller's promise; the state is read and written as an atomic only.
-    unsafe { &(*memory).state }
-}
-
-/// Whether the head was written at the address at which it is.
-///
-/// # Safety
-/// As [`state`].
-unsafe fn is_at_home(memory: *mut SensorMemory) -> bool {
-    // SAFETY: the caller's promise; any bits are an address.
-    unsafe { (&raw const (*memory).address).read() == memory.addr() }
+/// `memory` is aligned and memory that lives for `'m`; its head is used by this module alone.
+unsafe fn head<'m>(memory: *mut SensorMemory) -> (&'m AtomicU32, &'m AtomicUsize) {
+    // SAFETY: the caller's promise; any bits are a number, and they are read and written as atomics only.
+    unsafe { (&(*memory).state, &(*memory).address) }
 }
 
 /// Makes a sensor that knows nothing yet; one that was there is forgotten.
@@ -117,17 +108,17 @@ unsafe fn is_at_home(memory: *mut SensorMemory) -> bool {
 pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(), Status> {
     tables.check()?;
     // SAFETY: the caller's promise.
-    let (state, at_home) = unsafe { (state(memory), is_at_home(memory)) };
+    let (state, address) = unsafe { head(memory) };
     let found = state.load(Ordering::Relaxed);
-    if found == BUSY && at_home {
+    if found == BUSY && address.load(Ordering::Relaxed) == memory.addr() {
         return Err(Status::Busy);
     }
     state.compare_exchange(found, BUSY, Ordering::Acquire, Ordering::Relaxed).map_err(|_| Status::Busy)?;
     let mut held = Held { state, then: NONE };
-    // SAFETY: the state gives this call the memory; workspace and sensor are written before they are read,
-    // and the one reference to the workspace is the sensor's.
+    address.store(memory.addr(), Ordering::Relaxed);
+    // SAFETY: the state gives this call the memory. All zero is an empty workspace (a test compares them), and
+    // the one reference to it is the sensor's.
     unsafe {
-        (&raw mut (*memory).address).write(memory.addr());
         let workspace = (&raw mut (*memory).workspace).cast::<Workspace>();
         workspace.write_bytes(0, 1);
         tables.write_sensor(&mut *workspace, (&raw mut (*memory).sensor).cast())?;
@@ -148,8 +139,8 @@ pub(crate) unsafe fn with<T>(
     call: impl FnOnce(&mut Sensor<'static>) -> T,
 ) -> Result<T, Status> {
     // SAFETY: the caller's promise.
-    let (state, at_home) = unsafe { (state(memory), is_at_home(memory)) };
-    if !at_home {
+    let (state, address) = unsafe { head(memory) };
+    if address.load(Ordering::Relaxed) != memory.addr() {
         return Err(Status::NotASensor);
     }
     match state.compare_exchange(READY, BUSY, Ordering::Acquire, Ordering::Relaxed) {
