@@ -323,3 +323,6 @@ impl From<&Report> for CycleResult {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
