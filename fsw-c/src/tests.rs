@@ -76,8 +76,11 @@ fn every_reply_is_an_error_of_its_instrument_and_any_other_number_a_failed_link(
     let instruments = world.instruments();
     // SAFETY: the callbacks are whole and the world lasts.
     let (mut detector, mut clock, mut gyro, _) = unsafe { instruments.lend() };
-    // SAFETY: the context is the world.
-    let world = unsafe { world::world(instruments.detector.context) };
+    let answer = |reply: u32| {
+        // SAFETY: the context is the world, which nobody else uses meanwhile.
+        let world = unsafe { world::world(instruments.detector.context) };
+        (world.reading, world.clock, world.rate) = (reply, reply, reply);
+    };
     let (window, mut pixel) = (fsw_hal::Window { x: 0, y: 0, width: 1, height: 1 }, [0]);
     for (reply, of_detector, of_clock, of_gyro) in [
         (Reply::Timeout as u32, DetectorError::Timeout, ClockError::Timeout, RateSensorError::Timeout),
@@ -93,14 +96,14 @@ fn every_reply_is_an_error_of_its_instrument_and_any_other_number_a_failed_link(
         (Reply::Saturated as u32, DetectorError::Bus, ClockError::Bus, RateSensorError::Saturated),
         (u32::MAX, DetectorError::Bus, ClockError::Bus, RateSensorError::Bus),
     ] {
-        (world.reading, world.clock, world.rate) = (reply, reply, reply);
+        answer(reply);
         assert_eq!(detector.read(window, &mut pixel), Err(of_detector));
         assert_eq!(clock.terrestrial_us(LocalTime::default()), Err(of_clock));
         assert_eq!(gyro.angular_rate(), Err(of_gyro));
     }
-    world.rate = Reply::NoReading as u32;
+    answer(Reply::NoReading as u32);
     assert_eq!(gyro.angular_rate(), Ok(None));
-    world.rate = Reply::Ok as u32;
+    answer(Reply::Ok as u32);
     let instant = LocalTime::from_us(50_000);
     assert_eq!(gyro.angular_rate(), Ok(Some(AngularRate { instant, rad_s: [1.0, 2.0, 3.0] })));
     // What does not fit is refused before the callback could write beyond the pixels.

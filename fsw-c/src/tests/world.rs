@@ -231,9 +231,9 @@ pub fn init(memory: &mut Memory, tables: &SensorTables) -> (Status, *mut SensorM
 /// Flies seconds and gives their telemetry and the last result.
 pub fn fly(sensor: *mut SensorMemory, world: &mut World, seconds: i64) -> (Vec<u8>, CycleResult) {
     let (mut stream, mut outputs) = (Vec::new(), Outputs::new());
-    let instruments = world.instruments();
     for second in 0..seconds {
         world.second = second;
+        let instruments = world.instruments();
         // SAFETY: a sensor and whole instruments.
         assert_eq!(unsafe { outputs.cycle(sensor, &instruments, 0) }, Status::Ok);
         stream.extend_from_slice(outputs.frame());
