@@ -89,6 +89,28 @@ fn a_c_program_flies_the_recorded_mission_on_the_target_with_the_telemetry_of_th
     assert!(bytes("flash_bytes") <= FLASH_BYTES);
     assert!(bytes("static_ram_bytes") <= STATIC_RAM_BYTES);
     assert!((1_000..=STACK_BYTES).contains(&bytes("stack_bytes")), "the paint was touched, not through");
+
+    let depth = stack_depth();
+    println!("stack by the machine code, callbacks apart: {}", depth["stack_bytes"]);
+    assert!((1_000..=STACK_BYTES).contains(&depth["stack_bytes"].as_u64().unwrap()));
+    for unsound in ["recursion", "unknown_frames", "unknown_targets"] {
+        assert_eq!(depth[unsound], json!([]), "{unsound}");
+    }
+    // Calls whose target the machine code does not name are those of the instruments' callbacks.
+    for caller in depth["unknown_calls"].as_array().unwrap() {
+        let caller = caller.as_str().unwrap();
+        assert!(caller.contains("fsw_core6sensor") || caller.contains("fsw_hal"), "{caller}");
+    }
+}
+
+/// What the analysis of the C image's machine code says.
+fn stack_depth() -> Value {
+    cargo(&["build", "--release", "-p", "stack-depth"]);
+    let output = Command::new(target_dir().join("release/stack-depth"))
+        .arg(target_dir().join("thumbv7em-none-eabihf/flight/c-image"))
+        .output()
+        .expect("the analysis starts");
+    json_lines(&output).pop().expect("a line")
 }
 
 #[test]
