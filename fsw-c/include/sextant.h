@@ -497,8 +497,8 @@ typedef struct sextant_window {
 } sextant_window;
 
 /**
- * The active-pixel detector. One exposure a cycle, then any number of windows of that image; a window read
- * twice gives the same values. All callbacks are needed.
+ * The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a window
+ * read twice gives the same values. All callbacks are needed.
  */
 typedef struct sextant_detector {
     /**

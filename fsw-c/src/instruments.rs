@@ -58,8 +58,8 @@ pub struct Window {
     pub height: u16,
 }
 
-/// The active-pixel detector. One exposure a cycle, then any number of windows of that image; a window read
-/// twice gives the same values. All callbacks are needed.
+/// The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a window
+/// read twice gives the same values. All callbacks are needed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Detector {
