@@ -37,7 +37,7 @@ mod turning;
 mod workspace;
 
 use crate::attitude::filter::Filter;
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraParameters};
 use crate::catalog::Catalogue;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::image::calibration::Calibration;
@@ -106,6 +106,15 @@ impl core::fmt::Display for SensorError {
 }
 
 impl core::error::Error for SensorError {}
+
+/// Whether a calibration is the one that the parameters name, of their detector and their optical centre.
+pub fn calibration_fits(camera: &CameraParameters, crc: u32, calibration: &Calibration) -> bool {
+    let [cx, cy] = calibration.centre_px();
+    let [dx, dy] = [cx - camera.optical_centre_px[0], cy - camera.optical_centre_px[1]];
+    calibration.crc() == crc
+        && calibration.size_px() == [camera.width_px, camera.height_px]
+        && dx.abs().max(dy.abs()) <= CALIBRATED_CENTRE_PX
+}
 
 /// The Earth/star sensor.
 pub struct Sensor<'c> {
@@ -179,13 +188,8 @@ impl<'c> Sensor<'c> {
     /// # Errors
     /// [`SensorError::Calibration`] where it belongs to another lens.
     pub fn calibrated(self, calibration: Calibration<'c>) -> Result<Self, SensorError> {
-        let camera = self.camera.parameters();
-        let [cx, cy] = calibration.centre_px();
-        let [dx, dy] = [cx - camera.optical_centre_px[0], cy - camera.optical_centre_px[1]];
-        let fits = calibration.crc() == self.parameters.imaging.calibration_crc
-            && calibration.size_px() == [camera.width_px, camera.height_px]
-            && dx.abs().max(dy.abs()) <= CALIBRATED_CENTRE_PX;
-        if !fits {
+        if !calibration_fits(self.camera.parameters(), self.parameters.imaging.calibration_crc, &calibration)
+        {
             return Err(SensorError::Calibration);
         }
         Ok(Self { calibration: Some(calibration), ..self })

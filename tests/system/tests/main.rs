@@ -6,6 +6,7 @@
 mod attitude_sets;
 mod bad_input;
 mod book;
+mod c_face;
 mod calibrate;
 mod clock_faults;
 mod detector_faults;

@@ -1,0 +1,884 @@
+/*
+ * Sextant: attitude, position and orbit from one camera, a second a call.
+ *
+ * The program owns all memory. It calls sextant_init once and sextant_cycle once a second; within a cycle the
+ * library calls the callbacks of the instruments and nothing else. No heap, no threads, no global state: two
+ * sensors in two memories are independent of each other.
+ *
+ * Reentrancy: calls on one sensor must not overlap. A call on a sensor that is in a cycle, from a callback, an
+ * interrupt or another task, is refused with SEXTANT_STATUS_BUSY. All other functions are pure.
+ *
+ * Errors: a call that could not be done returns why; sextant_status_text says it in words. Null, misaligned,
+ * short and overlapping memory is refused as far as a callee can see it; that a pointer points to an object of
+ * its type and length is the caller's promise. A second in which an instrument fails is no error of the call:
+ * its result and telemetry say so.
+ *
+ * Frames: pixels count x right and y down. Star path and Earth path: x along +x px, y along +y px, z out along
+ * the line of sight. ICRS: inertial; positions are geocentric. Units are in the names: _px, _rad, _rad_s, _km,
+ * _km_s, _us (microseconds), _s.
+ */
+
+#ifndef SEXTANT_H
+#define SEXTANT_H
+
+/* Made of fsw-c/src by cbindgen. To make it anew: SEXTANT_BLESS=1 cargo test -p fsw-c --test header */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/**
+ * The detector did not serve: nothing was measured after that in this second.
+ */
+#define SEXTANT_FAULT_DETECTOR 1
+
+/**
+ * The image was not used for its instant, or is one of the last ones again.
+ */
+#define SEXTANT_FAULT_IMAGE 2
+
+/**
+ * The clock did not serve.
+ */
+#define SEXTANT_FAULT_CLOCK 4
+
+/**
+ * The rate sensor gave no reading that can be used.
+ */
+#define SEXTANT_FAULT_RATE_SENSOR 8
+
+/**
+ * The Earth's centre was no position for the orbit filter.
+ */
+#define SEXTANT_FAULT_FIX 16
+
+/**
+ * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
+ * many are used on this one.
+ */
+#define SEXTANT_SENSOR_BYTES 41472
+
+/**
+ * Alignment of that memory, bytes.
+ */
+#define SEXTANT_SENSOR_ALIGNMENT 8
+
+/**
+ * Bytes that hold any telemetry frame with its length.
+ */
+#define SEXTANT_TELEMETRY_BYTES 2560
+
+/**
+ * Bytes that hold any parameter table.
+ */
+#define SEXTANT_PARAMETERS_BYTES 512
+
+/**
+ * Version of the telemetry frames' layout; their first byte after the length.
+ */
+#define SEXTANT_TELEMETRY_VERSION 6
+
+/**
+ * Version of the parameter table that is read; its first byte.
+ */
+#define SEXTANT_PARAMETERS_VERSION 12
+
+/**
+ * What a call came to. Every call that is not `OK` has changed nothing, except that a cycle refused with
+ * `TELEMETRY` has been flown.
+ */
+enum sextant_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Done.
+     */
+    SEXTANT_STATUS_OK = 0,
+    /**
+     * A pointer that is needed is null.
+     */
+    SEXTANT_STATUS_NULL = 1,
+    /**
+     * A buffer is shorter than needed, or longer than any object can be.
+     */
+    SEXTANT_STATUS_SIZE = 2,
+    /**
+     * A pointer is not aligned for what it points to.
+     */
+    SEXTANT_STATUS_ALIGNMENT = 3,
+    /**
+     * An output, or a table that is to last, lies in the sensor's memory.
+     */
+    SEXTANT_STATUS_OVERLAP = 4,
+    /**
+     * No sensor was initialised at this address, or it was copied or moved since.
+     */
+    SEXTANT_STATUS_NOT_A_SENSOR = 5,
+    /**
+     * The sensor is in a cycle: a call from one of its own callbacks, or from another task.
+     */
+    SEXTANT_STATUS_BUSY = 6,
+    /**
+     * The command is none of `sextant_command`.
+     */
+    SEXTANT_STATUS_COMMAND = 7,
+    /**
+     * A callback that is needed is null, or the detector's geometry is impossible.
+     */
+    SEXTANT_STATUS_INSTRUMENTS = 8,
+    /**
+     * The parameter table was cut or damaged, or is none.
+     */
+    SEXTANT_STATUS_PARAMETERS_DAMAGED = 9,
+    /**
+     * The parameter table is of another version than `SEXTANT_PARAMETERS_VERSION`.
+     */
+    SEXTANT_STATUS_PARAMETERS_VERSION = 10,
+    /**
+     * A value of the parameter table is outside its range, or values contradict each other.
+     */
+    SEXTANT_STATUS_PARAMETERS_RANGE = 11,
+    /**
+     * The catalogue was cut or damaged, or is none.
+     */
+    SEXTANT_STATUS_CATALOGUE_DAMAGED = 12,
+    /**
+     * The catalogue has a layout that this library does not read.
+     */
+    SEXTANT_STATUS_CATALOGUE_VERSION = 13,
+    /**
+     * The calibration was cut or damaged, or is none.
+     */
+    SEXTANT_STATUS_CALIBRATION_DAMAGED = 14,
+    /**
+     * The calibration has a layout that this library does not read.
+     */
+    SEXTANT_STATUS_CALIBRATION_VERSION = 15,
+    /**
+     * The parameter table names a calibration, and the one given is another, of another lens, or missing.
+     */
+    SEXTANT_STATUS_CALIBRATION_MISMATCH = 16,
+    /**
+     * The telemetry frame could not be written.
+     */
+    SEXTANT_STATUS_TELEMETRY = 17,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_status sextant_status;
+#else
+typedef uint32_t sextant_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Mode in which a second was spent.
+ */
+enum sextant_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Detector and clock are tested before their data are used.
+     */
+    SEXTANT_MODE_SELF_TEST = 0,
+    /**
+     * The whole detector is scanned and its stars identified without a prior.
+     */
+    SEXTANT_MODE_ACQUISITION = 1,
+    /**
+     * Windows about predicted stars and about the Earth's limb are read.
+     */
+    SEXTANT_MODE_TRACKING = 2,
+    /**
+     * As tracking, but no limb in the field is lit: stars alone, the orbit is propagated.
+     */
+    SEXTANT_MODE_ECLIPSE = 3,
+    /**
+     * The Sun blinds the detector: attitude by the last rate, orbit propagated.
+     */
+    SEXTANT_MODE_SUN_OUTAGE = 4,
+    /**
+     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
+     * pause.
+     */
+    SEXTANT_MODE_SAFE = 5,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_mode sextant_mode;
+#else
+typedef uint32_t sextant_mode;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What came of the stars of a second.
+ */
+enum sextant_outcome
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * None were looked for, or a fault came first.
+     */
+    SEXTANT_OUTCOME_NONE = 0,
+    /**
+     * The self-test passed.
+     */
+    SEXTANT_OUTCOME_SELF_TEST_PASSED = 1,
+    /**
+     * Stars were identified without prior knowledge.
+     */
+    SEXTANT_OUTCOME_IDENTIFIED = 2,
+    /**
+     * The search goes on in the next second with the same image.
+     */
+    SEXTANT_OUTCOME_SEARCHING = 3,
+    /**
+     * The image was not identified.
+     */
+    SEXTANT_OUTCOME_NOT_IDENTIFIED = 4,
+    /**
+     * The sensor turned too fast: its stars are streaks, and no attitude is claimed.
+     */
+    SEXTANT_OUTCOME_TOO_FAST = 5,
+    /**
+     * Predicted stars were found again.
+     */
+    SEXTANT_OUTCOME_TRACKED = 6,
+    /**
+     * Too few predicted stars were found.
+     */
+    SEXTANT_OUTCOME_LOST = 7,
+    /**
+     * The detector is blinded.
+     */
+    SEXTANT_OUTCOME_BLINDED = 8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_outcome sextant_outcome;
+#else
+typedef uint32_t sextant_outcome;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What came of looking for the Earth in a second.
+ */
+enum sextant_earth_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * It was not looked for: no attitude, or the detector was blinded.
+     */
+    SEXTANT_EARTH_STATUS_NOT_LOOKED = 0,
+    /**
+     * No limb that the Sun lights is in the field.
+     */
+    SEXTANT_EARTH_STATUS_DARK = 1,
+    /**
+     * The Sun lights a limb in the field, but not enough of it high enough to be measured.
+     */
+    SEXTANT_EARTH_STATUS_FAINT = 2,
+    /**
+     * The centre was found.
+     */
+    SEXTANT_EARTH_STATUS_FOUND = 3,
+    /**
+     * It was looked for and no centre came of it.
+     */
+    SEXTANT_EARTH_STATUS_REFUSED = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_earth_status sextant_earth_status;
+#else
+typedef uint32_t sextant_earth_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What Terrestrial Time of a second rests on.
+ */
+enum sextant_clock_state
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * No time: no Sun, no aberration, no Earth.
+     */
+    SEXTANT_CLOCK_STATE_UNKNOWN = 0,
+    /**
+     * The clock gave it in this second.
+     */
+    SEXTANT_CLOCK_STATE_SYNCHRONISED = 1,
+    /**
+     * The clock gave it before, at most a day ago, and local time has gone on since.
+     */
+    SEXTANT_CLOCK_STATE_HOLDOVER = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_clock_state sextant_clock_state;
+#else
+typedef uint32_t sextant_clock_state;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What the spacecraft wants of a second.
+ */
+enum sextant_command
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Go on.
+     */
+    SEXTANT_COMMAND_CONTINUE = 0,
+    /**
+     * Forget the attitude and acquire anew.
+     */
+    SEXTANT_COMMAND_REACQUIRE = 1,
+    /**
+     * Forget attitude and orbit and begin with the self-test.
+     */
+    SEXTANT_COMMAND_RESTART = 2,
+    /**
+     * Go to safe mode.
+     */
+    SEXTANT_COMMAND_SAFE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_command sextant_command;
+#else
+typedef uint32_t sextant_command;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What a callback answers. Any other number counts as `BUS`.
+ */
+enum sextant_reply
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Done.
+     */
+    SEXTANT_REPLY_OK = 0,
+    /**
+     * Any instrument: it did not answer in time.
+     */
+    SEXTANT_REPLY_TIMEOUT = 1,
+    /**
+     * Any instrument: the link to it reported an error.
+     */
+    SEXTANT_REPLY_BUS = 2,
+    /**
+     * Detector: nothing has been exposed since power-on.
+     */
+    SEXTANT_REPLY_NOT_EXPOSED = 3,
+    /**
+     * Detector: it cannot do this exposure time.
+     */
+    SEXTANT_REPLY_EXPOSURE = 4,
+    /**
+     * Clock: its correlation with Terrestrial Time is not known.
+     */
+    SEXTANT_REPLY_NOT_SYNCHRONISED = 5,
+    /**
+     * Rate sensor: there is no reading since the last one was taken.
+     */
+    SEXTANT_REPLY_NO_READING = 6,
+    /**
+     * Rate sensor: the rate is beyond its range.
+     */
+    SEXTANT_REPLY_SATURATED = 7,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_reply sextant_reply;
+#else
+typedef uint32_t sextant_reply;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must
+ * not be copied or moved.
+ */
+typedef struct sextant_sensor sextant_sensor;
+
+/**
+ * Bytes that the caller keeps where they are.
+ */
+typedef struct sextant_bytes {
+    /**
+     * First byte; may be null where `length` is 0.
+     */
+    const uint8_t *data;
+    /**
+     * Number of bytes.
+     */
+    size_t length;
+} sextant_bytes;
+
+/**
+ * The tables that a sensor is made of.
+ */
+typedef struct sextant_tables {
+    /**
+     * Parameter table: version, postcard body, CRC-32. Copied; it need not last.
+     */
+    struct sextant_bytes parameters;
+    /**
+     * Star catalogue of `catalog-gen`, or `sextant_reference_catalogue()`. Not copied: it must last,
+     * unchanged, as long as the sensor.
+     */
+    struct sextant_bytes catalogue;
+    /**
+     * Calibration of lens and pixels, as `sil-host calibrate` writes it; empty where there is none. Used
+     * where the parameter table names it, and must last then, unchanged, as long as the sensor.
+     */
+    struct sextant_bytes calibration;
+} sextant_tables;
+
+/**
+ * Fixed properties of a detector.
+ */
+typedef struct sextant_geometry {
+    /**
+     * Number of columns, px, at least 1; that of the parameter table.
+     */
+    uint16_t width_px;
+    /**
+     * Number of rows, px, at least 1; that of the parameter table.
+     */
+    uint16_t height_px;
+    /**
+     * Resolution of the converter, 1 to 16: full scale is 2^bits - 1.
+     */
+    uint8_t bits;
+} sextant_geometry;
+
+/**
+ * A rectangle of pixels. Pixels count x right and y down; the centre of the first pixel read is (0, 0).
+ */
+typedef struct sextant_window {
+    /**
+     * Column of the first pixel, px.
+     */
+    uint16_t x;
+    /**
+     * Row of the first pixel, px.
+     */
+    uint16_t y;
+    /**
+     * Number of columns, px.
+     */
+    uint16_t width;
+    /**
+     * Number of rows, px.
+     */
+    uint16_t height;
+} sextant_window;
+
+/**
+ * The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a window
+ * read twice gives the same values. All callbacks are needed.
+ */
+typedef struct sextant_detector {
+    /**
+     * Handed to every callback of the detector; may be null.
+     */
+    void *context;
+    /**
+     * Size and resolution; the same in every cycle.
+     */
+    struct sextant_geometry geometry;
+    /**
+     * Begins a new image, integrating for `exposure_us` microseconds, and returns without waiting for it.
+     * Answers `OK`, `EXPOSURE`, `TIMEOUT` or `BUS`.
+     */
+    uint32_t (*start_exposure)(void *context,
+                               uint32_t exposure_us);
+    /**
+     * Waits until the image that was begun can be read and writes the local time of the middle of its
+     * exposure to `local_us`, microseconds since power-on (of a rolling shutter: the middle row's).
+     * Answers `OK`, `NOT_EXPOSED`, `TIMEOUT` or `BUS`.
+     */
+    uint32_t (*finish_exposure)(void *context,
+                                int64_t *local_us);
+    /**
+     * Reads `window` of the last image into `pixels`, row by row, raw digital numbers, right-aligned.
+     * `pixels` has room for `count` = width x height values; the window lies on the detector whole.
+     * Answers `OK`, `NOT_EXPOSED`, `TIMEOUT` or `BUS`; unless `OK`, the pixels are not used.
+     */
+    uint32_t (*read)(void *context,
+                     struct sextant_window window,
+                     uint16_t *pixels,
+                     size_t count);
+} sextant_detector;
+
+/**
+ * The on-board counter and its correlation with Terrestrial Time. Both callbacks are needed.
+ */
+typedef struct sextant_clock {
+    /**
+     * Handed to every callback of the clock; may be null.
+     */
+    void *context;
+    /**
+     * Writes the counter now to `local_us`, microseconds since power-on; never less than at the call
+     * before. Answers `OK`, `TIMEOUT` or `BUS`.
+     */
+    uint32_t (*local_time)(void *context,
+                           int64_t *local_us);
+    /**
+     * Writes Terrestrial Time at the local instant `local_us` of the last seconds to `terrestrial_us`,
+     * microseconds since J2000.0 (2000-01-01T12:00:00 TT). An error of a millisecond displaces a low
+     * satellite by 8 m. Answers `OK`, `NOT_SYNCHRONISED`, `TIMEOUT` or `BUS`.
+     */
+    uint32_t (*terrestrial_time)(void *context,
+                                 int64_t local_us,
+                                 int64_t *terrestrial_us);
+} sextant_clock;
+
+/**
+ * A reading of the body's rate.
+ */
+typedef struct sextant_angular_rate {
+    /**
+     * Middle of the time it was taken over, local time, microseconds since power-on.
+     */
+    int64_t local_us;
+    /**
+     * Rate of the body against inertial space about the x, y, z axes of the Earth path, rad/s, as the
+     * sensor has it: bias, scale and alignment are not corrected.
+     */
+    float rad_s[3];
+} sextant_angular_rate;
+
+/**
+ * The rate sensor (gyro). Asked only where the parameter table says how good it is.
+ */
+typedef struct sextant_rate_sensor {
+    /**
+     * Handed to the callback; may be null.
+     */
+    void *context;
+    /**
+     * Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none
+     * on board.
+     */
+    uint32_t (*angular_rate)(void *context,
+                             struct sextant_angular_rate *reading);
+} sextant_rate_sensor;
+
+/**
+ * Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2
+ * predict, 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
+ */
+typedef struct sextant_meter {
+    /**
+     * Handed to both callbacks; may be null.
+     */
+    void *context;
+    /**
+     * A stage begins; null where nothing is measured.
+     */
+    void (*begin)(void *context,
+                  uint32_t stage);
+    /**
+     * A stage ends; null where nothing is measured.
+     */
+    void (*end)(void *context,
+                uint32_t stage);
+} sextant_meter;
+
+/**
+ * The instruments, lent for one cycle. The callbacks run on the caller's stack, within `sextant_cycle`.
+ */
+typedef struct sextant_instruments {
+    /**
+     * The detector behind both paths.
+     */
+    struct sextant_detector detector;
+    /**
+     * Local time and Terrestrial Time.
+     */
+    struct sextant_clock clock;
+    /**
+     * The body's rate; all zero where there is none.
+     */
+    struct sextant_rate_sensor rate_sensor;
+    /**
+     * The stages' marks; all zero where nothing is measured.
+     */
+    struct sextant_meter meter;
+} sextant_instruments;
+
+/**
+ * An attitude and how far to trust it. All zero where it is not known.
+ */
+typedef struct sextant_attitude {
+    /**
+     * Whether there is one.
+     */
+    bool known;
+    /**
+     * ICRS to star path, x, y, z, w (scalar last): b = A(q) r turns a direction r of the ICRS into the
+     * sensor's frame, x along +x px, y along +y px, z out along the line of sight.
+     */
+    float quaternion[4];
+    /**
+     * Standard deviations about x, y, z of the star path, rad.
+     */
+    float sigma_rad[3];
+    /**
+     * Whole seconds since the image from which it was found was taken; 0: that of this second.
+     */
+    uint32_t age_s;
+} sextant_attitude;
+
+/**
+ * How the sensor turns. All zero where it is not known.
+ */
+typedef struct sextant_rate {
+    /**
+     * Whether it is known.
+     */
+    bool known;
+    /**
+     * It may as well be the opposite one: it rests on the streaks of a single image.
+     */
+    bool either_sense;
+    /**
+     * Rate of the star path against the stars, in its own frame, rad/s.
+     */
+    float rad_s[3];
+    /**
+     * Standard deviations about x, y, z, rad/s; zero where the rate comes of the attitude's filter.
+     */
+    float sigma_rad_s[3];
+} sextant_rate;
+
+/**
+ * The Earth as seen in this second. All zero where it was not found.
+ */
+typedef struct sextant_earth {
+    /**
+     * Unit vector to the Earth's centre, Earth path.
+     */
+    float direction[3];
+    /**
+     * Standard deviation of the direction, the greater of the two across it, rad.
+     */
+    float sigma_rad;
+    /**
+     * Distance of the Earth's centre, km.
+     */
+    float distance_km;
+    /**
+     * Standard deviation of the distance, km.
+     */
+    float sigma_km;
+} sextant_earth;
+
+/**
+ * Position and velocity at the instant of the second. All zero where they are not known.
+ */
+typedef struct sextant_orbit {
+    /**
+     * Whether they are known.
+     */
+    bool known;
+    /**
+     * Whether the filter has converged.
+     */
+    bool settled;
+    /**
+     * Seconds since the last observation of the Earth that was accepted.
+     */
+    uint32_t since_fix_s;
+    /**
+     * Position, ICRS axes, geocentric, km.
+     */
+    double position_km[3];
+    /**
+     * Velocity, ICRS axes, km/s.
+     */
+    double velocity_km_s[3];
+    /**
+     * Standard deviations of the position along the ICRS axes, km.
+     */
+    float sigma_position_km[3];
+    /**
+     * Standard deviations of the velocity along the ICRS axes, km/s.
+     */
+    float sigma_velocity_km_s[3];
+} sextant_orbit;
+
+/**
+ * The main results of a second.
+ */
+typedef struct sextant_result {
+    /**
+     * Cycles since start, from 0.
+     */
+    uint32_t cycle;
+    /**
+     * Mode in which the second was spent.
+     */
+    sextant_mode mode;
+    /**
+     * What came of the stars.
+     */
+    sextant_outcome outcome;
+    /**
+     * What came of looking for the Earth.
+     */
+    sextant_earth_status earth_status;
+    /**
+     * What Terrestrial Time rests on.
+     */
+    sextant_clock_state clock;
+    /**
+     * What did not serve: a sum of `SEXTANT_FAULT_...`, 0 where all did.
+     */
+    uint32_t faults;
+    /**
+     * Instant of the image, or of the second where none was used: local time, microseconds since power-on.
+     */
+    int64_t local_us;
+    /**
+     * The same in Terrestrial Time, microseconds since J2000.0; 0 where the clock has never given it
+     * (`clock` then is `UNKNOWN`).
+     */
+    int64_t terrestrial_us;
+    /**
+     * Star-like spots in the image or its windows.
+     */
+    uint32_t detections;
+    /**
+     * Stars that were recognised.
+     */
+    uint32_t stars;
+    /**
+     * The attitude by this second's image alone, or predicted where that gave none.
+     */
+    struct sextant_attitude attitude;
+    /**
+     * The attitude that the filter makes of all images so far, at the same instant.
+     */
+    struct sextant_attitude filtered;
+    /**
+     * The rate.
+     */
+    struct sextant_rate rate;
+    /**
+     * The Earth, where `earth_status` is `FOUND`.
+     */
+    struct sextant_earth earth;
+    /**
+     * The orbit.
+     */
+    struct sextant_orbit orbit;
+} sextant_result;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Says a status in words: a static string in English, one line without its end. Never null; for a number
+ * that is no status it says so.
+ */
+const char *sextant_status_text(uint32_t status);
+
+/**
+ * The library's version, "major.minor.patch": a static string.
+ */
+const char *sextant_version(void);
+
+/**
+ * Bytes of memory that a sensor uses on this machine; at most `SEXTANT_SENSOR_BYTES`.
+ */
+size_t sextant_sensor_bytes(void);
+
+/**
+ * Alignment of that memory, bytes; equal to `SEXTANT_SENSOR_ALIGNMENT`.
+ */
+size_t sextant_sensor_alignment(void);
+
+/**
+ * The catalogue of the reference field, 24 x 19 deg. A program that does not call this does not link it.
+ */
+struct sextant_bytes sextant_reference_catalogue(void);
+
+/**
+ * The calibration of the reference camera. A program that does not call this does not link it.
+ */
+struct sextant_bytes sextant_reference_calibration(void);
+
+/**
+ * Makes a sensor that knows nothing yet in memory of the caller; one that was there is forgotten.
+ *
+ * - `memory`: `memory_bytes` bytes, at least `sextant_sensor_bytes()`, aligned to
+ *   `SEXTANT_SENSOR_ALIGNMENT`, in use until the last cycle. It must not be copied or moved. Zero it
+ *   before the first call (a static object is): a sensor that was in a cycle when its task was ended
+ *   counts as busy until its memory is zeroed.
+ * - `tables`: what the sensor is made of.
+ * - `sensor`: where the sensor's handle is written.
+ *
+ * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`,
+ * `CATALOGUE_...`, `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before:
+ * a sensor that was there flies on with its old tables.
+ */
+sextant_status sextant_init(void *memory,
+                            size_t memory_bytes,
+                            const struct sextant_tables *tables,
+                            struct sextant_sensor **sensor);
+
+/**
+ * Flies one second: exposes, reads, measures, and reports. To be called once a second.
+ *
+ * - `sensor`: the handle of `sextant_init`.
+ * - `instruments`: lent for this call; its callbacks run within it.
+ * - `command`: one of `sextant_command`.
+ * - `telemetry`: where the telemetry frame is written, led by its length (two bytes, little-endian), so
+ *   that frames one after the other are a stream.
+ * - `telemetry_bytes`: its room, at least `SEXTANT_TELEMETRY_BYTES`.
+ * - `telemetry_length`: where the number of bytes written is written.
+ * - `result`: where the main results are written.
+ *
+ * Returns `OK`, also for a second in which an instrument failed: `result->faults` says so. `NULL`, `SIZE`,
+ * `ALIGNMENT`, `OVERLAP`, `COMMAND`, `INSTRUMENTS` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
+ * nothing was flown and nothing written.
+ */
+sextant_status sextant_cycle(struct sextant_sensor *sensor,
+                             const struct sextant_instruments *instruments,
+                             uint32_t command,
+                             uint8_t *telemetry,
+                             size_t telemetry_bytes,
+                             size_t *telemetry_length,
+                             struct sextant_result *result);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* SEXTANT_H */

@@ -1,0 +1,328 @@
+//! The main results of a second as a plain struct.
+//!
+//! In: the [`Report`] of the flight code. Out: a [`CycleResult`]. The telemetry frame of the same second
+//! holds all of the report; this struct is what a spacecraft's control loop needs of it.
+
+use fsw_core::modes::Mode as FlightMode;
+use fsw_core::telemetry::{self, AttitudeReport, FilteredAttitude, OrbitReport, Report};
+
+/// The detector did not serve: nothing was measured after that in this second.
+pub const FAULT_DETECTOR: u32 = 1;
+/// The image was not used for its instant, or is one of the last ones again.
+pub const FAULT_IMAGE: u32 = 2;
+/// The clock did not serve.
+pub const FAULT_CLOCK: u32 = 4;
+/// The rate sensor gave no reading that can be used.
+pub const FAULT_RATE_SENSOR: u32 = 8;
+/// The Earth's centre was no position for the orbit filter.
+pub const FAULT_FIX: u32 = 16;
+
+/// Mode in which a second was spent.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Detector and clock are tested before their data are used.
+    #[default]
+    SelfTest = 0,
+    /// The whole detector is scanned and its stars identified without a prior.
+    Acquisition = 1,
+    /// Windows about predicted stars and about the Earth's limb are read.
+    Tracking = 2,
+    /// As tracking, but no limb in the field is lit: stars alone, the orbit is propagated.
+    Eclipse = 3,
+    /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
+    SunOutage = 4,
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
+    /// pause.
+    Safe = 5,
+}
+
+/// What came of the stars of a second.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outcome {
+    /// None were looked for, or a fault came first.
+    #[default]
+    None = 0,
+    /// The self-test passed.
+    SelfTestPassed = 1,
+    /// Stars were identified without prior knowledge.
+    Identified = 2,
+    /// The search goes on in the next second with the same image.
+    Searching = 3,
+    /// The image was not identified.
+    NotIdentified = 4,
+    /// The sensor turned too fast: its stars are streaks, and no attitude is claimed.
+    TooFast = 5,
+    /// Predicted stars were found again.
+    Tracked = 6,
+    /// Too few predicted stars were found.
+    Lost = 7,
+    /// The detector is blinded.
+    Blinded = 8,
+}
+
+/// What came of looking for the Earth in a second.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EarthStatus {
+    /// It was not looked for: no attitude, or the detector was blinded.
+    #[default]
+    NotLooked = 0,
+    /// No limb that the Sun lights is in the field.
+    Dark = 1,
+    /// The Sun lights a limb in the field, but not enough of it high enough to be measured.
+    Faint = 2,
+    /// The centre was found.
+    Found = 3,
+    /// It was looked for and no centre came of it.
+    Refused = 4,
+}
+
+/// What Terrestrial Time of a second rests on.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClockState {
+    /// No time: no Sun, no aberration, no Earth.
+    #[default]
+    Unknown = 0,
+    /// The clock gave it in this second.
+    Synchronised = 1,
+    /// The clock gave it before, at most a day ago, and local time has gone on since.
+    Holdover = 2,
+}
+
+/// An attitude and how far to trust it. All zero where it is not known.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Attitude {
+    /// Whether there is one.
+    pub known: bool,
+    /// ICRS to star path, x, y, z, w (scalar last): b = A(q) r turns a direction r of the ICRS into the
+    /// sensor's frame, x along +x px, y along +y px, z out along the line of sight.
+    pub quaternion: [f32; 4],
+    /// Standard deviations about x, y, z of the star path, rad.
+    pub sigma_rad: [f32; 3],
+    /// Whole seconds since the image from which it was found was taken; 0: that of this second.
+    pub age_s: u32,
+}
+
+/// How the sensor turns. All zero where it is not known.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rate {
+    /// Whether it is known.
+    pub known: bool,
+    /// It may as well be the opposite one: it rests on the streaks of a single image.
+    pub either_sense: bool,
+    /// Rate of the star path against the stars, in its own frame, rad/s.
+    pub rad_s: [f32; 3],
+    /// Standard deviations about x, y, z, rad/s; zero where the rate comes of the attitude's filter.
+    pub sigma_rad_s: [f32; 3],
+}
+
+/// The Earth as seen in this second. All zero where it was not found.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Earth {
+    /// Unit vector to the Earth's centre, Earth path.
+    pub direction: [f32; 3],
+    /// Standard deviation of the direction, the greater of the two across it, rad.
+    pub sigma_rad: f32,
+    /// Distance of the Earth's centre, km.
+    pub distance_km: f32,
+    /// Standard deviation of the distance, km.
+    pub sigma_km: f32,
+}
+
+/// Position and velocity at the instant of the second. All zero where they are not known.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Orbit {
+    /// Whether they are known.
+    pub known: bool,
+    /// Whether the filter has converged.
+    pub settled: bool,
+    /// Seconds since the last observation of the Earth that was accepted.
+    pub since_fix_s: u32,
+    /// Position, ICRS axes, geocentric, km.
+    pub position_km: [f64; 3],
+    /// Velocity, ICRS axes, km/s.
+    pub velocity_km_s: [f64; 3],
+    /// Standard deviations of the position along the ICRS axes, km.
+    pub sigma_position_km: [f32; 3],
+    /// Standard deviations of the velocity along the ICRS axes, km/s.
+    pub sigma_velocity_km_s: [f32; 3],
+}
+
+/// The main results of a second.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CycleResult {
+    /// Cycles since start, from 0.
+    pub cycle: u32,
+    /// Mode in which the second was spent.
+    pub mode: Mode,
+    /// What came of the stars.
+    pub outcome: Outcome,
+    /// What came of looking for the Earth.
+    pub earth_status: EarthStatus,
+    /// What Terrestrial Time rests on.
+    pub clock: ClockState,
+    /// What did not serve: a sum of `SEXTANT_FAULT_...`, 0 where all did.
+    pub faults: u32,
+    /// Instant of the image, or of the second where none was used: local time, microseconds since power-on.
+    pub local_us: i64,
+    /// The same in Terrestrial Time, microseconds since J2000.0; 0 where the clock has never given it
+    /// (`clock` then is `UNKNOWN`).
+    pub terrestrial_us: i64,
+    /// Star-like spots in the image or its windows.
+    pub detections: u32,
+    /// Stars that were recognised.
+    pub stars: u32,
+    /// The attitude by this second's image alone, or predicted where that gave none.
+    pub attitude: Attitude,
+    /// The attitude that the filter makes of all images so far, at the same instant.
+    pub filtered: Attitude,
+    /// The rate.
+    pub rate: Rate,
+    /// The Earth, where `earth_status` is `FOUND`.
+    pub earth: Earth,
+    /// The orbit.
+    pub orbit: Orbit,
+}
+
+impl From<FlightMode> for Mode {
+    fn from(mode: FlightMode) -> Self {
+        match mode {
+            FlightMode::SelfTest => Self::SelfTest,
+            FlightMode::Acquisition => Self::Acquisition,
+            FlightMode::Tracking => Self::Tracking,
+            FlightMode::Eclipse => Self::Eclipse,
+            FlightMode::SunOutage => Self::SunOutage,
+            FlightMode::Safe => Self::Safe,
+        }
+    }
+}
+
+impl From<Option<telemetry::Outcome>> for Outcome {
+    fn from(outcome: Option<telemetry::Outcome>) -> Self {
+        use telemetry::Outcome as Flight;
+        match outcome {
+            None => Self::None,
+            Some(Flight::SelfTestPassed) => Self::SelfTestPassed,
+            Some(Flight::Identified) => Self::Identified,
+            Some(Flight::Searching) => Self::Searching,
+            Some(Flight::NotIdentified(_)) => Self::NotIdentified,
+            Some(Flight::TooFast) => Self::TooFast,
+            Some(Flight::Tracked) => Self::Tracked,
+            Some(Flight::Lost) => Self::Lost,
+            Some(Flight::Blinded) => Self::Blinded,
+        }
+    }
+}
+
+impl From<telemetry::EarthStatus> for EarthStatus {
+    fn from(status: telemetry::EarthStatus) -> Self {
+        match status {
+            telemetry::EarthStatus::NotLooked => Self::NotLooked,
+            telemetry::EarthStatus::Dark => Self::Dark,
+            telemetry::EarthStatus::Faint => Self::Faint,
+            telemetry::EarthStatus::Found => Self::Found,
+            telemetry::EarthStatus::Refused(_) => Self::Refused,
+        }
+    }
+}
+
+impl From<telemetry::ClockState> for ClockState {
+    fn from(state: telemetry::ClockState) -> Self {
+        match state {
+            telemetry::ClockState::Unknown => Self::Unknown,
+            telemetry::ClockState::Synchronised => Self::Synchronised,
+            telemetry::ClockState::Holdover => Self::Holdover,
+        }
+    }
+}
+
+impl From<&AttitudeReport> for Attitude {
+    fn from(report: &AttitudeReport) -> Self {
+        let AttitudeReport { quaternion, sigma_rad, log10_false: _, age_s } = *report;
+        Self { known: true, quaternion, sigma_rad, age_s: age_s.into() }
+    }
+}
+
+impl From<&FilteredAttitude> for Attitude {
+    fn from(report: &FilteredAttitude) -> Self {
+        let FilteredAttitude { quaternion, sigma_rad } = *report;
+        Self { known: true, quaternion, sigma_rad, age_s: 0 }
+    }
+}
+
+impl From<&OrbitReport> for Orbit {
+    fn from(report: &OrbitReport) -> Self {
+        Self {
+            known: true,
+            settled: report.settled,
+            since_fix_s: report.since_fix_s,
+            position_km: report.position_km,
+            velocity_km_s: report.velocity_km_s,
+            sigma_position_km: report.sigma_position_km,
+            sigma_velocity_km_s: report.sigma_velocity_km_s,
+        }
+    }
+}
+
+/// The rate by the attitudes so far, else by streaks and nameless stars.
+fn rate(report: &Report) -> Rate {
+    match (report.rate_rad_s, &report.rate) {
+        (Some(rad_s), _) => Rate { known: true, rad_s, ..Rate::default() },
+        (None, Some(rate)) => Rate {
+            known: true,
+            either_sense: rate.either_sense,
+            rad_s: rate.rad_s,
+            sigma_rad_s: rate.sigma_rad_s,
+        },
+        (None, None) => Rate::default(),
+    }
+}
+
+/// What did not serve, as a sum.
+fn faults(faults: &telemetry::Faults) -> u32 {
+    let bit = |fault: bool, bit: u32| if fault { bit } else { 0 };
+    bit(faults.detector.is_some(), FAULT_DETECTOR)
+        | bit(faults.image.is_some(), FAULT_IMAGE)
+        | bit(faults.clock.is_some(), FAULT_CLOCK)
+        | bit(faults.rate_sensor.is_some(), FAULT_RATE_SENSOR)
+        | bit(faults.fix.is_some(), FAULT_FIX)
+}
+
+impl From<&Report> for CycleResult {
+    fn from(report: &Report) -> Self {
+        let earth = report.earth.as_ref().map(|earth| Earth {
+            direction: earth.direction,
+            sigma_rad: earth.sigma_rad,
+            distance_km: earth.distance_km,
+            sigma_km: earth.sigma_km,
+        });
+        Self {
+            cycle: report.cycle,
+            mode: report.mode.into(),
+            outcome: report.outcome.into(),
+            earth_status: report.earth_status.into(),
+            clock: report.clock.into(),
+            faults: faults(&report.faults),
+            local_us: report.local_us,
+            terrestrial_us: report.instant_us.unwrap_or(0),
+            detections: report.detections.into(),
+            stars: report.stars.len() as u32,
+            attitude: report.attitude.as_ref().map(Attitude::from).unwrap_or_default(),
+            filtered: report.filtered.as_ref().map(Attitude::from).unwrap_or_default(),
+            rate: rate(report),
+            earth: earth.unwrap_or_default(),
+            orbit: report.orbit.as_ref().map(Orbit::from).unwrap_or_default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
