@@ -26,8 +26,8 @@ use world::{HalWorld, Memory, Outputs, World, encoded, fly, init, parameters, ta
 #[test]
 fn seconds_flown_by_c_give_the_telemetry_of_rust() {
     let parameters = Parameters { rate_sensor: None, ..parameters() };
-    let (mut memory, mut world) = (Memory::new(), World::new());
-    let (status, sensor) = init(&mut memory, &tables(&encoded(&parameters)));
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (status, sensor) = init(&memory, &tables(&encoded(&parameters)));
     assert_eq!(status, Status::Ok);
     let (stream, result) = fly(sensor, &mut world, 4);
 
@@ -57,14 +57,14 @@ fn seconds_flown_by_c_give_the_telemetry_of_rust() {
 
 #[test]
 fn a_failing_instrument_is_told_in_the_result() {
-    let (mut memory, mut world) = (Memory::new(), World::new());
-    let (_, sensor) = init(&mut memory, &tables(&encoded(&parameters())));
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
     world.clock = Reply::NotSynchronised as u32;
     assert_eq!(fly(sensor, &mut world, 1).1.faults, FAULT_CLOCK);
     // Any number that is no reply is a failed link.
     for reply in [Reply::Bus as u32, Reply::Timeout as u32, 1000] {
         (world.clock, world.reading) = (Reply::Ok as u32, reply);
-        let (_, sensor) = init(&mut memory, &tables(&encoded(&parameters())));
+        let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
         assert_eq!(fly(sensor, &mut world, 1).1.faults, FAULT_DETECTOR);
     }
     let _ = sensor;
@@ -123,8 +123,8 @@ fn zeroed_memory_is_an_empty_workspace() {
 
 #[test]
 fn a_sensor_in_a_cycle_refuses_calls_and_flies_on() {
-    let (mut memory, mut world) = (Memory::new(), World::new());
-    let (_, sensor) = init(&mut memory, &tables(&encoded(&parameters())));
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
     (world.nested, world.table) = (sensor, encoded(&parameters()));
     let (_, result) = fly(sensor, &mut world, 2);
     assert_eq!((world.nested_init, world.nested_cycle), (Status::Busy, Status::Busy));
@@ -133,11 +133,9 @@ fn a_sensor_in_a_cycle_refuses_calls_and_flies_on() {
 
 #[test]
 fn a_sensor_that_was_copied_and_memory_without_one_are_refused() {
-    let (mut memory, mut world) = (Memory::new(), World::new());
-    let (_, sensor) = init(&mut memory, &tables(&encoded(&parameters())));
-    let mut copy = Memory::new();
-    copy.0 = memory.0;
-    let mut empty = Memory::new();
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
+    let (copy, empty) = (memory.copy(), Memory::new());
     for place in [copy.place(), empty.place()] {
         // SAFETY: memory of a sensor's length.
         let status = unsafe { Outputs::new().cycle(place.cast(), &world.instruments(), 0) };
@@ -148,9 +146,9 @@ fn a_sensor_that_was_copied_and_memory_without_one_are_refused() {
 
 #[test]
 fn refused_tables_leave_the_sensor_with_its_old_ones() {
-    let (mut memory, mut world) = (Memory::new(), World::new());
+    let (memory, mut world) = (Memory::new(), World::new());
     let good = encoded(&parameters());
-    let (_, sensor) = init(&mut memory, &tables(&good));
+    let (_, sensor) = init(&memory, &tables(&good));
     fly(sensor, &mut world, 3);
 
     let mut version = good.clone();
@@ -186,7 +184,7 @@ fn refused_tables_leave_the_sensor_with_its_old_ones() {
         (SensorTables { catalogue: Bytes { length: 9, ..none }, ..tables(&good) }, Status::Null),
     ];
     for (tables, status) in refused {
-        assert_eq!(init(&mut memory, &tables), (status, null_mut()));
+        assert_eq!(init(&memory, &tables), (status, null_mut()));
     }
     world.second = 3;
     let mut outputs = Outputs::new();
@@ -195,14 +193,14 @@ fn refused_tables_leave_the_sensor_with_its_old_ones() {
     assert_eq!(outputs.result.cycle, 3);
     // A calibration that the table does not name is not looked at.
     let unused = SensorTables { calibration: Bytes::of(NOT_A_TABLE), ..tables(&good) };
-    assert_eq!(init(&mut memory, &unused).0, Status::Ok);
+    assert_eq!(init(&memory, &unused).0, Status::Ok);
 }
 
 #[test]
 fn outputs_within_the_sensor_or_one_another_are_refused() {
-    let (mut memory, mut world) = (Memory::new(), World::new());
+    let (memory, mut world) = (Memory::new(), World::new());
     let table = encoded(&parameters());
-    let (_, sensor) = init(&mut memory, &tables(&table));
+    let (_, sensor) = init(&memory, &tables(&table));
     let (instruments, mut outputs) = (world.instruments(), Outputs::new());
     let inside = memory.place().wrapping_byte_add(1024);
     let (telemetry, length) = (outputs.telemetry.as_mut_ptr(), &raw mut outputs.length);
@@ -221,7 +219,7 @@ fn outputs_within_the_sensor_or_one_another_are_refused() {
         assert_eq!(status, Status::Overlap);
     }
     let within = Bytes { data: inside.cast(), length: 100 };
-    assert_eq!(init(&mut memory, &SensorTables { catalogue: within, ..tables(&table) }).0, Status::Overlap);
+    assert_eq!(init(&memory, &SensorTables { catalogue: within, ..tables(&table) }).0, Status::Overlap);
     // SAFETY: as above.
     let status = unsafe { sextant_init(memory.place(), SENSOR_BYTES, &tables(&table), inside.cast()) };
     assert_eq!(status, Status::Overlap);

@@ -27,7 +27,7 @@ proptest! {
         bytes in prop_oneof![0..sextant_sensor_bytes() * 2, Just(usize::MAX), Just(SENSOR_BYTES)],
         parameters_length in 0usize..600,
     ) {
-        let (mut memory, table) = (Memory::new(), encoded(&parameters()));
+        let (memory, table) = (Memory::new(), encoded(&parameters()));
         let (good, mut sensor) = (tables(&table), null_mut());
         let lengths = parameters_length.min(table.len());
         let mut given = SensorTables { parameters: Bytes { length: lengths, ..good.parameters }, ..good };
@@ -43,7 +43,7 @@ proptest! {
         prop_assert_eq!(status == Status::Ok, expected);
         prop_assert_eq!(sensor.is_null(), !expected);
         if !expected {
-            prop_assert!(memory.0.iter().all(|byte| *byte == 0), "untouched");
+            prop_assert!(memory.is_untouched(), "untouched");
         }
         if sound && long_enough && !expected {
             prop_assert_eq!(status, Status::ParametersDamaged);
@@ -58,8 +58,8 @@ proptest! {
         missing in 0usize..10,
         bits in prop_oneof![Just(10u8), any::<u8>()],
     ) {
-        let (mut memory, mut world, mut outputs) = (Memory::new(), World::new(), Outputs::new());
-        let (_, sensor) = init(&mut memory, &tables(&encoded(&parameters())));
+        let (memory, mut world, mut outputs) = (Memory::new(), World::new(), Outputs::new());
+        let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
         let mut instruments = world.instruments();
         instruments.detector.geometry.bits = bits;
         match missing {
@@ -105,7 +105,7 @@ proptest! {
 
     #[test]
     fn damaged_tables_are_refused(at in any::<prop::sample::Index>(), flip in 1u8..=255, which in 0u8..3) {
-        let mut memory = Memory::new();
+        let memory = Memory::new();
         let mut parameters = parameters();
         // SAFETY: the bytes are static.
         let of = |bytes: Bytes| unsafe { bytes.slice() }.unwrap().to_vec();
@@ -117,7 +117,7 @@ proptest! {
         damaged[place] ^= flip;
         let bytes = |index: usize| Bytes { data: copies[index].as_ptr(), length: copies[index].len() };
         let tables = SensorTables { parameters: bytes(0), catalogue: bytes(1), calibration: bytes(2) };
-        let (status, sensor) = init(&mut memory, &tables);
+        let (status, sensor) = init(&memory, &tables);
         let expected: &[Status] = match which {
             0 => &[Status::ParametersDamaged],
             1 => &[Status::CatalogueDamaged, Status::CatalogueVersion],

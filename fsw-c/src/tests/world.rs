@@ -8,6 +8,7 @@ use crate::results::CycleResult;
 use crate::status::Status;
 use crate::*;
 use core::ffi::c_void;
+use core::mem::MaybeUninit;
 use core::ptr::null_mut;
 use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_core::camera::{CameraParameters, Distortion, Projection};
@@ -147,17 +148,39 @@ unsafe extern "C" fn end(context: *mut c_void, stage: u32) {
     unsafe { world(context).marks[1] += 1 };
 }
 
-/// Memory as C declares it, one sensor long; the words behind it are for misaligned places.
+/// Memory as C declares it, zero at first. Held by a plain pointer, as C holds it.
+pub struct Memory(*mut Place);
+
 #[repr(align(8))]
-pub struct Memory(pub [u8; SENSOR_BYTES]);
+struct Place([u8; SENSOR_BYTES]);
 
 impl Memory {
-    pub fn new() -> Box<Self> {
-        Box::new(Self([0; SENSOR_BYTES]))
+    pub fn new() -> Self {
+        Self(Box::into_raw(Box::new(Place([0; SENSOR_BYTES]))))
     }
 
-    pub fn place(&mut self) -> *mut c_void {
-        self.0.as_mut_ptr().cast()
+    pub fn place(&self) -> *mut c_void {
+        self.0.cast()
+    }
+
+    pub fn copy(&self) -> Self {
+        let copy = Self::new();
+        // SAFETY: both are memory of that length.
+        unsafe { copy.0.cast::<MaybeUninit<Place>>().copy_from(self.0.cast(), 1) };
+        copy
+    }
+
+    /// Whether it is as it was at first; for memory in which no sensor was made.
+    pub fn is_untouched(&self) -> bool {
+        // SAFETY: all of it was initialised.
+        unsafe { (*self.0).0 }.iter().all(|byte| *byte == 0)
+    }
+}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        // SAFETY: it came from a box, and a sensor in it owns nothing.
+        drop(unsafe { Box::from_raw(self.0.cast::<MaybeUninit<Place>>()) });
     }
 }
 
@@ -221,7 +244,7 @@ pub fn tables(parameters: &[u8]) -> SensorTables {
     }
 }
 
-pub fn init(memory: &mut Memory, tables: &SensorTables) -> (Status, *mut SensorMemory) {
+pub fn init(memory: &Memory, tables: &SensorTables) -> (Status, *mut SensorMemory) {
     let mut sensor = null_mut();
     // SAFETY: memory and tables are sound.
     let status = unsafe { sextant_init(memory.place(), SENSOR_BYTES, tables, &mut sensor) };
