@@ -22,8 +22,8 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout))]
 
 /// A line on stdout.
-macro_rules! say {
-    ($($words:tt)*) => { $crate::output::say(format_args!($($words)*)) };
+macro_rules! print_line {
+    ($($words:tt)*) => { $crate::output::print_line(format_args!($($words)*)) };
 }
 
 pub mod bound;

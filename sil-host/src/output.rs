@@ -22,7 +22,7 @@ const LOCK: &str = ".lock";
 static STDOUT_LOST: OnceLock<String> = OnceLock::new();
 
 /// A line on standard output.
-pub fn say(words: Arguments<'_>) {
+pub fn print_line(words: Arguments<'_>) {
     print(words, "\n");
 }
 

@@ -292,7 +292,7 @@ pub fn run(arguments: &CampaignAcquireArguments) -> Result<ExitCode, HostError> 
     if arguments.common.json {
         json::print_line(&figures);
     } else {
-        say!("{}", figures.text(arguments.common.seed));
+        print_line!("{}", figures.text(arguments.common.seed));
     }
     Ok(if figures.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

@@ -109,7 +109,7 @@ pub fn run(arguments: &CampaignBeliefArguments) -> Result<ExitCode, HostError> {
     if arguments.common.json {
         rows.iter().for_each(json::print_line);
     } else {
-        say!("{}: medians of {} runs\n{}", base.name, arguments.runs, text(&rows));
+        print_line!("{}: medians of {} runs\n{}", base.name, arguments.runs, text(&rows));
     }
     Ok(ExitCode::SUCCESS)
 }

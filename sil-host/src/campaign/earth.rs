@@ -165,8 +165,8 @@ pub fn run(arguments: &CampaignEarthArguments) -> Result<ExitCode, HostError> {
         table.rows.iter().for_each(json::print_line);
         table.noons.iter().for_each(json::print_line);
     } else {
-        say!("{}", table.text());
-        say!("{}", again("earth", arguments.common.seed, worst(&runs)));
+        print_line!("{}", table.text());
+        print_line!("{}", again("earth", arguments.common.seed, worst(&runs)));
     }
     Ok(if table.kept() { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

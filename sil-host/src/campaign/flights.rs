@@ -217,8 +217,8 @@ pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
         let shown: Vec<Row> = rows.iter().filter(shown).cloned().collect();
         let worst =
             shown.iter().max_by_key(|row| row.missed).map_or(arguments.common.first, |row| row.worst_run);
-        say!("{}: {} runs\n{}", base.name, flown.len(), text(&shown));
-        say!("To see one of them again: {}", again(arguments, worst));
+        print_line!("{}: {} runs\n{}", base.name, flown.len(), text(&shown));
+        print_line!("To see one of them again: {}", again(arguments, worst));
     }
     let kept = flown.iter().all(|flown| flown.missed.is_empty());
     Ok(if kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })

@@ -221,7 +221,7 @@ fn print_summary(rows: &[Row], seed: u64) {
     });
     let lines: Vec<_> =
         std::iter::once(head).chain(rows.iter().map(Row::line)).chain([foot]).chain(again).collect();
-    say!("{}", lines.join("\n"));
+    print_line!("{}", lines.join("\n"));
 }
 
 #[cfg(test)]

@@ -187,7 +187,7 @@ fn print_text(answer: &SetAnswer) {
         _ => answer.reason.unwrap_or(answer.status).to_string(),
     };
     // A reader that closed the pipe has what it wanted: not a fault.
-    say!("{id}: {method}: {text}");
+    print_line!("{id}: {method}: {text}");
 }
 
 /// Runs the command.

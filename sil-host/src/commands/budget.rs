@@ -195,7 +195,7 @@ impl Budget {
     }
 
     fn print(&self) {
-        say!(
+        print_line!(
             "{} at {} MHz; worst cycles of a second and of its stages",
             self.target,
             self.clock_hz / 1_000_000
@@ -214,7 +214,7 @@ impl Budget {
             let Scan { cycles_per_pixel, limit } = scan;
             let limit = limit.map_or(String::new(), |limit| format!(" of {limit:>11}"));
             let judged = if scan.kept() { "" } else { "  OVERRUN" };
-            say!("  {:18} {flight:12} {cycles_per_pixel:>11.1}{limit}{judged}", "scan, a pixel");
+            print_line!("  {:18} {flight:12} {cycles_per_pixel:>11.1}{limit}{judged}", "scan, a pixel");
         }
         for (name, used, limit) in self.memory() {
             row(name, "", used, Some(limit));
@@ -222,7 +222,7 @@ impl Budget {
         row("", "by its code", self.stack_analysed_bytes, None);
         row("", "as touched", self.stack_painted_bytes, None);
         let same = if self.telemetry_identical { "identical, byte for byte" } else { "NOT IDENTICAL" };
-        say!("  telemetry of target and host over {} seconds: {same}", self.seconds);
+        print_line!("  telemetry of target and host over {} seconds: {same}", self.seconds);
     }
 }
 
@@ -232,7 +232,7 @@ fn row(name: &str, part: &str, used: u64, limit: Option<u64>) {
         let share = 100.0 * used as f64 / limit as f64;
         format!(" of {limit:>11}  {share:5.1} %{}", if used > limit { "  OVERRUN" } else { "" })
     });
-    say!("  {name:18} {part:12} {used:>11}{judged}");
+    print_line!("  {name:18} {part:12} {used:>11}{judged}");
 }
 
 fn stage_name(number: u8) -> &'static str {

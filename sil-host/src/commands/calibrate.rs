@@ -246,27 +246,27 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     };
     let mut calibration = calibrated(&mut album, &start, |line| eprintln!("{line}"))?;
     let profiles = star_calibration(&album, &start, &mut calibration, full_well_e);
-    say!("{}", table(&calibration).trim_end());
+    print_line!("{}", table(&calibration).trim_end());
     let mut camera = calibration.fit.camera.clone();
     match profiles {
         Ok(built) => {
             let path = arguments.out.with_extension("corr");
             write_whole(&path, &built.bytes)?;
             camera.correction_table = path.file_name().map(PathBuf::from);
-            say!(
+            print_line!(
                 "Star profiles and corrections of {} stars, {:.4} px an axis left beyond noise: {}",
                 built.stars,
                 built.residual_px,
                 path.display()
             );
         }
-        Err(error) => say!("No star profiles and corrections: {error}"),
+        Err(error) => print_line!("No star profiles and corrections: {error}"),
     }
     let rendered = arguments.rendered.map(|count| (count, album.first_crc()));
     write_whole(&arguments.out, (head(&calibration, rendered) + &camera.to_toml()).as_bytes())?;
     let drawing = arguments.out.with_extension("svg");
     write_whole(&drawing, plot::svg(&calibration).as_bytes())?;
-    say!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
+    print_line!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.faults.status())
 }
 

@@ -195,13 +195,13 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
         stars: arguments.stars,
         seed: arguments.seed,
     };
-    say!(
+    print_line!(
         "Centroids, px an axis, {} stars a line, exposure {:.0} ms; thesis {THESIS_PX}",
         sky.stars,
         1e3 * exposure_s
     );
-    say!("                   centre of intensity                     with the lens's calibration");
-    say!("  V    bound   scatter  /bound  systematic  honesty   scatter  /bound  systematic  honesty");
+    print_line!("                   centre of intensity                     with the lens's calibration");
+    print_line!("  V    bound   scatter  /bound  systematic  honesty   scatter  /bound  systematic  honesty");
     for magnitude in MAGNITUDES {
         let line = sky.line(magnitude, &calibration);
         let errors = |errors: &Errors| {
@@ -213,7 +213,12 @@ pub fn run(arguments: &CentroidsArguments) -> Result<ExitCode, HostError> {
                 errors.normalised_square
             )
         };
-        say!("{magnitude:3.0}   {:.4}    {}    {}", line.bound_px, errors(&line.before), errors(&line.after));
+        print_line!(
+            "{magnitude:3.0}   {:.4}    {}    {}",
+            line.bound_px,
+            errors(&line.before),
+            errors(&line.after)
+        );
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -202,7 +202,7 @@ fn file(geometry: DetectorGeometry, survey: &Survey) -> Option<(Vec<u8>, usize)>
 /// Prints the answer for people.
 fn print_text(answer: &DefectsAnswer) {
     let DefectsAnswer { hot, dead, flickering, beyond_mending, columns, .. } = answer;
-    say!(
+    print_line!(
         "{}: {} bytes from {} pictures, noise {:.2} DN, {} star-like spots in each",
         answer.file,
         answer.bytes,
@@ -210,7 +210,7 @@ fn print_text(answer: &DefectsAnswer) {
         answer.noise_dn,
         answer.star_like_spots
     );
-    say!(
+    print_line!(
         "{} bad pixels: {hot} hot, {dead} dead, {flickering} flickering ({beyond_mending} beyond mending); \
          {columns} columns with an offset",
         hot + dead + flickering

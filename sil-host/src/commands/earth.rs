@@ -344,14 +344,14 @@ fn print_text(answer: &EarthAnswer) {
         answer.rms_px,
         answer.arc_deg,
     ) else {
-        say!(
+        print_line!(
             "{image}: no Earth found ({}), {points} limb points ({ms:.1} ms)",
             answer.reason.unwrap_or("no reason")
         );
         return;
     };
     let centre = answer.centre_px.map_or("behind the camera".into(), |[x, y]| format!("at {x:.2} {y:.2} px"));
-    say!(
+    print_line!(
         "{image}: Earth {centre}, radius {:.2} px, direction {x:.6} {y:.6} {z:.6} (sigma {sigma:.4} deg), distance {distance:.0} km \
          (sigma {sigma_km:.0}), {inliers} of {points} limb points over {arc:.0} deg, rms {rms:.2} px ({ms:.1} ms)",
         answer.radius_px.unwrap_or(f32::NAN),

@@ -158,7 +158,7 @@ fn parse(path: &Path, number: usize, text: &str) -> Result<FieldInput, HostError
 fn print_text(answer: &FieldAnswer) {
     let named = answer.hip.iter().flatten().count();
     let used = answer.centroids_used.map(|used| format!(" (brightest {used} used)")).unwrap_or_default();
-    say!(
+    print_line!(
         "{}: {}, {named} of {} centroids named{used}, {:.0} us",
         answer.id,
         answer.reason.unwrap_or(answer.status),

@@ -266,7 +266,7 @@ fn print_text(answers: &[Answer], filter: &OrbitFilter, bound: Option<&Matrix6<f
         let (square, of) = nis.map_or((0.0, 0.0), |(square, of)| (f64::from(square), f64::from(of)));
         (sum + square, freedom + of)
     });
-    say!(
+    print_line!(
         "{} measurements: {} accepted, {} rejected, {} without a direction",
         answers.len(),
         count("accepted"),
@@ -274,24 +274,27 @@ fn print_text(answers: &[Answer], filter: &OrbitFilter, bound: Option<&Matrix6<f
         count("propagated")
     );
     if freedom > 0.0 {
-        say!("Innovations squared over what is expected: {:.3} (1 where the filter is right)", sum / freedom);
+        print_line!(
+            "Innovations squared over what is expected: {:.3} (1 where the filter is right)",
+            sum / freedom
+        );
     }
     let covariance = filter.position_covariance_km2();
     let Some((state, covariance)) = filter.state().zip(covariance) else {
-        say!("No orbit is known at the end");
+        print_line!("No orbit is known at the end");
         return;
     };
     let ([x, y, z], [vx, vy, vz]): ([f64; 3], [f64; 3]) =
         (state.position_km.into(), state.velocity_km_s.into());
-    say!("Last state: r {x:.3}, {y:.3}, {z:.3} km, v {vx:.6}, {vy:.6}, {vz:.6} km/s");
+    print_line!("Last state: r {x:.3}, {y:.3}, {z:.3} km, v {vx:.6}, {vy:.6}, {vz:.6} km/s");
     let Some([radial, along, cross]) = radial_along_cross(state, &covariance) else { return };
-    say!("Sigma radial, along, cross: {radial:.3}, {along:.3}, {cross:.3} km");
+    print_line!("Sigma radial, along, cross: {radial:.3}, {along:.3}, {cross:.3} km");
     let position = bound.map(|bound| bound.fixed_view::<3, 3>(0, 0).into_owned());
     match position.and_then(|position| radial_along_cross(state, &position)) {
         Some([radial, along, cross]) => {
-            say!("Bound of these measurements: {radial:.3}, {along:.3}, {cross:.3} km")
+            print_line!("Bound of these measurements: {radial:.3}, {along:.3}, {cross:.3} km")
         }
-        None => say!("Bound of these measurements: they do not fix an orbit"),
+        None => print_line!("Bound of these measurements: they do not fix an orbit"),
     }
 }
 

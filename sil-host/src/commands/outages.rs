@@ -209,10 +209,10 @@ fn total((state, name): (u8, &'static str), states: &[Interval], duration_s: u32
 
 impl Outlook {
     fn print(&self) {
-        say!("{}: {} s from {} UTC", self.orbit, self.duration_s, self.start_utc);
+        print_line!("{}: {} s from {} UTC", self.orbit, self.duration_s, self.start_utc);
         if self.states.len() <= LISTED {
             for Interval { state, begin_s, end_s, duration_s, .. } in &self.states {
-                say!("  {begin_s:>9} to {end_s:>9} s  {duration_s:>9} s  {}", words(*state));
+                print_line!("  {begin_s:>9} to {end_s:>9} s  {duration_s:>9} s  {}", words(*state));
             }
         }
         for Total { state, seconds, share, count, shortest_s, longest_s, .. } in &self.totals {
@@ -221,7 +221,7 @@ impl Outlook {
                 _ => "never".to_owned(),
             };
             let share = 100.0 * share;
-            say!("  {:<38} {share:>6.2} %  {seconds:>9} s  {count:>5} times  {spans}", words(*state));
+            print_line!("  {:<38} {share:>6.2} %  {seconds:>9} s  {count:>5} times  {spans}", words(*state));
         }
     }
 }

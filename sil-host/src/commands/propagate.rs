@@ -51,9 +51,12 @@ impl StateOutput {
         }
         match (self.r_km, self.v_km_s) {
             (Some([x, y, z]), Some([vx, vy, vz])) => {
-                say!("{:.3} s: r {x:.6}, {y:.6}, {z:.6} km, v {vx:.9}, {vy:.9}, {vz:.9} km/s", self.t_s);
+                print_line!(
+                    "{:.3} s: r {x:.6}, {y:.6}, {z:.6} km, v {vx:.9}, {vy:.9}, {vz:.9} km/s",
+                    self.t_s
+                );
             }
-            _ => say!("{:.3} s: out of the bounds of the dynamics", self.t_s),
+            _ => print_line!("{:.3} s: out of the bounds of the dynamics", self.t_s),
         }
     }
 }

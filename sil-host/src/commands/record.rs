@@ -174,7 +174,7 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
         _ => record_flight(&mission::MISSION, &arguments.out)?,
     };
     for report in &reports {
-        say!(
+        print_line!(
             "second {}: {}, {}, {} stars named, Earth {:?}",
             report.cycle,
             word(report.mode),
@@ -183,7 +183,11 @@ pub fn run(arguments: &RecordArguments) -> Result<ExitCode, HostError> {
             report.earth_status
         );
     }
-    say!("fly it: cargo obc -- {} {} obc-telemetry.bin", files.frames.display(), files.parameters.display());
-    say!("then compare obc-telemetry.bin with {}", files.telemetry.display());
+    print_line!(
+        "fly it: cargo obc -- {} {} obc-telemetry.bin",
+        files.frames.display(),
+        files.parameters.display()
+    );
+    print_line!("then compare obc-telemetry.bin with {}", files.telemetry.display());
     Ok(ExitCode::SUCCESS)
 }

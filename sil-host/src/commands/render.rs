@@ -104,7 +104,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode, HostError> {
         })
         .map_err(|error| HostError::usage(format!("the frame cannot be made: {error}"), "report this"))?;
     crate::output::write_whole(&arguments.out, &file)?;
-    say!(
+    print_line!(
         "{}: second {} of {}, {} x {} px, raw values up to {}",
         arguments.out.display(),
         arguments.cycle,

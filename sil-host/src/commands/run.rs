@@ -195,7 +195,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
     } else {
         let Summary { figures, limits, .. } = &summary;
         let width = terminal::width();
-        say!("{}", terminal::summary(&scenario, figures, limits, (&folder, took_s), width));
+        print_line!("{}", terminal::summary(&scenario, figures, limits, (&folder, took_s), width));
     }
     Ok(if summary.kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })
 }

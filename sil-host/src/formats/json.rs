@@ -91,7 +91,7 @@ pub fn read_line<'t, T: Deserialize<'t>>(
 
 /// Prints `value` on a line of its own.
 pub fn print_line<T: Serialize>(value: &T) {
-    say!("{}", serde_json::to_string(value).expect("answers have string keys only"));
+    print_line!("{}", serde_json::to_string(value).expect("answers have string keys only"));
 }
 
 #[cfg(test)]

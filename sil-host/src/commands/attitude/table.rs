@@ -358,7 +358,7 @@ pub fn run(json: bool) -> Result<ExitCode, HostError> {
     );
     let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
     // A reader that closed the pipe has what it wanted: not a fault.
-    say!("{}", lines.join("\n"));
+    print_line!("{}", lines.join("\n"));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -157,7 +157,7 @@ pub(super) fn print_text(answer: &SolveAnswer, hint: &str) {
     let mirrored = if answer.mirrored == Some(true) { ", mirrored" } else { "" };
     let SolveAnswer { ra_deg, dec_deg, roll_deg, fov_deg, sigma_arcsec, .. } = *answer;
     match (ra_deg, dec_deg, roll_deg, fov_deg, sigma_arcsec) {
-        (Some(ra), Some(dec), Some(roll), Some(fov), Some([x, y, z])) => say!(
+        (Some(ra), Some(dec), Some(roll), Some(fov), Some([x, y, z])) => print_line!(
             "{}: identified, RA {ra:.4} Dec {dec:+.4} roll {roll:.3} deg, field {fov:.3} deg{mirrored}, sigma {x:.1} {y:.1} {z:.1} arcsec, \
              {} of {} spots named, false with {:.0e} ({detect:.1} + {identify:.1} ms)",
             answer.image,
@@ -165,7 +165,7 @@ pub(super) fn print_text(answer: &SolveAnswer, hint: &str) {
             answer.detections,
             answer.false_id_probability.unwrap_or(1.0)
         ),
-        _ => say!(
+        _ => print_line!(
             "{}: not identified ({}), {} spots ({detect:.1} + {identify:.1} ms){hint}",
             answer.image,
             answer.reason.unwrap_or("no reason"),
