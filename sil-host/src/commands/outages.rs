@@ -2,7 +2,7 @@
 //! ([`fsw_core::outages`]; thesis tab. 8.1, figs. 8.5 to 8.10).
 //!
 //! In: scenario files. Of each its start, orbit, law of pointing, mount and camera count, as the flight code is
-//! told them ([`crate::scenario::believed`]); jitter and slews are left out, which a line on stderr says of
+//! told them ([`crate::scenario::Believed`]); jitter and slews are left out, which a line on stderr says of
 //! slews. A body that turns freely has no law and is refused.
 //!
 //! Out: the states from the start on, with the seconds at which they begin and end, and of each state how often
