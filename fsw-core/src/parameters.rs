@@ -22,7 +22,7 @@ use table::{Row, parameter_group};
 pub use fsw_ground::table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
-pub const VERSION: u8 = 12;
+pub const VERSION: u8 = 13;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
 pub const CHECKSUM: u32 = 0xB900_850F;
 /// A buffer of this length holds any table.

@@ -1,9 +1,11 @@
 use super::Mode::{Acquisition, Eclipse, Safe, SelfTest, SunOutage, Tracking};
 use super::*;
+use proptest::prelude::*;
 use std::vec::Vec;
 
 const PARAMETERS: ModeParameters = ModeParameters {
     patience_s: 3,
+    dwell_s: 12,
     fault_patience_s: 4,
     settle_s: 2,
     acquisition_timeout_s: 20,
@@ -112,6 +114,33 @@ fn faults_in_a_row_end_in_safe_mode_from_everywhere_and_single_ones_do_not() {
     // Tracking is lost first; the faults go on counting.
     assert_eq!(after(Tracking, &[FAULT; 4]), [Tracking, Tracking, Acquisition, Safe]);
     assert_eq!(after(Tracking, &[FAULT, FAULT, ATTITUDE, FAULT, FAULT, ATTITUDE]), [Tracking; 6]);
+}
+
+#[test]
+fn stars_that_are_lost_at_once_are_not_tracked_again_at_once() {
+    // Found for two seconds, lost for three, found again.
+    let flapping = [ATTITUDE, ATTITUDE, NOTHING, NOTHING, NOTHING].repeat(8);
+    let modes = after(Acquisition, &flapping);
+    let changes: Vec<usize> = (1..modes.len()).filter(|second| modes[*second] != modes[second - 1]).collect();
+    for window in changes.windows(3) {
+        assert!(window[2] - window[0] > 10, "{changes:?}");
+    }
+    // Tracking that went on for long begins again as soon as stars are found.
+    let long = [[ATTITUDE; 12].to_vec(), [NOTHING; 3].to_vec(), [ATTITUDE].to_vec()].concat();
+    assert_eq!(after(Acquisition, &long)[13..], [Tracking, Acquisition, Tracking]);
+}
+
+proptest! {
+    #[test]
+    fn tracking_begins_once_in_ten_seconds_however_stars_come_and_go(
+        found in prop::collection::vec(prop::bool::weighted(0.5), 60..200)
+    ) {
+        let seconds: Vec<_> = found.iter().map(|found| if *found { ATTITUDE } else { NOTHING }).collect();
+        let modes = after(Acquisition, &seconds);
+        let begins = |second: &usize| modes[*second] == Tracking && modes[second - 1] == Acquisition;
+        let beginnings: Vec<usize> = (1..modes.len()).filter(begins).collect();
+        prop_assert!(beginnings.windows(2).all(|pair| pair[1] - pair[0] >= 12), "{:?}", beginnings);
+    }
 }
 
 #[test]
