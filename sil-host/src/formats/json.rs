@@ -49,7 +49,7 @@ impl Iterator for Lines<'_> {
                     return self.end(Some(HostError::input(
                         self.path,
                         None,
-                        "the file holds no line",
+                        "the file is empty",
                         self.to_do,
                     )));
                 }
