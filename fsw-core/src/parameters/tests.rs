@@ -117,6 +117,7 @@ const PLACES: &[Place] = places![
     orbit.patience,
     orbit.settled_share,
     modes.patience_s,
+    modes.dwell_s,
     modes.fault_patience_s,
     modes.settle_s,
     modes.acquisition_timeout_s,
