@@ -49,7 +49,7 @@ impl Iterator for Lines<'_> {
                     return self.end(Some(HostError::input(
                         self.path,
                         None,
-                        "the file is empty",
+                        "the file is empty: it holds no line",
                         self.to_do,
                     )));
                 }
