@@ -25,6 +25,9 @@ fn a_file_without_lines_is_one_fault() {
     for (name, bytes) in [("empty", &b""[..]), ("blank", b"\n \t\r\n\n")] {
         let read = lines(name, bytes);
         assert_eq!(read.len(), 1);
-        assert!(read[0].as_ref().unwrap_err().contains("the file is empty: it holds no line; give a line"), "{read:?}");
+        assert!(
+            read[0].as_ref().unwrap_err().contains("the file is empty: it holds no line; give a line"),
+            "{read:?}"
+        );
     }
 }
