@@ -82,8 +82,8 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time from one beginning of tracking to the next. Stars that tracking loses at once, as in a slew
-        /// that shakes, acquisition goes on identifying in whole images meanwhile.
+        /// Least time from one beginning of tracking to the next. Stars that tracking loses at once, as in a
+        /// slew that shakes, acquisition goes on identifying in whole images meanwhile.
         dwell_s: u16 = 12, 1..=600, "s",
             "chosen: no more than two changes of mode in 10 s between acquisition and tracking";
         /// Time of faults in a row before safe mode.

@@ -1,7 +1,7 @@
 //! Prediction of what the sensor can do (thesis §8.2, tab. 8.1, figs. 8.5 to 8.10).
 //!
-//! In: an orbit, the law by which the satellite is pointed, camera and mounting. Out: the state of the sensor,
-//! 0 to 4, at an instant, and the next second at which it changes.
+//! In: an orbit, the law by which the satellite is pointed, camera and mounting. Out: the state of the
+//! sensor, 0 to 4, at an instant, and the next second at which it changes.
 //!
 //! | state | when |
 //! |---|---|
@@ -11,11 +11,11 @@
 //! | 3 Sun in the star path | its disc touches the field of the star path and is not hidden whole |
 //! | 4 Sun in the star path over the Earth | the same, and its image lies on that of the Earth |
 //!
-//! With the Sun in both paths it is state 1. Earth and limb are those of the solid body: a Sun seen through the
-//! air still blinds. Assumes that the law is kept to the pointing error; slews are not predicted.
+//! With the Sun in both paths it is state 1. Earth and limb are those of the solid body: a Sun seen through
+//! the air still blinds. Assumes that the law is kept to the pointing error; slews are not predicted.
 //!
-//! Errors: the Sun's direction 0.007 deg ([`Bodies`]), which is 2 s in GEO and 0.1 s in a low orbit; an azimuth
-//! of the limb 0.5 deg. Work: one state projects 720 limb points at most; [`Forecast::step`] asks for
+//! Errors: the Sun's direction 0.007 deg ([`Bodies`]), which is 2 s in GEO and 0.1 s in a low orbit; an
+//! azimuth of the limb 0.5 deg. Work: one state projects 720 limb points at most; [`Forecast::step`] asks for
 //! [`STEP_S`] + 1 states at most, mostly for one.
 
 use crate::camera::Camera;
@@ -32,7 +32,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Angular radius of the Sun at 1 au, rad (0.2666 deg).
 const SUN_RADIUS_RAD: f32 = 4.653e-3;
-/// Seconds of a step. A state that lasts no longer than a step may be passed over: the shortest of thesis fig.
+/// Seconds of a step. A state that lasts no longer than a step may be passed over: the shortest of thesis
+/// fig.
 /// 8.5 last 12 s.
 pub const STEP_S: u8 = 5;
 
@@ -111,8 +112,8 @@ pub struct Forecast<'a> {
 }
 
 impl Forecast<'_> {
-    /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the Earth,
-    /// straight up).
+    /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the
+    /// Earth, straight up).
     pub fn state(&self, orbit: &OrbitState) -> Option<SensorState> {
         let path = self.pointing.earth_path(orbit)?;
         let bodies = Bodies::at(orbit.time_us);

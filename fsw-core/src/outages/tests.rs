@@ -10,8 +10,8 @@ const GEO_KM: f64 = 42_164.17;
 /// 2026-09-23 18:00 UTC, hours from the equinox: the Sun lies in the plane of the equator.
 const EQUINOX_US: i64 = 843_458_469_184_000;
 
-/// A circular orbit in the equator's plane that begins so many degrees west of the line from the Sun through the
-/// Earth.
+/// A circular orbit in the equator's plane that begins so many degrees west of the line from the Sun through
+/// the Earth.
 fn equatorial(radius_km: f64, before_deg: f64) -> OrbitState {
     let sun = Bodies::at(EQUINOX_US).sun_km;
     let angle = libm::atan2(-sun.y, -sun.x) - before_deg.to_radians();

@@ -56,8 +56,8 @@ impl Sensor<'_> {
         Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
     }
 
-    /// The stars of the predicted attitude, and windows about those that the Earth does not hide, about all where
-    /// it would leave too few; `None` without an attitude.
+    /// The stars of the predicted attitude, and windows about those that the Earth does not hide, about all
+    /// where it would leave too few; `None` without an attitude.
     #[inline(never)]
     fn expect_stars(
         &self,
@@ -80,7 +80,8 @@ impl Sensor<'_> {
             seen.is_some_and(|(mask, direction)| mask.hides(&direction))
         };
         let mut windows = plan::star_windows(&stars, geometry, gate_px, hidden);
-        // Twilight hides stars or does not, as the filter and the air have it: better to look than to be lost.
+        // Twilight hides stars or does not, as the filter and the air have it: better to look than to be
+        // lost.
         if windows.len() < usize::from(self.parameters.tracking.fewest_stars) {
             windows = plan::star_windows(&stars, geometry, gate_px, |_| false);
         }

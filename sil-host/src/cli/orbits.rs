@@ -70,8 +70,8 @@ pub struct NavigateArguments {
 /// Arguments of `outages`.
 #[derive(Debug, Args)]
 pub struct OutagesArguments {
-    /// Scenario files, or names of those that come with the program: of each its start, orbit, pointing, mount
-    /// and camera, as the flight code is told them
+    /// Scenario files, or names of those that come with the program: of each its start, orbit, pointing,
+    /// mount and camera, as the flight code is told them
     #[arg(value_name = "ORBIT.toml", required = true)]
     pub orbits: Vec<PathBuf>,
     /// How far ahead, s; left out: one revolution

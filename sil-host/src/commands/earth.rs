@@ -1,9 +1,9 @@
 //! `sil-host earth`: the Earth in real pictures, served to the flight code as a detector.
 //!
-//! In: picture files, a camera file or a field of view, the Earth's pole and the Sun in the sensor frame where they are known.
-//! Out: a line a picture, JSON or text, with limb points, centre, Earth vector and distance; a drawing on
-//! request. A picture that cannot be read costs one line on stderr and status 2 at the end; the others are
-//! still answered. A picture without an Earth is an answer, not a fault.
+//! In: picture files, a camera file or a field of view, the Earth's pole and the Sun in the sensor frame
+//! where they are known. Out: a line a picture, JSON or text, with limb points, centre, Earth vector and
+//! distance; a drawing on request. A picture that cannot be read costs one line on stderr and status 2 at the
+//! end; the others are still answered. A picture without an Earth is an answer, not a fault.
 //!
 //! The flight code's limb is a rise of some tens of pixels. From a low orbit a long lens makes it hundreds:
 //! such a picture is read in blocks of 2, 4 or 8 px ([`BINNINGS`]), the first that gives a centre. Places in

@@ -1,12 +1,13 @@
 //! `sil-host outages`: what the sensor will be able to do along an orbit, by the flight code's own prediction
 //! ([`fsw_core::outages`]; thesis tab. 8.1, figs. 8.5 to 8.10).
 //!
-//! In: scenario files. Of each its start, orbit, law of pointing, mount and camera count, as the flight code is
-//! told them ([`crate::scenario::Believed`]); jitter and slews are left out, which a line on stderr says of
-//! slews. A body that turns freely has no law and is refused.
+//! In: scenario files. Of each its start, orbit, law of pointing, mount and camera count, as the flight code
+//! is told them ([`crate::scenario::Believed`]); jitter and slews are left out, which a line on stderr says
+//! of slews. A body that turns freely has no law and is refused.
 //!
-//! Out: the states from the start on, with the seconds at which they begin and end, and of each state how often
-//! and how long. As JSON: `{"orbit","start_utc","start_t_s","duration_s","period_s","states":[{"state","name",
+//! Out: the states from the start on, with the seconds at which they begin and end, and of each state how
+//! often and how long. As JSON:
+//! `{"orbit","start_utc","start_t_s","duration_s","period_s","states":[{"state","name",
 //! "begin_s","end_s","duration_s"}],"totals":[{"state","name","count","seconds","share","shortest_s",
 //! "longest_s"}]}`; seconds count from the start. The first state and the last are cut off by the span.
 //!
@@ -133,8 +134,8 @@ fn law(scenario: &Scenario) -> Result<PointingLaw, HostError> {
 /// Predicts the states of a scenario's sensor from its start; over one revolution where no span is given.
 ///
 /// # Errors
-/// A body that turns freely, an orbit that does not close without a span, too long a span, an orbit that leaves
-/// the bounds of the dynamics.
+/// A body that turns freely, an orbit that does not close without a span, too long a span, an orbit that
+/// leaves the bounds of the dynamics.
 pub fn outlook(
     scenario: &Scenario,
     duration_s: Option<f64>,

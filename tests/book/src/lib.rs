@@ -10,8 +10,8 @@ pub fn workspace() -> PathBuf {
     here.ancestors().nth(2).expect("this package lies two folders below the root").to_path_buf()
 }
 
-/// Builds the book into a folder and gives its chapters: name and text as they stand on the page, what they include
-/// included.
+/// Builds the book into a folder and gives its chapters: name and text as they stand on the page, what they
+/// include included.
 ///
 /// # Errors
 /// What mdBook says.

@@ -1,6 +1,7 @@
 //! The book's commands work as they stand there, and those of its tables and of the README are commands.
 //!
-//! In a chapter the blocks ```` ```sh,run ```` are run line after line in one folder, into which the chapter's blocks
+//! In a chapter the blocks ```` ```sh,run ```` are run line after line in one folder, into which the
+//! chapter's blocks
 //! ```` ```toml,file=NAME ```` were written; status 0 or, of a judged flight, 1 is right.
 
 use sil_host::cli;

@@ -1,4 +1,5 @@
-//! The page of outages: of each orbit its states over time as thesis figs. 8.5 to 8.10 have them, and a table.
+//! The page of outages: of each orbit its states over time as thesis figs. 8.5 to 8.10 have them, and a
+//! table.
 
 use super::{LISTED, Outlook, words};
 use crate::report::page::{self, TABLE, TABLE_END, escaped};

@@ -19,7 +19,8 @@ fn parsed(text: &str) -> Scenario {
     Scenario::parse(Path::new("orbit.toml"), text).unwrap()
 }
 
-/// The thesis's orbits, and the embedded ones that follow a law without slews; the flight code told the truth.
+/// The thesis's orbits, and the embedded ones that follow a law without slews; the flight code told the
+/// truth.
 fn scenarios() -> Vec<Scenario> {
     let lawful = |scenario: &Scenario| {
         scenario.pointing.turns_evenly() && law(scenario).is_ok() && scenario.track.is_none()
@@ -29,11 +30,11 @@ fn scenarios() -> Vec<Scenario> {
     ORBITS.into_iter().map(parsed).chain(embedded).map(told).collect()
 }
 
-/// How far a change of the Sun may be from where it is predicted, s: in GEO the Sun moves 15 arcsec a second and
-/// the ephemeris on board errs by 25.
+/// How far a change of the Sun may be from where it is predicted, s: in GEO the Sun moves 15 arcsec a second
+/// and the ephemeris on board errs by 25.
 const SUN_S: i64 = 2;
-/// Lit limb, deg of azimuth, up to which it may be told lit or dark: world and flight code look at it each half
-/// degree, and a high orbit takes half a minute for that.
+/// Lit limb, deg of azimuth, up to which it may be told lit or dark: world and flight code look at it each
+/// half degree, and a high orbit takes half a minute for that.
 const FAINT_DEG: f64 = 1.0;
 
 /// State of the world's sensor in a second, and whether next to nothing of the limb is lit.

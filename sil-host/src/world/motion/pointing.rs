@@ -125,8 +125,8 @@ fn lvlh(t_s: f64, orbit: &TruthOrbit) -> MovingFrame {
     MovingFrame { matrix, rate_rad_s: apply(&matrix, plus(along_orbit, of_plane, up)) }
 }
 
-/// LVLH turned about y, towards flight, to `below_rad` below the horizon; with `sine = a / r` the angle changes by
-/// `-sine / cosine r' / r` a second.
+/// LVLH turned about y, towards flight, to `below_rad` below the horizon; with `sine = a / r` the angle
+/// changes by `-sine / cosine r' / r` a second.
 fn towards_horizon(t_s: f64, orbit: &TruthOrbit, below_rad: f64) -> MovingFrame {
     let (position, velocity) = orbit.at(t_s);
     let square = dot(position, position);
