@@ -85,7 +85,7 @@ parameter_group! {
         /// Least time from one beginning of tracking to the next. Stars that tracking loses at once, as in a
         /// slew that shakes, acquisition goes on identifying in whole images meanwhile.
         dwell_s: u16 = 12, 1..=600, "s",
-            "chosen: no more than two changes of mode in 10 s between acquisition and tracking";
+            "chosen: tracking begins no more than once in 10 s";
         /// Time of faults in a row before safe mode.
         fault_patience_s: u16 = 5, 1..=600, "s",
             "`patience_s` and two more: acquisition is tried twice before safe mode";

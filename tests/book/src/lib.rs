@@ -2,13 +2,8 @@
 
 use mdbook_driver::MDBook;
 use mdbook_driver::errors::Result;
-use std::path::{Path, PathBuf};
-
-/// Root of the workspace.
-pub fn workspace() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.ancestors().nth(2).expect("this package lies two folders below the root").to_path_buf()
-}
+use std::path::Path;
+use system_tests::workspace;
 
 /// Builds the book into a folder and gives its chapters: name and text as they stand on the page, what they
 /// include included.

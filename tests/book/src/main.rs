@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let folder = book::workspace().join("target/book");
+    let folder = system_tests::workspace().join("target/book");
     match book::build(&folder) {
         Ok(_) => {
             println!("{}", folder.join("index.html").display());
