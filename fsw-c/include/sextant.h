@@ -76,7 +76,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 6
+#define SEXTANT_TELEMETRY_VERSION 7
 
 /**
  * Version of the parameter table that is read; its first byte.
@@ -206,6 +206,10 @@ enum sextant_mode
      * pause.
      */
     SEXTANT_MODE_SAFE = 5,
+    /**
+     * The same by command: until a command ends it.
+     */
+    SEXTANT_MODE_COMMANDED_SAFE = 6,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -355,7 +359,7 @@ enum sextant_command
      */
     SEXTANT_COMMAND_RESTART = 2,
     /**
-     * Go to safe mode.
+     * Go to safe mode, until `REACQUIRE` or `RESTART`.
      */
     SEXTANT_COMMAND_SAFE = 3,
 };

@@ -23,7 +23,7 @@ pub const TELEMETRY_BYTES: usize = 2560;
 /// Bytes that hold any parameter table.
 pub const PARAMETERS_BYTES: usize = 512;
 /// Version of the telemetry frames' layout; their first byte after the length.
-pub const TELEMETRY_VERSION: u8 = 6;
+pub const TELEMETRY_VERSION: u8 = 7;
 /// Version of the parameter table that is read; its first byte.
 pub const PARAMETERS_VERSION: u8 = 13;
 
@@ -49,7 +49,7 @@ pub enum Command {
     Reacquire = 1,
     /// Forget attitude and orbit and begin with the self-test.
     Restart = 2,
-    /// Go to safe mode.
+    /// Go to safe mode, until `REACQUIRE` or `RESTART`.
     Safe = 3,
 }
 

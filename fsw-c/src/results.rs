@@ -35,6 +35,8 @@ pub enum Mode {
     /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
     /// pause.
     Safe = 5,
+    /// The same by command: until a command ends it.
+    CommandedSafe = 6,
 }
 
 /// What came of the stars of a second.
@@ -201,6 +203,7 @@ impl From<FlightMode> for Mode {
             FlightMode::Eclipse => Self::Eclipse,
             FlightMode::SunOutage => Self::SunOutage,
             FlightMode::Safe => Self::Safe,
+            FlightMode::CommandedSafe => Self::CommandedSafe,
         }
     }
 }

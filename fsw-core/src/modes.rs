@@ -5,8 +5,8 @@
 //!
 //! | from | guard | to |
 //! |---|---|---|
-//! | any but safe | `fault_patience_s` seconds in a row with a fault of detector or self-test | safe |
-//! | any but self-test, safe | the detector is blinded | Sun outage |
+//! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test | safe |
+//! | any but self-test, safe, commanded safe | the detector is blinded | Sun outage |
 //! | self-test | passed | acquisition |
 //! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed; `dwell_s` seconds since this guard was last true | tracking, eclipse |
 //! | acquisition | `acquisition_timeout_s` seconds in the mode | safe |
@@ -17,6 +17,7 @@
 //! | Sun outage | not blinded | acquisition |
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | `pause_s` seconds in the mode | self-test |
+//! | commanded safe | none: only a command leaves it | |
 //!
 //! Commands take effect before the second begins. Seconds are local time between the calls; a longer gap
 //! counts as `LONGEST_STEP_US`, because no image was taken in it.
@@ -46,6 +47,15 @@ pub enum Mode {
     /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
     /// pause.
     Safe,
+    /// The same by command: until a command ends it.
+    CommandedSafe,
+}
+
+impl Mode {
+    /// Whether no image is taken.
+    pub fn is_safe(self) -> bool {
+        matches!(self, Self::Safe | Self::CommandedSafe)
+    }
 }
 
 /// Why a mode was left.
@@ -188,11 +198,11 @@ impl Modes {
     /// The first row of the table whose guard is true.
     fn decide(&self, inputs: &ModeInputs, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
         let tracking_mode = if inputs.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
-        if self.mode != Mode::Safe && reached(self.with_fault_us, parameters.fault_patience_s) {
+        if !self.mode.is_safe() && reached(self.with_fault_us, parameters.fault_patience_s) {
             return Some((Mode::Safe, Guard::Faults));
         }
-        let imaging = !matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage);
-        if imaging && inputs.blinded {
+        let searching = matches!(self.mode, Mode::Acquisition | Mode::Tracking | Mode::Eclipse);
+        if searching && inputs.blinded {
             return Some((Mode::SunOutage, Guard::Blinded));
         }
         let steady = reached(self.earth_changed_us, parameters.settle_s);

@@ -81,7 +81,7 @@ pub enum Command {
     Reacquire,
     /// Forget attitude and orbit and begin with the self-test.
     Restart,
-    /// Go to safe mode.
+    /// Go to safe mode, until [`Command::Reacquire`] or [`Command::Restart`].
     Safe,
 }
 
@@ -232,7 +232,7 @@ impl<'c> Sensor<'c> {
                 self.forget_orbit();
                 Mode::SelfTest
             }
-            Command::Safe => Mode::Safe,
+            Command::Safe => Mode::CommandedSafe,
         };
         self.forget_attitude();
         self.modes.enter(mode);
@@ -293,7 +293,7 @@ impl<'c> Sensor<'c> {
         stars: &mut StarRecord,
     ) -> Result<(), DetectorFault> {
         match (mode, image) {
-            (Mode::Safe, _) => {}
+            (Mode::Safe | Mode::CommandedSafe, _) => {}
             (_, Image::Failed(fault)) => return Err(fault),
             (Mode::Acquisition, Image::Refused(_)) => {}
             (_, Image::Refused(_)) => self.propagate_only(None, stars),
@@ -338,7 +338,7 @@ impl<'c> Sensor<'c> {
         // An attitude that was lost is not to be trusted again; one that was only predicted for too long is.
         let lost = guard == Guard::AttitudeLost
             || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition);
-        if lost || self.modes.mode() == Mode::Safe {
+        if lost || self.modes.mode().is_safe() {
             self.forget_attitude();
         }
     }

@@ -1,4 +1,4 @@
-use super::Mode::{Acquisition, Eclipse, Safe, SelfTest, SunOutage, Tracking};
+use super::Mode::{Acquisition, CommandedSafe, Eclipse, Safe, SelfTest, SunOutage, Tracking};
 use super::*;
 use proptest::prelude::*;
 use std::vec::Vec;
@@ -20,6 +20,15 @@ const LIT: ModeInputs = ModeInputs { dark: Some(false), ..ATTITUDE };
 const DARK: ModeInputs = ModeInputs { dark: Some(true), ..ATTITUDE };
 const BLINDED: ModeInputs = ModeInputs { blinded: true, ..NOTHING };
 const FAULT: ModeInputs = ModeInputs { fault: true, ..NOTHING };
+
+prop_compose! {
+    fn inputs()(
+        [attitude, rate, predicted, blinded, fault] in any::<[bool; 5]>(),
+        dark in any::<Option<bool>>(),
+    ) -> ModeInputs {
+        ModeInputs { attitude, rate, predicted, blinded, dark, fault }
+    }
+}
 
 fn machine(mode: Mode) -> Modes {
     let mut modes = Modes::default();
@@ -95,6 +104,7 @@ fn the_sun_interrupts_every_mode_that_looks() {
         assert_eq!(after(mode, &[BLINDED, BLINDED]), [SunOutage, SunOutage]);
     }
     assert_eq!(after(Safe, &[BLINDED]), [Safe]);
+    assert_eq!(after(CommandedSafe, &[BLINDED]), [CommandedSafe]);
     assert_eq!(after(SelfTest, &[BLINDED, BLINDED]), [Acquisition, SunOutage]);
 }
 
@@ -143,9 +153,20 @@ proptest! {
     }
 }
 
+proptest! {
+    #[test]
+    fn no_guard_leaves_commanded_safe(
+        seconds in prop::collection::vec(inputs(), 1..400),
+        step_us in prop_oneof![Just(1_000_000), -5_000_000i64..4_000_000_000],
+    ) {
+        let modes = after_steps(CommandedSafe, &seconds, step_us);
+        prop_assert!(modes.iter().all(|mode| *mode == CommandedSafe));
+    }
+}
+
 #[test]
 fn no_sequence_of_seconds_is_stuck_for_ever() {
-    // From every mode, good seconds lead to tracking within the longest pause and two more.
+    // From every mode but commanded safe, good seconds lead to tracking within the longest pause and two more.
     for mode in [SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe] {
         assert_eq!(after(mode, &[LIT; 9]).last(), Some(&Tracking), "{mode:?}");
     }

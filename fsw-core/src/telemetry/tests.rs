@@ -69,8 +69,8 @@ fn star() -> impl Strategy<Value = StarReport> {
 }
 
 fn mode() -> impl Strategy<Value = Mode> {
-    use Mode::{Acquisition, Eclipse, Safe, SelfTest, SunOutage, Tracking};
-    prop::sample::select(&[SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe])
+    use Mode::{Acquisition, CommandedSafe, Eclipse, Safe, SelfTest, SunOutage, Tracking};
+    prop::sample::select(&[SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe, CommandedSafe])
 }
 
 fn earth() -> impl Strategy<Value = EarthReport> {

@@ -77,6 +77,7 @@ pub fn word(mode: Mode) -> &'static str {
         Mode::Eclipse => "eclipse",
         Mode::SunOutage => "sun-outage",
         Mode::Safe => "safe",
+        Mode::CommandedSafe => "commanded-safe",
     }
 }
 
@@ -100,7 +101,7 @@ impl ModeJudge {
         let leads_there = match second.mode {
             Mode::SelfTest => self.before.is_none(),
             Mode::Acquisition => true,
-            Mode::Safe => false,
+            Mode::Safe | Mode::CommandedSafe => false,
             // Out of a Sun outage the sensor may pass through tracking into eclipse, and the other way.
             Mode::Tracking | Mode::Eclipse => !second.sun() || Some(second.mode) == self.before,
             Mode::SunOutage => Some(second.mode) == self.before,

@@ -75,7 +75,7 @@ impl Judge {
         self.add_availability(second);
         if second.attitude_rad.is_none()
             && !second.sun()
-            && !matches!(second.mode, Mode::SelfTest | Mode::Safe)
+            && !matches!(second.mode, Mode::SelfTest | Mode::Safe | Mode::CommandedSafe)
         {
             self.rate.add(second, &mut self.figures.rate);
         }

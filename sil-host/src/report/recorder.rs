@@ -33,7 +33,7 @@ fn row_of(mode: Mode) -> u8 {
         Mode::SunOutage => 2,
         Mode::Acquisition => 3,
         Mode::SelfTest => 4,
-        Mode::Safe => 5,
+        Mode::Safe | Mode::CommandedSafe => 5,
     }
 }
 

@@ -173,7 +173,7 @@ pub const COLUMNS: &[Columns] = &[
     ),
     words(
         &["mode"],
-        "mode in which the second was spent: self-test, acquisition, tracking, eclipse, sun-outage, safe",
+        "mode in which the second was spent: self-test, acquisition, tracking, eclipse, sun-outage, safe, commanded-safe",
         |of| word(of.second.report.mode).into(),
     ),
     words(&["expected_mode"], "mode that the true geometry asks for", |of| {

@@ -242,24 +242,24 @@ fn a_command_to_restart_forgets_attitude_and_orbit_and_begins_with_the_self_test
 }
 
 #[test]
-fn a_command_to_safe_mode_forgets_the_attitude_propagates_the_orbit_and_comes_back_after_the_pause() {
+fn a_command_to_safe_mode_forgets_the_attitude_propagates_the_orbit_and_holds_until_the_next_command() {
     let mut world = World::clip_with_orbit("geo-eclipse");
-    world.parameters.modes.pause_s = 5;
-    let before = |second: u32, _: &mut World| if second == 12 { Command::Safe } else { Command::Continue };
+    world.parameters.modes.pause_s = 2;
+    let before = |second: u32, _: &mut World| match second {
+        12 => Command::Safe,
+        17 => Command::Reacquire,
+        _ => Command::Continue,
+    };
     let reports = fly(&mut world, 22, before, |_, _| {});
     for (second, report) in reports.iter().enumerate().take(17).skip(12) {
-        assert_eq!((report.mode, report.activity), (Mode::Safe, Activity::Waiting), "{second}");
+        assert_eq!((report.mode, report.activity), (Mode::CommandedSafe, Activity::Waiting), "{second}");
         assert!(report.attitude.is_none() && report.earth.is_none());
         let orbit = report.orbit.as_ref().expect("the orbit is propagated");
         let before = reports[second - 1].orbit.as_ref().expect("as in every second");
         assert_eq!(orbit.since_fix_s, before.since_fix_s + 1);
     }
-    assert!(has(&reports[16], Event::Mode(Mode::SelfTest, Guard::PauseOver)));
-    assert_eq!(commanded(&reports), [(12, Mode::Safe)]);
-    assert_eq!(
-        modes(&reports[17..21]),
-        [Mode::SelfTest, Mode::Acquisition, Mode::Acquisition, Mode::Tracking]
-    );
+    assert_eq!(commanded(&reports), [(12, Mode::CommandedSafe), (17, Mode::Acquisition)]);
+    assert_eq!(reports[21].mode, Mode::Tracking);
     assert!(reports[12..].iter().all(|report| !has(report, Event::OrbitStarted)), "the orbit was kept");
 }
 
