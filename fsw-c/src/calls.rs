@@ -15,7 +15,7 @@ use fsw_core::telemetry::{self, Report};
 
 /// Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
 /// many are used on this one.
-pub const SENSOR_BYTES: usize = 41472;
+pub const SENSOR_BYTES: usize = 42_496;
 /// Alignment of that memory, bytes.
 pub const SENSOR_ALIGNMENT: usize = 8;
 /// Bytes that hold any telemetry frame with its length.
@@ -310,7 +310,7 @@ unsafe fn cycle(
 }
 
 /// The flight code's command for a number.
-fn flight_command(command: u32) -> Result<sensor::Command, Status> {
+fn flight_command(command: u32) -> Result<sensor::Command<'static>, Status> {
     const CONTINUE: u32 = Command::Continue as u32;
     const REACQUIRE: u32 = Command::Reacquire as u32;
     const RESTART: u32 = Command::Restart as u32;

@@ -11,7 +11,7 @@ use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Sensor, Workspace, calibration_fits};
+use fsw_core::sensor::{Sensor, SensorError, Workspace, calibration_fits};
 
 /// State of the head: a sensor that waits for its next cycle ("SXTR").
 const READY: u32 = 0x5258_5453;
@@ -54,24 +54,18 @@ impl Tables {
 
     /// Writes the sensor to its place. (Not inlined: what it is put together from is not to lie under the
     /// decoded tables on the stack.)
-    ///
-    /// # Safety
-    /// `place` is aligned and memory of a sensor.
     #[inline(never)]
-    unsafe fn write_sensor(
+    fn write_sensor(
         self,
         workspace: &'static mut Workspace,
-        place: *mut Sensor<'static>,
+        place: &mut MaybeUninit<Sensor<'static>>,
     ) -> Result<(), Status> {
         let Self { parameters, catalogue, calibration } = self;
-        let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| Status::ParametersRange)?;
-        let sensor = match calibration {
-            Some(calibration) => sensor.calibrated(calibration).map_err(|_| Status::CalibrationMismatch)?,
-            None => sensor,
-        };
-        // SAFETY: the caller's promise.
-        unsafe { place.write(sensor) };
-        Ok(())
+        let made = Sensor::new_in(place, catalogue, parameters, calibration, workspace);
+        made.map(|_| ()).map_err(|error| match error {
+            SensorError::Parameters(_) => Status::ParametersRange,
+            SensorError::Calibration => Status::CalibrationMismatch,
+        })
     }
 }
 
@@ -121,7 +115,7 @@ pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(
     unsafe {
         let workspace = (&raw mut (*memory).workspace).cast::<Workspace>();
         workspace.write_bytes(0, 1);
-        tables.write_sensor(&mut *workspace, (&raw mut (*memory).sensor).cast())?;
+        tables.write_sensor(&mut *workspace, &mut (*memory).sensor)?;
     }
     held.then = READY;
     Ok(())

@@ -105,7 +105,7 @@ impl core::fmt::Display for CameraError {
 }
 
 /// A camera whose parameters have been checked.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     parameters: CameraParameters,
     per_focal_length: f32,

@@ -11,6 +11,7 @@ pub mod attitude;
 pub mod camera;
 pub mod catalog;
 pub mod checksum;
+pub mod command;
 pub mod earth;
 pub mod image;
 pub mod modes;

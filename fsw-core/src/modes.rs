@@ -19,7 +19,15 @@
 //! | safe | `pause_s` seconds in the mode | self-test |
 //! | commanded safe | none: only a command leaves it | |
 //!
-//! Commands take effect before the second begins. Seconds are local time between the calls; a longer gap
+//! Before a second begins, in this order:
+//!
+//! | from | cause | to |
+//! |---|---|---|
+//! | any | command to reacquire, to restart, to safe mode | acquisition, self-test, commanded safe |
+//! | self-test, safe, commanded safe | another parameter table, by command or from the copy | the same |
+//! | any other | another parameter table, by command or from the copy | acquisition |
+//! | any | the parameter table was damaged and so was its copy | commanded safe |
+//! Seconds are local time between the calls; a longer gap
 //! counts as `LONGEST_STEP_US`, because no image was taken in it.
 
 use fsw_ground::table::parameter_group;
@@ -83,6 +91,8 @@ pub enum Guard {
     PauseOver,
     /// A command.
     Commanded,
+    /// The parameter table was damaged in memory.
+    ParametersDamaged,
 }
 
 parameter_group! {
@@ -163,6 +173,14 @@ impl Modes {
     /// Enters a mode; its counters are reset.
     pub fn enter(&mut self, mode: Mode) {
         *self = Self { mode, instant: self.instant, ..Self::default() };
+    }
+
+    /// The mode in which another parameter table is used first.
+    pub fn with_new_parameters(&self) -> Mode {
+        match self.mode {
+            Mode::SelfTest | Mode::Safe | Mode::CommandedSafe => self.mode,
+            _ => Mode::Acquisition,
+        }
     }
 
     /// Evaluates the second that ended at `now`; returns the guard if the mode changes.

@@ -1,6 +1,7 @@
 //! The second, top to bottom: one call a room.
 //!
-//! [`Sensor::cycle`] is called once a second:
+//! [`Sensor::cycle`] is called once a second. Before it begins the spacecraft's command is done (`commanding`),
+//! and parameters, catalogue and calibration are checked against upsets of their memory (`scrubbing`). Then:
 //!
 //! 1. the image that the mode asks for is taken (`exposing`); its mid-exposure instant is that of the second,
 //!    the counter's where none was asked for or may be used (`timekeeping`);
@@ -25,12 +26,14 @@
 
 mod acquisition;
 mod attitude;
+mod commanding;
 mod earth;
 mod exposing;
 mod orbit;
 mod outage;
 mod propagation;
 mod record;
+mod scrubbing;
 mod timekeeping;
 mod tracking;
 mod turning;
@@ -39,17 +42,20 @@ mod workspace;
 use crate::attitude::filter::Filter;
 use crate::camera::{Camera, CameraParameters};
 use crate::catalog::Catalogue;
+pub use crate::command::Command;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::image::calibration::Calibration;
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
 use crate::telemetry::{Activity, DetectorFault, Event, Outcome, Report};
+use core::mem::MaybeUninit;
 use exposing::Image;
 use fsw_hal::detector::ByKind;
 use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Stage, StageMeter};
 use propagation::Ephemeris;
-use record::{Record, StarRecord};
+use record::{Events, Record, StarRecord};
+use scrubbing::{Scrubber, Spare};
 pub use timekeeping::INSTANTS_US;
 use timekeeping::Timekeeper;
 pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
@@ -69,20 +75,6 @@ pub struct Instruments<'a, D, C, M, R> {
     /// The body's rate; `&mut ()` where there is none. Asked only where [`Parameters::rate_sensor`] says how
     /// good it is.
     pub rate_sensor: &'a mut R,
-}
-
-/// What the spacecraft wants of this second.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Command {
-    /// Go on.
-    #[default]
-    Continue,
-    /// Forget the attitude and acquire anew.
-    Reacquire,
-    /// Forget attitude and orbit and begin with the self-test.
-    Restart,
-    /// Go to safe mode, until [`Command::Reacquire`] or [`Command::Restart`].
-    Safe,
 }
 
 /// Why a sensor could not be made; its `Display` says what to do.
@@ -123,6 +115,9 @@ pub struct Sensor<'c> {
     calibration: Option<Calibration<'c>>,
     parameters: Parameters,
     star_to_earth: Rotation<StarPath, EarthPath>,
+    /// The last three once more.
+    spare: Spare,
+    scrubber: Scrubber,
     modes: Modes,
     cycle: u32,
     timekeeper: Timekeeper,
@@ -158,13 +153,47 @@ impl<'c> Sensor<'c> {
         parameters: Parameters,
         workspace: &'c mut Workspace,
     ) -> Result<Self, SensorError> {
-        let (camera, star_to_earth) = parameters.check().map_err(SensorError::Parameters)?;
-        Ok(Self {
+        let checked = parameters.check().map_err(SensorError::Parameters)?;
+        Ok(Self::assembled(catalogue, parameters, checked, None, workspace))
+    }
+
+    /// The same in its place, with what is known of its lens: the sensor does not pass over the stack.
+    ///
+    /// # Errors
+    /// Impossible parameters; a calibration that belongs to another lens. The place then is as before.
+    #[inline(never)]
+    pub fn new_in<'p>(
+        place: &'p mut MaybeUninit<Self>,
+        catalogue: Catalogue<'c>,
+        parameters: Parameters,
+        calibration: Option<Calibration<'c>>,
+        workspace: &'c mut Workspace,
+    ) -> Result<&'p mut Self, SensorError> {
+        let checked = parameters.check().map_err(SensorError::Parameters)?;
+        let (lens, crc) = (&parameters.camera, parameters.imaging.calibration_crc);
+        if calibration.as_ref().is_some_and(|calibration| !calibration_fits(lens, crc, calibration)) {
+            return Err(SensorError::Calibration);
+        }
+        Ok(place.write(Self::assembled(catalogue, parameters, checked, calibration, workspace)))
+    }
+
+    #[inline(always)]
+    fn assembled(
+        catalogue: Catalogue<'c>,
+        parameters: Parameters,
+        (camera, star_to_earth): (Camera, Rotation<StarPath, EarthPath>),
+        calibration: Option<Calibration<'c>>,
+        workspace: &'c mut Workspace,
+    ) -> Self {
+        let spare = Spare::new(&parameters, &camera, &star_to_earth);
+        Self {
             catalogue,
             camera,
-            calibration: None,
+            calibration,
             parameters,
             star_to_earth,
+            spare,
+            scrubber: Scrubber::default(),
             modes: Modes::default(),
             cycle: 0,
             timekeeper: Timekeeper::default(),
@@ -180,7 +209,7 @@ impl<'c> Sensor<'c> {
             turning: turning::Turning::default(),
             images_given_up: 0,
             workspace,
-        })
+        }
     }
 
     /// The same with what is known of its lens.
@@ -202,15 +231,15 @@ impl<'c> Sensor<'c> {
         instruments: &mut Instruments<D, C, M, R>,
         command: Command,
     ) -> Report {
-        let commanded = self.obey(command);
+        let mut events = Events::default();
+        let outcome = self.obey(&command, &mut events);
+        self.scrub(&mut events);
         let Instruments { detector, clock, meter, rate_sensor } = instruments;
         let detector = &mut ByKind(&mut **detector);
         let (image, time) = self.take_image(detector, *clock, *meter);
         self.now = time.local;
-        let mut record = Record::new(self.cycle, self.modes.mode(), time);
-        if commanded {
-            record.events.note(Event::Mode(record.mode, Guard::Commanded));
-        }
+        let mut record = Record::new(self.cycle, self.modes.mode(), time, events);
+        record.command = outcome;
         meter.begin(Stage::Orbit);
         let ephemeris = self.update_ephemeris(&record.time, &mut record.fix, &mut record.events);
         meter.end(Stage::Orbit);
@@ -223,20 +252,9 @@ impl<'c> Sensor<'c> {
         record.report(&self.workspace.measured, &self.catalogue, self.workspace.shared.limb_points())
     }
 
-    /// Does what the spacecraft wants before the second begins; whether it wants another mode.
-    fn obey(&mut self, command: Command) -> bool {
-        let mode = match command {
-            Command::Continue => return false,
-            Command::Reacquire => Mode::Acquisition,
-            Command::Restart => {
-                self.forget_orbit();
-                Mode::SelfTest
-            }
-            Command::Safe => Mode::CommandedSafe,
-        };
-        self.forget_attitude();
-        self.modes.enter(mode);
-        true
+    /// The parameter table in force.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     fn forget_attitude(&mut self) {

@@ -8,6 +8,7 @@
 
 mod faults;
 
+use crate::command::CommandOutcome;
 use crate::earth::FitError;
 pub use crate::earth::MAX_LIMB_POINTS;
 use crate::modes::{Guard, Mode};
@@ -205,7 +206,8 @@ pub struct OrbitReport {
 /// Something that happened in a second and is worth a line in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
-    /// The next second has another mode, and why; for [`Guard::Commanded`]: this one has.
+    /// The next second has another mode, and why; for [`Guard::Commanded`] and [`Guard::ParametersDamaged`]:
+    /// this one has.
     Mode(Mode, Guard),
     /// The first arc's orbit has passed its tests: it is known from now on.
     OrbitStarted,
@@ -223,6 +225,15 @@ pub enum Event {
     /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; reported when an
     /// outage begins.
     SunInPath,
+    /// The parameters were damaged in memory and taken from their copy; attitude and stars begin anew.
+    ParametersRestored,
+    /// The parameters were damaged in memory, and so was their copy: no image is taken until a table is
+    /// loaded.
+    ParametersLost,
+    /// The catalogue does not have its CRC any more. It is used all the same.
+    CatalogueDamaged,
+    /// The calibration does not have its CRC any more. It is used all the same.
+    CalibrationDamaged,
 }
 
 /// One second of the sensor; by default one of which nothing is known.
@@ -270,6 +281,8 @@ pub struct Report {
     pub events: Vec<Event, MAX_EVENTS>,
     /// The rate while no attitude is known: from streaks, or from stars without names.
     pub rate: Option<RateReport>,
+    /// What came of the command of the second; `None` without one.
+    pub command: Option<CommandOutcome>,
 }
 
 /// Writes a report as a frame and gives the bytes used.

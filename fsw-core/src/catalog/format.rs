@@ -170,6 +170,8 @@ pub struct Catalogue<'a> {
     magnitudes_centi: [i16; 2],
     field_millideg: u32,
     source_crc: u32,
+    /// The bytes under the checksum, and it.
+    protected: (&'a [u8], u32),
     /// Velocity of the observer over that of light, ICRS.
     pub(super) velocity: Vector3<f32>,
 }
@@ -205,14 +207,15 @@ impl<'a> Catalogue<'a> {
             return Err(CatalogueError::Length);
         }
         let protected = bytes.get(CRC_FROM..).ok_or(CatalogueError::Length)?;
-        if crc32(protected) != word(8)? {
+        let crc = word(8)?;
+        if crc32(protected) != crc {
             return Err(CatalogueError::Checksum);
         }
-        Self::parse(bytes).ok_or(CatalogueError::Structure)
+        Self::parse(bytes, (protected, crc)).ok_or(CatalogueError::Structure)
     }
 
     /// Splits checked bytes into their tables; `None` when the counts do not fit.
-    fn parse(bytes: &'a [u8]) -> Option<Self> {
+    fn parse(bytes: &'a [u8], protected: (&'a [u8], u32)) -> Option<Self> {
         let [stars, pairs, bins] = [16, 20, 24].map(|offset| u32_at(bytes, offset));
         let (stars, pairs, bins) = (stars? as usize, pairs? as usize, bins? as usize);
         if stars > u16::MAX as usize || u16_at(bytes, 6)? as usize != HEADER_BYTES {
@@ -237,6 +240,7 @@ impl<'a> Catalogue<'a> {
             magnitudes_centi: [u16_at(bytes, 42)? as i16, u16_at(bytes, 40)? as i16],
             field_millideg: u32_at(bytes, 44)?,
             source_crc: u32_at(bytes, 48)?,
+            protected,
             velocity: Vector3::new(0.0, 0.0, 0.0),
         };
         let is_unit = |star: Star| (star.direction().vector().norm_squared() - 1.0).abs() < UNIT_SQUARE;
@@ -276,6 +280,11 @@ impl<'a> Catalogue<'a> {
     /// CRC-32 of the star source the catalogue was built from.
     pub fn source_crc(&self) -> u32 {
         self.source_crc
+    }
+
+    /// The bytes under the checksum, and it.
+    pub fn protected(&self) -> (&'a [u8], u32) {
+        self.protected
     }
 }
 

@@ -69,6 +69,7 @@ pub enum CalibrationError {
 /// A checked calibration; borrows its bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration<'a> {
+    protected: &'a [u8],
     crc: u32,
     source_crc: u32,
     size_px: [u16; 2],
@@ -130,10 +131,10 @@ impl<'a> Calibration<'a> {
         if crc32(protected) != crc {
             return Err(CalibrationError::Checksum);
         }
-        Self::parse(bytes, crc).ok_or(CalibrationError::Structure)
+        Self::parse(bytes, (protected, crc)).ok_or(CalibrationError::Structure)
     }
 
-    fn parse(bytes: &'a [u8], crc: u32) -> Option<Self> {
+    fn parse(bytes: &'a [u8], (protected, crc): (&'a [u8], u32)) -> Option<Self> {
         let half = |offset| u16_at(bytes, offset);
         let [profile_count, columns, rows] = [28, 32, 34].map(|offset| half(offset).map(usize::from));
         let (profile_count, columns, rows) = (profile_count?, columns?, rows?);
@@ -152,6 +153,7 @@ impl<'a> Calibration<'a> {
         let per_px = |offset| half(offset).filter(|step| *step > 0).map(|step| 1.0 / f32::from(step));
         let within = |offset, low: f32, high: f32| f32_at(bytes, offset).filter(|v| *v >= low && *v <= high);
         Some(Self {
+            protected,
             crc,
             source_crc: u32_at(bytes, 56)?,
             size_px: [half(16)?, half(18)?],
@@ -174,6 +176,11 @@ impl<'a> Calibration<'a> {
     /// CRC-32 of the file, by which a parameter table names it.
     pub fn crc(&self) -> u32 {
         self.crc
+    }
+
+    /// The bytes under the checksum, and it.
+    pub fn protected(&self) -> (&'a [u8], u32) {
+        (self.protected, self.crc)
     }
 
     /// CRC-32 of what it was made from.

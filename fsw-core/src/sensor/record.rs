@@ -3,6 +3,7 @@
 
 use super::timekeeping::Time;
 use crate::catalog::Catalogue;
+use crate::command::CommandOutcome;
 use crate::earth::{EarthFix, FitError, LimbPoint};
 use crate::image::scan::Detections;
 use crate::modes::{Mode, ModeInputs};
@@ -19,7 +20,7 @@ use heapless::Vec;
 
 /// What happened in a second, in the order of its stages.
 #[derive(Debug, Default)]
-pub(super) struct Events(Vec<Event, MAX_EVENTS>);
+pub(super) struct Events(pub(super) Vec<Event, MAX_EVENTS>);
 
 impl Events {
     /// Adds an event; of more than [`MAX_EVENTS`] the first are kept.
@@ -152,12 +153,13 @@ pub(super) struct Record {
     pub(super) earth: Looked,
     pub(super) fix: FixRecord,
     pub(super) orbit: Option<OrbitReport>,
+    pub(super) command: Option<CommandOutcome>,
     pub(super) events: Events,
 }
 
 impl Record {
-    /// At the begin of a second.
-    pub(super) fn new(cycle: u32, mode: Mode, time: Time) -> Self {
+    /// At the begin of a second, before which there were these events.
+    pub(super) fn new(cycle: u32, mode: Mode, time: Time, events: Events) -> Self {
         Self {
             cycle,
             mode,
@@ -169,7 +171,8 @@ impl Record {
             earth: Looked::default(),
             fix: FixRecord::default(),
             orbit: None,
-            events: Events::default(),
+            command: None,
+            events,
         }
     }
 
@@ -230,6 +233,7 @@ impl Record {
             orbit: self.orbit,
             events: self.events.0.clone(),
             rate: stars.rate,
+            command: self.command,
         };
         let recognised = |found: &Match| {
             let (seen, star) = (measured.get(usize::from(found.measured))?, catalogue.star(found.star)?);

@@ -2,10 +2,11 @@
 //! and Earth.
 //!
 //! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is the
-//! clock's; while that gives none, or an instant outside the years in which it is believed, the last one is
-//! propagated by local time. A step of the clock is the difference between its Terrestrial Time and the last
+//! clock's; while that gives none, or an instant outside the years in which it is believed, the last one, or
+//! that of a command, is propagated by local time. A step of the clock is the difference between its Terrestrial Time and the last
 //! one propagated.
 
+use crate::command::{Refusal, TimeCorrelation};
 use crate::telemetry::{ClockFault, ClockState, ImageFault};
 use fsw_hal::Error;
 use fsw_hal::{Clock, LocalTime};
@@ -35,7 +36,7 @@ pub(super) struct Time {
     pub terrestrial_us: Option<i64>,
     /// What that rests on.
     pub state: ClockState,
-    /// By how much the clock has stepped since the last second, us.
+    /// By how much the clock, or the correlation by command, has stepped since the last second, us.
     pub step_us: Option<i64>,
     /// Why the clock did not serve.
     pub fault: Option<ClockFault>,
@@ -50,6 +51,10 @@ pub(super) struct Timekeeper {
     image: Option<LocalTime>,
     /// Local and Terrestrial Time when the clock last gave both.
     correlation: Option<(LocalTime, i64)>,
+    /// Whether the clock gave Terrestrial Time in the last second.
+    served: bool,
+    /// By how much a command moved the correlation since, us.
+    commanded_us: i64,
 }
 
 /// When a second is by the counter.
@@ -71,6 +76,33 @@ impl Timekeeper {
             Ok(local) => Now { local, fault: None },
             Err(error) => Now { local: presumed, fault: Some(error.kind().into()) },
         }
+    }
+
+    /// Terrestrial Time of the last second, us since J2000.0.
+    pub(super) fn last_terrestrial_us(&self) -> Option<i64> {
+        let (then, us) = self.correlation?;
+        self.last.map(|last| us.saturating_add(last.us_since(then)))
+    }
+
+    /// Takes the correlation from a command.
+    ///
+    /// # Errors
+    /// [`Refusal::ClockServes`], [`Refusal::Correlation`].
+    pub(super) fn correlate(&mut self, given: TimeCorrelation) -> Result<(), Refusal> {
+        if self.served {
+            return Err(Refusal::ClockServes);
+        }
+        let TimeCorrelation { local, terrestrial_us } = given;
+        let recent = self.last.is_some_and(|last| (0..=HOLDOVER_US).contains(&last.us_since(local)));
+        if !recent || !(INSTANTS_US.0..=INSTANTS_US.1).contains(&terrestrial_us) {
+            return Err(Refusal::Correlation);
+        }
+        if let Some((then, us)) = self.correlation {
+            let moved_us = terrestrial_us.saturating_sub(us.saturating_add(local.us_since(then)));
+            self.commanded_us = self.commanded_us.saturating_add(moved_us);
+        }
+        self.correlation = Some((local, terrestrial_us));
+        Ok(())
     }
 
     /// Whether an image of `instant`, read in the second `now`, may be used; if so it is that of this second.
@@ -102,17 +134,20 @@ impl Timekeeper {
         });
         let kept = self.correlation.map(|(then, us)| us.saturating_add(local.us_since(then)));
         let fresh = self.correlation.is_some_and(|(then, _)| local.us_since(then) <= HOLDOVER_US);
+        self.served = given.is_ok();
+        let commanded_us = core::mem::take(&mut self.commanded_us);
+        let step = |us: i64| Some(us.saturating_add(commanded_us)).filter(|us| us.saturating_abs() > STEP_US);
         match given {
             Ok(us) => {
                 self.correlation = Some((local, us));
-                let step_us =
-                    kept.map(|kept| us.saturating_sub(kept)).filter(|step| step.saturating_abs() > STEP_US);
+                let step_us = kept.and_then(|kept| step(us.saturating_sub(kept)));
                 let state = ClockState::Synchronised;
                 Time { local, terrestrial_us: Some(us), state, step_us, fault: now.fault }
             }
             Err(fault) => {
                 let state = if fresh { ClockState::Holdover } else { ClockState::Unknown };
-                Time { local, terrestrial_us: kept, state, step_us: None, fault: now.fault.or(Some(fault)) }
+                let fault = now.fault.or(Some(fault));
+                Time { local, terrestrial_us: kept, state, step_us: step(0), fault }
             }
         }
     }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::checksum::crc32;
+use crate::command::{Refusal, refusal};
 use fsw_hal::DetectorError;
 use proptest::prelude::*;
 
@@ -120,11 +121,20 @@ fn event() -> impl Strategy<Value = Event> {
         Event::OrbitForgotten,
         Event::ClockJump,
         Event::SunInPath,
+        Event::ParametersRestored,
+        Event::ParametersLost,
+        Event::CatalogueDamaged,
+        Event::CalibrationDamaged,
     ];
     prop_oneof![
         mode().prop_map(|mode| Event::Mode(mode, Guard::AttitudeLost)),
         prop::sample::select(plain.to_vec()),
     ]
+}
+
+fn command() -> impl Strategy<Value = Option<CommandOutcome>> {
+    let refused = prop::sample::select(refusal::ALL).prop_map(CommandOutcome::Refused);
+    prop::option::of(prop_oneof![Just(CommandOutcome::Done), refused])
 }
 
 fn earth_status() -> impl Strategy<Value = EarthStatus> {
@@ -198,6 +208,7 @@ prop_compose! {
         detections in any::<u16>(),
         focal_ratio in prop::option::of(real()),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
+        command in command(),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
         let filtered = filtered
@@ -207,7 +218,7 @@ prop_compose! {
         Report {
             cycle, local_us, instant_us, clock, mode, activity, outcome, faults, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
-            earth_status, earth, limb_px, orbit, events, rate,
+            earth_status, earth, limb_px, orbit, events, rate, command,
         }
     }
 }
@@ -277,6 +288,7 @@ fn largest() -> Report {
             either_sense: true,
             stars: u8::MAX,
         }),
+        command: Some(CommandOutcome::Refused(Refusal::Correlation)),
     }
 }
 

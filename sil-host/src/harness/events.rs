@@ -18,6 +18,7 @@ fn reason(guard: Guard) -> &'static str {
         Guard::Faults => "faults in a row",
         Guard::PauseOver => "pause over",
         Guard::Commanded => "commanded",
+        Guard::ParametersDamaged => "parameters damaged in memory",
     }
 }
 
@@ -32,6 +33,10 @@ pub fn words(event: &Event) -> String {
         Event::OrbitForgotten => "orbit forgotten".into(),
         Event::ClockJump => "clock jump".into(),
         Event::SunInPath => "Sun in a path by prediction".into(),
+        Event::ParametersRestored => "parameters restored from their copy".into(),
+        Event::ParametersLost => "parameters and their copy damaged".into(),
+        Event::CatalogueDamaged => "catalogue damaged".into(),
+        Event::CalibrationDamaged => "calibration damaged".into(),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::recorded::RecordedDetector;
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Instruments, Sensor, SensorError, Workspace};
 use fsw_core::telemetry;
 use fsw_hal::{Instant, LocalTime, Stage, StageMeter};
 use static_cell::{ConstStaticCell, StaticCell};
@@ -63,32 +63,37 @@ impl StageMeter for Marks {
 
 /// The sensor, in its place. (Not inlined: what it is put together from is not to lie under the seconds on
 /// the stack.)
+///
+/// # Errors
+/// What cannot be used of what it is made from.
 #[inline(never)]
-fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, StartError> {
+pub fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, StartError> {
     let workspace = WORKSPACE.try_take().ok_or(StartError::FlownBefore)?;
     let catalogue = Catalogue::open(CATALOGUE).map_err(|_| StartError::Catalogue)?;
     defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
-    let sensor = Sensor::new(catalogue, parameters, workspace).map_err(|_| StartError::Parameters)?;
-    let sensor = if parameters.imaging.calibration_crc == 0 {
-        sensor
-    } else {
-        let calibration = Calibration::open(CALIBRATION).map_err(|_| StartError::Calibration)?;
-        sensor.calibrated(calibration).map_err(|_| StartError::Calibration)?
+    let calibration = match parameters.imaging.calibration_crc {
+        0 => None,
+        _ => Some(Calibration::open(CALIBRATION).map_err(|_| StartError::Calibration)?),
     };
-    SENSOR.try_init(sensor).ok_or(StartError::FlownBefore)
+    let place = SENSOR.try_uninit().ok_or(StartError::FlownBefore)?;
+    let sensor = Sensor::new_in(place, catalogue, parameters, calibration, workspace);
+    sensor.map_err(|error| match error {
+        SensorError::Parameters(_) => StartError::Parameters,
+        SensorError::Calibration => StartError::Calibration,
+    })
 }
 
-/// Flies `seconds` seconds.
+/// Flies `seconds` seconds. (Not inlined: its report is not to lie under the making of the sensor.)
 ///
 /// # Errors
-/// When the sensor cannot be made.
+/// When an image has flown before.
+#[inline(never)]
 pub fn fly(
+    sensor: &mut Sensor<'static>,
     detector: &mut RecordedDetector,
-    parameters: Parameters,
     seconds: u32,
     output: &mut File,
 ) -> Result<Flight, StartError> {
-    let sensor = sensor(parameters)?;
     let frame = FRAME.try_take().ok_or(StartError::FlownBefore)?;
     let mut flight = Flight::default();
     for second in 0..seconds {

@@ -105,8 +105,8 @@ fn main() -> ! {
 fn run() -> Result<Flight, InputError> {
     let (mut detector, parameters, mut telemetry) = open()?;
     let seconds = detector.frames();
-    let flight =
-        flight::fly(&mut detector, parameters, seconds, &mut telemetry).map_err(InputError::Refused)?;
+    let sensor = flight::sensor(parameters).map_err(InputError::Refused)?;
+    let flight = flight::fly(sensor, &mut detector, seconds, &mut telemetry).map_err(InputError::Refused)?;
     report(&flight)?;
     Ok(flight)
 }

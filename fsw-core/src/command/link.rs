@@ -1,0 +1,327 @@
+//! The link: what arrives, what is to be done, what is reported.
+//!
+//! A packet is checked in this order: length, APID, checksum, headers, tag and counter, sequence count,
+//! version of the list, command and fields, and whether there is room for it. Of the first check that fails
+//! its [`Refusal`] is reported. Counter and sequence count move with every packet that is authentic and newer
+//! than the last, so that a refused one cannot be sent again either.
+//!
+//! One command is done in a second. Parts of a table and the dump are the link's own affair and need none.
+//!
+//! | once | call |
+//! |---|---|
+//! | a packet | [`CommandLink::receive`] |
+//! | a second | [`CommandLink::command`], the cycle with it, [`CommandLink::conclude`] |
+//! | a second | [`CommandLink::next_report`] until it gives none |
+
+use super::authentication::{Key, TAG_BYTES, TRAILER_BYTES};
+use super::packets::{self, MAX_DATA_BYTES, ReportHeaders, RequestId, TelecommandPacket};
+use super::refusal::Refusal;
+use super::telecommand::{MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION};
+use super::upload::Upload;
+use super::{Command, CommandOutcome, GroundOrbit, TimeCorrelation};
+use crate::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_hal::LocalTime;
+use heapless::{Deque, Vec};
+
+/// Reports that wait to be sent.
+const MAX_REPORTS: usize = 16;
+/// Places kept free among them: for the completion of the command of the second and of the dump.
+const KEPT_FREE: usize = 2;
+/// Service of the reports about requests.
+const VERIFICATION: u8 = 1;
+/// Sequence counts have 14 bits; the half of them that follows the last one is newer.
+const SEQUENCE_MASK: u16 = 0x3FFF;
+const NEWER: u16 = 0x1FFF;
+
+/// A packet that was accepted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accepted<'a> {
+    /// By which reports name it.
+    pub request: RequestId,
+    /// What it says.
+    pub telecommand: Telecommand<'a>,
+}
+
+/// A packet that was refused; nothing changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// By which reports name it; `None` where the packet has less than four bytes.
+    pub request: Option<RequestId>,
+    /// Why.
+    pub reason: Refusal,
+}
+
+/// What a report about a request says.
+#[derive(Clone, Copy, Debug)]
+enum Verdict {
+    Accepted,
+    NotAccepted(Refusal),
+    Done,
+    NotDone(Refusal),
+}
+
+impl Verdict {
+    /// Its subservice, the place of its counter, and the reason.
+    fn parts(self) -> (u8, usize, Option<Refusal>) {
+        match self {
+            Self::Accepted => (1, 0, None),
+            Self::NotAccepted(reason) => (2, 1, Some(reason)),
+            Self::Done => (7, 2, None),
+            Self::NotDone(reason) => (8, 3, Some(reason)),
+        }
+    }
+}
+
+/// Kinds of reports: the four verdicts and the part of the table.
+const KINDS: usize = 5;
+/// The counter of the last.
+const PART_COUNTER: usize = 4;
+
+/// What a request is, once it was accepted.
+#[derive(Clone, Copy, Debug)]
+struct Request {
+    id: RequestId,
+    /// Whether its completion is to be reported.
+    completion: bool,
+}
+
+/// What is to be done in the next second.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    Reacquire,
+    Restart,
+    Safe,
+    Exposure(u32),
+    Orbit(GroundOrbit),
+    Time(TimeCorrelation),
+    /// The table is what was uploaded.
+    Load,
+}
+
+/// The command link of a sensor.
+#[derive(Clone, Debug)]
+pub struct CommandLink {
+    apid: u16,
+    key: Option<Key>,
+    counter: u32,
+    sequence: Option<u16>,
+    /// The table on its way up.
+    pub(super) upload: Upload,
+    /// What waits for its second.
+    task: Option<(Request, Task)>,
+    /// Which part of the table is sent next, and for whom.
+    dump: Option<(Request, u16)>,
+    reports: Deque<(RequestId, Verdict), MAX_REPORTS>,
+    /// Reports sent, all and of each kind.
+    sent: u16,
+    sent_of: [u16; KINDS],
+}
+
+impl CommandLink {
+    /// The link for packets of this APID (its low 11 bits). With a key every packet must carry a tag, and a
+    /// counter greater than `counter`: that of the last one, as it was stored; else 0.
+    pub const fn new(apid: u16, key: Option<Key>, counter: u32) -> Self {
+        Self {
+            apid: apid & 0x07FF,
+            key,
+            counter,
+            sequence: None,
+            upload: Upload::new(),
+            task: None,
+            dump: None,
+            reports: Deque::new(),
+            sent: 0,
+            sent_of: [0; KINDS],
+        }
+    }
+
+    /// Counter of the last authentic packet. It is to be stored before its command is done: a link that is
+    /// made with an older one takes packets again that it has had.
+    pub fn counter(&self) -> u32 {
+        self.counter
+    }
+
+    /// Takes the bytes of one packet.
+    ///
+    /// # Errors
+    /// The first check that fails; nothing is changed then.
+    pub fn receive<'a>(&mut self, bytes: &'a [u8]) -> Result<Accepted<'a>, Refused> {
+        let request = RequestId::of(bytes);
+        let checked = packets::read(bytes, self.apid).and_then(|packet| {
+            let telecommand = self.read(&packet)?;
+            Ok((packet.acknowledge, telecommand))
+        });
+        match (request, checked) {
+            (Some(request), Ok(([acceptance, completion], telecommand))) => {
+                if acceptance {
+                    self.note(request, Verdict::Accepted);
+                }
+                self.take(Request { id: request, completion }, &telecommand);
+                Ok(Accepted { request, telecommand })
+            }
+            (request, checked) => {
+                let reason = checked.err().unwrap_or(Refusal::Length);
+                if let Some(request) = request.filter(|_| reason != Refusal::Apid && self.room() > KEPT_FREE)
+                {
+                    self.note(request, Verdict::NotAccepted(reason));
+                }
+                Err(Refused { request, reason })
+            }
+        }
+    }
+
+    /// Checks what a packet says, all but its headers; an uploaded part is taken in.
+    fn read<'a>(&mut self, packet: &TelecommandPacket<'a>) -> Result<Telecommand<'a>, Refusal> {
+        let data = self.authenticate(packet)?;
+        let newer = |last: u16| (1..=NEWER).contains(&(packet.sequence.wrapping_sub(last) & SEQUENCE_MASK));
+        if !self.sequence.is_none_or(newer) {
+            return Err(Refusal::Sequence);
+        }
+        self.sequence = Some(packet.sequence);
+        let (version, fields) = data.split_first().ok_or(Refusal::Fields)?;
+        if *version != VERSION {
+            return Err(Refusal::Version);
+        }
+        let telecommand = Telecommand::decode(packet.number, fields)?;
+        if self.task.is_some() || self.dump.is_some() || self.room() < KEPT_FREE + 2 {
+            return Err(Refusal::Busy);
+        }
+        match telecommand {
+            Telecommand::Part { offset, bytes } => self.upload.add(offset, bytes)?,
+            Telecommand::Load { length, crc } => self.upload.check(length, crc)?,
+            _ => {}
+        }
+        Ok(telecommand)
+    }
+
+    /// The data without counter and tag, where these are right or no key is set.
+    fn authenticate<'a>(&mut self, packet: &TelecommandPacket<'a>) -> Result<&'a [u8], Refusal> {
+        let Some(key) = &self.key else { return Ok(packet.data) };
+        let (message, tag) = packet.content.split_last_chunk::<TAG_BYTES>().ok_or(Refusal::Tag)?;
+        let data = packet.data.len().checked_sub(TRAILER_BYTES).and_then(|length| packet.data.get(..length));
+        let (data, counter) = data.zip(message.last_chunk()).ok_or(Refusal::Tag)?;
+        if !key.verifies(message, tag) {
+            return Err(Refusal::Tag);
+        }
+        let counter = u32::from_be_bytes(*counter);
+        if counter <= self.counter {
+            return Err(Refusal::Counter);
+        }
+        self.counter = counter;
+        Ok(data)
+    }
+
+    /// Lets an accepted command wait for its second, or does what the link does itself.
+    fn take(&mut self, request: Request, telecommand: &Telecommand) {
+        let task = match *telecommand {
+            Telecommand::Reacquire => Task::Reacquire,
+            Telecommand::Restart => Task::Restart,
+            Telecommand::Safe => Task::Safe,
+            Telecommand::Exposure(exposure_us) => Task::Exposure(exposure_us),
+            Telecommand::Orbit(orbit) => Task::Orbit(orbit),
+            Telecommand::Time(correlation) => Task::Time(correlation),
+            Telecommand::Load { .. } => Task::Load,
+            Telecommand::Part { .. } => return self.complete(request, CommandOutcome::Done),
+            Telecommand::Dump => {
+                self.dump = Some((request, 0));
+                return;
+            }
+        };
+        self.task = Some((request, task));
+    }
+
+    /// The command of the next second.
+    pub fn command(&self) -> Command<'_> {
+        match self.task {
+            None => Command::Continue,
+            Some((_, task)) => match task {
+                Task::Reacquire => Command::Reacquire,
+                Task::Restart => Command::Restart,
+                Task::Safe => Command::Safe,
+                Task::Exposure(exposure_us) => Command::Exposure(exposure_us),
+                Task::Orbit(orbit) => Command::Orbit(orbit),
+                Task::Time(correlation) => Command::Time(correlation),
+                Task::Load => Command::LoadParameters(self.upload.bytes()),
+            },
+        }
+    }
+
+    /// Takes what came of the command in the second that was flown with it
+    /// ([`Report::command`](crate::telemetry::Report::command)).
+    pub fn conclude(&mut self, outcome: Option<CommandOutcome>) {
+        if let Some(outcome) = outcome
+            && let Some((request, _)) = self.task.take()
+        {
+            self.complete(request, outcome);
+        }
+    }
+
+    fn complete(&mut self, request: Request, outcome: CommandOutcome) {
+        match outcome {
+            CommandOutcome::Done if !request.completion => {}
+            CommandOutcome::Done => self.note(request.id, Verdict::Done),
+            CommandOutcome::Refused(reason) => self.note(request.id, Verdict::NotDone(reason)),
+        }
+    }
+
+    /// Room for reports.
+    fn room(&self) -> usize {
+        MAX_REPORTS.saturating_sub(self.reports.len())
+    }
+
+    fn note(&mut self, request: RequestId, verdict: Verdict) {
+        // There is room: nothing is accepted, and no refusal noted, without.
+        let _ = self.reports.push_back((request, verdict));
+    }
+
+    /// Writes the next report, as of `now`, and gives the bytes used; `None` where none waits. `parameters`
+    /// are those in force, for the dump; `buffer` has [`MAX_REPORT_BYTES`](super::MAX_REPORT_BYTES).
+    pub fn next_report<'a>(
+        &mut self,
+        now: LocalTime,
+        parameters: &Parameters,
+        buffer: &'a mut [u8],
+    ) -> Option<&'a [u8]> {
+        let mut data = Vec::<u8, MAX_DATA_BYTES>::new();
+        let (number, counter) = match self.reports.pop_front() {
+            Some((request, verdict)) => {
+                let (subservice, counter, reason) = verdict.parts();
+                data.extend_from_slice(&request.0).ok()?;
+                if let Some(reason) = reason {
+                    data.extend_from_slice(&reason.code().to_be_bytes()).ok()?;
+                }
+                ((VERIFICATION, subservice), counter)
+            }
+            None => {
+                self.next_part(parameters, &mut data)?;
+                ((TABLE, PART_DOWN), PART_COUNTER)
+            }
+        };
+        let count = self.sent_of.get_mut(counter)?;
+        let headers = ReportHeaders { apid: self.apid, sequence: self.sent, number, count: *count, now };
+        *count = count.wrapping_add(1);
+        self.sent = self.sent.wrapping_add(1);
+        packets::write(&headers, &data, buffer)
+    }
+
+    /// The next part of the table that is sent down: offset, length of the table, bytes.
+    #[inline(never)]
+    fn next_part(&mut self, parameters: &Parameters, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<()> {
+        let (request, offset) = self.dump?;
+        let mut buffer = [0; MAX_TABLE_BYTES];
+        let table = parameters.encode(&mut buffer).ok()?;
+        let rest = table.get(usize::from(offset)..)?;
+        let part = rest.get(..rest.len().min(MAX_PART_BYTES))?;
+        data.extend_from_slice(&offset.to_be_bytes()).ok()?;
+        data.extend_from_slice(&u16::try_from(table.len()).ok()?.to_be_bytes()).ok()?;
+        data.extend_from_slice(part).ok()?;
+        let end = offset.checked_add(u16::try_from(part.len()).ok()?)?;
+        self.dump = if part.len() == rest.len() {
+            self.complete(request, CommandOutcome::Done);
+            None
+        } else {
+            Some((request, end))
+        };
+        Some(())
+    }
+}

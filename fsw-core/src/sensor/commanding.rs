@@ -1,0 +1,107 @@
+//! What a command does before its second begins.
+//!
+//! In: the [`Command`]. Out: what came of it. Every check stands before the first change, so that a refused
+//! command changes nothing.
+
+use super::record::Events;
+use super::{Sensor, calibration_fits};
+use crate::camera::Camera;
+use crate::command::{Command, CommandOutcome, GroundOrbit, Refusal};
+use crate::frames::{EarthPath, Rotation, StarPath};
+use crate::modes::{Guard, Mode};
+use crate::parameters::Parameters;
+use crate::sensor::scrubbing::Spare;
+use crate::telemetry::Event;
+
+/// Oldest orbit that is taken, us: 100 minutes, of the two hours that the filter crosses.
+const ORBIT_AGE_US: i64 = 6_000_000_000;
+
+impl Sensor<'_> {
+    /// Does what the spacecraft wants; what came of it, where it wanted something.
+    #[inline(never)]
+    pub(super) fn obey(&mut self, command: &Command, events: &mut Events) -> Option<CommandOutcome> {
+        let done = match command {
+            Command::Continue => return None,
+            Command::Reacquire => {
+                self.enter_commanded(Mode::Acquisition, events);
+                Ok(())
+            }
+            Command::Restart => {
+                self.forget_orbit();
+                self.enter_commanded(Mode::SelfTest, events);
+                Ok(())
+            }
+            Command::Safe => {
+                self.enter_commanded(Mode::CommandedSafe, events);
+                Ok(())
+            }
+            Command::LoadParameters(table) => self.load(table, events),
+            Command::Exposure(exposure_us) => self.set_exposure(*exposure_us),
+            Command::Orbit(orbit) => self.take_orbit(orbit),
+            Command::Time(correlation) => self.timekeeper.correlate(*correlation),
+        };
+        Some(done.map_or_else(CommandOutcome::Refused, |()| CommandOutcome::Done))
+    }
+
+    fn enter_commanded(&mut self, mode: Mode, events: &mut Events) {
+        self.forget_attitude();
+        self.modes.enter(mode);
+        events.note(Event::Mode(mode, Guard::Commanded));
+    }
+
+    /// Puts a checked table in force.
+    pub(super) fn configure(
+        &mut self,
+        parameters: &Parameters,
+        (camera, star_to_earth): (Camera, Rotation<StarPath, EarthPath>),
+    ) {
+        (self.parameters, self.camera, self.star_to_earth) = (*parameters, camera, star_to_earth);
+        self.spare = Spare::new(parameters, &camera, &star_to_earth);
+    }
+
+    /// Takes a parameter table. The orbit is kept where nothing it rests on is another.
+    #[inline(never)]
+    fn load(&mut self, table: &[u8], events: &mut Events) -> Result<(), Refusal> {
+        let parameters = Parameters::decode(table).map_err(|_| Refusal::TableDamaged)?;
+        let checked = parameters.check().map_err(|_| Refusal::TableRange)?;
+        let crc = parameters.imaging.calibration_crc;
+        let fits = match &self.calibration {
+            Some(calibration) => calibration_fits(&parameters.camera, crc, calibration),
+            None => crc == 0,
+        };
+        if !fits {
+            return Err(Refusal::TableCalibration);
+        }
+        let before = &self.parameters;
+        if (&parameters.orbit, &parameters.earth, &parameters.mount)
+            != (&before.orbit, &before.earth, &before.mount)
+        {
+            self.forget_orbit();
+        }
+        self.configure(&parameters, checked);
+        self.enter_commanded(self.modes.with_new_parameters(), events);
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn set_exposure(&mut self, exposure_us: u32) -> Result<(), Refusal> {
+        let mut parameters = self.parameters;
+        parameters.imaging.exposure_us = exposure_us;
+        let checked = parameters.check().map_err(|_| Refusal::Exposure)?;
+        self.configure(&parameters, checked);
+        Ok(())
+    }
+
+    fn take_orbit(&mut self, orbit: &GroundOrbit) -> Result<(), Refusal> {
+        let GroundOrbit { state, position_sigma_km, velocity_sigma_km_s } = *orbit;
+        let now_us = self.timekeeper.last_terrestrial_us().ok_or(Refusal::Epoch)?;
+        if !(0..=ORBIT_AGE_US).contains(&now_us.saturating_sub(state.time_us)) {
+            return Err(Refusal::Epoch);
+        }
+        let taken = self.initialise_orbit(state, position_sigma_km, velocity_sigma_km_s);
+        taken.then_some(()).ok_or(Refusal::Orbit)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,255 @@
+use super::*;
+use crate::camera::{CameraParameters, Distortion, Projection};
+use crate::catalog::{Catalogue, sample};
+use crate::command::TimeCorrelation;
+use crate::oracle::Generator;
+use crate::orbit::OrbitState;
+use crate::parameters::MAX_TABLE_BYTES;
+use crate::sensor::Workspace;
+use fsw_hal::{Instant, LocalTime};
+use nalgebra::Vector3;
+use std::boxed::Box;
+use std::string::String;
+use std::vec::Vec;
+
+/// Terrestrial Time of the last second, us since J2000.0.
+const NOW_US: i64 = 800_000_000_000_000;
+/// The counter then.
+const LOCAL_US: i64 = 90_000_000_000;
+
+fn parameters() -> Parameters {
+    Parameters::for_camera(CameraParameters {
+        width_px: 1280,
+        height_px: 1024,
+        focal_length_px: 3000.0,
+        optical_centre_px: [639.5, 511.5],
+        projection: Projection::Rectilinear,
+        distortion: Distortion::default(),
+        mirrored: false,
+    })
+}
+
+fn table(parameters: &Parameters) -> Vec<u8> {
+    parameters.encode(&mut [0; MAX_TABLE_BYTES]).unwrap().to_vec()
+}
+
+/// Does something with a sensor in tracking whose last second had these times.
+fn with_sensor(times: Option<Instant>, test: impl FnOnce(&mut Sensor)) {
+    let catalogue = sample::bytes(&sample::sky(&mut Generator::new(1), 20), 26, 1 << 31);
+    let mut workspace = Box::new(Workspace::new());
+    let catalogue = Catalogue::open(&catalogue).unwrap();
+    let mut sensor = Sensor::new(catalogue, parameters(), &mut workspace).unwrap();
+    sensor.modes.enter(Mode::Tracking);
+    if let Some(mut clock) = times {
+        let now = sensor.timekeeper.read_counter(&mut clock);
+        sensor.timekeeper.times(&mut clock, &now, None);
+    }
+    test(&mut sensor);
+}
+
+fn synchronised() -> Option<Instant> {
+    Some(Instant::new(LocalTime::from_us(LOCAL_US), NOW_US))
+}
+
+fn unsynchronised() -> Option<Instant> {
+    Some(Instant { local: LocalTime::from_us(LOCAL_US), terrestrial_us: None })
+}
+
+/// All that a command could change, in words.
+fn state(sensor: &Sensor) -> String {
+    std::format!(
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        sensor.parameters,
+        sensor.spare,
+        sensor.modes,
+        sensor.timekeeper,
+        sensor.orbit,
+        (sensor.fixed_us, sensor.converged, sensor.earth_misses, sensor.searching_since),
+        sensor.motion.is_some(),
+        sensor.images_given_up,
+    )
+}
+
+fn obey(sensor: &mut Sensor, command: Command) -> (Option<CommandOutcome>, Vec<Event>) {
+    let mut events = Events::default();
+    let outcome = sensor.obey(&command, &mut events);
+    (outcome, events.0.into_iter().collect())
+}
+
+#[track_caller]
+fn refused(sensor: &mut Sensor, command: Command, reason: Refusal) {
+    let before = state(sensor);
+    assert_eq!(obey(sensor, command), (Some(CommandOutcome::Refused(reason)), Vec::new()));
+    assert_eq!(state(sensor), before, "a refused command changed something");
+}
+
+#[track_caller]
+fn done(sensor: &mut Sensor, command: Command) -> Vec<Event> {
+    let (outcome, events) = obey(sensor, command);
+    assert_eq!(outcome, Some(CommandOutcome::Done));
+    events
+}
+
+fn orbit(age_us: i64) -> GroundOrbit {
+    GroundOrbit {
+        state: OrbitState {
+            time_us: NOW_US - age_us,
+            position_km: Vector3::new(42164.0, 0.0, 0.0),
+            velocity_km_s: Vector3::new(0.0, 3.0746, 0.0),
+        },
+        position_sigma_km: 10.0,
+        velocity_sigma_km_s: 0.01,
+    }
+}
+
+#[test]
+fn a_sound_table_is_taken_and_stars_are_acquired_anew() {
+    with_sensor(synchronised(), |sensor| {
+        done(sensor, Command::Orbit(orbit(0)));
+        let mut wanted = parameters();
+        wanted.tracking.gate_px = 7;
+        wanted.camera.focal_length_px = 3001.0;
+        let events = done(sensor, Command::LoadParameters(&table(&wanted)));
+        assert_eq!(events, [Event::Mode(Mode::Acquisition, Guard::Commanded)]);
+        assert_eq!((*sensor.parameters(), *sensor.camera.parameters()), (wanted, wanted.camera));
+        assert!(sensor.orbit.state().is_some(), "nothing that it rests on has changed");
+        wanted.orbit.patience += 1;
+        done(sensor, Command::LoadParameters(&table(&wanted)));
+        assert!(sensor.orbit.state().is_none());
+    });
+}
+
+#[test]
+fn a_table_does_not_end_a_mode_without_images() {
+    for mode in [Mode::SelfTest, Mode::Safe, Mode::CommandedSafe] {
+        with_sensor(synchronised(), |sensor| {
+            sensor.modes.enter(mode);
+            done(sensor, Command::LoadParameters(&table(&parameters())));
+            assert_eq!(sensor.modes.mode(), mode);
+        });
+    }
+}
+
+#[test]
+fn a_table_that_is_damaged_out_of_range_or_of_another_calibration_is_refused() {
+    with_sensor(synchronised(), |sensor| {
+        let sound = table(&parameters());
+        for length in 0..sound.len() {
+            refused(sensor, Command::LoadParameters(&sound[..length]), Refusal::TableDamaged);
+        }
+        let mut wanted = parameters();
+        wanted.tracking.gate_px = 0;
+        refused(sensor, Command::LoadParameters(&table(&wanted)), Refusal::TableRange);
+        let mut wanted = parameters();
+        wanted.imaging.calibration_crc = 1;
+        refused(sensor, Command::LoadParameters(&table(&wanted)), Refusal::TableCalibration);
+    });
+}
+
+#[test]
+fn an_exposure_is_that_of_the_table_from_now_on_and_nothing_else_changes() {
+    with_sensor(synchronised(), |sensor| {
+        assert!(done(sensor, Command::Exposure(50_000)).is_empty());
+        let mut wanted = parameters();
+        wanted.imaging.exposure_us = 50_000;
+        assert_eq!((*sensor.parameters(), sensor.modes.mode()), (wanted, Mode::Tracking));
+        let mut events = Events::default();
+        sensor.scrub(&mut events);
+        assert!(events.0.is_empty(), "the copy is the same");
+        for exposure_us in [0, 99, 1_000_001, u32::MAX] {
+            refused(sensor, Command::Exposure(exposure_us), Refusal::Exposure);
+        }
+    });
+}
+
+#[test]
+fn an_orbit_is_taken_where_it_is_one_and_of_the_last_hundred_minutes() {
+    with_sensor(synchronised(), |sensor| {
+        for age_us in [-1, ORBIT_AGE_US + 1, i64::MAX, i64::MIN + NOW_US + 1] {
+            refused(sensor, Command::Orbit(orbit(age_us)), Refusal::Epoch);
+        }
+        let sound = orbit(1_000_000);
+        for spoilt in [
+            GroundOrbit { position_sigma_km: 0.0, ..sound },
+            GroundOrbit { velocity_sigma_km_s: f64::NAN, ..sound },
+            GroundOrbit {
+                state: OrbitState { position_km: Vector3::new(100.0, 0.0, 0.0), ..sound.state },
+                ..sound
+            },
+            GroundOrbit {
+                state: OrbitState { velocity_km_s: Vector3::new(0.0, f64::INFINITY, 0.0), ..sound.state },
+                ..sound
+            },
+        ] {
+            refused(sensor, Command::Orbit(spoilt), Refusal::Orbit);
+        }
+        done(sensor, Command::Orbit(sound));
+        assert_eq!(sensor.orbit.state(), Some(&sound.state));
+        // One that is known stays where the next one is refused.
+        refused(sensor, Command::Orbit(orbit(-1)), Refusal::Epoch);
+    });
+    with_sensor(unsynchronised(), |sensor| refused(sensor, Command::Orbit(orbit(0)), Refusal::Epoch));
+    with_sensor(None, |sensor| refused(sensor, Command::Orbit(orbit(0)), Refusal::Epoch));
+}
+
+fn correlation(local_us: i64, terrestrial_us: i64) -> Command<'static> {
+    Command::Time(TimeCorrelation { local: LocalTime::from_us(local_us), terrestrial_us })
+}
+
+#[test]
+fn a_time_correlation_serves_where_the_clock_gives_none() {
+    with_sensor(synchronised(), |sensor| {
+        refused(sensor, correlation(LOCAL_US, NOW_US), Refusal::ClockServes)
+    });
+    with_sensor(None, |sensor| refused(sensor, correlation(LOCAL_US, NOW_US), Refusal::Correlation));
+    with_sensor(unsynchronised(), |sensor| {
+        for (local_us, terrestrial_us) in [
+            (LOCAL_US + 1, NOW_US),
+            (LOCAL_US - 86_400_000_001, NOW_US),
+            (i64::MIN, NOW_US),
+            (LOCAL_US, -1),
+            (LOCAL_US, i64::MAX),
+        ] {
+            refused(sensor, correlation(local_us, terrestrial_us), Refusal::Correlation);
+        }
+        done(sensor, correlation(LOCAL_US - 1_000_000, NOW_US - 1_000_000));
+        assert_eq!(sensor.timekeeper.last_terrestrial_us(), Some(NOW_US));
+        // A better one moves the orbit's epoch with it, once.
+        done(sensor, Command::Orbit(orbit(0)));
+        done(sensor, correlation(LOCAL_US, NOW_US + 500_000));
+        let clock = &mut Instant { local: LocalTime::from_us(LOCAL_US + 1_000_000), terrestrial_us: None };
+        let step_us = |sensor: &mut Sensor| {
+            let now = sensor.timekeeper.read_counter(clock);
+            let time = sensor.timekeeper.times(clock, &now, None);
+            assert_eq!(time.terrestrial_us, Some(NOW_US + 1_500_000));
+            time.step_us
+        };
+        let mut step_us = step_us;
+        assert_eq!([step_us(sensor), step_us(sensor)], [Some(500_000), None]);
+    });
+}
+
+#[test]
+fn commanded_safe_lasts_through_every_command_but_those_that_end_it() {
+    let table = table(&parameters());
+    with_sensor(synchronised(), |sensor| {
+        done(sensor, Command::Safe);
+        for command in [
+            Command::Continue,
+            Command::LoadParameters(&table),
+            Command::LoadParameters(&table[1..]),
+            Command::Exposure(50_000),
+            Command::Orbit(orbit(0)),
+            correlation(LOCAL_US, NOW_US),
+            Command::Safe,
+        ] {
+            obey(sensor, command);
+            assert_eq!(sensor.modes.mode(), Mode::CommandedSafe, "{command:?}");
+        }
+        for (command, mode) in [(Command::Reacquire, Mode::Acquisition), (Command::Restart, Mode::SelfTest)] {
+            sensor.modes.enter(Mode::CommandedSafe);
+            assert_eq!(done(sensor, command), [Event::Mode(mode, Guard::Commanded)]);
+            assert_eq!(sensor.modes.mode(), mode);
+        }
+    });
+}
