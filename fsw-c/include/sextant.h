@@ -339,7 +339,36 @@ typedef uint32_t sextant_clock_state;
 #endif // __cplusplus
 
 /**
- * What the spacecraft wants of a second.
+ * What came of the command of a second.
+ */
+enum sextant_command_result
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * There was none.
+     */
+    SEXTANT_COMMAND_RESULT_NONE = 0,
+    /**
+     * It was done.
+     */
+    SEXTANT_COMMAND_RESULT_DONE = 1,
+    /**
+     * It was refused and changed nothing.
+     */
+    SEXTANT_COMMAND_RESULT_REFUSED = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_command_result sextant_command_result;
+#else
+typedef uint32_t sextant_command_result;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What the spacecraft wants of a second. More can be commanded through the link.
  */
 enum sextant_command
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -801,6 +830,14 @@ typedef struct sextant_result {
      * The orbit.
      */
     struct sextant_orbit orbit;
+    /**
+     * What came of the command.
+     */
+    sextant_command_result command;
+    /**
+     * Reason code of a command that was refused, as reports tell it; else 0.
+     */
+    uint32_t refusal;
 } sextant_result;
 
 #ifdef __cplusplus

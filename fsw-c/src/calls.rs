@@ -7,6 +7,7 @@ use crate::results::CycleResult;
 use crate::status::Status;
 use core::ffi::{CStr, c_char, c_void};
 use fsw_core::catalog::{Catalogue, CatalogueError};
+use fsw_core::command::CommandOutcome;
 use fsw_core::image::calibration::{Calibration, CalibrationError};
 use fsw_core::packet::PacketError;
 use fsw_core::parameters::{self, Parameters};
@@ -39,7 +40,7 @@ static REFERENCE_CATALOGUE: &[u8] = include_bytes!("../../catalog-gen/data/refer
 /// Profiles and corrections of the reference camera, made by `sil-host calibrate`.
 static REFERENCE_CALIBRATION: &[u8] = include_bytes!("../../sil-host/cameras/reference-calibrated.corr");
 
-/// What the spacecraft wants of a second.
+/// What the spacecraft wants of a second. More can be commanded through the link.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
@@ -226,16 +227,16 @@ pub unsafe extern "C" fn sextant_cycle(
 }
 
 /// Where a cycle writes.
-struct Outputs {
-    telemetry: *mut u8,
-    telemetry_bytes: usize,
-    telemetry_length: *mut usize,
-    result: *mut CycleResult,
+pub(crate) struct Outputs {
+    pub(crate) telemetry: *mut u8,
+    pub(crate) telemetry_bytes: usize,
+    pub(crate) telemetry_length: *mut usize,
+    pub(crate) result: *mut CycleResult,
 }
 
 impl Outputs {
     /// Refuses what cannot be written, or would be written into the sensor or into one another.
-    fn check(&self, sensor: Extent) -> Result<(), Status> {
+    pub(crate) fn check(&self, sensor: Extent) -> Result<(), Status> {
         check(self.telemetry)?;
         check(self.telemetry_length)?;
         check(self.result)?;
@@ -283,9 +284,23 @@ unsafe fn cycle(
     outputs: &Outputs,
 ) -> Result<(), Status> {
     check(sensor)?;
-    check(instruments)?;
     outputs.check(Extent::of(sensor))?;
     let command = flight_command(command)?;
+    // SAFETY: the caller's promises are the same, and the outputs were checked.
+    unsafe { fly(sensor, instruments, command, outputs) }.map(|_| ())
+}
+
+/// Flies a second with a command; what came of the command.
+///
+/// # Safety
+/// As [`sextant_cycle`]; the sensor's handle and the outputs were checked.
+pub(crate) unsafe fn fly(
+    sensor: *mut SensorMemory,
+    instruments: *const Instruments,
+    command: sensor::Command,
+    outputs: &Outputs,
+) -> Result<Option<CommandOutcome>, Status> {
+    check(instruments)?;
     // SAFETY: not null and aligned; the rest is the caller's promise.
     let instruments = unsafe { instruments.read() };
     if !instruments.are_complete() {
@@ -302,7 +317,7 @@ unsafe fn cycle(
     let second = |sensor: &mut sensor::Sensor| {
         let report = sensor.cycle(&mut instruments, command);
         // SAFETY: the outputs were checked; the rest is the caller's promise.
-        unsafe { outputs.write(&report) }
+        unsafe { outputs.write(&report) }.map(|()| report.command)
     };
     // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise, and
     // the outputs lie outside of it.

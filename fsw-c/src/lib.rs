@@ -10,7 +10,8 @@
 //! | [`doors`] | what can be checked of a pointer |
 //! | [`instruments`] | callbacks of C behind the traits of `fsw-hal` |
 //! | [`results`] | the main results of a second as a plain struct |
-//! | [`memory`] | the sensor in the caller's memory |
+//! | [`memory`] | the sensor and the link in the caller's memory |
+//! | [`link`] | the command link: packets in, reports out |
 //!
 //! This is the one crate of the flight code that uses `unsafe`: it dereferences what C hands over after it
 //! has checked what can be checked. No heap, no recursion, no panic: on a bare target `panic-never` makes a
@@ -35,6 +36,7 @@ use panic_never as _;
 
 pub mod doors;
 pub mod instruments;
+pub mod link;
 pub mod memory;
 pub mod results;
 pub mod status;
@@ -44,3 +46,4 @@ mod calls;
 mod tests;
 
 pub use calls::*;
+pub use link::*;

@@ -1,32 +1,86 @@
-//! The sensor in memory of the caller.
+//! The sensor and the command link in memory of the caller.
 //!
 //! [`SensorMemory`] is laid into the memory that C owns: a head that says whether and where a sensor was
 //! made, its workspace, and the sensor, which refers to that workspace. So it must not be copied: the head
 //! holds its own address. A cycle holds the sensor by the head's state: a second call in the meantime, from
-//! a callback or from another task, is refused.
+//! a callback or from another task, is refused. [`LinkMemory`] is a link behind such a head.
 
 use crate::status::Status;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use fsw_core::catalog::Catalogue;
+use fsw_core::command::CommandLink;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Sensor, SensorError, Workspace, calibration_fits};
 
-/// State of the head: a sensor that waits for its next cycle ("SXTR").
-const READY: u32 = 0x5258_5453;
-/// A sensor that is in a cycle, or is being made ("SXTB").
+/// State of a head: the sensor behind it waits for its next call ("SXTR").
+const SENSOR_READY: u32 = 0x5258_5453;
+/// The same of a link ("SXTL").
+const LINK_READY: u32 = 0x4C58_5453;
+/// It is in a call, or is being made ("SXTB").
 const BUSY: u32 = 0x4258_5453;
-/// No sensor.
+/// Nothing was made.
 const NONE: u32 = 0;
+
+/// Says whether and where something was made, and whether a call holds it.
+struct Head {
+    state: AtomicU32,
+    address: AtomicUsize,
+}
+
+impl Head {
+    /// Holds the memory, which begins with this head, while something is made in it.
+    fn begin(&self) -> Result<Held<'_>, Status> {
+        let found = self.state.load(Ordering::Relaxed);
+        if found == BUSY && self.address.load(Ordering::Relaxed) == (&raw const *self).addr() {
+            return Err(Status::Busy);
+        }
+        let taken = self.state.compare_exchange(found, BUSY, Ordering::Acquire, Ordering::Relaxed);
+        taken.map_err(|_| Status::Busy)?;
+        self.address.store((&raw const *self).addr(), Ordering::Relaxed);
+        Ok(Held { state: &self.state, then: NONE })
+    }
+
+    /// Holds what was made, for a call; `ready` is its state.
+    fn hold(&self, ready: u32) -> Result<Held<'_>, Status> {
+        if self.address.load(Ordering::Relaxed) != (&raw const *self).addr() {
+            return Err(Status::NotASensor);
+        }
+        match self.state.compare_exchange(ready, BUSY, Ordering::Acquire, Ordering::Relaxed) {
+            Ok(_) => Ok(Held { state: &self.state, then: ready }),
+            Err(BUSY) => Err(Status::Busy),
+            Err(_) => Err(Status::NotASensor),
+        }
+    }
+}
+
+/// The right to use what is behind a head, for one call.
+struct Held<'m> {
+    state: &'m AtomicU32,
+    /// The state that is left behind.
+    then: u32,
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        self.state.store(self.then, Ordering::Release);
+    }
+}
 
 /// The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must
 /// not be copied or moved.
 pub struct SensorMemory {
-    state: AtomicU32,
-    address: AtomicUsize,
+    head: Head,
     sensor: MaybeUninit<Sensor<'static>>,
     workspace: MaybeUninit<Workspace>,
+}
+
+/// The command link, opaque. It lies in the memory that was given to `sextant_link_init`, at its beginning;
+/// it must not be copied or moved.
+pub struct LinkMemory {
+    head: Head,
+    link: MaybeUninit<CommandLink>,
 }
 
 /// What a sensor is made of.
@@ -69,28 +123,6 @@ impl Tables {
     }
 }
 
-/// The right to use the sensor of a memory, for one call.
-struct Held<'m> {
-    state: &'m AtomicU32,
-    /// The state that is left behind.
-    then: u32,
-}
-
-impl Drop for Held<'_> {
-    fn drop(&mut self) {
-        self.state.store(self.then, Ordering::Release);
-    }
-}
-
-/// The head: state, and the address at which it was written.
-///
-/// # Safety
-/// `memory` is aligned and memory that lives for `'m`; its head is used by this module alone.
-unsafe fn head<'m>(memory: *mut SensorMemory) -> (&'m AtomicU32, &'m AtomicUsize) {
-    // SAFETY: the caller's promise; any bits are a number, and they are read and written as atomics only.
-    unsafe { (&(*memory).state, &(*memory).address) }
-}
-
 /// Makes a sensor that knows nothing yet; one that was there is forgotten.
 ///
 /// # Errors
@@ -101,15 +133,9 @@ unsafe fn head<'m>(memory: *mut SensorMemory) -> (&'m AtomicU32, &'m AtomicUsize
 /// `memory` is aligned and memory of a [`SensorMemory`] that is used through this module alone from now on.
 pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(), Status> {
     tables.check()?;
-    // SAFETY: the caller's promise.
-    let (state, address) = unsafe { head(memory) };
-    let found = state.load(Ordering::Relaxed);
-    if found == BUSY && address.load(Ordering::Relaxed) == memory.addr() {
-        return Err(Status::Busy);
-    }
-    state.compare_exchange(found, BUSY, Ordering::Acquire, Ordering::Relaxed).map_err(|_| Status::Busy)?;
-    let mut held = Held { state, then: NONE };
-    address.store(memory.addr(), Ordering::Relaxed);
+    // SAFETY: the caller's promise; any bits are a number, and they are read and written as atomics only.
+    let head = unsafe { &(*memory).head };
+    let mut held = head.begin()?;
     // SAFETY: the state gives this call the memory. All zero is an empty workspace (a test compares them), and
     // the one reference to it is the sensor's.
     unsafe {
@@ -117,7 +143,7 @@ pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(
         workspace.write_bytes(0, 1);
         tables.write_sensor(&mut *workspace, &mut (*memory).sensor)?;
     }
-    held.then = READY;
+    held.then = SENSOR_READY;
     Ok(())
 }
 
@@ -132,18 +158,42 @@ pub(crate) unsafe fn with<T>(
     memory: *mut SensorMemory,
     call: impl FnOnce(&mut Sensor<'static>) -> T,
 ) -> Result<T, Status> {
-    // SAFETY: the caller's promise.
-    let (state, address) = unsafe { head(memory) };
-    if address.load(Ordering::Relaxed) != memory.addr() {
-        return Err(Status::NotASensor);
-    }
-    match state.compare_exchange(READY, BUSY, Ordering::Acquire, Ordering::Relaxed) {
-        Ok(_) => {}
-        Err(BUSY) => return Err(Status::Busy),
-        Err(_) => return Err(Status::NotASensor),
-    }
-    let _held = Held { state, then: READY };
-    // SAFETY: a sensor was written before the state became READY, and the state gives it to this call
+    // SAFETY: as in `make`.
+    let _held = unsafe { &(*memory).head }.hold(SENSOR_READY)?;
+    // SAFETY: a sensor was written before the state became its own, and the state gives it to this call
     // alone.
     Ok(call(unsafe { (*memory).sensor.assume_init_mut() }))
+}
+
+/// Makes a link; one that was there is forgotten.
+///
+/// # Errors
+/// [`Status::Busy`]. The memory then holds what it held.
+///
+/// # Safety
+/// `memory` is aligned and memory of a [`LinkMemory`] that is used through this module alone from now on.
+pub(crate) unsafe fn make_link(memory: *mut LinkMemory, link: CommandLink) -> Result<(), Status> {
+    // SAFETY: as in `make`.
+    let mut held = unsafe { &(*memory).head }.begin()?;
+    // SAFETY: the state gives this call the memory.
+    unsafe { (&raw mut (*memory).link).cast::<CommandLink>().write(link) };
+    held.then = LINK_READY;
+    Ok(())
+}
+
+/// Lends the link of a memory for one call.
+///
+/// # Errors
+/// [`Status::NotASensor`], [`Status::Busy`].
+///
+/// # Safety
+/// `memory` is aligned and memory of a [`LinkMemory`], of which nothing else is used meanwhile.
+pub(crate) unsafe fn with_link<T>(
+    memory: *mut LinkMemory,
+    call: impl FnOnce(&mut CommandLink) -> T,
+) -> Result<T, Status> {
+    // SAFETY: as in `make`.
+    let _held = unsafe { &(*memory).head }.hold(LINK_READY)?;
+    // SAFETY: a link was written before the state became its own, and the state gives it to this call alone.
+    Ok(call(unsafe { (*memory).link.assume_init_mut() }))
 }

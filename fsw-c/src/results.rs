@@ -3,6 +3,7 @@
 //! In: the [`Report`] of the flight code. Out: a [`CycleResult`]. The telemetry frame of the same second
 //! holds all of the report; this struct is what a spacecraft's control loop needs of it.
 
+use fsw_core::command::CommandOutcome;
 use fsw_core::modes::Mode as FlightMode;
 use fsw_core::telemetry::{self, AttitudeReport, FilteredAttitude, OrbitReport, Report};
 
@@ -157,6 +158,19 @@ pub struct Orbit {
     pub sigma_velocity_km_s: [f32; 3],
 }
 
+/// What came of the command of a second.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CommandResult {
+    /// There was none.
+    #[default]
+    None = 0,
+    /// It was done.
+    Done = 1,
+    /// It was refused and changed nothing.
+    Refused = 2,
+}
+
 /// The main results of a second.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -192,6 +206,10 @@ pub struct CycleResult {
     pub earth: Earth,
     /// The orbit.
     pub orbit: Orbit,
+    /// What came of the command.
+    pub command: CommandResult,
+    /// Reason code of a command that was refused, as reports tell it; else 0.
+    pub refusal: u32,
 }
 
 impl From<FlightMode> for Mode {
@@ -323,6 +341,15 @@ impl From<&Report> for CycleResult {
             rate: rate(report),
             earth: earth.unwrap_or_default(),
             orbit: report.orbit.as_ref().map(Orbit::from).unwrap_or_default(),
+            command: match report.command {
+                None => CommandResult::None,
+                Some(CommandOutcome::Done) => CommandResult::Done,
+                Some(CommandOutcome::Refused(_)) => CommandResult::Refused,
+            },
+            refusal: match report.command {
+                Some(CommandOutcome::Refused(reason)) => reason.code().into(),
+                _ => 0,
+            },
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The calls as C makes them.
 
+mod link;
 mod spoilt;
 mod world;
 

@@ -48,6 +48,7 @@ fn every_quantity_of_a_report_comes_through() {
         earth_status: telemetry::EarthStatus::Found,
         earth: Some(earth),
         orbit: Some(orbit),
+        command: Some(CommandOutcome::Done),
         ..Report::default()
     };
     let result = CycleResult::from(&report);
@@ -76,6 +77,8 @@ fn every_quantity_of_a_report_comes_through() {
             sigma_position_km: orbit.sigma_position_km,
             sigma_velocity_km_s: orbit.sigma_velocity_km_s,
         },
+        command: CommandResult::Done,
+        refusal: 0,
     };
     assert_eq!(result, expected);
 }
