@@ -27,7 +27,7 @@
 //! | 1, 8 | refused when it was to be done | request; [`Refusal`], u16 |
 //! | 129, 4 | part of the parameter table | offset, u16; length of the table, u16; bytes |
 //!
-//! Packets are read and written by the crate spacepackets (800 bytes of flash; 10 kB with the tag).
+//! An image that makes no link links nothing of this.
 
 pub mod authentication;
 pub mod ground;

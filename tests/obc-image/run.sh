@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs the flight image in the emulator; cargo's runner for thumbv7em, so `cargo obc -- FRAMES PARAMETERS TELEMETRY` comes
-# here as `run.sh IMAGE FRAMES PARAMETERS TELEMETRY` (`cargo sil record` makes the first two). File names are relative to where the command is given and hold no spaces: the image
+# here as `run.sh IMAGE FRAMES PARAMETERS TELEMETRY` (`cargo sil record` makes the first two); COMMANDS REPORTS may follow. File names are relative to where the command is given and hold no spaces: the image
 # gets its command line as one string. The status is the image's own.
 #
 # defmt's log is decoded to standard error where `defmt-print` is installed, and not written where it is not.
@@ -13,7 +13,7 @@ fail() {
     exit 2
 }
 
-[ $# -eq 4 ] || fail "usage: cargo obc -- FRAMES PARAMETERS TELEMETRY"
+[ $# -eq 4 ] || [ $# -eq 6 ] || fail "usage: cargo obc -- FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS]"
 image=$1
 shift
 command -v qemu-system-arm >/dev/null || fail "qemu-system-arm is not installed (Debian: qemu-system-arm)"

@@ -298,7 +298,8 @@ impl CommandLink {
             }
         };
         let count = self.sent_of.get_mut(counter)?;
-        let headers = ReportHeaders { apid: self.apid, sequence: self.sent, number, count: *count, now };
+        let sequence = self.sent & SEQUENCE_MASK;
+        let headers = ReportHeaders { apid: self.apid, sequence, number, count: *count, now };
         *count = count.wrapping_add(1);
         self.sent = self.sent.wrapping_add(1);
         packets::write(&headers, &data, buffer)

@@ -1,17 +1,16 @@
-//! Space packets: telecommands read, reports written, both by the crate spacepackets.
+//! Space packets: telecommands read by the crate spacepackets, reports written here.
 //!
 //! Its reader takes bytes behind the packet, telemetry for a telecommand and any version of the secondary
-//! header; what is more than a telecommand of ours is refused here. Cost on the target: 100 cycles a byte for
-//! the checksum, which is computed bit by bit, no table.
+//! header; what is more than a telecommand of ours is refused here. Its writer has panic paths that the linker
+//! of the flight image cannot remove. The checksum is computed bit by bit, without a table.
 
 use super::refusal::Refusal;
 use super::telecommand::MAX_PART_BYTES;
-use arbitrary_int::{u11, u14};
 use fsw_hal::LocalTime;
+use spacepackets::crc::CRC_CCITT_FALSE_NO_TABLE;
 use spacepackets::ecss::tc::{GenericPusTcSecondaryHeader, PusTcReader};
-use spacepackets::ecss::tm::{PusTmCreator, PusTmSecondaryHeader};
-use spacepackets::ecss::{CreatorConfig, MessageTypeId, PusError, PusPacket};
-use spacepackets::{CcsdsPacket, PacketType, SequenceFlags, SpHeader};
+use spacepackets::ecss::{MessageTypeId, PusError, PusPacket};
+use spacepackets::{CcsdsPacket, PacketType, SequenceFlags};
 
 /// Longest telecommand, bytes.
 pub const MAX_TELECOMMAND_BYTES: usize = 256;
@@ -19,13 +18,18 @@ pub const MAX_TELECOMMAND_BYTES: usize = 256;
 pub const MAX_REPORT_BYTES: usize = HEADERS_BYTES + MAX_DATA_BYTES + CHECKSUM_BYTES;
 /// Most data of a report: offset, length and a part of the table.
 pub(super) const MAX_DATA_BYTES: usize = 4 + MAX_PART_BYTES;
+const PRIMARY_BYTES: usize = 6;
 /// Primary and secondary header of a report.
-const HEADERS_BYTES: usize = 6 + 7 + TIME_BYTES;
+const HEADERS_BYTES: usize = PRIMARY_BYTES + 7 + TIME_BYTES;
 const CHECKSUM_BYTES: usize = 2;
 /// Seconds and their fraction.
 const TIME_BYTES: usize = 7;
 /// Version of the secondary header: ECSS-E-ST-70-41C.
 const PUS_VERSION: u8 = 2;
+/// Telemetry with a secondary header, in the first word; the APID is added.
+const TELEMETRY: u16 = 0x0800;
+/// Unsegmented, in the second word; the sequence count is added.
+const UNSEGMENTED: u16 = 0xC000;
 const SECOND_US: i64 = 1_000_000;
 
 /// Which telecommand a report is about: version, type, APID and sequence count as they came.
@@ -98,8 +102,9 @@ pub(super) fn read(bytes: &[u8], apid: u16) -> Result<TelecommandPacket<'_>, Ref
 /// Headers of a report.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReportHeaders {
+    /// 11 bits.
     pub(super) apid: u16,
-    /// Count of all reports.
+    /// Count of all reports, 14 bits.
     pub(super) sequence: u16,
     /// Service and subservice.
     pub(super) number: (u8, u8),
@@ -110,15 +115,41 @@ pub(super) struct ReportHeaders {
 
 /// Writes a report and gives the bytes used; `None` where the buffer is too short.
 pub(super) fn write<'a>(headers: &ReportHeaders, data: &[u8], buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-    let (apid, sequence) = (u11::extract_u16(headers.apid, 0), u14::extract_u16(headers.sequence, 0));
-    let (service, subservice) = headers.number;
-    let time = time_code(headers.now);
-    let secondary =
-        PusTmSecondaryHeader::new(MessageTypeId::new(service, subservice), headers.count, 0, &time);
-    let primary = SpHeader::new_for_unseg_tm(apid, sequence, 0);
-    let packet = PusTmCreator::new(primary, secondary, data, CreatorConfig::default());
-    let length = packet.write_to_slice_crc_no_table(buffer).ok()?;
-    buffer.get(..length)
+    let packet = buffer.get_mut(..HEADERS_BYTES + data.len() + CHECKSUM_BYTES)?;
+    // The length field counts from 0, and what follows the primary header.
+    let length = u16::try_from(packet.len().checked_sub(PRIMARY_BYTES + 1)?).ok()?;
+    let (content, checksum) = packet.split_last_chunk_mut::<CHECKSUM_BYTES>()?;
+    let (head, body) = content.split_first_chunk_mut::<HEADERS_BYTES>()?;
+    let [a0, a1] = (TELEMETRY | headers.apid).to_be_bytes();
+    let [s0, s1] = (UNSEGMENTED | headers.sequence).to_be_bytes();
+    let [l0, l1] = length.to_be_bytes();
+    let ([c0, c1], (service, subservice)) = (headers.count.to_be_bytes(), headers.number);
+    let [t0, t1, t2, t3, t4, t5, t6] = time_code(headers.now);
+    *head = [
+        a0,
+        a1,
+        s0,
+        s1,
+        l0,
+        l1, // primary header
+        PUS_VERSION << 4,
+        service,
+        subservice,
+        c0,
+        c1,
+        0,
+        0, // secondary header
+        t0,
+        t1,
+        t2,
+        t3,
+        t4,
+        t5,
+        t6,
+    ];
+    body.iter_mut().zip(data).for_each(|(place, byte)| *place = *byte);
+    *checksum = CRC_CCITT_FALSE_NO_TABLE.checksum(content).to_be_bytes();
+    Some(packet)
 }
 
 /// The counter as unsegmented time code of 4 and 3 bytes (CCSDS 301.0-B-4); it wraps after 136 years.

@@ -1,8 +1,9 @@
 //! The flight: one cycle a frame, each between the marks of the meter, its telemetry to the file.
 //!
-//! In: the detector, the parameter table, the number of seconds and the telemetry file. Out: how many seconds
-//! were flown and failed. Catalogue and calibration are part of the image.
+//! In: the detector, the parameter table, the number of seconds, the telemetry file and the command link. Out:
+//! how many seconds were flown and failed. Catalogue and calibration are part of the image.
 
+use crate::commands::Commands;
 use crate::host::File;
 use crate::marks;
 use crate::recorded::RecordedDetector;
@@ -32,7 +33,7 @@ static SENSOR: StaticCell<Sensor<'static>> = StaticCell::new();
 pub struct Flight {
     /// Cycles run.
     pub seconds: u32,
-    /// Cycles whose telemetry could not be written.
+    /// Cycles whose telemetry or reports could not be written.
     pub failed: u32,
 }
 
@@ -93,6 +94,7 @@ pub fn fly(
     detector: &mut RecordedDetector,
     seconds: u32,
     output: &mut File,
+    commands: &mut Option<Commands>,
 ) -> Result<Flight, StartError> {
     let frame = FRAME.try_take().ok_or(StartError::FlownBefore)?;
     let mut flight = Flight::default();
@@ -102,7 +104,11 @@ pub fn fly(
         let clock = &mut detector.turn_to(second).unwrap_or(broken);
         let mut instruments =
             Instruments { detector: &mut *detector, clock, meter: &mut Marks, rate_sensor: &mut () };
-        let report = marks::cycle(|| sensor.cycle(&mut instruments, Command::Continue));
+        if let Some(commands) = commands {
+            commands.receive(second);
+        }
+        let command = commands.as_ref().map_or(Command::Continue, Commands::command);
+        let report = marks::cycle(|| sensor.cycle(&mut instruments, command));
         flight.seconds += 1;
         defmt::info!(
             "second {}: {} spots, {} stars named",
@@ -111,7 +117,11 @@ pub fn fly(
             report.stars.len()
         );
         let sent = telemetry::encode_next(&report, frame).is_ok_and(|bytes| output.write(bytes).is_ok());
-        flight.failed += u32::from(!sent);
+        let reported = commands.as_mut().is_none_or(|commands| {
+            let now = LocalTime::from_us(report.local_us);
+            commands.conclude(report.command, now, sensor.parameters())
+        });
+        flight.failed += u32::from(!sent || !reported);
     }
     Ok(flight)
 }

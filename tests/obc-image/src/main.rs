@@ -1,7 +1,8 @@
 //! The flight library on the reference on-board computer (Cortex-M4F), run in the emulator.
 //!
-//! In: the command line `FRAMES PARAMETERS TELEMETRY [LOG]`: a frame file ([`recorded`]), a parameter table,
-//! the file for telemetry and one for defmt frames (default: none). Out: telemetry, one line of figures on
+//! In: the command line `FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS] [LOG]`: a frame file ([`recorded`]), a
+//! parameter table, the file for telemetry, those of the command link ([`commands`]; default: no command) and
+//! one for defmt frames (default: none). Out: telemetry, one line of figures on
 //! standard output ([`figures`]), and the status 0 done, 1 a second could not be flown, 2 bad input or usage,
 //! 3 processor fault (the line then is `{"fault_pc":ADDRESS}`).
 //!
@@ -11,6 +12,7 @@
 #![no_std]
 #![no_main]
 
+mod commands;
 mod figures;
 mod flight;
 mod host;
@@ -20,6 +22,7 @@ mod memory;
 mod recorded;
 
 // Brings the critical section of a single core.
+use commands::Commands;
 use cortex_m as _;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use figures::Figures;
@@ -53,7 +56,7 @@ impl InputError {
     /// One line for people; the host's runner shows it where defmt is not decoded.
     fn text(self) -> &'static str {
         match self {
-            Self::Usage => "usage: obc-image FRAMES PARAMETERS TELEMETRY [LOG]\n",
+            Self::Usage => "usage: obc-image FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS] [LOG]\n",
             Self::Frames(FrameFileError::Unreadable) => {
                 "FRAMES: cannot be read or is shorter than a header\n"
             }
@@ -69,7 +72,9 @@ impl InputError {
             }
             Self::Refused(StartError::Catalogue) => "the onboard catalogue is damaged\n",
             Self::Refused(StartError::FlownBefore) => "the image has flown before; start it anew\n",
-            Self::Output => "TELEMETRY, LOG or standard output: cannot be written\n",
+            Self::Output => {
+                "TELEMETRY, REPORTS, LOG or standard output: cannot be written; or COMMANDS: cannot be read\n"
+            }
         }
     }
 }
@@ -103,10 +108,11 @@ fn main() -> ! {
 
 /// Opens what the command line names, flies every frame and reports.
 fn run() -> Result<Flight, InputError> {
-    let (mut detector, parameters, mut telemetry) = open()?;
+    let (mut detector, parameters, mut telemetry, mut commands) = open()?;
     let seconds = detector.frames();
     let sensor = flight::sensor(parameters).map_err(InputError::Refused)?;
-    let flight = flight::fly(sensor, &mut detector, seconds, &mut telemetry).map_err(InputError::Refused)?;
+    let flight = flight::fly(sensor, &mut detector, seconds, &mut telemetry, &mut commands);
+    let flight = flight.map_err(InputError::Refused)?;
     report(&flight)?;
     Ok(flight)
 }
@@ -114,20 +120,28 @@ fn run() -> Result<Flight, InputError> {
 /// The detector, the parameters and the telemetry file that the command line names. Not inlined, nor is
 /// [`report`]: their buffers would lie under the flight's stack and be measured with it.
 #[inline(never)]
-fn open() -> Result<(RecordedDetector, Parameters, File), InputError> {
+fn open() -> Result<(RecordedDetector, Parameters, File, Option<Commands>), InputError> {
     let mut command_line = [0; host::COMMAND_LINE_BYTES];
     let mut arguments = host::arguments(&mut command_line);
     let frames = arguments.next().ok_or(InputError::Usage)?;
     let parameters = arguments.next().ok_or(InputError::Usage)?;
     let telemetry = arguments.next().ok_or(InputError::Usage)?;
-    if let Some(name) = arguments.next() {
+    let (packets, reports, log) = match [arguments.next(), arguments.next(), arguments.next()] {
+        [log, None, _] => (None, None, log),
+        all => all.into(),
+    };
+    if let Some(name) = log {
         log::to(File::open(name, Mode::Write)?);
     }
+    let commands = match packets.zip(reports) {
+        Some((packets, reports)) => Some(Commands::open(packets, reports)?),
+        None => None,
+    };
     let mut table = [0; MAX_TABLE_BYTES];
     let length = File::open(parameters, Mode::Read).and_then(|mut file| file.read_some(&mut table));
     let table = table.get(..length.map_err(|HostError| InputError::Parameters)?).unwrap_or(&[]);
     let parameters = Parameters::decode(table).map_err(|_| InputError::Parameters)?;
-    Ok((RecordedDetector::open(frames)?, parameters, File::open(telemetry, Mode::Write)?))
+    Ok((RecordedDetector::open(frames)?, parameters, File::open(telemetry, Mode::Write)?, commands))
 }
 
 /// Measures the memory and prints the figures.

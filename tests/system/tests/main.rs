@@ -24,3 +24,4 @@ mod scenarios;
 mod sensor_cycles;
 mod sky_answers;
 mod sky_pictures;
+mod telecommands;

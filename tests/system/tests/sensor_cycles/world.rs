@@ -180,7 +180,7 @@ impl Detector for World {
 pub(super) fn fly(
     world: &mut World,
     seconds: u32,
-    mut before: impl FnMut(u32, &mut World) -> Command,
+    mut before: impl FnMut(u32, &mut World) -> Command<'static>,
     mut after: impl FnMut(&Report, &World),
 ) -> Vec<Report> {
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();

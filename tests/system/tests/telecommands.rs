@@ -1,0 +1,197 @@
+//! The command link in flight: packets of every command on the host and on the emulated Cortex-M4F, with the
+//! same telemetry and the same reports.
+
+use fsw_core::checksum::crc32;
+use fsw_core::command::ground::{self, Envelope};
+use fsw_core::command::{
+    Command, CommandLink, CommandOutcome, GroundOrbit, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal,
+    Telecommand, TimeCorrelation,
+};
+use fsw_core::image::calibration::Calibration;
+use fsw_core::modes::{Guard, Mode};
+use fsw_core::orbit::OrbitState;
+use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_core::sensor::{Instruments, Workspace};
+use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Report};
+use fsw_hal::LocalTime;
+use sil_host::commands::record::mission::{Clip, Flight, MISSION};
+use sil_host::commands::record::record_flight;
+use sil_host::flight;
+use sil_host::formats::frames_file::Recording;
+use std::path::Path;
+use std::process::Command as Process;
+use system_tests::{scratch, target_dir, workspace};
+
+/// Those of the flight image.
+const APID: u16 = 0x2A5;
+const KEY: Key = Key::new([
+    0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
+]);
+const SECONDS: usize = 30;
+const FLIGHT: Flight =
+    Flight { clips: &[Clip { scenario: "geo-eclipse", from_s: 0, seconds: SECONDS as u32 }], ..MISSION };
+
+/// The ground's packets, each with its second.
+struct Ground {
+    packets: Vec<(u32, Vec<u8>)>,
+}
+
+impl Ground {
+    fn send(&mut self, second: u32, telecommand: &Telecommand) {
+        let count = self.packets.len() as u32 + 1;
+        let envelope = Envelope { apid: APID, sequence: count as u16, authentication: Some((KEY, count)) };
+        let packet =
+            ground::encode(telecommand, &envelope, &mut [0; MAX_TELECOMMAND_BYTES]).unwrap().to_vec();
+        self.packets.push((second, packet));
+    }
+
+    /// As the flight image reads them.
+    fn file(&self) -> Vec<u8> {
+        let entry = |(second, packet): &(u32, Vec<u8>)| {
+            [&second.to_le_bytes()[..], &(packet.len() as u16).to_le_bytes(), packet].concat()
+        };
+        self.packets.iter().flat_map(entry).collect()
+    }
+}
+
+fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
+    let mut ground = Ground { packets: Vec::new() };
+    let then = recording.turn_to(20);
+    let state = OrbitState {
+        time_us: then.terrestrial_us.expect("the clock is synchronised"),
+        position_km: [42164.0, 0.0, 0.0].into(),
+        velocity_km_s: [0.0, 3.0746, 0.0].into(),
+    };
+    let orbit = GroundOrbit { state, position_sigma_km: 100.0, velocity_sigma_km_s: 0.01 };
+    ground.send(8, &Telecommand::Safe);
+    ground.send(10, &Telecommand::Exposure(1));
+    ground.send(11, &Telecommand::Exposure(90_000));
+    ground.send(13, &Telecommand::Reacquire);
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    let table = wanted.encode(&mut buffer).unwrap();
+    for (part, bytes) in table.chunks(150).enumerate() {
+        ground.send(18, &Telecommand::Part { offset: (part * 150) as u16, bytes });
+    }
+    ground.send(19, &Telecommand::Load { length: table.len() as u16, crc: crc32(table) });
+    ground.send(22, &Telecommand::Dump);
+    ground.send(23, &Telecommand::Orbit(orbit));
+    let correlation = TimeCorrelation { local: then.local, terrestrial_us: 800_000_000_000_000 };
+    ground.send(24, &Telecommand::Time(correlation));
+    // One that was sent before, and one that was damaged on its way.
+    let safe = ground.packets[0].1.clone();
+    ground.packets.push((25, safe.clone()));
+    ground.packets.push((25, safe[..safe.len() - 1].to_vec()));
+    ground.send(26, &Telecommand::Restart);
+    ground
+}
+
+/// Flies the recording on the host; reports of the seconds, and the packets of the link.
+fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (Vec<Report>, Vec<Vec<u8>>) {
+    let mut workspace = Box::new(Workspace::new());
+    let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
+    let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
+    let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
+    let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).unwrap();
+    let mut link = CommandLink::new(APID, Some(KEY), 0);
+    let (mut reports, mut packets) = (Vec::new(), Vec::new());
+    for second in 0..recording.len() {
+        for (_, packet) in ground.packets.iter().filter(|(due, _)| *due as usize == second) {
+            let _ = link.receive(packet);
+        }
+        let clock = &mut recording.turn_to(second);
+        let mut instruments =
+            Instruments { detector: recording, clock, meter: &mut (), rate_sensor: &mut () };
+        let report = sensor.cycle(&mut instruments, link.command());
+        link.conclude(report.command);
+        let now = LocalTime::from_us(report.local_us);
+        let mut buffer = [0; MAX_REPORT_BYTES];
+        while let Some(packet) = link.next_report(now, sensor.parameters(), &mut buffer) {
+            packets.push(packet.to_vec());
+        }
+        assert_eq!(link.command(), Command::Continue);
+        reports.push(report);
+    }
+    (reports, packets)
+}
+
+/// Service, subservice and reason of a report.
+fn summary(packet: &[u8]) -> (u8, u8, u16) {
+    let reason = match packet[8] {
+        2 | 8 if packet[7] == 1 => u16::from_be_bytes([packet[24], packet[25]]),
+        _ => 0,
+    };
+    (packet[7], packet[8], reason)
+}
+
+fn emulated(folder: &Path) {
+    let arguments = ["run", "--quiet", "--profile", "flight", "-p", "obc-image", "--target"];
+    let output = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(arguments)
+        .args(["thumbv7em-none-eabihf", "--"])
+        .args(
+            ["frames.bin", "parameters.bin", "obc.bin", "commands.bin", "reports.bin"]
+                .map(|f| folder.join(f)),
+        )
+        .current_dir(workspace())
+        .env("CARGO_TARGET_DIR", target_dir())
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() {
+    let folder = scratch("telecommands");
+    let (files, _) = record_flight(&FLIGHT, &folder).expect("it can be recorded");
+    let (_, parameters) = FLIGHT.instrument().unwrap();
+    let mut wanted = parameters;
+    wanted.tracking.gate_px += 1;
+    let mut recording = Recording::load(&files.frames).unwrap();
+    let ground = commands(&mut recording, &wanted);
+    let (reports, packets) = fly(&mut recording, parameters, &ground);
+
+    let (done, refused) = (Some(CommandOutcome::Done), |why| Some(CommandOutcome::Refused(why)));
+    let outcomes = [
+        (8, done),
+        (10, refused(Refusal::Exposure)),
+        (11, done),
+        (13, done),
+        (19, done),
+        (23, done),
+        (24, refused(Refusal::ClockServes)),
+        (26, done),
+    ];
+    let told: Vec<_> = reports.iter().enumerate().filter(|(_, report)| report.command.is_some()).collect();
+    assert_eq!(told.iter().map(|(second, report)| (*second, report.command)).collect::<Vec<_>>(), outcomes);
+    assert!(reports[22].orbit.is_none() && reports[23].orbit.is_some());
+    assert!(reports[8..13].iter().all(|report| report.mode == Mode::CommandedSafe));
+    assert_eq!(reports[13].mode, Mode::Acquisition);
+    assert!(reports[19].events.contains(&Event::Mode(Mode::Acquisition, Guard::Commanded)));
+    assert_eq!(reports[18].mode, Mode::Tracking);
+    assert_eq!(reports[22].mode, Mode::Tracking);
+    let counted = |kind| packets.iter().filter(|packet| summary(packet) == kind).count();
+    // Eleven commands of one packet and the parts were accepted; two were refused at once.
+    let parts = ground.packets.len() - 12;
+    assert_eq!(counted((1, 1, 0)), 10 + parts);
+    assert_eq!(counted((1, 2, Refusal::Counter.code())) + counted((1, 2, Refusal::Length.code())), 2);
+    assert_eq!(counted((1, 8, Refusal::Exposure.code())), 1);
+    assert_eq!(counted((1, 7, 0)), 8 + parts);
+    let dumped: Vec<u8> = packets
+        .iter()
+        .filter(|packet| summary(packet) == (129, 4, 0))
+        .flat_map(|packet| packet[24..packet.len() - 2].to_vec())
+        .collect();
+    assert_eq!(Parameters::decode(&dumped), Ok(wanted));
+
+    std::fs::write(folder.join("commands.bin"), ground.file()).unwrap();
+    emulated(&folder);
+    let mut stream = Vec::new();
+    for report in &reports {
+        stream.extend_from_slice(telemetry::encode_next(report, &mut [0; MAX_FRAME_BYTES]).unwrap());
+    }
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    assert!(read("obc.bin") == stream, "telemetry of host and target differs");
+    assert!(read("reports.bin") == packets.concat(), "reports of host and target differ");
+    // A recording is large.
+    let _ = std::fs::remove_dir_all(&folder);
+}
