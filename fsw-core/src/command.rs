@@ -73,7 +73,7 @@ pub enum Command<'a> {
 /// An orbit by the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundOrbit {
-    /// Position and velocity, ICRS axes, and when: in the last two hours.
+    /// Position and velocity, ICRS axes, and when: in the last 100 minutes.
     pub state: OrbitState,
     /// Standard deviation of the position along each axis, km.
     pub position_sigma_km: f64,

@@ -75,6 +75,9 @@ pub enum Command {
     Parameters(ParametersArguments),
     /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
     Columns(ColumnsArguments),
+    /// All telecommands that the flight code obeys: service, fields, refusals (the page
+    /// fsw-core/TELECOMMANDS.md)
+    Telecommands(TelecommandsArguments),
 }
 
 /// What the arguments ask for.

@@ -21,6 +21,7 @@ pub mod record;
 pub mod render;
 pub mod run;
 pub mod solve;
+pub mod telecommands;
 
 use crate::campaign;
 use crate::cli::{Campaign, Command, RunArguments};
@@ -59,5 +60,6 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
         Command::Budget(arguments) => budget::run(arguments),
         Command::Parameters(arguments) => parameters::run(arguments),
         Command::Columns(arguments) => columns::run(arguments),
+        Command::Telecommands(arguments) => telecommands::run(arguments),
     }
 }

@@ -52,7 +52,7 @@ refusals! {
     TableCalibration = 34, "the table names another calibration than the one in force";
     Exposure = 35, "the exposure is outside its range";
     Orbit = 36, "the state is no orbit about the Earth, or a sigma is out of bounds";
-    Epoch = 37, "the orbit is of the future or older than two hours, or Terrestrial Time is not known";
+    Epoch = 37, "the orbit is of the future or older than 100 minutes, or Terrestrial Time is not known";
     ClockServes = 38, "the clock gives Terrestrial Time itself";
     Correlation = 39, "the instant is of the future, older than a day, or outside the years 2000 to 2100";
 }

@@ -100,6 +100,14 @@ pub struct ParametersArguments {
     pub json: bool,
 }
 
+/// Arguments of `telecommands`.
+#[derive(Debug, Args)]
+pub struct TelecommandsArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Arguments of `columns`.
 #[derive(Debug, Args)]
 pub struct ColumnsArguments {

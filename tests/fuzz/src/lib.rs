@@ -6,10 +6,11 @@
 //! crash:
 //!
 //! ```sh
-//! cargo +nightly fuzz run --fuzz-dir tests/fuzz/libfuzzer seconds     # or packets, tables, pixels, files
+//! cargo +nightly fuzz run --fuzz-dir tests/fuzz/libfuzzer seconds     # or packets, tables, pixels, files, link
 //! ```
 
 pub mod files;
+pub mod link;
 pub mod packets;
 pub mod pixels;
 pub mod seconds;

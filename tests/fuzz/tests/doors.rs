@@ -2,12 +2,19 @@
 
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
+use fsw_core::checksum::crc32;
+use fsw_core::command::ground::{self, Envelope};
+use fsw_core::command::{GroundOrbit, MAX_PART_BYTES, MAX_TELECOMMAND_BYTES, Telecommand, TimeCorrelation};
 use fsw_core::frames::Direction;
 use fsw_core::modes::Mode;
-use fsw_core::parameters::Parameters;
+use fsw_core::orbit::OrbitState;
+use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
+use fsw_hal::LocalTime;
+use fuzz::link;
 use fuzz::seconds::{self, HEAD};
 use sil_host::world::noise::{Noise, Stream};
+use spacepackets::crc::CRC_CCITT_FALSE;
 use std::path::Path;
 
 /// The world's noise, thrown one number after the other.
@@ -127,6 +134,71 @@ fn seconds_of_the_sensor() {
     // The self-test sees stars and names none.
     assert_eq!(seconds::try_bytes(&sky), 5);
     knock(|bytes| _ = seconds::try_bytes(bytes), &[pixels, sky.clone(), sky], 600);
+}
+
+/// A flight of all commands, each in a packet of its own, led by its length.
+fn telecommands(flags: u8) -> Vec<u8> {
+    let parameters = Parameters::for_camera(seconds::CAMERA);
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    let table = parameters.encode(&mut buffer).unwrap();
+    let state = OrbitState {
+        time_us: link::BEGIN_US,
+        position_km: [42164.0, 0.0, 0.0].into(),
+        velocity_km_s: [0.0, 3.0746, 0.0].into(),
+    };
+    let orbit = GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 };
+    let time = TimeCorrelation { local: LocalTime::from_us(1_000_000), terrestrial_us: link::BEGIN_US };
+    let part = |(part, bytes)| Telecommand::Part { offset: part as u16 * MAX_PART_BYTES as u16, bytes };
+    let parts = table.chunks(MAX_PART_BYTES).enumerate().map(part);
+    let rest = [
+        Telecommand::Load { length: table.len() as u16, crc: crc32(table) },
+        Telecommand::Time(time),
+        Telecommand::Orbit(orbit),
+        Telecommand::Exposure(50_000),
+        Telecommand::Exposure(1),
+        Telecommand::Safe,
+        Telecommand::Reacquire,
+        Telecommand::Dump,
+        Telecommand::Restart,
+    ];
+    (1..).zip(parts.chain(rest)).fold(vec![flags], |mut bytes, (count, telecommand)| {
+        let authentication = (flags & 1 == 1).then_some((link::KEY, count));
+        let envelope = Envelope { apid: link::APID, sequence: count as u16, authentication };
+        let mut buffer = [0; MAX_TELECOMMAND_BYTES];
+        let packet = ground::encode(&telecommand, &envelope, &mut buffer).unwrap();
+        bytes.push(packet.len() as u8);
+        bytes.extend_from_slice(packet);
+        bytes
+    })
+}
+
+/// Writes the checksum of every packet again, so that more of them get past it.
+fn sealed(bytes: &[u8]) -> Vec<u8> {
+    let Some((flags, mut rest)) = bytes.split_first() else { return Vec::new() };
+    let mut sealed = vec![*flags];
+    while let Some((length, after)) = rest.split_first() {
+        let (packet, after) = after.split_at(usize::from(*length).min(after.len()));
+        rest = after;
+        sealed.push(packet.len() as u8);
+        match packet.split_last_chunk::<2>() {
+            Some((content, _)) => {
+                sealed.extend_from_slice(content);
+                sealed.extend(CRC_CCITT_FALSE.checksum(content).to_be_bytes());
+            }
+            None => sealed.extend_from_slice(packet),
+        }
+    }
+    sealed
+}
+
+#[test]
+fn the_command_link() {
+    let seeds: Vec<_> = (0..4).map(telecommands).collect();
+    let parts = Parameters::for_camera(seconds::CAMERA).encode(&mut [0; MAX_TABLE_BYTES]).unwrap().len();
+    let all = parts.div_ceil(MAX_PART_BYTES) + 9;
+    assert!(seeds.iter().all(|seed| link::try_bytes(seed) == all));
+    knock(|bytes| _ = link::try_bytes(bytes), &seeds, 1000);
+    knock(|bytes| _ = link::try_bytes(&sealed(bytes)), &seeds, 1000);
 }
 
 #[test]
