@@ -207,7 +207,7 @@ enum sextant_mode
      */
     SEXTANT_MODE_SAFE = 5,
     /**
-     * The same by command: until a command ends it.
+     * The same by command, or without a parameter table that can be used: until a command ends it.
      */
     SEXTANT_MODE_COMMANDED_SAFE = 6,
 };

@@ -208,7 +208,7 @@ pub unsafe extern "C" fn sextant_link_report(
         }
         Extent::of(sensor).check_apart(Extent::of(link))?;
         // SAFETY: not null, of that length by the caller's promise, and apart from what else is used.
-        let buffer = unsafe { core::slice::from_raw_parts_mut(report, REPORT_BYTES) };
+        let buffer = unsafe { &mut *report.cast::<[u8; REPORT_BYTES]>() };
         let now = LocalTime::from_us(local_us);
         // SAFETY: the handles are aligned; that their memories stand behind them is the caller's promise.
         let written = unsafe {

@@ -30,7 +30,7 @@ struct Head {
 }
 
 impl Head {
-    /// Holds the memory, which begins with this head, while something is made in it.
+    /// Holds the memory of this head while something is made in it.
     fn begin(&self) -> Result<Held<'_>, Status> {
         let found = self.state.load(Ordering::Relaxed);
         if found == BUSY && self.address.load(Ordering::Relaxed) == (&raw const *self).addr() {

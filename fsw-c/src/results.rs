@@ -36,7 +36,7 @@ pub enum Mode {
     /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
     /// pause.
     Safe = 5,
-    /// The same by command: until a command ends it.
+    /// The same by command, or without a parameter table that can be used: until a command ends it.
     CommandedSafe = 6,
 }
 

@@ -23,10 +23,13 @@
 //!
 //! | from | cause | to |
 //! |---|---|---|
-//! | any | command to reacquire, to restart, to safe mode | acquisition, self-test, commanded safe |
-//! | self-test, safe, commanded safe | another parameter table, by command or from the copy | the same |
-//! | any other | another parameter table, by command or from the copy | acquisition |
+//! | self-test, safe, commanded safe | the parameter table was damaged and taken from its copy | the same |
+//! | any other | the same | acquisition |
 //! | any | the parameter table was damaged and so was its copy | commanded safe |
+//! | any | command to reacquire, to restart, to safe mode | acquisition, self-test, commanded safe |
+//! | self-test, safe, commanded safe | another parameter table by command | the same |
+//! | any other | the same | acquisition |
+//!
 //! Seconds are local time between the calls; a longer gap
 //! counts as `LONGEST_STEP_US`, because no image was taken in it.
 
@@ -55,7 +58,7 @@ pub enum Mode {
     /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
     /// pause.
     Safe,
-    /// The same by command: until a command ends it.
+    /// The same by command, or without a parameter table that can be used: until a command ends it.
     CommandedSafe,
 }
 

@@ -1,7 +1,8 @@
 //! The second, top to bottom: one call a room.
 //!
-//! [`Sensor::cycle`] is called once a second. Before it begins the spacecraft's command is done (`commanding`),
-//! and parameters, catalogue and calibration are checked against upsets of their memory (`scrubbing`). Then:
+//! [`Sensor::cycle`] is called once a second. Before it begins parameters, catalogue and calibration are
+//! checked against upsets of their memory (`scrubbing`), and the spacecraft's command is done (`commanding`).
+//! Then:
 //!
 //! 1. the image that the mode asks for is taken (`exposing`); its mid-exposure instant is that of the second,
 //!    the counter's where none was asked for or may be used (`timekeeping`);
@@ -232,8 +233,8 @@ impl<'c> Sensor<'c> {
         command: Command,
     ) -> Report {
         let mut events = Events::default();
-        let outcome = self.obey(&command, &mut events);
         self.scrub(&mut events);
+        let outcome = self.obey(&command, &mut events);
         let Instruments { detector, clock, meter, rate_sensor } = instruments;
         let detector = &mut ByKind(&mut **detector);
         let (image, time) = self.take_image(detector, *clock, *meter);

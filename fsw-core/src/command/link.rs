@@ -14,7 +14,7 @@
 //! | a second | [`CommandLink::next_report`] until it gives none |
 
 use super::authentication::{Key, TAG_BYTES, TRAILER_BYTES};
-use super::packets::{self, MAX_DATA_BYTES, ReportHeaders, RequestId, TelecommandPacket};
+use super::packets::{self, MAX_DATA_BYTES, MAX_REPORT_BYTES, ReportHeaders, RequestId, TelecommandPacket};
 use super::refusal::Refusal;
 use super::telecommand::{MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION};
 use super::upload::Upload;
@@ -42,7 +42,7 @@ pub struct Accepted<'a> {
     pub telecommand: Telecommand<'a>,
 }
 
-/// A packet that was refused; nothing changed.
+/// A packet that was refused; nothing changed but, for an authentic one, counter and sequence count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refused {
     /// By which reports name it; `None` where the packet has less than four bytes.
@@ -144,7 +144,7 @@ impl CommandLink {
     /// Takes the bytes of one packet.
     ///
     /// # Errors
-    /// The first check that fails; nothing is changed then.
+    /// The first check that fails.
     pub fn receive<'a>(&mut self, bytes: &'a [u8]) -> Result<Accepted<'a>, Refused> {
         let request = RequestId::of(bytes);
         let checked = packets::read(bytes, self.apid).and_then(|packet| {
@@ -275,12 +275,12 @@ impl CommandLink {
     }
 
     /// Writes the next report, as of `now`, and gives the bytes used; `None` where none waits. `parameters`
-    /// are those in force, for the dump; `buffer` has [`MAX_REPORT_BYTES`](super::MAX_REPORT_BYTES).
+    /// are those in force, for the dump.
     pub fn next_report<'a>(
         &mut self,
         now: LocalTime,
         parameters: &Parameters,
-        buffer: &'a mut [u8],
+        buffer: &'a mut [u8; MAX_REPORT_BYTES],
     ) -> Option<&'a [u8]> {
         let mut data = Vec::<u8, MAX_DATA_BYTES>::new();
         let (number, counter) = match self.reports.pop_front() {
@@ -308,7 +308,7 @@ impl CommandLink {
     /// The next part of the table that is sent down: offset, length of the table, bytes.
     #[inline(never)]
     fn next_part(&mut self, parameters: &Parameters, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<()> {
-        let (request, offset) = self.dump?;
+        let (request, offset) = self.dump.take()?;
         let mut buffer = [0; MAX_TABLE_BYTES];
         let table = parameters.encode(&mut buffer).ok()?;
         let rest = table.get(usize::from(offset)..)?;
@@ -317,12 +317,11 @@ impl CommandLink {
         data.extend_from_slice(&u16::try_from(table.len()).ok()?.to_be_bytes()).ok()?;
         data.extend_from_slice(part).ok()?;
         let end = offset.checked_add(u16::try_from(part.len()).ok()?)?;
-        self.dump = if part.len() == rest.len() {
+        if part.len() == rest.len() {
             self.complete(request, CommandOutcome::Done);
-            None
         } else {
-            Some((request, end))
-        };
+            self.dump = Some((request, end));
+        }
         Some(())
     }
 }

@@ -55,4 +55,5 @@ refusals! {
     Epoch = 37, "the orbit is of the future or older than 100 minutes, or Terrestrial Time is not known";
     ClockServes = 38, "the clock gives Terrestrial Time itself";
     Correlation = 39, "the instant is of the future, older than a day, or outside the years 2000 to 2100";
+    ParametersLost = 40, "the parameters and their copy are damaged: load a table first";
 }

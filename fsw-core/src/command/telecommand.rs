@@ -90,14 +90,14 @@ pub const ROWS: &[Row] = &[
         name: "reacquire",
         fields: &[],
         about: "forget the attitude and acquire anew; ends commanded safe",
-        refusals: &[],
+        refusals: &[Refusal::ParametersLost],
     },
     Row {
         number: (SENSOR, 2),
         name: "restart",
         fields: &[],
         about: "forget attitude and orbit and begin with the self-test; ends commanded safe",
-        refusals: &[],
+        refusals: &[Refusal::ParametersLost],
     },
     Row {
         number: (SENSOR, 3),
@@ -111,7 +111,7 @@ pub const ROWS: &[Row] = &[
         name: "exposure",
         fields: &[field("exposure_us", "u32", "us")],
         about: "set `imaging.exposure_us` of the parameter table in force",
-        refusals: &[Refusal::Exposure],
+        refusals: &[Refusal::Exposure, Refusal::ParametersLost],
     },
     Row {
         number: (SENSOR, 5),
@@ -124,7 +124,7 @@ pub const ROWS: &[Row] = &[
             field("velocity_sigma_km_s", "f64", "km/s"),
         ],
         about: "take this orbit in the place of the one in force",
-        refusals: &[Refusal::Orbit, Refusal::Epoch],
+        refusals: &[Refusal::Orbit, Refusal::Epoch, Refusal::ParametersLost],
     },
     Row {
         number: (SENSOR, 6),

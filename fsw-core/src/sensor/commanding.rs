@@ -4,13 +4,13 @@
 //! command changes nothing.
 
 use super::record::Events;
+use super::scrubbing::Spare;
 use super::{Sensor, calibration_fits};
 use crate::camera::Camera;
 use crate::command::{Command, CommandOutcome, GroundOrbit, Refusal};
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode};
 use crate::parameters::Parameters;
-use crate::sensor::scrubbing::Spare;
 use crate::telemetry::Event;
 
 /// Oldest orbit that is taken, us: 100 minutes, of the two hours that the filter crosses.
@@ -22,6 +22,11 @@ impl Sensor<'_> {
     pub(super) fn obey(&mut self, command: &Command, events: &mut Events) -> Option<CommandOutcome> {
         let done = match command {
             Command::Continue => return None,
+            Command::Reacquire | Command::Restart | Command::Exposure(_) | Command::Orbit(_)
+                if !self.parameters_hold() =>
+            {
+                Err(Refusal::ParametersLost)
+            }
             Command::Reacquire => {
                 self.enter_commanded(Mode::Acquisition, events);
                 Ok(())

@@ -3,8 +3,8 @@
 //!
 //! In: the clock, and the instant of the image where there is one. Out: [`Time`]. Terrestrial Time is the
 //! clock's; while that gives none, or an instant outside the years in which it is believed, the last one, or
-//! that of a command, is propagated by local time. A step of the clock is the difference between its Terrestrial Time and the last
-//! one propagated.
+//! that of a command, is propagated by local time. A step of the clock is the difference between its
+//! Terrestrial Time and the last one propagated.
 
 use crate::command::{Refusal, TimeCorrelation};
 use crate::telemetry::{ClockFault, ClockState, ImageFault};

@@ -288,7 +288,7 @@ fn largest() -> Report {
             either_sense: true,
             stars: u8::MAX,
         }),
-        command: Some(CommandOutcome::Refused(Refusal::Correlation)),
+        command: Some(CommandOutcome::Refused(Refusal::ParametersLost)),
     }
 }
 

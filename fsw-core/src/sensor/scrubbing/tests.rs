@@ -1,6 +1,7 @@
 use super::*;
 use crate::camera::{CameraParameters, Distortion, Projection};
 use crate::catalog::{Catalogue, sample};
+use crate::command::{Command, CommandOutcome, Refusal};
 use crate::image::calibration;
 use crate::image::calibration::Calibration;
 use crate::oracle::Generator;
@@ -101,12 +102,16 @@ fn parameters_that_are_lost_end_in_safe_mode_until_a_table_is_loaded() {
         let lost = [Event::ParametersLost, Event::Mode(Mode::CommandedSafe, Guard::ParametersDamaged)];
         for _ in 0..3 {
             assert_eq!(scrubbed(sensor), lost);
-            sensor.modes.enter(Mode::Acquisition);
         }
+        for command in [Command::Reacquire, Command::Restart, Command::Exposure(50_000)] {
+            let outcome = sensor.obey(&command, &mut Events::default());
+            assert_eq!(outcome, Some(CommandOutcome::Refused(Refusal::ParametersLost)));
+        }
+        assert_eq!(sensor.modes.mode(), Mode::CommandedSafe);
         let mut buffer = [0; MAX_TABLE_BYTES];
         let table = loaded.encode(&mut buffer).unwrap();
-        let command = crate::command::Command::LoadParameters(table);
-        assert!(sensor.obey(&command, &mut Events::default()).is_some());
+        let outcome = sensor.obey(&Command::LoadParameters(table), &mut Events::default());
+        assert_eq!(outcome, Some(CommandOutcome::Done));
         assert!(scrubbed(sensor).is_empty());
         assert_eq!(sensor.parameters, loaded);
     });
