@@ -8,6 +8,7 @@ pub mod events;
 pub mod faults;
 pub mod star_scene;
 pub mod status;
+mod watched;
 
 use crate::error::HostError;
 use crate::flight::{self, StarCalibration};
@@ -25,6 +26,7 @@ use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, LocalTime, MagneticField, Magnetometer,
     RateSensor, RateSensorError, Window,
 };
+use watched::Watched;
 
 /// A second that was flown.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +47,8 @@ pub struct Second<'a> {
     pub scene: &'a Scene,
     /// What breaks in the run.
     pub faults: &'a [Fault],
+    /// The windows that the sensor read, in that order.
+    pub windows: &'a [Window],
 }
 
 /// The detector in one second: an exposure in it is one of that second, however many seconds went without.
@@ -106,6 +110,21 @@ pub struct Flight<'a> {
     cycle: u32,
     /// By how much the second before was late, us.
     late_us: i64,
+    /// What breaks: the scenario's faults, then those injected in flight.
+    faults: Vec<Fault>,
+    /// The windows read in the second.
+    windows: Vec<Window>,
+}
+
+/// By how much a second is late after one that was late by `before_us`, us.
+fn late_after_us(faults: &[Fault], cycle: u32, before_us: i64) -> i64 {
+    let late_us = (faults::lateness_s(faults, cycle) * 1e6) as i64;
+    late_us.max(before_us - SECOND_US + HASTE_US).max(0)
+}
+
+/// By how much a second of a run with these faults is late, us.
+pub fn late_us(faults: &[Fault], cycle: u32) -> i64 {
+    (0..=cycle).fold(0, |before_us, cycle| late_after_us(faults, cycle, before_us))
 }
 
 impl<'a> Flight<'a> {
@@ -133,7 +152,13 @@ impl<'a> Flight<'a> {
                 return Err(HostError::input(&scenario.file, None, what, "give smaller errors"));
             }
         }
-        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0 })
+        let faults = scenario.faults.clone();
+        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0, faults, windows: Vec::new() })
+    }
+
+    /// From now on this breaks too, when its seconds come; what broke before is not changed by it.
+    pub fn inject(&mut self, fault: Fault) {
+        self.faults.push(fault);
     }
 
     /// The next second, handed to `listen`.
@@ -145,17 +170,19 @@ impl<'a> Flight<'a> {
         listen: impl FnOnce(Second<'_>) -> Result<(), HostError>,
     ) -> Result<(), HostError> {
         let (scenario, cycle) = (self.scenario, self.cycle);
-        let late_us = (faults::lateness_s(&scenario.faults, cycle) * 1e6) as i64;
-        self.late_us = late_us.max(self.late_us - SECOND_US + HASTE_US).max(0);
+        self.late_us = late_after_us(&self.faults, cycle, self.late_us);
         self.scene.delay(self.late_us as f64 * 1e-6);
+        self.scene.storm(faults::storm_hits(&self.faults, cycle));
+        self.windows.clear();
         let truth = truth_of(self.scene, cycle)?;
         let elapsed_us = POWERED_US + i64::from(cycle) * SECOND_US + self.late_us;
         let clock = scenario.believed.clock(elapsed_us, scenario.instant_us(cycle) + self.late_us);
         let local = clock.local;
-        let mut clock = faults::faulty_clock(&scenario.faults, cycle, clock);
+        let mut clock = faults::faulty_clock(&self.faults, cycle, clock);
         let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
-        let mut detector = Faulty::new(&mut detector, &scenario.faults, scenario.seed, (cycle, local));
-        let mut gyro = gyro_of(scenario, (cycle, local), &truth);
+        let mut detector = Faulty::new(&mut detector, &self.faults, scenario.seed, (cycle, local));
+        let mut detector = Watched { detector: &mut detector, windows: &mut self.windows };
+        let mut gyro = gyro_of(scenario, (cycle, local), &truth, faults::gyro_is_silent(&self.faults, cycle));
         let report = match &mut gyro {
             Some(rate_sensor) => self.sensor.cycle(
                 &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor },
@@ -183,7 +210,8 @@ impl<'a> Flight<'a> {
             rate: gyro.and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
             field: field_of(scenario, (cycle, local), &truth),
             scene: self.scene,
-            faults: &scenario.faults,
+            faults: &self.faults,
+            windows: &self.windows,
         })?;
         self.cycle += 1;
         Ok(())
@@ -194,6 +222,7 @@ impl<'a> Flight<'a> {
 struct DrivenGyro<'t> {
     gyro: Gyro<'t>,
     believed: &'t Believed,
+    silent: bool,
 }
 
 impl fsw_hal::ErrorType for DrivenGyro<'_> {
@@ -202,6 +231,9 @@ impl fsw_hal::ErrorType for DrivenGyro<'_> {
 
 impl RateSensor for DrivenGyro<'_> {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+        if self.silent {
+            return Ok(None);
+        }
         let reading = self.gyro.angular_rate()?;
         let driven = |AngularRate { instant, rad_s }| AngularRate {
             instant,
@@ -216,10 +248,11 @@ fn gyro_of<'t>(
     scenario: &'t Scenario,
     (cycle, instant): (u32, LocalTime),
     truth: &'t Truth,
+    silent: bool,
 ) -> Option<DrivenGyro<'t>> {
     let model = scenario.gyro.as_ref()?;
     let gyro = Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth };
-    Some(DrivenGyro { gyro, believed: &scenario.believed })
+    Some(DrivenGyro { gyro, believed: &scenario.believed, silent })
 }
 
 /// What the magnetometer reads in a second.
@@ -231,6 +264,24 @@ fn field_of(scenario: &Scenario, (cycle, instant): (u32, LocalTime), truth: &Tru
         .flatten()
 }
 
+/// Makes the scenario's flight in the world and hands it to `fly`, which lets its seconds go by.
+///
+/// # Errors
+/// When the world or the flight code refuses the scenario, or `fly` fails.
+pub fn with_flight<T>(
+    scenario: &Scenario,
+    scene: &mut Scene,
+    fly: impl FnOnce(&mut Flight<'_>) -> Result<T, HostError>,
+) -> Result<T, HostError> {
+    let camera = flight::camera(&scenario.believed_camera(), &scenario.file)?;
+    let catalogue = flight::flight_catalogue(&camera, &scenario.file)?;
+    let calibration = scenario.calibration()?;
+    let mut workspace = Box::new(Workspace::new());
+    let flown = fly(&mut Flight::new(scenario, scene, catalogue, calibration.as_ref(), &mut workspace)?);
+    scene.storm(0);
+    flown
+}
+
 /// Flies the scenario and hands every second to `listen`.
 ///
 /// # Errors
@@ -240,13 +291,7 @@ pub fn fly(
     scene: &mut Scene,
     mut listen: impl FnMut(Second<'_>) -> Result<(), HostError>,
 ) -> Result<(), HostError> {
-    let camera = flight::camera(&scenario.believed_camera(), &scenario.file)?;
-    let catalogue = flight::flight_catalogue(&camera, &scenario.file)?;
-    let calibration = scenario.calibration()?;
-    let mut workspace = Box::new(Workspace::new());
-    let mut flight = Flight::new(scenario, scene, catalogue, calibration.as_ref(), &mut workspace)?;
-    for _ in 0..scenario.duration_s {
-        flight.second(&mut listen)?;
-    }
-    Ok(())
+    with_flight(scenario, scene, |flight| {
+        (0..scenario.duration_s).try_for_each(|_| flight.second(&mut listen))
+    })
 }

@@ -18,6 +18,9 @@
 //! | `stuck-row` | a row (or more) reads full scale |
 //! | `bit-flips` | a bit of a pixel is turned over |
 //! | `noise-burst` | Gaussian noise on every pixel, cut at the ends of the scale |
+//! | `blinded` | every pixel reads full scale |
+//! | `proton-storm` | so many more protons hit in every exposure: [`crate::world::scene::Scene::storm`] |
+//! | `gyro-silent` | the gyro gives no reading |
 
 use crate::world::noise::{Noise, Stream};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
@@ -47,6 +50,12 @@ pub enum FaultKind {
     BitFlips(f64),
     /// Every pixel is disturbed, with this standard deviation in digital numbers.
     NoiseBurst(f64),
+    /// Every pixel reads full scale.
+    Blinded,
+    /// So many more protons hit in an exposure.
+    ProtonStorm(u32),
+    /// The gyro gives no reading.
+    GyroSilent,
 }
 
 impl FaultKind {
@@ -64,6 +73,9 @@ impl FaultKind {
             Self::StuckRow(_) => "stuck-row",
             Self::BitFlips(_) => "bit-flips",
             Self::NoiseBurst(_) => "noise-burst",
+            Self::Blinded => "blinded",
+            Self::ProtonStorm(_) => "proton-storm",
+            Self::GyroSilent => "gyro-silent",
         }
     }
 }
@@ -99,6 +111,20 @@ pub fn lateness_s(faults: &[Fault], cycle: u32) -> f64 {
         _ => 0.0,
     });
     late.sum()
+}
+
+/// Protons that hit in the exposure of a second beside those of the world.
+pub fn storm_hits(faults: &[Fault], cycle: u32) -> u32 {
+    let hits = faults.iter().filter(|fault| fault.acts_in(cycle)).map(|fault| match fault.kind {
+        FaultKind::ProtonStorm(hits) => hits,
+        _ => 0,
+    });
+    hits.fold(0, u32::saturating_add)
+}
+
+/// Whether the gyro gives no reading in a second.
+pub fn gyro_is_silent(faults: &[Fault], cycle: u32) -> bool {
+    faults.iter().any(|fault| fault.kind == FaultKind::GyroSilent && fault.acts_in(cycle))
 }
 
 /// The clock of a second, with its faults.
@@ -228,6 +254,7 @@ fn spoil(kind: FaultKind, noise: &Noise, geometry: DetectorGeometry, window: Win
                 *pixel = (disturbed + 0.5).clamp(0.0, f64::from(full_scale)) as u16;
             }
         }
+        FaultKind::Blinded => each.for_each(|(_, _, pixel)| *pixel = full_scale),
         _ => {}
     }
 }

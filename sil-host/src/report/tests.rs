@@ -92,6 +92,7 @@ fn made_up_page() -> (String, crate::judge::Figures) {
             field,
             scene: &scene,
             faults: &FAULTS,
+            windows: &[],
         };
         recorder.add(&second, right);
     }

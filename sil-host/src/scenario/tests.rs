@@ -215,6 +215,14 @@ fn faults_are_read_and_their_mistakes_named() {
         panic!("one fault");
     };
     assert_eq!((fault.kind, fault.from_s, fault.until_s), (FaultKind::LateFrame(0.5), 5, 7));
+    for (own, kind) in [
+        ("kind = \"blinded\"", FaultKind::Blinded),
+        ("kind = \"gyro-silent\"", FaultKind::GyroSilent),
+        ("kind = \"proton-storm\"\nhits = 3000", FaultKind::ProtonStorm(3000)),
+    ] {
+        let scenario = parse(&format!("{own}\nfrom_s = 5\nuntil_s = 7")).unwrap();
+        assert_eq!(scenario.faults[0].kind, kind);
+    }
     let first = default_text().lines().count() + 3;
     let cases = [
         ("kind = \"rust\"\nfrom_s = 5\nuntil_s = 7", 0, "faults.kind: `rust` is no fault"),
@@ -226,6 +234,16 @@ fn faults_are_read_and_their_mistakes_named() {
         ),
         ("kind = \"time-out\"\nfrom_s = 5\nuntil_s = 6\nshare = 1.5", 3, "faults.share: 1.5 is out of range"),
         ("kind = \"stuck-row\"\nfrom_s = 5\nuntil_s = 6", 0, "faults.row: a stuck-row needs one; add it"),
+        (
+            "kind = \"proton-storm\"\nfrom_s = 5\nuntil_s = 6",
+            0,
+            "faults.hits: a proton-storm needs one; add it",
+        ),
+        (
+            "kind = \"blinded\"\nfrom_s = 5\nuntil_s = 6\nhits = 7",
+            3,
+            "faults.hits: a blinded has none; remove it",
+        ),
         (
             "kind = \"time-out\"\nfrom_s = 5\nuntil_s = 6\nrow = 7",
             3,

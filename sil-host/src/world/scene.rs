@@ -91,6 +91,8 @@ pub struct Scene {
     exposure: Option<Exposure>,
     /// By how much the seconds are late, s.
     late_s: f64,
+    /// Protons that hit in an exposure beside those of the settings.
+    storm_hits: u32,
     /// The truth that was asked for last, by its time: world, flight and judge ask for the same.
     last_truth: Arc<Mutex<Option<(f64, Truth)>>>,
     /// What of the exposure is drawn.
@@ -148,6 +150,7 @@ impl Scene {
             optics,
             exposure: None,
             late_s: 0.0,
+            storm_hits: 0,
             last_truth: Arc::default(),
             kept: Kept::default(),
             scratch: None,
@@ -219,6 +222,11 @@ impl Scene {
         self.late_s = late_s;
     }
 
+    /// From now on so many more protons hit in every exposure.
+    pub fn storm(&mut self, hits: u32) {
+        self.storm_hits = hits;
+    }
+
     /// From now on the star path rests in this attitude, ICRS to sensor, and there is no Earth.
     pub fn rest_in(&mut self, quaternion: [f64; 4]) {
         self.settings.motion = Motion::fixed(quaternion);
@@ -262,6 +270,7 @@ impl Scene {
         let spots = Spots::new(self.psf.clone(), detector.response, spots);
         let pitch_um = imaging.pixel_pitch_um;
         let hits = disturbances.protons.hits(run, truth.as_ref(), geometry, pitch_um, time_s);
+        let hits = hits.saturating_add(self.storm_hits);
         let moment = Moment { cycle, time_s, truth: truth.as_ref() };
         let mut effects: [Vec<Arc<dyn Effect>>; 3] = Default::default();
         for (stage, make) in &self.effects {

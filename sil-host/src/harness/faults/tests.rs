@@ -141,3 +141,16 @@ fn stuck_rows_flipped_bits_and_noise_are_as_strong_as_set() {
     // Rounding adds 1/12; the estimate's standard deviation is 1 %.
     assert!((variance / 900.1 - 1.0).abs() < 0.05, "{variance}");
 }
+
+#[test]
+fn a_blinded_detector_reads_full_scale_everywhere() {
+    assert!(image(FaultKind::Blinded, 6, GEOMETRY.whole()).unwrap().iter().all(|pixel| *pixel == 1023));
+}
+
+#[test]
+fn storms_add_up_and_a_silent_gyro_is_silent_in_its_seconds_only() {
+    let storm = |hits, from_s| Fault { kind: FaultKind::ProtonStorm(hits), from_s, until_s: 8 };
+    let faults = [storm(300, 5), storm(40, 7), Fault { kind: FaultKind::GyroSilent, from_s: 6, until_s: 7 }];
+    assert_eq!([4, 5, 7, 8].map(|cycle| storm_hits(&faults, cycle)), [0, 300, 340, 0]);
+    assert_eq!([5, 6, 7].map(|cycle| gyro_is_silent(&faults, cycle)), [false, true, false]);
+}

@@ -308,3 +308,18 @@ fn a_new_effect_is_a_type_and_a_line() {
     // 7680 pixels of a noise of 32 e-: 4 sigma of the difference are 2.1 e-.
     assert!((mean(true) - mean(false) - 200.0).abs() < 2.1);
 }
+
+#[test]
+fn a_storm_adds_protons_until_it_is_over() {
+    let mut scene = busy_scene([0.0; 3], 5);
+    let whole = scene.geometry().whole();
+    let mut bright = |hits| {
+        scene.storm(hits);
+        scene.expose_cycle(3, 200_000).unwrap();
+        read(&mut scene, whole)
+    };
+    let calm = bright(0);
+    let changed = bright(200).iter().zip(&calm).filter(|(storm, calm)| storm > calm).count();
+    assert!(changed > 200, "{changed}");
+    assert_eq!(bright(0), calm);
+}
