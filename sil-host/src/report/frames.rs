@@ -14,6 +14,7 @@ use crate::world::vector::{cross, plus, product, times, transposed, unit};
 use base64::Engine as _;
 use fsw_core::telemetry::Report;
 use fsw_hal::Detector;
+use image::codecs::png::CompressionType;
 use image::{ExtendedColorType, ImageEncoder};
 use std::fmt::Write as _;
 
@@ -41,7 +42,7 @@ pub fn draw(scene: &mut Scene, moment: &Moment, exposure_us: u32) -> Result<Stri
         .map_err(|error| {
             HostError::usage(format!("frame {cycle} cannot be drawn ({error:?})"), "report this")
         })?;
-    let png = png(&pixels, usize::from(width), geometry.full_scale())?;
+    let png = png(&pixels, usize::from(width), geometry.full_scale(), CompressionType::Best)?;
     let truth = truth_of(scene, cycle)?;
     let mut svg = format!(
         "<svg class=\"frame\" viewBox=\"-0.5 -0.5 {width} {height}\" role=\"img\" aria-label=\"{}\">\
@@ -55,7 +56,12 @@ pub fn draw(scene: &mut Scene, moment: &Moment, exposure_us: u32) -> Result<Stri
 }
 
 /// Reduces by the brightest of every block, so that stars stay, stretches, and encodes.
-fn png(pixels: &[u16], width: usize, full_scale: u16) -> Result<Vec<u8>, HostError> {
+pub(crate) fn png(
+    pixels: &[u16],
+    width: usize,
+    full_scale: u16,
+    compression: CompressionType,
+) -> Result<Vec<u8>, HostError> {
     let (columns, rows) = (width / REDUCTION, pixels.len() / width / REDUCTION);
     let mut reduced = Vec::with_capacity(columns * rows);
     for row in 0..rows {
@@ -81,7 +87,7 @@ fn png(pixels: &[u16], width: usize, full_scale: u16) -> Result<Vec<u8>, HostErr
     let mut png = Vec::new();
     image::codecs::png::PngEncoder::new_with_quality(
         &mut png,
-        image::codecs::png::CompressionType::Best,
+        compression,
         image::codecs::png::FilterType::NoFilter,
     )
     .write_image(&bytes, columns as u32, rows as u32, ExtendedColorType::L8)
@@ -116,7 +122,7 @@ fn overlay(svg: &mut String, report: &Report, truth: &Truth, scene: &Scene) {
 /// With `B` from the Earth path to axes in which the ellipsoid is a unit sphere, the sphere's centre stands
 /// at `c = B r`; the rays `s` that touch it have `|s| = 1`, `s · c / |c| = sqrt(1 - 1 / |c|²)`; the limb is
 /// where `B⁻¹ s` points.
-fn limb_path(report: &Report, truth: &Truth, scene: &Scene) -> Option<String> {
+pub(crate) fn limb_path(report: &Report, truth: &Truth, scene: &Scene) -> Option<String> {
     let earth = report.earth?;
     let optics = scene.optics().earth_path();
     let equator = product(truth.ellipsoid.equator(), &transposed(&truth.earth_path));

@@ -32,11 +32,14 @@ pub const TABLE_END: &str = "</table></div>";
 /// What every page of this program ends with.
 pub const CLOSING: &str = "</main></body></html>\n";
 
+/// The colours of every page of this program, light and dark.
+pub const PALETTE: &str = include_str!("palette.css");
+
 /// What every page of this program begins with; `title` is fit for a page.
 pub fn opening(title: &str) -> String {
     format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
-         content=\"width=device-width\"><title>{title} \u{2013} Sextant</title><style>{}</style></head><body><main>",
+         content=\"width=device-width\"><title>{title} \u{2013} Sextant</title><style>{PALETTE}{}</style></head><body><main>",
         include_str!("page.css"),
     )
 }
