@@ -35,6 +35,8 @@ pub struct CommandLine {
 pub enum Command {
     /// Fly a scenario, judge it, write summary, cycles, telemetry and report
     Run(RunArguments),
+    /// A page on this machine that flies a scenario live, with faults by button, and shows recorded runs
+    Serve(ServeArguments),
     /// The frame the detector would show in a second of a scenario
     Render(RenderArguments),
     /// Attitude from real pictures, without prior knowledge; with neither --camera nor --fov-deg fields of

@@ -20,6 +20,7 @@ pub mod propagate;
 pub mod record;
 pub mod render;
 pub mod run;
+pub mod serve;
 pub mod solve;
 pub mod telecommands;
 
@@ -37,6 +38,7 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
     let Some(command) = command else { return run::run(&RunArguments::default()) };
     match command {
         Command::Run(arguments) => run::run(arguments),
+        Command::Serve(arguments) => serve::run(arguments),
         Command::Render(arguments) => render::run(arguments),
         Command::Solve(arguments) => solve::run(arguments),
         Command::Earth(arguments) => earth::run(arguments),

@@ -12,6 +12,7 @@
 //! | [`harness`] | the flight code flown in the world, second by second, and its faults |
 //! | [`judge`], [`bound`] | estimate against truth, and against the physical limit |
 //! | [`report`] | a run on one page |
+//! | [`serve`] | a page on which a run is flown live, or looked at |
 //! | [`campaign`] | many seeded runs of one thing |
 //! | [`commands`] | what the commands do, a file each |
 //!
@@ -40,6 +41,7 @@ pub mod judge;
 pub mod output;
 pub mod report;
 pub mod scenario;
+pub mod serve;
 pub mod version;
 mod words;
 pub mod world;

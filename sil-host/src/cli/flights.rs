@@ -33,6 +33,23 @@ pub struct RunArguments {
     pub json: bool,
 }
 
+/// Arguments of `serve`.
+#[derive(Debug, Args)]
+pub struct ServeArguments {
+    /// Scenario file, or the name of one that comes with the program; none: the default one.
+    #[arg(value_name = "SCENARIO.toml", help = scenario_help())]
+    pub scenario: Option<PathBuf>,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Port of the loopback address; 0: any that is free
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+    /// Show a recorded run instead: the folder that `run --out` wrote
+    #[arg(long, value_name = "DIR")]
+    pub open: Option<PathBuf>,
+}
+
 /// Arguments of `render`.
 #[derive(Debug, Args)]
 pub struct RenderArguments {

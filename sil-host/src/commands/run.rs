@@ -39,7 +39,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 /// Where runs are put when no folder is named.
-const FOLDER: &str = "sextant-out";
+pub const FOLDER: &str = "sextant-out";
 /// Seconds between two samples of the Cramer-Rao bound.
 const BOUND_EVERY_S: u32 = 60;
 
