@@ -22,6 +22,7 @@ mod rate_sensor;
 mod rates;
 mod scenarios;
 mod sensor_cycles;
+mod serve;
 mod sky_answers;
 mod sky_pictures;
 mod telecommands;
