@@ -103,8 +103,11 @@ impl Desk {
     pub fn set(&self, change: impl FnOnce(&mut Controls)) {
         let mut controls = self.controls();
         controls.message = None;
+        let before = (controls.running, controls.speed);
         change(&mut controls);
-        controls.due = Instant::now();
+        if before != (controls.running, controls.speed) {
+            controls.due = Instant::now();
+        }
         self.changed.notify_all();
     }
 

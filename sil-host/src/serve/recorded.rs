@@ -19,10 +19,13 @@ use csv::StringRecord;
 use fsw_core::telemetry;
 use serde::Deserialize;
 use std::fs::File;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Most seconds of a run that is opened.
 const SECONDS_MAX: usize = 864_000;
+/// When a run may start, TT since J2000, s: within two centuries.
+const START_T_S: RangeInclusive<f64> = -6.4e9..=6.4e9;
 /// Largest difference of a world that is the run's own: position, km; attitude, rad.
 const SAME_KM: f64 = 1e-3;
 const SAME_RAD: f64 = 1e-6;
@@ -52,12 +55,19 @@ pub fn open(run: u32, folder: &Path, scenarios: &[Scenario]) -> Result<Run, Host
     let text = std::fs::read(&summary_path).map_err(|error| unread(&summary_path, &error))?;
     let summary: Summary = serde_json::from_slice(&text)
         .map_err(|error| HostError::input(&summary_path, Some(error.line()), error.to_string(), TO_DO))?;
+    if !START_T_S.contains(&summary.start_t_s) {
+        let what = format!("start_t_s: {} is no instant of a run", summary.start_t_s);
+        return Err(HostError::input(&summary_path, None, what, TO_DO));
+    }
     let start_us = libm::round(summary.start_t_s * 1e6) as i64;
     let mut seconds = seconds(&folder.join("cycles.csv"), start_us)?;
     add_reports(&folder.join("telemetry.bin"), &mut seconds)?;
     let scenario = scenarios
         .iter()
-        .find(|scenario| scenario.name == summary.scenario && scenario.start_us == start_us)
+        .find(|scenario| {
+            let is_as_long = scenario.duration_s as usize >= seconds.len();
+            scenario.name == summary.scenario && scenario.start_us == start_us && is_as_long
+        })
         .map(|scenario| scenario.clone().with_seed(Some(summary.seed)));
     let title = Title {
         run,

@@ -244,6 +244,9 @@ fn a_folder_that_is_no_run_is_refused_where_it_is_wrong() {
     assert!(renamed.contains("cycles.csv:1:") && renamed.contains("true_qx"), "{renamed}");
     let no_summary = with("summary.json", &|_| "{}".to_owned());
     assert!(no_summary.contains("summary.json:1:"), "{no_summary}");
+    let start = (scenario.start_us as f64 * 1e-6).to_string();
+    let never = with("summary.json", &|text| text.replace(&start, "9e99"));
+    assert!(never.contains("summary.json") && never.contains("start_t_s"), "{never}");
     assert!(open().unwrap().world.is_ok());
     // Of another orbit the frames would be another run's.
     let other = Scenario { position_km: scenario.position_km.map(|km| 1.001 * km), ..scenario.clone() };

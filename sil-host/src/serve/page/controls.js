@@ -62,6 +62,9 @@ export function fill({ scenarios, recorded, faults }) {
     option.title = description;
     $("scenarios").append(option);
   }
+  $("scenarios").addEventListener("change", (event) => {
+    $("new-seed").value = scenarios[event.target.selectedIndex].seed;
+  });
   for (const folder of recorded) $("folders").append(new Option(folder, folder));
 }
 

@@ -76,7 +76,7 @@ function draw(now) {
   const { rows, state, cursor } = run;
   controls();
   first(rows[cursor]);
-  modes($("modes"), rows, columns, state.run.duration_s, cursor);
+  modes($("modes"), rows, columns, state, cursor);
   if (!rows[cursor]) return;
   const [from, to] = plotted();
   const view = { rows, columns, from, to, cursor };
@@ -97,7 +97,8 @@ function draw(now) {
 function controls() {
   const { rows, state, cursor, playing, pace } = run;
   const live = !state.run.folder;
-  $("description").textContent = `${state.run.description}${live ? "" : `. ${state.end.words}`}`;
+  const about = [state.run.description, live ? "" : state.end.words];
+  $("description").textContent = about.filter(Boolean).join(". ");
   $("start").textContent = state.running || playing ? "Pause" : live ? "Start" : "Play";
   $("start").disabled = isOver();
   $("step").disabled = !live || isOver();
@@ -170,9 +171,9 @@ async function lookAt() {
   let wait = LOOKED_EVERY;
   try {
     const seen = await (await get(`/api/second?${query}`)).json();
-    const frame = await fetch(`/api/frame?${query}`);
-    const picture = frame.ok ? await frame.blob() : null;
-    const why = frame.ok ? "" : (await frame.text()).trim();
+    const frame = seen.no_frame ? null : await fetch(`/api/frame?${query}`);
+    const picture = frame?.ok ? await frame.blob() : null;
+    const why = picture ? "" : (seen.no_frame ?? (await frame.text()).trim());
     if (number === run.number) await show({ ...seen, run: number }, picture, why);
   } catch (error) {
     if (number === run.number) {

@@ -223,8 +223,8 @@ export function secondAt(svg, clientX, [from, to]) {
   return Math.round(from + Math.max(0, Math.min(1, share)) * (to - from));
 }
 
-/** The modes of the run and its faults in one strip. */
-export function modes(svg, rows, columns, duration, cursor) {
+/** The modes of the run and its faults, also those to come, in one strip. */
+export function modes(svg, rows, columns, { faults, run: { duration_s: duration } }, cursor) {
   svg.setAttribute("viewBox", `0 0 ${duration} 14`);
   svg.setAttribute("preserveAspectRatio", "none");
   const last = rows.length - 1;
@@ -232,7 +232,8 @@ export function modes(svg, rows, columns, duration, cursor) {
   for (const [from, until, mode] of stretches(rows, 0, last, (row) => row[columns.mode])) {
     text += shape("rect", mode, { x: from, y: 0, width: until - from, height: 14 });
   }
-  for (const [from, until] of stretches(rows, 0, last, (row) => (row[columns.faults] ? "fault" : ""))) {
+  const broken = stretches(rows, 0, last, (row) => (row[columns.faults] ? "fault" : ""));
+  for (const [from, until] of [...broken, ...faults.map(({ from_s, until_s }) => [from_s, until_s])]) {
     text += shape("rect", "fault", {
       x: from,
       y: 9,
