@@ -2,8 +2,9 @@
 //!
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from
 //! it, [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`]
-//! a better one ([`matched`]), `search` does all this in a window, [`scan`] walks the whole detector in tiles
-//! and `detections` keeps the brightest spots. Loops over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost,
+//! a better one ([`matched`]), `search` does all this in a window, [`scan`] walks the whole detector in tiles,
+//! `detections` keeps the brightest spots and [`repeated`] puts first those that the last image had too. Loops
+//! over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost,
 //! [`blinding`] knows a detector at full scale. Before all of them [`bad_pixels`] may correct the known
 //! [`defects`].
 //!
@@ -19,6 +20,7 @@ pub mod defects;
 mod detections;
 pub mod matched;
 mod peaks;
+pub mod repeated;
 pub mod scan;
 mod search;
 mod shape;
@@ -92,13 +94,16 @@ pub struct Detection {
     pub drawn_px: u8,
     /// A second maximum stands so close that its light draws the centre along; the sigma holds by how much.
     pub blended: bool,
+    /// It stood in the last scanned image too, moved like the others that did.
+    pub repeated: bool,
 }
 
 impl Detection {
-    /// Sorts by brightness, brightest first, those on extended objects behind all others; equal spots by
-    /// position, so that the order is the same everywhere.
+    /// Sorts by brightness, brightest first, those that stood in the last image too before all others, those
+    /// on extended objects behind; equal spots by position, so that the order is the same everywhere.
     pub fn rank(&self) -> impl Ord + use<> {
-        (self.extended, core::cmp::Reverse((self.core_flux, self.flux)), self.y_q16, self.x_q16)
+        let brightness = core::cmp::Reverse((self.core_flux, self.flux));
+        (self.extended, !self.repeated, brightness, self.y_q16, self.x_q16)
     }
 
     /// Whether it is the round image of one star in the open sky, nothing of it cut off.

@@ -44,7 +44,7 @@ use crate::attitude::filter::Filter;
 use crate::camera::{Camera, CameraParameters};
 use crate::catalog::Catalogue;
 pub use crate::command::Command;
-use crate::frames::{EarthPath, Rotation, StarPath};
+use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::image::calibration::Calibration;
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
@@ -127,6 +127,8 @@ pub struct Sensor<'c> {
     /// Whether the catalogue's stars are corrected for aberration.
     aberration_corrected: bool,
     motion: Option<Filter<2>>,
+    /// The attitude where `motion` was lost: a hypothesis for the stars, nothing that is told.
+    former: Option<Rotation<Icrs, StarPath>>,
     orbit: OrbitFilter,
     /// Terrestrial Time of the last fix that the orbit accepted.
     fixed_us: i64,
@@ -201,6 +203,7 @@ impl<'c> Sensor<'c> {
             now: LocalTime::default(),
             aberration_corrected: false,
             motion: None,
+            former: None,
             orbit: OrbitFilter::new(),
             fixed_us: 0,
             converged: false,
@@ -260,9 +263,18 @@ impl<'c> Sensor<'c> {
 
     fn forget_attitude(&mut self) {
         self.motion = None;
+        self.former = None;
         self.searching_since = None;
         self.turning.forget();
         self.images_given_up = 0;
+    }
+
+    /// As [`Self::forget_attitude`], but stars are first sought where the attitude would have them.
+    fn lose_attitude(&mut self) {
+        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
+        let former = carried.map(|(attitude, _)| attitude).or(self.former);
+        self.forget_attitude();
+        self.former = former;
     }
 
     fn forget_orbit(&mut self) {
@@ -358,7 +370,7 @@ impl<'c> Sensor<'c> {
         let lost = guard == Guard::AttitudeLost
             || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition);
         if lost || self.modes.mode().is_safe() {
-            self.forget_attitude();
+            self.lose_attitude();
         }
     }
 }

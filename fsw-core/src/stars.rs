@@ -2,7 +2,8 @@
 //!
 //! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of
 //! rotation, merging along a side: thesis §3.1.3), [`confirm`] verifies a proposal by projecting the
-//! catalogue into the image, [`predict`] gives the star positions of an attitude.
+//! catalogue into the image, [`predict`] gives the star positions of an attitude. [`reidentify`] needs no
+//! polygon: it begins with an attitude that was known some seconds ago.
 
 #[cfg(test)]
 mod artificial;
@@ -11,6 +12,7 @@ pub mod identify;
 mod parameters;
 pub mod polygon;
 pub mod predict;
+pub mod reidentify;
 pub mod search_order;
 mod triangles;
 

@@ -134,6 +134,7 @@ pub fn measure(
         extended: false,
         drawn_px: 0,
         blended: false,
+        repeated: false,
     };
     Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
 }

@@ -130,7 +130,15 @@ impl Detections {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
     }
 
-    /// Once all of an image's spots are in: sorts them by brightness.
+    /// Marks those that stood in the last image too, and puts them first.
+    pub(super) fn mark_repeated(&mut self, is_repeated: impl Fn(&Detection) -> bool) {
+        for spot in &mut self.spots {
+            spot.repeated = is_repeated(spot);
+        }
+        self.settle();
+    }
+
+    /// Once all of an image's spots are in: sorts them by [`Detection::rank`].
     pub(crate) fn settle(&mut self) {
         crate::order::sort(&mut self.spots, |a, b| a.rank() < b.rank());
     }

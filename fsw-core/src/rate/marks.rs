@@ -118,7 +118,9 @@ pub fn match_at_rate(
     chance
 }
 
-/// The rate between two images from the marks of both, matched by their separations.
+/// The rate between two images from the marks of both, matched by their separations. Half of the marks of the
+/// image that has fewer must agree: structure of the Earth moves otherwise than the stars, and hits move alike
+/// by chance.
 #[inline(never)]
 pub fn match_by_separation(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Option<RateFit> {
     let mut best: Option<RateFit> = None;
@@ -149,7 +151,7 @@ pub fn match_by_separation(before: &[Mark], now: &[Mark], elapsed_s: f32) -> Opt
             }
         }
     }
-    best
+    best.filter(|rate| 2 * rate.count() as usize >= before.len().min(now.len()))
 }
 
 /// The rate from all marks matched at a proposed rate.

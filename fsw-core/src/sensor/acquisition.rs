@@ -1,15 +1,18 @@
-//! Self-test, and lost in space: an image scanned for stars, which are identified without prior knowledge.
+//! Self-test, and lost in space: an image scanned for stars, which are identified by the attitude known last,
+//! or without prior knowledge.
 
-use super::Sensor;
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
+use super::{Sensor, Workspace};
 use crate::image::DetectionMethod;
 use crate::image::scan;
 use crate::plan;
 use crate::stars::StarField;
+use crate::stars::confirm::Confirmed;
 use crate::stars::identify::Progress;
+use crate::stars::reidentify::reidentify;
 use crate::telemetry::{DetectorFault, Outcome};
-use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
+use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
 const SCANNING_SHARE: u32 = 10;
@@ -40,10 +43,11 @@ impl Sensor<'_> {
         Ok(Outcome::SelfTestPassed)
     }
 
-    /// Lost in space: scan, then identify; a search that needs longer goes on with the same image, for
-    /// [`FIRST_PATIENCE_US`] at first: hits and false stars of the next image are others. Each image given up
-    /// doubles the time of the next, up to [`MOST_DOUBLINGS`] times, so that a search that truly needs long
-    /// comes to its end. `None` where the search begins anew in the next second.
+    /// Lost in space: scan, then identify, near to the attitude known last if there is one. A search that
+    /// needs longer goes on with the same image, for [`FIRST_PATIENCE_US`] at first: hits and false stars of
+    /// the next image are others. Each image given up doubles the time of the next, up to [`MOST_DOUBLINGS`]
+    /// times, so that a search that truly needs long comes to its end. `None` where the search begins anew in
+    /// the next second.
     #[inline(never)]
     pub(super) fn acquire(
         &mut self,
@@ -60,16 +64,13 @@ impl Sensor<'_> {
         }
         let detections = &self.workspace.detections;
         stars.count(detections.spots().len(), detections);
-        if scans {
-            if detections.too_fast() {
-                return Ok(Some(Outcome::TooFast));
-            }
-            self.begin_identification();
+        if scans && detections.too_fast() {
+            return Ok(Some(Outcome::TooFast));
         }
         meter.begin(Stage::Identify);
-        let progress = self.identify(scans);
+        let outcome = self.identify(scans, stars);
         meter.end(Stage::Identify);
-        Ok(self.conclude(progress.as_ref(), stars))
+        Ok(outcome)
     }
 
     /// Searches the whole image for stars.
@@ -78,27 +79,53 @@ impl Sensor<'_> {
             parameters: &self.parameters.detection,
             calibration: self.calibration.as_ref(),
         };
-        let buffer = &mut self.workspace.shared.readout().buffer;
-        scan::scan(detector, buffer, method, &mut self.workspace.detections)
+        let Workspace { shared, detections, repeated, .. } = &mut *self.workspace;
+        scan::scan(detector, &mut shared.readout().buffer, method, detections)?;
+        repeated.put_first(detections);
+        Ok(())
     }
 
-    /// Begins to identify the stars of the image that was scanned.
+    /// Identifies the stars of an image that was `scanned` near to the attitude known last, else begins to
+    /// search for them without one. In later seconds the search goes on.
+    fn identify(&mut self, scanned: bool, stars: &mut StarRecord) -> Option<Outcome> {
+        if scanned {
+            self.workspace.take_measured(&self.camera, None, 0.0);
+            if self.reidentify(stars) {
+                return Some(Outcome::Identified);
+            }
+            self.searching_since = Some(self.now);
+            self.workspace.shared.begin_identification();
+        }
+        self.search_stars(scanned, stars)
+    }
+
+    /// Whether the stars are found near to the attitude known last; takes the new one.
     #[inline(never)]
-    fn begin_identification(&mut self) {
-        self.workspace.take_measured(&self.camera, None, 0.0);
-        self.workspace.shared.begin_identification();
-        self.searching_since = Some(self.now);
+    fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
+        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
+        let Some(former) = carried.map(|(attitude, _)| attitude).or(self.former) else { return false };
+        let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+            .calibrated(self.calibration.as_ref());
+        let found = reidentify(&former, &field, &self.parameters.identification);
+        if let Some((confirmed, log10_false)) = &found {
+            self.take_identified(confirmed, *log10_false, self.now, stars);
+        }
+        found.is_some()
     }
 
-    /// Goes on with the identification, in the second of the scan for a [`SCANNING_SHARE`]th of the
-    /// allowance: the scan has most of that second. `None` where there is none that could go on.
-    fn identify(&mut self, scanned: bool) -> Option<Progress> {
+    /// Goes on with the search without an attitude, in the second of the scan for a [`SCANNING_SHARE`]th of
+    /// the allowance: the scan has most of that second. `None` where there is none that could go on.
+    #[inline(never)]
+    fn search_stars(&mut self, scanned: bool, stars: &mut StarRecord) -> Option<Outcome> {
         let identification = &self.parameters.identification;
         let share = if scanned { SCANNING_SHARE } else { 1 };
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
-        let identifier = self.workspace.shared.identifier()?;
-        Some(identifier.advance(&field, identification, identification.pairs_per_cycle / share))
+        let identifier = self.workspace.shared.identifier();
+        let progress = identifier.map(|identifier| {
+            identifier.advance(&field, identification, identification.pairs_per_cycle / share)
+        });
+        self.conclude(progress.as_ref(), stars)
     }
 
     /// What the identification came to in this second.
@@ -118,10 +145,21 @@ impl Sensor<'_> {
             }
             Progress::NotIdentified(reason) => Some(Outcome::NotIdentified(*reason)),
             Progress::Identified(confirmed, log10_false) => {
-                self.images_given_up = 0;
-                self.measurement_update(confirmed, *log10_false, since, stars);
+                self.take_identified(confirmed, *log10_false, since, stars);
                 Some(Outcome::Identified)
             }
         }
+    }
+
+    /// Takes the attitude of identified stars of the instant `image`.
+    fn take_identified(
+        &mut self,
+        confirmed: &Confirmed,
+        log10_false: f32,
+        image: LocalTime,
+        stars: &mut StarRecord,
+    ) {
+        self.images_given_up = 0;
+        self.measurement_update(confirmed, log10_false, image, stars);
     }
 }

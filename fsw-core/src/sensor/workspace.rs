@@ -5,6 +5,7 @@ use crate::earth::LimbPoint;
 use crate::earth::centre;
 use crate::earth::search::Points;
 use crate::image::DetectionMethod;
+use crate::image::repeated::Repeated;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::order::fill;
 use crate::stars::identify::Identifier;
@@ -95,6 +96,8 @@ impl Shared {
 pub struct Workspace {
     pub(super) shared: Shared,
     pub(super) detections: Detections,
+    /// Spots of the last scanned image.
+    pub(super) repeated: Repeated,
     pub(super) measured: Vec<MeasuredStar, MAX_MEASURED>,
 }
 
@@ -107,7 +110,12 @@ impl Default for Workspace {
 impl Workspace {
     /// An empty workspace.
     pub const fn new() -> Self {
-        Self { shared: Shared::Readout(Readout::new()), detections: Detections::new(), measured: Vec::new() }
+        Self {
+            shared: Shared::Readout(Readout::new()),
+            detections: Detections::new(),
+            repeated: Repeated::new(),
+            measured: Vec::new(),
+        }
     }
 
     /// Turns the brightest spots into measured directions, those of the middle of the frame where the rate is
