@@ -17,6 +17,8 @@
 //! Error of a pixel's direction and back again, greatest over the whole reference detector: 1e-4 px without
 //! and with distortion (k1 = -0.2, 0.9 % at 12 deg, and tangential), 3e-4 px equiangular.
 
+pub mod focal_length;
+
 use crate::frames::{Direction, EarthPath, StarPath};
 use crate::trigonometry::sine_cosine;
 use nalgebra::Vector3;

@@ -55,7 +55,7 @@ pub enum Command<'a> {
     Continue,
     /// Forget the attitude and acquire anew.
     Reacquire,
-    /// Forget attitude and orbit and begin with the self-test.
+    /// Forget attitude, orbit and what was learned of lens and rate sensor and begin with the self-test.
     Restart,
     /// Go to safe mode, until [`Command::Reacquire`] or [`Command::Restart`].
     Safe,

@@ -41,6 +41,7 @@ mod turning;
 mod workspace;
 
 use crate::attitude::filter::Filter;
+use crate::camera::focal_length::FocalLength;
 use crate::camera::{Camera, CameraParameters};
 use crate::catalog::Catalogue;
 pub use crate::command::Command;
@@ -49,7 +50,7 @@ use crate::image::calibration::Calibration;
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
-use crate::telemetry::{Activity, DetectorFault, Event, Outcome, Report};
+use crate::telemetry::{Activity, DetectorFault, Event, Outcome, RateSensorFault, Report};
 use core::mem::MaybeUninit;
 use exposing::Image;
 use fsw_hal::detector::ByKind;
@@ -113,6 +114,7 @@ pub fn calibration_fits(camera: &CameraParameters, crc: u32, calibration: &Calib
 pub struct Sensor<'c> {
     catalogue: Catalogue<'c>,
     camera: Camera,
+    focal_length: FocalLength,
     calibration: Option<Calibration<'c>>,
     parameters: Parameters,
     star_to_earth: Rotation<StarPath, EarthPath>,
@@ -127,9 +129,12 @@ pub struct Sensor<'c> {
     /// Whether the catalogue's stars are corrected for aberration.
     aberration_corrected: bool,
     motion: Option<Filter<2>>,
-    /// The attitude where `motion` was lost: a hypothesis for the stars, nothing that is told.
-    former: Option<Rotation<Icrs, StarPath>>,
+    /// The attitude measured last, and that predicted when it was lost: hypotheses for the stars, nothing that
+    /// is told.
+    former: [Option<Rotation<Icrs, StarPath>>; 2],
     orbit: OrbitFilter,
+    /// Attitudes in a row that contradict the rate sensor.
+    rate_sensor_doubts: u8,
     /// Terrestrial Time of the last fix that the orbit accepted.
     fixed_us: i64,
     converged: bool,
@@ -192,6 +197,7 @@ impl<'c> Sensor<'c> {
         Self {
             catalogue,
             camera,
+            focal_length: FocalLength::new(parameters.identification.scale_uncertainty),
             calibration,
             parameters,
             star_to_earth,
@@ -203,8 +209,9 @@ impl<'c> Sensor<'c> {
             now: LocalTime::default(),
             aberration_corrected: false,
             motion: None,
-            former: None,
+            former: [None; 2],
             orbit: OrbitFilter::new(),
+            rate_sensor_doubts: 0,
             fixed_us: 0,
             converged: false,
             earth_misses: 0,
@@ -247,11 +254,17 @@ impl<'c> Sensor<'c> {
         meter.begin(Stage::Orbit);
         let ephemeris = self.update_ephemeris(&record.time, &mut record.fix, &mut record.events);
         meter.end(Stage::Orbit);
-        if self.needs_rate() {
+        let shut_out = self.rate_sensor_is_shut_out();
+        if shut_out {
+            record.rate_sensor_fault = Some(RateSensorFault::ShutOut);
+        } else if self.needs_rate() {
             let reading = rate_sensor.angular_rate().map_err(|error| error.kind());
             record.rate_sensor_fault = self.propagate_gyro(reading);
         }
         self.observe(detector, *meter, image, ephemeris.as_ref(), &mut record);
+        if self.rate_sensor_is_shut_out() && !shut_out {
+            record.events.note(Event::RateSensorShutOut);
+        }
         self.conclude_second(&mut record);
         record.report(&self.workspace.measured, &self.catalogue, self.workspace.shared.limb_points())
     }
@@ -263,16 +276,23 @@ impl<'c> Sensor<'c> {
 
     fn forget_attitude(&mut self) {
         self.motion = None;
-        self.former = None;
+        self.former = [None; 2];
         self.searching_since = None;
         self.turning.forget();
         self.images_given_up = 0;
     }
 
+    /// Attitudes near to which the stars are sought first: the last one measured, and the one predicted by the
+    /// rate.
+    fn hypotheses(&self) -> [Option<Rotation<Icrs, StarPath>>; 2] {
+        let [measured, lost] = self.former;
+        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
+        [measured, carried.map(|(attitude, _)| attitude).or(lost)]
+    }
+
     /// As [`Self::forget_attitude`], but stars are first sought where the attitude would have them.
     fn lose_attitude(&mut self) {
-        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
-        let former = carried.map(|(attitude, _)| attitude).or(self.former);
+        let former = self.hypotheses();
         self.forget_attitude();
         self.former = former;
     }

@@ -234,6 +234,8 @@ pub enum Event {
     CatalogueDamaged,
     /// The calibration does not have its CRC any more. It is used all the same.
     CalibrationDamaged,
+    /// Attitudes contradicted the rate sensor time after time: it is not asked until the restart.
+    RateSensorShutOut,
 }
 
 /// One second of the sensor; by default one of which nothing is known.

@@ -182,7 +182,7 @@ impl<'a> Flight<'a> {
         let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
         let mut detector = Faulty::new(&mut detector, &self.faults, scenario.seed, (cycle, local));
         let mut detector = Watched { detector: &mut detector, windows: &mut self.windows };
-        let mut gyro = gyro_of(scenario, (cycle, local), &truth, faults::gyro_is_silent(&self.faults, cycle));
+        let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
         let report = match &mut gyro {
             Some(rate_sensor) => self.sensor.cycle(
                 &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor },
@@ -218,11 +218,12 @@ impl<'a> Flight<'a> {
     }
 }
 
-/// The gyro behind a driver with the believed scale.
+/// The gyro behind a driver with the believed scale, with its faults.
 struct DrivenGyro<'t> {
     gyro: Gyro<'t>,
     believed: &'t Believed,
-    silent: bool,
+    faults: &'t [Fault],
+    cycle: u32,
 }
 
 impl fsw_hal::ErrorType for DrivenGyro<'_> {
@@ -231,15 +232,12 @@ impl fsw_hal::ErrorType for DrivenGyro<'_> {
 
 impl RateSensor for DrivenGyro<'_> {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
-        if self.silent {
-            return Ok(None);
-        }
         let reading = self.gyro.angular_rate()?;
         let driven = |AngularRate { instant, rad_s }| AngularRate {
             instant,
             rad_s: self.believed.gyro_reading(rad_s),
         };
-        Ok(reading.map(driven))
+        Ok(faults::faulty_rate(self.faults, self.cycle, reading.map(driven)))
     }
 }
 
@@ -248,11 +246,11 @@ fn gyro_of<'t>(
     scenario: &'t Scenario,
     (cycle, instant): (u32, LocalTime),
     truth: &'t Truth,
-    silent: bool,
+    faults: &'t [Fault],
 ) -> Option<DrivenGyro<'t>> {
     let model = scenario.gyro.as_ref()?;
     let gyro = Gyro { model, seed: scenario.seed, cycle: cycle.into(), instant, truth };
-    Some(DrivenGyro { gyro, believed: &scenario.believed, silent })
+    Some(DrivenGyro { gyro, believed: &scenario.believed, faults, cycle })
 }
 
 /// What the magnetometer reads in a second.

@@ -19,8 +19,9 @@ pub const MAX_MARKS: usize = 12;
 pub const FREE_BODY_CHANGE: f32 = 0.2;
 /// Largest plausible rate of a spacecraft, rad/s.
 pub const FASTEST_RAD_S: f32 = 0.35;
-/// Least number of matched stars for a rate.
-const FEWEST_MATCHES: u32 = 4;
+/// Least number of matched stars for a rate. Two fix it; that others agree by chance is rare, but of four
+/// spots in the Sun's glare, whose structure hardly moves, some did.
+const FEWEST_MATCHES: u32 = 6;
 /// Largest search radius about a predicted position, px.
 const FARTHEST_PX: f32 = 60.0;
 

@@ -102,11 +102,11 @@ impl Sensor<'_> {
     /// Whether the stars are found near to the attitude known last; takes the new one.
     #[inline(never)]
     fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
-        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
-        let Some(former) = carried.map(|(attitude, _)| attitude).or(self.former) else { return false };
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
-        let found = reidentify(&former, &field, &self.parameters.identification);
+        let mut hypotheses = self.hypotheses().into_iter().flatten();
+        let found =
+            hypotheses.find_map(|former| reidentify(&former, &field, &self.parameters.identification));
         if let Some((confirmed, log10_false)) = &found {
             self.take_identified(confirmed, *log10_false, self.now, stars);
         }

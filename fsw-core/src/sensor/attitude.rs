@@ -7,7 +7,7 @@ use super::timekeeping::SECOND_US;
 use crate::attitude::filter::Filter;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::order::fill;
-use crate::stars::confirm::Confirmed;
+use crate::stars::confirm::{Confirmed, FocalRatio};
 use crate::telemetry::{AttitudeReport, FilteredAttitude};
 use fsw_hal::LocalTime;
 
@@ -35,9 +35,14 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) {
         let (attitude, sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
+        self.former = [Some(attitude), None];
+        let alone = Filter::new(attitude, sigma_rad, image);
         match &mut self.motion {
-            Some(motion) => motion.measurement_update(attitude, sigma_rad, image),
-            None => self.motion = Some(Filter::new(attitude, sigma_rad, image)),
+            Some(motion) => {
+                let contradicts = motion.measurement_update(attitude, sigma_rad, image);
+                self.judge_rate_sensor(contradicts, alone);
+            }
+            None => self.motion = Some(alone),
         }
         let filtered = self.motion.as_ref().and_then(|motion| motion.at(image));
         stars.solution = Some(Solution {
@@ -52,10 +57,22 @@ impl Sensor<'_> {
                 sigma_rad: self.with_common_errors(sigma_rad),
             }),
             rate_rad_s: self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s.into()),
-            focal_ratio: Some(confirmed.focal_ratio),
+            focal_ratio: Some(self.refine_focal_length(&confirmed.focal_ratio, image)),
             predicted: false,
         });
         fill(&mut stars.matches, confirmed.matches.iter().copied());
+    }
+
+    /// Takes the focal length that an image of the instant shows into the camera; the image's, over that of the
+    /// parameters. The stars of later images are projected with it, and the Earth measured.
+    fn refine_focal_length(&mut self, seen: &FocalRatio, image: LocalTime) -> f32 {
+        let ratio = self.focal_length.ratio() * seen.ratio;
+        self.focal_length.update(ratio, seen.sigma, image);
+        let told_px = self.parameters.camera.focal_length_px;
+        if let Ok(camera) = self.camera.with_focal_length(told_px * self.focal_length.ratio()) {
+            self.take_camera(camera);
+        }
+        ratio
     }
 
     /// The filter's attitude at this second, `None` where its sigma exceeds `carried_sigma_rad` about an

@@ -7,6 +7,7 @@ use super::record::Events;
 use super::scrubbing::Spare;
 use super::{Sensor, calibration_fits};
 use crate::camera::Camera;
+use crate::camera::focal_length::FocalLength;
 use crate::command::{Command, CommandOutcome, GroundOrbit, Refusal};
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode};
@@ -33,6 +34,7 @@ impl Sensor<'_> {
             }
             Command::Restart => {
                 self.forget_orbit();
+                self.forget_instruments();
                 self.enter_commanded(Mode::SelfTest, events);
                 Ok(())
             }
@@ -61,7 +63,24 @@ impl Sensor<'_> {
         (camera, star_to_earth): (Camera, Rotation<StarPath, EarthPath>),
     ) {
         (self.parameters, self.camera, self.star_to_earth) = (*parameters, camera, star_to_earth);
+        self.focal_length = FocalLength::new(parameters.identification.scale_uncertainty);
         self.spare = Spare::new(parameters, &camera, &star_to_earth);
+    }
+
+    /// Takes the camera as the stars show it.
+    pub(super) fn take_camera(&mut self, camera: Camera) {
+        self.camera = camera;
+        self.spare.take_camera(camera);
+    }
+
+    /// Forgets what was learned of lens and rate sensor.
+    fn forget_instruments(&mut self) {
+        self.rate_sensor_doubts = 0;
+        self.focal_length = FocalLength::new(self.parameters.identification.scale_uncertainty);
+        // The parameters were checked when they came in force.
+        if let Ok(camera) = Camera::new(self.parameters.camera) {
+            self.take_camera(camera);
+        }
     }
 
     /// Takes a parameter table. The orbit is kept where nothing it rests on is another.

@@ -3,6 +3,7 @@
 use super::Sensor;
 use super::record::{Events, FixRecord};
 use super::timekeeping::Time;
+use crate::attitude::filter::Filter;
 use crate::frames::{Direction, Icrs};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
@@ -12,6 +13,10 @@ use nalgebra::Vector3;
 
 /// A reading of the rate sensor is of the second before, its middle at most so long ago, us.
 const READING_AGE_US: i64 = 1_500_000;
+
+/// Attitudes in a row that contradict the rate sensor (NIS of 40 and more) before it is shut out. One comes of
+/// a manoeuvre within a reading, or of a spacecraft that shakes.
+const MOST_DOUBTS: u8 = 3;
 
 /// What a rate sensor was asked for and gave.
 pub(super) type Reading = Result<Option<AngularRate>, RateSensorError>;
@@ -77,9 +82,27 @@ impl Sensor<'_> {
         })
     }
 
-    /// Whether the rate sensor is asked: the parameters have one, and there is an attitude to propagate.
+    /// Whether the rate sensor is asked: the parameters have one that is not shut out, and there is an
+    /// attitude to propagate.
     pub(super) fn needs_rate(&self) -> bool {
-        self.parameters.rate_sensor.is_some() && self.motion.is_some()
+        self.parameters.rate_sensor.is_some() && self.motion.is_some() && !self.rate_sensor_is_shut_out()
+    }
+
+    /// Whether so many attitudes in a row contradicted the rate sensor that it is not asked anymore.
+    pub(super) fn rate_sensor_is_shut_out(&self) -> bool {
+        self.rate_sensor_doubts >= MOST_DOUBTS
+    }
+
+    /// Counts the attitudes in a row that contradict the rate sensor. After the last the filter goes on from
+    /// the attitude alone.
+    pub(super) fn judge_rate_sensor(&mut self, contradicts: bool, alone: Filter<2>) {
+        if self.rate_sensor_is_shut_out() {
+            return;
+        }
+        self.rate_sensor_doubts = if contradicts { self.rate_sensor_doubts + 1 } else { 0 };
+        if self.rate_sensor_is_shut_out() {
+            self.motion = Some(alone);
+        }
     }
 
     /// Propagates the attitude to this second by the rate sensor's reading of the one before; without one

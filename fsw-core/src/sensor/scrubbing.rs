@@ -52,6 +52,11 @@ impl Spare {
         let crc = table_crc(parameters);
         Self { parameters: *parameters, camera: *camera, star_to_earth: *star_to_earth, crc }
     }
+
+    /// Takes the camera as the stars show it.
+    pub(super) fn take_camera(&mut self, camera: Camera) {
+        self.camera = camera;
+    }
 }
 
 /// How far the pass over catalogue and calibration is.

@@ -61,7 +61,7 @@ pub struct Confirmed {
     /// Root mean square residual per axis, px.
     pub rms_px: f32,
     /// Best focal length over the camera's, from the matched stars.
-    pub focal_ratio: f32,
+    pub focal_ratio: FocalRatio,
     /// Common logarithm of the probability that so many stars match by chance, one hypothesis.
     pub log10_chance: f32,
 }
@@ -254,9 +254,18 @@ fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPat
     })
 }
 
-/// Ratio of the measured to the projected distances from their means: estimate of the true focal length
-/// over the camera's.
-fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> f32 {
+/// The focal length that suits an image's stars best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FocalRatio {
+    /// Over that of the camera.
+    pub ratio: f32,
+    /// Its standard deviation by what the stars are off once it is taken; infinite for fewer than three.
+    pub sigma: f32,
+}
+
+/// Ratio of the measured to the projected distances from their means.
+#[inline(never)]
+fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> FocalRatio {
     let count = (matches.len() as f32).max(1.0);
     let positions = || {
         matches.iter().filter_map(|found| {
@@ -269,12 +278,19 @@ fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> f32 {
         positions().fold(([0.0f32; 2], [0.0f32; 2]), |([sx, sy], [px, py]), (seen, projected)| {
             ([sx + seen[0], sy + seen[1]], [px + projected[0], py + projected[1]])
         });
-    let (product, square) = positions().fold((0.0f32, 0.0f32), |(product, square), (seen, projected)| {
-        let (ux, uy) = (seen[0] - sx / count, seen[1] - sy / count);
+    // Of the distances projected, and of what they are off.
+    let (off, square, off_square) = positions().fold((0.0f32, 0.0f32, 0.0f32), |sums, (seen, projected)| {
         let (vx, vy) = (projected[0] - px / count, projected[1] - py / count);
-        (product + ux * vx + uy * vy, square + vx * vx + vy * vy)
+        let (dx, dy) = (seen[0] - sx / count - vx, seen[1] - sy / count - vy);
+        (sums.0 + dx * vx + dy * vy, sums.1 + vx * vx + vy * vy, sums.2 + dx * dx + dy * dy)
     });
-    if square > 1.0 { product / square } else { 1.0 }
+    // Two residuals a star, less two of the mean, the roll and the ratio.
+    let freedom = 2.0 * count - 4.0;
+    if square <= 1.0 || freedom < 2.0 {
+        return FocalRatio { ratio: 1.0, sigma: f32::INFINITY };
+    }
+    let left = (off_square - off * off / square).max(0.0) / freedom;
+    FocalRatio { ratio: 1.0 + off / square, sigma: libm::sqrtf(left / square) }
 }
 
 /// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.

@@ -89,6 +89,8 @@ pub enum RateSensorFault {
     Saturated,
     /// The hardware did not answer.
     Hardware,
+    /// Attitudes contradicted its readings time after time: it is not asked until the restart.
+    ShutOut,
 }
 
 impl From<RateSensorError> for RateSensorFault {

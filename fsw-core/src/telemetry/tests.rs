@@ -39,7 +39,7 @@ prop_compose! {
         ])),
         rate_sensor in prop::option::of(prop::sample::select(&[
             RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite,
-            RateSensorFault::Saturated,
+            RateSensorFault::Saturated, RateSensorFault::ShutOut,
         ])),
         fix in prop::option::of(prop::sample::select(&[FixFault::Impossible, FixFault::Covariance])),
         crowded in any::<u16>(),
@@ -125,6 +125,7 @@ fn event() -> impl Strategy<Value = Event> {
         Event::ParametersLost,
         Event::CatalogueDamaged,
         Event::CalibrationDamaged,
+        Event::RateSensorShutOut,
     ];
     prop_oneof![
         mode().prop_map(|mode| Event::Mode(mode, Guard::AttitudeLost)),

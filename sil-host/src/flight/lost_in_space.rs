@@ -172,7 +172,8 @@ pub(super) fn ladder(camera: &Camera, steps: i32) -> Vec<Camera> {
 fn refine(start: Solution, centroids: &[([f32; 2], f32)], catalogue: &Catalogue) -> Solution {
     let mut solution = start;
     for _ in 0..REFINEMENTS {
-        let focal_length = solution.camera.parameters().focal_length_px * solution.confirmed.focal_ratio;
+        let focal_length =
+            solution.camera.parameters().focal_length_px * solution.confirmed.focal_ratio.ratio;
         let Ok(camera) = solution.camera.with_focal_length(focal_length) else { break };
         let measured = measure(centroids, &camera);
         let tolerance_px = (4.0 * solution.confirmed.rms_px).max(1.0);

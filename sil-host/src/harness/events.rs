@@ -37,6 +37,7 @@ pub fn words(event: &Event) -> String {
         Event::ParametersLost => "parameters and their copy damaged".into(),
         Event::CatalogueDamaged => "catalogue damaged".into(),
         Event::CalibrationDamaged => "calibration damaged".into(),
+        Event::RateSensorShutOut => "rate sensor contradicted and shut out".into(),
     }
 }
 

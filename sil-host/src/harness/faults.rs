@@ -1,4 +1,4 @@
-//! Faults of detector and clock, injected through their own traits.
+//! Faults of detector, clock and gyro, injected through their own traits.
 //!
 //! In: any [`Detector`], any clock's reading, the [`Fault`]s of a scenario, a second. Out: the same, broken
 //! as the scenario says. The flight code cannot distinguish a fault from the real thing, and the world knows
@@ -20,10 +20,11 @@
 //! | `noise-burst` | Gaussian noise on every pixel, cut at the ends of the scale |
 //! | `blinded` | every pixel reads full scale |
 //! | `proton-storm` | so many more protons hit in every exposure: [`crate::world::scene::Scene::storm`] |
+//! | `gyro-offset` | the gyro reads so much more about each axis |
 //! | `gyro-silent` | the gyro gives no reading |
 
 use crate::world::noise::{Noise, Stream};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use fsw_hal::{AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 
 /// What is broken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +55,8 @@ pub enum FaultKind {
     Blinded,
     /// So many more protons hit in an exposure.
     ProtonStorm(u32),
+    /// The gyro reads so much more about each axis, deg/s.
+    GyroOffset(f64),
     /// The gyro gives no reading.
     GyroSilent,
 }
@@ -75,6 +78,7 @@ impl FaultKind {
             Self::NoiseBurst(_) => "noise-burst",
             Self::Blinded => "blinded",
             Self::ProtonStorm(_) => "proton-storm",
+            Self::GyroOffset(_) => "gyro-offset",
             Self::GyroSilent => "gyro-silent",
         }
     }
@@ -122,11 +126,6 @@ pub fn storm_hits(faults: &[Fault], cycle: u32) -> u32 {
     hits.fold(0, u32::saturating_add)
 }
 
-/// Whether the gyro gives no reading in a second.
-pub fn gyro_is_silent(faults: &[Fault], cycle: u32) -> bool {
-    faults.iter().any(|fault| fault.kind == FaultKind::GyroSilent && fault.acts_in(cycle))
-}
-
 /// The clock of a second, with its faults.
 pub fn faulty_clock(faults: &[Fault], cycle: u32, clock: Instant) -> Instant {
     let acting = faults.iter().filter(|fault| fault.acts_in(cycle));
@@ -136,6 +135,19 @@ pub fn faulty_clock(faults: &[Fault], cycle: u32, clock: Instant) -> Instant {
         }
         FaultKind::ClockInvalid => Instant { local, terrestrial_us: None },
         _ => Instant { local, terrestrial_us },
+    })
+}
+
+/// The gyro's reading of a second, with its faults.
+pub fn faulty_rate(faults: &[Fault], cycle: u32, reading: Option<AngularRate>) -> Option<AngularRate> {
+    let acting = faults.iter().filter(|fault| fault.acts_in(cycle));
+    acting.fold(reading, |reading, fault| match fault.kind {
+        FaultKind::GyroOffset(deg_s) => reading.map(|AngularRate { instant, rad_s }| AngularRate {
+            instant,
+            rad_s: rad_s.map(|axis| axis + deg_s.to_radians() as f32),
+        }),
+        FaultKind::GyroSilent => None,
+        _ => reading,
     })
 }
 

@@ -64,6 +64,7 @@ pub fn fault_words(report: &Report) -> String {
         RateSensorFault::Stale => "rate sensor stale",
         RateSensorFault::NotFinite => "rate sensor not finite",
         RateSensorFault::Saturated => "rate sensor saturated",
+        RateSensorFault::ShutOut => "rate sensor shut out",
         RateSensorFault::Hardware => "rate sensor hardware",
     }));
     words.extend(faults.fix.map(|fault| match fault {

@@ -90,9 +90,9 @@ macro_rules! of_quantity {
             ),
             at_most(
                 concat!($key, "_worst_sigma"),
-                concat!($words, ": largest error, of any axis"),
+                concat!($words, ": largest error, of any axis; 0 where none was told"),
                 ("sigma", 1e6),
-                |of| Some(of.run($key)?.largest_sigma),
+                |of| Some(of.run($key).map_or(0.0, |run| run.largest_sigma)),
             ),
             at_most(concat!($key, "_bias_sigma"), concat!($words, ": mean error"), ("sigma", 1e3), |of| {
                 Some(of.run($key)?.bias_sigma)

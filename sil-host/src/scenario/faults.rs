@@ -3,8 +3,8 @@
 //! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`,
 //! `late-frame`, `doubled-image`, `wrong-geometry` and `bit-flips` take `share`, a probability (default 1;
 //! bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s`,
-//! `clock-step` `step_s` and `proton-storm` `hits`; `clock-invalid`, `blinded` and `gyro-silent` take nothing.
-//! See [`crate::harness::faults`] for what each does.
+//! `clock-step` `step_s`, `proton-storm` `hits` and `gyro-offset` `rate_deg_s`; `clock-invalid`, `blinded` and
+//! `gyro-silent` take nothing. See [`crate::harness::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;
@@ -18,6 +18,7 @@ const SHARE: (f64, f64) = (0.0, 1.0);
 const SIGMA_DN: (f64, f64) = (0.0, 65_535.0);
 const LATE_S: (f64, f64) = (0.0, 60.0);
 const STEP_S: (f64, f64) = (-86_400.0, 86_400.0);
+const RATE_DEG_S: (f64, f64) = (-100.0, 100.0);
 const ROW: (i64, i64) = (0, u16::MAX as i64);
 const HITS: (i64, i64) = (0, 100_000);
 
@@ -33,6 +34,7 @@ pub(super) struct RawFault {
     late_s: Option<Spanned<f64>>,
     step_s: Option<Spanned<f64>>,
     hits: Option<Spanned<i64>>,
+    rate_deg_s: Option<Spanned<f64>>,
 }
 
 /// Reads the `[[faults]]` of a run of `duration_s`.
@@ -64,11 +66,12 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         "clock-step" => "step_s",
         "clock-invalid" | "blinded" | "gyro-silent" => "",
         "proton-storm" => "hits",
+        "gyro-offset" => "rate_deg_s",
         "stuck-row" => "row",
         "noise-burst" => "sigma_dn",
         _ => {
             let to_do = "use time-out, dropped-window, late-frame, doubled-image, late-image, clock-step, clock-invalid, \
-                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm or gyro-silent";
+                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset or gyro-silent";
             let what = format!("`{word}` is no fault");
             return Err(text.fault(raw.kind.span().start, "faults.kind", &what, to_do));
         }
@@ -80,6 +83,7 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         ("late_s", raw.late_s.as_ref().map(Spanned::span)),
         ("step_s", raw.step_s.as_ref().map(Spanned::span)),
         ("hits", raw.hits.as_ref().map(Spanned::span)),
+        ("rate_deg_s", raw.rate_deg_s.as_ref().map(Spanned::span)),
     ];
     for (key, span) in given {
         match span {
@@ -112,6 +116,12 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         "proton-storm" => {
             FaultKind::ProtonStorm(text.whole("faults.hits", raw.hits.as_ref(), 0, HITS)? as u32)
         }
+        "gyro-offset" => FaultKind::GyroOffset(text.number(
+            "faults.rate_deg_s",
+            raw.rate_deg_s.as_ref(),
+            0.0,
+            RATE_DEG_S,
+        )?),
         "wrong-geometry" => FaultKind::WrongGeometry(share),
         "bit-flips" => FaultKind::BitFlips(share),
         "stuck-row" => FaultKind::StuckRow(text.whole("faults.row", raw.row.as_ref(), 0, ROW)? as u16),

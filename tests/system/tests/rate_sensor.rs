@@ -5,7 +5,7 @@ use fsw_core::frames::{Icrs, Rotation, StarPath};
 use fsw_core::modes::Mode;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
-use fsw_core::telemetry::{Outcome, Report};
+use fsw_core::telemetry::{Event, Outcome, RateSensorFault, Report};
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
     Window,
@@ -190,4 +190,35 @@ fn a_silent_or_mad_rate_sensor_is_none() {
     assert!(count == before.len() && sigmas < 4.5);
     let gone = fly(Some(NOISE), |_, _| None);
     assert!(gone[3..BLIND.start as usize].iter().all(|second| second.report.mode == Mode::Tracking));
+}
+
+/// Seconds without an attitude of those given.
+fn without_attitude(seconds: &[Second]) -> usize {
+    seconds.iter().filter(|second| second.error.is_none()).count()
+}
+
+#[test]
+fn a_gyro_that_lies_is_shut_out_and_costs_a_few_seconds() {
+    for lie_rad_s in [2e-3, 0.02, -0.1] {
+        let lying = |second, mut reading: AngularRate| {
+            if second >= 20 {
+                reading.rad_s = reading.rad_s.map(|axis| axis + lie_rad_s);
+            }
+            Some(Ok(Some(reading)))
+        };
+        let seconds = fly(Some(NOISE), lying);
+        let shut_out = |second: &Second| second.report.events.contains(&Event::RateSensorShutOut);
+        let when = seconds.iter().position(shut_out).expect("it is shut out");
+        println!(
+            "{lie_rad_s} rad/s: shut out in second {when}, {} s lost",
+            without_attitude(&seconds[20..60])
+        );
+        assert!((20..40).contains(&when) && seconds.iter().filter(|second| shut_out(second)).count() == 1);
+        let told = |second: &Second| second.report.faults.rate_sensor == Some(RateSensorFault::ShutOut);
+        assert!(seconds[when + 1..].iter().all(told) && !seconds[..=when].iter().any(told));
+        // Before the blind slew, of which nobody can know then.
+        let (sigmas, ..) = worst(&seconds[..BLIND.start as usize]);
+        assert!(sigmas < 6.0, "{sigmas}");
+        assert!(without_attitude(&seconds[20..60]) <= 10);
+    }
 }

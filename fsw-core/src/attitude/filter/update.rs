@@ -14,13 +14,13 @@ use nalgebra::{Matrix3, Vector3};
 
 impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Measurement update by an attitude; one of an earlier instant, or with NIS >= 40, reinitialises the
-    /// filter.
+    /// filter. Whether it contradicts the rate sensor: its readings led elsewhere.
     pub fn measurement_update(
         &mut self,
         attitude: Rotation<Icrs, StarPath>,
         sigma_rad: [f32; 3],
         instant: LocalTime,
-    ) {
+    ) -> bool {
         let elapsed_s = seconds(instant.us_since(self.updated_at));
         let mut then = *self;
         let propagated = then.propagate(instant, None);
@@ -29,13 +29,16 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if propagated && then.correct_attitude(&innovation, &variance) {
             then.updated_at = instant;
             *self = then;
+            false
         } else {
+            let contradicts = propagated && self.sensor.is_some();
             let anew = Self {
                 sensor: self.sensor,
                 reading: self.reading,
                 ..Self::new(attitude, sigma_rad, instant)
             };
             *self = anew.with_rate_after(&then, &innovation, elapsed_s);
+            contradicts
         }
     }
 

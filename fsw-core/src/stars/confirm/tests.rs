@@ -402,7 +402,7 @@ fn the_focal_length_the_field_asks_for_is_returned() {
             }
             let confirmed = scene.confirm(&picture.measured(&camera(), 0.3), Vector3::zeros(), 4.0).unwrap();
             assert_eq!(confirmed.matches.len(), 20);
-            worst = worst.max((f64::from(confirmed.focal_ratio) - ratio).abs());
+            worst = worst.max((f64::from(confirmed.focal_ratio.ratio) - ratio).abs());
         }
     }
     std::println!("focal ratio within {worst:.1e}");

@@ -148,9 +148,15 @@ fn a_blinded_detector_reads_full_scale_everywhere() {
 }
 
 #[test]
-fn storms_add_up_and_a_silent_gyro_is_silent_in_its_seconds_only() {
+fn storms_add_up_and_a_gyro_is_silent_or_off_in_its_seconds_only() {
     let storm = |hits, from_s| Fault { kind: FaultKind::ProtonStorm(hits), from_s, until_s: 8 };
-    let faults = [storm(300, 5), storm(40, 7), Fault { kind: FaultKind::GyroSilent, from_s: 6, until_s: 7 }];
+    let gyro = |kind, from_s| Fault { kind, from_s, until_s: from_s + 1 };
+    let faults =
+        [storm(300, 5), storm(40, 7), gyro(FaultKind::GyroSilent, 6), gyro(FaultKind::GyroOffset(90.0), 7)];
     assert_eq!([4, 5, 7, 8].map(|cycle| storm_hits(&faults, cycle)), [0, 300, 340, 0]);
-    assert_eq!([5, 6, 7].map(|cycle| gyro_is_silent(&faults, cycle)), [false, true, false]);
+    let reading = AngularRate { instant: LocalTime::from_us(7), rad_s: [0.5, 0.0, -0.5] };
+    let seen = [5, 6, 7, 8].map(|cycle| faulty_rate(&faults, cycle, Some(reading)).map(|rate| rate.rad_s));
+    let off = reading.rad_s.map(|axis| axis + std::f32::consts::FRAC_PI_2);
+    assert_eq!(seen, [Some(reading.rad_s), None, Some(off), Some(reading.rad_s)]);
+    assert_eq!(faulty_rate(&faults, 7, None), None);
 }
