@@ -38,10 +38,10 @@ use crate::scenario::{EMBEDDED, Scenario};
 use crate::words::io_words;
 use desk::Desk;
 use http::{Answer, Request};
-use std::io::Read as _;
+use std::io::{Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use tiny_http::{Header, Method, Response, StatusCode};
+use tiny_http::{HTTPVersion, Header, Method, Response, StatusCode};
 
 /// Threads that answer: a frame takes a while, and the page asks for the state meanwhile.
 const ANSWERING: usize = 3;
@@ -174,15 +174,18 @@ impl Server {
             Method::Get | Method::Head | Method::Post => self.answer(&mut request),
             _ => Answer::text(405, "only GET, HEAD and POST are answered"),
         };
-        // With its length told: not in chunks.
-        let mut response = Response::from_data(answer.body)
-            .with_status_code(StatusCode(answer.status))
-            .with_chunked_threshold(usize::MAX);
+        let mut response = Response::from_data(answer.body).with_status_code(StatusCode(answer.status));
         for (name, value) in HEADERS.into_iter().chain([("Content-Type", answer.kind)]) {
             response.add_header(Header::from_bytes(name, value).expect("headers are ASCII"));
         }
-        // A reader that has gone needs no answer.
-        let _ = request.respond(response);
+        let is_head = *request.method() == Method::Head;
+        let mut writer = request.into_writer();
+        // HTTP/1.0 ends the connection. Those that browsers keep open each hold a thread of tiny_http 0.12, which
+        // now and then lets a new connection wait for one of them instead of starting another thread. A reader
+        // that has gone needs no answer.
+        let _ = response
+            .raw_print(&mut writer, HTTPVersion(1, 0), &[], is_head, None)
+            .and_then(|()| writer.flush());
     }
 
     fn answer(&self, request: &mut tiny_http::Request) -> Answer {

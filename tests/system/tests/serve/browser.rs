@@ -110,10 +110,14 @@ impl Browser {
         self.call("Page.navigate", json!({"url": url}));
     }
 
+    fn evaluate(&mut self, expression: &str) -> Value {
+        let asked = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
+        self.call("Runtime.evaluate", asked)
+    }
+
     /// The value of an expression of JavaScript.
     pub fn value(&mut self, expression: &str) -> Value {
-        let asked = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
-        let result = self.call("Runtime.evaluate", asked);
+        let result = self.evaluate(expression);
         assert_eq!(result["exceptionDetails"], Value::Null, "{expression}");
         result["result"]["value"].clone()
     }
@@ -124,10 +128,10 @@ impl Browser {
         value.as_str().expect("text").to_owned()
     }
 
-    /// Waits until an expression is true.
+    /// Waits until an expression is true: while the page is being loaded it may fail.
     pub fn wait(&mut self, expression: &str) {
         let began = Instant::now();
-        while self.value(expression) != json!(true) {
+        while self.evaluate(expression)["result"]["value"] != json!(true) {
             assert!(began.elapsed() < PATIENCE, "never true: {expression}; {:?}", self.complaints);
             std::thread::sleep(Duration::from_millis(50));
         }
