@@ -5,6 +5,7 @@
 //!
 //! | module | takes | gives |
 //! |---|---|---|
+//! | [`connection`] | a connection | its request, and the answer to it |
 //! | [`http`] | a request | the answer, or why it is refused |
 //! | [`orders`] | what a button asks for | controls that are set |
 //! | [`desk`] | controls | what the flight does next |
@@ -21,6 +22,7 @@
 //!
 //! A flight here is the flight of `run`: the same scenario and seed give the same seconds.
 
+pub mod connection;
 pub mod desk;
 pub mod faults;
 pub mod flying;
@@ -37,29 +39,8 @@ use crate::error::HostError;
 use crate::scenario::{EMBEDDED, Scenario};
 use crate::words::io_words;
 use desk::Desk;
-use http::{Answer, Request};
-use std::io::{Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
-use tiny_http::{HTTPVersion, Header, Method, Response, StatusCode};
-
-/// Threads that answer: a frame takes a while, and the page asks for the state meanwhile.
-const ANSWERING: usize = 3;
-/// Longest body of an order, bytes.
-const BODY_MAX: u64 = 4096;
-
-/// Headers of every answer: nothing from elsewhere is loaded, nowhere is it framed, nothing is stored.
-const HEADERS: [(&str, &str); 5] = [
-    (
-        "Content-Security-Policy",
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; \
-         base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-    ),
-    ("X-Content-Type-Options", "nosniff"),
-    ("Referrer-Policy", "no-referrer"),
-    ("Cross-Origin-Resource-Policy", "same-origin"),
-    ("Cache-Control", "no-store"),
-];
 
 /// What can be flown and opened.
 #[derive(Debug)]
@@ -113,7 +94,7 @@ impl Library {
 
 /// The page, bound to its port.
 pub struct Server {
-    server: tiny_http::Server,
+    listener: TcpListener,
     address: SocketAddr,
     desk: Desk,
     library: Library,
@@ -131,9 +112,7 @@ impl Server {
         let listener =
             TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|error| refused(io_words(&error)))?;
         let address = listener.local_addr().map_err(|error| refused(io_words(&error)))?;
-        let server = tiny_http::Server::from_listener(listener, None)
-            .map_err(|error| refused(crate::words::one_line(&error.to_string())))?;
-        Ok(Self { server, address, desk: Desk::default(), library })
+        Ok(Self { listener, address, desk: Desk::default(), library })
     }
 
     /// Where the page is.
@@ -158,56 +137,14 @@ impl Server {
     pub fn run(&self) {
         std::thread::scope(|scope| {
             scope.spawn(|| flying::work(&self.desk));
-            for _ in 0..ANSWERING {
+            for stream in self.listener.incoming().flatten() {
                 scope.spawn(|| {
-                    while let Ok(request) = self.server.recv() {
-                        self.respond(request);
-                    }
+                    // Of a connection that broke off nobody waits for an answer.
+                    let _ =
+                        connection::serve(stream, |request| http::answer(request, &self.desk, &self.library));
                 });
             }
         });
-    }
-
-    /// Answers a request.
-    fn respond(&self, mut request: tiny_http::Request) {
-        let answer = match request.method() {
-            Method::Get | Method::Head | Method::Post => self.answer(&mut request),
-            _ => Answer::text(405, "only GET, HEAD and POST are answered"),
-        };
-        let mut response = Response::from_data(answer.body).with_status_code(StatusCode(answer.status));
-        for (name, value) in HEADERS.into_iter().chain([("Content-Type", answer.kind)]) {
-            response.add_header(Header::from_bytes(name, value).expect("headers are ASCII"));
-        }
-        let is_head = *request.method() == Method::Head;
-        let mut writer = request.into_writer();
-        // HTTP/1.0 ends the connection. Those that browsers keep open each hold a thread of tiny_http 0.12, which
-        // now and then lets a new connection wait for one of them instead of starting another thread. A reader
-        // that has gone needs no answer.
-        let _ = response
-            .raw_print(&mut writer, HTTPVersion(1, 0), &[], is_head, None)
-            .and_then(|()| writer.flush());
-    }
-
-    fn answer(&self, request: &mut tiny_http::Request) -> Answer {
-        let mut body = Vec::new();
-        if request.as_reader().take(BODY_MAX + 1).read_to_end(&mut body).is_err() {
-            return Answer::text(400, "the request broke off");
-        }
-        if body.len() as u64 > BODY_MAX {
-            return Answer::text(413, "no order is so long");
-        }
-        let header = |name: &'static str| {
-            let mut headers = request.headers().iter().filter(|header| header.field.equiv(name));
-            headers.next().map(|header| header.value.as_str())
-        };
-        let asked = Request {
-            is_order: *request.method() == Method::Post,
-            url: request.url(),
-            host: header("Host"),
-            origin: header("Origin"),
-            body: &body,
-        };
-        http::answer(&asked, &self.desk, &self.library)
     }
 }
 
