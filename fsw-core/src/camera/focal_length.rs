@@ -40,7 +40,7 @@ impl FocalLength {
     }
 
     /// Takes in the `ratio` that an image of the instant shows, with its standard deviation; what is not
-    /// finite, has no error or is farther off than [`FARTHEST`] changes nothing.
+    /// finite, has no error or is more than 2 % off changes nothing.
     pub fn update(&mut self, ratio: f32, sigma: f32, instant: LocalTime) {
         let usable = (ratio - 1.0).abs() < FARTHEST && sigma > 1e-7 && sigma < FARTHEST;
         if !usable {

@@ -5,7 +5,7 @@
 //! stars are elsewhere in each. Where these outnumber the stars, what repeats is looked at first.
 //!
 //! The motion is the one that most pairs of places, one of each image, share. Of 96 spots each 23 pairs lie
-//! within [`REACH_PX`] by chance, and hardly ever three of them alike. A pixel that is always bright repeats
+//! within 32 px by chance, and hardly ever three of them alike. A pixel that is always bright repeats
 //! too: what it does not have is a place in the catalogue.
 
 use super::Detection;
