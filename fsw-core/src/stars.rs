@@ -8,6 +8,7 @@
 #[cfg(test)]
 mod artificial;
 pub mod confirm;
+pub mod focal_ratio;
 pub mod identify;
 mod parameters;
 pub mod polygon;

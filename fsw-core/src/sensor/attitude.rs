@@ -7,7 +7,8 @@ use super::timekeeping::SECOND_US;
 use crate::attitude::filter::Filter;
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::order::fill;
-use crate::stars::confirm::{Confirmed, FocalRatio};
+use crate::stars::confirm::Confirmed;
+use crate::stars::focal_ratio::FocalRatio;
 use crate::telemetry::{AttitudeReport, FilteredAttitude};
 use fsw_hal::LocalTime;
 

@@ -13,6 +13,7 @@
 //! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area
 //! covers the whole region in which polygon and matching would have accepted a star.
 
+use super::focal_ratio::{FocalRatio, focal_ratio};
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::{MAX_MEASURED, MeasuredStar, StarField};
 use crate::attitude::covariance::{Information, sigmas_rad};
@@ -254,45 +255,6 @@ fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPat
     })
 }
 
-/// The focal length that suits an image's stars best.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FocalRatio {
-    /// Over that of the camera.
-    pub ratio: f32,
-    /// Its standard deviation by what the stars are off once it is taken; infinite for fewer than three.
-    pub sigma: f32,
-}
-
-/// Ratio of the measured to the projected distances from their means.
-#[inline(never)]
-fn focal_ratio(matches: &[Match], measured: &[MeasuredStar]) -> FocalRatio {
-    let count = (matches.len() as f32).max(1.0);
-    let positions = || {
-        matches.iter().filter_map(|found| {
-            let [x, y] = measured.get(usize::from(found.measured))?.centre_px;
-            let [dx, dy] = found.residual_px;
-            Some(([x, y], [x - dx, y - dy]))
-        })
-    };
-    let ([sx, sy], [px, py]) =
-        positions().fold(([0.0f32; 2], [0.0f32; 2]), |([sx, sy], [px, py]), (seen, projected)| {
-            ([sx + seen[0], sy + seen[1]], [px + projected[0], py + projected[1]])
-        });
-    // Of the distances projected, and of what they are off.
-    let (off, square, off_square) = positions().fold((0.0f32, 0.0f32, 0.0f32), |sums, (seen, projected)| {
-        let (vx, vy) = (projected[0] - px / count, projected[1] - py / count);
-        let (dx, dy) = (seen[0] - sx / count - vx, seen[1] - sy / count - vy);
-        (sums.0 + dx * vx + dy * vy, sums.1 + vx * vx + vy * vy, sums.2 + dx * dx + dy * dy)
-    });
-    // Two residuals a star, less two of the mean, the roll and the ratio.
-    let freedom = 2.0 * count - 4.0;
-    if square <= 1.0 || freedom < 2.0 {
-        return FocalRatio { ratio: 1.0, sigma: f32::INFINITY };
-    }
-    let left = (off_square - off * off / square).max(0.0) / freedom;
-    FocalRatio { ratio: 1.0 + off / square, sigma: libm::sqrtf(left / square) }
-}
-
 /// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
 const PRIOR_RESIDUALS: f32 = 10.0;
 
@@ -383,13 +345,20 @@ pub fn confirm_among(
         let [dx, dy] = found.residual_px;
         sum + dx * dx + dy * dy
     });
+    let positions = || {
+        matches.iter().filter_map(|found| {
+            let [x, y] = measured.get(usize::from(found.measured))?.centre_px;
+            let [dx, dy] = found.residual_px;
+            Some(([x, y], [x - dx, y - dy]))
+        })
+    };
     let scale = sigma_scale(&matches, field);
     Some(Confirmed {
         attitude,
         sigma_rad: sigma_rad.map(|sigma| sigma * scale),
         expected: expected.len() as u16,
         rms_px: libm::sqrtf(square / (2.0 * matches.len() as f32)),
-        focal_ratio: focal_ratio(&matches, measured),
+        focal_ratio: focal_ratio(matches.len(), positions),
         log10_chance: log10_chance(&matches, expected.len(), tolerance_px, field),
         matches,
     })

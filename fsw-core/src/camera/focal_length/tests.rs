@@ -28,7 +28,7 @@ fn a_lens_beyond_its_tolerance_is_followed_within_half_a_minute() {
 }
 
 #[test]
-fn a_barrel_that_warms_is_followed_to_a_hundredth_of_a_pixel_in_the_corner() {
+fn a_barrel_that_warms_is_followed_to_a_twentieth_of_a_pixel_in_the_corner() {
     let mut generator = Generator::new(4);
     // 1 K a minute for half an hour.
     let ratio = |second: i64| 1.0 + 4e-7 * second as f64;
