@@ -384,7 +384,7 @@ enum sextant_command
      */
     SEXTANT_COMMAND_REACQUIRE = 1,
     /**
-     * Forget attitude and orbit and begin with the self-test.
+     * Forget attitude, orbit and what was learned of lens and rate sensor and begin with the self-test.
      */
     SEXTANT_COMMAND_RESTART = 2,
     /**

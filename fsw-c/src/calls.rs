@@ -48,7 +48,7 @@ pub enum Command {
     Continue = 0,
     /// Forget the attitude and acquire anew.
     Reacquire = 1,
-    /// Forget attitude and orbit and begin with the self-test.
+    /// Forget attitude, orbit and what was learned of lens and rate sensor and begin with the self-test.
     Restart = 2,
     /// Go to safe mode, until `REACQUIRE` or `RESTART`.
     Safe = 3,
@@ -127,10 +127,7 @@ pub unsafe extern "C" fn sextant_init(
     sensor: *mut *mut SensorMemory,
 ) -> Status {
     // SAFETY: the caller's promises are the same.
-    match unsafe { init(memory, memory_bytes, tables, sensor) } {
-        Ok(()) => Status::Ok,
-        Err(status) => status,
-    }
+    Status::of(unsafe { init(memory, memory_bytes, tables, sensor) })
 }
 
 /// [`sextant_init`].
@@ -220,10 +217,7 @@ pub unsafe extern "C" fn sextant_cycle(
 ) -> Status {
     let outputs = Outputs { telemetry, telemetry_bytes, telemetry_length, result };
     // SAFETY: the caller's promises are the same.
-    match unsafe { cycle(sensor, instruments, command, &outputs) } {
-        Ok(()) => Status::Ok,
-        Err(status) => status,
-    }
+    Status::of(unsafe { cycle(sensor, instruments, command, &outputs) })
 }
 
 /// Where a cycle writes.

@@ -74,7 +74,7 @@ pub unsafe extern "C" fn sextant_link_init(
         }
         Ok(())
     };
-    status(make())
+    Status::of(make())
 }
 
 /// Takes one telecommand packet. What came of it is reported by `sextant_link_report`.
@@ -109,7 +109,7 @@ pub unsafe extern "C" fn sextant_link_receive(
         unsafe { refusal.write(reason.map_or(0, Refusal::code).into()) };
         Ok(())
     };
-    status(receive())
+    Status::of(receive())
 }
 
 /// Counter of the last packet whose tag was right. A program with a key stores it where it outlasts a loss of
@@ -131,7 +131,7 @@ pub unsafe extern "C" fn sextant_link_counter(link: *mut LinkMemory, counter: *m
         unsafe { counter.write(found) };
         Ok(())
     };
-    status(read())
+    Status::of(read())
 }
 
 /// Flies one second as `sextant_cycle`, with the command that waits in the link.
@@ -166,7 +166,7 @@ pub unsafe extern "C" fn sextant_cycle_commanded(
         // SAFETY: the handle is aligned; that a link's memory stands behind it is the caller's promise.
         unsafe { memory::with_link(link, second) }?
     };
-    status(commanded())
+    Status::of(commanded())
 }
 
 /// Writes the next report packet, to be called until there is none.
@@ -222,9 +222,5 @@ pub unsafe extern "C" fn sextant_link_report(
         unsafe { report_length.write(written) };
         Ok(())
     };
-    status(write())
-}
-
-fn status(result: Result<(), Status>) -> Status {
-    result.err().unwrap_or(Status::Ok)
+    Status::of(write())
 }

@@ -97,9 +97,8 @@ impl Tables {
     /// Refuses what [`Tables::sensor`] would refuse, before any memory is touched.
     fn check(&self) -> Result<(), Status> {
         self.parameters.check().map_err(|_| Status::ParametersRange)?;
-        let (camera, crc) = (&self.parameters.camera, self.parameters.imaging.calibration_crc);
         match &self.calibration {
-            Some(calibration) if !calibration_fits(camera, crc, calibration) => {
+            Some(calibration) if !calibration_fits(&self.parameters, calibration) => {
                 Err(Status::CalibrationMismatch)
             }
             _ => Ok(()),

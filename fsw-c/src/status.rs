@@ -68,6 +68,11 @@ const ALL: [Status; 18] = [
 ];
 
 impl Status {
+    /// What a call that may fail returns.
+    pub(crate) fn of(result: Result<(), Self>) -> Self {
+        result.err().unwrap_or(Self::Ok)
+    }
+
     /// The status in words.
     pub const fn text(self) -> &'static CStr {
         match self {

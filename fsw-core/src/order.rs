@@ -1,5 +1,5 @@
-//! Short lists filled and sorted without a panic path (the library's `extend`, sorts and insertions have
-//! some).
+//! Short lists filled, sorted and asked for what most of them agree on, without a panic path (the library's
+//! `extend`, sorts and insertions have some).
 
 use heapless::Vec;
 
@@ -30,6 +30,17 @@ pub(crate) fn sort<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
             insert_last(piece, &comes_before);
         }
     }
+}
+
+/// The element to which most of the list are alike, itself among them, and how many; the first of equals.
+pub(crate) fn most_alike<T: Copy>(list: &[T], are_alike: impl Fn(T, T) -> bool) -> Option<(T, usize)> {
+    list.iter().fold(None, |best: Option<(T, usize)>, one| {
+        let count = list.iter().filter(|other| are_alike(*one, **other)).count();
+        match best {
+            Some((_, most)) if most >= count => best,
+            _ => Some((*one, count)),
+        }
+    })
 }
 
 /// Distances of the elements that [`sort_numbers`] compares, from pass to pass (Ciura 2001).
@@ -86,6 +97,18 @@ mod tests {
             sorted.sort_unstable();
             sort_numbers(&mut numbers);
             prop_assert_eq!(numbers, sorted);
+        }
+
+        #[test]
+        fn most_are_alike_to_the_first_of_those_with_the_most(
+            list in prop::collection::vec(0i32..30, 0..60),
+            reach in 0i32..5,
+        ) {
+            let alike = |one: i32, other: i32| (one - other).abs() <= reach;
+            let counts: Vec<usize> =
+                list.iter().map(|one| list.iter().filter(|other| alike(*one, **other)).count()).collect();
+            let first = counts.iter().position(|count| Some(count) == counts.iter().max());
+            prop_assert_eq!(most_alike(&list, alike), first.map(|at| (list[at], counts[at])));
         }
 
         #[test]

@@ -41,8 +41,8 @@ mod turning;
 mod workspace;
 
 use crate::attitude::filter::Filter;
+use crate::camera::Camera;
 use crate::camera::focal_length::FocalLength;
-use crate::camera::{Camera, CameraParameters};
 use crate::catalog::Catalogue;
 pub use crate::command::Command;
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
@@ -102,7 +102,8 @@ impl core::fmt::Display for SensorError {
 impl core::error::Error for SensorError {}
 
 /// Whether a calibration is the one that the parameters name, of their detector and their optical centre.
-pub fn calibration_fits(camera: &CameraParameters, crc: u32, calibration: &Calibration) -> bool {
+pub fn calibration_fits(parameters: &Parameters, calibration: &Calibration) -> bool {
+    let (camera, crc) = (&parameters.camera, parameters.imaging.calibration_crc);
     let [cx, cy] = calibration.centre_px();
     let [dx, dy] = [cx - camera.optical_centre_px[0], cy - camera.optical_centre_px[1]];
     calibration.crc() == crc
@@ -178,8 +179,7 @@ impl<'c> Sensor<'c> {
         workspace: &'c mut Workspace,
     ) -> Result<&'p mut Self, SensorError> {
         let checked = parameters.check().map_err(SensorError::Parameters)?;
-        let (lens, crc) = (&parameters.camera, parameters.imaging.calibration_crc);
-        if calibration.as_ref().is_some_and(|calibration| !calibration_fits(lens, crc, calibration)) {
+        if calibration.as_ref().is_some_and(|calibration| !calibration_fits(&parameters, calibration)) {
             return Err(SensorError::Calibration);
         }
         Ok(place.write(Self::assembled(catalogue, parameters, checked, calibration, workspace)))
@@ -228,8 +228,7 @@ impl<'c> Sensor<'c> {
     /// # Errors
     /// [`SensorError::Calibration`] where it belongs to another lens.
     pub fn calibrated(self, calibration: Calibration<'c>) -> Result<Self, SensorError> {
-        if !calibration_fits(self.camera.parameters(), self.parameters.imaging.calibration_crc, &calibration)
-        {
+        if !calibration_fits(&self.parameters, &calibration) {
             return Err(SensorError::Calibration);
         }
         Ok(Self { calibration: Some(calibration), ..self })

@@ -29,6 +29,15 @@ use crate::cli::{Campaign, Command, RunArguments};
 use crate::error::HostError;
 use std::process::ExitCode;
 
+/// Prints a list that the code declares: as one JSON object, or as the page that people read.
+fn print_reference(as_json: bool, json: fn() -> serde_json::Value, page: fn() -> String) {
+    if as_json {
+        crate::formats::json::print_line(&json());
+    } else {
+        crate::output::print(format_args!("{}", page()), "");
+    }
+}
+
 /// Does what a command asks for; none: flies the default scenario. The status says whether a judged run kept
 /// its limits.
 ///

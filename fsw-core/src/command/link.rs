@@ -18,7 +18,7 @@ use super::packets::{self, MAX_DATA_BYTES, MAX_REPORT_BYTES, ReportHeaders, Requ
 use super::refusal::Refusal;
 use super::telecommand::{MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION};
 use super::upload::Upload;
-use super::{Command, CommandOutcome, GroundOrbit, TimeCorrelation};
+use super::{Command, CommandOutcome};
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_hal::LocalTime;
 use heapless::{Deque, Vec};
@@ -88,13 +88,9 @@ struct Request {
 /// What is to be done in the next second.
 #[derive(Clone, Copy, Debug)]
 enum Task {
-    Reacquire,
-    Restart,
-    Safe,
-    Exposure(u32),
-    Orbit(GroundOrbit),
-    Time(TimeCorrelation),
-    /// The table is what was uploaded.
+    /// This command, which borrows nothing.
+    Do(Command<'static>),
+    /// Load the table that was uploaded.
     Load,
 }
 
@@ -214,12 +210,12 @@ impl CommandLink {
     /// Lets an accepted command wait for its second, or does what the link does itself.
     fn take(&mut self, request: Request, telecommand: &Telecommand) {
         let task = match *telecommand {
-            Telecommand::Reacquire => Task::Reacquire,
-            Telecommand::Restart => Task::Restart,
-            Telecommand::Safe => Task::Safe,
-            Telecommand::Exposure(exposure_us) => Task::Exposure(exposure_us),
-            Telecommand::Orbit(orbit) => Task::Orbit(orbit),
-            Telecommand::Time(correlation) => Task::Time(correlation),
+            Telecommand::Reacquire => Task::Do(Command::Reacquire),
+            Telecommand::Restart => Task::Do(Command::Restart),
+            Telecommand::Safe => Task::Do(Command::Safe),
+            Telecommand::Exposure(exposure_us) => Task::Do(Command::Exposure(exposure_us)),
+            Telecommand::Orbit(orbit) => Task::Do(Command::Orbit(orbit)),
+            Telecommand::Time(correlation) => Task::Do(Command::Time(correlation)),
             Telecommand::Load { .. } => Task::Load,
             Telecommand::Part { .. } => return self.complete(request, CommandOutcome::Done),
             Telecommand::Dump => {
@@ -234,15 +230,8 @@ impl CommandLink {
     pub fn command(&self) -> Command<'_> {
         match self.task {
             None => Command::Continue,
-            Some((_, task)) => match task {
-                Task::Reacquire => Command::Reacquire,
-                Task::Restart => Command::Restart,
-                Task::Safe => Command::Safe,
-                Task::Exposure(exposure_us) => Command::Exposure(exposure_us),
-                Task::Orbit(orbit) => Command::Orbit(orbit),
-                Task::Time(correlation) => Command::Time(correlation),
-                Task::Load => Command::LoadParameters(self.upload.bytes()),
-            },
+            Some((_, Task::Do(command))) => command,
+            Some((_, Task::Load)) => Command::LoadParameters(self.upload.bytes()),
         }
     }
 

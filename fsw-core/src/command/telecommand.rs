@@ -96,7 +96,8 @@ pub const ROWS: &[Row] = &[
         number: (SENSOR, 2),
         name: "restart",
         fields: &[],
-        about: "forget attitude and orbit and begin with the self-test; ends commanded safe",
+        about: "forget attitude, orbit and what was learned of lens and rate sensor and begin with the self-test; ends \
+                commanded safe",
         refusals: &[Refusal::ParametersLost],
     },
     Row {

@@ -4,8 +4,8 @@
 use super::ground::{self, Envelope};
 use super::telecommand::{ROWS, SENSOR, TABLE};
 use super::*;
-use crate::camera::{CameraParameters, Distortion, Projection};
 use crate::checksum::crc32;
+use crate::oracle::reference_camera;
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -51,15 +51,7 @@ fn keyed_link() -> CommandLink {
 }
 
 fn parameters() -> Parameters {
-    Parameters::for_camera(CameraParameters {
-        width_px: 1280,
-        height_px: 1024,
-        focal_length_px: 3000.0,
-        optical_centre_px: [639.5, 511.5],
-        projection: Projection::Rectilinear,
-        distortion: Distortion::default(),
-        mirrored: false,
-    })
+    Parameters::for_camera(reference_camera())
 }
 
 fn packet(telecommand: &Telecommand, sequence: u16, authentication: Option<(Key, u32)>) -> Vec<u8> {

@@ -10,7 +10,7 @@
 
 use super::Detection;
 use super::detections::{Detections, MAX_DETECTIONS};
-use crate::order::fill;
+use crate::order::{fill, most_alike};
 use heapless::Vec;
 
 /// So far a spot may have moved along either axis, px.
@@ -64,8 +64,10 @@ impl Repeated {
         if let Some(common) = common {
             detections.mark_repeated(|spot| {
                 let to = place(spot);
-                let from = self.places.iter().filter_map(|from| motion(*from, to));
-                from.into_iter().any(|motion| are_alike(motion, common))
+                self.places
+                    .iter()
+                    .filter_map(|from| motion(*from, to))
+                    .any(|motion| are_alike(motion, common))
             });
         }
         self.places.clear();
@@ -80,12 +82,7 @@ impl Repeated {
             // Of more than there is room for those to the brightest spots.
             fill(&mut motions, self.places.iter().filter_map(|from| motion(*from, to)));
         }
-        let alike = |one: &Place| motions.iter().filter(|other| are_alike(*one, **other)).count();
-        let best = motions.iter().fold((0, None), |(most, best), one| {
-            let count = alike(one);
-            if count > most { (count, Some(*one)) } else { (most, best) }
-        });
-        best.1.filter(|_| best.0 >= FEWEST_ALIKE)
+        most_alike(&motions, are_alike).filter(|(_, count)| *count >= FEWEST_ALIKE).map(|(motion, _)| motion)
     }
 }
 

@@ -37,13 +37,10 @@ impl Sensor<'_> {
     ) {
         let (attitude, sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
         self.former = [Some(attitude), None];
-        let alone = Filter::new(attitude, sigma_rad, image);
-        match &mut self.motion {
-            Some(motion) => {
-                let contradicts = motion.measurement_update(attitude, sigma_rad, image);
-                self.judge_rate_sensor(contradicts, alone);
-            }
-            None => self.motion = Some(alone),
+        let updated =
+            self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
+        if updated.is_none_or(|contradicts| self.shuts_rate_sensor_out(contradicts)) {
+            self.motion = Some(Filter::new(attitude, sigma_rad, image));
         }
         let filtered = self.motion.as_ref().and_then(|motion| motion.at(image));
         stars.solution = Some(Solution {

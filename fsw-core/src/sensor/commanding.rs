@@ -76,10 +76,10 @@ impl Sensor<'_> {
     /// Forgets what was learned of lens and rate sensor.
     fn forget_instruments(&mut self) {
         self.rate_sensor_doubts = 0;
-        self.focal_length = FocalLength::new(self.parameters.identification.scale_uncertainty);
-        // The parameters were checked when they came in force.
-        if let Ok(camera) = Camera::new(self.parameters.camera) {
-            self.take_camera(camera);
+        let parameters = self.parameters;
+        // They were checked when they came in force.
+        if let Ok(checked) = parameters.check() {
+            self.configure(&parameters, checked);
         }
     }
 
@@ -88,10 +88,9 @@ impl Sensor<'_> {
     fn load(&mut self, table: &[u8], events: &mut Events) -> Result<(), Refusal> {
         let parameters = Parameters::decode(table).map_err(|_| Refusal::TableDamaged)?;
         let checked = parameters.check().map_err(|_| Refusal::TableRange)?;
-        let crc = parameters.imaging.calibration_crc;
         let fits = match &self.calibration {
-            Some(calibration) => calibration_fits(&parameters.camera, crc, calibration),
-            None => crc == 0,
+            Some(calibration) => calibration_fits(&parameters, calibration),
+            None => parameters.imaging.calibration_crc == 0,
         };
         if !fits {
             return Err(Refusal::TableCalibration);

@@ -3,7 +3,6 @@
 use super::Sensor;
 use super::record::{Events, FixRecord};
 use super::timekeeping::Time;
-use crate::attitude::filter::Filter;
 use crate::frames::{Direction, Icrs};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
@@ -93,16 +92,14 @@ impl Sensor<'_> {
         self.rate_sensor_doubts >= MOST_DOUBTS
     }
 
-    /// Counts the attitudes in a row that contradict the rate sensor. After the last the filter goes on from
-    /// the attitude alone.
-    pub(super) fn judge_rate_sensor(&mut self, contradicts: bool, alone: Filter<2>) {
+    /// Counts the attitudes in a row that contradict the rate sensor; whether this one shuts it out, so that
+    /// nothing that rests on its readings is to be believed.
+    pub(super) fn shuts_rate_sensor_out(&mut self, contradicts: bool) -> bool {
         if self.rate_sensor_is_shut_out() {
-            return;
+            return false;
         }
         self.rate_sensor_doubts = if contradicts { self.rate_sensor_doubts + 1 } else { 0 };
-        if self.rate_sensor_is_shut_out() {
-            self.motion = Some(alone);
-        }
+        self.rate_sensor_is_shut_out()
     }
 
     /// Propagates the attitude to this second by the rate sensor's reading of the one before; without one

@@ -16,6 +16,7 @@ use super::confirm::{Confirmed, confirm, widen};
 use super::parameters::IdentificationParameters;
 use super::predict::field_stars;
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::order::most_alike;
 use heapless::Vec;
 
 /// So far the stars may have moved along either axis, px: 1.2 deg for the reference camera, which a low
@@ -33,16 +34,11 @@ const STEP: usize = 1;
 
 /// The displacement, px, on which most pairs of an expected and a measured star agree: the mean of theirs.
 fn common_displacement(displacements: &[[f32; 2]]) -> Option<[f32; 2]> {
-    let alike = |one: &[f32; 2], other: &[f32; 2]| {
+    let alike = |one: [f32; 2], other: [f32; 2]| {
         (one[0] - other[0]).abs() < ALIKE_PX && (one[1] - other[1]).abs() < ALIKE_PX
     };
-    let agreeing = |one: &[f32; 2]| displacements.iter().filter(|other| alike(one, other)).count();
-    let best = displacements.iter().fold(None, |best: Option<(&[f32; 2], usize)>, one| match best {
-        Some((_, most)) if most >= agreeing(one) => best,
-        _ => Some((one, agreeing(one))),
-    });
-    let (best, count) = best?;
-    let of_best = displacements.iter().filter(|other| alike(best, other));
+    let (best, count) = most_alike(displacements, alike)?;
+    let of_best = displacements.iter().filter(|other| alike(best, **other));
     let [x, y] = of_best.fold([0.0, 0.0], |[x, y], [dx, dy]| [x + dx, y + dy]);
     Some([x / count as f32, y / count as f32])
 }

@@ -6,7 +6,6 @@
 use crate::cli::ColumnsArguments;
 use crate::error::HostError;
 use crate::formats::cycles::columns::{COLUMNS, VERSION};
-use crate::formats::json;
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -15,11 +14,7 @@ use std::process::ExitCode;
 /// # Errors
 /// None.
 pub fn run(arguments: &ColumnsArguments) -> Result<ExitCode, HostError> {
-    if arguments.json {
-        json::print_line(&json());
-    } else {
-        crate::output::print(format_args!("{}", page()), "");
-    }
+    super::print_reference(arguments.json, json, page);
     Ok(ExitCode::SUCCESS)
 }
 

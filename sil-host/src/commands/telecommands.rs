@@ -6,7 +6,6 @@
 
 use crate::cli::TelecommandsArguments;
 use crate::error::HostError;
-use crate::formats::json;
 use fsw_core::command::refusal::ALL;
 use fsw_core::command::telecommand::{Field, ROWS, Row, VERSION};
 use fsw_core::command::{MAX_PART_BYTES, MAX_TELECOMMAND_BYTES};
@@ -18,11 +17,7 @@ use std::process::ExitCode;
 /// # Errors
 /// None.
 pub fn run(arguments: &TelecommandsArguments) -> Result<ExitCode, HostError> {
-    if arguments.json {
-        json::print_line(&json());
-    } else {
-        crate::output::print(format_args!("{}", page()), "");
-    }
+    super::print_reference(arguments.json, json, page);
     Ok(ExitCode::SUCCESS)
 }
 

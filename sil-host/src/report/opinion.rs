@@ -24,6 +24,17 @@ pub enum Grade {
     Missed,
 }
 
+impl Grade {
+    /// Its class in the pages' style: `good`, `doubt` or `bad`.
+    pub fn class(self) -> &'static str {
+        match self {
+            Self::Right => "good",
+            Self::Doubtful => "doubt",
+            Self::Missed => "bad",
+        }
+    }
+}
+
 /// What is to be said first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opinion {

@@ -5,7 +5,7 @@ mod setting;
 
 use super::figures_table;
 use super::glossary::TERMS;
-use super::opinion::{Grade, Opinion, duration};
+use super::opinion::{Opinion, duration};
 use super::{Recorder, frames};
 use crate::error::HostError;
 use crate::judge::series::SigmaFit;
@@ -71,11 +71,7 @@ pub fn html(
 }
 
 fn head(page: &mut String, scenario: &Scenario, opinion: &Opinion, command: &str) {
-    let class = match opinion.grade {
-        Grade::Right => "good",
-        Grade::Doubtful => "doubt",
-        Grade::Missed => "bad",
-    };
+    let class = opinion.grade.class();
     let name = escaped(&scenario.name);
     *page += &opening(&name);
     let _ = write!(page, "<h1>{name}<span class=\"badge {class}\">{}</span></h1>", opinion.badge);

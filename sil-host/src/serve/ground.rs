@@ -5,10 +5,7 @@
 //! the Earth turns evenly since: in ten days that is wrong by less than 2 arcsec.
 
 use crate::world::attitude::{Vector, apply};
-use crate::world::time::ephemeris;
-
-/// The Earth's rotation, rad/s (IERS Conventions 2010, table 1.2).
-const EARTH_RATE_RAD_S: f64 = 7.292_115e-5;
+use crate::world::time::ephemeris::{self, EARTH_RATE_RAD_S};
 
 /// The turning Earth of a run.
 #[derive(Clone, Debug)]

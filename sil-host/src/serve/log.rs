@@ -99,12 +99,7 @@ pub struct End {
 impl End {
     /// A sentence of this grade.
     pub fn new(grade: Grade, words: String) -> Self {
-        let grade = match grade {
-            Grade::Right => "good",
-            Grade::Doubtful => "doubt",
-            Grade::Missed => "bad",
-        };
-        Self { grade, words }
+        Self { grade: grade.class(), words }
     }
 }
 

@@ -1,8 +1,7 @@
 use super::*;
-use crate::camera::{CameraParameters, Distortion, Projection};
 use crate::catalog::{Catalogue, sample};
 use crate::command::TimeCorrelation;
-use crate::oracle::Generator;
+use crate::oracle::{Generator, reference_camera};
 use crate::orbit::OrbitState;
 use crate::parameters::MAX_TABLE_BYTES;
 use crate::sensor::Workspace;
@@ -18,15 +17,7 @@ const NOW_US: i64 = 800_000_000_000_000;
 const LOCAL_US: i64 = 90_000_000_000;
 
 fn parameters() -> Parameters {
-    Parameters::for_camera(CameraParameters {
-        width_px: 1280,
-        height_px: 1024,
-        focal_length_px: 3000.0,
-        optical_centre_px: [639.5, 511.5],
-        projection: Projection::Rectilinear,
-        distortion: Distortion::default(),
-        mirrored: false,
-    })
+    Parameters::for_camera(reference_camera())
 }
 
 fn table(parameters: &Parameters) -> Vec<u8> {
