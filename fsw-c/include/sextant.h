@@ -76,7 +76,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 7
+#define SEXTANT_TELEMETRY_VERSION 8
 
 /**
  * Version of the parameter table that is read; its first byte.
@@ -732,6 +732,40 @@ typedef struct sextant_earth {
 } sextant_earth;
 
 /**
+ * Kepler's elements of an orbit, osculating, ICRS axes. All zero where they are not known.
+ */
+typedef struct Elements {
+    /**
+     * Whether there are any: not those of an open orbit or of an eccentricity above 0.97.
+     */
+    bool known;
+    /**
+     * Semi-major axis, km.
+     */
+    double semi_major_axis_km;
+    /**
+     * Eccentricity.
+     */
+    float eccentricity;
+    /**
+     * Inclination to the ICRS equator, rad, 0 to pi.
+     */
+    float inclination_rad;
+    /**
+     * Right ascension of the ascending node, rad, 0 to 2 pi; 0 in the equator's plane.
+     */
+    float node_rad;
+    /**
+     * Argument of perigee, rad, 0 to 2 pi; 0 on a circle.
+     */
+    float perigee_rad;
+    /**
+     * True anomaly, rad, 0 to 2 pi; on a circle it counts from the node.
+     */
+    float anomaly_rad;
+} Elements;
+
+/**
  * Position and velocity at the instant of the second. All zero where they are not known.
  */
 typedef struct sextant_orbit {
@@ -763,7 +797,38 @@ typedef struct sextant_orbit {
      * Standard deviations of the velocity along the ICRS axes, km/s.
      */
     float sigma_velocity_km_s[3];
+    /**
+     * Standard deviations of the position: radial, along, cross, km.
+     */
+    float sigma_hill_km[3];
+    /**
+     * The same orbit in Kepler's elements.
+     */
+    struct Elements elements;
 } sextant_orbit;
+
+/**
+ * The attitude against local vertical and local horizontal (z down to the Earth's centre, y against the
+ * orbit's normal, x along the flight). All zero where attitude or orbit are not known.
+ */
+typedef struct Local {
+    /**
+     * Whether it is known.
+     */
+    bool known;
+    /**
+     * LVLH to star path, x, y, z, w.
+     */
+    float quaternion[4];
+    /**
+     * Angle between the Earth path's line of sight and the Earth's centre, rad, 0 to pi.
+     */
+    float nadir_rad;
+    /**
+     * Angle about the vertical, from the flight's direction towards LVLH y, to the Earth path's x axis, rad.
+     */
+    float yaw_rad;
+} Local;
 
 /**
  * The main results of a second.
@@ -830,6 +895,10 @@ typedef struct sextant_result {
      * The orbit.
      */
     struct sextant_orbit orbit;
+    /**
+     * The attitude against the local vertical.
+     */
+    struct Local local;
     /**
      * What came of the command.
      */

@@ -5,7 +5,9 @@
 
 use fsw_core::command::CommandOutcome;
 use fsw_core::modes::Mode as FlightMode;
-use fsw_core::telemetry::{self, AttitudeReport, FilteredAttitude, OrbitReport, Report};
+use fsw_core::telemetry::{
+    self, AttitudeReport, ElementsReport, FilteredAttitude, LocalAttitude, OrbitReport, Report,
+};
 
 /// The detector did not serve: nothing was measured after that in this second.
 pub const FAULT_DETECTOR: u32 = 1;
@@ -156,6 +158,45 @@ pub struct Orbit {
     pub sigma_position_km: [f32; 3],
     /// Standard deviations of the velocity along the ICRS axes, km/s.
     pub sigma_velocity_km_s: [f32; 3],
+    /// Standard deviations of the position: radial, along, cross, km.
+    pub sigma_hill_km: [f32; 3],
+    /// The same orbit in Kepler's elements.
+    pub elements: Elements,
+}
+
+/// Kepler's elements of an orbit, osculating, ICRS axes. All zero where they are not known.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Elements {
+    /// Whether there are any: not those of an open orbit or of an eccentricity above 0.97.
+    pub known: bool,
+    /// Semi-major axis, km.
+    pub semi_major_axis_km: f64,
+    /// Eccentricity.
+    pub eccentricity: f32,
+    /// Inclination to the ICRS equator, rad, 0 to pi.
+    pub inclination_rad: f32,
+    /// Right ascension of the ascending node, rad, 0 to 2 pi; 0 in the equator's plane.
+    pub node_rad: f32,
+    /// Argument of perigee, rad, 0 to 2 pi; 0 on a circle.
+    pub perigee_rad: f32,
+    /// True anomaly, rad, 0 to 2 pi; on a circle it counts from the node.
+    pub anomaly_rad: f32,
+}
+
+/// The attitude against local vertical and local horizontal (z down to the Earth's centre, y against the
+/// orbit's normal, x along the flight). All zero where attitude or orbit are not known.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Local {
+    /// Whether it is known.
+    pub known: bool,
+    /// LVLH to star path, x, y, z, w.
+    pub quaternion: [f32; 4],
+    /// Angle between the Earth path's line of sight and the Earth's centre, rad, 0 to pi.
+    pub nadir_rad: f32,
+    /// Angle about the vertical, from the flight's direction towards LVLH y, to the Earth path's x axis, rad.
+    pub yaw_rad: f32,
 }
 
 /// What came of the command of a second.
@@ -206,6 +247,8 @@ pub struct CycleResult {
     pub earth: Earth,
     /// The orbit.
     pub orbit: Orbit,
+    /// The attitude against the local vertical.
+    pub local: Local,
     /// What came of the command.
     pub command: CommandResult,
     /// Reason code of a command that was refused, as reports tell it; else 0.
@@ -289,7 +332,32 @@ impl From<&OrbitReport> for Orbit {
             velocity_km_s: report.velocity_km_s,
             sigma_position_km: report.sigma_position_km,
             sigma_velocity_km_s: report.sigma_velocity_km_s,
+            sigma_hill_km: report.sigma_hill_km,
+            elements: report.elements.as_ref().map(Elements::from).unwrap_or_default(),
         }
+    }
+}
+
+impl From<&ElementsReport> for Elements {
+    fn from(report: &ElementsReport) -> Self {
+        let ElementsReport { semi_major_axis_km, eccentricity, .. } = *report;
+        let ElementsReport { inclination_rad, node_rad, perigee_rad, anomaly_rad, .. } = *report;
+        Self {
+            known: true,
+            semi_major_axis_km,
+            eccentricity,
+            inclination_rad,
+            node_rad,
+            perigee_rad,
+            anomaly_rad,
+        }
+    }
+}
+
+impl From<&LocalAttitude> for Local {
+    fn from(report: &LocalAttitude) -> Self {
+        let LocalAttitude { quaternion, nadir_rad, yaw_rad } = *report;
+        Self { known: true, quaternion, nadir_rad, yaw_rad }
     }
 }
 
@@ -341,6 +409,7 @@ impl From<&Report> for CycleResult {
             rate: rate(report),
             earth: earth.unwrap_or_default(),
             orbit: report.orbit.as_ref().map(Orbit::from).unwrap_or_default(),
+            local: report.local.as_ref().map(Local::from).unwrap_or_default(),
             command: match report.command {
                 None => CommandResult::None,
                 Some(CommandOutcome::Done) => CommandResult::Done,

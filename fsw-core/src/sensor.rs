@@ -374,6 +374,7 @@ impl<'c> Sensor<'c> {
     #[inline(never)]
     fn conclude_second(&mut self, record: &mut Record) {
         record.orbit = self.orbit_report(record.fix.nis, &mut record.events);
+        record.local = self.local_attitude(record.stars.solution.as_ref());
         self.change_mode(record);
         self.cycle = self.cycle.wrapping_add(1);
     }

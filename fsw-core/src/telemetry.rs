@@ -19,7 +19,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 7;
+pub const VERSION: u8 = 8;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -189,6 +189,12 @@ pub struct OrbitReport {
     /// Correlations of position and velocity: the lower left half of their matrix without its diagonal, row
     /// by row, the states in the order x, y, z, vx, vy, vz of the ICRS axes.
     pub correlations: [f32; MOTION_CORRELATIONS],
+    /// Standard deviations of the position along Hill's axes, radial, along and cross, km; 0 where position
+    /// and velocity span no plane.
+    pub sigma_hill_km: [f32; 3],
+    /// The same orbit in Kepler's elements, osculating, ICRS axes; `None` where it is open or its
+    /// eccentricity above 0.97.
+    pub elements: Option<ElementsReport>,
     /// Estimated departure of the limb's height from the parameter, km.
     pub limb_height_km: f32,
     /// Its standard deviation, km.
@@ -201,6 +207,36 @@ pub struct OrbitReport {
     pub since_fix_s: u32,
     /// Whether the filter has converged.
     pub settled: bool,
+}
+
+/// Kepler's elements of an orbit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ElementsReport {
+    /// Semi-major axis, km.
+    pub semi_major_axis_km: f64,
+    /// Eccentricity.
+    pub eccentricity: f32,
+    /// Inclination to the ICRS equator, rad, 0 to π.
+    pub inclination_rad: f32,
+    /// Right ascension of the ascending node, rad, 0 to 2π; 0 in the equator's plane.
+    pub node_rad: f32,
+    /// Argument of perigee, rad, 0 to 2π; 0 on a circle.
+    pub perigee_rad: f32,
+    /// True anomaly, rad, 0 to 2π; on a circle it counts from the node.
+    pub anomaly_rad: f32,
+}
+
+/// The attitude against local vertical and local horizontal: z down to the Earth's centre, y against the
+/// orbit's normal, x along the flight. By the attitude and the orbit of the same second.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LocalAttitude {
+    /// LVLH to star path, `[x, y, z, w]`.
+    pub quaternion: [f32; 4],
+    /// Angle between the Earth path's line of sight and the Earth's centre, rad, 0 to π.
+    pub nadir_rad: f32,
+    /// Yaw of the Earth path: the angle about the vertical, from the flight's direction towards LVLH y, to
+    /// the path's x axis, rad, -π to π; 0 where that axis is vertical.
+    pub yaw_rad: f32,
 }
 
 /// Something that happened in a second and is worth a line in a log.
@@ -279,6 +315,8 @@ pub struct Report {
     pub limb_px: Vec<[f32; 2], MAX_LIMB_POINTS>,
     /// The orbit, where it is known.
     pub orbit: Option<OrbitReport>,
+    /// The attitude against the local vertical, where attitude and orbit are known.
+    pub local: Option<LocalAttitude>,
     /// What happened.
     pub events: Vec<Event, MAX_EVENTS>,
     /// The rate while no attitude is known: from streaks, or from stars without names.

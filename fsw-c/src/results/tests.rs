@@ -1,7 +1,7 @@
 use super::*;
 use fsw_core::telemetry::{
-    ClockFault, DetectorFault, EarthReport, Faults, FixFault, ImageFault, RateReport, RateSensorFault,
-    RateSource,
+    ClockFault, DetectorFault, EarthReport, ElementsReport, Faults, FixFault, ImageFault, LocalAttitude,
+    RateReport, RateSensorFault, RateSource,
 };
 
 #[test]
@@ -17,6 +17,15 @@ fn every_quantity_of_a_report_comes_through() {
         sigma_position_km: [1.0, 2.0, 3.0],
         sigma_velocity_km_s: [0.1, 0.2, 0.3],
         correlations: [0.0; telemetry::MOTION_CORRELATIONS],
+        sigma_hill_km: [0.5, 1.5, 0.25],
+        elements: Some(ElementsReport {
+            semi_major_axis_km: 7178.5,
+            eccentricity: 0.01,
+            inclination_rad: 1.5,
+            node_rad: 2.5,
+            perigee_rad: 3.5,
+            anomaly_rad: 4.5,
+        }),
         limb_height_km: 0.0,
         limb_height_sigma_km: 0.0,
         nis: None,
@@ -48,6 +57,7 @@ fn every_quantity_of_a_report_comes_through() {
         earth_status: telemetry::EarthStatus::Found,
         earth: Some(earth),
         orbit: Some(orbit),
+        local: Some(LocalAttitude { quaternion, nadir_rad: 0.75, yaw_rad: -0.5 }),
         command: Some(CommandOutcome::Done),
         ..Report::default()
     };
@@ -76,7 +86,18 @@ fn every_quantity_of_a_report_comes_through() {
             velocity_km_s: orbit.velocity_km_s,
             sigma_position_km: orbit.sigma_position_km,
             sigma_velocity_km_s: orbit.sigma_velocity_km_s,
+            sigma_hill_km: orbit.sigma_hill_km,
+            elements: Elements {
+                known: true,
+                semi_major_axis_km: 7178.5,
+                eccentricity: 0.01,
+                inclination_rad: 1.5,
+                node_rad: 2.5,
+                perigee_rad: 3.5,
+                anomaly_rad: 4.5,
+            },
         },
+        local: Local { known: true, quaternion, nadir_rad: 0.75, yaw_rad: -0.5 },
         command: CommandResult::Done,
         refusal: 0,
     };

@@ -24,6 +24,11 @@ pub struct StarPath;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EarthPath;
 
+/// Local vertical, local horizontal: z down to the Earth's centre, y against the orbit's normal, x along the
+/// flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lvlh;
+
 /// Arcseconds in a radian.
 pub const ARCSEC_PER_RAD: f32 = 206_264.8;
 

@@ -50,7 +50,7 @@ fn plane([p, q]: [f64; 2], factor: f64) -> [Vector3<f64>; 2] {
 
 /// Angle of a direction with these components, of unit length together: to f32 by `atan2f`, the rest, at most
 /// 1e-6 rad, by its sine. `libm::atan2` is 1.5 KB of flash more.
-fn angle_rad(sine: f64, cosine: f64) -> f64 {
+pub(crate) fn angle_rad(sine: f64, cosine: f64) -> f64 {
     let near = f64::from(libm::atan2f(sine as f32, cosine as f32));
     let (s, c) = sine_cosine_f64(near);
     near + (sine * c - cosine * s)
@@ -135,11 +135,16 @@ impl Equinoctial {
         let b = 1.0 / (1.0 + libm::sqrt(1.0 - square));
         let [p, q, r] = [1.0 - h * h * b, 1.0 - k * k * b, h * k * b];
         let speed = motion * axis_km / (1.0 - h * sine - k * cosine);
-        let [f, g] = plane(self.inclination, factor_of(self.retrograde));
+        let [f, g] = self.axes();
         let at = |x: f64, y: f64| plus_scaled(&scaled(&f, x), y, &g);
         let position_km = at(axis_km * (p * cosine + r * sine - k), axis_km * (q * sine + r * cosine - h));
         let velocity_km_s = at(speed * (r * cosine - p * sine), speed * (q * cosine - r * sine));
         Some((position_km, velocity_km_s))
+    }
+
+    /// The axes of the orbit's plane from which longitudes count, the second a quarter of the way round.
+    pub(crate) fn axes(&self) -> [Vector3<f64>; 2] {
+        plane(self.inclination, factor_of(self.retrograde))
     }
 
     /// The elements less others, in the order of the fields; `None` where the retrograde factors differ.

@@ -18,7 +18,8 @@
 //! | `noise` | process noise |
 //! | [`factor`] | the filter's covariance as a square root |
 //! | [`filter`] | the Kalman-Schmidt filter |
-//! | [`lvlh`] | local vertical, local horizontal |
+//! | [`keplerian`] | Kepler's elements, for reports |
+//! | [`lvlh`] | local vertical, local horizontal, and Hill's axes |
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)]
@@ -36,6 +37,7 @@ pub mod ephemeris;
 pub mod factor;
 pub mod filter;
 pub mod horizon;
+pub mod keplerian;
 pub mod look;
 pub mod lvlh;
 mod noise;

@@ -1,5 +1,6 @@
 //! Local vertical, local horizontal (thesis fig. 2.3, §5.2): z down to the Earth's centre, y against the
-//! orbit's normal, x along the flight (exactly so on a circle).
+//! orbit's normal, x along the flight (exactly so on a circle). Hill's axes are the same in another order and
+//! sense: outwards, along, across (eq. 5.28).
 
 use fsw_ground::matrix::{cross, dot, scaled};
 use nalgebra::{Matrix3, Vector3};
@@ -21,6 +22,13 @@ pub fn lvlh(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<
     let y = scaled(&momentum, -1.0 / length);
     let x = cross(&y, &z);
     Some(Matrix3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z))
+}
+
+/// The rotation from ICRS axes to Hill's (rows are Hill's axes): radial, outwards; along the track; across it,
+/// along the orbit's normal. `None` without a plane of the orbit.
+pub fn hill(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Matrix3<f64>> {
+    let [x, y, z] = lvlh(position_km, velocity_km_s)?.transpose().data.0.map(Vector3::from);
+    Some(Matrix3::from_columns(&[scaled(&z, -1.0), x, scaled(&y, -1.0)]).transpose())
 }
 
 #[cfg(test)]

@@ -1,18 +1,20 @@
 //! The Earth taken into the orbit filter, and the orbit as it is reported.
 
 use super::Sensor;
-use super::record::{Events, FixRecord};
+use super::record::{Events, FixRecord, Solution};
 use super::timekeeping::SECOND_US;
 use crate::earth::heights::{LimbHeight as EarthLimbHeight, PredictedLimb};
 use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
-use crate::frames::{Icrs, Rotation, StarPath};
+use crate::frames::{Icrs, Lvlh, Rotation, StarPath};
 use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
 use crate::orbit::filter::{Nis, Update};
+use crate::orbit::keplerian::Keplerian;
 use crate::orbit::look::LimbHeight;
+use crate::orbit::lvlh;
 use crate::orbit::parameters::Observation;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
-use crate::telemetry::{Event, FixFault, OrbitReport};
+use crate::telemetry::{ElementsReport, Event, FixFault, LocalAttitude, OrbitReport};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
@@ -138,6 +140,8 @@ impl Sensor<'_> {
             sigma_position_km: position,
             sigma_velocity_km_s: velocity,
             correlations: self.orbit.factor()?.motion_correlations(),
+            sigma_hill_km: self.sigma_hill_km(state).unwrap_or_default(),
+            elements: elements_report(state),
             limb_height_km,
             limb_height_sigma_km,
             nis: nis.map(|nis| nis.square),
@@ -146,4 +150,42 @@ impl Sensor<'_> {
             settled,
         })
     }
+
+    /// Sigmas of the position along Hill's axes, km.
+    fn sigma_hill_km(&self, state: &OrbitState) -> Option<[f32; 3]> {
+        let axes = lvlh::hill(&state.position_km, &state.velocity_km_s)?.map(|element| element as f32);
+        let covariance_km2 = self.orbit.position_covariance_km2()?.map(|element| element as f32);
+        let turned = symmetric_product(&axes, &covariance_km2);
+        Some(turned.diagonal().map(|variance| libm::sqrtf(variance.max(0.0))).into())
+    }
+
+    /// The attitude against the local vertical.
+    #[inline(never)]
+    pub(super) fn local_attitude(&self, solution: Option<&Solution>) -> Option<LocalAttitude> {
+        let state = self.orbit.state()?;
+        let attitude = Rotation::<Icrs, StarPath>::from_quaternion(solution?.attitude.quaternion)?;
+        let axes = lvlh::lvlh(&state.position_km, &state.velocity_km_s)?.map(|element| element as f32);
+        let to_star_path = Rotation::<Icrs, Lvlh>::from_orthogonal(axes).inverse().then(&attitude);
+        let path = to_star_path.then(&self.star_to_earth);
+        // Rows: the Earth path's axes in LVLH.
+        let [x, z] = [0, 2].map(|row| path.matrix().row(row).transpose());
+        Some(LocalAttitude {
+            quaternion: to_star_path.quaternion(),
+            nadir_rad: libm::atan2f(libm::sqrtf(z.x * z.x + z.y * z.y), z.z),
+            yaw_rad: libm::atan2f(x.y, x.x),
+        })
+    }
+}
+
+/// The orbit in Kepler's elements.
+fn elements_report(state: &OrbitState) -> Option<ElementsReport> {
+    let elements = Keplerian::of(&state.position_km, &state.velocity_km_s)?;
+    Some(ElementsReport {
+        semi_major_axis_km: elements.semi_major_axis_km,
+        eccentricity: elements.eccentricity as f32,
+        inclination_rad: elements.inclination_rad as f32,
+        node_rad: elements.node_rad as f32,
+        perigee_rad: elements.perigee_rad as f32,
+        anomaly_rad: elements.anomaly_rad as f32,
+    })
 }

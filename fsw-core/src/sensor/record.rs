@@ -13,8 +13,8 @@ use crate::stars::MeasuredStar;
 use crate::stars::confirm::Match;
 use crate::telemetry::{
     Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
-    FixFault, ImageFault, MAX_EVENTS, MAX_STARS, OrbitReport, Outcome, RateReport, RateSensorFault, Report,
-    StarReport,
+    FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, OrbitReport, Outcome, RateReport,
+    RateSensorFault, Report, StarReport,
 };
 use heapless::Vec;
 
@@ -153,6 +153,7 @@ pub(super) struct Record {
     pub(super) earth: Looked,
     pub(super) fix: FixRecord,
     pub(super) orbit: Option<OrbitReport>,
+    pub(super) local: Option<LocalAttitude>,
     pub(super) command: Option<CommandOutcome>,
     pub(super) events: Events,
 }
@@ -171,6 +172,7 @@ impl Record {
             earth: Looked::default(),
             fix: FixRecord::default(),
             orbit: None,
+            local: None,
             command: None,
             events,
         }
@@ -231,6 +233,7 @@ impl Record {
             earth: earth.fix().map(earth_report),
             limb_px: Vec::new(),
             orbit: self.orbit,
+            local: self.local,
             events: self.events.0.clone(),
             rate: stars.rate,
             command: self.command,

@@ -101,6 +101,8 @@ fn orbit() -> impl Strategy<Value = OrbitReport> {
                 sigma_position_km,
                 sigma_velocity_km_s,
                 correlations,
+                sigma_hill_km: sigma_position_km,
+                elements: settled.then(|| elements(position_km[0], sigma_velocity_km_s)),
                 limb_height_km: sigma_position_km[0],
                 limb_height_sigma_km: sigma_position_km[1],
                 nis,
@@ -110,6 +112,21 @@ fn orbit() -> impl Strategy<Value = OrbitReport> {
             }
         },
     )
+}
+
+fn elements(semi_major_axis_km: f64, [eccentricity, inclination_rad, node_rad]: [f32; 3]) -> ElementsReport {
+    let (perigee_rad, anomaly_rad) = (inclination_rad, node_rad);
+    ElementsReport { semi_major_axis_km, eccentricity, inclination_rad, node_rad, perigee_rad, anomaly_rad }
+}
+
+prop_compose! {
+    fn local()(
+        quaternion in prop::array::uniform4(real()),
+        nadir_rad in real(),
+        yaw_rad in real(),
+    ) -> LocalAttitude {
+        LocalAttitude { quaternion, nadir_rad, yaw_rad }
+    }
 }
 
 fn event() -> impl Strategy<Value = Event> {
@@ -156,7 +173,7 @@ type Whereabouts = (
     EarthStatus,
     Option<EarthReport>,
     Vec<[f32; 2], MAX_LIMB_POINTS>,
-    Option<OrbitReport>,
+    (Option<OrbitReport>, Option<LocalAttitude>),
     Vec<Event, MAX_EVENTS>,
 );
 
@@ -168,10 +185,11 @@ prop_compose! {
         earth in prop::option::of(earth()),
         limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
         orbit in prop::option::of(orbit()),
+        local in prop::option::of(local()),
         events in prop::collection::vec(event(), 0..=MAX_EVENTS),
     ) -> Whereabouts {
         let (limb_px, events) = (Vec::from_slice(&limb_px).unwrap(), Vec::from_slice(&events).unwrap());
-        (times, earth_status, earth, limb_px, orbit, events)
+        (times, earth_status, earth, limb_px, (orbit, local), events)
     }
 }
 
@@ -215,11 +233,11 @@ prop_compose! {
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
         let (rate_rad_s, rate) = rates;
-        let ((local_us, instant_us, clock), earth_status, earth, limb_px, orbit, events) = whereabouts;
+        let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, local), events) = whereabouts;
         Report {
             cycle, local_us, instant_us, clock, mode, activity, outcome, faults, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
-            earth_status, earth, limb_px, orbit, events, rate, command,
+            earth_status, earth, limb_px, orbit, local, events, rate, command,
         }
     }
 }
@@ -248,6 +266,8 @@ fn largest() -> Report {
         sigma_position_km: [f32::MAX; 3],
         sigma_velocity_km_s: [f32::MAX; 3],
         correlations: [f32::MAX; MOTION_CORRELATIONS],
+        sigma_hill_km: [f32::MAX; 3],
+        elements: Some(elements(f64::MAX, [f32::MAX; 3])),
         limb_height_km: f32::MAX,
         limb_height_sigma_km: f32::MAX,
         nis: Some(f32::MAX),
@@ -281,6 +301,7 @@ fn largest() -> Report {
         earth: Some(earth),
         limb_px: Vec::from_slice(&[[f32::MAX; 2]; MAX_LIMB_POINTS]).unwrap(),
         orbit: Some(orbit),
+        local: Some(LocalAttitude { quaternion: [f32::MAX; 4], nadir_rad: f32::MAX, yaw_rad: f32::MAX }),
         events: Vec::from_slice(&[Event::Mode(Mode::Safe, Guard::Commanded); MAX_EVENTS]).unwrap(),
         rate: Some(RateReport {
             rad_s: [f32::MAX; 3],

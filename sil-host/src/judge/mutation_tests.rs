@@ -128,6 +128,8 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
                 sigma_position_km: [POSITION_SIGMA_KM as f32; 3],
                 sigma_velocity_km_s: [VELOCITY_SIGMA_KM_S as f32; 3],
                 correlations: correlations(CORRELATION),
+                sigma_hill_km: [0.0; 3],
+                elements: None,
                 limb_height_km: 0.3,
                 limb_height_sigma_km: 0.5,
                 nis: fix.then_some(nis as f32),

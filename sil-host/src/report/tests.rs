@@ -54,6 +54,8 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             sigma_position_km: [sigma_km as f32; 3],
             sigma_velocity_km_s: [sigma_km as f32 * 1e-4; 3],
             correlations: [0.0; MOTION_CORRELATIONS],
+            sigma_hill_km: [0.0; 3],
+            elements: None,
             limb_height_km: 0.3,
             limb_height_sigma_km: 0.5,
             nis: sees.then_some(3.0),

@@ -17,6 +17,7 @@ mod emulator;
 mod extended_objects;
 mod identify_fields;
 mod lenses;
+mod local_frame;
 mod orbits;
 mod rate_sensor;
 mod rates;

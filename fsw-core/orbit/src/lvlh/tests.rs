@@ -12,6 +12,17 @@ fn axes_point_along_the_flight_against_the_normal_and_down() {
 }
 
 #[test]
+fn hills_axes_point_outwards_along_and_across() {
+    let orbit = circular(7_000.0, 98.0);
+    let (r, v) = (orbit.position_km, orbit.velocity_km_s);
+    let matrix = hill(&r, &v).unwrap();
+    let apart =
+        |axis: usize, direction: Vector3<f64>| (matrix.row(axis).transpose() - direction.normalize()).norm();
+    assert!(apart(0, r) < 1e-12 && apart(1, v) < 1e-12 && apart(2, r.cross(&v)) < 1e-12);
+    assert!(hill(&r, &r).is_none());
+}
+
+#[test]
 fn without_a_plane_there_are_no_axes() {
     let r = Vector3::new(7_000.0, 0.0, 0.0);
     for v in [Vector3::zeros(), Vector3::new(3.0, 0.0, 0.0), Vector3::new(f64::NAN, 1.0, 0.0)] {

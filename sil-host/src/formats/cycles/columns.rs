@@ -16,7 +16,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -462,4 +462,44 @@ pub const COLUMNS: &[Columns] = &[
     numbers(&["nis_freedom"], ("", ""), "degrees of freedom of `nis`", 0, |of| {
         one(of.second.judged.orbit?.nis?[1])
     }),
+    numbers(
+        &["semi_major_axis_km"],
+        ("km", ICRS),
+        "semi-major axis of the orbit, osculating; empty without an orbit, and for an open one",
+        4,
+        |of| one(of.second.report.orbit?.elements?.semi_major_axis_km),
+    ),
+    numbers(&["eccentricity"], ("", ICRS), "its eccentricity", 8, |of| {
+        one(of.second.report.orbit?.elements?.eccentricity)
+    }),
+    numbers(
+        &["inclination_deg", "node_deg", "perigee_deg", "true_anomaly_deg"],
+        ("deg", ICRS),
+        "inclination, right ascension of the ascending node, argument of perigee and true anomaly; where there is no \
+         node or no perigee its angle is 0",
+        6,
+        |of| {
+            let of = of.second.report.orbit?.elements?;
+            let angles_rad = [of.inclination_rad, of.node_rad, of.perigee_rad, of.anomaly_rad];
+            scaled(wide(angles_rad), f64::to_degrees)
+        },
+    ),
+    numbers(
+        &["lvlh_qx", "lvlh_qy", "lvlh_qz", "lvlh_qw"],
+        ("", "LVLH to star path"),
+        "attitude against local vertical and horizontal, quaternion, scalar last; empty without attitude and orbit",
+        9,
+        |of| Some(wide(of.second.report.local?.quaternion).to_vec()),
+    ),
+    numbers(
+        &["nadir_deg", "yaw_deg"],
+        ("deg", ""),
+        "from the Earth path's line of sight to the Earth's centre; about the vertical, from the flight's direction, to \
+         the Earth path's x axis",
+        5,
+        |of| {
+            let local = of.second.report.local?;
+            scaled(wide([local.nadir_rad, local.yaw_rad]), f64::to_degrees)
+        },
+    ),
 ];

@@ -13,6 +13,8 @@ fn report(error: Vector, covariance: [Vector; 3]) -> OrbitReport {
         sigma_position_km: sigma.map(|sigma| sigma as f32),
         sigma_velocity_km_s: [1e-3; 3],
         correlations,
+        sigma_hill_km: [0.0; 3],
+        elements: None,
         limb_height_km: 0.0,
         limb_height_sigma_km: 1.0,
         nis: None,
