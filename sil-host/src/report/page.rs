@@ -2,6 +2,7 @@
 
 mod plots;
 mod setting;
+mod whereabouts;
 
 use super::figures_table;
 use super::glossary::TERMS;
@@ -61,6 +62,7 @@ pub fn html(
     verdict_table(&mut page, verdicts);
     figures_section(&mut page, figures);
     plots::all(&mut page, recorder, figures);
+    whereabouts::write(&mut page, recorder.last_orbit.as_ref());
     disagreements(&mut page, figures);
     faults(&mut page, recorder);
     events(&mut page, recorder);

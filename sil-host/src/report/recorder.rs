@@ -16,11 +16,21 @@ use crate::world::earth::EQUATOR_KM;
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::length;
 use fsw_core::modes::Mode;
+use fsw_core::telemetry::{LocalAttitude, OrbitReport};
 
 /// Most events listed; the others are counted.
 const EVENTS_MAX: usize = 120;
 /// Most restarts of the orbit marked.
 const RESTARTS_MAX: usize = 200;
+
+/// The last second whose orbit was known.
+#[derive(Clone, Debug)]
+pub(super) struct LastOrbit {
+    pub(super) cycle: u32,
+    pub(super) report: OrbitReport,
+    pub(super) local: Option<LocalAttitude>,
+    pub(super) truth: Truth,
+}
 
 /// Rows of the plot of modes, a mode each, in the order in which they are drawn.
 pub const MODE_ROWS: [&str; 6] = ["tracking", "eclipse", "Sun outage", "acquisition", "self-test", "safe"];
@@ -67,6 +77,7 @@ pub struct Recorder {
     /// Of the Sun from the middle of the Earth path and of the star path, deg.
     pub(super) sun_angles: [Trace; 2],
     pub(super) orbit: OrbitView,
+    pub(super) last_orbit: Option<LastOrbit>,
     /// Error over sigma of each of the judge's quantities.
     pub(super) deviates: [Deviates; QUANTITIES.len()],
     pub(super) faults: Vec<Fault>,
@@ -106,6 +117,7 @@ impl Recorder {
             altitude: trace(),
             sun_angles: [trace(), trace()],
             orbit: OrbitView::default(),
+            last_orbit: None,
             deviates: Default::default(),
             faults: Vec::new(),
             restarts: Vec::new(),
@@ -127,6 +139,9 @@ impl Recorder {
         self.add_geometry(at, truth);
         self.add_attitude(at, judged);
         self.add_orbit(at, judged);
+        if let Some(orbit) = report.orbit {
+            self.last_orbit = Some(LastOrbit { cycle, report: orbit, local: report.local, truth: *truth });
+        }
         for (quantity, deviates) in QUANTITIES.iter().zip(&mut self.deviates) {
             if let Some(axes) = (quantity.of)(judged) {
                 deviates.add(&axes, quantity.axes);
