@@ -256,8 +256,8 @@ pub fn inflated(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
     covariance + Matrix3::from_diagonal_element(by_rad_s * by_rad_s)
 }
 
-/// Fuses two independent estimates of a rate. Where they differ by more than their covariances say, that of the
-/// result is enlarged by the mean square of the difference in sigmas.
+/// Fuses two independent estimates of a rate. Where they differ by more than their covariances say, that of
+/// the result is enlarged by the mean square of the difference in sigmas.
 #[inline(never)]
 pub fn fused(
     a: (Vector3<f32>, Matrix3<f32>),

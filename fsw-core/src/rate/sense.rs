@@ -5,8 +5,7 @@
 //! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the one
 //! with more matches gains. A star found in both images also gives the mean rate between them, more
 //! accurate than the ends of its streak. Two successive means are extrapolated to the present; a single one
-//! is used with its covariance enlarged by the possible change of a free body's rate
-//! ([`FREE_BODY_CHANGE`]).
+//! is used with its covariance enlarged by the possible change of the rate, as in a slew.
 //!
 //! `None` where too few streaks agree and no other image has confirmed the rate, or where it contradicts
 //! that of the last image.
@@ -21,8 +20,8 @@ use nalgebra::{Matrix3, Vector3};
 /// Whole streaks required of a rate of a single image. Edges of the Sun's glare and of the Earth are straight:
 /// of three to five lines the rest agreed by chance with the rate that two of them fix.
 const FEWEST_ALONE: usize = 6;
-/// Equations, two of a whole streak and one of a cut one, required where the rate of the last image agrees: three
-/// more than fix a rate. With fewer, two images of lines at rest agreed by chance.
+/// Equations, two of a whole streak and one of a cut one, required where the rate of the last image agrees:
+/// three more than fix a rate. With fewer, two images of lines at rest agreed by chance.
 const FEWEST_EQUATIONS: usize = 6;
 /// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
@@ -32,8 +31,8 @@ const MAX_SENSE: i8 = 4;
 /// A mean rate is extrapolated by the one before it where the images are at most so far apart, s.
 const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
 
-/// Change of the rate in a second, one sigma, where nothing is known of it: a share of the rate, as in a slew of
-/// 10 s, and at least that of a slew of 40 deg in half a minute, rad/s.
+/// Change of the rate in a second, one sigma, where nothing is known of it: a share of the rate, as in a slew
+/// of 10 s, and at least that of a slew of 40 deg in half a minute, rad/s.
 const SLEW_CHANGE_SHARE: f32 = 0.25;
 const SLEW_CHANGE: f32 = 8e-4;
 /// Share of the change observed before that is still possible a second later: in the middle of a slew the rate
