@@ -106,8 +106,8 @@ parameter_group! {
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
         /// Least time from one loss of tracking to the next: for all of it but `patience_s`, acquisition goes
-        /// on identifying stars in whole images. What lost them, a slew or a gyro that is wrong, may lose them
-        /// again.
+        /// on identifying stars in whole images. What lost them, a slew or a gyro that is wrong, may lose
+        /// them again.
         dwell_s: u16 = 12, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row before safe mode.

@@ -17,8 +17,8 @@ use super::marks::{
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Whole streaks required of a rate of a single image. Edges of the Sun's glare and of the Earth are straight:
-/// of three to five lines the rest agreed by chance with the rate that two of them fix.
+/// Whole streaks required of a rate of a single image. Edges of the Sun's glare and of the Earth are
+/// straight: of three to five lines the rest agreed by chance with the rate that two of them fix.
 const FEWEST_ALONE: usize = 6;
 /// Equations, two of a whole streak and one of a cut one, required where the rate of the last image agrees:
 /// three more than fix a rate. With fewer, two images of lines at rest agreed by chance.
@@ -35,8 +35,8 @@ const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
 /// of 10 s, and at least that of a slew of 40 deg in half a minute, rad/s.
 const SLEW_CHANGE_SHARE: f32 = 0.25;
 const SLEW_CHANGE: f32 = 8e-4;
-/// Share of the change observed before that is still possible a second later: in the middle of a slew the rate
-/// stays for a moment.
+/// Share of the change observed before that is still possible a second later: in the middle of a slew the
+/// rate stays for a moment.
 const CHANGE_KEPT: f32 = 0.7;
 
 /// A rate, rad/s, and its covariance, (rad/s)².
