@@ -8,7 +8,7 @@
 //! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test | safe |
 //! | any but self-test, safe, commanded safe | the detector is blinded | Sun outage |
 //! | self-test | passed | acquisition |
-//! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed; `dwell_s` seconds since this guard was last true | tracking, eclipse |
+//! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed; since tracking was lost at least `dwell_s` less `patience_s` seconds | tracking, eclipse |
 //! | acquisition | `acquisition_timeout_s` seconds in the mode | safe |
 //! | tracking, eclipse | no attitude for `patience_s` seconds | acquisition |
 //! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
@@ -105,10 +105,11 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time from one beginning of tracking to the next. Stars that tracking loses at once, as in a
-        /// slew that shakes, acquisition goes on identifying in whole images meanwhile.
+        /// Least time from one loss of tracking to the next: for all of it but `patience_s`, acquisition goes
+        /// on identifying stars in whole images. What lost them, a slew or a gyro that is wrong, may lose
+        /// them again.
         dwell_s: u16 = 12, 1..=600, "s",
-            "chosen: tracking begins no more than once in 10 s";
+            "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row before safe mode.
         fault_patience_s: u16 = 5, 1..=600, "s",
             "`patience_s` and two more: acquisition is tried twice before safe mode";
@@ -155,8 +156,8 @@ pub struct Modes {
     in_mode_us: i64,
     without_attitude_us: i64,
     with_fault_us: i64,
-    /// Since tracking last began out of acquisition; `None` where it never did.
-    acquired_us: Option<i64>,
+    /// Since tracking was last lost; `None` where it never was.
+    lost_us: Option<i64>,
     /// Uninterrupted time for which the limb's light contradicts the mode (dark in tracking, lit in
     /// eclipse).
     earth_changed_us: i64,
@@ -205,14 +206,14 @@ impl Modes {
         self.in_mode_us = count(self.in_mode_us, true);
         self.without_attitude_us = count(self.without_attitude_us, !inputs.attitude);
         self.with_fault_us = count(self.with_fault_us, inputs.fault);
-        self.acquired_us = self.acquired_us.map(|us| count(us, true));
+        self.lost_us = self.lost_us.map(|us| count(us, true));
         self.earth_changed_us = count(self.earth_changed_us, earth_changed);
         let (mode, guard) = self.decide(inputs, parameters)?;
-        let Self { with_fault_us, acquired_us, .. } = *self;
+        let Self { with_fault_us, lost_us, .. } = *self;
         self.enter(mode);
         // These go on over changes of mode.
         self.with_fault_us = with_fault_us;
-        self.acquired_us = if guard == Guard::AttitudeKnown { Some(0) } else { acquired_us };
+        self.lost_us = if guard == Guard::AttitudeLost { Some(0) } else { lost_us };
         Some(guard)
     }
 
@@ -228,7 +229,8 @@ impl Modes {
         }
         let steady = reached(self.earth_changed_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
-        let dwelt = self.acquired_us.is_none_or(|us| reached(us, parameters.dwell_s));
+        let dwell_s = parameters.dwell_s.saturating_sub(parameters.patience_s);
+        let dwelt = self.lost_us.is_none_or(|us| reached(us, dwell_s));
         match self.mode {
             Mode::SelfTest if !inputs.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
             Mode::Acquisition if inputs.attitude && inputs.rate && dwelt => {

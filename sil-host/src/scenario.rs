@@ -79,7 +79,7 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 11] = [
+pub const EMBEDDED: [(&str, &str); 12] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
@@ -91,6 +91,7 @@ pub const EMBEDDED: [(&str, &str); 11] = [
     ("molniya", include_str!("scenarios/molniya.toml")),
     ("sun-crossing", include_str!("scenarios/sun-crossing.toml")),
     ("tumbling", include_str!("scenarios/tumbling.toml")),
+    ("bad-day", include_str!("scenarios/bad-day.toml")),
 ];
 
 /// Seconds in a run: up to ten days.

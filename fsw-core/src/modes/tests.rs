@@ -43,12 +43,21 @@ fn after(mode: Mode, seconds: &[ModeInputs]) -> Vec<Mode> {
 
 /// The same where the seconds are `step_us` apart.
 fn after_steps(mode: Mode, seconds: &[ModeInputs], step_us: i64) -> Vec<Mode> {
+    after_steps_with(mode, seconds, step_us, &PARAMETERS)
+}
+
+fn after_steps_with(
+    mode: Mode,
+    seconds: &[ModeInputs],
+    step_us: i64,
+    parameters: &ModeParameters,
+) -> Vec<Mode> {
     let mut modes = machine(mode);
     let mut now = LocalTime::from_us(77);
     let step = |inputs: &ModeInputs| {
         let before = modes.mode();
         now = now.plus_us(step_us);
-        let guard = modes.next(now, inputs, &PARAMETERS);
+        let guard = modes.next(now, inputs, parameters);
         assert_eq!(guard.is_some(), before != modes.mode(), "a guard is given exactly when the mode changes");
         modes.mode()
     };
@@ -131,25 +140,31 @@ fn stars_that_are_lost_at_once_are_not_tracked_again_at_once() {
     // Found for two seconds, lost for three, found again.
     let flapping = [ATTITUDE, ATTITUDE, NOTHING, NOTHING, NOTHING].repeat(8);
     let modes = after(Acquisition, &flapping);
-    let changes: Vec<usize> = (1..modes.len()).filter(|second| modes[*second] != modes[second - 1]).collect();
-    for window in changes.windows(3) {
-        assert!(window[2] - window[0] > 10, "{changes:?}");
-    }
-    // Tracking that went on for long begins again as soon as stars are found.
-    let long = [[ATTITUDE; 12].to_vec(), [NOTHING; 3].to_vec(), [ATTITUDE].to_vec()].concat();
-    assert_eq!(after(Acquisition, &long)[13..], [Tracking, Acquisition, Tracking]);
+    assert_eq!(modes[1..5], [Tracking, Tracking, Tracking, Acquisition]);
+    assert_eq!(modes.iter().skip(4).position(|mode| *mode == Tracking), Some(11));
+    // However long tracking went on: what lost it may do so again.
+    let long = [[ATTITUDE; 12].to_vec(), [NOTHING; 3].to_vec(), [ATTITUDE; 9].to_vec()].concat();
+    assert_eq!(after(Acquisition, &long)[13..], [&[Tracking][..], &[Acquisition; 9], &[Tracking]].concat());
+}
+
+/// Seconds in which the mode is another than in the one before.
+fn changes(modes: &[Mode]) -> Vec<usize> {
+    (1..modes.len()).filter(|second| modes[*second] != modes[second - 1]).collect()
 }
 
 proptest! {
     #[test]
-    fn tracking_begins_once_in_ten_seconds_however_stars_come_and_go(
-        found in prop::collection::vec(prop::bool::weighted(0.5), 60..200)
+    fn the_mode_changes_no_more_than_twice_in_ten_seconds_however_stars_come_and_go(
+        stars in prop::collection::vec((prop::bool::weighted(0.5), any::<bool>()), 60..200),
+        dark in any::<Option<bool>>(),
     ) {
-        let seconds: Vec<_> = found.iter().map(|found| if *found { ATTITUDE } else { NOTHING }).collect();
-        let modes = after(Acquisition, &seconds);
-        let begins = |second: &usize| modes[*second] == Tracking && modes[second - 1] == Acquisition;
-        let beginnings: Vec<usize> = (1..modes.len()).filter(begins).collect();
-        prop_assert!(beginnings.windows(2).all(|pair| pair[1] - pair[0] >= 12), "{:?}", beginnings);
+        let of = |(attitude, rate): &(bool, bool)| {
+            ModeInputs { attitude: *attitude, rate: *rate, dark, ..NOTHING }
+        };
+        let parameters = ModeParameters { acquisition_timeout_s: 10_000, ..PARAMETERS };
+        let seconds: Vec<_> = stars.iter().map(of).collect();
+        let changes = changes(&after_steps_with(Tracking, &seconds, 1_000_000, &parameters));
+        prop_assert!(changes.windows(3).all(|three| three[2] - three[0] >= 10), "{:?}", changes);
     }
 }
 

@@ -46,9 +46,9 @@ const UNSEEN_DIVISOR: u8 = 3;
 const BETWEEN_S: (f32, f32) = (0.1, 4.5);
 /// Largest standard deviation of a rate that is reported, as a share of it.
 const LARGEST_SHARE: f32 = 0.4;
-/// Marks that move less from image to image may be fixed to the detector, as bad pixels are: no rate of
-/// theirs is told. Chosen: three sigma of a faint star on both images.
-const LEAST_MOTION_PX: f32 = 1.0;
+/// Marks that move less from image to image may be fixed to the detector, as bad pixels and the Sun's glare
+/// are: no rate of theirs is told. Spots in the glare seem to move by up to 2.2 px.
+const LEAST_MOTION_PX: f32 = 3.0;
 
 /// What is remembered from image to image.
 #[derive(Debug, Default)]
