@@ -1,4 +1,4 @@
-//! Analytical ephemerides: Sun, Moon, the Earth's pole and the Earth's velocity.
+//! Analytical ephemerides: Sun, Moon, the Earth's pole, rotation and velocity.
 //!
 //! Time in is TT, microseconds since J2000.0; vectors out are geocentric, km (or km/s), ICRS axes.
 //!
@@ -15,10 +15,10 @@
 //! angles are reduced to one turn in f64, all else is f32, whose rounding (0.05 arcsec, 30 km of the Sun's
 //! distance) is far below these errors. Cost on the target: about 10,000 cycles for Sun and Moon together.
 
-use super::constants::{AU_KM, CENTURY_US, MOON_SHARE};
+use super::constants::{AU_KM, CENTURY_US, MICROSECONDS, MOON_SHARE};
 use fsw_ground::frames::{Direction, Icrs};
 use fsw_ground::trigonometry::sine_cosine;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Cosine and sine of the obliquity of J2000, 84381.406 arcsec (IAU 2006).
 const OBLIQUITY: [f32; 2] = [0.917_482_14, 0.397_776_96];
@@ -26,6 +26,9 @@ const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 const RAD_PER_ARCSEC: f64 = RAD_PER_DEG / 3600.0;
 /// Seconds in a century.
 const CENTURY_S: f64 = 36_525.0 * 86_400.0;
+
+/// TT less UT1, s: 69.2 from 2017 to 2026 within 0.4; 64 to 69 from 2000 to 2017 (IERS).
+const TT_LESS_UT1_S: f64 = 69.2;
 
 /// Julian centuries of TT since J2000.0.
 fn centuries(time_us: i64) -> f64 {
@@ -186,10 +189,30 @@ impl Bodies {
 #[inline(never)]
 fn pole_vector(time_us: i64) -> Vector3<f32> {
     const PER_ARCSEC: f32 = RAD_PER_ARCSEC as f32;
-    let t = centuries(time_us) as f32;
-    let x = (2_004.191_9 - 0.429_8 * t) * t * PER_ARCSEC;
-    let y = -22.407_3 * t * t * PER_ARCSEC;
+    let t = centuries(time_us);
+    // The Moon's node, and twice the Sun's mean longitude.
+    let (node_sine, node_cosine) = sine_cosine(reduced_rad(125.044_555 - 1_934.136_261 * t));
+    let (sun_sine, sun_cosine) = sine_cosine(reduced_rad(2.0 * (280.466_46 + 36_000.769_83 * t)));
+    let t = t as f32;
+    let x = (2_004.191_9 - 0.429_8 * t) * t - 6.844_3 * node_sine - 0.523_9 * sun_sine;
+    let y = -22.407_3 * t * t + 9.205_2 * node_cosine + 0.573_0 * sun_cosine;
+    let [x, y] = [x * PER_ARCSEC, y * PER_ARCSEC];
     Vector3::new(x, y, 1.0 - 0.5 * (x * x + y * y))
+}
+
+/// Rows of the axes of the mean equator of date along ICRS: z the pole, x towards the celestial intermediate
+/// origin (IERS Conventions 2010, eq. 5.6, its small angle `s` left out); error as of the pole, 12 arcsec.
+pub fn equator_axes(time_us: i64) -> Matrix3<f32> {
+    let [x, y, z] = pole_vector(time_us).into();
+    let a = 1.0 / (1.0 + z);
+    Matrix3::new(1.0 - a * x * x, -a * x * y, -x, -a * x * y, 1.0 - a * y * y, -y, x, y, z)
+}
+
+/// Angle by which the Earth has turned from the celestial intermediate origin (IAU 2000), rad, 0 to one turn;
+/// error 15 arcsec a second of [`TT_LESS_UT1_S`].
+pub fn earth_rotation_rad(time_us: i64) -> f32 {
+    let days = (time_us as f64 / MICROSECONDS - TT_LESS_UT1_S) / 86_400.0;
+    reduced_rad(360.0 * (0.779_057_273_264 + 1.002_737_811_911_354_5 * days))
 }
 
 /// Direction to the Sun; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back along the

@@ -333,10 +333,9 @@ pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
         measurements.push(measurement);
     }
     let ranges = arguments.filter != Observation::UnitVector;
-    let bounds = navigator
-        .filter
-        .state()
-        .map_or_else(Vec::new, |last| bound::bounds(last, arguments.dynamics, &measurements, ranges));
+    let bounds = navigator.filter.state().map_or_else(Vec::new, |last| {
+        bound::bounds(last, &navigator.parameters.forces(), &measurements, ranges)
+    });
     for (answer, bound) in answers.iter_mut().zip(&bounds) {
         answer.bound_r_km = bound.as_ref().map(|bound| sigmas(bound, 0));
         answer.bound_v_km_s = bound.as_ref().map(|bound| sigmas(bound, 3));
