@@ -5,9 +5,14 @@
 //! step, in its middle, and constant over it. The integrator is Nyström's method of the fifth order for
 //! `r'' = a(r)` (Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*, II.14), which takes as
 //! many accelerations a step as the classical Runge-Kutta method of the fourth. Steps are fixed: [`STEP_S`] or
-//! shorter up to 100 s, 30 s in the longest span allowed.
+//! shorter up to 100 s, 37.5 s in the longest span allowed.
 //!
-//! ERRORS
+//! Errors: integration 1 m after a day in a low orbit at 25 s steps, 7 m at 37.5 s. Against GMAT with the same
+//! forces ([`Forces::J2`]): LEO 1 m after two hours, 10 m after a day, GEO 12 m after a day. Against the host's
+//! world with all its forces, degrees 9 to 36 among them: 70 m after a revolution at 450 km, 79 m at 800 km, 9 m in
+//! GTO, 11 m in GEO (test `dynamics::each_force_moves_an_orbit_as_the_worlds_does` of the system tests). The real
+//! Jason-2 (1336 km): at worst 29 m after 35 minutes, 79 m after an orbit. What is left out, the degrees above 8
+//! and the density of the air above all, is covered by the filter's process noise.
 //!
 //! The transition of errors is eq. 5.23. There the gravity gradient `G` is constant over the span; here it is
 //! taken at both ends and in the middle and integrated by Simpson's rule, to the second order in `G`. Error
@@ -15,7 +20,7 @@
 //! `the_transition_is_the_derivative_of_the_propagation`).
 
 use super::constants::{EARTH_RADIUS_KM, J2, MICROSECONDS, MU_EARTH_KM3_S2};
-use super::ephemeris::pole_axis;
+use super::ephemeris::{Bodies, pole_axis};
 use super::gravity::MAX_DEGREE;
 use super::perturbations::Perturbations;
 use super::{OrbitState, finite};
@@ -26,10 +31,10 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Longest step as long as [`MAX_STEPS`] allow it, s.
-pub const STEP_S: f64 = 20.0;
+pub const STEP_S: f64 = 25.0;
 /// Most steps in one call.
-pub const MAX_STEPS: u32 = 5;
-/// Longest span of one call, microseconds: steps of 30 s.
+pub const MAX_STEPS: u32 = 4;
+/// Longest span of one call, microseconds: steps of 37.5 s.
 pub const MAX_SPAN_US: i64 = 150_000_000;
 /// Least accepted distance from the Earth's centre, km: below any orbit; keeps divisions finite.
 pub const LOWEST_KM: f64 = 5_000.0;
@@ -124,8 +129,12 @@ struct Field {
 
 impl Field {
     fn at(forces: &Forces, time_us: i64) -> Self {
-        let perturbations = (*forces != Forces::KEPLER).then(|| Perturbations::at(*forces, time_us));
-        Self { bulge_km2: forces.bulge_km2(), pole: pole_axis(time_us), perturbations }
+        if *forces == Forces::KEPLER {
+            return Self { bulge_km2: 0.0, pole: Vector3::zeros(), perturbations: None };
+        }
+        let bodies = Bodies::at(time_us);
+        let perturbations = Some(Perturbations::at(*forces, time_us, &bodies));
+        Self { bulge_km2: forces.bulge_km2(), pole: bodies.pole, perturbations }
     }
 
     /// Pull of the Earth's mass and bulge, and what is `small`.
@@ -156,17 +165,27 @@ impl Field {
             add_scaled(&mut a1, 1.0, &small);
         }
         let pull = |place: Vector3<f64>| self.acceleration(&place, &small);
-        let a2 = pull(moved(r, (0.2 * h, v), &[(square / 50.0, &a1)]));
-        let a3 = pull(moved(r, (h * 2.0 / 3.0, v), &[(-square / 27.0, &a1), (square * 7.0 / 27.0, &a2)]));
-        let a4 = pull(moved(
+        let a2 = pull(moved(r, (0.2 * h, v), &[(square * (1.0 / 50.0), &a1)]));
+        let a3 = pull(moved(
             r,
-            (h, v),
-            &[(square * 0.3, &a1), (-square * 2.0 / 35.0, &a2), (square * 9.0 / 35.0, &a3)],
+            (h * (2.0 / 3.0), v),
+            &[(square * (-1.0 / 27.0), &a1), (square * (7.0 / 27.0), &a2)],
         ));
-        let part = h / 336.0;
+        let straight = plus_scaled(r, h, v);
+        let a4 = pull(moved(
+            &straight,
+            (square * 0.3, &a1),
+            &[(square * (-2.0 / 35.0), &a2), (square * (9.0 / 35.0), &a3)],
+        ));
+        let [one, two, three, four] =
+            [14.0 / 336.0, 125.0 / 336.0, 162.0 / 336.0, 35.0 / 336.0].map(|weight| h * weight);
         (
-            moved(r, (h, v), &[(14.0 * h * part, &a1), (100.0 * h * part, &a2), (54.0 * h * part, &a3)]),
-            moved(v, (14.0 * part, &a1), &[(125.0 * part, &a2), (162.0 * part, &a3), (35.0 * part, &a4)]),
+            moved(
+                &straight,
+                (h * one, &a1),
+                &[(square * (100.0 / 336.0), &a2), (square * (54.0 / 336.0), &a3)],
+            ),
+            moved(v, (one, &a1), &[(two, &a2), (three, &a3), (four, &a4)]),
         )
     }
 }
@@ -228,7 +247,8 @@ impl Forces {
         let mean = scaled(&plus_scaled(&before.position_km, 1.0, &after.position_km), 0.5);
         let change = plus_scaled(&before.velocity_km_s, -1.0, &after.velocity_km_s);
         let middle = plus_scaled(&mean, 0.125 * dt, &change);
-        let (bulge, pole) = (self.bulge_km2(), pole_axis(before.time_us));
+        let bulge = self.bulge_km2();
+        let pole = if bulge == 0.0 { Vector3::zeros() } else { pole_axis(before.time_us) };
         let gradients = [&before.position_km, &middle, &after.position_km]
             .map(|position_km| gravity_gradient(position_km, bulge, &pole));
         let [first, middle, last] = &gradients;

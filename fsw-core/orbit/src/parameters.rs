@@ -65,7 +65,7 @@ parameter_group! {
         misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
             "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
-        /// degrees that [`Dynamics::Full`] leaves out, 9 and above. It falls with the twelfth power of the
+        /// degrees that `Full` leaves out, 9 and above. It falls with the twelfth power of the
         /// radius, as the pull of degree 10 does.
         gravity_noise_km_s15: f32 = 2.5e-7, 0.0..=1e-3, "km/s^1.5",
             "EGM2008 of degree 36 beside 8, 300 to 1,350 km: grows in a revolution to their rms error, 104 to 27 m";

@@ -1,8 +1,8 @@
 //! The small forces on a satellite, in f32: the Earth's field beyond J2, Sun and Moon, drag, the Sun's light.
 //!
 //! In: position and velocity (ICRS axes, km, km/s) and the time. Out: acceleration, km/s². All are computed
-//! along the axes of the mean equator of date (IAU 2006, `X` and `Y`; x towards the celestial intermediate
-//! origin), in which the Earth turns about z by its rotation angle.
+//! along the axes of the equator of date (x towards the celestial intermediate origin), in which the Earth turns
+//! about z by its rotation angle.
 //!
 //! - Field: [`super::gravity`]. UT1 is taken as TT less [`ephemeris::TT_LESS_UT1_S`](super::ephemeris); a
 //!   second of that is 15 arcsec of longitude, 7e-5 of the tesserals' pull: 0.3 m of LEO's 4 km a day.
@@ -51,11 +51,11 @@ pub(super) struct Perturbations {
 }
 
 impl Perturbations {
-    /// From a time on.
+    /// From a time on, with the bodies of that time.
     #[inline(never)]
-    pub(super) fn at(forces: Forces, time_us: i64) -> Self {
-        let to_equator = equator_axes(time_us);
-        let Bodies { sun_km, moon_km, .. } = Bodies::at(time_us);
+    pub(super) fn at(forces: Forces, time_us: i64, bodies: &Bodies) -> Self {
+        let Bodies { sun_km, moon_km, pole } = bodies;
+        let to_equator = equator_axes(pole);
         let [sun_km, moon_km] = [sun_km, moon_km].map(|place| to_equator * place.map(|axis| axis as f32));
         let sun_au = sun_km * (1.0 / AU_KM as f32);
         let square = sun_au.dot(&sun_au);

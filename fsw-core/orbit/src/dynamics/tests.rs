@@ -25,7 +25,7 @@ fn integration_is_good_to_a_metre_after_a_low_orbit() {
     let fine = carry(&Forces::KEPLER, &start, end, 1);
     let normal = apart_m(&carry(&Forces::KEPLER, &start, end, 100), &fine);
     let coarse = apart_m(&carry(&Forces::KEPLER, &start, end, 150), &fine);
-    std::println!("one LEO orbit: {normal:.3} m at 20 s steps, {coarse:.1} m at 30 s");
+    std::println!("one LEO orbit: {normal:.3} m at 25 s steps, {coarse:.3} m at 37.5 s");
     assert!(normal < 1.0, "{normal}");
     assert!(coarse < 3.0, "{coarse}");
 }
