@@ -18,7 +18,8 @@
 
 use super::OrbitState;
 use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
-use super::dynamics::{Forces, HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
+use super::dynamics::{HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
+use super::forces::Forces;
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
 use fsw_ground::matrix::{

@@ -19,16 +19,15 @@
 //! relative to the numerical derivative of the propagation: 2e-6 over 60 s, 1e-4 over 150 s (test
 //! `the_transition_is_the_derivative_of_the_propagation`).
 
-use super::constants::{EARTH_RADIUS_KM, J2, MICROSECONDS, MU_EARTH_KM3_S2};
+use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
 use super::ephemeris::{Bodies, pole_axis};
-use super::gravity::MAX_DEGREE;
+use super::forces::Forces;
 use super::perturbations::Perturbations;
 use super::{OrbitState, finite};
 use fsw_ground::matrix::{
     add_scaled, add_to_diagonal, dot, plus_scaled, product, product_transposed, scaled,
 };
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
 
 /// Longest step as long as [`MAX_STEPS`] allow it, s.
 pub const STEP_S: f64 = 25.0;
@@ -43,61 +42,6 @@ pub const HIGHEST_KM: f64 = 600_000.0;
 /// Largest accepted speed, km/s: the estimate after initialisation with velocity 0 may exceed twice the
 /// escape velocity for seconds.
 pub const FASTEST_KM_S: f64 = 30.0;
-
-/// Pull of the Earth's bulge over that of its mass, times the square of the distance.
-const BULGE_KM2: f64 = 1.5 * J2 * EARTH_RADIUS_KM * EARTH_RADIUS_KM;
-
-/// A choice of forces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Dynamics {
-    /// The Earth as a point.
-    Kepler,
-    /// The Earth's field of the second degree, Sun and Moon.
-    J2,
-    /// The field to degree and order [`MAX_DEGREE`], Sun, Moon, drag and the Sun's light.
-    Full,
-}
-
-impl Dynamics {
-    /// The forces on a satellite of these `Cd A / m` and `Cr A / m`, m²/kg.
-    pub const fn forces(self, drag_m2_kg: f32, radiation_m2_kg: f32) -> Forces {
-        match self {
-            Self::Kepler => Forces::KEPLER,
-            Self::J2 => Forces::J2,
-            Self::Full => {
-                Forces { degree: MAX_DEGREE, order: MAX_DEGREE, drag_m2_kg, radiation_m2_kg, ..Forces::J2 }
-            }
-        }
-    }
-}
-
-/// The forces on a satellite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Forces {
-    /// Degree of the Earth's field, at most [`MAX_DEGREE`]; below 2 a point.
-    pub degree: u8,
-    /// Its order.
-    pub order: u8,
-    /// Whether Sun and Moon pull.
-    pub sun_and_moon: bool,
-    /// Coefficient of drag times area over mass, m²/kg; 0: no drag.
-    pub drag_m2_kg: f32,
-    /// Coefficient of radiation pressure times area over mass, m²/kg; 0: none.
-    pub radiation_m2_kg: f32,
-}
-
-impl Forces {
-    /// [`Dynamics::Kepler`].
-    pub const KEPLER: Self =
-        Self { degree: 0, order: 0, sun_and_moon: false, drag_m2_kg: 0.0, radiation_m2_kg: 0.0 };
-    /// [`Dynamics::J2`].
-    pub const J2: Self = Self { degree: 2, order: 2, sun_and_moon: true, ..Self::KEPLER };
-
-    /// Factor of the bulge's pull, km².
-    fn bulge_km2(&self) -> f64 {
-        if self.degree < 2 { 0.0 } else { BULGE_KM2 }
-    }
-}
 
 /// Why a state cannot be propagated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -275,7 +219,7 @@ impl Forces {
 }
 
 /// Gradient of the acceleration by the position, 1/s²: `mu / r³ (3 u uᵀ - I)` (eq. 5.18) of a point, and that
-/// of the bulge about the pole, `bulge` being [`BULGE_KM2`]. Without the bulge's part, 0.3 % in LEO, sigmas
+/// of the bulge about the pole, `bulge` being [`Forces::bulge_km2`]. Without the bulge's part, 0.3 % in LEO, sigmas
 /// would stop growing after some orbits.
 #[inline(never)]
 fn gravity_gradient(r: &Vector3<f64>, bulge: f64, pole: &Vector3<f64>) -> Matrix3<f64> {

@@ -8,7 +8,7 @@
 //! columns are all that is held.
 //!
 //! In f32, rounding 1e-6 of the sum: 3e-7 m/s² x 1e-6 in a low orbit, less than a millimetre a day. Cost on
-//! the target at degree and order 8: about 5,000 cycles.
+//! the target: degrees 3 to 8 with the Sun's light add 1,700 cycles to a call at degree 2.
 
 use super::constants::MU_EARTH_KM3_S2;
 use nalgebra::Vector3;

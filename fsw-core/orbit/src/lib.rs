@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
 //! | [`ephemeris`] | where Sun, Moon and the Earth's pole are, how far the Earth has turned |
+//! | [`forces`] | which forces act |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | `perturbations` | the small forces: field beyond J2, drag, light |
 //! | [`gravity`] | the Earth's field beyond J2 |
@@ -39,6 +40,7 @@ pub mod elements;
 pub mod ephemeris;
 pub mod factor;
 pub mod filter;
+pub mod forces;
 pub mod gravity;
 pub mod horizon;
 pub mod look;

@@ -1,6 +1,6 @@
 //! Parameters of the orbit filter.
 
-use super::dynamics::{Dynamics, Forces};
+use super::forces::{Dynamics, Forces};
 use fsw_ground::table::parameter_group;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use crate::words::named;
 use clap::Args;
-use fsw_core::orbit::dynamics::Dynamics;
+use fsw_core::orbit::forces::Dynamics;
 use fsw_core::orbit::parameters::Observation;
 use std::path::PathBuf;
 

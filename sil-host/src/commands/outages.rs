@@ -25,7 +25,7 @@ use crate::world::motion::pointing::Law;
 use fsw_core::frames::Rotation;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
-use fsw_core::orbit::dynamics::Dynamics;
+use fsw_core::orbit::forces::Dynamics;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::outages::{Forecast, PointingLaw};
 use nalgebra::{Matrix3, Vector3};

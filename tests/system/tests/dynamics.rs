@@ -4,7 +4,8 @@
 
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::EARTH_RADIUS_KM;
-use fsw_core::orbit::dynamics::{Dynamics, Forces, Transition};
+use fsw_core::orbit::dynamics::Transition;
+use fsw_core::orbit::forces::{Dynamics, Forces};
 use fsw_core::orbit::parameters::OrbitParameters;
 use sil_host::commands::propagate::carried;
 use sil_host::world::orbit::{self, TruthOrbit, state_of_elements};

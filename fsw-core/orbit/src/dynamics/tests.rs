@@ -1,4 +1,5 @@
 use super::*;
+use crate::forces::Dynamics;
 use crate::reference::{self, circular, orbit_file, period_s, samples, time_us};
 use std::vec::Vec;
 
@@ -61,7 +62,7 @@ fn the_bulge_is_that_of_the_reference_field() {
         (20_000.0, 1.0, -36_000.0),
     ] {
         let r = Vector3::new(x, y, z);
-        let ours = field(BULGE_KM2).acceleration(&r, &Vector3::zeros());
+        let ours = field(Forces::J2.bulge_km2()).acceleration(&r, &Vector3::zeros());
         let point = field(0.0).acceleration(&r, &Vector3::zeros());
         let theirs = reference::field_acceleration(&r, 2);
         assert!((ours - theirs).norm() < 0.02 * (ours - point).norm(), "{r}");

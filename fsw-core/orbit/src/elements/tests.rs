@@ -1,6 +1,6 @@
 use super::*;
 use crate::OrbitState;
-use crate::dynamics::Forces;
+use crate::forces::Forces;
 use proptest::prelude::*;
 
 /// A state from Kepler's elements (km, angles in rad), by the rotations of the textbook.

@@ -4,7 +4,7 @@
 mod world;
 
 use super::*;
-use crate::dynamics::Forces;
+use crate::forces::Forces;
 use crate::oracle::Generator;
 use crate::reference::{self, circular, period_s};
 use nalgebra::{Matrix6, Matrix6x3, Vector3};

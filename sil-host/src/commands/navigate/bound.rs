@@ -9,7 +9,8 @@
 use super::Measurement;
 use crate::commands::propagate::carried;
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::dynamics::{Forces, MAX_SPAN_US};
+use fsw_core::orbit::dynamics::MAX_SPAN_US;
+use fsw_core::orbit::forces::Forces;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// Scale of velocities against positions, s: with it the elements of `J` are alike.
