@@ -29,8 +29,8 @@ const TABLE: [[f32; 3]; 15] = [
 /// kg/m³ of a g/km³.
 const KG_M3: f32 = 1e-12;
 
-/// How far a place lies in the bulge, 0 to 1: `cos⁶ (psi / 2)`, psi being the angle from the bulge's apex. The
-/// published exponent is 2 for orbits of low inclination and 6 for polar ones.
+/// How far a place lies in the bulge, 0 to 1: `cos⁶ (psi / 2)`, psi being the angle from the bulge's apex.
+/// The published exponent is 2 for orbits of low inclination and 6 for polar ones.
 pub(super) fn bulge(cosine: f32) -> f32 {
     // cos² of half the angle.
     let half = 0.5 + 0.5 * cosine;

@@ -1,18 +1,19 @@
 //! Orbit dynamics: acceleration, propagation, and the state transition matrix.
 //!
 //! In: [`OrbitState`] and a span; out: the state at its end. [`Forces`] says what acts. In f64: the Earth's
-//! point mass and its bulge (J2 about the pole of date). In f32: what [`super::perturbations`] has, taken once a
+//! point mass and its bulge (J2 about the pole of date). In f32: what `perturbations` has, taken once a
 //! step, in its middle, and constant over it. The integrator is Nyström's method of the fifth order for
-//! `r'' = a(r)` (Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*, II.14), which takes as
-//! many accelerations a step as the classical Runge-Kutta method of the fourth. Steps are fixed: [`STEP_S`] or
-//! shorter up to 100 s, 37.5 s in the longest span allowed.
+//! `r'' = a(r)` (Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*, II.14), which
+//! takes as many accelerations a step as the classical Runge-Kutta method of the fourth. Steps are fixed:
+//! [`STEP_S`] or shorter up to 100 s, 37.5 s in the longest span allowed.
 //!
-//! Errors: integration 1 m after a day in a low orbit at 25 s steps, 7 m at 37.5 s. Against GMAT with the same
-//! forces ([`Forces::J2`]): LEO 1 m after two hours, 10 m after a day, GEO 12 m after a day. Against the host's
-//! world with all its forces, degrees 9 to 36 among them: 70 m after a revolution at 450 km, 79 m at 800 km, 9 m in
-//! GTO, 11 m in GEO (test `dynamics::each_force_moves_an_orbit_as_the_worlds_does` of the system tests). The real
-//! Jason-2 (1336 km): at worst 29 m after 35 minutes, 79 m after an orbit. What is left out, the degrees above 8
-//! and the density of the air above all, is covered by the filter's process noise.
+//! Errors: integration 1 m after a day in a low orbit at 25 s steps, 7 m at 37.5 s. Against GMAT with the
+//! same forces ([`Forces::J2`]): LEO 1 m after two hours, 10 m after a day, GEO 12 m after a day. Against
+//! the host's world with all its forces, degrees 9 to 36 among them: 70 m after a revolution at 450 km, 79
+//! m at 800 km, 9 m in GTO, 11 m in GEO (test `dynamics::each_force_moves_an_orbit_as_the_worlds_does` of
+//! the system tests). The real Jason-2 (1336 km): at worst 29 m after 35 minutes, 79 m after an orbit. What
+//! is left out, the degrees above 8 and the density of the air above all, is covered by the filter's
+//! process noise.
 //!
 //! The transition of errors is eq. 5.23. There the gravity gradient `G` is constant over the span; here it is
 //! taken at both ends and in the middle and integrated by Simpson's rule, to the second order in `G`. Error
@@ -218,9 +219,9 @@ impl Forces {
     }
 }
 
-/// Gradient of the acceleration by the position, 1/s²: `mu / r³ (3 u uᵀ - I)` (eq. 5.18) of a point, and that
-/// of the bulge about the pole, `bulge` being [`Forces::bulge_km2`]. Without the bulge's part, 0.3 % in LEO, sigmas
-/// would stop growing after some orbits.
+/// Gradient of the acceleration by the position, 1/s²: `mu / r³ (3 u uᵀ - I)` (eq. 5.18) of a point, and
+/// that of the bulge about the pole, `bulge` being [`Forces::bulge_km2`]. Without the bulge's part, 0.3 %
+/// in LEO, sigmas would stop growing after some orbits.
 #[inline(never)]
 fn gravity_gradient(r: &Vector3<f64>, bulge: f64, pole: &Vector3<f64>) -> Matrix3<f64> {
     let per_square = 1.0 / dot(r, r).max(1.0);

@@ -7,10 +7,10 @@
 //!   about the barycentre is added where the Moon is at hand.
 //! - Moon: the larger terms of Brown's theory (Montenbruck and Gill, *Satellite Orbits*, §3.3.2), mean
 //!   longitude referred to the equinox of J2000.
-//! - Pole: the pole of date by the IAU 2006 precession, to the second order of time, and the two greatest terms of
-//!   nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation, up to 9 arcsec, a low
-//!   orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6 arcsec, is left out: in
-//!   proportion 11 m.
+//! - Pole: the pole of date by the IAU 2006 precession, to the second order of time, and the two greatest
+//!   terms of nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation, up to 9
+//!   arcsec, a low orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6 arcsec,
+//!   is left out: in proportion 11 m.
 //!
 //! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample
 //! is kept in the tests): see each function. Positions are geometric: neither light time nor aberration. Mean
@@ -211,7 +211,7 @@ pub fn equator_axes(pole: &Vector3<f64>) -> Matrix3<f32> {
 }
 
 /// Angle by which the Earth has turned from the celestial intermediate origin (IAU 2000), rad, 0 to one turn;
-/// error 15 arcsec a second of [`TT_LESS_UT1_S`].
+/// error 15 arcsec a second of TT less UT1, which is taken as 69.2 s.
 pub fn earth_rotation_rad(time_us: i64) -> f32 {
     let days = (time_us as f64 / MICROSECONDS - TT_LESS_UT1_S) / 86_400.0;
     reduced_rad(360.0 * (0.779_057_273_264 + 1.002_737_811_911_354_5 * days))

@@ -1,8 +1,8 @@
 //! Which forces act on a satellite.
 //!
-//! [`Dynamics`] is the choice of the parameters, [`Forces`] what it comes to: degree and order of the Earth's field,
-//! Sun and Moon, and for drag and the Sun's light the satellite's area over its mass. [`super::dynamics`] applies
-//! them.
+//! [`Dynamics`] is the choice of the parameters, [`Forces`] what it comes to: degree and order of the
+//! Earth's field, Sun and Moon, and for drag and the Sun's light the satellite's area over its mass.
+//! [`super::dynamics`] applies them.
 
 use super::constants::{EARTH_RADIUS_KM, J2};
 use super::gravity::MAX_DEGREE;

@@ -1,11 +1,11 @@
 //! The Earth's field of gravity but for the point mass and J2, which [`super::dynamics`] computes in f64.
 //!
-//! In: position in axes that turn with the Earth, km; degree and order. Out: acceleration along the same axes,
-//! km/s². Pines' formulation (*AIAA Journal* 11, 1973, 1508-1511), which has no singular point: with `s, t, u`
-//! the direction's components, `A(n, m)` the derivatives of the Legendre polynomials of `u`, and
-//! `c(m) + i s(m) = (s + i t)^m`, the potential is `mu/r Σ (R/r)^n A(n, m) (C c(m) + S s(m))`. One column of `A`
-//! (one order) is made from the next lower degrees and used with the column of the next order, so that two
-//! columns are all that is held.
+//! In: position in axes that turn with the Earth, km; degree and order. Out: acceleration along the same
+//! axes, km/s². Pines' formulation (*AIAA Journal* 11, 1973, 1508-1511), which has no singular point: with
+//! `s, t, u` the direction's components, `A(n, m)` the derivatives of the Legendre polynomials of `u`, and
+//! `c(m) + i s(m) = (s + i t)^m`, the potential is `mu/r Σ (R/r)^n A(n, m) (C c(m) + S s(m))`. One column
+//! of `A` (one order) is made from the next lower degrees and used with the column of the next order, so
+//! that two columns are all that is held.
 //!
 //! In f32, rounding 1e-6 of the sum: 3e-7 m/s² x 1e-6 in a low orbit, less than a millimetre a day. Cost on
 //! the target: degrees 3 to 8 with the Sun's light add 1,700 cycles to a call at degree 2.
@@ -23,10 +23,10 @@ const MU_KM3_S2: f32 = MU_EARTH_KM3_S2 as f32;
 /// Of each order, degrees up to one more than the field's.
 type Column = [f32; MOST + 2];
 
-/// Coefficients C and S of EGM2008 (Pavlis, Holmes, Kenyon and Factor 2012, J. Geophys. Res. 117, B04406), not
-/// normalised: the published ones times `sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!)`. Order by order, of
-/// each the degrees from 2 or the order to [`MAX_DEGREE`]. The first, C of degree 2 and order 0, is not here:
-/// [`super::constants::J2`].
+/// Coefficients C and S of EGM2008 (Pavlis, Holmes, Kenyon and Factor 2012, J. Geophys. Res. 117, B04406),
+/// not normalised: the published ones times `sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!)`. Order by
+/// order, of each the degrees from 2 or the order to [`MAX_DEGREE`]. The first, C of degree 2 and order 0,
+/// is not here: [`super::constants::J2`].
 #[rustfmt::skip]
 const FIELD: [[f32; 2]; 42] = [
     // Order 0.

@@ -1,18 +1,18 @@
 //! The small forces on a satellite, in f32: the Earth's field beyond J2, Sun and Moon, drag, the Sun's light.
 //!
 //! In: position and velocity (ICRS axes, km, km/s) and the time. Out: acceleration, km/s². All are computed
-//! along the axes of the equator of date (x towards the celestial intermediate origin), in which the Earth turns
-//! about z by its rotation angle.
+//! along the axes of the equator of date (x towards the celestial intermediate origin), in which the Earth
+//! turns about z by its rotation angle.
 //!
-//! - Field: [`super::gravity`]. UT1 is taken as TT less [`ephemeris::TT_LESS_UT1_S`](super::ephemeris); a
+//! - Field: [`super::gravity`]. UT1 is taken as TT less 69.2 s ([`super::ephemeris`]); a
 //!   second of that is 15 arcsec of longitude, 7e-5 of the tesserals' pull: 0.3 m of LEO's 4 km a day.
-//! - Sun and Moon: their pull less that on the Earth, by Battin's formula (*An Introduction to the Mathematics
-//!   and Methods of Astrodynamics*, §8.4), which loses no digits in the difference. Where they stand is
-//!   constant over one call, 150 s at most, in which the Moon moves by 0.02 deg.
+//! - Sun and Moon: their pull less that on the Earth, by Battin's formula (*An Introduction to the
+//!   Mathematics and Methods of Astrodynamics*, §8.4), which loses no digits in the difference. Where they
+//!   stand is constant over one call, 150 s at most, in which the Moon moves by 0.02 deg.
 //! - Drag: `-rho |v| v Cd A / 2 m` against air that turns with the Earth, [`super::atmosphere`].
-//! - Light: 4.56e-6 N/m² at 1 au away from the Sun, on a ball; the Earth's shadow is a cone with a penumbra in
-//!   which the light falls off linearly. Left out: the shadow's flattening (21 km at the poles, 3 s in LEO),
-//!   the Earth's own light.
+//! - Light: 4.56e-6 N/m² at 1 au away from the Sun, on a ball; the Earth's shadow is a cone with a penumbra
+//!   in which the light falls off linearly. Left out: the shadow's flattening (21 km at the poles, 3 s in
+//!   LEO), the Earth's own light.
 //!
 //! f32 rounds positions to 0.25 m in LEO and 2 m in GEO, 1e-7 of these forces. Cost on the target: drag 1,400
 //! cycles a call; see also [`super::gravity`].
@@ -121,8 +121,8 @@ fn drag(r: &Vector3<f32>, v: &Vector3<f32>, bulge: f32) -> Vector3<f32> {
     through_air * (-500.0 * atmosphere::density_kg_m3(height_km, bulge) * speed)
 }
 
-/// Size of the drag on a satellite at the mean of the day's least and greatest density, km/s²; the pole's motion
-/// since J2000.0 is left out.
+/// Size of the drag on a satellite at the mean of the day's least and greatest density, km/s²; the pole's
+/// motion since J2000.0 is left out.
 #[inline(never)]
 pub(super) fn mean_drag_km_s2(state: &OrbitState, drag_m2_kg: f32) -> f32 {
     let [r, v] = [&state.position_km, &state.velocity_km_s].map(|vector| vector.map(|axis| axis as f32));

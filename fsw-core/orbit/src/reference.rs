@@ -48,8 +48,8 @@ pub fn earth_fixed_to_icrs(time: i64, ut1_days: f64) -> Matrix3<f64> {
     (tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), earth_rotation(ut1_days))).into_inner()
 }
 
-/// EGM2008, normalised, as the world of the host has it: degree, order, C, S. To C of degree 2 and order 0 what Sun
-/// and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14).
+/// EGM2008, normalised, as the world of the host has it: degree, order, C, S. To C of degree 2 and order 0
+/// what Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14).
 static FIELD: LazyLock<Vec<(usize, usize, f64, f64)>> = LazyLock::new(|| {
     let lines = include_str!("../../../sil-host/src/world/orbit/egm2008.txt").lines();
     let row = |line: &str| {

@@ -1,6 +1,8 @@
-//! The forces that fly beside the world's own, term by term, and the process noise beside what they leave out.
+//! The forces that fly beside the world's own, term by term, and the process noise beside what they leave
+//! out.
 //!
-//! The world's gravity, atmosphere, light, ephemerides and integrator are written apart from the flight code's.
+//! The world's gravity, atmosphere, light, ephemerides and integrator are written apart from the flight
+//! code's.
 
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::EARTH_RADIUS_KM;
@@ -101,8 +103,8 @@ fn worst_m(one: &[Vector], other: &[Vector]) -> f64 {
     1e3 * one.iter().zip(other).map(|(a, b)| square(&minus(a, b))).fold(0.0, f64::max).sqrt()
 }
 
-/// What a term moves an orbit in a revolution, and by how much the flight code has that wrong: the difference of
-/// its move and the world's.
+/// What a term moves an orbit in a revolution, and by how much the flight code has that wrong: the
+/// difference of its move and the world's.
 #[test]
 fn each_force_moves_an_orbit_as_the_worlds_does() {
     let orbits = [
@@ -182,8 +184,8 @@ fn each_force_moves_an_orbit_as_the_worlds_does() {
     }
 }
 
-/// Variance of the position after each of these times by white acceleration of density 1 along an orbit, in steps
-/// of a minute; as sigmas, km of km/s^1.5.
+/// Variance of the position after each of these times by white acceleration of density 1 along an orbit, in
+/// steps of a minute; as sigmas, km of km/s^1.5.
 fn sigmas_of_noise(start: &Start, times_s: &[f64]) -> Vec<f64> {
     const STEP_S: f64 = 60.0;
     let forces = Forces { degree: 2, ..Forces::KEPLER };
@@ -222,9 +224,10 @@ fn with_noise(transition: &Transition, covariance: &Transition, step_s: f64) -> 
     std::array::from_fn(|row| std::array::from_fn(|column| cell(row, column)))
 }
 
-/// Errors by the degrees that are left out, and by nothing else, over random places of the node and inclinations,
-/// after a quarter of a revolution to a day, over the sigma of the filter's white acceleration. A revolution is the
-/// shortest arc from which all elements are known; over less of it the errors are below 30 m.
+/// Errors by the degrees that are left out, and by nothing else, over random places of the node and
+/// inclinations, after a quarter of a revolution to a day, over the sigma of the filter's white
+/// acceleration. A revolution is the shortest arc from which all elements are known; over less of it the
+/// errors are below 30 m.
 #[test]
 fn the_process_noise_covers_the_gravity_that_is_left_out() {
     let flown = OrbitParameters::default();
