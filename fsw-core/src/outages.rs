@@ -24,8 +24,9 @@ use crate::earth::{Body, EarthParameters};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use crate::orbit::OrbitState;
 use crate::orbit::constants::{AU_KM, EARTH_RADIUS_KM, MICROSECONDS};
-use crate::orbit::dynamics::{Dynamics, PropagationError};
+use crate::orbit::dynamics::PropagationError;
 use crate::orbit::ephemeris::Bodies;
+use crate::orbit::forces::Forces;
 use crate::orbit::lvlh::lvlh;
 use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
@@ -108,7 +109,7 @@ pub struct Forecast<'a> {
     /// The Earth's shape, and from which elevation of the Sun its limb is lit.
     pub earth: &'a EarthParameters,
     /// Forces on the satellite.
-    pub dynamics: Dynamics,
+    pub forces: Forces,
 }
 
 impl Forecast<'_> {
@@ -154,7 +155,7 @@ impl Forecast<'_> {
         state: SensorState,
     ) -> Result<(OrbitState, SensorState), PropagationError> {
         let after = |seconds: u8| {
-            let later = self.dynamics.propagate(orbit, i64::from(seconds) * MICROSECONDS as i64)?;
+            let later = self.forces.propagate(orbit, i64::from(seconds) * MICROSECONDS as i64)?;
             let state = self.state(&later).ok_or(PropagationError::Impossible)?;
             Ok((later, state))
         };

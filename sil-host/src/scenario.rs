@@ -340,10 +340,13 @@ impl Scenario {
             // One that is too noisy is left to the report: the flight code would refuse it.
             Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()
         });
+        // What is beyond the parameters' range flies with its end.
+        let [drag_m2_kg, radiation_m2_kg] =
+            [self.forces.drag_m2_kg(), self.forces.radiation_m2_kg()].map(|share| share.min(10.0) as f32);
         let observation = self.orbit_filter.observation.unwrap_or(defaults.orbit.observation);
         Parameters {
             identification,
-            orbit: OrbitParameters { observation, ..defaults.orbit },
+            orbit: OrbitParameters { observation, drag_m2_kg, radiation_m2_kg, ..defaults.orbit },
             rate_sensor,
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,

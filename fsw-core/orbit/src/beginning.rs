@@ -18,7 +18,8 @@
 
 use super::OrbitState;
 use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
-use super::dynamics::{Dynamics, HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
+use super::dynamics::{HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
+use super::forces::Forces;
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
 use fsw_ground::matrix::{
@@ -301,9 +302,9 @@ impl Trial {
             for _ in 0..SPANS {
                 let span_us = kept.time_us.saturating_sub(self.here.time_us).max(-MAX_SPAN_US);
                 if span_us < 0 {
-                    let there = Dynamics::Kepler.propagate(&self.here, span_us).ok()?;
+                    let there = Forces::KEPLER.propagate(&self.here, span_us).ok()?;
                     self.moved =
-                        product(&matrix_of(&Dynamics::Kepler.transition(&self.here, &there)), &self.moved);
+                        product(&matrix_of(&Forces::KEPLER.transition(&self.here, &there)), &self.moved);
                     self.here = there;
                 }
             }

@@ -1,4 +1,4 @@
-//! Analytical ephemerides: Sun, Moon, the Earth's pole and the Earth's velocity.
+//! Analytical ephemerides: Sun, Moon, the Earth's pole, rotation and velocity.
 //!
 //! Time in is TT, microseconds since J2000.0; vectors out are geocentric, km (or km/s), ICRS axes.
 //!
@@ -7,18 +7,20 @@
 //!   about the barycentre is added where the Moon is at hand.
 //! - Moon: the larger terms of Brown's theory (Montenbruck and Gill, *Satellite Orbits*, §3.3.2), mean
 //!   longitude referred to the equinox of J2000.
-//! - Pole: the mean pole of date to the second order of time (IAU 2006, `X` and `Y`); nutation (9 arcsec) is
-//!   left out.
+//! - Pole: the pole of date by the IAU 2006 precession, to the second order of time, and the two greatest
+//!   terms of nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation, up to 9
+//!   arcsec, a low orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6 arcsec,
+//!   is left out: in proportion 11 m.
 //!
 //! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample
 //! is kept in the tests): see each function. Positions are geometric: neither light time nor aberration. Mean
 //! angles are reduced to one turn in f64, all else is f32, whose rounding (0.05 arcsec, 30 km of the Sun's
 //! distance) is far below these errors. Cost on the target: about 10,000 cycles for Sun and Moon together.
 
-use super::constants::{AU_KM, CENTURY_US, MOON_SHARE};
+use super::constants::{AU_KM, CENTURY_US, MICROSECONDS, MOON_SHARE};
 use fsw_ground::frames::{Direction, Icrs};
 use fsw_ground::trigonometry::sine_cosine;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Cosine and sine of the obliquity of J2000, 84381.406 arcsec (IAU 2006).
 const OBLIQUITY: [f32; 2] = [0.917_482_14, 0.397_776_96];
@@ -26,6 +28,9 @@ const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 const RAD_PER_ARCSEC: f64 = RAD_PER_DEG / 3600.0;
 /// Seconds in a century.
 const CENTURY_S: f64 = 36_525.0 * 86_400.0;
+
+/// TT less UT1, s: 69.2 from 2017 to 2026 within 0.4; 64 to 69 from 2000 to 2017 (IERS).
+const TT_LESS_UT1_S: f64 = 69.2;
 
 /// Julian centuries of TT since J2000.0.
 fn centuries(time_us: i64) -> f64 {
@@ -165,7 +170,7 @@ pub struct Bodies {
     pub sun_km: Vector3<f64>,
     /// The Moon, km; error up to 0.1 deg (rms 0.02) and 600 km.
     pub moon_km: Vector3<f64>,
-    /// Unit vector to the mean north pole of date; error up to 12 arcsec (nutation).
+    /// Unit vector to the north pole of date; error up to 0.6 arcsec.
     pub pole: Vector3<f64>,
 }
 
@@ -186,10 +191,30 @@ impl Bodies {
 #[inline(never)]
 fn pole_vector(time_us: i64) -> Vector3<f32> {
     const PER_ARCSEC: f32 = RAD_PER_ARCSEC as f32;
-    let t = centuries(time_us) as f32;
-    let x = (2_004.191_9 - 0.429_8 * t) * t * PER_ARCSEC;
-    let y = -22.407_3 * t * t * PER_ARCSEC;
+    let t = centuries(time_us);
+    // The Moon's node, and twice the Sun's mean longitude.
+    let (node_sine, node_cosine) = sine_cosine(reduced_rad(125.044_555 - 1_934.136_261 * t));
+    let (sun_sine, sun_cosine) = sine_cosine(reduced_rad(2.0 * (280.466_46 + 36_000.769_83 * t)));
+    let t = t as f32;
+    let x = (2_004.191_9 - 0.429_8 * t) * t - 6.844_3 * node_sine - 0.523_9 * sun_sine;
+    let y = -22.407_3 * t * t + 9.205_2 * node_cosine + 0.573_0 * sun_cosine;
+    let [x, y] = [x * PER_ARCSEC, y * PER_ARCSEC];
     Vector3::new(x, y, 1.0 - 0.5 * (x * x + y * y))
+}
+
+/// Rows of the axes of the equator of date along ICRS: z the `pole`, x towards the celestial intermediate
+/// origin (IERS Conventions 2010, eq. 5.6, its small angle `s` left out); error as of the pole.
+pub fn equator_axes(pole: &Vector3<f64>) -> Matrix3<f32> {
+    let [x, y, z] = pole.map(|axis| axis as f32).into();
+    let a = 1.0 / (1.0 + z);
+    Matrix3::new(1.0 - a * x * x, -a * x * y, -x, -a * x * y, 1.0 - a * y * y, -y, x, y, z)
+}
+
+/// Angle by which the Earth has turned from the celestial intermediate origin (IAU 2000), rad, 0 to one turn;
+/// error 15 arcsec a second of TT less UT1, which is taken as 69.2 s.
+pub fn earth_rotation_rad(time_us: i64) -> f32 {
+    let days = (time_us as f64 / MICROSECONDS - TT_LESS_UT1_S) / 86_400.0;
+    reduced_rad(360.0 * (0.779_057_273_264 + 1.002_737_811_911_354_5 * days))
 }
 
 /// Direction to the Sun; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back along the
@@ -200,7 +225,7 @@ pub fn sun_direction(time_us: i64) -> Direction<Icrs> {
     Direction::new(equatorial(-barycentre) * (1.0 / AU_KM as f32)).unwrap_or(Direction::z())
 }
 
-/// Direction to the Earth's mean north pole of date; error up to 12 arcsec (nutation).
+/// Direction to the Earth's north pole of date; error up to 0.6 arcsec.
 pub fn pole(time_us: i64) -> Direction<Icrs> {
     Direction::new(pole_vector(time_us)).unwrap_or(Direction::z())
 }

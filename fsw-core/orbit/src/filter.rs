@@ -33,7 +33,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
 pub const MAX_SPANS: u32 = 48;
-/// Most spans in one call of [`OrbitFilter::approach`]: 0.5 M cycles each, of 2 M that a second has for the
+/// Most spans in one call of [`OrbitFilter::approach`]: 0.6 M cycles each, of 2 M that a second has for the
 /// orbit.
 pub const SPANS_A_SECOND: u32 = 3;
 /// Longest gap that is crossed, microseconds: two hours.

@@ -7,8 +7,12 @@
 //! | file | idea |
 //! |---|---|
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
-//! | [`ephemeris`] | where Sun, Moon and the Earth's pole are |
+//! | [`ephemeris`] | where Sun, Moon and the Earth's pole are, how far the Earth has turned |
+//! | [`forces`] | which forces act |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
+//! | `perturbations` | the small forces: field beyond J2, drag, light |
+//! | [`gravity`] | the Earth's field beyond J2 |
+//! | `atmosphere` | density of the upper air |
 //! | [`elements`] | equinoctial elements and back |
 //! | [`beginning`] | the first orbit, by least squares over the first fixes |
 //! | [`horizon`] | how high the limb stands, and what its height says |
@@ -28,6 +32,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod atmosphere;
 pub mod beginning;
 pub mod constants;
 mod curvilinear;
@@ -36,6 +41,8 @@ pub mod elements;
 pub mod ephemeris;
 pub mod factor;
 pub mod filter;
+pub mod forces;
+pub mod gravity;
 pub mod horizon;
 pub mod keplerian;
 pub mod look;
@@ -47,6 +54,7 @@ pub mod observation;
 #[allow(dead_code, reason = "shared with the tests of fsw-core and fsw-ground")]
 mod oracle;
 pub mod parameters;
+mod perturbations;
 pub mod point;
 #[cfg(test)]
 mod reference;

@@ -1,15 +1,20 @@
 //! Process noise: white acceleration, and the decay of slow errors (Gauss-Markov processes).
 
+use super::OrbitState;
 use super::constants::EARTH_RADIUS_KM;
 use super::parameters::OrbitParameters;
+use super::perturbations::mean_drag_km_s2;
 use fsw_ground::matrix::dot;
-use nalgebra::Vector3;
 
-/// Spectral density of the acceleration at a position, km²/s³.
-pub(super) fn acceleration(position_km: &Vector3<f64>, parameters: &OrbitParameters) -> f64 {
-    let nearness = EARTH_RADIUS_KM * EARTH_RADIUS_KM / dot(position_km, position_km).max(1.0);
-    let gravity = f64::from(parameters.gravity_noise_km_s15) * nearness * nearness;
-    gravity * gravity + square(parameters.force_noise_km_s15)
+/// Spectral density of the acceleration at a state, km²/s³.
+pub(super) fn acceleration(state: &OrbitState, parameters: &OrbitParameters) -> f64 {
+    let square_km2 = dot(&state.position_km, &state.position_km);
+    let nearness = ((EARTH_RADIUS_KM * EARTH_RADIUS_KM) / square_km2.max(1.0)) as f32;
+    // The twelfth power of the radius.
+    let cube = nearness * nearness * nearness;
+    let gravity = parameters.gravity_noise_km_s15 * cube * cube;
+    let drag = parameters.drag_noise_s05 * mean_drag_km_s2(state, parameters.drag_m2_kg);
+    square(gravity) + square(drag) + square(parameters.force_noise_km_s15)
 }
 
 /// Decay factor of a Gauss-Markov process of time constant `lasting` over `dt`: e^-x to 1 % up to x = 0.5,

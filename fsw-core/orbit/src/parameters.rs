@@ -1,6 +1,6 @@
 //! Parameters of the orbit filter.
 
-use super::dynamics::Dynamics;
+use super::forces::{Dynamics, Forces};
 use fsw_ground::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,13 @@ parameter_group! {
             one of "LimbHeights, Position, UnitVector, Combined", "",
             "a centre bends with the errors of its limb, heights do not";
         /// Forces of the prediction.
-        dynamics: Dynamics = Dynamics::Full, one of "Kepler, Full", "", "J2, Sun and Moon";
+        dynamics: Dynamics = Dynamics::Full, one of "Kepler, J2, Full", "",
+            "field to degree 8, Sun, Moon, drag and the Sun's light";
+        /// Coefficient of drag times the area across flight, over mass; the ground scales it by how dense the
+        /// upper air is found to be.
+        drag_m2_kg: f32 = 0.022, 0.0..=10.0, "m2/kg", "100 kg, 1 m2, coefficient 2.2";
+        /// Coefficient of radiation pressure times the area towards the Sun, over mass.
+        radiation_m2_kg: f32 = 0.013, 0.0..=10.0, "m2/kg", "100 kg, 1 m2, coefficient 1.3";
         /// Sigma of the limb's mean height about `earth.limb.height_km`.
         height_sigma_km: f32 = 0.6, 0.0..=100.0, "km",
             "edges are found 0.4 km low, the mean of three orbits varies by 0.5 km: rendered orbits";
@@ -59,13 +65,15 @@ parameter_group! {
         misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
             "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
-        /// degrees above J2. It falls with the fourth power of the radius, as the pull of the second degree's
-        /// tesserals does, so that one value serves from LEO to GEO.
-        gravity_noise_km_s15: f32 = 2e-6, 0.0..=1e-3, "km/s^1.5",
-            "errors on the real orbit of Jason-2 are as the filter says";
+        /// degrees that `Full` leaves out, 9 and above. It falls with the twelfth power of the
+        /// radius, as the pull of degree 10 does.
+        gravity_noise_km_s15: f32 = 2.5e-7, 0.0..=1e-3, "km/s^1.5",
+            "EGM2008 of degree 36 beside 8, 300 to 1,350 km: grows in a revolution to their rms error, 104 to 27 m";
+        /// White acceleration over that by drag, per root hertz. It stands for the density of the upper air.
+        drag_noise_s05: f32 = 30.0, 0.0..=1e3, "s^0.5", "density 35 % off for an hour";
         /// White acceleration everywhere, per root hertz.
-        force_noise_km_s15: f32 = 2e-8, 0.0..=1e-3, "km/s^1.5",
-            "radiation pressure: 1e-10 km/s2 that lasts for hours";
+        force_noise_km_s15: f32 = 4e-9, 0.0..=1e-3, "km/s^1.5",
+            "a third of the Sun's light on 0.013 m2/kg, 2e-11 km/s2, that lasts for half a day";
         /// Gate of an observation: how far its normalised innovation squared may exceed what is expected, in
         /// its standard deviations.
         gate_sigma: f32 = 8.0, 3.0..=100.0, "", "22.6 of three degrees of freedom, 43 of nine: 5 good ones in 100,000 are lost, 2 in a million";
@@ -73,5 +81,12 @@ parameter_group! {
         patience: u16 = 4, 1..=600, "", "two minutes in LEO, two hours in GEO";
         /// The filter has settled when position and velocity are known to this share of their length.
         settled_share: f32 = 1e-3, 1e-6..=0.1, "", "42 km in GEO, 7 km in LEO";
+    }
+}
+
+impl OrbitParameters {
+    /// The forces of the prediction.
+    pub fn forces(&self) -> Forces {
+        self.dynamics.forces(self.drag_m2_kg, self.radiation_m2_kg)
     }
 }

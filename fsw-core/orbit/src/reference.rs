@@ -1,12 +1,14 @@
 //! Truth for the orbit's tests, written apart from the flight code: the Earth's field to degree and order
-//! four by Cunningham's recursion in the turning Earth, small steps, and the files of reference orbits.
+//! 36 by Cunningham's recursion in the turning Earth, small steps, and the files of reference orbits.
 
 use super::OrbitState;
-use super::constants::{EARTH_RADIUS_KM, MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
+use super::constants::{MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
 use super::ephemeris::Bodies;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::path::PathBuf;
 use std::string::String;
+use std::sync::LazyLock;
+use std::vec;
 use std::vec::Vec;
 
 /// TT, microseconds since J2000.0, of days since then on another scale that TT is `ahead_s` of.
@@ -46,37 +48,35 @@ pub fn earth_fixed_to_icrs(time: i64, ut1_days: f64) -> Matrix3<f64> {
     (tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), earth_rotation(ut1_days))).into_inner()
 }
 
-/// EGM96, normalised: degree, order, C, S.
-const FIELD: [(usize, usize, f64, f64); 11] = [
-    (2, 0, -4.841_653_717_36e-4, 0.0),
-    (2, 2, 2.439_143_523_98e-6, -1.400_166_836_54e-6),
-    (3, 0, 9.572_541_737_92e-7, 0.0),
-    (3, 1, 2.029_988_821_84e-6, 2.485_131_587_16e-7),
-    (3, 2, 9.046_277_686_05e-7, -6.190_259_442_05e-7),
-    (3, 3, 7.210_726_570_57e-7, 1.414_356_269_58e-6),
-    (4, 0, 5.398_738_637_89e-7, 0.0),
-    (4, 1, -5.363_216_169_71e-7, -4.734_402_658_53e-7),
-    (4, 2, 3.506_941_057_85e-7, 6.626_715_725_4e-7),
-    (4, 3, 9.907_718_038_29e-7, -2.009_283_691_77e-7),
-    (4, 4, -1.885_608_027_35e-7, 3.088_531_693_33e-7),
-];
+/// EGM2008, normalised, as the world of the host has it: degree, order, C, S. To C of degree 2 and order 0
+/// what Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14).
+static FIELD: LazyLock<Vec<(usize, usize, f64, f64)>> = LazyLock::new(|| {
+    let lines = include_str!("../../../sil-host/src/world/orbit/egm2008.txt").lines();
+    let row = |line: &str| {
+        let numbers: Vec<f64> = line.split_whitespace().map(|x| x.parse().unwrap()).collect();
+        (numbers[0] as usize, numbers[1] as usize, numbers[2], numbers[3])
+    };
+    let mut rows: Vec<_> = lines.filter(|line| !line.starts_with('#')).map(row).collect();
+    rows[0].2 -= 4.2006e-9;
+    rows
+});
 
 /// Acceleration by the field up to `degree`, Earth-fixed (Montenbruck and Gill §3.2.4: Cunningham's V and W).
 pub fn field_acceleration(r: &Vector3<f64>, degree: usize) -> Vector3<f64> {
-    const N: usize = 6;
-    let a = EARTH_RADIUS_KM;
+    let size = degree + 2;
+    let a = 6_378.136_3;
     let square = r.dot(r);
     let (x, y, z) = (a * r.x / square, a * r.y / square, a * r.z / square);
     let rho = a * a / square;
-    let (mut v, mut w) = ([[0.0; N]; N], [[0.0; N]; N]);
+    let (mut v, mut w) = (vec![vec![0.0; size]; size], vec![vec![0.0; size]; size]);
     v[0][0] = a / square.sqrt();
-    for m in 0..N {
+    for m in 0..size {
         if m > 0 {
             let odd = (2 * m - 1) as f64;
             v[m][m] = odd * (x * v[m - 1][m - 1] - y * w[m - 1][m - 1]);
             w[m][m] = odd * (x * w[m - 1][m - 1] + y * v[m - 1][m - 1]);
         }
-        for n in m + 1..N {
+        for n in m + 1..size {
             let (one, two) = ((2 * n - 1) as f64 / (n - m) as f64, (n + m - 1) as f64 / (n - m) as f64);
             let back = if n >= m + 2 { (v[n - 2][m], w[n - 2][m]) } else { (0.0, 0.0) };
             v[n][m] = one * z * v[n - 1][m] - two * rho * back.0;
@@ -85,7 +85,9 @@ pub fn field_acceleration(r: &Vector3<f64>, degree: usize) -> Vector3<f64> {
     }
     let factorial = |n: usize| (1..=n).map(|x| x as f64).product::<f64>();
     let mut sum = Vector3::zeros();
-    for (n, m, c, s) in [(0, 0, 1.0, 0.0)].into_iter().chain(FIELD).filter(|term| term.0 <= degree) {
+    for (n, m, c, s) in
+        [(0, 0, 1.0, 0.0)].into_iter().chain(FIELD.iter().copied()).filter(|term| term.0 <= degree)
+    {
         let norm = ((2 * n + 1) as f64 * if m == 0 { 1.0 } else { 2.0 } * factorial(n - m)
             / factorial(n + m))
         .sqrt();
@@ -117,11 +119,11 @@ pub fn propagate(state: &OrbitState, span_s: f64, step_s: f64, degree: usize) ->
     let steps = (span_s / step_s).ceil().max(1.0);
     let h = span_s / steps;
     let (mut r, mut v) = (state.position_km, state.velocity_km_s);
-    let mut days = state.time_us as f64 / 86_400e6;
+    // TT less UT1 of 2023 and 2024.
+    let mut days = (state.time_us as f64 / 1e6 - 69.2) / 86_400.0;
     let pull = |body: &Vector3<f64>, mu: f64, r: &Vector3<f64>| {
         mu * ((body - r) / (body - r).norm().powi(3) - body / body.norm().powi(3))
     };
-    // TT stands for UT1: the meridian where the Earth's field starts does not matter to any test.
     let to_icrs = earth_fixed_to_icrs(state.time_us, 0.0);
     let tilt = to_icrs * Rotation3::from_axis_angle(&Vector3::z_axis(), -earth_rotation(0.0)).into_inner();
     let slope = |days: f64, r: &Vector3<f64>| {

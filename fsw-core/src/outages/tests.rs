@@ -33,7 +33,7 @@ fn along_flight() -> Rotation<StarPath, EarthPath> {
 }
 
 fn forecast<'a>(camera: &'a Camera, earth: &'a EarthParameters, pointing: PointingLaw) -> Forecast<'a> {
-    Forecast { camera, star_to_earth: along_flight(), pointing, earth, dynamics: Dynamics::Kepler }
+    Forecast { camera, star_to_earth: along_flight(), pointing, earth, forces: Forces::KEPLER }
 }
 
 fn down() -> PointingLaw {
@@ -100,7 +100,7 @@ fn steps_find_the_seconds_that_looking_at_every_second_finds() {
     let mut slowly = std::vec![(state, 0)];
     let mut orbit = first;
     for _ in 0..6_000 {
-        orbit = forecast.dynamics.propagate(&orbit, 1_000_000).unwrap();
+        orbit = forecast.forces.propagate(&orbit, 1_000_000).unwrap();
         let next = forecast.state(&orbit).unwrap();
         slowly.last_mut().unwrap().1 += 1;
         if next != state {

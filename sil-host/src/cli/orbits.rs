@@ -2,12 +2,13 @@
 
 use crate::words::named;
 use clap::Args;
-use fsw_core::orbit::dynamics::Dynamics;
+use fsw_core::orbit::forces::Dynamics;
 use fsw_core::orbit::parameters::Observation;
 use std::path::PathBuf;
 
 /// What `--dynamics` may be.
-const DYNAMICS: [(Dynamics, &str); 2] = [(Dynamics::Kepler, "kepler"), (Dynamics::Full, "full")];
+const DYNAMICS: [(Dynamics, &str); 3] =
+    [(Dynamics::Kepler, "kepler"), (Dynamics::J2, "j2"), (Dynamics::Full, "full")];
 /// What `--filter` may be.
 const FILTERS: [(Observation, &str); 3] = [
     (Observation::UnitVector, "unit"),
@@ -41,7 +42,8 @@ pub struct PropagateArguments {
     /// A state is printed every so many seconds, and the last one
     #[arg(long, value_name = "H", value_parser = seconds)]
     pub step_s: f64,
-    /// Forces: kepler (a point mass) or full (J2, Sun and Moon)
+    /// Forces: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+    /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,
     /// One JSON object a state on stdout, and nothing else
@@ -59,7 +61,8 @@ pub struct NavigateArguments {
     /// position until the orbit is known to a thousandth, the direction afterwards)
     #[arg(long, value_name = "FILTER", default_value = "position", value_parser = filter)]
     pub filter: Observation,
-    /// Forces: kepler (a point mass) or full (J2, Sun and Moon)
+    /// Forces: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+    /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,
     /// One JSON object a measurement on stdout, and nothing else
@@ -77,7 +80,8 @@ pub struct OutagesArguments {
     /// How far ahead, s; left out: one revolution
     #[arg(long, value_name = "T", value_parser = seconds)]
     pub duration_s: Option<f64>,
-    /// Forces: kepler (a point mass) or full (J2, Sun and Moon)
+    /// Forces: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+    /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,
     /// Draw the states over time, and tables of them, on a page of its own

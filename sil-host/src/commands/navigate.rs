@@ -27,8 +27,8 @@ use crate::formats::json;
 use crate::formats::orbit_state::{StateInput, time_us};
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
-use fsw_core::orbit::dynamics::Dynamics;
 use fsw_core::orbit::filter::{MAX_GAP_US, Nis, OrbitFilter, Update};
+use fsw_core::orbit::forces::Dynamics;
 use fsw_core::orbit::lvlh::lvlh;
 use fsw_core::orbit::parameters::{Observation, OrbitParameters};
 use fsw_core::orbit::point::PositionFix;
@@ -333,10 +333,9 @@ pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
         measurements.push(measurement);
     }
     let ranges = arguments.filter != Observation::UnitVector;
-    let bounds = navigator
-        .filter
-        .state()
-        .map_or_else(Vec::new, |last| bound::bounds(last, arguments.dynamics, &measurements, ranges));
+    let bounds = navigator.filter.state().map_or_else(Vec::new, |last| {
+        bound::bounds(last, &navigator.parameters.forces(), &measurements, ranges)
+    });
     for (answer, bound) in answers.iter_mut().zip(&bounds) {
         answer.bound_r_km = bound.as_ref().map(|bound| sigmas(bound, 0));
         answer.bound_v_km_s = bound.as_ref().map(|bound| sigmas(bound, 3));

@@ -25,7 +25,8 @@ use crate::world::motion::pointing::Law;
 use fsw_core::frames::Rotation;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
-use fsw_core::orbit::dynamics::Dynamics;
+use fsw_core::orbit::forces::Dynamics;
+use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::outages::{Forecast, PointingLaw};
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
@@ -155,7 +156,8 @@ pub fn outlook(
         return Err(refuse("a span of more than 400 days", "give a shorter --duration-s"));
     }
     let duration_s = span_s.ceil() as u32;
-    let forecast = Forecast { camera: &camera, star_to_earth, pointing, earth: &parameters.earth, dynamics };
+    let forces = OrbitParameters { dynamics, ..parameters.orbit }.forces();
+    let forecast = Forecast { camera: &camera, star_to_earth, pointing, earth: &parameters.earth, forces };
     let mut orbit = OrbitState {
         time_us: scenario.start_us,
         position_km: scenario.position_km.into(),

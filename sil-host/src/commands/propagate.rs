@@ -1,8 +1,8 @@
 //! `sil-host propagate`: a state carried on by the flight code's dynamics.
 //!
-//! In: `{"t_s","r_km","v_km_s"}` ([`crate::formats::orbit_state`]) and optionally `"mass_kg"`,
-//! `"drag_area_m2"`, `"srp_area_m2"`, `"cd"`, `"cr"`. The dynamics that fly have neither drag nor radiation
-//! pressure; where these keys say that there is some, a line on stderr says so.
+//! In: `{"t_s","r_km","v_km_s"}` ([`crate::formats::orbit_state`]). Drag acts where `"drag_area_m2"` is
+//! given, with `"cd"`, the Sun's light where `"srp_area_m2"` is, with `"cr"`, both with `"mass_kg"`;
+//! `--dynamics` other than `full` have neither.
 //!
 //! Out: a line a step, `{"t_s","status","r_km","v_km_s"}`. `status` is `propagated`, or in a last line
 //! `out_of_bounds` where the orbit leaves the bounds of the dynamics (5,000 to 600,000 km); position and
@@ -14,12 +14,15 @@ use crate::formats::json;
 use crate::formats::orbit_state::StateInput;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
-use fsw_core::orbit::dynamics::{Dynamics, MAX_SPAN_US, PropagationError};
+use fsw_core::orbit::dynamics::{MAX_SPAN_US, PropagationError};
+use fsw_core::orbit::forces::Forces;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::process::ExitCode;
 
 const TO_DO: &str = "give {\"t_s\":..,\"r_km\":[x,y,z],\"v_km_s\":[x,y,z]}";
+/// Greatest coefficient times area over mass, m²/kg, that the flight parameters may have.
+const MOST_M2_KG: f64 = 10.0;
 /// Most states that one call prints.
 const MAX_STATES: f64 = 1e7;
 
@@ -29,9 +32,36 @@ struct Input {
     #[serde(flatten)]
     state: StateInput,
     #[serde(default)]
+    mass_kg: f64,
+    #[serde(default)]
     drag_area_m2: f64,
     #[serde(default)]
     srp_area_m2: f64,
+    #[serde(default)]
+    cd: f64,
+    #[serde(default)]
+    cr: f64,
+}
+
+impl Input {
+    /// Coefficient times area over mass, m²/kg; 0 without an area.
+    ///
+    /// # Errors
+    /// In words, where there is an area and no mass or coefficient, or more than flies.
+    fn per_mass(&self, name: &str, coefficient: f64, area_m2: f64) -> Result<f32, String> {
+        if area_m2 == 0.0 {
+            return Ok(0.0);
+        }
+        let share = coefficient * area_m2 / self.mass_kg;
+        // Also refuses what is no number.
+        if area_m2 > 0.0 && self.mass_kg > 0.0 && coefficient > 0.0 && share <= MOST_M2_KG {
+            Ok(share as f32)
+        } else {
+            Err(format!(
+                "with an area {name} and mass_kg must be positive, and {name} area / mass 0 to 10 m2/kg"
+            ))
+        }
+    }
 }
 
 /// A state as it is printed.
@@ -65,11 +95,11 @@ impl StateOutput {
 ///
 /// # Errors
 /// Where the orbit leaves their bounds on the way.
-pub fn carried(state: &OrbitState, to_us: i64, dynamics: Dynamics) -> Result<OrbitState, PropagationError> {
+pub fn carried(state: &OrbitState, to_us: i64, forces: &Forces) -> Result<OrbitState, PropagationError> {
     let mut state = *state;
     while state.time_us != to_us {
         let span_us = (to_us - state.time_us).clamp(-MAX_SPAN_US, MAX_SPAN_US);
-        state = dynamics.propagate(&state, span_us)?;
+        state = forces.propagate(&state, span_us)?;
     }
     Ok(state)
 }
@@ -88,17 +118,14 @@ pub fn run(arguments: &PropagateArguments) -> Result<ExitCode, HostError> {
     if duration_s / step_s > MAX_STATES {
         return Err(HostError::usage("more than 1e7 states", "give a longer --step-s"));
     }
-    if input.drag_area_m2 > 0.0 || input.srp_area_m2 > 0.0 {
-        eprintln!(
-            "sil-host: {}: drag and radiation pressure are not among the forces that fly; they are left out",
-            path.display()
-        );
-    }
+    let drag_m2_kg = input.per_mass("cd", input.cd, input.drag_area_m2).map_err(refuse)?;
+    let radiation_m2_kg = input.per_mass("cr", input.cr, input.srp_area_m2).map_err(refuse)?;
+    let forces = dynamics.forces(drag_m2_kg, radiation_m2_kg);
     let last_us = first.time_us + (duration_s * MICROSECONDS).round() as i64;
     let times = (0..).map(|step| first.time_us + (f64::from(step) * step_s * MICROSECONDS).round() as i64);
     let mut state = first;
     for time_us in times.take_while(|time_us| *time_us < last_us).chain([last_us]) {
-        let carried = carried(&state, time_us, *dynamics);
+        let carried = carried(&state, time_us, &forces);
         let t_s = time_us as f64 / MICROSECONDS;
         let output = match carried {
             Ok(OrbitState { position_km, velocity_km_s, .. }) => StateOutput {

@@ -10,6 +10,7 @@ mod c_face;
 mod calibrate;
 mod clock_faults;
 mod detector_faults;
+mod dynamics;
 mod earth_pictures;
 mod earth_real;
 mod earth_vectors;

@@ -253,8 +253,8 @@ fn apart_m(name: &str, hours: &[usize]) -> Option<Vec<f64>> {
                        "mass_kg": 100, "drag_area_m2": 0, "srp_area_m2": 0, "cd": 2.2, "cr": 1.2});
     let path = scratch(&format!("propagate-{name}")).join("state.json");
     std::fs::write(&path, state.to_string()).unwrap();
-    let output =
-        run(&["propagate", path.to_str().unwrap(), "--duration-s", "86400", "--step-s", "3600", "--json"]);
+    let steps = ["--duration-s", "86400", "--step-s", "3600", "--json"];
+    let output = run(&[&["propagate", path.to_str().unwrap(), "--dynamics", "j2"], &steps[..]].concat());
     assert!(output.status.success() && output.stderr.is_empty());
     let answers = json_lines(&output);
     assert_eq!(answers.len(), 25);
@@ -267,13 +267,13 @@ fn apart_m(name: &str, hours: &[usize]) -> Option<Vec<f64>> {
     Some(hours.iter().map(worst).collect())
 }
 
-/// What is missing is the tesserals of degree two, which GMAT has.
+/// With the same forces: the field to degree and order two, Sun and Moon.
 #[test]
 fn the_dynamics_that_fly_beside_gmat() {
-    for (name, limits_m) in [("leo_iss_j2", [500.0, 2_000.0]), ("geo_j2", [5.0, 250.0])] {
+    for name in ["leo_iss_j2", "geo_j2"] {
         let Some(apart_m) = apart_m(name, &[2, 24]) else { return };
         println!("{name}: {:.0} m after 2 hours, {:.0} m after a day", apart_m[0], apart_m[1]);
-        assert!(apart_m[0] < limits_m[0] && apart_m[1] < limits_m[1]);
+        assert!(apart_m[1] < 100.0);
     }
 }
 
@@ -290,12 +290,14 @@ fn an_orbit_that_leaves_the_bounds_is_told_and_what_is_no_state_refused() {
     let answers = json_lines(&output);
     assert!(output.status.success() && answers.len() < 5);
     assert_eq!(answers.last().unwrap()["status"], "out_of_bounds");
-    let output = propagate(r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"drag_area_m2":3}"#, &steps);
-    assert!(output.status.success() && String::from_utf8_lossy(&output.stderr).contains("left out"));
+    let pushed = r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"drag_area_m2":3,"mass_kg":90,"cd":2.2}"#;
+    let output = propagate(pushed, &steps);
+    assert!(output.status.success() && output.stderr.is_empty());
     let times: Vec<f64> = json_lines(&output).iter().map(|answer| answer["t_s"].as_f64().unwrap()).collect();
     assert_eq!(times, [0.0, 300.0, 600.0, 900.0, 1000.0]);
     for (text, more) in [
         ("", &steps[..]),
+        (r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"drag_area_m2":3}"#, &steps),
         (r#"{"t_s":0,"r_km":[7000,0],"v_km_s":[0,7.5,0]}"#, &steps),
         (r#"{"t_s":0,"r_km":[700,0,0],"v_km_s":[0,7.5,0]}"#, &steps),
         (r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,75,0]}"#, &steps),

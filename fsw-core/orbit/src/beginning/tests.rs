@@ -29,9 +29,9 @@ fn begin(
         beginning.add(truth.time_us, &fix(seen, sigma_km, 0.0), &parameters);
         if let Some(first) = beginning.proceed() {
             let to = first.state.time_us - truth.time_us;
-            return Some((first, Dynamics::Full.propagate(&truth, to).unwrap(), second));
+            return Some((first, Forces::J2.propagate(&truth, to).unwrap(), second));
         }
-        truth = Dynamics::Full.propagate(&truth, 1_000_000).unwrap();
+        truth = Forces::J2.propagate(&truth, 1_000_000).unwrap();
     }
     None
 }
@@ -128,7 +128,7 @@ fn a_trial_goes_on_when_no_fix_comes_any_more() {
     let mut truth = circular(6_828.0, 51.6);
     // A fix a minute: the eighth begins a trial, which needs none afterwards.
     for _ in 0..8 {
-        truth = Dynamics::Full.propagate(&truth, 60_000_000).unwrap();
+        truth = Forces::J2.propagate(&truth, 60_000_000).unwrap();
         assert!(beginning.proceed().is_none());
         beginning.add(truth.time_us, &fix(truth.position_km, 1.0, 0.0), &OrbitParameters::default());
     }
@@ -148,7 +148,7 @@ fn the_place_by_the_last_fix_is_surely_within_what_an_orbit_may_have_moved() {
         assert_eq!(position_km, start.position_km);
         assert!((covariance_km2 - Matrix3::identity() * 25.0).norm() < 1e-6);
         for seconds in [1, 10, 100] {
-            let truth = Dynamics::Full.propagate(&start, seconds * 1_000_000).unwrap();
+            let truth = Forces::J2.propagate(&start, seconds * 1_000_000).unwrap();
             let (position_km, covariance_km2) = beginning.place(truth.time_us).unwrap();
             let moved = truth.position_km - position_km;
             // A circular orbit has 0.71 of the speed of escape, which is that of all axes together.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::OrbitState;
-use crate::dynamics::Dynamics;
+use crate::forces::Forces;
 use proptest::prelude::*;
 
 /// A state from Kepler's elements (km, angles in rad), by the rotations of the textbook.
@@ -60,7 +60,7 @@ fn only_the_longitude_grows_about_a_point_mass() {
         let (position_km, velocity_km_s) = kepler(9_000.0, 0.2, angles);
         let start = OrbitState { time_us: 0, position_km, velocity_km_s };
         let before = Equinoctial::of(&position_km, &velocity_km_s).unwrap();
-        let after = Dynamics::Kepler.propagate(&start, 100_000_000).unwrap();
+        let after = Forces::KEPLER.propagate(&start, 100_000_000).unwrap();
         let after = Equinoctial::of(&after.position_km, &after.velocity_km_s).unwrap();
         let [n, h, k, p, q, longitude] = after.minus(&before).unwrap();
         assert!(n.abs() < 1e-6 * before.mean_motion_rad_s);

@@ -54,7 +54,7 @@ fn sun_moon_pole_and_velocity_keep_to_their_stated_errors() {
         assert!(moon.angle(&bodies.moon_km).to_degrees() < 0.1);
         assert!((moon.norm() - bodies.moon_km.norm()).abs() < 600.0);
         assert!((Vector3::from(velocity) - earth_velocity_km_s(time)).norm() < 0.03);
-        assert!((bodies.pole.x - x).hypot(bodies.pole.y - y) < 12.0 * RAD_PER_ARCSEC);
+        assert!((bodies.pole.x - x).hypot(bodies.pole.y - y) < 0.6 * RAD_PER_ARCSEC);
         assert!((wide(pole(time).vector()) - bodies.pole).norm() < 2e-7);
     }
 }

@@ -191,11 +191,11 @@ impl Estimate {
 
     #[inline(never)]
     fn propagate_span(&mut self, span_us: i64, parameters: &OrbitParameters) -> Result<(), ResetReason> {
-        let after = parameters.dynamics.propagate(&self.state, span_us).map_err(|error| match error {
+        let after = parameters.forces().propagate(&self.state, span_us).map_err(|error| match error {
             PropagationError::TooLong => ResetReason::TooLong,
             PropagationError::Impossible => ResetReason::Diverged,
         })?;
-        let transition = parameters.dynamics.transition(&self.state, &after);
+        let transition = parameters.forces().transition(&self.state, &after);
         let transition = transition.map(|row| row.map(|element| element as f32));
         self.factor.propagate(&transition);
         self.state = after;
@@ -212,7 +212,7 @@ impl Estimate {
     fn add_noise(&mut self, parameters: &OrbitParameters) {
         let dt = core::mem::replace(&mut self.noise_s, 0.0);
         let Some(geometry) = self.geometry().filter(|_| dt > 0.0) else { return };
-        let strength = libm::sqrt(acceleration(&self.state.position_km, parameters) * dt);
+        let strength = libm::sqrt(acceleration(&self.state, parameters) * dt);
         // Of q [dt³/3, dt²/2; dt²/2, dt] the Cholesky factor.
         let (bound, free) = (strength * libm::sqrt(0.75), strength * 0.5);
         for axis in 0..3 {
@@ -329,7 +329,7 @@ impl Estimate {
     /// The state at the mean time of a look's points: the axes turn, those of that time count.
     fn seen(&self, look: &Look, parameters: &OrbitParameters) -> Option<OrbitState> {
         let lag_us = (f64::from(self.lag_s(look)) * MICROSECONDS) as i64;
-        parameters.dynamics.propagate(&self.state, -lag_us.min(MAX_SPAN_US)).ok()
+        parameters.forces().propagate(&self.state, -lag_us.min(MAX_SPAN_US)).ok()
     }
 
     /// Time since the mean of a look's points, s.

@@ -36,7 +36,7 @@ fn running(parameters: &OrbitParameters) -> (OrbitFilter, OrbitState) {
         started += u32::from(update == Update::Started);
         let expected = matches!(update, Update::Accepted(_)) == (started > 0 && update != Update::Started);
         assert!(expected, "{update:?}");
-        truth = parameters.dynamics.propagate(&truth, 1_000_000).unwrap();
+        truth = parameters.forces().propagate(&truth, 1_000_000).unwrap();
     }
     assert_eq!(started, 1);
     filter.advance(truth.time_us, parameters).unwrap();
@@ -86,7 +86,7 @@ fn nothing_is_told_before_the_first_orbit_is_tested() {
         }
         assert_eq!(update, Update::Collected);
         assert!(filter.state().is_none() && filter.factor().is_none() && !filter.settled());
-        truth = parameters.dynamics.propagate(&truth, 1_000_000).unwrap();
+        truth = parameters.forces().propagate(&truth, 1_000_000).unwrap();
     }
     panic!("never started");
 }
@@ -222,7 +222,7 @@ fn a_start_many_earth_radii_off_converges() {
             // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours.
             let mut diverged = 0;
             for _ in 0..3_240 {
-                truth = parameters.dynamics.propagate(&truth, 20_000_000).unwrap();
+                truth = parameters.forces().propagate(&truth, 20_000_000).unwrap();
                 let along =
                     truth.position_km * truth.position_km.transpose() / truth.position_km.norm_squared();
                 let covariance_km2 = Matrix3::identity() * 216.0 + along * 1e4;

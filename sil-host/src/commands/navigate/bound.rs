@@ -9,7 +9,8 @@
 use super::Measurement;
 use crate::commands::propagate::carried;
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::dynamics::{Dynamics, MAX_SPAN_US};
+use fsw_core::orbit::dynamics::MAX_SPAN_US;
+use fsw_core::orbit::forces::Forces;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 /// Scale of velocities against positions, s: with it the elements of `J` are alike.
@@ -19,12 +20,12 @@ const SCALE_S: f64 = 1e3;
 const LEAST_PIVOT: f64 = 1e-12;
 
 /// `Φ` between two states of one orbit, and the last of them, in spans that the flight code takes.
-fn carry(from: &OrbitState, to: &OrbitState, dynamics: Dynamics) -> Option<Matrix6<f64>> {
+fn carry(from: &OrbitState, to: &OrbitState, forces: &Forces) -> Option<Matrix6<f64>> {
     let (mut all, mut before) = (Matrix6::identity(), *from);
     while before.time_us < to.time_us {
         let next_us = to.time_us.min(before.time_us + MAX_SPAN_US);
-        let after = carried(&before, next_us, dynamics).ok()?;
-        let rows = dynamics.transition(&before, &after);
+        let after = carried(&before, next_us, forces).ok()?;
+        let rows = forces.transition(&before, &after);
         all = Matrix6::from_fn(|row, column| rows[row][column]) * all;
         before = after;
     }
@@ -46,14 +47,14 @@ fn covariance(information: &Matrix6<f64>) -> Option<Matrix6<f64>> {
 /// whether these count.
 pub fn bounds(
     last: &OrbitState,
-    dynamics: Dynamics,
+    forces: &Forces,
     measurements: &[Measurement],
     ranges: bool,
 ) -> Vec<Option<Matrix6<f64>>> {
     let mut states = Vec::with_capacity(measurements.len());
     let mut state = *last;
     for measurement in measurements.iter().rev() {
-        let Ok(before) = carried(&state, measurement.time_us, dynamics) else {
+        let Ok(before) = carried(&state, measurement.time_us, forces) else {
             return vec![None; measurements.len()];
         };
         state = before;
@@ -64,7 +65,7 @@ pub fn bounds(
     let mut before = states.first().copied();
     let mut bounds = Vec::with_capacity(states.len());
     for (state, measurement) in states.iter().zip(measurements) {
-        let inverse = before.and_then(|before| carry(&before, state, dynamics)?.try_inverse());
+        let inverse = before.and_then(|before| carry(&before, state, forces)?.try_inverse());
         let Some(inverse) = inverse else {
             bounds.resize(measurements.len(), None);
             return bounds;

@@ -79,6 +79,20 @@ impl Default for Forces {
     }
 }
 
+impl Forces {
+    /// Coefficient of drag times area over mass, m²/kg; 0 where the air does not act.
+    pub fn drag_m2_kg(&self) -> f64 {
+        let Satellite { mass_kg, drag_area_m2, cd, .. } = self.satellite;
+        if self.drag { cd * drag_area_m2 / mass_kg } else { 0.0 }
+    }
+
+    /// Coefficient of radiation pressure times area over mass, m²/kg; 0 where sunlight does not act.
+    pub fn radiation_m2_kg(&self) -> f64 {
+        let Satellite { mass_kg, radiation_area_m2, cr, .. } = self.satellite;
+        if self.radiation_pressure { cr * radiation_area_m2 / mass_kg } else { 0.0 }
+    }
+}
+
 /// What the sky holds at one time.
 #[derive(Debug, Clone, Copy)]
 struct Surroundings {
@@ -130,7 +144,6 @@ impl<'a> Dynamics<'a> {
         let Surroundings { sun, moon, itrf } = self.surroundings(t_s);
         let in_itrf = apply(&itrf, r);
         let mut sum = apply(&transposed(&itrf), self.gravity.acceleration(in_itrf));
-        let Forces { satellite, .. } = self.forces;
         if self.forces.sun {
             sum = plus(sum, 1.0, third_body(r, sun, MU_SUN));
         }
@@ -141,12 +154,11 @@ impl<'a> Dynamics<'a> {
             // Against the crust the air rests; the pole in the crust (0.5 arcsec) is of no moment here.
             let density = atmosphere::density_kg_m3(in_itrf, apply(&itrf, sun));
             let through_air = minus(v, times(EARTH_RATE_RAD_S, cross(itrf[2], r)));
-            let share = 0.5e3 * density * satellite.cd * satellite.drag_area_m2 / satellite.mass_kg;
+            let share = 0.5e3 * density * self.forces.drag_m2_kg();
             sum = plus(sum, -share * length(through_air), through_air);
         }
         if self.forces.radiation_pressure {
-            let share = satellite.cr * satellite.radiation_area_m2 / satellite.mass_kg;
-            sum = plus(sum, 1.0, radiation::acceleration(r, sun, share));
+            sum = plus(sum, 1.0, radiation::acceleration(r, sun, self.forces.radiation_m2_kg()));
         }
         sum
     }

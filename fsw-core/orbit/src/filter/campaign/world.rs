@@ -2,7 +2,6 @@
 
 use crate::OrbitState;
 use crate::constants::EARTH_RADIUS_KM;
-use crate::dynamics::Dynamics;
 use crate::factor::{Factor, POSITION};
 use crate::filter::{OrbitFilter, Update};
 use crate::lvlh::lvlh;
@@ -57,7 +56,7 @@ pub(super) enum World {
     /// The filter's own forces and white acceleration as strong as its process noise says: strict
     /// consistency.
     White,
-    /// The Earth's field to degree and order four, by the reference propagator: realism.
+    /// The Earth's field to degree and order 20, by the reference propagator: realism.
     Lumpy,
 }
 
@@ -127,7 +126,7 @@ impl Truth {
     fn live(&mut self, scenario: &Scenario, generator: &mut Generator) {
         let step_s = scenario.cadence_s as f64;
         self.state = match scenario.world {
-            World::Lumpy => reference::propagate(&self.state, step_s, 10.0, 4),
+            World::Lumpy => reference::propagate(&self.state, step_s, 10.0, 20),
             World::White => shaken(scenario, &self.state, generator),
         };
     }
@@ -143,8 +142,8 @@ impl Truth {
 /// velocity, and a position half bound to it and half free.
 pub(super) fn shaken(scenario: &Scenario, state: &OrbitState, generator: &mut Generator) -> OrbitState {
     let step_s = scenario.cadence_s as f64;
-    let mut next = Dynamics::Full.propagate(state, scenario.cadence_s * 1_000_000).unwrap();
-    let strength = (acceleration(&state.position_km, &scenario.parameters) * step_s).sqrt();
+    let mut next = scenario.parameters.forces().propagate(state, scenario.cadence_s * 1_000_000).unwrap();
+    let strength = (acceleration(state, &scenario.parameters) * step_s).sqrt();
     let (bound, free) = (generator.gaussian_vector() * strength, generator.gaussian_vector() * strength);
     next.velocity_km_s += bound;
     next.position_km += (bound * 0.5 + free / 12.0f64.sqrt()) * step_s;
