@@ -256,35 +256,28 @@ pub fn inflated(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
     covariance + Matrix3::from_diagonal_element(by_rad_s * by_rad_s)
 }
 
-/// Fuses two independent estimates of a rate. Where they differ by more than their covariances say, that of
-/// the result is enlarged by the mean square of the difference in sigmas.
+/// Fuses two independent estimates of a rate.
 #[inline(never)]
 pub fn fused(
     a: (Vector3<f32>, Matrix3<f32>),
     b: (Vector3<f32>, Matrix3<f32>),
 ) -> Option<(Vector3<f32>, Matrix3<f32>)> {
-    let square = square_in_sigmas(&(a.0 - b.0), &(a.1 + b.1))?;
     let information = inverse(&(b.1 * (1.0 / SCALE)))?;
-    let (rate, covariance) = updated(a, &information, &(information * b.0))?;
-    Some((rate, covariance * (square / 3.0).max(1.0)))
-}
-
-/// Square of a difference of rates, rad/s, in sigmas of its covariance, (rad/s)².
-#[inline(never)]
-fn square_in_sigmas(difference: &Vector3<f32>, covariance: &Matrix3<f32>) -> Option<f32> {
-    let weight = inverse(&(covariance * (1.0 / SCALE)))?;
-    Some(difference.dot(&(weight * difference)) * (1.0 / SCALE))
+    updated(a, &information, &(information * b.0))
 }
 
 /// Whether two rates agree within 4 sigma, allowing a change of `change` about every axis, rad/s; `None`
 /// where the variance exceeds a tenth of the squared rate, so that the test has no power.
 #[inline(never)]
 pub fn are_consistent(a: &RateFit, b: &RateFit, change: f32) -> Option<bool> {
-    let covariance = inflated(a.covariance + b.covariance, change);
-    if covariance.trace() >= 0.1 * a.rad_s.norm_squared().max(b.rad_s.norm_squared()) {
+    let difference = (a.rad_s - b.rad_s) * libm::sqrtf(1.0 / SCALE);
+    let covariance = inflated(a.covariance + b.covariance, change) * (1.0 / SCALE);
+    let sizes = (a.rad_s.norm_squared(), b.rad_s.norm_squared());
+    if covariance.trace() >= 0.1 / SCALE * sizes.0.max(sizes.1) {
         return None;
     }
-    Some(square_in_sigmas(&(a.rad_s - b.rad_s), &covariance)? < 16.0)
+    let weight = inverse(&covariance)?;
+    Some(difference.dot(&(weight * difference)) < 16.0)
 }
 
 /// `tan(|ω| τ / 2) / |ω|`: half of τ for a small angle.

@@ -5,7 +5,8 @@
 //! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the one
 //! with more matches gains. A star found in both images also gives the mean rate between them, more
 //! accurate than the ends of its streak. Two successive means are extrapolated to the present; a single one
-//! is used with its covariance enlarged by the possible change of the rate, as in a slew.
+//! is used with its covariance enlarged by the possible change of a free body's rate
+//! ([`FREE_BODY_CHANGE`]).
 //!
 //! `None` where too few streaks agree and no other image has confirmed the rate, or where it contradicts
 //! that of the last image.
@@ -17,12 +18,9 @@ use super::marks::{
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Whole streaks required of a rate of a single image. Edges of the Sun's glare and of the Earth are
-/// straight: of three to five lines the rest agreed by chance with the rate that two of them fix.
-const FEWEST_ALONE: usize = 6;
-/// Equations, two of a whole streak and one of a cut one, required where the rate of the last image agrees:
-/// three more than fix a rate. With fewer, two images of lines at rest agreed by chance.
-const FEWEST_EQUATIONS: usize = 6;
+/// Redundant equations required of a rate of a single image: four whole streaks, or three and two cut ones.
+/// Of three lines two fix a rate; that the third agrees by chance has a probability of some percent.
+const FEWEST_SPARE: usize = 5;
 /// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
 /// Net matches from which the sense is known, and largest count.
@@ -31,13 +29,8 @@ const MAX_SENSE: i8 = 4;
 /// A mean rate is extrapolated by the one before it where the images are at most so far apart, s.
 const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
 
-/// Change of the rate in a second, one sigma, where nothing is known of it: a share of the rate, as in a slew
-/// of 10 s, and at least that of a slew of 40 deg in half a minute, rad/s.
-const SLEW_CHANGE_SHARE: f32 = 0.25;
+/// Change of the rate in a second, rad/s, where nothing is known of it: a slew of 40 deg in half a minute.
 const SLEW_CHANGE: f32 = 8e-4;
-/// Share of the change observed before that is still possible a second later: in the middle of a slew the
-/// rate stays for a moment.
-const CHANGE_KEPT: f32 = 0.7;
 
 /// A rate, rad/s, and its covariance, (rad/s)².
 pub type Estimate = (Vector3<f32>, Matrix3<f32>);
@@ -52,17 +45,9 @@ pub struct RateHistory {
     /// Matches for this sense less those for the opposite one.
     sense: i8,
     /// Mean rate up to that image from the one before, if there was one.
-    mean: Option<MeanRate>,
+    mean: Option<Estimate>,
     /// The rate that was found, where its sense was known.
     known: Option<Estimate>,
-}
-
-/// Mean rate between two images.
-#[derive(Clone, Copy, Debug)]
-struct MeanRate {
-    estimate: Estimate,
-    /// By how much the rate changes in a second, one sigma about every axis, rad/s.
-    change: f32,
 }
 
 /// A rate by streaks.
@@ -101,7 +86,7 @@ impl RateHistory {
         let rate = elapsed_s.and_then(|elapsed_s| match_by_separation(&self.marks, &marks, elapsed_s));
         *self = Self::of_marks(marks);
         let rate = rate?;
-        let off = 0.5 * unknown_change(&rate.rad_s) * elapsed_s?;
+        let off = 0.5 * FREE_BODY_CHANGE * rate.rad_s.norm_squared() * elapsed_s?;
         Some(((rate.rad_s, inflated(rate.covariance, off)), rate.count()))
     }
 
@@ -121,20 +106,18 @@ impl RateHistory {
         let compared = RateComparison::new(&before, arcs, &rate, elapsed_s)?;
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
         let decision = hypotheses.decide(&compared, &before)?;
-        let change = observed_change(&compared, &decision, &before);
-        let estimate = fused_rate((&compared, change), &hypotheses, &decision, &before);
+        let estimate = fused_rate(&compared, &hypotheses, &decision, &before);
         let sure = decision.sense >= SENSE_KNOWN;
         self.sense = decision.sense;
         self.known = sure.then_some(estimate.0);
-        self.mean = decision.mean.map(|mean| MeanRate { estimate: (mean.rad_s, mean.covariance), change });
+        self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.streaks = Some(decision.rate);
         // The last image's rate counts only if its sense was known.
         let contradicts = compared.consistent == Some(false) && before.sense >= SENSE_KNOWN;
-        let alone = whole >= FEWEST_ALONE && !contradicts;
+        let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && !contradicts;
         // At least half of the arcs must agree: of many lines some agree by chance, those of an Earth that
         // hardly moves from image to image with the same rate.
-        let repeated = 2 * whole + cut >= FEWEST_EQUATIONS && compared.is_consistent();
-        let agreed = 2 * (whole + cut) >= arcs.len() && (alone || repeated);
+        let agreed = 2 * (whole + cut) >= arcs.len() && (alone || compared.is_consistent());
         let confirmed = decision.mean.is_some();
         (confirmed || agreed).then_some(StreakRate {
             estimate: estimate.0,
@@ -143,11 +126,6 @@ impl RateHistory {
             whole: whole as u32,
         })
     }
-}
-
-/// Change of a rate in a second, one sigma, rad/s, where nothing is known of it.
-fn unknown_change(rate: &Vector3<f32>) -> f32 {
-    (SLEW_CHANGE_SHARE * rate.norm()).max(SLEW_CHANGE)
 }
 
 /// Whole and cut arcs that agree with a rate.
@@ -259,69 +237,66 @@ impl Hypotheses {
     }
 }
 
-/// The rate fused from all estimates, and whether matched streaks took part. `change`: by how much the rate
-/// changes in a second, rad/s.
+/// The rate fused from all estimates, and whether matched streaks took part.
 #[inline(never)]
 fn fused_rate(
-    (compared, change): (&RateComparison, f32),
+    compared: &RateComparison,
     hypotheses: &Hypotheses,
     decision: &Decision,
     before: &RateHistory,
 ) -> (Estimate, bool) {
-    let Hypotheses { matches, gain, chance, .. } = hypotheses;
     let elapsed_s = compared.elapsed_s;
+    let change = observed_change(compared, decision, before);
+    let Hypotheses { matches, gain, chance, .. } = hypotheses;
+    let off = 0.5 * change * elapsed_s;
     let streaks = (decision.rate.rad_s, decision.rate.covariance);
     if decision.sense < SENSE_KNOWN {
         return (streaks, false);
     }
     let both = match &decision.mean {
-        Some(mean) => fused(streaks, rate_at_image(mean, last_mean(before, elapsed_s), elapsed_s, change)),
+        Some(mean) => fused(streaks, rate_at_image((elapsed_s, change), decision, mean, before)),
         // Too few matches for a mean rate of their own: they correct the rate.
-        None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => {
-            corrected(streaks, matches, 0.5 * change * elapsed_s)
-        }
+        None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => corrected(streaks, matches, off),
         None => None,
     };
-    if let Some(both) = both {
-        return (both, true);
-    }
+    let estimate = both.unwrap_or(streaks);
     // The last image's rate, its covariance enlarged by the possible change since.
     let last = before.known.filter(|_| compared.is_consistent());
     let last = last.map(|(known, covariance)| (known, inflated(covariance, change * elapsed_s)));
-    (last.and_then(|last| fused(streaks, last)).unwrap_or(streaks), false)
+    (last.and_then(|last| fused(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
-/// The mean rate up to the last image, where that is not too old to be extrapolated.
-fn last_mean(before: &RateHistory, elapsed_s: f32) -> Option<&MeanRate> {
-    before.mean.as_ref().filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S)
-}
-
-/// By how much the rate changes in a second, one sigma, rad/s: as that of a free body, or where that is more,
-/// as in a slew, as the last two mean rates differ beyond their sigmas, or most of what was observed before.
-/// By one mean rate a slew cannot be told from a free body.
+/// By how much the rate changes in a second, rad/s: as that of a free body, or where that is more, as in a
+/// slew, as the last two mean rates differ beyond their sigmas. By one mean rate a slew cannot be told from
+/// a free body.
 fn observed_change(compared: &RateComparison, decision: &Decision, before: &RateHistory) -> f32 {
-    let Some(last) = last_mean(before, compared.elapsed_s) else {
-        return unknown_change(&compared.rate.rad_s);
-    };
-    let (last_rate, covariance) = last.estimate;
-    let observed = decision.mean.as_ref().map_or(0.0, |mean| {
-        let difference = mean.rad_s - last_rate;
+    let Some(mean) = &decision.mean else { return compared.change };
+    let close = compared.elapsed_s < LONGEST_EXTRAPOLATION_S;
+    let observed = before.mean.filter(|_| close).map_or(SLEW_CHANGE, |(last, covariance)| {
+        let difference = mean.rad_s - last;
         let square = difference.dot(&difference) - (mean.covariance + covariance).trace();
         libm::sqrtf(square.max(0.0)) / compared.elapsed_s.max(0.1)
     });
-    compared.change.max(observed).max(CHANGE_KEPT * last.change)
+    compared.change.max(observed)
 }
 
 /// The rate at the image from the mean rate since the last image, which refers to the middle of that
 /// interval: unchanged with a larger covariance, or extrapolated by the mean before it, whichever has the
 /// smaller covariance.
-fn rate_at_image(mean: &RateFit, last: Option<&MeanRate>, elapsed_s: f32, change: f32) -> Estimate {
+fn rate_at_image(
+    (elapsed_s, change): (f32, f32),
+    decision: &Decision,
+    mean: &RateFit,
+    before: &RateHistory,
+) -> Estimate {
     let as_it_is = (mean.rad_s, inflated(mean.covariance, 0.5 * change * elapsed_s));
-    let Some((last, covariance)) = last.map(|last| last.estimate) else { return as_it_is };
-    // The change itself changes: as a free body turns on, and in a second by half as a slew begins or ends.
-    let wander = change * mean.rad_s.norm().max(0.5);
-    // The image between the two is in both means, with opposite signs: 1.3 times the sum of their variances.
-    let covariance = mean.covariance * 2.9 + covariance * 0.33;
-    let extrapolated = (mean.rad_s * 1.5 - last * 0.5, inflated(covariance, wander));
+    let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {
+        return as_it_is;
+    };
+    // The change itself changes: as a free body turns on, and by a quarter in a second as a slew begins or
+    // ends.
+    let wander = change * decision.rate.rad_s.norm().max(0.25);
+    let extrapolated =
+        (mean.rad_s * 1.5 - last * 0.5, inflated(mean.covariance * 2.25 + covariance * 0.25, wander));
     if extrapolated.1.trace() < as_it_is.1.trace() { extrapolated } else { as_it_is }
 }

@@ -12,7 +12,11 @@ fn with(table: &str) -> Result<Scenario, HostError> {
 #[test]
 fn every_scenario_flies_with_the_differences_of_the_instrument_and_each_can_be_zero() {
     for (name, text) in EMBEDDED {
-        assert_eq!(Scenario::parse(Path::new(name), text).unwrap().believed, Believed::default(), "{name}");
+        let believed = Scenario::parse(Path::new(name), text).unwrap().believed;
+        // The lens of the bad day is warmer still.
+        let warmer = Believed { focal_length_ppm: -200.0, ..Believed::default() };
+        let expected = if name == "bad-day" { warmer } else { Believed::default() };
+        assert_eq!(believed, expected, "{name}");
     }
     assert_eq!(with("differences = false").unwrap().believed, Believed::TRUTH);
     let one = with("differences = false\nclock_offset_s = 0.5").unwrap().believed;
