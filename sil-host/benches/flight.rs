@@ -15,12 +15,12 @@ use sil_host::scenario::Scenario;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Scenarios, and the seconds after which their orbit is known to some tens of kilometres.
-const SETTLING_S: [(&str, u32); 2] = [("geo-eclipse", 1000), ("sso-noon-midnight", 200)];
+/// Scenarios, and the seconds after which their orbit is known to some tens of kilometres; the low satellite's
+/// in its second day.
+const SETTLING_S: [(&str, u32); 2] = [("geo-eclipse", 1000), ("sso-noon-midnight", 3950)];
 /// Images of an acquisition.
 const ACQUIRED_S: u32 = 2;
-/// Seconds of tracking timed at once; more than 20 times as many go by before the low satellite's night
-/// comes.
+/// Seconds of tracking timed at once; 130 times as many go by before the low satellite's night comes.
 const TRACKED_S: u32 = 20;
 
 /// Flies `skipped` seconds of a scenario, then hands `timed` a stopwatch of further ones in the given mode.
