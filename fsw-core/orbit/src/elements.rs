@@ -70,12 +70,17 @@ fn factor_of(retrograde: bool) -> f64 {
     if retrograde { -1.0 } else { 1.0 }
 }
 
+/// Distance and semi-major axis, km; not positive for an open orbit.
+pub(crate) fn radius_and_axis_km(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> (f64, f64) {
+    let radius_km = libm::sqrt(dot(position_km, position_km));
+    (radius_km, 1.0 / (2.0 / radius_km - dot(velocity_km_s, velocity_km_s) / MU_EARTH_KM3_S2))
+}
+
 impl Equinoctial {
     /// Of a position (km) and a velocity (km/s); `None` where they are not those of a closed orbit.
     #[inline(never)]
     pub fn of(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
-        let radius = libm::sqrt(dot(position_km, position_km));
-        let axis_km = 1.0 / (2.0 / radius - dot(velocity_km_s, velocity_km_s) / MU_EARTH_KM3_S2);
+        let (radius, axis_km) = radius_and_axis_km(position_km, velocity_km_s);
         let momentum = cross(position_km, velocity_km_s);
         let length = libm::sqrt(dot(&momentum, &momentum));
         // Also refuses what is not finite.

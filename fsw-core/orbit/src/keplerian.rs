@@ -5,7 +5,7 @@
 //! the angles after these count from there. Nothing on board is computed with them.
 
 use super::constants::MU_EARTH_KM3_S2;
-use super::elements::{Equinoctial, angle_rad};
+use super::elements::{Equinoctial, angle_rad, radius_and_axis_km};
 use core::f64::consts::{PI, TAU};
 use fsw_ground::matrix::{dot, plus_scaled, scaled};
 use fsw_ground::trigonometry::sine_cosine_f64;
@@ -60,10 +60,9 @@ impl Keplerian {
         let counted_rad = if elements.retrograde { -node_rad } else { node_rad };
         let longitude_rad = if eccentricity < SINGULAR { counted_rad } else { perigee_longitude_rad };
         let (place_rad, _) = polar([dot(&f, position_km), dot(&g, position_km)]);
-        let radius_km = libm::sqrt(dot(position_km, position_km));
-        let square = dot(velocity_km_s, velocity_km_s);
+        let (_, semi_major_axis_km) = radius_and_axis_km(position_km, velocity_km_s);
         Some(Self {
-            semi_major_axis_km: 1.0 / (2.0 / radius_km - square / MU_EARTH_KM3_S2),
+            semi_major_axis_km,
             eccentricity,
             inclination_rad: if elements.retrograde { PI - 2.0 * tilt_rad } else { 2.0 * tilt_rad },
             node_rad: positive(node_rad),

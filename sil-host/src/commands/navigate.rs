@@ -29,7 +29,7 @@ use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
 use fsw_core::orbit::filter::{MAX_GAP_US, Nis, OrbitFilter, Update};
 use fsw_core::orbit::forces::Dynamics;
-use fsw_core::orbit::lvlh::lvlh;
+use fsw_core::orbit::lvlh::hill;
 use fsw_core::orbit::parameters::{Observation, OrbitParameters};
 use fsw_core::orbit::point::PositionFix;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -252,10 +252,9 @@ fn sigmas(covariance: &Matrix6<f64>, first: usize) -> [f64; 3] {
 
 /// Radial, along and cross sigmas of a position's covariance along the ICRS axes.
 fn radial_along_cross(state: &OrbitState, covariance_km2: &Matrix3<f64>) -> Option<[f64; 3]> {
-    let axes = lvlh(&state.position_km, &state.velocity_km_s)?;
+    let axes = hill(&state.position_km, &state.velocity_km_s)?;
     let turned = axes * covariance_km2 * axes.transpose();
-    let [along, cross, radial] = [0, 1, 2].map(|axis| turned[(axis, axis)].max(0.0).sqrt());
-    Some([radial, along, cross])
+    Some([0, 1, 2].map(|axis| turned[(axis, axis)].max(0.0).sqrt()))
 }
 
 /// Prints what became of it all for people.

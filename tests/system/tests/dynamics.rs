@@ -10,10 +10,10 @@ use fsw_core::orbit::dynamics::Transition;
 use fsw_core::orbit::forces::{Dynamics, Forces};
 use fsw_core::orbit::parameters::OrbitParameters;
 use sil_host::commands::propagate::carried;
+use sil_host::world::attitude::Vector;
 use sil_host::world::orbit::{self, TruthOrbit, state_of_elements};
+use sil_host::world::vector::{length, minus};
 use std::f64::consts::TAU;
-
-type Vector = [f64; 3];
 
 /// 2026-09-22 23:18:20 UTC.
 const START_US: i64 = 843_393_969_184_000;
@@ -90,17 +90,9 @@ impl Start {
     }
 }
 
-fn minus(a: &Vector, b: &Vector) -> Vector {
-    [0, 1, 2].map(|axis| a[axis] - b[axis])
-}
-
-fn square(a: &Vector) -> f64 {
-    a.iter().map(|part| part * part).sum()
-}
-
 /// Greatest distance of two lists of places, m.
 fn worst_m(one: &[Vector], other: &[Vector]) -> f64 {
-    1e3 * one.iter().zip(other).map(|(a, b)| square(&minus(a, b))).fold(0.0, f64::max).sqrt()
+    1e3 * one.iter().zip(other).map(|(a, b)| length(minus(*a, *b))).fold(0.0, f64::max)
 }
 
 /// What a term moves an orbit in a revolution, and by how much the flight code has that wrong: the
@@ -154,7 +146,7 @@ fn each_force_moves_an_orbit_as_the_worlds_does() {
         let cells = orbits.each_ref().map(|(orbit, start)| {
             let times = times(start);
             let moved = |with: Vec<Vector>, without: Vec<Vector>| -> Vec<Vector> {
-                with.iter().zip(&without).map(|(with, without)| minus(with, without)).collect()
+                with.iter().zip(&without).map(|(with, without)| minus(*with, *without)).collect()
             };
             let ours = moved(start.flown(&with.flight, &times), start.flown(&without.flight, &times));
             let theirs = moved(start.true_km(&with.world, &times), start.true_km(&without.world, &times));
@@ -252,7 +244,7 @@ fn the_process_noise_covers_the_gravity_that_is_left_out() {
                 let times = [0.25 * start.period_s, start.period_s, 3.0 * start.period_s, DAY_S];
                 let errors = start.flown(&forces, &times).into_iter().zip(start.true_km(&world, &times));
                 for (sum, (ours, theirs)) in squares.iter_mut().zip(errors) {
-                    *sum += square(&minus(&ours, &theirs));
+                    *sum += length(minus(ours, theirs)).powi(2);
                 }
                 if sigmas.is_empty() {
                     sigmas = sigmas_of_noise(&start, &times);

@@ -227,15 +227,7 @@ fn a_real_orbit_is_followed() {
         let normal = arc[0].position_km.cross(&arc[0].velocity_km_s).normalize();
         let mut filter = OrbitFilter::new();
         for truth in arc {
-            let noise = eye.covariance(&truth.position_km, &normal).cholesky().unwrap().l()
-                * generator.gaussian_vector();
-            let position_km = truth.position_km + noise;
-            let fix = PositionFix {
-                position_km,
-                covariance_km2: eye.covariance(&position_km, &normal),
-                shared_km2: Matrix3::zeros(),
-                linearisation_km: position_km,
-            };
+            let fix = eye.fix((&truth.position_km, &truth.position_km), &normal, &mut generator);
             let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
             assert!(!matches!(update, Update::Diverged(_) | Update::Refused(_)), "{update:?}");
             rejected += u32::from(matches!(update, Update::Rejected(_)));
@@ -273,15 +265,7 @@ fn a_real_orbit_is_known_after_three_revolutions_of_directions() {
         let mut filter = OrbitFilter::new();
         assert!(filter.initialise(start, 20.0, 0.02, &parameters));
         for truth in arc {
-            let covariance_km2 = eye.covariance(&truth.position_km, &normal);
-            let noise = covariance_km2.cholesky().unwrap().l() * generator.gaussian_vector();
-            let position_km = truth.position_km + noise;
-            let fix = PositionFix {
-                position_km,
-                covariance_km2: eye.covariance(&position_km, &normal),
-                shared_km2: Matrix3::zeros(),
-                linearisation_km: position_km,
-            };
+            let fix = eye.fix((&truth.position_km, &truth.position_km), &normal, &mut generator);
             filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
         }
         sum += nees(&filter, &arc[337]);

@@ -37,6 +37,24 @@ impl Eye {
         axes * Matrix3::new(a * a, 0.0, ar, 0.0, c * c, 0.0, ar, 0.0, r * r) * axes.transpose()
     }
 
+    /// A fix of the satellite at `true_km`, which is seen at `seen_km`. The sensor knows its errors only at
+    /// the measured place.
+    pub(super) fn fix(
+        &self,
+        (true_km, seen_km): (&Vector3<f64>, &Vector3<f64>),
+        normal: &Vector3<f64>,
+        generator: &mut Generator,
+    ) -> PositionFix {
+        let noise = self.covariance(true_km, normal).cholesky().unwrap().l() * generator.gaussian_vector();
+        let position_km = seen_km + noise;
+        PositionFix {
+            position_km,
+            covariance_km2: self.covariance(&position_km, normal),
+            shared_km2: Matrix3::zeros(),
+            linearisation_km: position_km,
+        }
+    }
+
     /// The eye whose one fix tells as much as `fixes` of this.
     pub(super) fn averaging(&self, fixes: i64) -> Self {
         let share = 1.0 / (fixes as f64).sqrt();
@@ -172,16 +190,8 @@ pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
         }
         // The Earth path looks at the Earth, rolled by the orbit.
         let to_icrs = lvlh(&state.position_km, &state.velocity_km_s).unwrap().transpose();
-        let noise =
-            eye.covariance(&state.position_km, &normal).cholesky().unwrap().l() * generator.gaussian_vector();
-        let position_km = truth.seen_km(&to_icrs) + noise;
-        // The sensor knows its errors only at the measured place.
-        let fix = PositionFix {
-            position_km,
-            covariance_km2: eye.covariance(&position_km, &normal),
-            shared_km2: Matrix3::zeros(),
-            linearisation_km: position_km,
-        };
+        let seen_km = truth.seen_km(&to_icrs);
+        let fix = eye.fix((&state.position_km, &seen_km), &normal, &mut generator);
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
             Update::Rejected { .. } => rejected += 1,
             Update::Diverged(_) | Update::Refused(_) => panic!("lost at {second} s"),
