@@ -60,7 +60,7 @@ parameter_group! {
         /// Longest time for which it lasts, where the limb does not move on sooner.
         edge_longest_s: f32 = 1800.0, 10.0..=86_400.0, "s", "the light moves on: rendered orbits";
         /// Longest time over which limb points are joined to one observation.
-        look_s: f32 = 300.0, 1.0..=600.0, "s", "averages the attitude's noise, the orbit turns by 1 deg in GEO";
+        look_s: f32 = 300.0, 1.0..=300.0, "s", "averages the attitude's noise, the orbit turns by 1 deg in GEO";
         /// Misalignment of the paths against each other about each axis; considered, not estimated.
         misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
             "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";

@@ -32,6 +32,10 @@ const LEAST_TEST: f32 = 0.1;
 /// A row of a fix always does, unless it is empty.
 const NOT_EMPTY: f32 = 1e-20;
 
+/// Most spans from the end of a look back to the mean of its points: the longest look is 300 s, and the mean is at
+/// its begin where the limb was lost at once.
+const LOOK_SPANS: u32 = 2;
+
 /// Rows of an observation of unit variance: sensitivities, and measured less predicted values.
 pub(super) struct Rows {
     /// Least variance by the state of a row that tests it.
@@ -326,10 +330,19 @@ impl Estimate {
         self.taking = self.seen(&look, parameters).map(|seen| Taking { look, seen, shares });
     }
 
-    /// The state at the mean time of a look's points: the axes turn, those of that time count.
+    /// The state at the mean time of a look's points: the axes turn, those of that time count. `None` where
+    /// that is more than [`LOOK_SPANS`] back.
     fn seen(&self, look: &Look, parameters: &OrbitParameters) -> Option<OrbitState> {
-        let lag_us = (f64::from(self.lag_s(look)) * MICROSECONDS) as i64;
-        parameters.forces().propagate(&self.state, -lag_us.min(MAX_SPAN_US)).ok()
+        let mut seen = self.state;
+        let mut left_us = (f64::from(self.lag_s(look)) * MICROSECONDS) as i64;
+        for _ in 0..LOOK_SPANS {
+            let span_us = left_us.clamp(0, MAX_SPAN_US);
+            if span_us > 0 {
+                seen = parameters.forces().propagate(&seen, -span_us).ok()?;
+            }
+            left_us = left_us.saturating_sub(span_us);
+        }
+        (left_us <= 0).then_some(seen)
     }
 
     /// Time since the mean of a look's points, s.

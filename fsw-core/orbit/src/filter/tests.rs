@@ -311,6 +311,39 @@ fn a_gap_is_crossed_over_several_seconds_in_which_nothing_is_told() {
     assert!(slowly.approach(to_us + 2 * MAX_GAP_US, &parameters).is_err() && slowly.state().is_none());
 }
 
+#[test]
+fn looks_of_a_limb_where_it_is_predicted_leave_the_state_where_it_is() {
+    // From the true state, by heights that are those of the aberration alone: in GEO looks of 300 s.
+    let parameters = OrbitParameters { tropics_km: 0.0, ..OrbitParameters::default() };
+    for (radius_km, seconds) in [(42_164.0, 4_000), (7_000.0, 600)] {
+        let mut truth = circular(radius_km, 51.0);
+        let mut filter = OrbitFilter::new();
+        assert!(filter.initialise(truth, 5.0, 1e-3, &parameters));
+        let (limb_km, sine) = ((radius_km * radius_km - 6378.0 * 6378.0_f64).sqrt(), 6378.0 / radius_km);
+        let mut taken = 0;
+        for _ in 0..seconds {
+            truth = parameters.forces().propagate(&truth, 1_000_000).unwrap();
+            filter.advance(truth.time_us, &parameters).unwrap();
+            taken += u32::from(matches!(filter.proceed(&parameters), Update::Accepted(_)));
+            let axes = crate::lvlh::lvlh(&truth.position_km, &truth.velocity_km_s).unwrap();
+            let speed = (axes * truth.velocity_km_s).x;
+            let heights: Vec<_> = (0..24)
+                .map(|k| {
+                    let (y, x) = (f64::from(k) * 0.25).sin_cos();
+                    let lifted = limb_km * (1.0 - sine * sine).sqrt() * x * speed / 299_792.458;
+                    let radial = axes.transpose() * Vector3::new(x, y, 0.0);
+                    let radial = radial.map(|axis| axis as f32);
+                    LimbHeight { radial, height_km: lifted as f32, sigma_km: 1.0 }
+                })
+                .collect();
+            filter.observe_limb(&heights, &Matrix3::identity(), &(Matrix3::identity() * 1e-12), &parameters);
+        }
+        assert!(taken >= 3, "{taken}");
+        let error_km = (filter.state().unwrap().position_km - truth.position_km).norm();
+        assert!(error_km < 0.02, "{radius_km} km: {error_km} km after {taken} looks");
+    }
+}
+
 proptest! {
     #[test]
     fn whatever_is_put_in_what_comes_out_is_finite(
