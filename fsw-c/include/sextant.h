@@ -76,7 +76,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 8
+#define SEXTANT_TELEMETRY_VERSION 9
 
 /**
  * Version of the parameter table that is read; its first byte.

@@ -19,7 +19,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 8;
+pub const VERSION: u8 = 9;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -199,6 +199,11 @@ pub struct OrbitReport {
     pub limb_height_km: f32,
     /// Its standard deviation, km.
     pub limb_height_sigma_km: f32,
+    /// By what the Earth path is turned against the mounting of the parameters, rad: a rotation vector in the
+    /// Earth path; 0 where it is not estimated.
+    pub misalignment_rad: [f32; 3],
+    /// Its standard deviations, rad.
+    pub misalignment_sigma_rad: [f32; 3],
     /// Normalised innovation squared of the observation taken in in this second; none without one.
     pub nis: Option<f32>,
     /// Its degrees of freedom: what is expected of it.

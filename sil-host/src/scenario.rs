@@ -67,7 +67,7 @@ use crate::world::time::civil_time;
 use crate::world::vector::{plus, transposed};
 use fsw_core::image::calibration::Calibration;
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::parameters::OrbitParameters;
+use fsw_core::orbit::parameters::{Misalignment, OrbitParameters};
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::stars::identify::IdentificationParameters;
 use orbit_filter::OrbitFilterModel;
@@ -343,10 +343,15 @@ impl Scenario {
         // What is beyond the parameters' range flies with its end.
         let [drag_m2_kg, radiation_m2_kg] =
             [self.forces.drag_m2_kg(), self.forces.radiation_m2_kg()].map(|share| share.min(10.0) as f32);
-        let observation = self.orbit_filter.observation.unwrap_or(defaults.orbit.observation);
+        let mut orbit = OrbitParameters { drag_m2_kg, radiation_m2_kg, ..defaults.orbit };
+        orbit.observation = self.orbit_filter.observation.unwrap_or(orbit.observation);
+        if let Some(sigma_deg) = self.orbit_filter.misalignment_sigma_deg {
+            orbit.misalignment = Misalignment::Estimated;
+            orbit.misalignment_sigma_rad = sigma_deg.to_radians() as f32;
+        }
         Parameters {
             identification,
-            orbit: OrbitParameters { observation, drag_m2_kg, radiation_m2_kg, ..defaults.orbit },
+            orbit,
             rate_sensor,
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,

@@ -28,6 +28,8 @@ fn every_quantity_of_a_report_comes_through() {
         }),
         limb_height_km: 0.0,
         limb_height_sigma_km: 0.0,
+        misalignment_rad: [0.0; 3],
+        misalignment_sigma_rad: [0.0; 3],
         nis: None,
         nis_freedom: 0,
         since_fix_s: 9,

@@ -8,7 +8,7 @@
 //! | error of the edges, an angle | [`EDGE`] | rad | estimated |
 //! | limb height over latitude, odd and even | [`SUMMER`], [`TROPICS`] | km | estimated |
 //! | limb height around the limb | [`FIELD`] | km | estimated |
-//! | misalignment of the paths | [`MISALIGNMENT`] | rad | considered |
+//! | misalignment of the paths | [`MISALIGNMENT`] | rad | considered or estimated |
 //!
 //! A product `S Sᵀ` is symmetric and not negative whatever the rounding, so that f32 suffices: a sigma is
 //! known to 1e-6 of itself where a variance in f32 would be lost. The columns of `S` are those of a lower
@@ -36,7 +36,7 @@ pub const SUMMER: usize = 8;
 pub const TROPICS: usize = 9;
 /// First of the Fourier coefficients of the limb's height.
 pub const FIELD: usize = 10;
-/// First state of the misalignment, a rotation vector in LVLH axes.
+/// First state of the misalignment, a rotation vector in the Earth path.
 pub const MISALIGNMENT: usize = 19;
 /// Number of states.
 pub const STATES: usize = 22;
@@ -219,9 +219,10 @@ impl Factor {
         carried
     }
 
-    /// Update by an observation of unit variance; gives the gain, which is zero for the considered states.
+    /// Update by an observation of unit variance; gives the gain, which is zero for the states from
+    /// `considered` on.
     #[inline(never)]
-    pub fn update(&mut self, sensitivity: &Row) -> Row {
+    pub fn update(&mut self, sensitivity: &Row, considered: usize) -> Row {
         let carried = self.carried(sensitivity);
         let variance = dot(&carried, &carried) + 1.0;
         let root = libm::sqrtf(variance);
@@ -232,11 +233,14 @@ impl Factor {
             add_scaled_long(row, -share * *gain, &carried);
         }
         let mut given_back = [(0, 0.0); STATES - MISALIGNMENT];
-        for ((state, gain), back) in gain.iter_mut().enumerate().skip(MISALIGNMENT).zip(&mut given_back) {
+        let states = gain.iter_mut().enumerate().skip(considered.max(MISALIGNMENT));
+        for ((state, gain), back) in states.zip(&mut given_back) {
             *back = (state, *gain * root);
             *gain = 0.0;
         }
-        self.append(&given_back);
+        if considered < STATES {
+            self.append(&given_back);
+        }
         gain
     }
 }

@@ -12,8 +12,9 @@
 //! - An observation whose normalised innovation squared (NIS) is beyond the gate is rejected.
 //!   [`OrbitParameters::patience`] rejections in a row are a divergence: the filter begins anew.
 //!
-//! The misalignment of the paths is considered, not estimated (Schmidt), so that the covariance is never
-//! smaller than it allows. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them.
+//! The misalignment of the paths is considered (Schmidt), so that the covariance is never smaller than it
+//! allows, or estimated ([`Misalignment`](super::parameters::Misalignment)): then limb points and fixes are
+//! those of the Earth path turned by [`OrbitFilter::misalignment_rad`]. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them.
 
 mod estimate;
 
@@ -21,7 +22,7 @@ use super::OrbitState;
 use super::beginning::{Beginning, CALLS_OF_A_TRIAL, FirstOrbit, is_orbit};
 use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
 use super::dynamics::MAX_SPAN_US;
-use super::factor::{EDGE, Factor, HEIGHT, POSITION, VELOCITY};
+use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION, VELOCITY};
 use super::look::LimbHeight;
 use super::observation::{FixError, check, rows_of};
 use super::parameters::{Observation, OrbitParameters};
@@ -301,6 +302,17 @@ impl OrbitFilter {
         let variance = covariance(HEIGHT, HEIGHT)
             + distance_km * (2.0 * covariance(HEIGHT, EDGE) + distance_km * covariance(EDGE, EDGE));
         Some([height + distance_km * edge, libm::sqrtf(variance.max(0.0))])
+    }
+
+    /// By what the Earth path is turned against the mounting of the parameters, rad: a rotation vector in the
+    /// Earth path; 0 until the orbit is known.
+    pub fn misalignment_rad(&self) -> Vector3<f32> {
+        self.estimate().map_or(Vector3::zeros(), |estimate| -estimate.misalignment)
+    }
+
+    /// Covariance of the same, rad²; none until the orbit is known.
+    pub fn misalignment_covariance_rad2(&self) -> Option<Matrix3<f64>> {
+        self.factor().map(|factor| factor.block(MISALIGNMENT, MISALIGNMENT))
     }
 
     /// The covariance of all states.

@@ -17,6 +17,16 @@ pub enum Observation {
     Combined,
 }
 
+/// What becomes of the misalignment of star path and Earth path against the mounting of the parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Misalignment {
+    /// It is not learned; the covariance allows for it (Schmidt).
+    Considered,
+    /// It is learned, and the Earth path turned by it. From the limb alone it cannot be told from a position
+    /// (`sil-host navigate --observability`): for an orbit that the ground has given.
+    Estimated,
+}
+
 parameter_group! {
     /// Propagation and filter of the orbit.
     pub struct OrbitParameters in "orbit" {
@@ -61,7 +71,10 @@ parameter_group! {
         edge_longest_s: f32 = 1800.0, 10.0..=86_400.0, "s", "the light moves on: rendered orbits";
         /// Longest time over which limb points are joined to one observation.
         look_s: f32 = 300.0, 1.0..=300.0, "s", "averages the attitude's noise, the orbit turns by 1 deg in GEO";
-        /// Misalignment of the paths against each other about each axis; considered, not estimated.
+        /// What becomes of the misalignment of the paths.
+        misalignment: Misalignment = Misalignment::Considered, one of "Considered, Estimated", "",
+            "the limb alone does not show it: thesis 5.2.2";
+        /// Its sigma about each axis of the Earth path.
         misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
             "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the

@@ -11,7 +11,7 @@ use crate::earth::limb_sensor::{
 use crate::earth::view::View;
 use crate::earth::{Body, FitError, Strips};
 use crate::frames::{Icrs, Rotation, StarPath};
-use crate::matrix::{product, symmetric_product};
+use crate::matrix::{add_scaled, cross_matrix, product, symmetric_product};
 use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
@@ -52,7 +52,7 @@ impl Prediction {
 impl Sensor<'_> {
     /// The Earth's shape, limb and light as the Earth path sees them with this attitude.
     pub(super) fn body(&self, ephemeris: &Ephemeris, attitude: &Rotation<Icrs, StarPath>) -> Body {
-        let path = attitude.then(&self.star_to_earth);
+        let path = attitude.then(&self.mounting());
         Body::new(&path.apply(&ephemeris.pole), Some(&path.apply(&ephemeris.sun)), &self.parameters.earth)
     }
 
@@ -201,10 +201,14 @@ impl Sensor<'_> {
         terrestrial_us: i64,
     ) -> Option<Prediction> {
         let (position_km, covariance_km2) = self.orbit.place(terrestrial_us)?;
-        let path = attitude.then(&self.star_to_earth).matrix().map(f64::from);
+        let path = attitude.then(&self.mounting()).matrix().map(f64::from);
         let centre_km = product(&path, &position_km).map(|axis| -axis as f32);
         let view = View::new(&centre_km, body)?;
-        let covariance_km2 = symmetric_product(&path, &covariance_km2);
+        let mut covariance_km2 = symmetric_product(&path, &covariance_km2);
+        if let Some(misalignment) = self.orbit.misalignment_covariance_rad2() {
+            let lever = cross_matrix(&centre_km.map(f64::from));
+            add_scaled(&mut covariance_km2, 1.0, &symmetric_product(&lever, &misalignment));
+        }
         let sigma_rad = libm::sqrtf(covariance_km2.trace().max(0.0) as f32) / view.limb_distance_km();
         let by_orbit = self.orbit.state().is_some();
         Some(Prediction { view, centre_km, covariance_km2, sigma_rad, by_orbit })

@@ -5,7 +5,7 @@ use super::record::{Events, FixRecord, Solution};
 use super::timekeeping::SECOND_US;
 use crate::earth::heights::{LimbHeight as EarthLimbHeight, PredictedLimb};
 use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
-use crate::frames::{Icrs, Lvlh, Rotation, StarPath};
+use crate::frames::{EarthPath, Icrs, Lvlh, Rotation, StarPath};
 use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
 use crate::orbit::filter::{Nis, Update};
@@ -48,12 +48,13 @@ impl Sensor<'_> {
     ) -> FixRecord {
         let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
         let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
-        let mounting = self.star_to_earth.inverse();
+        let to_path = self.mounting();
+        let mounting = to_path.inverse();
         let to_icrs = earth_to_icrs(attitude, &mounting);
         let heights = self.parameters.orbit.observation == Observation::LimbHeights;
         if let Some(state) = self.orbit.state().filter(|_| heights) {
             let centre_km = transposed_product(&to_icrs, &state.position_km).map(|axis| -axis as f32);
-            let in_path = symmetric_product(self.star_to_earth.matrix(), &attitude_covariance);
+            let in_path = symmetric_product(to_path.matrix(), &attitude_covariance);
             let Some(limb) = PredictedLimb::new(&centre_km, &self.camera, body) else {
                 return FixRecord { nis: None, fault: Some(FixFault::Impossible) };
             };
@@ -92,6 +93,11 @@ impl Sensor<'_> {
             None => self.orbit.begin(terrestrial_us, &position, &to_icrs, parameters),
         };
         self.note_update(update, terrestrial_us, events)
+    }
+
+    /// From the star path to the Earth path: as the parameters have it, turned by what the orbit has learned.
+    pub(super) fn mounting(&self) -> Rotation<StarPath, EarthPath> {
+        self.star_to_earth.turned(&self.orbit.misalignment_rad())
     }
 
     /// Records what an observation came to.
@@ -144,11 +150,19 @@ impl Sensor<'_> {
             elements: elements_report(state),
             limb_height_km,
             limb_height_sigma_km,
+            misalignment_rad: self.orbit.misalignment_rad().into(),
+            misalignment_sigma_rad: self.misalignment_sigma_rad().unwrap_or_default(),
             nis: nis.map(|nis| nis.square),
             nis_freedom: nis.map_or(0, |nis| nis.freedom),
             since_fix_s: (since_fix_us / SECOND_US).min(u32::MAX.into()) as u32,
             settled,
         })
+    }
+
+    /// Sigmas of the misalignment, rad.
+    fn misalignment_sigma_rad(&self) -> Option<[f32; 3]> {
+        let covariance_rad2 = self.orbit.misalignment_covariance_rad2()?;
+        Some(covariance_rad2.diagonal().map(|variance| libm::sqrtf(variance as f32)).into())
     }
 
     /// Sigmas of the position along Hill's axes, km.
@@ -166,7 +180,7 @@ impl Sensor<'_> {
         let attitude = Rotation::<Icrs, StarPath>::from_quaternion(solution?.attitude.quaternion)?;
         let axes = lvlh::lvlh(&state.position_km, &state.velocity_km_s)?.map(|element| element as f32);
         let to_star_path = Rotation::<Icrs, Lvlh>::from_orthogonal(axes).inverse().then(&attitude);
-        let path = to_star_path.then(&self.star_to_earth);
+        let path = to_star_path.then(&self.mounting());
         // Rows: the Earth path's axes in LVLH.
         let [x, z] = [0, 2].map(|row| path.matrix().row(row).transpose());
         Some(LocalAttitude {

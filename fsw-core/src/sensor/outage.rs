@@ -23,7 +23,7 @@ impl Sensor<'_> {
             return false;
         };
         let in_star_path = attitude.apply(&ephemeris.sun);
-        let in_earth_path = self.star_to_earth.apply(&in_star_path);
+        let in_earth_path = self.mounting().apply(&in_star_path);
         let radius_px = SUN_RADIUS_RAD / self.camera.rad_per_px();
         [self.camera.project(&in_star_path), self.camera.project_earth(&in_earth_path)]
             .into_iter()

@@ -132,6 +132,8 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
                 elements: None,
                 limb_height_km: 0.3,
                 limb_height_sigma_km: 0.5,
+                misalignment_rad: [0.0; 3],
+                misalignment_sigma_rad: [0.0; 3],
                 nis: fix.then_some(nis as f32),
                 nis_freedom: 3,
                 since_fix_s: 0,

@@ -58,6 +58,8 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             elements: None,
             limb_height_km: 0.3,
             limb_height_sigma_km: 0.5,
+            misalignment_rad: [0.0; 3],
+            misalignment_sigma_rad: [0.0; 3],
             nis: sees.then_some(3.0),
             nis_freedom: 3,
             since_fix_s: 0,

@@ -4,6 +4,7 @@
 //! | key | says | default |
 //! |---|---|---|
 //! | `observation` | what it takes of an image, in the words of `fsw-core/PARAMETERS.md` | the flight code's |
+//! | `misalignment_sigma_deg` | the star path's mounting to the Earth path is known so well about every axis, and learned | it is not learned |
 //! | `start.position_sigma_km`, `start.velocity_sigma_m_s` | a state from the ground, known so well along every axis | none: the filter begins with the images |
 //! | `start.position_error_km`, `start.velocity_error_m_s` | by so much that state is wrong: radial, along, cross | `[0, 0, 0]` |
 
@@ -15,6 +16,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 const SIGMA_KM: (f64, f64) = (1e-3, 1e5);
+const MISALIGNMENT_DEG: (f64, f64) = (1e-4, 1.0);
 const SIGMA_M_S: (f64, f64) = (1e-3, 1e4);
 const ERROR_KM: (f64, f64) = (-1e5, 1e5);
 const ERROR_M_S: (f64, f64) = (-1e4, 1e4);
@@ -23,6 +25,7 @@ const ERROR_M_S: (f64, f64) = (-1e4, 1e4);
 #[serde(deny_unknown_fields)]
 pub(super) struct RawOrbitFilter {
     observation: Option<Observation>,
+    misalignment_sigma_deg: Option<Spanned<f64>>,
     start: Option<RawStart>,
 }
 
@@ -53,6 +56,8 @@ pub struct GroundStart {
 pub struct OrbitFilterModel {
     /// What it takes of an image; none: what the flight code's parameters say.
     pub observation: Option<Observation>,
+    /// Sigma of the misalignment of the paths that it learns, deg; none: it is not learned.
+    pub misalignment_sigma_deg: Option<f64>,
     /// The state it begins with.
     pub start: Option<GroundStart>,
 }
@@ -74,7 +79,14 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOrbitFilter) -> Result<OrbitFilterM
             velocity_error_m_s: triple("velocity_error_m_s", &raw.velocity_error_m_s, ERROR_M_S)?,
         })
     };
-    Ok(OrbitFilterModel { observation: raw.observation, start: raw.start.as_ref().map(start).transpose()? })
+    let misalignment = |value: &Spanned<f64>| {
+        text.number("orbit_filter.misalignment_sigma_deg", Some(value), 0.0, MISALIGNMENT_DEG)
+    };
+    Ok(OrbitFilterModel {
+        observation: raw.observation,
+        misalignment_sigma_deg: raw.misalignment_sigma_deg.as_ref().map(misalignment).transpose()?,
+        start: raw.start.as_ref().map(start).transpose()?,
+    })
 }
 
 #[cfg(test)]

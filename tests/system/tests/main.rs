@@ -19,6 +19,7 @@ mod extended_objects;
 mod identify_fields;
 mod lenses;
 mod local_frame;
+mod misalignment;
 mod orbits;
 mod rate_sensor;
 mod rates;

@@ -69,7 +69,7 @@ fn an_update_is_that_of_schmidt() {
         // For any gain (Joseph).
         let kept = Square::identity() - gain * h.transpose();
         let expected = kept * p * kept.transpose() + gain * gain.transpose();
-        let told = factor.update(&row);
+        let told = factor.update(&row, MISALIGNMENT);
         for (told, expected) in told.iter().zip(gain.iter()) {
             assert!((f64::from(*told) - expected).abs() < 1e-5);
         }
@@ -78,6 +78,22 @@ fn an_update_is_that_of_schmidt() {
         // What is considered is not learned.
         assert!((dense(&factor)[(21, 21)] / p[(21, 21)] - 1.0).abs() < 1e-5);
     }
+}
+
+#[test]
+fn what_is_not_considered_has_the_optimal_gain() {
+    let mut generator = Generator::new(74);
+    let mut factor = any_factor(&mut generator);
+    let p = dense(&factor);
+    let row = any_row(&mut generator);
+    let h = Column::from_iterator(row.iter().map(|element| f64::from(*element)));
+    let gain = p * h / (h.dot(&(p * h)) + 1.0);
+    let told = factor.update(&row, STATES);
+    for (told, expected) in told.iter().zip(gain.iter()) {
+        assert!((f64::from(*told) - expected).abs() < 1e-5);
+    }
+    factor.settle();
+    assert!(close(&dense(&factor), &(p - gain * h.transpose() * p)));
 }
 
 #[test]
@@ -117,7 +133,7 @@ fn a_long_run_is_that_of_f64() {
         factor.propagate(&transition);
         factor.append(&[(3, 1e-3)]);
         factor.append(&[(9, 1e-3)]);
-        factor.update(&row);
+        factor.update(&row, MISALIGNMENT);
         factor.settle();
         p = step * p * step.transpose() + noise;
         let gain = p * h / (h.dot(&(p * h)) + 1.0);

@@ -11,7 +11,7 @@ use crate::factor::{FIELD, Factor, HEIGHT, MISALIGNMENT, MOTION, POSITION, Row, 
 use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::{LimbHeight, Look};
 use crate::noise::acceleration;
-use crate::parameters::OrbitParameters;
+use crate::parameters::{Misalignment, OrbitParameters};
 use fsw_ground::matrix::{Cholesky, dot, dot_long, dot_slices, plus_scaled};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -32,8 +32,10 @@ const LEAST_TEST: f32 = 0.1;
 /// A row of a fix always does, unless it is empty.
 const NOT_EMPTY: f32 = 1e-20;
 
-/// Most spans from the end of a look back to the mean of its points: the longest look is 300 s, and the mean is at
-/// its begin where the limb was lost at once.
+/// Greatest misalignment of a valid estimate: five of the greatest sigma.
+const GREATEST_MISALIGNMENT_RAD: f32 = 0.1;
+/// Most spans from the end of a look back to the mean of its points: the longest look is 300 s, and the mean
+/// is at its begin where the limb was lost at once.
 const LOOK_SPANS: u32 = 2;
 
 /// Rows of an observation of unit variance: sensitivities, and measured less predicted values.
@@ -66,6 +68,8 @@ struct Taking {
     look: Look,
     /// The state at the mean time of its points, before any of it was taken.
     seen: OrbitState,
+    /// The misalignment then.
+    misalignment: Vector3<f32>,
     /// Shares that are left.
     shares: &'static [f32],
 }
@@ -93,6 +97,9 @@ pub(super) struct Estimate {
     pub(super) state: OrbitState,
     /// The horizon model's states; 0 for the others.
     pub(super) horizon: Row,
+    /// Misalignment of the paths, rad: a rotation vector in the Earth path, which is turned by its opposite
+    /// when limb points are taken.
+    pub(super) misalignment: Vector3<f32>,
     pub(super) factor: Factor,
     /// Time since noise was added, s.
     noise_s: f64,
@@ -120,6 +127,7 @@ impl Estimate {
         Self {
             state: OrbitState { time_us: 0, position_km: nothing, velocity_km_s: nothing },
             horizon: [0.0; STATES],
+            misalignment: Vector3::new(0.0, 0.0, 0.0),
             factor: Factor::new(),
             noise_s: 0.0,
             look: None,
@@ -151,7 +159,7 @@ impl Estimate {
         }
         (self.state, self.horizon) = (*state, horizon);
         (self.noise_s, self.look, self.taking, self.next_look_us) = (0.0, None, None, state.time_us);
-        (self.settled, self.rejections) = (false, 0);
+        (self.settled, self.rejections, self.misalignment) = (false, 0, Vector3::zeros());
         self.check_settled(parameters);
         self.is_valid()
     }
@@ -170,6 +178,7 @@ impl Estimate {
     pub(super) fn is_valid(&self) -> bool {
         plausible(&self.state.position_km, &self.state.velocity_km_s)
             && self.horizon.iter().all(|value| libm::fabsf(*value) < 1e4)
+            && self.misalignment.iter().all(|angle| libm::fabsf(*angle) < GREATEST_MISALIGNMENT_RAD)
             && self.factor.is_valid()
     }
 
@@ -327,7 +336,8 @@ impl Estimate {
         self.add_noise(parameters);
         let bent_km = self.factor.trace(POSITION) / (2.0 * geometry.distance_km);
         let shares = if bent_km > GREATEST_BEND_KM { &GRADUAL[..] } else { &AT_ONCE };
-        self.taking = self.seen(&look, parameters).map(|seen| Taking { look, seen, shares });
+        let misalignment = self.misalignment;
+        self.taking = self.seen(&look, parameters).map(|seen| Taking { look, seen, misalignment, shares });
     }
 
     /// The state at the mean time of a look's points: the axes turn, those of that time count. `None` where
@@ -354,7 +364,7 @@ impl Estimate {
     #[inline(never)]
     fn rows_of_look(
         &self,
-        Taking { look, seen, shares }: &Taking,
+        Taking { look, seen, misalignment, shares }: &Taking,
         parameters: &OrbitParameters,
     ) -> Option<Rows> {
         let geometry = LimbGeometry::of(seen, &pole_axis(seen.time_us))?;
@@ -364,12 +374,15 @@ impl Estimate {
         let now_seen = self.seen(look, parameters)?;
         let moved_km = plus_scaled(&now_seen.position_km, -1.0, &seen.position_km).map(|axis| axis as f32);
         let limb = geometry.moved(&(geometry.axes * moved_km));
+        let turned = self.misalignment - misalignment;
         let weight = libm::sqrtf(*shares.first()?);
         let mut rows = Rows::of_look();
         let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
         for ((sensitivity, innovation), (waves, height)) in places.zip(look.rows()) {
             let row = geometry.sensitivity(waves, &limb, (&pole, &path), lag_s);
-            let left = height - dot_slices(waves, &limb.height_km) - dot_slices(&row, &self.horizon);
+            let by_turn = row.get(MISALIGNMENT..).map_or(0.0, |row| dot_slices(row, turned.as_slice()));
+            let expected = dot_slices(waves, &limb.height_km) + dot_slices(&row, &self.horizon) + by_turn;
+            let left = height - expected;
             (*sensitivity, *innovation) = (row.map(|element| weight * element), weight * left);
         }
         Some(rows)
@@ -421,9 +434,13 @@ impl Estimate {
             self.rejections = self.rejections.saturating_add(1);
             return (nis, false);
         }
+        let considered = match parameters.misalignment {
+            Misalignment::Considered => MISALIGNMENT,
+            Misalignment::Estimated => STATES,
+        };
         let mut correction = [0.0; STATES];
         for (sensitivity, innovation) in rows.sensitivities.iter().zip(&rows.innovations) {
-            let gain = self.factor.update(sensitivity);
+            let gain = self.factor.update(sensitivity, considered);
             let left = innovation - sensitivity.iter().zip(&correction).fold(0.0, |sum, (h, x)| sum + h * x);
             for (sum, gain) in correction.iter_mut().zip(&gain) {
                 *sum += gain * left;
@@ -436,7 +453,10 @@ impl Estimate {
             self.factor.propagate(&turn.map(|row| row.map(|element| element as f32)));
         }
         self.factor.settle();
-        for (value, by) in self.horizon.iter_mut().zip(&correction).skip(MOTION) {
+        for (value, by) in self.horizon.iter_mut().zip(&correction).take(MISALIGNMENT).skip(MOTION) {
+            *value += by;
+        }
+        for (value, by) in self.misalignment.iter_mut().zip(correction.iter().skip(MISALIGNMENT)) {
             *value += by;
         }
         self.rejections = 0;

@@ -3,6 +3,7 @@
 use super::*;
 use crate::constants::EARTH_RADIUS_KM;
 use crate::factor::STATES;
+use crate::parameters::Misalignment;
 use crate::reference::circular;
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -358,8 +359,10 @@ proptest! {
         // The extremes of the table's ranges too.
         gate_sigma in prop::sample::select(&[3.0f32, 8.0, 100.0]),
         look_s in prop::sample::select(&[1.0f32, 300.0]),
+        misalignment in prop::sample::select(&[Misalignment::Considered, Misalignment::Estimated]),
     ) {
-        let parameters = OrbitParameters { observation, gate_sigma, look_s, ..OrbitParameters::default() };
+        let parameters =
+            OrbitParameters { observation, gate_sigma, look_s, misalignment, ..OrbitParameters::default() };
         let mut filter = OrbitFilter::new();
         let mut time_us = 760_000_000_000_000i64;
         if let Some((position_km, velocity_km_s, position_sigma, velocity_sigma)) = begin {

@@ -16,7 +16,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -500,6 +500,25 @@ pub const COLUMNS: &[Columns] = &[
         |of| {
             let local = of.second.report.local?;
             scaled(wide([local.nadir_rad, local.yaw_rad]), f64::to_degrees)
+        },
+    ),
+    numbers(
+        &[
+            "misalignment_x_arcsec",
+            "misalignment_y_arcsec",
+            "misalignment_z_arcsec",
+            "misalignment_sigma_x_arcsec",
+            "misalignment_sigma_y_arcsec",
+            "misalignment_sigma_z_arcsec",
+        ],
+        ("arcsec", "Earth path"),
+        "by what the Earth path is turned against the mounting of the parameters, and the standard deviations; 0 where \
+         it is not estimated",
+        4,
+        |of| {
+            let orbit = of.second.report.orbit?;
+            let rad = [orbit.misalignment_rad, orbit.misalignment_sigma_rad].concat();
+            Some(rad.into_iter().map(|angle| f64::from(angle).to_degrees() * 3600.0).collect())
         },
     ),
 ];

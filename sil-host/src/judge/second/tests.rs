@@ -17,6 +17,8 @@ fn report(error: Vector, covariance: [Vector; 3]) -> OrbitReport {
         elements: None,
         limb_height_km: 0.0,
         limb_height_sigma_km: 1.0,
+        misalignment_rad: [0.0; 3],
+        misalignment_sigma_rad: [0.0; 3],
         nis: None,
         nis_freedom: 0,
         since_fix_s: 0,
