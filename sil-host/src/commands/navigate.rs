@@ -16,10 +16,15 @@
 //! sigmas that any filter can have by the measurements until then, along the orbit of the last line
 //! (`bound`).
 //!
+//! `--observability` estimates nothing: it says what the measurements can tell of an orbit through the first
+//! line's state (`observability`), a line a form of measurement without and with a misalignment of the paths,
+//! `{"form","misalignment","states","rank","singular_values","unobservable","angles_observable"}`.
+//!
 //! A line that is no measurement, or earlier than the one before, costs a line on stderr and status 2 at the
 //! end; the others are still answered.
 
 mod bound;
+mod observability;
 
 use crate::cli::NavigateArguments;
 use crate::error::{Faults, HostError};
@@ -322,15 +327,29 @@ pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
     let mut navigator = Navigator::begun(&guess, arguments.filter, arguments.dynamics)
         .map_err(|what| HostError::input(path, Some(number), what, FIRST))?;
     let mut faults = Faults::default();
-    let (mut measurements, mut answers): (Vec<Measurement>, Vec<Answer>) = (Vec::new(), Vec::new());
+    let mut measurements: Vec<Measurement> = Vec::new();
     let mut last_us = navigator.filter.state().map_or(0, |state| state.time_us);
     for line in lines {
         let measurement = line.and_then(|(number, text)| measurement(path, number, &text, last_us));
         let Some(measurement) = faults.noted(measurement) else { continue };
         last_us = measurement.time_us;
-        answers.push(navigator.answer(&measurement));
         measurements.push(measurement);
     }
+    if arguments.observability {
+        let seen = measurements.iter().filter(|measurement| measurement.seen.is_some());
+        let times_us: Vec<i64> = seen.map(|measurement| measurement.time_us).collect();
+        let first = navigator.filter.state();
+        let table =
+            first.and_then(|first| observability::table(first, &navigator.parameters.forces(), &times_us));
+        let no_arc = || {
+            let what = "no arc: fewer than three directions, or an orbit out of the bounds of the dynamics";
+            HostError::input(path, None, what, TO_DO)
+        };
+        table.ok_or_else(no_arc)?.iter().for_each(|form| form.print(arguments.json));
+        return Ok(faults.status());
+    }
+    let mut answers: Vec<Answer> =
+        measurements.iter().map(|measurement| navigator.answer(measurement)).collect();
     let ranges = arguments.filter != Observation::UnitVector;
     let bounds = navigator.filter.state().map_or_else(Vec::new, |last| {
         bound::bounds(last, &navigator.parameters.forces(), &measurements, ranges)
