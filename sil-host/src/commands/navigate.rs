@@ -26,15 +26,14 @@
 mod bound;
 mod observability;
 
+use crate::bound::orbit::radial_along_cross;
 use crate::cli::NavigateArguments;
 use crate::error::{Faults, HostError};
 use crate::formats::json;
 use crate::formats::orbit_state::{StateInput, time_us};
-use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
 use fsw_core::orbit::filter::{MAX_GAP_US, Nis, OrbitFilter, Update};
 use fsw_core::orbit::forces::Dynamics;
-use fsw_core::orbit::lvlh::hill;
 use fsw_core::orbit::parameters::{Observation, OrbitParameters};
 use fsw_core::orbit::point::PositionFix;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -253,13 +252,6 @@ impl Navigator {
 /// The root of three diagonal elements of a covariance.
 fn sigmas(covariance: &Matrix6<f64>, first: usize) -> [f64; 3] {
     [0, 1, 2].map(|axis| covariance[(first + axis, first + axis)].max(0.0).sqrt())
-}
-
-/// Radial, along and cross sigmas of a position's covariance along the ICRS axes.
-fn radial_along_cross(state: &OrbitState, covariance_km2: &Matrix3<f64>) -> Option<[f64; 3]> {
-    let axes = hill(&state.position_km, &state.velocity_km_s)?;
-    let turned = axes * covariance_km2 * axes.transpose();
-    Some([0, 1, 2].map(|axis| turned[(axis, axis)].max(0.0).sqrt()))
 }
 
 /// Prints what became of it all for people.
