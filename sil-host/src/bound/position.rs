@@ -17,7 +17,7 @@
 //! an error may be smaller.
 //!
 //! Geometry and heights are the world's. The transition of errors, with the pull of the bulge, is that of
-//! the flight code's orbit room between true states 30 s apart (error 1e-6). Cost: 0.1 ms a height.
+//! the flight code's orbit room between true states 30 s apart (error 1e-6).
 
 use super::orbit::{covariance, radial_along_cross};
 use crate::world::attitude::{Vector, apply, rotation};
