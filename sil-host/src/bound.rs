@@ -10,6 +10,11 @@
 //! The star stands still and its flux is known; the noise of rows is taken for independent from pixel to
 //! pixel; fixed patterns are taken for known. The gradient is a difference over `STEP_PX` to either side,
 //! right to 1e-3.
+//!
+//! [`position`] is that of the orbit by the limb of an uneven Earth.
+
+pub mod orbit;
+pub mod position;
 
 use crate::world::attitude::Vector;
 use crate::world::lens::optics::Optics;

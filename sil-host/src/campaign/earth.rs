@@ -9,7 +9,6 @@
 //! |---|---|
 //! | [`cases`] | the kinds of views |
 //! | [`seen`] | the ways of looking, and their errors |
-//! | [`heights`] | what heights of the limb have in common |
 //! | [`limit`] | what the best of all methods could reach |
 //! | [`rows`] | the table |
 //!
@@ -17,7 +16,6 @@
 //! nearly possible.
 
 pub mod cases;
-pub mod heights;
 pub mod limit;
 pub mod rows;
 pub mod seen;
@@ -27,9 +25,9 @@ use crate::cli::CampaignEarthArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use crate::scenario::Scenario;
+use crate::world::earth::heights::Heights;
 use crate::world::noise::{Noise, Stream};
 use cases::CASES;
-use heights::Heights;
 use rows::Table;
 use seen::{Frame, Seen, Way};
 use serde::{Deserialize, Serialize};

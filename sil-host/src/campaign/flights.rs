@@ -11,13 +11,13 @@ use super::Experiment;
 use super::family::{Family, Values};
 use super::spread::Spread;
 use crate::cli::CampaignRunArguments;
-use crate::commands::run::judge_second;
+use crate::commands::run::bounded::BoundedJudge;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use crate::harness;
 use crate::judge::Limit;
+use crate::judge::Verdict;
 use crate::judge::table::{self, Figure, Side};
-use crate::judge::{Judge, Verdict};
 use crate::report::figures_table;
 use crate::version;
 use crate::words::program;
@@ -116,9 +116,9 @@ impl Experiment for Flights<'_> {
 pub(super) fn fly(family: &Family, seed: u64, run: u64) -> Result<Flown, HostError> {
     let (scenario, drawn) = family.member(seed, run)?;
     let mut scene = scenario.scene()?;
-    let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
+    let mut judge = BoundedJudge::new(&scenario);
     harness::fly(&scenario, &mut scene, |second| {
-        judge_second(&mut judge, &second, scenario.exposure_us);
+        judge.add(&second);
         Ok(())
     })?;
     let figures = judge.finish();

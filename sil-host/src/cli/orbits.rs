@@ -65,6 +65,10 @@ pub struct NavigateArguments {
     /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,
+    /// Estimate nothing; print what these measurements can tell of an orbit through the first line's state:
+    /// ranks of observability by form of measurement, without and with a misalignment of the paths
+    #[arg(long, conflicts_with = "filter")]
+    pub observability: bool,
     /// One JSON object a measurement on stdout, and nothing else
     #[arg(long)]
     pub json: bool,

@@ -16,20 +16,24 @@
 //! sigmas that any filter can have by the measurements until then, along the orbit of the last line
 //! (`bound`).
 //!
+//! `--observability` estimates nothing: it says what the measurements can tell of an orbit through the first
+//! line's state (`observability`), a line a form of measurement without and with a misalignment of the paths,
+//! `{"form","misalignment","states","rank","singular_values","unobservable","angles_observable"}`.
+//!
 //! A line that is no measurement, or earlier than the one before, costs a line on stderr and status 2 at the
 //! end; the others are still answered.
 
 mod bound;
+mod observability;
 
+use crate::bound::orbit::radial_along_cross;
 use crate::cli::NavigateArguments;
 use crate::error::{Faults, HostError};
 use crate::formats::json;
 use crate::formats::orbit_state::{StateInput, time_us};
-use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
 use fsw_core::orbit::filter::{MAX_GAP_US, Nis, OrbitFilter, Update};
 use fsw_core::orbit::forces::Dynamics;
-use fsw_core::orbit::lvlh::hill;
 use fsw_core::orbit::parameters::{Observation, OrbitParameters};
 use fsw_core::orbit::point::PositionFix;
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -250,13 +254,6 @@ fn sigmas(covariance: &Matrix6<f64>, first: usize) -> [f64; 3] {
     [0, 1, 2].map(|axis| covariance[(first + axis, first + axis)].max(0.0).sqrt())
 }
 
-/// Radial, along and cross sigmas of a position's covariance along the ICRS axes.
-fn radial_along_cross(state: &OrbitState, covariance_km2: &Matrix3<f64>) -> Option<[f64; 3]> {
-    let axes = hill(&state.position_km, &state.velocity_km_s)?;
-    let turned = axes * covariance_km2 * axes.transpose();
-    Some([0, 1, 2].map(|axis| turned[(axis, axis)].max(0.0).sqrt()))
-}
-
 /// Prints what became of it all for people.
 fn print_text(answers: &[Answer], filter: &OrbitFilter, bound: Option<&Matrix6<f64>>) {
     let count = |status: &str| answers.iter().filter(|answer| answer.status == status).count();
@@ -322,15 +319,29 @@ pub fn run(arguments: &NavigateArguments) -> Result<ExitCode, HostError> {
     let mut navigator = Navigator::begun(&guess, arguments.filter, arguments.dynamics)
         .map_err(|what| HostError::input(path, Some(number), what, FIRST))?;
     let mut faults = Faults::default();
-    let (mut measurements, mut answers): (Vec<Measurement>, Vec<Answer>) = (Vec::new(), Vec::new());
+    let mut measurements: Vec<Measurement> = Vec::new();
     let mut last_us = navigator.filter.state().map_or(0, |state| state.time_us);
     for line in lines {
         let measurement = line.and_then(|(number, text)| measurement(path, number, &text, last_us));
         let Some(measurement) = faults.noted(measurement) else { continue };
         last_us = measurement.time_us;
-        answers.push(navigator.answer(&measurement));
         measurements.push(measurement);
     }
+    if arguments.observability {
+        let seen = measurements.iter().filter(|measurement| measurement.seen.is_some());
+        let times_us: Vec<i64> = seen.map(|measurement| measurement.time_us).collect();
+        let first = navigator.filter.state();
+        let table =
+            first.and_then(|first| observability::table(first, &navigator.parameters.forces(), &times_us));
+        let no_arc = || {
+            let what = "no arc: fewer than three directions, or an orbit out of the bounds of the dynamics";
+            HostError::input(path, None, what, TO_DO)
+        };
+        table.ok_or_else(no_arc)?.iter().for_each(|form| form.print(arguments.json));
+        return Ok(faults.status());
+    }
+    let mut answers: Vec<Answer> =
+        measurements.iter().map(|measurement| navigator.answer(measurement)).collect();
     let ranges = arguments.filter != Observation::UnitVector;
     let bounds = navigator.filter.state().map_or_else(Vec::new, |last| {
         bound::bounds(last, &navigator.parameters.forces(), &measurements, ranges)

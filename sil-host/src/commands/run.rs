@@ -16,7 +16,8 @@
 //! by 400 bytes a second of the run. The same scenario and seed give the same bytes in every file. Ends with
 //! status 1 when a limit was missed.
 
-use crate::bound;
+pub mod bounded;
+
 use crate::campaign::family::Family;
 use crate::cli::RunArguments;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
@@ -25,11 +26,11 @@ use crate::formats::cycles::columns::RowInputs;
 use crate::formats::ephemerides::{self, Ephemerides};
 use crate::formats::json;
 use crate::harness::{self, Second};
-use crate::judge::{Figures, Judge, Verdict};
+use crate::judge::{Figures, Verdict};
 use crate::output::{Folder, PartialFile, write_whole};
 use crate::report::{Recorder, page, terminal};
 use crate::scenario::{EMBEDDED, Scenario};
-use crate::world::scene::{Scene, VisibleStar};
+use bounded::BoundedJudge;
 use fsw_core::telemetry;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -40,8 +41,6 @@ use std::time::Instant;
 
 /// Where runs are put when no folder is named.
 pub const FOLDER: &str = "sextant-out";
-/// Seconds between two samples of the Cramer-Rao bound.
-const BOUND_EVERY_S: u32 = 60;
 
 /// What `summary.json` holds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -114,12 +113,13 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -
     let mut cycles = CyclesFile::create(&cycles)?;
     let mut frames = TelemetryFile::create(&frames)?;
     let mut ephemerides = Ephemerides::create(&folder, scenario)?;
-    let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
+    let mut judge = BoundedJudge::new(scenario);
     let mut recorder = Recorder::new(scenario.duration_s);
     let bar = progress(scenario, json);
     harness::fly(scenario, &mut scene, |second: Second<'_>| {
-        let mode_right = judge_second(&mut judge, &second, scenario.exposure_us);
+        let mode_right = judge.add(&second);
         recorder.add(&second, mode_right);
+        recorder.add_bound(second.cycle, judge.position_bound_km());
         frames.add(second.report)?;
         ephemerides.add(&second)?;
         if cycles.add(&RowInputs { second, mode_right })? {
@@ -149,29 +149,6 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -
     write_whole(&report_file, html.as_bytes())?;
     write_whole(&summary_file, format!("{text}\n").as_bytes())?;
     Ok(summary)
-}
-
-/// Judges a second, once in `BOUND_EVERY_S` seconds beside the Cramer-Rao bound; gives whether its mode was
-/// right.
-pub fn judge_second(judge: &mut Judge, second: &Second<'_>, exposure_us: u32) -> bool {
-    if second.cycle.is_multiple_of(BOUND_EVERY_S)
-        && let Some(bound_rad) = bound_of(second, exposure_us)
-    {
-        judge.add_bound(bound_rad);
-    }
-    judge.add(second.judged)
-}
-
-/// The Cramer-Rao bound of a second's attitude for the stars that were used; only where it was found in that
-/// second's image.
-fn bound_of(second: &Second<'_>, exposure_us: u32) -> Option<[f64; 3]> {
-    let scene: &Scene = second.scene;
-    if scene.cycle() != Some(second.cycle.into()) || second.report.attitude?.age_s > 0 {
-        return None;
-    }
-    let named = |seen: &&VisibleStar| second.report.stars.iter().any(|star| star.hip == seen.hip);
-    let used: Vec<VisibleStar> = scene.visible_stars().iter().filter(named).copied().collect();
-    bound::attitude_rad(scene, &used, exposure_us)
 }
 
 /// Runs the command.

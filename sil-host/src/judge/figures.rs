@@ -98,6 +98,13 @@ pub struct OrbitFigures {
     pub last_orbit_rac_km: Option<[f64; 3]>,
     /// 3-D position error, rms of the last orbit.
     pub last_orbit_position_km: Option<f64>,
+    /// Bound of the position by the horizon ([`crate::bound::position`]), radial, along, cross, rms of the last
+    /// orbit.
+    pub last_orbit_bound_rac_km: Option<[f64; 3]>,
+    /// The same in 3-D.
+    pub last_orbit_bound_km: Option<f64>,
+    /// The same after each orbit, radial, along, cross; none where the limb seen fixed no orbit yet.
+    pub orbit_bounds_rac_km: Vec<Option<[f64; 3]>>,
     /// 3-D velocity error, rms of the last orbit.
     pub last_orbit_velocity_m_s: Option<f64>,
     /// Share of the seconds with every axis (radial, along, cross) within three sigma.

@@ -15,12 +15,14 @@ use super::second::Judged;
 use super::series::Series;
 use super::sums::{Share, Sizes, Squares};
 use crate::world::attitude::Vector;
+use crate::world::vector::length;
 use fsw_core::modes::Mode;
 
 /// Gathers the figures of a run.
 #[derive(Clone, Debug)]
 pub struct Judge {
     last_orbit_from: u32,
+    period_s: f64,
     figures: Figures,
     modes: ModeJudge,
     valid: Share,
@@ -33,6 +35,7 @@ pub struct Judge {
     bound: [Squares; 3],
     rate: RateSums,
     last_rac: [Squares; 3],
+    last_bound: [Squares; 3],
     /// Degrees of freedom of all innovations, and the sum of their squares.
     nis: [f64; 2],
 }
@@ -47,6 +50,7 @@ impl Judge {
         };
         Self {
             last_orbit_from: seconds - last,
+            period_s,
             figures: Figures::default(),
             modes: ModeJudge::default(),
             valid: Share::default(),
@@ -57,6 +61,7 @@ impl Judge {
             bound: Default::default(),
             rate: RateSums::default(),
             last_rac: Default::default(),
+            last_bound: Default::default(),
             nis: [0.0; 2],
         }
     }
@@ -88,6 +93,20 @@ impl Judge {
     pub fn add_bound(&mut self, bound_rad: Vector) {
         for (sum, bound) in self.bound.iter_mut().zip(bound_rad) {
             sum.add(bound);
+        }
+    }
+
+    /// Adds the bound of a second's position by the horizon, radial, along, cross, km; none where there is none
+    /// yet.
+    pub fn add_position_bound(&mut self, cycle: u32, bound_km: Option<Vector>) {
+        let revolutions = |seconds: u32| (f64::from(seconds) / self.period_s).floor();
+        if self.period_s > 0.0 && revolutions(cycle + 1) > revolutions(cycle) {
+            self.figures.orbit.orbit_bounds_rac_km.push(bound_km);
+        }
+        if let Some(bound_km) = bound_km.filter(|_| cycle >= self.last_orbit_from) {
+            for (sum, bound) in self.last_bound.iter_mut().zip(bound_km) {
+                sum.add(bound);
+            }
         }
     }
 
@@ -172,9 +191,13 @@ impl Judge {
         };
         figures.earth = earth(&figures);
         let position = figures.run("position");
+        let [last_rac, last_bound] = [&self.last_rac, &self.last_bound]
+            .map(|sums| three(&sums.iter().filter_map(Squares::rms).collect::<Vec<f64>>()));
         let jump = position.and_then(|of| of.jump_sigma);
         figures.orbit = OrbitFigures {
-            last_orbit_rac_km: three(&self.last_rac.iter().filter_map(Squares::rms).collect::<Vec<f64>>()),
+            last_orbit_rac_km: last_rac,
+            last_orbit_bound_rac_km: last_bound,
+            last_orbit_bound_km: last_bound.map(length),
             last_orbit_position_km: figures.last_orbit("position").map(|of| of.rms),
             last_orbit_velocity_m_s: figures.last_orbit("velocity").map(|of| of.rms),
             position_within_3_sigma_share: position.map(|of| of.all_within_3_share),

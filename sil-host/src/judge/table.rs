@@ -112,7 +112,7 @@ macro_rules! of_quantity {
     };
 }
 
-static OF_RUN: [Figure; 25] = [
+static OF_RUN: [Figure; 26] = [
     share("attitude_valid_share", "attitude valid outside Sun states", |of| of.attitude_valid_share),
     share("within_3_sigma_share", "attitude error within 3 reported sigma", |of| of.within_3_sigma_share),
     share("position_within_3_sigma_share", "position error within 3 reported sigma", |of| {
@@ -183,6 +183,12 @@ static OF_RUN: [Figure; 25] = [
     at_most("last_orbit_position_km", "3-D position error of the last orbit, rms", ("km", 1e6), |of| {
         of.orbit.last_orbit_position_km
     }),
+    at_most(
+        "last_orbit_position_bounds",
+        "3-D position error of the last orbit over the horizon's bound, rms",
+        ("bounds", 1e6),
+        |of| Some(of.orbit.last_orbit_position_km? / of.orbit.last_orbit_bound_km?),
+    ),
     at_most("last_orbit_velocity_m_s", "3-D velocity error of the last orbit, rms", ("m/s", 1e6), |of| {
         of.orbit.last_orbit_velocity_m_s
     }),

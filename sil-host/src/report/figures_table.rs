@@ -153,8 +153,9 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             "Position of the last orbit, rms",
             plain(orbit.last_orbit_position_km, "km"),
             format!(
-                "radial, along, cross {}; thesis (GEO) {}; at the end {}",
+                "radial, along, cross {}; bound of the horizon {}; thesis (GEO) {}; at the end {}",
                 three(orbit.last_orbit_rac_km),
+                three(orbit.last_orbit_bound_rac_km),
                 three(Some(orbit.thesis_geo_rac_km)),
                 plain(orbit.final_position_km, "km")
             ),

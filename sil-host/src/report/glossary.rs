@@ -1,7 +1,7 @@
 //! The terms of the page, explained.
 
 /// A term and what it means here.
-pub const TERMS: [(&str, &str); 18] = [
+pub const TERMS: [(&str, &str); 19] = [
     (
         "Error",
         "estimate less truth. The truth is the simulated world's, which the flight software never sees.",
@@ -28,6 +28,11 @@ pub const TERMS: [(&str, &str); 18] = [
          sigmas of both. With three axes its mean is 3 where filter and measurement noise agree.",
     ),
     ("Cram\u{e9}r-Rao bound", "what no unbiased estimate from the same stars and photons can go below."),
+    (
+        "Bound of the horizon",
+        "the least sigma of the position that any filter can have by the limb seen until then, over an Earth whose limb \
+         stands as unevenly as this world's; an rms over worlds, in one of them an error may be smaller.",
+    ),
     (
         "Radial, along, cross",
         "up from the Earth's centre; in the orbit plane along flight; along the orbit's normal.",

@@ -17,6 +17,8 @@ pub struct Panel<'a> {
     pub(super) line: &'a Trace,
     /// The sigma of which three are drawn.
     pub(super) band: Option<&'a Trace>,
+    /// What the sigma cannot be less than, of which three are drawn.
+    pub(super) bound: Option<&'a Trace>,
     pub(super) scale: Scale,
     /// A level to compare with.
     pub(super) level: Option<f64>,
@@ -43,24 +45,37 @@ impl<'a> Panel<'a> {
     /// The same on the scale of another.
     pub fn banded_like(name: &'a str, unit: &'a str, of: &'a Banded, like: &Banded) -> Self {
         let scale = scale_of(&like.error, envelope(&like.sigma));
-        Self { name, unit, line: &of.error, band: Some(&of.sigma), scale, level: None }
+        Self { name, unit, line: &of.error, band: Some(&of.sigma), bound: None, scale, level: None }
+    }
+
+    /// With a bound of its sigma.
+    pub fn above(self, bound: &'a Trace) -> Self {
+        Self { bound: Some(bound), ..self }
     }
 
     /// An error without an envelope.
     pub fn signed(name: &'a str, unit: &'a str, line: &'a Trace) -> Self {
-        Self { name, unit, line, band: None, scale: scale_of(line, None), level: None }
+        Self { name, unit, line, band: None, bound: None, scale: scale_of(line, None), level: None }
     }
 
     /// A count, or another quantity from zero up, beside a level.
     pub fn counted(name: &'a str, unit: &'a str, line: &'a Trace, level: Option<f64>) -> Self {
         let scale = Scale::from_zero(line.largest().unwrap_or(0.0).max(level.unwrap_or(0.0)));
-        Self { name, unit, line, band: None, scale, level }
+        Self { name, unit, line, band: None, bound: None, scale, level }
     }
 
     /// A quantity in the range in which it lies, at least `least` wide.
     pub fn ranging(name: &'a str, unit: &'a str, line: &'a Trace, least: f64) -> Self {
         let (low, high) = line.extremes().unwrap_or((0.0, 0.0));
-        Self { name, unit, line, band: None, scale: Scale::between(low, high, least), level: None }
+        Self {
+            name,
+            unit,
+            line,
+            band: None,
+            bound: None,
+            scale: Scale::between(low, high, least),
+            level: None,
+        }
     }
 
     /// Whether there is nothing to draw.

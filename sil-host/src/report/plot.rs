@@ -243,6 +243,9 @@ impl Frame<'_> {
         if let Some(sigma) = panel.band.filter(|_| !panel.envelope_off_scale()) {
             self.band(svg, sigma, y);
         }
+        if let Some(bound) = panel.bound {
+            self.bound(svg, bound, y);
+        }
         self.restart_lines(svg, HEIGHT);
         if panel.line.is_empty() {
             let _ = write!(
@@ -277,6 +280,18 @@ impl Frame<'_> {
         if !beyond.is_empty() {
             let _ = write!(svg, "<path class=\"beyond\" d=\"{beyond}\"/>");
         }
+    }
+
+    /// Three times a bound on either side of zero.
+    fn bound(&self, svg: &mut String, bound: &Trace, y: impl Fn(f64) -> f64) {
+        let mut path = String::new();
+        for (piece, side) in pieces(bound).iter().flat_map(|piece| [(piece, 3.0), (piece, -3.0)]) {
+            for (number, (index, _, high)) in piece.iter().enumerate() {
+                let letter = if number == 0 { 'M' } else { 'L' };
+                let _ = write!(path, "{letter}{:.1} {:.1}", self.middle(*index), y(side * high));
+            }
+        }
+        let _ = write!(svg, "<path class=\"bound\" d=\"{path}\"><title>bound</title></path>");
     }
 
     fn band(&self, svg: &mut String, sigma: &Trace, y: impl Fn(f64) -> f64) {

@@ -64,6 +64,8 @@ pub struct Recorder {
     pub(super) turning: [Banded; 3],
     /// Radial, along, cross: km and m/s.
     pub(super) position: [Banded; 3],
+    /// Bound of the position by the horizon, km.
+    pub(super) position_bound: [Trace; 3],
     pub(super) velocity: [Banded; 3],
     /// Direction x and y, deg; distance, km.
     pub(super) earth: [Banded; 3],
@@ -107,6 +109,7 @@ impl Recorder {
             rate: [trace(), trace(), trace()],
             turning: three(),
             position: three(),
+            position_bound: [trace(), trace(), trace()],
             velocity: three(),
             earth: three(),
             limb_height: banded(),
@@ -151,6 +154,14 @@ impl Recorder {
         self.limb_points.add(at, judged.limb_points.into());
         self.add_events(second);
         self.moments.look(second, cycle + 1 == self.stretches.seconds);
+    }
+
+    /// Adds the bound of a second's position, radial, along, cross, km, where there is one.
+    pub fn add_bound(&mut self, cycle: u32, bound_km: Option<[f64; 3]>) {
+        let at = self.stretches.index(cycle);
+        for (trace, bound) in self.position_bound.iter_mut().zip(bound_km.into_iter().flatten()) {
+            trace.add(at, bound);
+        }
     }
 
     fn add_geometry(&mut self, at: usize, truth: &Truth) {

@@ -86,6 +86,7 @@ fn made_up_page() -> (String, crate::judge::Figures) {
         let report = made_up(&noise, cycle, &truth, decay);
         let judged = Judged::new(&report, &truth, &truth);
         let right = judge.add(&judged);
+        recorder.add_bound(cycle, (cycle > 100).then_some([0.3; 3]));
         let (rate, field) = (None, None);
         let second = Second {
             cycle,
@@ -122,6 +123,8 @@ fn the_page_needs_nothing_else_and_shows_every_part() {
         "data:image/png;base64,",
         "\u{2713} kept",
         "class=\"fault\"",
+        "class=\"bound\"",
+        "bound of the horizon",
         "<title>1 time-out</title>",
         "second 21: first orbit found and tested",
         "<h2>Injected faults</h2>",

@@ -4,10 +4,10 @@
 use super::desk::{Desk, Turn};
 use super::log::{End, Log, Run, Title};
 use super::world::World;
-use crate::commands::run::judge_second;
+use crate::commands::run::bounded::BoundedJudge;
 use crate::error::HostError;
 use crate::harness::{self, Flight};
-use crate::judge::{Judge, Verdict};
+use crate::judge::Verdict;
 use crate::report::opinion::Opinion;
 use crate::scenario::Scenario;
 use std::sync::Arc;
@@ -36,7 +36,7 @@ fn fly(desk: &Desk, scenario: &Scenario) -> Result<(), HostError> {
 
 /// The seconds of a flight.
 fn seconds(desk: &Desk, scenario: &Scenario, flight: &mut Flight<'_>, run: &Run) -> Result<(), HostError> {
-    let mut judge = Judge::new(scenario.duration_s, scenario.period_s());
+    let mut judge = BoundedJudge::new(scenario);
     let mut injected = 0;
     for cycle in 0..scenario.duration_s {
         let Turn::Fly(faults) = desk.turn(cycle) else { return Ok(()) };
@@ -48,7 +48,7 @@ fn seconds(desk: &Desk, scenario: &Scenario, flight: &mut Flight<'_>, run: &Run)
         let began = Instant::now();
         flight.second(|second| {
             let host_ms = 1e3 * began.elapsed().as_secs_f64();
-            let mode_right = judge_second(&mut judge, &second, scenario.exposure_us);
+            let mode_right = judge.add(&second);
             run.add(second, mode_right, host_ms);
             Ok(())
         })?;

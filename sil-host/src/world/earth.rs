@@ -8,6 +8,7 @@
 //! | [`octahedron`] | a place on the Earth | where on a map it is |
 //! | [`map`] | place, footprint | the same from maps |
 //! | [`horizon`] | a place on the Earth | how high the limb stands there |
+//! | [`heights`] | the way between two places | what their heights have in common |
 //! | [`limb`] | height of a line of sight | its brightness, blurred |
 //! | [`photometry`] | albedo, Sun, view | brightness |
 //! | [`looks`] | seed, model | the last three, shared |
@@ -23,6 +24,7 @@
 pub mod albedo;
 pub mod cell;
 pub mod ellipsoid;
+pub mod heights;
 pub mod horizon;
 pub mod image;
 pub mod lattice;

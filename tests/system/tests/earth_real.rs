@@ -15,28 +15,28 @@ use system_tests::{data, json_lines, refused, run, scratch};
 
 /// A camera that took a picture.
 #[derive(Clone, Copy)]
-struct Camera {
+pub struct Camera {
     size_px: [u32; 2],
-    focal_length_px: f64,
-    centre_px: [f64; 2],
+    pub focal_length_px: f64,
+    pub centre_px: [f64; 2],
     projection: &'static str,
 }
 
 /// GEO products lie on grids of scan angles: f is one over the angle of a pixel.
-const GOES15: Camera = Camera {
+pub const GOES15: Camera = Camera {
     size_px: [469, 480],
     // Half axis of the joint fit over the half angle of the disc.
     focal_length_px: 235.25 / 0.151_852_1,
     centre_px: [234.13, 246.15],
     projection: "equiangular",
 };
-const GOES16: Camera = Camera {
+pub const GOES16: Camera = Camera {
     size_px: [520, 520],
     focal_length_px: 512.0 / (56e-6 * 5424.0),
     centre_px: [259.5, 259.5],
     projection: "equiangular",
 };
-const METEOSAT: Camera = Camera {
+pub const METEOSAT: Camera = Camera {
     size_px: [742, 742],
     focal_length_px: 742.0 / (83.843e-6 * 3712.0),
     centre_px: [370.5, 370.5],
@@ -71,7 +71,7 @@ impl Camera {
 }
 
 /// The answer for one of the pictures.
-fn earth(test: &str, picture: &str, camera: &Camera, arguments: &[&str]) -> Option<Value> {
+pub fn earth(test: &str, picture: &str, camera: &Camera, arguments: &[&str]) -> Option<Value> {
     let path = data(&format!("earth/{picture}"))?;
     Some(earth_in(&path, &scratch(test), camera, arguments))
 }
@@ -128,7 +128,7 @@ fn by_the_thesis(path: &Path, pole_known: bool) -> String {
     }
 }
 
-fn number(value: &Value) -> f64 {
+pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or(f64::NAN)
 }
 
@@ -142,7 +142,7 @@ fn apart([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
 }
 
 /// North is up or down: a pole's sign does not matter.
-const NORTH: [&str; 2] = ["--pole", "0,-1,0"];
+pub const NORTH: [&str; 2] = ["--pole", "0,-1,0"];
 
 #[test]
 fn geo_tiles_agree_with_their_projection() {

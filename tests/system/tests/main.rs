@@ -12,6 +12,7 @@ mod clock_faults;
 mod detector_faults;
 mod dynamics;
 mod earth_pictures;
+mod earth_positions;
 mod earth_real;
 mod earth_vectors;
 mod emulator;

@@ -195,6 +195,34 @@ fn a_first_radius_wrong_by_earth_radii_is_mended_or_told() {
 }
 
 #[test]
+fn what_directions_can_tell_is_what_the_thesis_says() {
+    let path = scratch("navigate-observability").join("measurements.jsonl");
+    for flight in [GEO, LEO] {
+        Flight { step_s: 60.0, ..flight }.write(&path, 1);
+        let observability = |dynamics: &str| {
+            let file = path.to_str().unwrap();
+            let output = run(&["navigate", file, "--observability", "--dynamics", dynamics, "--json"]);
+            assert!(output.status.success() && output.stderr.is_empty());
+            json_lines(&output)
+        };
+        let forms = observability("kepler");
+        let ranks = |misalignment: bool| -> Vec<(&str, u64)> {
+            let of = forms.iter().filter(|form| form["misalignment"] == misalignment);
+            of.map(|form| (form["form"].as_str().unwrap(), form["rank"].as_u64().unwrap())).collect()
+        };
+        // §5.2.2: the orbit is observable; of a constant misalignment the angle across the track is, the one
+        // along it is not; the third changes no direction.
+        assert_eq!(ranks(false), [("unit", 6), ("position", 6), ("combined", 6)]);
+        assert_eq!(ranks(true), [("unit", 7), ("position", 7), ("combined", 7)]);
+        for form in forms.iter().filter(|form| form["misalignment"] == true) {
+            assert_eq!(form["angles_observable"], json!([false, true, false]), "{form}");
+        }
+        // About the vertical nothing changes whatever the forces.
+        assert!(observability("full").iter().all(|form| form["angles_observable"][0] != true));
+    }
+}
+
+#[test]
 fn lines_that_are_none_cost_a_line_each_and_the_others_are_answered() {
     let folder = scratch("navigate-bad");
     let path = folder.join("bad.jsonl");
@@ -231,6 +259,9 @@ fn lines_that_are_none_cost_a_line_each_and_the_others_are_answered() {
         assert_eq!(answers.len(), 1);
         assert_eq!(answers[0]["t_s"], 10.0);
     }
+    // Two directions are no arc.
+    std::fs::write(&path, format!("{first}\n{seen}\n{seen}")).unwrap();
+    system_tests::refused(&["navigate", file, "--observability"], &["bad.jsonl:", "fewer than three"]);
     // A gap of days is crossed, its sigmas grow.
     std::fs::write(&path, format!("{first}\n{}", r#"{"t_s":259200,"u":null}"#)).unwrap();
     let answers = json_lines(&run(&["navigate", file, "--json"]));

@@ -9,8 +9,8 @@
 //! a2)` and the cone narrows by `a3`; with these rows `H` and the covariance `C` of the heights the bound is
 //! that of `(Hᵀ C⁻¹ H)⁻¹`.
 
-use super::heights::Heights;
 use crate::world::attitude::{Vector, dot};
+use crate::world::earth::heights::Heights;
 use fsw_core::camera::Camera;
 use fsw_core::earth::reach::STRIP_MARGIN_PX;
 use fsw_core::earth::view::View;

@@ -8,7 +8,6 @@
 //! room).
 
 use super::cases::{Case, Drawn};
-use super::heights::Heights;
 use super::limit::{self, Limb};
 use crate::commands::earth::of_a_mean_sphere;
 use crate::error::HostError;
@@ -16,6 +15,7 @@ use crate::flight;
 use crate::formats::picture::Picture;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::earth::EQUATOR_KM;
+use crate::world::earth::heights::Heights;
 use crate::world::noise::Noise;
 use crate::world::time::ephemeris::LIGHT_KM_S;
 use crate::world::vector::{cross, length, minus, plus, times, unit};

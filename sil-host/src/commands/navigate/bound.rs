@@ -7,17 +7,12 @@
 //! force is unknown. In f64, the transition that of the flight code (eq. 5.23).
 
 use super::Measurement;
+use crate::bound::orbit::covariance;
 use crate::commands::propagate::carried;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::dynamics::MAX_SPAN_US;
 use fsw_core::orbit::forces::Forces;
 use nalgebra::{Matrix3, Matrix6, Vector3};
-
-/// Scale of velocities against positions, s: with it the elements of `J` are alike.
-const SCALE_S: f64 = 1e3;
-/// Least share of a diagonal element that the rest of `J` may leave of it: below, a direction is not known
-/// yet to the digits of f64.
-const LEAST_PIVOT: f64 = 1e-12;
 
 /// `Φ` between two states of one orbit, and the last of them, in spans that the flight code takes.
 fn carry(from: &OrbitState, to: &OrbitState, forces: &Forces) -> Option<Matrix6<f64>> {
@@ -30,16 +25,6 @@ fn carry(from: &OrbitState, to: &OrbitState, forces: &Forces) -> Option<Matrix6<
         before = after;
     }
     Some(all)
-}
-
-/// The covariance whose information is `J`; `None` where that leaves a direction unknown.
-fn covariance(information: &Matrix6<f64>) -> Option<Matrix6<f64>> {
-    let scale = Matrix6::from_diagonal(&[1.0, 1.0, 1.0, 1.0 / SCALE_S, 1.0 / SCALE_S, 1.0 / SCALE_S].into());
-    let scaled = scale * information * scale;
-    let factor = scaled.cholesky()?;
-    let known = factor.l_dirty().diagonal();
-    let left = known.component_mul(&known).component_div(&scaled.diagonal());
-    (left.min() > LEAST_PIVOT).then(|| scale * factor.inverse() * scale)
 }
 
 /// The bound at each measurement, of an orbit through `last`, a state at the last one's time or after; `None`

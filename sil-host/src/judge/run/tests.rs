@@ -52,6 +52,7 @@ fn figures_are_those_counted_by_hand() {
         // Half a sigma, unsettled for five seconds, and a jump to 7 km in second 15.
         let error_km = if cycle < 15 { 1.0 } else { 7.0 };
         judge.add(&second(cycle, error_km, cycle >= 5));
+        judge.add_position_bound(cycle, (cycle >= 10).then_some([1.0, 2.0, 2.0]));
     }
     let figures = judge.finish();
     assert_eq!((figures.seconds, figures.first_attitude_s), (20, Some(5)));
@@ -71,6 +72,11 @@ fn figures_are_those_counted_by_hand() {
     // The last orbit: seconds 12 to 19.
     let rms = ((3.0 + 5.0 * 49.0) / 8.0f64).sqrt();
     assert!((orbit.last_orbit_position_km.unwrap() - rms).abs() < 1e-12);
+    // Orbits end in seconds 7 and 15; the bound was 3 km.
+    assert_eq!(orbit.orbit_bounds_rac_km, [None, Some([1.0, 2.0, 2.0])]);
+    assert_eq!(orbit.last_orbit_bound_km, Some(3.0));
+    let bounds = table::figure("last_orbit_position_bounds").unwrap();
+    assert!(((bounds.of)(&figures).unwrap() - rms / 3.0).abs() < 1e-12);
     assert!((orbit.last_orbit_velocity_m_s.unwrap() - 3.0).abs() < 1e-12);
     assert_eq!(orbit.final_position_km, Some(7.0));
 }
@@ -88,6 +94,7 @@ fn every_limit_has_a_figure_and_one_without_a_figure_is_missed() {
     let mut judge = Judge::new(20, 8.0);
     (0..20).for_each(|cycle| {
         judge.add(&second(cycle, 1.0, true));
+        judge.add_position_bound(cycle, Some([1.0; 3]));
     });
     let figures = judge.finish();
     let without = ["earth_", "sun_", "dark_", "nis_", "mode_latest", "rate_95", "rate_sigma"];

@@ -72,6 +72,9 @@ fn legend(page: &mut String, recorder: &Recorder) {
     page.push_str("<h2>Plots</h2><p class=\"legend soft\">");
     page.push_str(&key("line", "error, least to greatest of every stretch"));
     page.push_str(&key("band", "\u{b1}3 reported sigma"));
+    if recorder.position_bound.iter().any(|bound| !bound.is_empty()) {
+        page.push_str(&key("good", "dashed: \u{b1}3 bound of the horizon"));
+    }
     page.push_str(&key("bad", "at an edge: beyond it"));
     page.push_str(&key("dark", "no lit limb (eclipse)"));
     page.push_str(&key("sun", "Sun in a path"));
@@ -127,9 +130,12 @@ fn attitude(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
 }
 
 fn orbit(page: &mut String, recorder: &Recorder, wide: &Frame<'_>) {
-    let panels = three(ORBIT_AXES, "km", &recorder.position);
-    let words = "Along the true axes, the envelope by the reported covariance.";
+    let panels = three(ORBIT_AXES, "km", &recorder.position).into_iter().zip(&recorder.position_bound);
+    let panels: Vec<Panel<'_>> = panels.map(|(panel, bound)| panel.above(bound)).collect();
+    let words = "Along the true axes, the envelope by the reported covariance. Dashed: three times the bound; no filter has \
+                 a smaller sigma and is right, see the terms.";
     panels_section(page, "Position error", words, wide, &panels);
+    let words = "Along the true axes, the envelope by the reported covariance.";
     let panels = three(ORBIT_AXES, "m/s", &recorder.velocity);
     panels_section(page, "Velocity error", words, wide, &panels);
     let [x, y, distance] = &recorder.earth;

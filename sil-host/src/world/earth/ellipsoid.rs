@@ -75,13 +75,21 @@ impl Ellipsoid {
         })
     }
 
-    /// Degrees of azimuth about the Earth's centre of limb that the Sun, in direction `sun`, lights from more
-    /// than 3 deg above the horizon, and that lies where `on_detector` says so.
-    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
-        let lit = |(normal, place): &(Vector, Vector)| {
+    /// Those points of the limb that the Sun, in direction `sun`, lights from more than 3 deg above the horizon,
+    /// and that lie where `on_detector` says so of the way to them.
+    pub fn lit_limb(
+        &self,
+        sun: Vector,
+        on_detector: impl Fn(Vector) -> bool,
+    ) -> impl Iterator<Item = (Vector, Vector)> {
+        self.limb().filter(move |(normal, place)| {
             dot(*normal, sun) > LIT_SINE && on_detector(minus(*place, self.position))
-        };
-        self.limb().filter(lit).count() as f64 * 360.0 / f64::from(AZIMUTHS)
+        })
+    }
+
+    /// How many degrees of azimuth about the Earth's centre they are.
+    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
+        self.lit_limb(sun, on_detector).count() as f64 * 360.0 / f64::from(AZIMUTHS)
     }
 }
 

@@ -93,10 +93,21 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// The lit limb on the detector: the ellipsoid's normals and the places, ICRS axes, km. `optics` are those of
+    /// the star path.
+    pub fn lit_limb(&self, optics: &Optics) -> impl Iterator<Item = (Vector, Vector)> {
+        self.ellipsoid.lit_limb(self.sun, move |d| in_field(optics, apply(&self.earth_path, d)))
+    }
+
     /// Rate in the axes of the body, which are those of the Earth path, rad/s.
     pub fn body_rate_rad_s(&self) -> Vector {
         apply(&self.earth_path, apply(&transposed(&matrix(self.quaternion)), self.rate_rad_s))
     }
+}
+
+/// Whether the Earth path has a direction, its axes, in the field; `optics` are those of the star path.
+fn in_field(optics: &Optics, direction: Vector) -> bool {
+    optics.earth_path().project(direction).is_some_and(|pixel| optics.on_detector(pixel))
 }
 
 /// Instants of an exposure over which the attitude is averaged.
@@ -167,10 +178,7 @@ impl Trajectory {
         let earth_path = earth_path.matrix;
         let sun = unit(minus(ephemeris::sun_km(instant_us), position_km));
         let ellipsoid = Ellipsoid::new(&ephemeris::icrs_to_equator(instant_us), position_km);
-        let lit_limb_deg = ellipsoid.lit_limb_deg(sun, |d| {
-            let pixel = optics.earth_path().project(apply(&earth_path, d));
-            pixel.is_some_and(|pixel| optics.on_detector(pixel))
-        });
+        let lit_limb_deg = ellipsoid.lit_limb_deg(sun, |d| in_field(optics, apply(&earth_path, d)));
         let in_earth_path = sun::touches(&optics.earth_path(), apply(&earth_path, sun));
         let in_star_path = sun::touches(optics, apply(&star_path, sun));
         let shines = (in_earth_path || in_star_path) && !ellipsoid.hides(sun, sun::RADIUS_RAD);
