@@ -369,3 +369,6 @@ fn rate_at_image(
     let extrapolated = (mean.rad_s * 1.5 - last * 0.5, enlarged(covariance, &(change * CHANGE_OF_CHANGE)));
     if extrapolated.1.trace() < as_it_is.1.trace() { extrapolated } else { as_it_is }
 }
+
+#[cfg(test)]
+mod tests;
