@@ -202,12 +202,12 @@ enum sextant_mode
      */
     SEXTANT_MODE_SUN_OUTAGE = 4,
     /**
-     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
-     * pause.
+     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every second.
      */
     SEXTANT_MODE_SAFE = 5,
     /**
-     * The same by command, or without a parameter table that can be used: until a command ends it.
+     * By command, or without a parameter table that can be used: the orbit is propagated, no image is taken
+     * until a command ends it.
      */
     SEXTANT_MODE_COMMANDED_SAFE = 6,
 };

@@ -35,10 +35,10 @@ pub enum Mode {
     Eclipse = 3,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage = 4,
-    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
-    /// pause.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every second.
     Safe = 5,
-    /// The same by command, or without a parameter table that can be used: until a command ends it.
+    /// By command, or without a parameter table that can be used: the orbit is propagated, no image is taken
+    /// until a command ends it.
     CommandedSafe = 6,
 }
 

@@ -5,10 +5,10 @@
 //!
 //! | from | guard | to |
 //! |---|---|---|
-//! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test | safe |
+//! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test and without an attitude | safe |
 //! | any but self-test, safe, commanded safe | the detector is blinded | Sun outage |
 //! | self-test | passed | acquisition |
-//! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed; since tracking was lost at least `dwell_s` less `patience_s` seconds | tracking, eclipse |
+//! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed; since tracking was lost, or safe mode left, at least `dwell_s` less `patience_s` seconds | tracking, eclipse |
 //! | acquisition | `acquisition_timeout_s` seconds in the mode | safe |
 //! | tracking, eclipse | no attitude for `patience_s` seconds | acquisition |
 //! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
@@ -16,7 +16,7 @@
 //! | Sun outage | not blinded, attitude by the last rate still good | tracking, eclipse |
 //! | Sun outage | not blinded | acquisition |
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
-//! | safe | `pause_s` seconds in the mode | self-test |
+//! | safe | self-test passed in `healthy_s` seconds in a row | acquisition |
 //! | commanded safe | none: only a command leaves it | |
 //!
 //! Before a second begins, in this order:
@@ -55,15 +55,15 @@ pub enum Mode {
     Eclipse,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage,
-    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated after a
-    /// pause.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every second.
     Safe,
-    /// The same by command, or without a parameter table that can be used: until a command ends it.
+    /// By command, or without a parameter table that can be used: the orbit is propagated, no image is taken
+    /// until a command ends it.
     CommandedSafe,
 }
 
 impl Mode {
-    /// Whether no image is taken.
+    /// Whether the sensor looks for neither stars nor Earth, by itself or by command.
     pub fn is_safe(self) -> bool {
         matches!(self, Self::Safe | Self::CommandedSafe)
     }
@@ -90,8 +90,8 @@ pub enum Guard {
     TimedOut,
     /// Faults in too many seconds in a row.
     Faults,
-    /// The pause is over.
-    PauseOver,
+    /// The self-test passed for long enough in safe mode.
+    Healthy,
     /// A command.
     Commanded,
     /// The parameter table was damaged in memory.
@@ -105,14 +105,15 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time from one loss of tracking to the next: for all of it but `patience_s`, acquisition goes
-        /// on identifying stars in whole images. What lost them, a slew or a gyro that is wrong, may lose
-        /// them again.
+        /// Least time from one loss of tracking, or the end of safe mode, to the next loss: for all of it but
+        /// `patience_s`, acquisition goes on identifying stars in whole images. What lost them, a slew or a
+        /// gyro that is wrong, may lose them again.
         dwell_s: u16 = 12, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
-        /// Time of faults in a row before safe mode.
-        fault_patience_s: u16 = 5, 1..=600, "s",
-            "`patience_s` and two more: acquisition is tried twice before safe mode";
+        /// Time of faults in a row, without an attitude, before safe mode.
+        fault_patience_s: u16 = 13, 1..=600, "s",
+            "`patience_s` and ten more: bursts of faults of ten seconds are borne in acquisition, and no three \
+             changes of mode lie within 10 s";
         /// Time for which the Earth must be dark, or lit, before it counts as such.
         settle_s: u16 = 3, 1..=60, "s",
             "two wrong frames change no mode; in LEO the Sun moves 0.2 deg, less than from `lit_deg` to \
@@ -123,10 +124,10 @@ parameter_group! {
         /// Longest Sun outage.
         outage_timeout_s: u16 = 7200, 10..=60_000, "s",
             "the longest outage in GEO, 75 min, and half as much again";
-        /// Pause in safe mode before the next self-test.
-        pause_s: u16 = 60, 1..=10_000, "s",
-            "a detector that keeps failing takes 2 % of the seconds; ten tries while a low orbit crosses \
-             the South Atlantic Anomaly, 10 min";
+        /// Time for which the self-test must pass before safe mode ends.
+        healthy_s: u16 = 3, 1..=10_000, "s",
+            "a detector that fails in half of the seconds passes three times in a row in one of eight; an \
+             attitude is owed ten seconds after the fault";
     }
 }
 
@@ -156,7 +157,9 @@ pub struct Modes {
     in_mode_us: i64,
     without_attitude_us: i64,
     with_fault_us: i64,
-    /// Since tracking was last lost; `None` where it never was.
+    /// Uninterrupted time of passed self-tests in safe mode.
+    healthy_us: i64,
+    /// Since tracking was last lost, or safe mode left; `None` where neither ever was.
     lost_us: Option<i64>,
     /// Uninterrupted time for which the limb's light contradicts the mode (dark in tracking, lit in
     /// eclipse).
@@ -205,7 +208,8 @@ impl Modes {
         };
         self.in_mode_us = count(self.in_mode_us, true);
         self.without_attitude_us = count(self.without_attitude_us, !inputs.attitude);
-        self.with_fault_us = count(self.with_fault_us, inputs.fault);
+        self.with_fault_us = count(self.with_fault_us, inputs.fault && !inputs.attitude);
+        self.healthy_us = count(self.healthy_us, self.mode == Mode::Safe && !inputs.fault);
         self.lost_us = self.lost_us.map(|us| count(us, true));
         self.earth_changed_us = count(self.earth_changed_us, earth_changed);
         let (mode, guard) = self.decide(inputs, parameters)?;
@@ -213,7 +217,8 @@ impl Modes {
         self.enter(mode);
         // These go on over changes of mode.
         self.with_fault_us = with_fault_us;
-        self.lost_us = if guard == Guard::AttitudeLost { Some(0) } else { lost_us };
+        let begins = matches!(guard, Guard::AttitudeLost | Guard::Healthy);
+        self.lost_us = if begins { Some(0) } else { lost_us };
         Some(guard)
     }
 
@@ -248,8 +253,8 @@ impl Modes {
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
-            Mode::Safe if reached(self.in_mode_us, parameters.pause_s) => {
-                Some((Mode::SelfTest, Guard::PauseOver))
+            Mode::Safe if reached(self.healthy_us, parameters.healthy_s) => {
+                Some((Mode::Acquisition, Guard::Healthy))
             }
             _ => None,
         }

@@ -343,11 +343,11 @@ impl<'c> Sensor<'c> {
         stars: &mut StarRecord,
     ) -> Result<(), DetectorFault> {
         match (mode, image) {
-            (Mode::Safe | Mode::CommandedSafe, _) => {}
+            (Mode::CommandedSafe, _) => {}
             (_, Image::Failed(fault)) => return Err(fault),
             (Mode::Acquisition, Image::Refused(_)) => {}
             (_, Image::Refused(_)) => self.propagate_only(None, stars),
-            (Mode::SelfTest, _) => {
+            (Mode::SelfTest | Mode::Safe, _) => {
                 stars.activity = Activity::SelfTest;
                 stars.outcome = Some(self.self_test(detector)?);
             }

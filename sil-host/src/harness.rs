@@ -20,7 +20,7 @@ use crate::world::instruments::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
 use faults::{Fault, Faulty};
 use fsw_core::catalog::Catalogue;
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, LocalTime, MagneticField, Magnetometer,
@@ -182,11 +182,12 @@ impl<'a> Flight<'a> {
         let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
         let mut detector = Faulty::new(&mut detector, &self.faults, scenario.seed, (cycle, local));
         let mut detector = Watched { detector: &mut detector, windows: &mut self.windows };
+        let command = faults::command(&self.faults, scenario.seed, cycle);
         let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
         let report = match &mut gyro {
             Some(rate_sensor) => self.sensor.cycle(
                 &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor },
-                Command::Continue,
+                command,
             ),
             None => self.sensor.cycle(
                 &mut Instruments {
@@ -195,7 +196,7 @@ impl<'a> Flight<'a> {
                     meter: &mut (),
                     rate_sensor: &mut (),
                 },
-                Command::Continue,
+                command,
             ),
         };
         let image = image_cycle(&report);

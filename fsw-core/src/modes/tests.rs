@@ -10,7 +10,7 @@ const PARAMETERS: ModeParameters = ModeParameters {
     settle_s: 2,
     acquisition_timeout_s: 20,
     outage_timeout_s: 30,
-    pause_s: 5,
+    healthy_s: 5,
 };
 
 const NOTHING: ModeInputs =
@@ -85,7 +85,7 @@ fn a_field_without_stars_ends_in_safe_mode_which_tries_again() {
     let modes = after(Acquisition, &[NOTHING; 27]);
     assert!(modes[..19].iter().all(|mode| *mode == Acquisition));
     assert!(modes[19..24].iter().all(|mode| *mode == Safe));
-    assert_eq!(modes[24..26], [SelfTest, Acquisition]);
+    assert_eq!(modes[24..26], [Acquisition; 2]);
 }
 
 #[test]
@@ -136,6 +136,23 @@ fn faults_in_a_row_end_in_safe_mode_from_everywhere_and_single_ones_do_not() {
 }
 
 #[test]
+fn a_fault_beside_an_attitude_is_borne() {
+    assert_eq!(after(Tracking, &[ModeInputs { fault: true, ..ATTITUDE }; 20]), [Tracking; 20]);
+}
+
+#[test]
+fn safe_mode_ends_as_soon_as_the_self_test_has_passed_for_long_enough() {
+    let seconds =
+        [[FAULT; 30].to_vec(), [NOTHING; 4].to_vec(), [FAULT].to_vec(), [NOTHING; 6].to_vec()].concat();
+    let modes = after(Safe, &seconds);
+    assert_eq!(modes.iter().position(|mode| *mode != Safe), Some(39));
+    assert_eq!(modes[39..], [Acquisition; 2]);
+    // What made it safe may come back: acquisition goes on for as long as after a loss of tracking.
+    let modes = after(Safe, &[ATTITUDE; 16]);
+    assert_eq!(modes[4..], [&[Acquisition; 9][..], &[Tracking; 3]].concat());
+}
+
+#[test]
 fn stars_that_are_lost_at_once_are_not_tracked_again_at_once() {
     // Found for two seconds, lost for three, found again.
     let flapping = [ATTITUDE, ATTITUDE, NOTHING, NOTHING, NOTHING].repeat(8);
@@ -154,15 +171,19 @@ fn changes(modes: &[Mode]) -> Vec<usize> {
 
 proptest! {
     #[test]
-    fn the_mode_changes_no_more_than_twice_in_ten_seconds_however_stars_come_and_go(
-        stars in prop::collection::vec((prop::bool::weighted(0.5), any::<bool>()), 60..200),
+    fn the_mode_changes_no_more_than_twice_in_ten_seconds_however_stars_and_faults_come_and_go(
+        seconds in prop::collection::vec((prop::bool::weighted(0.5), any::<bool>(), any::<bool>()), 60..200),
+        longest_fault in 1usize..40,
         dark in any::<Option<bool>>(),
     ) {
-        let of = |(attitude, rate): &(bool, bool)| {
-            ModeInputs { attitude: *attitude, rate: *rate, dark, ..NOTHING }
+        // In every second stretch of time the detector fails in every second.
+        let of = |(second, (attitude, rate, fault)): (usize, &(bool, bool, bool))| {
+            let fails = (second / longest_fault) % 2 == 1;
+            let attitude = *attitude && !fails;
+            ModeInputs { attitude, rate: *rate, fault: *fault || fails, dark, ..NOTHING }
         };
-        let parameters = ModeParameters { acquisition_timeout_s: 10_000, ..PARAMETERS };
-        let seconds: Vec<_> = stars.iter().map(of).collect();
+        let parameters = ModeParameters { acquisition_timeout_s: 10_000, ..ModeParameters::default() };
+        let seconds: Vec<_> = seconds.iter().enumerate().map(of).collect();
         let changes = changes(&after_steps_with(Tracking, &seconds, 1_000_000, &parameters));
         prop_assert!(changes.windows(3).all(|three| three[2] - three[0] >= 10), "{:?}", changes);
     }
@@ -181,9 +202,9 @@ proptest! {
 
 #[test]
 fn no_sequence_of_seconds_is_stuck_for_ever() {
-    // From every mode but commanded safe, good seconds lead to tracking within the longest pause and two more.
+    // From every mode but commanded safe, good seconds lead to tracking within `healthy_s`, `dwell_s` and two more.
     for mode in [SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe] {
-        assert_eq!(after(mode, &[LIT; 9]).last(), Some(&Tracking), "{mode:?}");
+        assert_eq!(after(mode, &[LIT; 19]).last(), Some(&Tracking), "{mode:?}");
     }
 }
 

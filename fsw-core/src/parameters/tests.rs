@@ -125,7 +125,7 @@ const PLACES: &[Place] = places![
     modes.settle_s,
     modes.acquisition_timeout_s,
     modes.outage_timeout_s,
-    modes.pause_s,
+    modes.healthy_s,
 ];
 
 /// A fibre-optic gyro, where there was none.

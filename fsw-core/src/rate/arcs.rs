@@ -289,4 +289,4 @@ fn half_tangent_s(rate: &Vector3<f32>, duration_s: f32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -87,8 +87,22 @@ fn arc_between(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
     }
 }
 
+/// Area of the field over which marks lie, rad²: the rectangle about them, made larger by as much as that of
+/// so many random points falls short of their region.
+#[inline(never)]
+fn area_of(marks: &[Mark]) -> f32 {
+    let count = marks.len() as f32;
+    let side = |axis: fn(&Vector3<f32>) -> f32| {
+        let places = marks.iter().map(|mark| axis(&mark.direction) / mark.direction.z);
+        let (least, most) =
+            places.fold((f32::MAX, f32::MIN), |(least, most), place| (least.min(place), most.max(place)));
+        (most - least).max(0.0) * (count + 1.0) / (count - 1.0).max(1.0)
+    };
+    side(|direction| direction.x) * side(|direction| direction.y)
+}
+
 /// Finds the arcs of the marks that are matched in the next image at a rate; returns the expected number of
-/// chance matches.
+/// chance matches: marks that lie together, as in the Sun's glare, are matched by chance more often.
 #[inline(never)]
 pub fn match_at_rate(
     arcs: &mut Vec<Arc, MAX_ARCS>,
@@ -100,6 +114,7 @@ pub fn match_at_rate(
     arcs.clear();
     let mut chance = 0.0;
     let farthest = FARTHEST_PX * field.rad_per_px;
+    let area_px = (area_of(now) / (field.rad_per_px * field.rad_per_px)).max(1.0).min(field.area_px);
     // The possible change of the rate.
     let change = 0.5 * FREE_BODY_CHANGE * rate.dot(rate) * elapsed_s;
     for mark in before {
@@ -109,7 +124,7 @@ pub fn match_at_rate(
             continue;
         }
         let per_px = reach / field.rad_per_px;
-        chance += now.len() as f32 * core::f32::consts::PI * per_px * per_px / field.area_px;
+        chance += now.len() as f32 * core::f32::consts::PI * per_px * per_px / area_px;
         let distance = |mark: &&Mark| (mark.direction - there).norm_squared();
         let nearest = now.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         if let Some(found) = nearest.filter(|found| distance(found) < reach * reach) {

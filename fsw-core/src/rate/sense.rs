@@ -5,11 +5,12 @@
 //! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the one
 //! with more matches gains. A star found in both images also gives the mean rate between them, more
 //! accurate than the ends of its streak. Two successive means are extrapolated to the present; a single one
-//! is used with its covariance enlarged by the possible change of a free body's rate
-//! ([`FREE_BODY_CHANGE`]).
+//! is used with its covariance enlarged by the possible change of the rate since: that of a free body
+//! ([`FREE_BODY_CHANGE`]), or of a slew as the last images show it.
 //!
 //! `None` where too few streaks agree and no other image has confirmed the rate, or where it contradicts
-//! that of the last image.
+//! that of the last image: tracks of protons and structure of the Sun's glare are lines too, and of many
+//! lines some agree by chance.
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, fused, inflated};
 use super::marks::{
@@ -18,9 +19,16 @@ use super::marks::{
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
-/// Redundant equations required of a rate of a single image: four whole streaks, or three and two cut ones.
-/// Of three lines two fix a rate; that the third agrees by chance has a probability of some percent.
-const FEWEST_SPARE: usize = 5;
+/// Equations, two of a whole streak and one of a cut one, required of a rate of a single image if at most one
+/// streak disagrees: five more than fix a rate. A random line agrees with the rate of two others in half a
+/// percent of the cases, four of eight in two percent: with more that disagree one streak more is required.
+const FEWEST_EQUATIONS: usize = 8;
+const FEWEST_OF_MANY: usize = 10;
+/// Equations required where the rate of the last image agrees: one more than fix a rate.
+const FEWEST_REPEATED: usize = 4;
+/// Variance of the difference of two rates, a share of their square, up to which their agreement within 4 sigma
+/// is evidence: of two random rates five in a hundred agree so.
+const REPEATED_SHARE: f32 = 0.025;
 /// Expected number of chance matches up to which one match decides the sense.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
 /// Net matches from which the sense is known, and largest count.
@@ -29,8 +37,15 @@ const MAX_SENSE: i8 = 4;
 /// A mean rate is extrapolated by the one before it where the images are at most so far apart, s.
 const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
 
-/// Change of the rate in a second, rad/s, where nothing is known of it: a slew of 40 deg in half a minute.
+/// Change of the rate in a second, one sigma, where nothing is known of it: a share of the rate, as in a slew
+/// of 10 s, and at least that of a slew of 40 deg in half a minute, rad/s.
+const SLEW_CHANGE_SHARE: f32 = 0.25;
 const SLEW_CHANGE: f32 = 8e-4;
+/// Share of the change observed before that is still possible a second later: in the middle of a slew the
+/// rate stays for a moment, and jitter by chance.
+const CHANGE_KEPT: f32 = 0.9;
+/// By how much of itself the change changes in a second, as a slew begins or ends.
+const CHANGE_OF_CHANGE: f32 = 0.25;
 
 /// A rate, rad/s, and its covariance, (rad/s)².
 pub type Estimate = (Vector3<f32>, Matrix3<f32>);
@@ -46,6 +61,9 @@ pub struct RateHistory {
     sense: i8,
     /// Mean rate up to that image from the one before, if there was one.
     mean: Option<Estimate>,
+    /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean rates
+    /// were compared.
+    change: Option<Vector3<f32>>,
     /// The rate that was found, where its sense was known.
     known: Option<Estimate>,
 }
@@ -106,19 +124,26 @@ impl RateHistory {
         let compared = RateComparison::new(&before, arcs, &rate, elapsed_s)?;
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
         let decision = hypotheses.decide(&compared, &before)?;
-        let estimate = fused_rate(&compared, &hypotheses, &decision, &before);
+        let observed = observed_change(&compared, &decision, &before);
+        let change = possible_change(observed, &compared, &before);
+        let estimate = fused_rate((&compared, &change), &hypotheses, &decision, &before);
         let sure = decision.sense >= SENSE_KNOWN;
         self.sense = decision.sense;
         self.known = sure.then_some(estimate.0);
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
+        self.change = observed.map_or(before.change, |_| Some(change));
         self.streaks = Some(decision.rate);
-        // The last image's rate counts only if its sense was known.
-        let contradicts = compared.consistent == Some(false) && before.sense >= SENSE_KNOWN;
-        let alone = 2 * whole + cut >= FEWEST_SPARE + 3 && !contradicts;
+        // The last image's rate counts only if its sense was known, or if its agreement is evidence by itself.
+        let known = before.sense >= SENSE_KNOWN;
+        let (agreeing, equations) = (whole + cut, 2 * whole + cut);
+        let fewest = if agreeing + 1 >= arcs.len() { FEWEST_EQUATIONS } else { FEWEST_OF_MANY };
+        let alone = equations >= fewest && !(known && compared.consistent == Some(false));
+        let known = known && compared.is_consistent();
+        let repeated = known || compared.repeats && equations >= FEWEST_REPEATED;
         // At least half of the arcs must agree: of many lines some agree by chance, those of an Earth that
         // hardly moves from image to image with the same rate.
-        let agreed = 2 * (whole + cut) >= arcs.len() && (alone || compared.is_consistent());
-        let confirmed = decision.mean.is_some();
+        let agreed = 2 * agreeing >= arcs.len() && (alone || repeated);
+        let confirmed = decision.mean.is_some() && (known || hypotheses.chance < MAX_CHANCE_MATCHES);
         (confirmed || agreed).then_some(StreakRate {
             estimate: estimate.0,
             from_both: estimate.1,
@@ -146,6 +171,8 @@ struct RateComparison {
     change: f32,
     /// Whether the two are consistent; `None` where their covariance is too large to decide.
     consistent: Option<bool>,
+    /// Whether they are, and so near to each other as two wrong ones hardly are.
+    repeats: bool,
 }
 
 impl RateComparison {
@@ -156,7 +183,12 @@ impl RateComparison {
         let elapsed_s = elapsed_s.unwrap_or(1.0);
         let change = FREE_BODY_CHANGE * rate.rad_s.norm_squared();
         let consistent = last.as_ref().and_then(|last| are_consistent(&rate, last, change * elapsed_s));
-        Some(Self { rate, last, elapsed_s, change, consistent })
+        let near = |last: RateFit| {
+            let variance = inflated(rate.covariance + last.covariance, change * elapsed_s).trace();
+            variance < REPEATED_SHARE * rate.rad_s.norm_squared().max(last.rad_s.norm_squared())
+        };
+        let repeats = consistent == Some(true) && last.is_some_and(near);
+        Some(Self { rate, last, elapsed_s, change, consistent, repeats })
     }
 
     fn is_consistent(&self) -> bool {
@@ -237,66 +269,106 @@ impl Hypotheses {
     }
 }
 
-/// The rate fused from all estimates, and whether matched streaks took part.
+/// The rate fused from all estimates, and whether matched streaks took part. `change`: by how much the rate
+/// changes in a second, one sigma about every axis, rad/s.
 #[inline(never)]
 fn fused_rate(
-    compared: &RateComparison,
+    (compared, change): (&RateComparison, &Vector3<f32>),
     hypotheses: &Hypotheses,
     decision: &Decision,
     before: &RateHistory,
 ) -> (Estimate, bool) {
     let elapsed_s = compared.elapsed_s;
-    let change = observed_change(compared, decision, before);
-    let Hypotheses { matches, gain, chance, .. } = hypotheses;
-    let off = 0.5 * change * elapsed_s;
+    let Hypotheses { opposite, matches, gain, chance } = hypotheses;
     let streaks = (decision.rate.rad_s, decision.rate.covariance);
     if decision.sense < SENSE_KNOWN {
-        return (streaks, false);
+        // With rows that begin one after the other the opposite rate has another size.
+        let off = opposite.as_ref().map_or(Vector3::zeros(), |opposite| opposite.rad_s + compared.rate.rad_s);
+        return ((streaks.0, enlarged(streaks.1, &off)), false);
     }
     let both = match &decision.mean {
-        Some(mean) => fused(streaks, rate_at_image((elapsed_s, change), decision, mean, before)),
+        Some(mean) => fused(streaks, rate_at_image((elapsed_s, change), mean, before)),
         // Too few matches for a mean rate of their own: they correct the rate.
-        None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => corrected(streaks, matches, off),
+        None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => {
+            corrected(streaks, matches, 0.5 * change.max() * elapsed_s)
+        }
         None => None,
     };
     let estimate = both.unwrap_or(streaks);
     // The last image's rate, its covariance enlarged by the possible change since.
     let last = before.known.filter(|_| compared.is_consistent());
-    let last = last.map(|(known, covariance)| (known, inflated(covariance, change * elapsed_s)));
+    let last = last.map(|(known, covariance)| (known, enlarged(covariance, &(change * elapsed_s))));
     (last.and_then(|last| fused(estimate, last)).unwrap_or(estimate), both.is_some())
 }
 
-/// By how much the rate changes in a second, rad/s: as that of a free body, or where that is more, as in a
-/// slew, as the last two mean rates differ beyond their sigmas. By one mean rate a slew cannot be told from
-/// a free body.
-fn observed_change(compared: &RateComparison, decision: &Decision, before: &RateHistory) -> f32 {
-    let Some(mean) = &decision.mean else { return compared.change };
-    let close = compared.elapsed_s < LONGEST_EXTRAPOLATION_S;
-    let observed = before.mean.filter(|_| close).map_or(SLEW_CHANGE, |(last, covariance)| {
-        let difference = mean.rad_s - last;
-        let square = difference.dot(&difference) - (mean.covariance + covariance).trace();
-        libm::sqrtf(square.max(0.0)) / compared.elapsed_s.max(0.1)
-    });
-    compared.change.max(observed)
+/// A rate's covariance enlarged by independent sigmas about the axes, rad/s.
+fn enlarged(covariance: Matrix3<f32>, by_rad_s: &Vector3<f32>) -> Matrix3<f32> {
+    covariance + Matrix3::from_diagonal(&by_rad_s.component_mul(by_rad_s))
+}
+
+/// The mean rate up to the last image, where that is not too old to be compared with the one since.
+fn last_mean(before: &RateHistory, elapsed_s: f32) -> Option<&Estimate> {
+    before.mean.as_ref().filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S)
+}
+
+/// By how much the rate changes in a second by two estimates of it, one sigma about every axis, rad/s. About
+/// the line of sight, where it is known least, the difference counts beyond two sigma; elsewhere all of it.
+#[inline(never)]
+fn change_between(now: &RateFit, (last, covariance): &Estimate, elapsed_s: f32) -> Vector3<f32> {
+    let difference = now.rad_s - last;
+    let square = difference.component_mul(&difference);
+    let across = square.x.max(square.y);
+    let about = across.max(square.z - 4.0 * (now.covariance + covariance).m33);
+    Vector3::new(across, across, about).map(libm::sqrtf) / elapsed_s.max(0.1)
+}
+
+/// The change of the rate in a second by the last two mean rates.
+fn observed_change(
+    compared: &RateComparison,
+    decision: &Decision,
+    before: &RateHistory,
+) -> Option<Vector3<f32>> {
+    let last = last_mean(before, compared.elapsed_s)?;
+    Some(change_between(decision.mean.as_ref()?, last, compared.elapsed_s))
+}
+
+/// By how much the rate may change in a second, one sigma about every axis, rad/s: as that of a free body, or
+/// where that is more, as in a slew, as `observed` now or before. Until two mean rates were compared, as the
+/// rates by the streaks of two images differ; by one image a slew cannot be told from a free body.
+fn possible_change(
+    observed: Option<Vector3<f32>>,
+    compared: &RateComparison,
+    before: &RateHistory,
+) -> Vector3<f32> {
+    let by_streaks =
+        |last: &RateFit| change_between(&compared.rate, &(last.rad_s, last.covariance), compared.elapsed_s);
+    let change = match (observed, before.change, &compared.last) {
+        (Some(observed), Some(before), _) => observed.sup(&(before * CHANGE_KEPT)),
+        (Some(change), None, _) | (None, Some(change), _) => change,
+        (None, None, Some(last)) => by_streaks(last),
+        (None, None, None) => {
+            Vector3::repeat((SLEW_CHANGE_SHARE * compared.rate.rad_s.norm()).max(SLEW_CHANGE))
+        }
+    };
+    change.sup(&Vector3::repeat(compared.change))
 }
 
 /// The rate at the image from the mean rate since the last image, which refers to the middle of that
 /// interval: unchanged with a larger covariance, or extrapolated by the mean before it, whichever has the
 /// smaller covariance.
 fn rate_at_image(
-    (elapsed_s, change): (f32, f32),
-    decision: &Decision,
+    (elapsed_s, change): (f32, &Vector3<f32>),
     mean: &RateFit,
     before: &RateHistory,
 ) -> Estimate {
-    let as_it_is = (mean.rad_s, inflated(mean.covariance, 0.5 * change * elapsed_s));
-    let Some((last, covariance)) = before.mean.filter(|_| elapsed_s < LONGEST_EXTRAPOLATION_S) else {
+    let as_it_is = (mean.rad_s, enlarged(mean.covariance, &(change * (0.5 * elapsed_s))));
+    let Some((last, covariance)) = last_mean(before, elapsed_s) else {
         return as_it_is;
     };
-    // The change itself changes: as a free body turns on, and by a quarter in a second as a slew begins or
-    // ends.
-    let wander = change * decision.rate.rad_s.norm().max(0.25);
-    let extrapolated =
-        (mean.rad_s * 1.5 - last * 0.5, inflated(mean.covariance * 2.25 + covariance * 0.25, wander));
+    let covariance = mean.covariance * 2.25 + covariance * 0.25;
+    let extrapolated = (mean.rad_s * 1.5 - last * 0.5, enlarged(covariance, &(change * CHANGE_OF_CHANGE)));
     if extrapolated.1.trace() < as_it_is.1.trace() { extrapolated } else { as_it_is }
 }
+
+#[cfg(test)]
+mod tests;

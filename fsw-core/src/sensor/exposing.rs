@@ -73,7 +73,7 @@ impl Sensor<'_> {
     /// The exposure that this second needs, us.
     fn exposure_asked_us(&self) -> Option<u32> {
         match self.modes.mode() {
-            Mode::Safe | Mode::CommandedSafe => None,
+            Mode::CommandedSafe => None,
             Mode::Acquisition if self.searching_since.is_some() => None,
             Mode::Acquisition if self.turning.seeks_streaks() => Some(self.line_exposure_us()),
             _ => Some(self.parameters.imaging.exposure_us),

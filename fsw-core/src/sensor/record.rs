@@ -193,7 +193,7 @@ impl Record {
             },
             // Without an image that can be believed the self-test tested nothing.
             fault: self.detector_fault.is_some()
-                || (self.mode == Mode::SelfTest && self.image_fault.is_some()),
+                || (matches!(self.mode, Mode::SelfTest | Mode::Safe) && self.image_fault.is_some()),
         }
     }
 

@@ -16,7 +16,7 @@ fn reason(guard: Guard) -> &'static str {
         Guard::SunGone => "no longer blinded",
         Guard::TimedOut => "mode lasted too long",
         Guard::Faults => "faults in a row",
-        Guard::PauseOver => "pause over",
+        Guard::Healthy => "self-test passed again",
         Guard::Commanded => "commanded",
         Guard::ParametersDamaged => "parameters damaged in memory",
     }

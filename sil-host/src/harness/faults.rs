@@ -1,4 +1,4 @@
-//! Faults of detector, clock and gyro, injected through their own traits.
+//! Faults of detector, clock and gyro, injected through their own traits, and restarts.
 //!
 //! In: any [`Detector`], any clock's reading, the [`Fault`]s of a scenario, a second. Out: the same, broken
 //! as the scenario says. The flight code cannot distinguish a fault from the real thing, and the world knows
@@ -22,8 +22,10 @@
 //! | `proton-storm` | so many more protons hit in every exposure: [`crate::world::scene::Scene::storm`] |
 //! | `gyro-offset` | the gyro reads so much more about each axis |
 //! | `gyro-silent` | the gyro gives no reading |
+//! | `restart` | the spacecraft's command to restart: attitude, orbit and what was learned are forgotten |
 
 use crate::world::noise::{Noise, Stream};
+use fsw_core::sensor::Command;
 use fsw_hal::{AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 
 /// What is broken.
@@ -59,6 +61,8 @@ pub enum FaultKind {
     GyroOffset(f64),
     /// The gyro gives no reading.
     GyroSilent,
+    /// The spacecraft commands a restart, with this probability a second.
+    Restart(f64),
 }
 
 impl FaultKind {
@@ -80,6 +84,7 @@ impl FaultKind {
             Self::ProtonStorm(_) => "proton-storm",
             Self::GyroOffset(_) => "gyro-offset",
             Self::GyroSilent => "gyro-silent",
+            Self::Restart(_) => "restart",
         }
     }
 }
@@ -100,6 +105,24 @@ impl Fault {
     pub fn acts_in(&self, cycle: u32) -> bool {
         (self.from_s..self.until_s).contains(&cycle)
     }
+}
+
+/// The faults of a second of the run `seed`, each with noise of its own.
+fn acting(faults: &[Fault], seed: u64, cycle: u32) -> impl Iterator<Item = (FaultKind, Noise)> {
+    let noise = Noise::new(seed, cycle.into(), Stream::Fault);
+    let numbered = (0u64..).zip(faults).filter(move |(_, fault)| fault.acts_in(cycle));
+    numbered.map(move |(index, fault)| (fault.kind, noise.part(index)))
+}
+
+/// Whether something of probability `share` happens in a second.
+fn happens(noise: &Noise, share: f64) -> bool {
+    noise.uniform(0, 0) < share
+}
+
+/// The spacecraft's command in a second of the run `seed`.
+pub fn command(faults: &[Fault], seed: u64, cycle: u32) -> Command<'static> {
+    let restarts = |(kind, noise)| matches!(kind, FaultKind::Restart(share) if happens(&noise, share));
+    if acting(faults, seed, cycle).any(restarts) { Command::Restart } else { Command::Continue }
 }
 
 /// The words of all faults that act in a second, joined by `+`.
@@ -157,9 +180,9 @@ pub struct Faulty<'a, D> {
     detector: &'a mut D,
     faults: &'a [Fault],
     cycle: u32,
+    seed: u64,
     /// Instant of a new image of this second.
     instant: LocalTime,
-    noise: Noise,
     /// What is handed out instead of a new image: the last one, with a new instant or its own.
     instead: Option<FaultKind>,
 }
@@ -173,20 +196,12 @@ impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
         seed: u64,
         (cycle, instant): (u32, LocalTime),
     ) -> Self {
-        let noise = Noise::new(seed, cycle.into(), Stream::Fault);
-        Self { detector, faults, cycle, instant, noise, instead: None }
+        Self { detector, faults, cycle, seed, instant, instead: None }
     }
 
     /// The faults of this second, each with noise of its own.
     fn acting(&self) -> impl Iterator<Item = (FaultKind, Noise)> {
-        let (cycle, noise) = (self.cycle, self.noise);
-        let numbered = (0u64..).zip(self.faults).filter(move |(_, fault)| fault.acts_in(cycle));
-        numbered.map(move |(index, fault)| (fault.kind, noise.part(index)))
-    }
-
-    /// Whether something of probability `share` happens in this second.
-    fn happens(noise: &Noise, share: f64) -> bool {
-        noise.uniform(0, 0) < share
+        acting(self.faults, self.seed, self.cycle)
     }
 }
 
@@ -197,7 +212,7 @@ impl<D: Detector<Error = DetectorError>> fsw_hal::ErrorType for Faulty<'_, D> {
 impl<D: Detector<Error = DetectorError>> Detector for Faulty<'_, D> {
     fn geometry(&self) -> DetectorGeometry {
         let geometry = self.detector.geometry();
-        let wrong = |(kind, noise): (FaultKind, Noise)| matches!(kind, FaultKind::WrongGeometry(share) if Self::happens(&noise, share));
+        let wrong = |(kind, noise): (FaultKind, Noise)| matches!(kind, FaultKind::WrongGeometry(share) if happens(&noise, share));
         if self.acting().any(wrong) {
             return DetectorGeometry { width_px: geometry.width_px / 2, ..geometry };
         }
@@ -207,7 +222,7 @@ impl<D: Detector<Error = DetectorError>> Detector for Faulty<'_, D> {
     fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
         let happening = |(kind, noise): &(FaultKind, Noise)| match kind {
             FaultKind::TimeOut(share) | FaultKind::LateFrame(share) | FaultKind::DoubledImage(share) => {
-                Self::happens(noise, *share)
+                happens(noise, *share)
             }
             _ => false,
         };

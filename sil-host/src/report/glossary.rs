@@ -51,6 +51,6 @@ pub const TERMS: [(&str, &str); 19] = [
     ("Tracking", "mode: predicted stars are followed; the Earth's limb gives its direction and distance."),
     ("Eclipse", "mode: no lit limb is in the field; stars give the attitude, the orbit is predicted."),
     ("Sun outage", "mode: the Sun blinds the detector; attitude and orbit are predicted."),
-    ("Safe", "mode: faults in a row or a search without end; the sensor pauses, then tests itself."),
+    ("Safe", "mode: faults in a row or a search without end; the sensor tests itself until it passes."),
     ("Fault", "something that the scenario breaks on purpose: detector, image or clock."),
 ];

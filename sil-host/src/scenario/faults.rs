@@ -1,8 +1,8 @@
 //! The `[[faults]]` of a scenario: what is broken, from when to when.
 //!
 //! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`,
-//! `late-frame`, `doubled-image`, `wrong-geometry` and `bit-flips` take `share`, a probability (default 1;
-//! bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s`,
+//! `late-frame`, `doubled-image`, `wrong-geometry`, `bit-flips` and `restart` take `share`, a probability
+//! (default 1; bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s`,
 //! `clock-step` `step_s`, `proton-storm` `hits` and `gyro-offset` `rate_deg_s`; `clock-invalid`, `blinded` and
 //! `gyro-silent` take nothing. See [`crate::harness::faults`] for what each does.
 
@@ -59,9 +59,8 @@ fn fault(text: &Text<'_>, raw: &RawFault, duration_s: u32) -> Result<Fault, Host
 fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
     let word = raw.kind.get_ref().as_str();
     let own = match word {
-        "time-out" | "dropped-window" | "late-frame" | "doubled-image" | "wrong-geometry" | "bit-flips" => {
-            "share"
-        }
+        "time-out" | "dropped-window" | "late-frame" | "doubled-image" | "wrong-geometry" | "bit-flips"
+        | "restart" => "share",
         "late-image" => "late_s",
         "clock-step" => "step_s",
         "clock-invalid" | "blinded" | "gyro-silent" => "",
@@ -71,7 +70,7 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         "noise-burst" => "sigma_dn",
         _ => {
             let to_do = "use time-out, dropped-window, late-frame, doubled-image, late-image, clock-step, clock-invalid, \
-                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset or gyro-silent";
+                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset, gyro-silent or restart";
             let what = format!("`{word}` is no fault");
             return Err(text.fault(raw.kind.span().start, "faults.kind", &what, to_do));
         }
@@ -124,6 +123,7 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         )?),
         "wrong-geometry" => FaultKind::WrongGeometry(share),
         "bit-flips" => FaultKind::BitFlips(share),
+        "restart" => FaultKind::Restart(share),
         "stuck-row" => FaultKind::StuckRow(text.whole("faults.row", raw.row.as_ref(), 0, ROW)? as u16),
         _ => FaultKind::NoiseBurst(text.number("faults.sigma_dn", raw.sigma_dn.as_ref(), 0.0, SIGMA_DN)?),
     })

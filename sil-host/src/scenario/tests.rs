@@ -218,6 +218,8 @@ fn faults_are_read_and_their_mistakes_named() {
     for (own, kind) in [
         ("kind = \"blinded\"", FaultKind::Blinded),
         ("kind = \"gyro-silent\"", FaultKind::GyroSilent),
+        ("kind = \"restart\"", FaultKind::Restart(1.0)),
+        ("kind = \"restart\"\nshare = 0.1", FaultKind::Restart(0.1)),
         ("kind = \"proton-storm\"\nhits = 3000", FaultKind::ProtonStorm(3000)),
     ] {
         let scenario = parse(&format!("{own}\nfrom_s = 5\nuntil_s = 7")).unwrap();

@@ -9,9 +9,8 @@ use sil_host::harness::faults::FaultKind;
 use sil_host::scenario::Scenario;
 use std::path::Path;
 
-/// Seconds allowed from the end of a fault to the next attitude: safe mode's pause of a minute, and
-/// acquisition.
-const RECOVERY_S: u32 = 75;
+/// Seconds allowed from the end of a fault to the next attitude.
+const RECOVERY_S: u32 = 10;
 
 /// What is kept of a second.
 struct Flown {

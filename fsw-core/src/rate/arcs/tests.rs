@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use std::vec::Vec;
 
 /// Truth in f64: where a direction is after a time at a rate, by Rodrigues's formula for `exp(-[ω×] t)`.
-fn turned(b: [f64; 3], rate: [f64; 3], t_s: f64) -> [f64; 3] {
+pub(in crate::rate) fn turned(b: [f64; 3], rate: [f64; 3], t_s: f64) -> [f64; 3] {
     let size = rate.iter().map(|part| part * part).sum::<f64>().sqrt();
     let (sine, cosine) = (size * t_s).sin_cos();
     let axis = rate.map(|part| part / size);
@@ -14,10 +14,10 @@ fn turned(b: [f64; 3], rate: [f64; 3], t_s: f64) -> [f64; 3] {
 }
 
 /// Numbers evenly between -1 and 1 (SplitMix64).
-struct Chance(u64);
+pub(in crate::rate) struct Chance(pub(in crate::rate) u64);
 
 impl Chance {
-    fn next(&mut self) -> f64 {
+    pub(in crate::rate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -25,17 +25,17 @@ impl Chance {
     }
 
     /// Of unit variance, nearly Gaussian: a sum of twelve.
-    fn gaussian(&mut self) -> f64 {
+    pub(in crate::rate) fn gaussian(&mut self) -> f64 {
         (0..12).map(|_| 0.5 * self.next()).sum()
     }
 
-    fn star(&mut self) -> [f64; 3] {
+    pub(in crate::rate) fn star(&mut self) -> [f64; 3] {
         let (x, y) = (0.2 * self.next(), 0.17 * self.next());
         let norm = (x * x + y * y + 1.0).sqrt();
         [x / norm, y / norm, 1.0 / norm]
     }
 
-    fn rate(&mut self, deg_s: f64) -> [f64; 3] {
+    pub(in crate::rate) fn rate(&mut self, deg_s: f64) -> [f64; 3] {
         let v = [self.next(), self.next(), self.next()];
         let norm = v.iter().map(|part| part * part).sum::<f64>().sqrt();
         v.map(|part| part / norm * deg_s.to_radians())

@@ -111,7 +111,7 @@ fn a_sound_table_is_taken_and_stars_are_acquired_anew() {
 }
 
 #[test]
-fn a_table_does_not_end_a_mode_without_images() {
+fn a_table_does_not_end_a_mode_that_looks_for_nothing() {
     for mode in [Mode::SelfTest, Mode::Safe, Mode::CommandedSafe] {
         with_sensor(synchronised(), |sensor| {
             sensor.modes.enter(mode);

@@ -75,14 +75,14 @@ fn a_parameter_that_was_changed_is_taken_from_the_copy_and_stars_are_acquired_an
         assert_eq!(scrubbed(sensor), back);
         assert_eq!(sensor.camera, loaded.check().unwrap().0);
         // The copy itself.
-        sensor.spare.parameters.modes.pause_s += 1;
+        sensor.spare.parameters.modes.healthy_s += 1;
         assert_eq!(scrubbed(sensor), back);
         assert_eq!((sensor.parameters, sensor.spare.parameters), (loaded, loaded));
     });
 }
 
 #[test]
-fn modes_without_an_image_last_when_parameters_are_restored() {
+fn modes_that_look_for_nothing_last_when_parameters_are_restored() {
     for mode in [Mode::SelfTest, Mode::Safe, Mode::CommandedSafe] {
         with_sensor(|sensor| {
             sensor.modes.enter(mode);

@@ -15,7 +15,7 @@
 //! | six times a minute later | an arc long enough for a first orbit |
 //! | 3 min before dusk, twice | trials of a first orbit until one passes; looks at the limb |
 //! | night, 5.5 min later | the stars are lost and acquired anew; eclipse |
-//! | sunrise, 48 min later | Sun outage until its time-out, safe mode, self-test, acquisition of a blinded detector |
+//! | sunrise, 48 min later | Sun outage until its time-out, safe mode, acquisition of a blinded detector |
 //! | 3 min later | the Sun leaves: acquisition, tracking; the orbit has drifted and the whole detector is searched |
 //! | GEO, an hour earlier | the clock goes backwards; the Earth whole |
 //! | GEO, 4 h later | a thin crescent, for which the whole detector is searched second after second |
@@ -123,7 +123,7 @@ const MODES: ModeParameters = ModeParameters {
     settle_s: 3,
     acquisition_timeout_s: 5,
     outage_timeout_s: 10,
-    pause_s: 3,
+    healthy_s: 3,
 };
 
 /// Length over which the limb's height changes: with as few fixes as the mission has, the default would leave

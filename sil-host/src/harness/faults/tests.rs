@@ -148,6 +148,15 @@ fn a_blinded_detector_reads_full_scale_everywhere() {
 }
 
 #[test]
+fn restarts_are_commanded_in_their_seconds_as_often_as_asked() {
+    let faults = [Fault { kind: FaultKind::Restart(0.1), from_s: 100, until_s: 2100 }];
+    let commanded = |cycle: &u32| command(&faults, 1, *cycle) == Command::Restart;
+    // Of 2,000 seconds one in ten, three standard deviations of 13.4.
+    assert!((160..=240).contains(&(0..3000).filter(commanded).count()));
+    assert!((0..100).chain(2100..3000).all(|cycle| !commanded(&cycle)));
+}
+
+#[test]
 fn storms_add_up_and_a_gyro_is_silent_or_off_in_its_seconds_only() {
     let storm = |hits, from_s| Fault { kind: FaultKind::ProtonStorm(hits), from_s, until_s: 8 };
     let gyro = |kind, from_s| Fault { kind, from_s, until_s: from_s + 1 };

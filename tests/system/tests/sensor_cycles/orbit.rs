@@ -244,7 +244,7 @@ fn a_command_to_restart_forgets_attitude_and_orbit_and_begins_with_the_self_test
 #[test]
 fn a_command_to_safe_mode_forgets_the_attitude_propagates_the_orbit_and_holds_until_the_next_command() {
     let mut world = World::clip_with_orbit("geo-eclipse");
-    world.parameters.modes.pause_s = 2;
+    world.parameters.modes.healthy_s = 2;
     let before = |second: u32, _: &mut World| match second {
         12 => Command::Safe,
         17 => Command::Reacquire,
