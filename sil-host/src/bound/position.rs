@@ -3,8 +3,8 @@
 //! In: the truth of a flight, second by second, and the world's Earth. Out: the sigma of the position, radial,
 //! along, across, km, by all of the limb seen until then.
 //!
-//! Once in a block of time (until the limb has moved on by [`PATCH_KM`], at most [`LONGEST_S`]) the heights of
-//! places on the lit limb in the field are measured, [`PATCH_KM`] apart. A height changes by `-n · δr` with
+//! Once in a block of time (until the limb has moved on by `PATCH_KM`, at most `LONGEST_S`) the heights of
+//! places on the lit limb in the field are measured, `PATCH_KM` apart. A height changes by `-n · δr` with
 //! the satellite's position, `n` the ellipsoid's normal there; it is off by the world's own field, Gaussian,
 //! fixed to the turning Earth, of the covariance [`Heights`], and by [`EDGE_KM`] for [`EDGE_S`], white. With
 //! the rows `A` of all heights by the state at the start and their covariance `C = L Lᵀ` the information is
