@@ -6,10 +6,10 @@
 //! Once in a block of time (until the limb has moved on by `PATCH_KM`, at most `LONGEST_S`) the heights of
 //! places on the lit limb in the field are measured, `PATCH_KM` apart. A height changes by `-n · δr` with
 //! the satellite's position, `n` the ellipsoid's normal there; it is off by the world's own field, Gaussian,
-//! fixed to the turning Earth, of the covariance [`Heights`], and by [`EDGE_KM`] for [`EDGE_S`], white. With
+//! fixed to the turning Earth, of the covariance [`Heights`], and by `EDGE_KM` for `EDGE_S`, white. With
 //! the rows `A` of all heights by the state at the start and their covariance `C = L Lᵀ` the information is
 //! `Aᵀ C⁻¹ A`. It is summed height by height, by the rows of `L⁻¹ A`. Each is compared with the latest
-//! [`WINDOW`] or half of them (Vecchia, J. R. Stat. Soc. B 50, 297, 1988): two revolutions in a low orbit.
+//! `WINDOW` or half of them (Vecchia, J. R. Stat. Soc. B 50, 297, 1988): two revolutions in a low orbit.
 //!
 //! All else is known: latitude and season, the mean height, alignment, attitude and forces; nothing is known of
 //! the orbit before the first block. Any of them unknown would make the bound worse. Heights closer together
