@@ -14,7 +14,8 @@
 //!
 //! The misalignment of the paths is considered (Schmidt), so that the covariance is never smaller than it
 //! allows, or estimated ([`Misalignment`](super::parameters::Misalignment)): then limb points and fixes are
-//! those of the Earth path turned by [`OrbitFilter::misalignment_rad`]. A gap is crossed in spans of at most 150 s, [`MAX_SPANS`] of them.
+//! those of the Earth path turned by [`OrbitFilter::misalignment_rad`]. A gap is crossed in spans of at most
+//! 150 s, [`MAX_SPANS`] of them.
 
 mod estimate;
 

@@ -2,9 +2,9 @@
 //!
 //! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`,
 //! `late-frame`, `doubled-image`, `wrong-geometry`, `bit-flips` and `restart` take `share`, a probability
-//! (default 1; bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes `late_s`,
-//! `clock-step` `step_s`, `proton-storm` `hits` and `gyro-offset` `rate_deg_s`; `clock-invalid`, `blinded` and
-//! `gyro-silent` take nothing. See [`crate::harness::faults`] for what each does.
+//! (default 1; bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes
+//! `late_s`, `clock-step` `step_s`, `proton-storm` `hits` and `gyro-offset` `rate_deg_s`; `clock-invalid`,
+//! `blinded` and `gyro-silent` take nothing. See [`crate::harness::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;
