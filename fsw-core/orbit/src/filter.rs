@@ -311,6 +311,11 @@ impl OrbitFilter {
         self.estimate().map_or(Vector3::zeros(), |estimate| -estimate.misalignment)
     }
 
+    /// Sigmas of the same, rad.
+    pub fn misalignment_sigma_rad(&self) -> Option<[f32; 3]> {
+        self.factor().map(|factor| [0, 1, 2].map(|axis| factor.sigma(MISALIGNMENT + axis)))
+    }
+
     /// Covariance of the same, rad²; none until the orbit is known.
     pub fn misalignment_covariance_rad2(&self) -> Option<Matrix3<f64>> {
         self.factor().map(|factor| factor.block(MISALIGNMENT, MISALIGNMENT))

@@ -251,9 +251,14 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
     Some(RateFit { rad_s: rate, covariance, arcs: bits })
 }
 
-/// A rate's covariance enlarged by an independent sigma about every axis, rad/s.
+/// A rate's covariance enlarged by the same independent sigma about every axis, rad/s.
 pub fn inflated(covariance: Matrix3<f32>, by_rad_s: f32) -> Matrix3<f32> {
-    covariance + Matrix3::from_diagonal_element(by_rad_s * by_rad_s)
+    enlarged(covariance, &Vector3::repeat(by_rad_s))
+}
+
+/// The same by a sigma for each axis.
+pub fn enlarged(covariance: Matrix3<f32>, by_rad_s: &Vector3<f32>) -> Matrix3<f32> {
+    covariance + Matrix3::from_diagonal(&by_rad_s.component_mul(by_rad_s))
 }
 
 /// Fuses two independent estimates of a rate.

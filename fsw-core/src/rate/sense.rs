@@ -12,7 +12,7 @@
 //! that of the last image: tracks of protons and structure of the Sun's glare are lines too, and of many
 //! lines some agree by chance.
 
-use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, fused, inflated};
+use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, enlarged, fused, inflated};
 use super::marks::{
     DetectorScale, FASTEST_RAD_S, FREE_BODY_CHANGE, MAX_MARKS, Mark, match_at_rate, match_by_separation,
 };
@@ -299,11 +299,6 @@ fn fused_rate(
     let last = before.known.filter(|_| compared.is_consistent());
     let last = last.map(|(known, covariance)| (known, enlarged(covariance, &(change * elapsed_s))));
     (last.and_then(|last| fused(estimate, last)).unwrap_or(estimate), both.is_some())
-}
-
-/// A rate's covariance enlarged by independent sigmas about the axes, rad/s.
-fn enlarged(covariance: Matrix3<f32>, by_rad_s: &Vector3<f32>) -> Matrix3<f32> {
-    covariance + Matrix3::from_diagonal(&by_rad_s.component_mul(by_rad_s))
 }
 
 /// The mean rate up to the last image, where that is not too old to be compared with the one since.

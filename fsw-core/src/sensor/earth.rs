@@ -10,7 +10,7 @@ use crate::earth::limb_sensor::{
 };
 use crate::earth::view::View;
 use crate::earth::{Body, FitError, Strips};
-use crate::frames::{Icrs, Rotation, StarPath};
+use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::matrix::{add_scaled, cross_matrix, product, symmetric_product};
 use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
@@ -50,9 +50,14 @@ impl Prediction {
 }
 
 impl Sensor<'_> {
+    /// The Earth path's attitude.
+    fn earth_path(&self, attitude: &Rotation<Icrs, StarPath>) -> Rotation<Icrs, EarthPath> {
+        attitude.then(&self.mounting())
+    }
+
     /// The Earth's shape, limb and light as the Earth path sees them with this attitude.
     pub(super) fn body(&self, ephemeris: &Ephemeris, attitude: &Rotation<Icrs, StarPath>) -> Body {
-        let path = attitude.then(&self.mounting());
+        let path = self.earth_path(attitude);
         Body::new(&path.apply(&ephemeris.pole), Some(&path.apply(&ephemeris.sun)), &self.parameters.earth)
     }
 
@@ -201,7 +206,7 @@ impl Sensor<'_> {
         terrestrial_us: i64,
     ) -> Option<Prediction> {
         let (position_km, covariance_km2) = self.orbit.place(terrestrial_us)?;
-        let path = attitude.then(&self.mounting()).matrix().map(f64::from);
+        let path = self.earth_path(attitude).matrix().map(f64::from);
         let centre_km = product(&path, &position_km).map(|axis| -axis as f32);
         let view = View::new(&centre_km, body)?;
         let mut covariance_km2 = symmetric_product(&path, &covariance_km2);

@@ -151,18 +151,12 @@ impl Sensor<'_> {
             limb_height_km,
             limb_height_sigma_km,
             misalignment_rad: self.orbit.misalignment_rad().into(),
-            misalignment_sigma_rad: self.misalignment_sigma_rad().unwrap_or_default(),
+            misalignment_sigma_rad: self.orbit.misalignment_sigma_rad()?,
             nis: nis.map(|nis| nis.square),
             nis_freedom: nis.map_or(0, |nis| nis.freedom),
             since_fix_s: (since_fix_us / SECOND_US).min(u32::MAX.into()) as u32,
             settled,
         })
-    }
-
-    /// Sigmas of the misalignment, rad.
-    fn misalignment_sigma_rad(&self) -> Option<[f32; 3]> {
-        let covariance_rad2 = self.orbit.misalignment_covariance_rad2()?;
-        Some(covariance_rad2.diagonal().map(|variance| libm::sqrtf(variance as f32)).into())
     }
 
     /// Sigmas of the position along Hill's axes, km.

@@ -1,10 +1,11 @@
 //! The misalignment of the paths, learned in flight from the limb while the ground gives the orbit.
 
 use sil_host::harness;
+use sil_host::judge::{arcsec, attitude_error};
 use sil_host::scenario::orbit_filter::{GroundStart, OrbitFilterModel};
 use sil_host::scenario::{Believed, Scenario};
-use sil_host::world::attitude::{Vector, matrix};
-use sil_host::world::vector::{product, transposed};
+use sil_host::world::attitude::Vector;
+use sil_host::world::vector::{length, minus};
 use std::path::Path;
 
 /// The mount as the flight code is told it is off by so much, and it is told a sigma of 0.1 deg.
@@ -18,13 +19,6 @@ const GROUND: GroundStart = GroundStart {
     velocity_error_m_s: [0.005, 0.005, -0.005],
 };
 
-/// The rotation vector, arcsec, that turns one matrix into the other, in the turned axes.
-fn turn_arcsec(to: &[Vector; 3], from: &[Vector; 3]) -> Vector {
-    let turn = product(to, &transposed(from));
-    let off = [turn[1][2] - turn[2][1], turn[2][0] - turn[0][2], turn[0][1] - turn[1][0]];
-    off.map(|double| (0.5 * double).to_degrees() * 3600.0)
-}
-
 /// Flies so many seconds of a scenario whose mount is told wrong, and gives what is learned of it less what
 /// is true, its sigmas, arcsec, and the greatest error of the position, km.
 fn learned(name: &str, seconds: u32) -> (Vector, Vector, f64) {
@@ -36,22 +30,21 @@ fn learned(name: &str, seconds: u32) -> (Vector, Vector, f64) {
         start: Some(GROUND),
         ..scenario.orbit_filter
     };
-    let told = matrix(scenario.believed.star_to_earth(&scenario.mount));
-    let sure = turn_arcsec(&matrix(scenario.mount.star_to_earth()), &told);
-    let arcsec = |rad: [f32; 3]| rad.map(|angle| f64::from(angle).to_degrees() * 3600.0);
+    let told = scenario.believed.star_to_earth(&scenario.mount);
+    let mount = scenario.mount.star_to_earth().map(|part| part as f32);
+    let sure = attitude_error(mount, told).map(arcsec);
+    let wide = |rad: [f32; 3]| rad.map(|angle| arcsec(angle.into()));
     let (mut last, mut farthest_km) = (None, 0.0f64);
     harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
         if let (Some(orbit), Some(judged)) = (&second.report.orbit, &second.judged.orbit) {
-            let square = |error: f64| error * error;
-            let error_km2: f64 = judged.position_km.axes.error.into_iter().map(square).sum();
-            farthest_km = farthest_km.max(error_km2.sqrt());
-            last = Some((arcsec(orbit.misalignment_rad), arcsec(orbit.misalignment_sigma_rad)));
+            farthest_km = farthest_km.max(length(judged.position_km.axes.error));
+            last = Some((wide(orbit.misalignment_rad), wide(orbit.misalignment_sigma_rad)));
         }
         Ok(())
     })
     .unwrap();
     let (learned, sigma) = last.expect("an orbit");
-    ([0, 1, 2].map(|axis| learned[axis] - sure[axis]), sigma, farthest_km)
+    (minus(learned, sure), sigma, farthest_km)
 }
 
 #[test]

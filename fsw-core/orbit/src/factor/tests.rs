@@ -69,7 +69,7 @@ fn an_update_is_that_of_schmidt() {
         // For any gain (Joseph).
         let kept = Square::identity() - gain * h.transpose();
         let expected = kept * p * kept.transpose() + gain * gain.transpose();
-        let told = factor.update(&row, MISALIGNMENT);
+        let told = factor.update(&row, Misalignment::Considered);
         for (told, expected) in told.iter().zip(gain.iter()) {
             assert!((f64::from(*told) - expected).abs() < 1e-5);
         }
@@ -88,7 +88,7 @@ fn what_is_not_considered_has_the_optimal_gain() {
     let row = any_row(&mut generator);
     let h = Column::from_iterator(row.iter().map(|element| f64::from(*element)));
     let gain = p * h / (h.dot(&(p * h)) + 1.0);
-    let told = factor.update(&row, STATES);
+    let told = factor.update(&row, Misalignment::Estimated);
     for (told, expected) in told.iter().zip(gain.iter()) {
         assert!((f64::from(*told) - expected).abs() < 1e-5);
     }
@@ -133,7 +133,7 @@ fn a_long_run_is_that_of_f64() {
         factor.propagate(&transition);
         factor.append(&[(3, 1e-3)]);
         factor.append(&[(9, 1e-3)]);
-        factor.update(&row, MISALIGNMENT);
+        factor.update(&row, Misalignment::Considered);
         factor.settle();
         p = step * p * step.transpose() + noise;
         let gain = p * h / (h.dot(&(p * h)) + 1.0);

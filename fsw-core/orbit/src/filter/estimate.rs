@@ -11,7 +11,7 @@ use crate::factor::{FIELD, Factor, HEIGHT, MISALIGNMENT, MOTION, POSITION, Row, 
 use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::{LimbHeight, Look};
 use crate::noise::acceleration;
-use crate::parameters::{Misalignment, OrbitParameters};
+use crate::parameters::OrbitParameters;
 use fsw_ground::matrix::{Cholesky, dot, dot_long, dot_slices, plus_scaled};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -434,13 +434,9 @@ impl Estimate {
             self.rejections = self.rejections.saturating_add(1);
             return (nis, false);
         }
-        let considered = match parameters.misalignment {
-            Misalignment::Considered => MISALIGNMENT,
-            Misalignment::Estimated => STATES,
-        };
         let mut correction = [0.0; STATES];
         for (sensitivity, innovation) in rows.sensitivities.iter().zip(&rows.innovations) {
-            let gain = self.factor.update(sensitivity, considered);
+            let gain = self.factor.update(sensitivity, parameters.misalignment);
             let left = innovation - sensitivity.iter().zip(&correction).fold(0.0, |sum, (h, x)| sum + h * x);
             for (sum, gain) in correction.iter_mut().zip(&gain) {
                 *sum += gain * left;

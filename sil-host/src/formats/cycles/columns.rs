@@ -503,22 +503,17 @@ pub const COLUMNS: &[Columns] = &[
         },
     ),
     numbers(
-        &[
-            "misalignment_x_arcsec",
-            "misalignment_y_arcsec",
-            "misalignment_z_arcsec",
-            "misalignment_sigma_x_arcsec",
-            "misalignment_sigma_y_arcsec",
-            "misalignment_sigma_z_arcsec",
-        ],
+        &["misalignment_x_arcsec", "misalignment_y_arcsec", "misalignment_z_arcsec"],
         ("arcsec", "Earth path"),
-        "by what the Earth path is turned against the mounting of the parameters, and the standard deviations; 0 where \
-         it is not estimated",
+        "by what the Earth path is turned against the mounting of the parameters; 0 where it is not estimated",
         4,
-        |of| {
-            let orbit = of.second.report.orbit?;
-            let rad = [orbit.misalignment_rad, orbit.misalignment_sigma_rad].concat();
-            Some(rad.into_iter().map(|angle| f64::from(angle).to_degrees() * 3600.0).collect())
-        },
+        |of| scaled(wide(of.second.report.orbit?.misalignment_rad), arcsec),
+    ),
+    numbers(
+        &["misalignment_sigma_x_arcsec", "misalignment_sigma_y_arcsec", "misalignment_sigma_z_arcsec"],
+        ("arcsec", "Earth path"),
+        "its standard deviation",
+        4,
+        |of| scaled(wide(of.second.report.orbit?.misalignment_sigma_rad), arcsec),
     ),
 ];
