@@ -12,6 +12,9 @@
 //! The errors that neighbouring limb points share last from fix to fix. Their covariance is multiplied by the
 //! number of fixes within that time, so that these count as one.
 //!
+//! The misalignment of the paths is in every fix alike. It is considered: its derivatives go along with the
+//! orbit, whose error and the misalignment are therefore correlated.
+//!
 //! Tests before anything is told: three quarters of the fixes agree, their mean square error is no more than
 //! twice what was stated, position and velocity are known to `KNOWN_SHARE` of their length, and the orbit
 //! is bound, above the ground and no farther than a satellite.
@@ -23,10 +26,10 @@ use super::forces::Forces;
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
 use fsw_ground::matrix::{
-    Cholesky, add_scaled, add_to_diagonal, cross, dot, identity, inverse, plus_scaled, product,
+    Cholesky, add_scaled, add_to_diagonal, cross, cross_matrix, dot, identity, inverse, plus_scaled, product,
     transposed_product,
 };
-use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
 /// Fixes in the ring.
 pub const FIXES: usize = 12;
@@ -56,6 +59,8 @@ struct Kept {
     position_km: Vector3<f64>,
     noise_km2: Matrix3<f32>,
     shared_km2: Matrix3<f32>,
+    /// What a misalignment of one radian about each axis of the Earth path adds to the position, km.
+    misaligned_km: Matrix3<f32>,
 }
 
 /// A trial under way: the orbit tried, and the normal equations of six unknowns about it.
@@ -75,6 +80,8 @@ struct Trial {
     moved: Matrix6<f64>,
     matrix: Matrix6<f64>,
     right: Vector6<f64>,
+    /// What the misalignment adds to the right side.
+    misaligned: Matrix6x3<f64>,
     /// Sum of the normalised squares of those within the gate, and their number.
     squares: f64,
     inliers: usize,
@@ -98,6 +105,9 @@ pub struct FirstOrbit {
     pub state: OrbitState,
     /// A square root of the covariance of position (km) and velocity (km/s).
     pub root: Matrix6<f64>,
+    /// Derivatives of position and velocity by the misalignment, a rotation vector in the Earth path (km and
+    /// km/s a radian): the error that all fixes share.
+    pub misaligned: Matrix6x3<f64>,
 }
 
 impl Default for Beginning {
@@ -124,14 +134,22 @@ impl Beginning {
         (self.spacing_us, self.last, self.trying) = (FIRST_SPACING_US, None, false);
     }
 
-    /// Takes a fix; with enough of them a trial begins.
+    /// Takes a fix; with enough of them a trial begins. `to_icrs`: the rotation from the Earth path.
     #[inline(never)]
-    pub fn add(&mut self, time_us: i64, fix: &PositionFix, parameters: &OrbitParameters) {
+    pub fn add(
+        &mut self,
+        time_us: i64,
+        fix: &PositionFix,
+        to_icrs: &Matrix3<f64>,
+        parameters: &OrbitParameters,
+    ) {
+        let misaligned_km = product(&cross_matrix(&fix.position_km), to_icrs);
         let kept = Kept {
             time_us,
             position_km: fix.position_km,
             noise_km2: fix.covariance_km2.map(|element| element as f32),
             shared_km2: fix.shared_km2.map(|element| element as f32),
+            misaligned_km: misaligned_km.map(|element| element as f32),
         };
         let since_us = self.kept.last().map_or(i64::MAX, |last| time_us.saturating_sub(last.time_us));
         let same_arc = (0..=LONGEST_GAP_US).contains(&since_us);
@@ -165,7 +183,7 @@ impl Beginning {
     /// Position and covariance (km, km²) at a time by the last fix alone: since then it has moved with at
     /// most the speed of escape, in a direction that is not known.
     pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
-        let Kept { time_us: then_us, position_km, noise_km2, shared_km2 } = self.last.as_ref()?;
+        let Kept { time_us: then_us, position_km, noise_km2, shared_km2, .. } = self.last.as_ref()?;
         let since_s = time_us.saturating_sub(*then_us) as f64 / MICROSECONDS;
         let distance_km = libm::sqrt(dot(position_km, position_km)).max(1.0);
         let axis_km2 = 2.0 / 3.0 * MU_EARTH_KM3_S2 / distance_km * since_s * since_s;
@@ -247,8 +265,10 @@ impl Beginning {
     /// The orbit tried, if it passes the tests.
     fn tested(&self) -> Option<FirstOrbit> {
         let Trial { squares, inliers, .. } = self.trial;
-        let root = Cholesky::of(&self.trial.matrix)?.whitened(&identity()).transpose();
-        let first = FirstOrbit { state: self.trial.state, root };
+        let factor = Cholesky::of(&self.trial.matrix)?;
+        let root = factor.whitened(&identity()).transpose();
+        let misaligned = product(&root, &factor.whitened(&self.trial.misaligned));
+        let first = FirstOrbit { state: self.trial.state, root, misaligned };
         let agreed = 4 * inliers >= 3 * self.trial.of.len() && squares <= 2.0 * (3.0 * inliers as f64 - 6.0);
         (agreed && is_known(&first) && is_orbit(&first.state)).then_some(first)
     }
@@ -270,6 +290,7 @@ impl Trial {
             moved: zeros,
             matrix: zeros,
             right,
+            misaligned: Matrix6x3::from_array_storage(ArrayStorage([[0.0; 6]; 3])),
             squares: 0.0,
             inliers: 0,
         }
@@ -285,6 +306,7 @@ impl Trial {
         }
         self.matrix.fill(0.0);
         self.right.fill(0.0);
+        self.misaligned.fill(0.0);
         (self.squares, self.inliers) = (0.0, 0);
     }
 
@@ -324,6 +346,7 @@ impl Trial {
         };
         add_scaled(&mut self.matrix, weight, &product(&weighted, &partials));
         add_scaled(&mut self.right, weight, &product(&weighted, &off));
+        add_scaled(&mut self.misaligned, weight, &product(&weighted, &kept.misaligned_km.map(f64::from)));
         if inlier {
             self.squares += square;
             self.inliers += 1;
@@ -384,7 +407,7 @@ fn lagrange(position_km: &Vector3<f64>, span_us: i64) -> Matrix3x6<f64> {
 
 /// Whether position and velocity are known well enough.
 fn is_known(first: &FirstOrbit) -> bool {
-    let FirstOrbit { state, root } = first;
+    let FirstOrbit { state, root, .. } = first;
     let mut variances = Vector6::<f64>::zeros();
     for column in &root.data.0 {
         for (sum, element) in variances.iter_mut().zip(column) {

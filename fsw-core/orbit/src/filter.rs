@@ -31,7 +31,7 @@ use super::point::PositionFix;
 pub use estimate::Nis;
 use estimate::{Estimate, Rows};
 use fsw_ground::matrix::dot;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 
 /// Most spans in one call of [`OrbitFilter::advance`].
 pub const MAX_SPANS: u32 = 48;
@@ -114,7 +114,8 @@ impl OrbitFilter {
         }
         let [r, v] = [position_sigma_km, velocity_sigma_km_s];
         let root = Matrix6::from_diagonal(&Vector6::new(r, r, r, v, v, v));
-        let taken = self.estimate.begin(&FirstOrbit { state, root }, parameters);
+        let taken =
+            self.estimate.begin(&FirstOrbit { state, root, misaligned: Matrix6x3::zeros() }, parameters);
         self.known |= taken;
         self.behind &= !taken;
         taken
@@ -146,7 +147,7 @@ impl OrbitFilter {
         if let Err(refusal) = check(fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
-        self.beginning.add(time_us, fix, parameters);
+        self.beginning.add(time_us, fix, earth_to_icrs, parameters);
         Update::Collected
     }
 

@@ -75,8 +75,8 @@ parameter_group! {
         misalignment: Misalignment = Misalignment::Considered, one of "Considered, Estimated", "",
             "the limb alone does not show it: thesis 5.2.2";
         /// Its sigma about each axis of the Earth path.
-        misalignment_sigma_rad: f32 = 1.7e-5, 0.0..=0.02, "rad",
-            "`mount.boresight_sigma_px` in the reference camera: 3.4 arcsec";
+        misalignment_sigma_rad: f32 = 5.1e-5, 0.0..=0.02, "rad",
+            "10 arcsec of a theodolite, and `mount.boresight_sigma_px` in the reference camera, 3.4";
         /// White acceleration at the Earth's surface, per root hertz. It stands for the gravity of the
         /// degrees that `Full` leaves out, 9 and above. It falls with the twelfth power of the
         /// radius, as the pull of degree 10 does.

@@ -26,7 +26,7 @@ fn begin(
     for second in 0..seconds {
         let seen = truth.position_km + generator.gaussian_vector() * sigma_km;
         let seen = spoil(second, seen, generator);
-        beginning.add(truth.time_us, &fix(seen, sigma_km, 0.0), &parameters);
+        beginning.add(truth.time_us, &fix(seen, sigma_km, 0.0), &Matrix3::identity(), &parameters);
         if let Some(first) = beginning.proceed() {
             let to = first.state.time_us - truth.time_us;
             return Some((first, Forces::J2.propagate(&truth, to).unwrap(), second));
@@ -68,6 +68,28 @@ fn the_first_orbit_is_as_good_as_it_says() {
 }
 
 #[test]
+fn the_misalignment_is_considered() {
+    // 0.29 deg: 36 km at 7,176 km, where a fix is known to 10 km.
+    let sigma_rad = 5e-3;
+    let mut generator = Generator::new(95);
+    let (mut sum, mut without) = (0.0, 0.0);
+    for _ in 0..20 {
+        let by = generator.gaussian_vector() * sigma_rad;
+        let turned = |_, seen: Vector3<f64>, _: &mut Generator| seen + seen.cross(&by);
+        let found = begin(circular(7_176.0, 98.5), 10.0, 2_500, &mut generator, turned);
+        let (mut first, truth, _) = found.unwrap();
+        without += nees(&first, &truth) / 6.0;
+        let shared = first.misaligned * first.misaligned.transpose() * (sigma_rad * sigma_rad);
+        first.root = (first.root * first.root.transpose() + shared).cholesky().unwrap().l();
+        sum += nees(&first, &truth) / 6.0;
+    }
+    let (mean, without) = (sum / 20.0, without / 20.0);
+    std::println!("beginning, misaligned: NEES {mean:.2}, without the misalignment {without:.2}");
+    // Chi-square of 120 degrees, 99.9 %: 0.64 to 1.46.
+    assert!((0.5..1.6).contains(&mean) && without > 3.0, "{mean} {without}");
+}
+
+#[test]
 fn false_fixes_among_good_ones_are_left_out() {
     let mut generator = Generator::new(92);
     for _ in 0..20 {
@@ -103,7 +125,7 @@ fn one_false_fix_tells_nothing() {
     for second in 0..200 {
         // Every gap begins anew.
         let time_us = second * 400_000_000;
-        beginning.add(time_us, &false_fix, &parameters);
+        beginning.add(time_us, &false_fix, &Matrix3::identity(), &parameters);
         assert!(beginning.proceed().is_none());
         assert_eq!(beginning.kept.len(), 1);
     }
@@ -130,7 +152,12 @@ fn a_trial_goes_on_when_no_fix_comes_any_more() {
     for _ in 0..8 {
         truth = Forces::J2.propagate(&truth, 60_000_000).unwrap();
         assert!(beginning.proceed().is_none());
-        beginning.add(truth.time_us, &fix(truth.position_km, 1.0, 0.0), &OrbitParameters::default());
+        beginning.add(
+            truth.time_us,
+            &fix(truth.position_km, 1.0, 0.0),
+            &Matrix3::identity(),
+            &OrbitParameters::default(),
+        );
     }
     let calls = (1..=CALLS_OF_A_TRIAL).find(|_| beginning.proceed().is_some());
     assert!(calls.is_some_and(|calls| calls >= usize::from(ITERATIONS) * FEWEST / FIXES_A_CALL), "{calls:?}");
@@ -143,7 +170,12 @@ fn the_place_by_the_last_fix_is_surely_within_what_an_orbit_may_have_moved() {
     assert!(beginning.place(0).is_none());
     for radius_km in [6_828.0, 42_164.0] {
         let start = circular(radius_km, 51.6);
-        beginning.add(start.time_us, &fix(start.position_km, 3.0, 4.0), &OrbitParameters::default());
+        beginning.add(
+            start.time_us,
+            &fix(start.position_km, 3.0, 4.0),
+            &Matrix3::identity(),
+            &OrbitParameters::default(),
+        );
         let (position_km, covariance_km2) = beginning.place(start.time_us).unwrap();
         assert_eq!(position_km, start.position_km);
         assert!((covariance_km2 - Matrix3::identity() * 25.0).norm() < 1e-6);

@@ -145,7 +145,7 @@ impl Estimate {
     /// state is impossible or spans no plane; `false` too where the covariance is none.
     #[inline(never)]
     pub(super) fn begin(&mut self, first: &FirstOrbit, parameters: &OrbitParameters) -> bool {
-        let FirstOrbit { state, root } = first;
+        let FirstOrbit { state, root, misaligned } = first;
         if !plausible(&state.position_km, &state.velocity_km_s) {
             return false;
         }
@@ -155,6 +155,14 @@ impl Estimate {
         for (column, elements) in root.data.0.iter().enumerate() {
             for (row, element) in elements.iter().enumerate() {
                 self.factor.set(row, column, *element as f32);
+            }
+        }
+        // The fixes have taken the misalignment for a part of the position: against it.
+        for (axis, elements) in misaligned.data.0.iter().enumerate() {
+            let column = MISALIGNMENT + axis;
+            let sigma = sigmas.get(column).copied().unwrap_or(0.0);
+            for (row, element) in elements.iter().enumerate() {
+                self.factor.set(row, column, -sigma * *element as f32);
             }
         }
         (self.state, self.horizon) = (*state, horizon);
