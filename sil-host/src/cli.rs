@@ -80,6 +80,11 @@ pub enum Command {
     /// All telecommands that the flight code obeys: service, fields, refusals (the page
     /// fsw-core/TELECOMMANDS.md)
     Telecommands(TelecommandsArguments),
+    /// The layout of the telemetry frames, for a ground system in any language (the page
+    /// fsw-core/TELEMETRY.md)
+    Telemetry(TelemetryArguments),
+    /// Telemetry frames as they left a sensor, in words or as JSON
+    Decode(DecodeArguments),
 }
 
 /// What the arguments ask for.

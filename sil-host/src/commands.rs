@@ -9,6 +9,7 @@ pub mod budget;
 pub mod calibrate;
 pub mod centroids;
 pub mod columns;
+pub mod decode;
 pub mod defects;
 pub mod earth;
 pub mod identify;
@@ -23,6 +24,7 @@ pub mod run;
 pub mod serve;
 pub mod solve;
 pub mod telecommands;
+pub mod telemetry;
 
 use crate::campaign;
 use crate::cli::{Campaign, Command, RunArguments};
@@ -72,5 +74,7 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
         Command::Parameters(arguments) => parameters::run(arguments),
         Command::Columns(arguments) => columns::run(arguments),
         Command::Telecommands(arguments) => telecommands::run(arguments),
+        Command::Telemetry(arguments) => telemetry::run(arguments),
+        Command::Decode(arguments) => decode::run(arguments),
     }
 }

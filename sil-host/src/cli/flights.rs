@@ -125,6 +125,26 @@ pub struct TelecommandsArguments {
     pub json: bool,
 }
 
+/// Arguments of `telemetry`.
+#[derive(Debug, Args)]
+pub struct TelemetryArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `decode`.
+#[derive(Debug, Args)]
+pub struct DecodeArguments {
+    /// Frames, each led by its length (2 bytes, low byte first); `-` for standard input
+    #[arg(value_name = "TELEMETRY")]
+    pub stream: PathBuf,
+
+    /// A JSON object a frame instead of words
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Arguments of `columns`.
 #[derive(Debug, Args)]
 pub struct ColumnsArguments {

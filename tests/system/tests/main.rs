@@ -30,3 +30,4 @@ mod serve;
 mod sky_answers;
 mod sky_pictures;
 mod telecommands;
+mod telemetry_layout;
