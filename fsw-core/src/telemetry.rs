@@ -31,11 +31,12 @@ pub const MAX_EVENTS: usize = 8;
 
 /// The text of the files whose types make a frame. From it the ground's page of the layout has its words
 /// (`sil-host telemetry`); nothing of it is in an image that does not ask.
-pub const SOURCES: [&str; 6] = [
+pub const SOURCES: [&str; 7] = [
     include_str!("telemetry.rs"),
     include_str!("telemetry/faults.rs"),
     include_str!("modes.rs"),
     include_str!("command.rs"),
+    include_str!("command/refusal.rs"),
     include_str!("earth.rs"),
     include_str!("stars/identify.rs"),
 ];

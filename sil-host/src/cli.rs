@@ -5,11 +5,13 @@
 
 mod campaign;
 mod flights;
+mod installed;
 mod orbits;
 mod pictures;
 
 pub use campaign::*;
 pub use flights::*;
+pub use installed::*;
 pub use orbits::*;
 pub use pictures::*;
 
@@ -85,6 +87,10 @@ pub enum Command {
     Telemetry(TelemetryArguments),
     /// Telemetry frames as they left a sensor, in words or as JSON
     Decode(DecodeArguments),
+    /// Completions for a shell, of the installed program `sextant`
+    Completions(CompletionsArguments),
+    /// Manual pages of the installed program `sextant`, into a folder
+    Man(ManArguments),
 }
 
 /// What the arguments ask for.

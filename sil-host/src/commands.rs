@@ -13,6 +13,7 @@ pub mod decode;
 pub mod defects;
 pub mod earth;
 pub mod identify;
+pub mod installed;
 pub mod navigate;
 pub mod outages;
 pub mod parameters;
@@ -76,5 +77,7 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
         Command::Telecommands(arguments) => telecommands::run(arguments),
         Command::Telemetry(arguments) => telemetry::run(arguments),
         Command::Decode(arguments) => decode::run(arguments),
+        Command::Completions(arguments) => installed::completions(arguments),
+        Command::Man(arguments) => installed::man(arguments),
     }
 }

@@ -14,7 +14,7 @@
 //! | [`report`] | a run on one page |
 //! | [`serve`] | a page on which a run is flown live, or looked at |
 //! | [`campaign`] | many seeded runs of one thing |
-//! | [`commands`] | what the commands do, a file each |
+//! | [`commands`], [`program`] | what the commands do, a file each; the program around them |
 //!
 //! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x
 //! along +x px, y along +y px, z out along the line of sight. A quaternion is `[x, y, z, w]`, scalar last,
@@ -39,6 +39,7 @@ pub mod formats;
 pub mod harness;
 pub mod judge;
 pub mod output;
+pub mod program;
 pub mod report;
 pub mod scenario;
 pub mod serve;

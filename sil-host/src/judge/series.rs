@@ -47,6 +47,8 @@ pub struct Statistics {
     pub within_share: [f64; 3],
     /// Share of the seconds with every axis within 3 sigma.
     pub all_within_3_share: f64,
+    /// Share of the seconds with an axis beyond 4 sigma; 0.00006 an axis of right ones.
+    pub beyond_4_share: f64,
     /// Mean of the normalised error squared over the seconds (NEES, with the correlations of the axes where
     /// they are known) over its degrees of freedom; 1 where sigmas are right.
     pub normalised_square: f64,
@@ -166,6 +168,7 @@ impl Series {
                 .map(|sigmas| each().filter(|deviate| deviate.abs() <= sigmas).count() as f64 / all),
             all_within_3_share: (0..samples.len()).filter(|index| worst(*index) <= 3.0).count() as f64
                 / count,
+            beyond_4_share: (0..samples.len()).filter(|index| worst(*index) > 4.0).count() as f64 / count,
             normalised_square,
             bias_sigma: normalised
                 .iter()

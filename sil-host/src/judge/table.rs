@@ -94,6 +94,14 @@ macro_rules! of_quantity {
                 ("sigma", 1e6),
                 |of| Some(of.run($key).map_or(0.0, |run| run.largest_sigma)),
             ),
+            Figure {
+                side: Side::AtMost,
+                ..share(
+                    concat!($key, "_beyond_4_sigma_share"),
+                    concat!($words, ": seconds beyond 4 sigma; 0 where none was told"),
+                    |of| Some(of.run($key).map_or(0.0, |run| run.beyond_4_share)),
+                )
+            },
             at_most(concat!($key, "_bias_sigma"), concat!($words, ": mean error"), ("sigma", 1e3), |of| {
                 Some(of.run($key)?.bias_sigma)
             }),
@@ -201,7 +209,7 @@ pub static NOT_FINITE: Figure =
         Some(f64::from(of.not_finite))
     });
 
-static OF_QUANTITIES: [[Figure; 7]; 9] = [
+static OF_QUANTITIES: [[Figure; 8]; 9] = [
     of_quantity!("attitude", "attitude", "arcsec", "arcsec"),
     of_quantity!("filtered", "filtered attitude", "arcsec", "arcsec"),
     of_quantity!("sun_attitude", "attitude carried through the Sun", "arcsec", "arcsec"),

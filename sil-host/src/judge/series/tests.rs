@@ -71,4 +71,8 @@ fn statistics_are_those_counted_by_hand() {
     let last = series.statistics(13, 1.0).unwrap();
     assert_eq!((last.seconds, last.rms_axes[0], last.sigma_axes[1], last.jump_sigma), (1, 8.0, 4.0, None));
     assert!(series.statistics(16, 1.0).is_none());
+    // Four sigma are not beyond four.
+    assert_eq!(found.beyond_4_share, 0.0);
+    series.add(17, Axes { error: [0.0, 17.0, 0.0], sigma: [2.0, 4.0, 0.0] });
+    assert_eq!(series.statistics(0, 1.0).unwrap().beyond_4_share, 0.2);
 }

@@ -1,0 +1,65 @@
+//! `completions` and `man`: what a shell and a reader of manual pages want of the installed program.
+
+use crate::cli::{CommandLine, CompletionsArguments, ManArguments};
+use crate::error::HostError;
+use crate::output;
+use clap::CommandFactory;
+use std::fs;
+use std::process::ExitCode;
+
+/// The name under which it is installed (`src/bin/sextant.rs`).
+const NAME: &str = "sextant";
+
+fn command() -> clap::Command {
+    CommandLine::command().name(NAME).bin_name(NAME)
+}
+
+/// Prints the completions of a shell.
+///
+/// # Errors
+/// None.
+pub fn completions(arguments: &CompletionsArguments) -> Result<ExitCode, HostError> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command(), NAME, &mut script);
+    output::print(format_args!("{}", String::from_utf8_lossy(&script)), "");
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a manual page for the program and one for each of its commands into a folder.
+///
+/// # Errors
+/// Where the folder cannot be written.
+pub fn man(arguments: &ManArguments) -> Result<ExitCode, HostError> {
+    let ManArguments { folder } = arguments;
+    let written = fs::create_dir_all(folder).and_then(|()| clap_mangen::generate_to(command(), folder));
+    written.map_err(|error| HostError::system(folder, "written", &error, "name another folder"))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap_complete::Shell;
+
+    #[test]
+    fn every_command_has_completions_and_a_page() {
+        let names: Vec<_> = command().get_subcommands().map(|of| of.get_name().to_owned()).collect();
+        assert!(names.len() > 15);
+        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut command(), NAME, &mut script);
+            let script = String::from_utf8(script).unwrap();
+            assert!(names.iter().all(|name| script.contains(name.as_str())), "{shell}");
+        }
+        let folder = std::env::temp_dir().join(format!("sextant-man-{}", std::process::id()));
+        man(&ManArguments { folder: folder.clone() }).unwrap();
+        for name in &names {
+            let page = fs::read_to_string(folder.join(format!("{NAME}-{name}.1"))).unwrap();
+            assert!(page.contains(".SH SYNOPSIS"), "{name}");
+        }
+        assert!(folder.join(format!("{NAME}.1")).exists());
+        fs::remove_dir_all(folder).unwrap();
+        let file = std::env::current_exe().unwrap();
+        assert!(man(&ManArguments { folder: file.join("below-a-file") }).is_err());
+    }
+}
