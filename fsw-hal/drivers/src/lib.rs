@@ -4,6 +4,10 @@
 //! | module | part | trait of `fsw-hal` |
 //! |---|---|---|
 //! | [`cmv4000`] | detector CMV4000 of ams OSRAM, 2048 x 2048 px, registers over SPI | [`Detector`](fsw_hal::Detector) |
+//! | [`lsm6dsv16x`] | gyro LSM6DSV16X of STMicroelectronics | [`RateSensor`](fsw_hal::RateSensor) |
+//! | [`lis2mdl`] | magnetometer LIS2MDL of STMicroelectronics | [`Magnetometer`](fsw_hal::Magnetometer) |
+//! | [`mounting`] | the rotation from a part's axes to the body's | - |
+//! | [`part`] | the errors of gyro and magnetometer | - |
 //! | [`pixel_port`] | what takes a detector's pixels in: a receiver with DMA, a frame memory | - |
 //!
 //! A driver owns its bus handle, its pins, a delay and a handle of the board's clock; who shares a bus or a
@@ -21,7 +25,19 @@
 extern crate std;
 
 pub mod cmv4000;
+pub mod lis2mdl;
+pub mod lsm6dsv16x;
+#[cfg(test)]
+mod mock;
+pub mod mounting;
+pub mod part;
 pub mod pixel_port;
 
 pub use cmv4000::Cmv4000;
+pub use lis2mdl::Lis2mdlMagnetometer;
+pub use lsm6dsv16x::Lsm6dsv16xGyro;
+pub use mounting::Mounting;
+pub use part::PartError;
 pub use pixel_port::PixelPort;
+// The drivers beneath, of the versions that are used here.
+pub use {lis2mdl_rs, lsm6dsv16x_rs};
