@@ -6,6 +6,7 @@
 //! | [`cmv4000`] | detector CMV4000 of ams OSRAM, 2048 x 2048 px, registers over SPI | [`Detector`](fsw_hal::Detector) |
 //! | [`lsm6dsv16x`] | gyro LSM6DSV16X of STMicroelectronics | [`RateSensor`](fsw_hal::RateSensor) |
 //! | [`lis2mdl`] | magnetometer LIS2MDL of STMicroelectronics | [`Magnetometer`](fsw_hal::Magnetometer) |
+//! | [`flash_store`] | any NOR flash on `embedded-storage` | [`StateStore`](fsw_hal::StateStore) |
 //! | [`mounting`] | the rotation from a part's axes to the body's | - |
 //! | [`part`] | the errors of gyro and magnetometer | - |
 //! | [`pixel_port`] | what takes a detector's pixels in: a receiver with DMA, a frame memory | - |
@@ -25,6 +26,7 @@
 extern crate std;
 
 pub mod cmv4000;
+pub mod flash_store;
 pub mod lis2mdl;
 pub mod lsm6dsv16x;
 #[cfg(test)]
@@ -34,6 +36,7 @@ pub mod part;
 pub mod pixel_port;
 
 pub use cmv4000::Cmv4000;
+pub use flash_store::{FlashStore, FlashStoreError};
 pub use lis2mdl::Lis2mdlMagnetometer;
 pub use lsm6dsv16x::Lsm6dsv16xGyro;
 pub use mounting::Mounting;
