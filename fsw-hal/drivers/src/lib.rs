@@ -43,4 +43,4 @@ pub use mounting::Mounting;
 pub use part::PartError;
 pub use pixel_port::PixelPort;
 // The drivers beneath, of the versions that are used here.
-pub use {lis2mdl_rs, lsm6dsv16x_rs};
+pub use {lis2mdl_rs, lsm6dsv16x_rs, st_mems_bus};

@@ -1,0 +1,17 @@
+//! Sextant on a board of one's own: an example of the whole flight software, from the drivers to a warm
+//! restart, that compiles in the gate for a bare Cortex-M4F.
+//!
+//! | file | content |
+//! |---|---|
+//! | `board.rs` | the board: replace it with yours |
+//! | `flight.rs` | the sensor with its instruments, one call a second; the orbit over a warm restart |
+//! | `bin/bare.rs` | a program without an executor; linked with `panic-never`: no panic can be reached in it |
+//! | `bin/embassy.rs` | the same as a task of an Embassy application, beside tasks for housekeeping and downlink |
+//!
+//! Where there is an operating system nothing of it is there, so that the workspace builds everywhere.
+#![cfg_attr(target_os = "none", no_std)]
+
+#[cfg(target_os = "none")]
+pub mod board;
+#[cfg(target_os = "none")]
+pub mod flight;
