@@ -1,7 +1,7 @@
 //! The door between the flight software and its instruments.
 //!
 //! `fsw-core` sees the spacecraft only through the traits of this crate; a simulator, a recorded picture and
-//! a real detector driver look alike to it.
+//! a real detector driver look alike to it. Drivers of real parts are in `fsw-drivers`, beside this crate.
 //!
 //! | module | instrument | first used by |
 //! |---|---|---|

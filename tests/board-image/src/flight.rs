@@ -1,8 +1,9 @@
 //! The sensor with its instruments: one call a second, and an orbit that outlives a warm restart.
 //!
 //! Kept every [`KEEP_EVERY_S`] seconds is the telemetry frame itself: it has the orbit with its sigmas and a
-//! CRC of its own. After a restart the frame that was kept last gives the orbit, if it is young enough, with
-//! the first second that knows Terrestrial Time; the attitude is found in the sky within seconds anyway.
+//! CRC of its own. After a restart the frame that was kept last gives the orbit, if it is young enough, in the
+//! second after the first one that knew Terrestrial Time; the attitude is found in the sky within seconds
+//! anyway.
 
 use crate::board::{Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
 use fsw_core::camera::{CameraParameters, Distortion, Projection};
@@ -16,7 +17,7 @@ use fsw_drivers::lis2mdl_rs::blocking::{I2CAddress as MagnetometerAddress, Lis2m
 use fsw_drivers::lsm6dsv16x_rs::blocking::{I2CAddress as GyroAddress, Lsm6dsv16x};
 use fsw_drivers::st_mems_bus::blocking::i2c::I2cBus;
 use fsw_drivers::{Cmv4000, FlashStore, Lis2mdlMagnetometer, Lsm6dsv16xGyro, Mounting};
-use fsw_hal::{Clock, StateStore};
+use fsw_hal::StateStore;
 use static_cell::{ConstStaticCell, StaticCell};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
@@ -51,8 +52,10 @@ pub struct Flight {
     store: FlashStore<Bridge>,
     /// Seconds since a record was kept.
     since_kept_s: u32,
-    /// Whether the orbit of before the restart has been asked for.
-    restored: bool,
+    /// Whether the orbit of before the restart is still to be asked for.
+    restarted: bool,
+    /// Terrestrial Time of the last second, us, where it was known.
+    instant_us: Option<i64>,
     /// Where a frame is made that nobody sends, and where the record of before the restart is read.
     spare: &'static mut [u8; MAX_FRAME_BYTES],
 }
@@ -102,20 +105,17 @@ impl Flight {
             clock: bridge,
             store: FlashStore::new(bridge, 0, SLOT_BYTES)?,
             since_kept_s: 0,
-            restored: false,
+            restarted: true,
+            instant_us: None,
             spare: SPARE.try_take()?,
         })
     }
 
-    /// The orbit of before the restart, once, as soon as Terrestrial Time is known.
+    /// The orbit of before the restart, once, as soon as the sensor knows Terrestrial Time.
     #[inline(never)]
     fn orbit_of_before(&mut self) -> Option<GroundOrbit> {
-        if self.restored {
-            return None;
-        }
-        let now = self.clock.local_time().ok()?;
-        let now_us = self.clock.terrestrial_us(now).ok()?;
-        self.restored = true;
+        let now_us = self.instant_us.filter(|_| self.restarted)?;
+        self.restarted = false;
         let record = self.store.kept(self.spare, now_us, MAX_AGE_US).ok()??;
         telemetry::decode(record).ok()?.ground_orbit()
     }
@@ -131,6 +131,7 @@ impl Flight {
             rate_sensor: &mut self.gyro,
         };
         let report = self.sensor.cycle(&mut instruments, command);
+        self.instant_us = report.instant_us;
         self.since_kept_s = self.since_kept_s.saturating_add(1);
         if let (Some(instant_us), Some(_), KEEP_EVERY_S..) =
             (report.instant_us, report.orbit, self.since_kept_s)
