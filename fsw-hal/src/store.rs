@@ -1,7 +1,7 @@
 //! Non-volatile store of the state that is to outlive a restart.
 //!
-//! A record is bytes that only who keeps them understands: an orbit, a parameter table. The store says when it
-//! was kept, whether it is whole, and whether it is too old.
+//! A record is bytes that only who keeps them understands: an orbit, a parameter table. The store knows when
+//! it was kept, whether it is whole, and whether it is too old.
 //!
 //! Instants are Terrestrial Time: the on-board counter begins anew with the restart.
 
@@ -25,16 +25,16 @@ impl error::ErrorKind for ErrorKind {}
 
 /// A store of one record.
 pub trait StateStore: ErrorType<Error: Error<ErrorKind>> {
-    /// Keeps `record` in the place of the one before, as of `instant_us` (Terrestrial Time, microseconds since
-    /// J2000.0). Where power is lost before this returns, the record before stays.
+    /// Keeps `record` in the place of the one before, as of `instant_us` (Terrestrial Time, microseconds
+    /// since J2000.0). Where power is lost before this returns, one of the two is there, whole.
     ///
     /// # Errors
-    /// [`ErrorKind::Length`] for a record that does not fit, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`] when
-    /// the hardware fails; the record before stays then too.
+    /// [`ErrorKind::Length`] for a record that does not fit, [`ErrorKind::Timeout`] or [`ErrorKind::Bus`]
+    /// when the hardware fails; the record before stays then.
     fn keep(&mut self, record: &[u8], instant_us: i64) -> Result<(), Self::Error>;
 
-    /// The record that was kept last and whole, at the front of `buffer`; `None` where there is none. `now_us`
-    /// is Terrestrial Time, microseconds since J2000.0.
+    /// The record that was kept last and whole, at the front of `buffer`; `None` where there is none.
+    /// `now_us` is Terrestrial Time, microseconds since J2000.0.
     ///
     /// # Errors
     /// [`ErrorKind::Stale`] where it is older than `max_age_us` or was kept after `now_us`,

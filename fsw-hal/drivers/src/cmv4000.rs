@@ -2,26 +2,28 @@
 //!
 //! In: a window of rows, the clock, the board's analogue settings. Out: the [`Detector`] of `fsw-hal`.
 //!
-//! After the data sheet "CMV4000, Global Shutter CMOS Image Sensor for Machine Vision", ams OSRAM DS000728,
-//! v6-00, 2023-08-04 (before: CMOSIS, CMV4000-datasheet-v2.13, 2014): start-up, frame request, readout and
-//! exposure in section 6, "Functional description"; addresses in its "Register description". Addresses and
-//! formulas are also those of three public programs for the same register map (CMV2000 and CMV4000):
-//! `pcilib` of the ufo-kit, `pyspex` for SPEXone in orbit, the payload of EagleSat-2.
+//! Data sheet: "CMV4000, Global Shutter CMOS Image Sensor for Machine Vision", ams OSRAM DS000728, v6-00,
+//! 2023-08-04 (before: CMOSIS, CMV4000-datasheet-v2.13, 2014): start-up, frame request, readout and exposure
+//! in section 6, "Functional description"; addresses in its register description. The addresses, the word on
+//! the bus and the formulas below were compared with three public programs for the same register map (CMV2000
+//! and CMV4000), not with the sheet's own tables: the camera of the ufo-kit (addresses), `pyspex` for SPEXone
+//! in orbit (exposure, readout, outputs, PLL), the payload of EagleSat-2 (bus, start-up, readout). Compare
+//! them with the sheet of your part before it has power.
 //!
 //! | address | register | written here |
 //! |---|---|---|
 //! | 1, 2 | `number_lines`, rows of a frame | the window |
 //! | 3, 4 | `start1`, first row | the window |
 //! | 40 | `image_flipping` | 0: none |
-//! | 41 | `inte_sync`, `exp_dual`, `exp_ext` | 0: exposure by the detector's own sequencer |
+//! | 41 | `inte_sync`, `exp_dual`, `exp_ext` | 0: exposure by its own sequencer |
 //! | 42 to 44 | `exp_time`, row times | each exposure |
 //! | 70, 71 | `number_frames` a request | 1 |
 //! | 72 | `output_mode` | 16, 8, 4 or 2 LVDS outputs |
 //! | 73 | `fot_length` | read only: it is part of the exposure |
 //! | 111, 112 | `bit_mode`, `adc_resolution` | 1, 0: 10 bits |
 //!
-//! Numbers of several bytes begin with the lowest. Bias currents, voltages, gain, offset and the PLL depend on
-//! the clock, the version of the part and its calibration: they are the board's table
+//! Numbers of several bytes begin with the lowest. Bias currents, voltages, gain, offset and the PLL depend
+//! on the clock, the version of the part and its calibration: they are the board's table
 //! [`Settings::analogue`], after the data sheet's recommended values; none is built in.
 //!
 //! - **SPI**: mode 0, SPI_EN active high (give the chip select an inverting pin), 16 bits a register: 1 for a
@@ -29,11 +31,11 @@
 //!   compared.
 //! - **Exposure** lasts `129 (0.43 fot_length + exp_time)` clocks, a row time being 129 clocks with 16
 //!   outputs; set to the nearest `exp_time`, so within 65 clocks (6.5 us at 10 MHz) of what was asked. Its
-//!   middle is half of it after the request's rising edge; the sequencer's own delay, less than a row time, is
-//!   not known and not corrected.
-//! - **Windows**: the detector reads rows whole, a window of them once. The windows that the flight code reads
-//!   of an image are not known when it is taken, so the frame goes to a frame memory ([`PixelPort`]), and
-//!   they are read there. [`Settings::rows`] keeps out the rows that the optics do not light: they cost no
+//!   middle is half of it after the request's rising edge; what the sequencer itself waits before it begins
+//!   is not known and not corrected.
+//! - **Windows**: the detector reads rows whole, a window of them once. The windows that the flight code
+//!   reads of an image are not known when it is taken, so the frame goes to a frame memory ([`PixelPort`]),
+//!   and they are read there. [`Settings::rows`] keeps out the rows that the optics do not light: they cost no
 //!   transfer and no memory, and row 0 of the geometry is the first of the window.
 //! - **Failures**: an image that failed is gone; the next exposure begins with a reset and all registers.
 
@@ -60,8 +62,7 @@ pub const SIZE_PX: u16 = 2048;
 /// Range of the input clock, Hz.
 pub const CLOCK_HZ: core::ops::RangeInclusive<u32> = 5_000_000..=48_000_000;
 
-/// SYS_RES_N is held low, and waited after for registers or a frame: at least 1 us each, so that 5 clocks of 5
-/// MHz are seen.
+/// SYS_RES_N is held low so long, and the registers are left alone so long after it: at least 1 us each.
 const RESET_US: u32 = 10;
 /// From an upload of registers to the first frame: 7 to 20 ms where it changes the gain of the converters.
 const SETTLE_MS: u32 = 20;

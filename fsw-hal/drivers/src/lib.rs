@@ -3,7 +3,7 @@
 //!
 //! | module | part | trait of `fsw-hal` |
 //! |---|---|---|
-//! | [`cmv4000`] | detector CMV4000 of ams OSRAM, 2048 x 2048 px, registers over SPI | [`Detector`](fsw_hal::Detector) |
+//! | [`cmv4000`] | detector CMV4000 of ams OSRAM | [`Detector`](fsw_hal::Detector) |
 //! | [`lsm6dsv16x`] | gyro LSM6DSV16X of STMicroelectronics | [`RateSensor`](fsw_hal::RateSensor) |
 //! | [`lis2mdl`] | magnetometer LIS2MDL of STMicroelectronics | [`Magnetometer`](fsw_hal::Magnetometer) |
 //! | [`flash_store`] | any NOR flash on `embedded-storage` | [`StateStore`](fsw_hal::StateStore) |

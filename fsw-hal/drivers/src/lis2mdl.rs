@@ -1,12 +1,12 @@
 //! Magnetometer LIS2MDL of STMicroelectronics, by the maker's own driver crate `lis2mdl-rs`.
 //!
-//! In: the crate's driver on a bus, a clock, the mounting. Out: the [`Magnetometer`] of `fsw-hal`, microtesla
-//! in body axes.
+//! In: the crate's driver on a bus, a clock, the mounting. Out: the [`Magnetometer`] of `fsw-hal`,
+//! microtesla in body axes.
 //!
 //! Why this crate: as for [`crate::lsm6dsv16x`]; 2.1.0, BSD-3-Clause.
 //!
-//! Registers and scale are those of ST's data sheet of the part, as the crate has them; how it is driven is told
-//! by ST AN5069, revision 3, 2020.
+//! Registers and scale are those of ST's data sheet of the part, as the crate has them; how it is driven is
+//! told by ST AN5069, revision 3, 2020.
 //!
 //! - Range ±4.9 mT, 0.15 uT a digit, 50 Hz, compensated for temperature, its offset cancelled in each sample.
 //! - A reading is the newest sample; that the part overwrote those before it (its overrun flag) is how it is

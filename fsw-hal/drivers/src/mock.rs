@@ -1,9 +1,10 @@
-//! A part with registers on an I2C bus, for tests: what was on the bus is remembered, any transaction can fail.
+//! A part with registers on an I2C bus, for tests: what was on the bus is remembered, a transaction can fail.
 
 use core::cell::{Cell, RefCell};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 use fsw_hal::{Clock, ClockError, LocalTime};
+use std::collections::VecDeque;
 use std::vec::Vec;
 
 /// What was on the bus: bytes written, and those read after them.
@@ -13,8 +14,10 @@ pub(crate) type Transfer = (Vec<u8>, Vec<u8>);
 pub(crate) struct Board {
     address: u8,
     registers: RefCell<[u8; 256]>,
-    /// What the part does to its registers after one was written or read.
-    reaction: fn(&mut [u8; 256], u8, Access),
+    /// What the part does to its registers after one was written, or before one is read.
+    reaction: fn(&Board, &mut [u8; 256], u8, Access),
+    /// Samples that wait in the part, where it has a queue.
+    pub(crate) queue: RefCell<VecDeque<[i16; 3]>>,
     pub(crate) transfers: RefCell<Vec<Transfer>>,
     /// Number of the transaction that fails.
     pub(crate) failing: Cell<Option<usize>>,
@@ -29,11 +32,12 @@ pub(crate) enum Access {
 }
 
 impl Board {
-    pub(crate) fn new(address: u8, reaction: fn(&mut [u8; 256], u8, Access)) -> Self {
+    pub(crate) fn new(address: u8, reaction: fn(&Board, &mut [u8; 256], u8, Access)) -> Self {
         Self {
             address,
             registers: RefCell::new([0; 256]),
             reaction,
+            queue: RefCell::default(),
             transfers: RefCell::default(),
             failing: Cell::default(),
             now_us: Cell::default(),
@@ -81,13 +85,13 @@ impl I2c for &Board {
                     written = bytes.to_vec();
                     for (register, value) in (bytes[0]..).zip(&bytes[1..]) {
                         registers[usize::from(register)] = *value;
-                        (self.reaction)(&mut registers, register, Access::Written);
+                        (self.reaction)(self, &mut registers, register, Access::Written);
                     }
                 }
                 Operation::Read(bytes) => {
                     for (register, value) in (written[0]..).zip(bytes.iter_mut()) {
+                        (self.reaction)(self, &mut registers, register, Access::Read);
                         *value = registers[usize::from(register)];
-                        (self.reaction)(&mut registers, register, Access::Read);
                     }
                     all_read.extend_from_slice(bytes);
                 }

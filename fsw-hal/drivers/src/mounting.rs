@@ -22,8 +22,8 @@ impl Mounting {
     /// The part's axes are the body's.
     pub const ALIGNED: Self = Self { rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] };
 
-    /// From the rows of the matrix: the body's x, y and z in the part's axes. `None` where it is no rotation or
-    /// not finite.
+    /// From the rows of the matrix: the body's x, y and z in the part's axes. `None` where it is no rotation
+    /// or not finite.
     pub fn new(rows: [[f32; 3]; 3]) -> Option<Self> {
         let [x, y, z] = rows;
         let [across_x, across_y, across_z] = cross(x, y);

@@ -68,8 +68,8 @@ pub trait PixelPort {
     /// Where the memory is too small or the receiver does not answer.
     fn start(&mut self, pixels: usize) -> Result<(), Self::Error>;
 
-    /// Waits until the frame has ended, `timeout_us` microseconds at most, and gives the number of pixels that
-    /// came; `None` where it has not ended by then, and then the receiver is off.
+    /// Waits until the frame has ended, `timeout_us` microseconds at most, and gives the number of pixels
+    /// that came; `None` where it has not ended by then, and then the receiver is off.
     ///
     /// # Errors
     /// What the receiver reports: an overrun of its queue, an error on the memory's bus.

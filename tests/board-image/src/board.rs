@@ -5,7 +5,7 @@
 //! |---|---|
 //! | 0x00 | pins: bit 0 SYS_RES_N, bit 1 FRAME_REQ |
 //! | 0x04 | SPI: bits 0 to 7 a byte to send, then the byte that came; bit 8 select; bit 31 busy |
-//! | 0x08 | I2C: bits 0 to 7 a byte; bit 8 start, 9 stop, 10 read, 11 acknowledge; then bit 30 refused, 31 busy |
+//! | 0x08 | I2C: bits 0 to 7 a byte; 8 start, 9 stop, 10 read, 11 acknowledge; then 30 refused, 31 busy |
 //! | 0x0C | pixel port: pixels to wait for, starts the receiver |
 //! | 0x10 | pixels that came; bit 31 the frame has ended |
 //! | 0x14, 0x18 | counter, us since power-on, low and high; reading the low half latches the high one |

@@ -1,9 +1,9 @@
 //! The sensor with its instruments: one call a second, and an orbit that outlives a warm restart.
 //!
 //! Kept every [`KEEP_EVERY_S`] seconds is the telemetry frame itself: it has the orbit with its sigmas and a
-//! CRC of its own. After a restart the frame that was kept last gives the orbit, if it is young enough, in the
-//! second after the first one that knew Terrestrial Time; the attitude is found in the sky within seconds
-//! anyway.
+//! CRC of its own. After a restart the frame that was kept last gives the orbit, if it is young enough, in
+//! the second after the first one that knew Terrestrial Time; the attitude is found in the sky within
+//! seconds anyway.
 
 use crate::board::{Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
 use fsw_core::camera::{CameraParameters, Distortion, Projection};

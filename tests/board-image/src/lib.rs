@@ -4,9 +4,9 @@
 //! | file | content |
 //! |---|---|
 //! | `board.rs` | the board: replace it with yours |
-//! | `flight.rs` | the sensor with its instruments, one call a second; the orbit over a warm restart |
-//! | `bin/bare.rs` | a program without an executor; linked with `panic-never`: no panic can be reached in it |
-//! | `bin/embassy.rs` | the same as a task of an Embassy application, beside tasks for housekeeping and downlink |
+//! | `flight.rs` | the sensor with its instruments, one call a second; the orbit over a restart |
+//! | `bin/bare.rs` | a program without an executor, linked with `panic-never` |
+//! | `bin/embassy.rs` | the flight as a task of Embassy, beside housekeeping and downlink |
 //!
 //! Where there is an operating system nothing of it is there, so that the workspace builds everywhere.
 #![cfg_attr(target_os = "none", no_std)]

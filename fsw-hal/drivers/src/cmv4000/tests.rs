@@ -235,7 +235,7 @@ const ALL: [u8; 16] = [116, 103, 1, 2, 3, 4, 40, 41, 70, 71, 72, 111, 112, 42, 4
 fn the_first_exposure_starts_the_detector_with_these_bytes_in_this_order() {
     on_board(BOARD, |board, part, detector| {
         detector.start_exposure(100_000).unwrap();
-        // 100 ms are 7751.94 row times of 12.9 us; the overhead exposes 4.3 of them; the nearest is 7748, 0x1E44.
+        // 100 ms are 7751.94 row times of 12.9 us; the overhead exposes 4.3; the nearest is 7748, 0x1E44.
         let fixed = [(116, 0x19), (103, 40), (1, 0), (2, 4), (3, 0), (4, 2), (40, 0), (41, 0)];
         let fixed = [&fixed[..], &[(70, 1), (71, 0), (72, 3), (111, 1), (112, 0)]].concat();
         let expected = [Reset(false), Request(false), Delay(10_000), Reset(true), Delay(10_000)]
@@ -513,7 +513,10 @@ proptest! {
     }
 
     #[test]
-    fn any_window_is_read_or_refused(x in 0..2060u16, y in 0..40u16, width in 0..2060u16, height in 0..40u16) {
+    fn any_window_is_read_or_refused(
+        (x, y) in (0..2060u16, 0..40u16),
+        (width, height) in (0..2060u16, 0..40u16),
+    ) {
         let settings = Settings { rows: (100, 32), ..BOARD };
         on_board(settings, |_, _, detector| {
             detector.expose(1_000).unwrap();

@@ -1,7 +1,7 @@
 //! Times of the CMV4000, all by its input clock: integers, 64 bits.
 //!
-//! With `n` outputs a row takes `129 * 16 / n` clocks, the frame overhead `129 (fot_length + 2 * 16 / n)`, and
-//! an exposure `129 (0.43 fot_length + exp_time)`.
+//! With `n` outputs a row takes `129 * 16 / n` clocks, the frame overhead `129 (fot_length + 2 * 16 / n)`,
+//! and an exposure `129 (0.43 fot_length + exp_time)`.
 
 /// Clocks of a row read over 16 outputs, and of a unit of the exposure.
 const ROW_CLOCKS: u64 = 129;

@@ -209,6 +209,20 @@ fn places_that_the_flash_has_not_are_refused() {
 
 proptest! {
     #[test]
+    fn whatever_stands_in_the_flash_nothing_is_taken_for_a_record(
+        mut bytes in prop::collection::vec(any::<u8>(), 2 * SLOT + 2 * SECTOR),
+        length in any::<u32>().prop_map(|length| length >> (length % 32)),
+    ) {
+        let mut flash = Flash::new();
+        for slot in [OFFSET as usize, OFFSET as usize + SLOT] {
+            bytes[slot..slot + 4].copy_from_slice(&MAGIC);
+            bytes[slot + 8..slot + 12].copy_from_slice(&length.to_le_bytes());
+        }
+        flash.bytes = bytes;
+        prop_assert_eq!(read(&mut store(flash)), None);
+    }
+
+    #[test]
     fn whatever_is_interrupted_the_last_whole_record_is_found(
         losses in prop::collection::vec((0..900usize, any::<u8>()), 1..20),
     ) {

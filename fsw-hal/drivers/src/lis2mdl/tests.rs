@@ -19,8 +19,8 @@ const OVERRUN: u8 = 0x80;
 
 type Part<'b> = Lis2mdlMagnetometer<I2cBus<&'b Board>, &'b Board, Counter<'b>>;
 
-/// A reset ends at once; a sample that was read is no longer new.
-fn reaction(registers: &mut [u8; 256], register: u8, access: Access) {
+/// A reset ends at once; a sample that is read is no longer new.
+fn reaction(_: &Board, registers: &mut [u8; 256], register: u8, access: Access) {
     if register == CFG_A && access == Access::Written && registers[usize::from(CFG_A)] & 0x20 != 0 {
         registers[usize::from(CFG_A)] = 3;
         (registers[usize::from(CFG_B)], registers[usize::from(CFG_C)]) = (0, 0);
@@ -102,7 +102,7 @@ fn what_is_wrong_with_the_part_is_told() {
     let error = magnetometer(&another, Mounting::ALIGNED).magnetic_field().unwrap_err();
     assert!(matches!(error, PartError::WrongPart(0x33)));
 
-    let endless = Board::new(0x1E, |_, _, _| ());
+    let endless = Board::new(0x1E, |_, _, _, _| ());
     endless.set(WHO_AM_I, &[0x40]);
     let error = magnetometer(&endless, Mounting::ALIGNED).magnetic_field().unwrap_err();
     assert!(matches!(error, PartError::Reset));
