@@ -28,6 +28,8 @@ const PERIOD_US: i64 = 20_000;
 pub const STALE_US: i64 = 200_000;
 const UT_PER_MGAUSS: f32 = 0.1;
 
+type Failure<B> = PartError<Error<<B as BusOperation>::Error>>;
+
 /// The magnetometer.
 pub struct Lis2mdlMagnetometer<B: BusOperation, T: DelayNs, C> {
     part: Lis2mdl<B, T, OnState>,
@@ -48,7 +50,7 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lis2mdlMagnetometer<B, T, C> {
         self.temperature_c
     }
 
-    fn start(&mut self) -> Result<(), PartError<Error<B::Error>>> {
+    fn start(&mut self) -> Result<(), Failure<B>> {
         let part = &mut self.part;
         let identity = part.device_id_get().map_err(PartError::Driver)?;
         if identity != ID {
@@ -65,7 +67,7 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lis2mdlMagnetometer<B, T, C> {
         part.operating_mode_set(Md::ContinuousMode).map_err(PartError::Driver)
     }
 
-    fn newest(&mut self) -> Result<Option<MagneticField>, PartError<Error<B::Error>>> {
+    fn newest(&mut self) -> Result<Option<MagneticField>, Failure<B>> {
         if self.running.since().is_none() {
             self.start()?;
             self.running.seen(now(&mut self.clock)?);
@@ -88,7 +90,7 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lis2mdlMagnetometer<B, T, C> {
 }
 
 impl<B: BusOperation, T: DelayNs, C> ErrorType for Lis2mdlMagnetometer<B, T, C> {
-    type Error = PartError<Error<B::Error>>;
+    type Error = Failure<B>;
 }
 
 impl<B: BusOperation, T: DelayNs, C: Clock> Magnetometer for Lis2mdlMagnetometer<B, T, C> {

@@ -43,6 +43,8 @@ const RESET_US: u32 = 100;
 /// 4.375 mdeg/s.
 const RAD_S_PER_DIGIT: f32 = 4.375e-3 * core::f32::consts::PI / 180.0;
 
+type Failure<B> = PartError<Error<<B as BusOperation>::Error>>;
+
 /// The gyro.
 pub struct Lsm6dsv16xGyro<B: BusOperation, T: DelayNs, C> {
     part: Lsm6dsv16x<B, T, MainBank>,
@@ -65,7 +67,7 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lsm6dsv16xGyro<B, T, C> {
         self.temperature_c
     }
 
-    fn start(&mut self) -> Result<(), PartError<Error<B::Error>>> {
+    fn start(&mut self) -> Result<(), Failure<B>> {
         let part = &mut self.part;
         let identity = part.device_id_get().map_err(PartError::Driver)?;
         if identity != ID {
@@ -89,13 +91,13 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lsm6dsv16xGyro<B, T, C> {
     }
 
     /// Empties the queue.
-    fn empty(&mut self) -> Result<(), PartError<Error<B::Error>>> {
+    fn empty(&mut self) -> Result<(), Failure<B>> {
         self.part.fifo_mode_set(FifoMode::BypassMode).map_err(PartError::Driver)?;
         self.part.fifo_mode_set(FifoMode::StreamMode).map_err(PartError::Driver)
     }
 
     /// The sum of `samples` samples of the queue, digits; and whether one was at the end of its scale.
-    fn sum(&mut self, samples: u16) -> Result<([i32; 3], bool), PartError<Error<B::Error>>> {
+    fn sum(&mut self, samples: u16) -> Result<([i32; 3], bool), Failure<B>> {
         let (mut sum, mut any_saturated) = ([0; 3], false);
         for _ in 0..samples {
             let sample = self.part.fifo_out_raw_get().map_err(PartError::Driver)?;
@@ -110,7 +112,7 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lsm6dsv16xGyro<B, T, C> {
         Ok((sum, any_saturated))
     }
 
-    fn newest(&mut self) -> Result<Option<AngularRate>, PartError<Error<B::Error>>> {
+    fn newest(&mut self) -> Result<Option<AngularRate>, Failure<B>> {
         if self.running.since().is_none() {
             self.start()?;
             self.running.seen(now(&mut self.clock)?);
@@ -142,7 +144,7 @@ impl<B: BusOperation, T: DelayNs, C: Clock> Lsm6dsv16xGyro<B, T, C> {
 }
 
 impl<B: BusOperation, T: DelayNs, C> ErrorType for Lsm6dsv16xGyro<B, T, C> {
-    type Error = PartError<Error<B::Error>>;
+    type Error = Failure<B>;
 }
 
 impl<B: BusOperation, T: DelayNs, C: Clock> RateSensor for Lsm6dsv16xGyro<B, T, C> {
