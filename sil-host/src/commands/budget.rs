@@ -17,7 +17,7 @@
 
 use crate::cli::BudgetArguments;
 use crate::commands::record;
-use crate::commands::record::mission::{Flight, MISSION, STORM, WIDE_LIMB};
+use crate::commands::record::mission::{Flight, GYRO, MISSION, STORM, WIDE_LIMB};
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use crate::judge::expected::word;
@@ -462,7 +462,7 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not
     // have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let flights = [("every mode", MISSION), ("widest limb", WIDE_LIMB), ("storm", STORM)];
+    let flights = [("every mode", MISSION), ("widest limb", WIDE_LIMB), ("storm", STORM), ("gyro", GYRO)];
     let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
