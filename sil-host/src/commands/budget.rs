@@ -1,13 +1,13 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
 //! Builds the flight image and the cycle meter, records the
-//! [mission](crate::commands::record::mission) through every mode, the widest limb and a storm of protons,
-//! flies them in the emulator and prints, per mode and stage, the worst cycles observed, and flash, static
-//! RAM and stack. The stack is the deeper of two: the deepest path through the calls of the machine code
-//! (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is unknown), and
-//! what was touched. Status 1 when a limit is overrun or the target's telemetry is not the host's to the
-//! byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts); the cost of
-//! reading pixels from a real detector is not in them.
+//! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons and a
+//! sunrise with a gyro, flies them in the emulator and prints, per mode and stage, the worst cycles observed,
+//! and flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
+//! machine code (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is
+//! unknown), and what was touched. Status 1 when a limit is overrun or the target's telemetry is not the
+//! host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts);
+//! the cost of reading pixels from a real detector is not in them.
 //!
 //! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
 //! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.

@@ -1,8 +1,8 @@
-//! A detector that plays frames recorded in a file of the host.
+//! A detector and a gyro that play what was recorded in a file of the host.
 //!
-//! In: the file. Out: windows of its frames through [`Detector`], and what a gyro read ([`RecordedGyro`]). The
-//! frame is that of the second the detector was [turned to](RecordedDetector::turn_to). Exposure times are
-//! not looked at: the picture is taken.
+//! In: the file. Out: windows of its frames through [`Detector`], and what a gyro read ([`RecordedGyro`]).
+//! The frame is that of the second the detector was [turned to](RecordedDetector::turn_to). Exposure times
+//! are not looked at: the picture is taken.
 //!
 //! # The file, version 4, little-endian
 //!

@@ -6,9 +6,9 @@
 //! part of the flight.
 //!
 //! [`MISSION`] goes through every mode. [`GYRO`] has a rate sensor, which carries the attitude through a
-//! sunrise. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb, which
-//! from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the scan and
-//! the identification.
+//! sunrise. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
+//! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the
+//! scan and the identification.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
