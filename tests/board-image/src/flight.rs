@@ -6,6 +6,7 @@
 //! seconds anyway.
 
 use crate::board::{Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
+use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_core::camera::{CameraParameters, Distortion, Projection};
 use fsw_core::catalog::Catalogue;
 use fsw_core::command::GroundOrbit;
@@ -31,6 +32,9 @@ const ROWS: (u16, u16) = (512, 1024);
 const _: () = assert!(SIZE_PX as usize * ROWS.1 as usize <= FRAME_MEMORY_PX);
 /// Focal length: 24 deg over 2048 px, the field of the reference catalogue.
 const FOCAL_LENGTH_PX: f32 = 4817.0;
+/// White noise of 2.8 mdeg/s/sqrt(Hz), a bias of 1 deg/s and a guess of its walk: a board has what was
+/// measured on its own part.
+const GYRO: RateSensorNoise = RateSensorNoise { white_rad: 5e-5, walk_rad_s: 1e-6, bias_rad_s: 1.75e-2 };
 /// Two slots of so many bytes at the begin of the non-volatile memory.
 const SLOT_BYTES: usize = 4096;
 /// Between two records, s.
@@ -63,7 +67,7 @@ pub struct Flight {
 fn parameters() -> Parameters {
     let (width_px, height_px) = (SIZE_PX, ROWS.1);
     let optical_centre_px = [width_px, height_px].map(|side| 0.5 * (f32::from(side) - 1.0));
-    Parameters::for_camera(CameraParameters {
+    let defaults = Parameters::for_camera(CameraParameters {
         width_px,
         height_px,
         focal_length_px: FOCAL_LENGTH_PX,
@@ -71,7 +75,8 @@ fn parameters() -> Parameters {
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
         mirrored: false,
-    })
+    });
+    Parameters { rate_sensor: Some(GYRO), ..defaults }
 }
 
 /// The magnetometer, aligned with the body.
