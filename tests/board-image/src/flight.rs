@@ -6,11 +6,9 @@
 //! seconds anyway.
 
 use crate::board::{Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
-use fsw_core::attitude::filter::RateSensorNoise;
-use fsw_core::camera::{CameraParameters, Distortion, Projection};
+use crate::instrument::{CATALOGUE, ROWS, parameters};
 use fsw_core::catalog::Catalogue;
 use fsw_core::command::GroundOrbit;
-use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES};
 use fsw_drivers::cmv4000::{Outputs, Parts, SIZE_PX, Settings};
@@ -21,22 +19,14 @@ use fsw_drivers::{Cmv4000, FlashStore, Lis2mdlMagnetometer, Lsm6dsv16xGyro, Moun
 use fsw_hal::StateStore;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// The onboard catalogue, built and checked by `catalog-gen`.
-static CATALOGUE: &[u8] = include_bytes!("../../../catalog-gen/data/reference.cat");
 static WORKSPACE: ConstStaticCell<Workspace> = ConstStaticCell::new(Workspace::new());
 static SENSOR: StaticCell<Sensor<'static>> = StaticCell::new();
 static SPARE: ConstStaticCell<[u8; MAX_FRAME_BYTES]> = ConstStaticCell::new([0; MAX_FRAME_BYTES]);
 
-/// Rows that the optics light: first and number.
-const ROWS: (u16, u16) = (512, 1024);
 const _: () = assert!(SIZE_PX as usize * ROWS.1 as usize <= FRAME_MEMORY_PX);
-/// Focal length: 24 deg over 2048 px, the field of the reference catalogue.
-const FOCAL_LENGTH_PX: f32 = 4817.0;
-/// White noise of 2.8 mdeg/s/sqrt(Hz), a bias of 1 deg/s and a guess of its walk: a board has what was
-/// measured on its own part.
-const GYRO: RateSensorNoise = RateSensorNoise { white_rad: 5e-5, walk_rad_s: 1e-6, bias_rad_s: 1.75e-2 };
 /// Two slots of so many bytes at the begin of the non-volatile memory.
 const SLOT_BYTES: usize = 4096;
+const _: () = assert!(MAX_FRAME_BYTES + 24 <= SLOT_BYTES);
 /// Between two records, s.
 const KEEP_EVERY_S: u32 = 600;
 /// Oldest orbit that is begun with, us: what the flight code takes from the ground, 100 minutes.
@@ -62,21 +52,6 @@ pub struct Flight {
     instant_us: Option<i64>,
     /// Where a frame is made that nobody sends, and where the record of before the restart is read.
     spare: &'static mut [u8; MAX_FRAME_BYTES],
-}
-
-fn parameters() -> Parameters {
-    let (width_px, height_px) = (SIZE_PX, ROWS.1);
-    let optical_centre_px = [width_px, height_px].map(|side| 0.5 * (f32::from(side) - 1.0));
-    let defaults = Parameters::for_camera(CameraParameters {
-        width_px,
-        height_px,
-        focal_length_px: FOCAL_LENGTH_PX,
-        optical_centre_px,
-        projection: Projection::Rectilinear,
-        distortion: Distortion::default(),
-        mirrored: false,
-    });
-    Parameters { rate_sensor: Some(GYRO), ..defaults }
 }
 
 /// The magnetometer, aligned with the body.
