@@ -8,10 +8,11 @@
 
 mod faults;
 
-use crate::command::CommandOutcome;
+use crate::command::{CommandOutcome, GroundOrbit};
 use crate::earth::FitError;
 pub use crate::earth::MAX_LIMB_POINTS;
 use crate::modes::{Guard, Mode};
+use crate::orbit::OrbitState;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
 pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, RateSensorFault};
@@ -340,6 +341,24 @@ pub struct Report {
     pub rate: Option<RateReport>,
     /// What came of the command of the second; `None` without one.
     pub command: Option<CommandOutcome>,
+}
+
+impl Report {
+    /// The orbit as [`Command::Orbit`](crate::command::Command::Orbit) takes it back after a restart, its
+    /// sigmas those of the worst axes; `None` without an orbit or without Terrestrial Time.
+    pub fn ground_orbit(&self) -> Option<GroundOrbit> {
+        let (orbit, time_us) = (self.orbit.as_ref()?, self.instant_us?);
+        let worst = |sigmas: [f32; 3]| f64::from(sigmas.into_iter().fold(0.0, f32::max));
+        Some(GroundOrbit {
+            state: OrbitState {
+                time_us,
+                position_km: orbit.position_km.into(),
+                velocity_km_s: orbit.velocity_km_s.into(),
+            },
+            position_sigma_km: worst(orbit.sigma_position_km),
+            velocity_sigma_km_s: worst(orbit.sigma_velocity_km_s),
+        })
+    }
 }
 
 /// Writes a report as a frame and gives the bytes used.

@@ -1,7 +1,7 @@
 //! The door between the flight software and its instruments.
 //!
 //! `fsw-core` sees the spacecraft only through the traits of this crate; a simulator, a recorded picture and
-//! a real detector driver look alike to it.
+//! a real detector driver look alike to it. Drivers of real parts are in `fsw-drivers`, beside this crate.
 //!
 //! | module | instrument | first used by |
 //! |---|---|---|
@@ -10,6 +10,7 @@
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
 //! | [`rate_sensor`] | angular rate of the body | every second, where there is one |
 //! | [`magnetometer`] | magnetic field in body axes | not yet |
+//! | [`store`] | record that outlives a restart | who calls the second; not by the flight code |
 //! | [`error`] | what the errors of all of them have in common | - |
 //!
 //! Conventions: pixels count x right and y down, the centre of the first pixel read is (0, 0); raw values are
@@ -39,6 +40,7 @@ pub mod error;
 pub mod magnetometer;
 pub mod meter;
 pub mod rate_sensor;
+pub mod store;
 
 pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
 pub use detector::{Detector, DetectorGeometry, ErrorKind as DetectorError, Window};
@@ -46,3 +48,4 @@ pub use error::{Error, ErrorType};
 pub use magnetometer::{ErrorKind as MagnetometerError, MagneticField, Magnetometer};
 pub use meter::{Stage, StageMeter};
 pub use rate_sensor::{AngularRate, ErrorKind as RateSensorError, RateSensor};
+pub use store::{ErrorKind as StoreError, StateStore};

@@ -2,9 +2,9 @@
 
 enum {
     HEADER_BYTES = 16,
-    INSTANT_BYTES = 16,
+    HEAD_BYTES = 36,
     PIXEL_BYTES = 2,
-    VERSION = 3,
+    VERSION = 4,
 };
 
 /* The largest file whose offsets the host takes. */
@@ -23,9 +23,17 @@ static int64_t i64_at(const uint8_t *bytes) {
     return (int64_t)(u32_at(bytes) | (uint64_t)u32_at(bytes + 4) << 32);
 }
 
-/* Bytes of a frame with its times. */
+static float f32_at(const uint8_t *bytes) {
+    const union {
+        uint32_t bits;
+        float value;
+    } number = {.bits = u32_at(bytes)};
+    return number.value;
+}
+
+/* Bytes of a frame with what stands before its pixels. */
 static uint32_t frame_bytes(const struct sextant_geometry *geometry) {
-    return INSTANT_BYTES + (uint32_t)geometry->width_px * geometry->height_px * PIXEL_BYTES;
+    return HEAD_BYTES + (uint32_t)geometry->width_px * geometry->height_px * PIXEL_BYTES;
 }
 
 const char *recording_open(struct recording *recording, const char *name) {
@@ -38,7 +46,7 @@ const char *recording_open(struct recording *recording, const char *name) {
         return "FRAMES: offset 0: does not begin with SXTF\n";
     }
     if (u16_at(header + 4) != VERSION || header[11] != 0) {
-        return "FRAMES: offset 4: version is not 3\n";
+        return "FRAMES: offset 4: version is not 4\n";
     }
     recording->geometry.width_px = u16_at(header + 6);
     recording->geometry.height_px = u16_at(header + 8);
@@ -46,7 +54,7 @@ const char *recording_open(struct recording *recording, const char *name) {
     recording->frames = u32_at(header + 12);
     recording->exposed = false;
     uint64_t area = (uint64_t)recording->geometry.width_px * recording->geometry.height_px;
-    uint64_t frame = INSTANT_BYTES + area * PIXEL_BYTES;
+    uint64_t frame = HEAD_BYTES + area * PIXEL_BYTES;
     if (area == 0 || recording->frames == 0 || recording->geometry.width_px > INT16_MAX ||
         recording->frames > (LARGEST_FILE_BYTES - HEADER_BYTES) / frame) {
         return "FRAMES: offset 6: impossible geometry or frame count\n";
@@ -55,14 +63,19 @@ const char *recording_open(struct recording *recording, const char *name) {
 }
 
 void recording_turn_to(struct recording *recording, uint32_t second) {
-    uint8_t times[INSTANT_BYTES];
+    uint8_t head[HEAD_BYTES];
     recording->second = second;
     recording->local_us = INT64_MIN;
     recording->terrestrial_us = INT64_MIN;
+    recording->rate.local_us = INT64_MIN;
     if (file_seek(&recording->file, HEADER_BYTES + second * frame_bytes(&recording->geometry)) &&
-        file_read(&recording->file, times, sizeof times)) {
-        recording->local_us = i64_at(times);
-        recording->terrestrial_us = i64_at(times + 8);
+        file_read(&recording->file, head, sizeof head)) {
+        recording->local_us = i64_at(head);
+        recording->terrestrial_us = i64_at(head + 8);
+        recording->rate.local_us = i64_at(head + 16);
+        for (int axis = 0; axis < 3; axis++) {
+            recording->rate.rad_s[axis] = f32_at(head + 24 + 4 * axis);
+        }
     }
 }
 
@@ -83,7 +96,7 @@ static uint32_t finish_exposure(void *context, int64_t *local_us) {
 static bool read_run(struct recording *recording, uint16_t x, uint16_t y, uint16_t *pixels, size_t count) {
     uint32_t frame = HEADER_BYTES + recording->second * frame_bytes(&recording->geometry);
     uint32_t place = (uint32_t)y * recording->geometry.width_px + x;
-    if (!file_seek(&recording->file, frame + INSTANT_BYTES + place * PIXEL_BYTES) ||
+    if (!file_seek(&recording->file, frame + HEAD_BYTES + place * PIXEL_BYTES) ||
         !file_read(&recording->file, pixels, count * PIXEL_BYTES)) {
         return false;
     }
@@ -126,6 +139,12 @@ static uint32_t terrestrial_time(void *context, int64_t local_us, int64_t *terre
     return SEXTANT_REPLY_OK;
 }
 
+static uint32_t angular_rate(void *context, struct sextant_angular_rate *reading) {
+    const struct recording *recording = context;
+    *reading = recording->rate;
+    return recording->rate.local_us == INT64_MIN ? SEXTANT_REPLY_NO_READING : SEXTANT_REPLY_OK;
+}
+
 struct sextant_instruments recording_instruments(struct recording *recording) {
     return (struct sextant_instruments){
         .detector =
@@ -141,6 +160,11 @@ struct sextant_instruments recording_instruments(struct recording *recording) {
                 .context = recording,
                 .local_time = local_time,
                 .terrestrial_time = terrestrial_time,
+            },
+        .rate_sensor =
+            {
+                .context = recording,
+                .angular_rate = angular_rate,
             },
     };
 }

@@ -1,11 +1,12 @@
 /*
- * A detector and a clock that play frames recorded in a file (`cargo sil record`), as instruments of the
- * library.
+ * A detector, a clock and a rate sensor that play frames recorded in a file (`cargo sil record`), as
+ * instruments of the library.
  *
- * The file is that of tests/obc-image/src/recorded.rs, version 3, little-endian: magic "SXTF", version,
+ * The file is that of tests/obc-image/src/recorded.rs, version 4, little-endian: magic "SXTF", version,
  * width and height (u16 each), bits (u8), zero (u8), number of frames (u32); then frame by frame local time
- * and Terrestrial Time of the middle of the exposure (i64 each, microseconds; the least i64: not known) and
- * the pixels row by row (u16). A frame is that of the second the recording was turned to; exposure times
+ * and Terrestrial Time of the middle of the exposure (i64 each, microseconds; the least i64: not known),
+ * local time of the gyro's reading (i64; the least: none) and its rates (f32, rad/s), and the pixels row by
+ * row (u16). A frame is that of the second the recording was turned to; exposure times
  * are not looked at.
  */
 #ifndef RECORDED_H
@@ -23,6 +24,8 @@ struct recording {
     uint32_t second;
     int64_t local_us;
     int64_t terrestrial_us;
+    /* What the gyro read; the least local time where there is none. */
+    struct sextant_angular_rate rate;
     /* Whether an image was begun. */
     bool exposed;
 };
@@ -33,7 +36,7 @@ const char *recording_open(struct recording *recording, const char *name);
 /* Turns to a second. A file that breaks off gives an instant before all others, which the sensor reports. */
 void recording_turn_to(struct recording *recording, uint32_t second);
 
-/* Its detector and clock. There is no rate sensor and nothing is measured. */
+/* Its detector, clock and rate sensor. Nothing is measured. */
 struct sextant_instruments recording_instruments(struct recording *recording);
 
 #endif

@@ -1,13 +1,13 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
 //! Builds the flight image and the cycle meter, records the
-//! [mission](crate::commands::record::mission) through every mode, the widest limb and a storm of protons,
-//! flies them in the emulator and prints, per mode and stage, the worst cycles observed, and flash, static
-//! RAM and stack. The stack is the deeper of two: the deepest path through the calls of the machine code
-//! (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is unknown), and
-//! what was touched. Status 1 when a limit is overrun or the target's telemetry is not the host's to the
-//! byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts); the cost of
-//! reading pixels from a real detector is not in them.
+//! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons and a
+//! sunrise with a gyro, flies them in the emulator and prints, per mode and stage, the worst cycles observed,
+//! and flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
+//! machine code (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is
+//! unknown), and what was touched. Status 1 when a limit is overrun or the target's telemetry is not the
+//! host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts);
+//! the cost of reading pixels from a real detector is not in them.
 //!
 //! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
 //! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.
@@ -17,7 +17,7 @@
 
 use crate::cli::BudgetArguments;
 use crate::commands::record;
-use crate::commands::record::mission::{Flight, MISSION, STORM, WIDE_LIMB};
+use crate::commands::record::mission::{Flight, GYRO, MISSION, STORM, WIDE_LIMB};
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use crate::judge::expected::word;
@@ -462,7 +462,7 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not
     // have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let flights = [("every mode", MISSION), ("widest limb", WIDE_LIMB), ("storm", STORM)];
+    let flights = [("every mode", MISSION), ("widest limb", WIDE_LIMB), ("storm", STORM), ("gyro", GYRO)];
     let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);

@@ -4,7 +4,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `frames.bin` | a frame a second ([`crate::formats::frames_file`]) |
+//! | `frames.bin` | a frame a second with what the gyro read ([`crate::formats::frames_file`]) |
 //! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
 //!
@@ -76,8 +76,9 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     let seconds = recording.len();
     let fly = |second: usize| {
         let clock = &mut recording.turn_to(second);
+        let rate_sensor = &mut recording.gyro();
         sensor.cycle(
-            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor: &mut () },
+            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor },
             Command::Continue,
         )
     };
@@ -133,7 +134,7 @@ fn record_picture(
         for second in 0..seconds {
             let us = i64::from(second) * 1_000_000;
             let instant = Instant::new(LocalTime::from_us(us), us);
-            writer.record(picture, instant, parameters.imaging.exposure_us)?;
+            writer.record(picture, (instant, None), parameters.imaging.exposure_us)?;
         }
         Ok(())
     })

@@ -1,13 +1,14 @@
 //! Frames recorded for the emulated target, and their replay on the host.
 //!
 //! All numbers are little-endian. A 16-byte header, then the frames: local time (i64, microseconds since
-//! power-on) and Terrestrial Time (i64, microseconds since J2000.0) of the middle of the exposure, and the
+//! power-on) and Terrestrial Time (i64, microseconds since J2000.0) of the middle of the exposure; the gyro's
+//! reading, its local time (i64; the least: none) and rates about x, y, z of the body (f32, rad/s); and the
 //! pixels row by row, a `u16` each:
 //!
 //! | byte | what |
 //! |---|---|
 //! | 0 | magic `SXTF` |
-//! | 4 | version, u16, 3 |
+//! | 4 | version, u16, 4 |
 //! | 6 | width, u16, px |
 //! | 8 | height, u16, px |
 //! | 10 | bits, u8 |
@@ -22,17 +23,20 @@ use crate::error::HostError;
 use crate::formats::picture::{check_request, copy_window};
 use crate::output::PartialFile;
 use crate::words::io_words;
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use fsw_hal::{
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
+    Window,
+};
 use std::path::{Path, PathBuf};
 
 /// The first four bytes of a file of frames.
 pub const MAGIC: [u8; 4] = *b"SXTF";
 /// The version written and read.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 /// Length of the header, bytes.
 pub const HEADER_BYTES: usize = 16;
-/// Length of a frame's two times, bytes.
-const INSTANT_BYTES: usize = 16;
+/// Length of what stands before a frame's pixels, bytes.
+const HEAD_BYTES: usize = 36;
 
 fn fault(file: &Path, what: impl Into<String>, to_do: &str) -> HostError {
     HostError::input(file, None, what, to_do)
@@ -58,40 +62,49 @@ impl FramesWriter {
         Ok(Self { path: path.to_path_buf(), file, geometry, count: 0 })
     }
 
-    /// Appends a whole frame, row by row, taken at `instant`.
+    /// Appends a whole frame, row by row, taken at `instant`, and what the gyro read.
     ///
     /// # Errors
     /// When the frame has another size than the detector or the file cannot be written.
-    pub fn push(&mut self, instant: Instant, frame: &[u16]) -> Result<(), HostError> {
+    pub fn push(
+        &mut self,
+        instant: Instant,
+        rate: Option<AngularRate>,
+        frame: &[u16],
+    ) -> Result<(), HostError> {
         if frame.len() != self.geometry.whole().area() {
             let what =
                 format!("a frame of {} px for a detector of {}", frame.len(), self.geometry.whole().area());
             return Err(fault(&self.path, what, "write whole frames"));
         }
-        let mut bytes = Vec::with_capacity(16 + 2 * frame.len());
+        let mut bytes = Vec::with_capacity(HEAD_BYTES + 2 * frame.len());
         bytes.extend(instant.local.as_us().to_le_bytes());
-        bytes.extend(instant.terrestrial_us.unwrap_or(NOT_SYNCHRONISED).to_le_bytes());
+        bytes.extend(instant.terrestrial_us.unwrap_or(NONE).to_le_bytes());
+        let AngularRate { instant, rad_s } =
+            rate.unwrap_or(AngularRate { instant: LocalTime::from_us(NONE), rad_s: [0.0; 3] });
+        bytes.extend(instant.as_us().to_le_bytes());
+        bytes.extend(rad_s.iter().flat_map(|axis| axis.to_le_bytes()));
         bytes.extend(frame.iter().flat_map(|value| value.to_le_bytes()));
         self.file.write(&bytes)?;
         self.count += 1;
         Ok(())
     }
 
-    /// Exposes `detector` and appends its whole frame as that of `instant`.
+    /// Exposes `detector` and appends its whole frame as that of `instant`, and what the gyro read.
     ///
     /// # Errors
     /// When the detector fails or [`Self::push`] does.
     pub fn record<D: Detector<Error = DetectorError>>(
         &mut self,
         detector: &mut D,
-        instant: Instant,
+        (instant, rate): (Instant, Option<AngularRate>),
         exposure_us: u32,
     ) -> Result<(), HostError> {
         let mut frame = vec![0; self.geometry.whole().area()];
         detector.expose(exposure_us).and_then(|_| detector.read(self.geometry.whole(), &mut frame)).map_err(
             |e| fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time"),
         )?;
-        self.push(instant, &frame)
+        self.push(instant, rate, &frame)
     }
 
     /// Writes the count and gives the file its name; gives the number of frames.
@@ -158,14 +171,14 @@ impl Recording {
         let geometry = DetectorGeometry { width_px: word(6), height_px: word(8), bits: header[10] };
         let count = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
         let frame_bytes = frame_bytes(&geometry);
-        if frame_bytes == INSTANT_BYTES || !(1..=16).contains(&geometry.bits) || count == 0 {
+        if frame_bytes == HEAD_BYTES || !(1..=16).contains(&geometry.bits) || count == 0 {
             return Err(fault(path, "the header describes no frame", AGAIN));
         }
         if Some(data.len()) != frame_bytes.checked_mul(count as usize) {
             let what = format!("{} bytes of pixels for {count} frames of {frame_bytes} bytes", data.len());
             return Err(fault(path, what, AGAIN));
         }
-        let mut frames = data.chunks_exact(frame_bytes).filter_map(|frame| frame.get(INSTANT_BYTES..));
+        let mut frames = data.chunks_exact(frame_bytes).filter_map(|frame| frame.get(HEAD_BYTES..));
         if frames.any(|frame| pixels(frame).any(|value| value > geometry.full_scale())) {
             return Err(fault(path, format!("a pixel exceeds {} bits", geometry.bits), AGAIN));
         }
@@ -173,14 +186,23 @@ impl Recording {
         Ok(Self { geometry, data: bytes, second: 0, exposed: None })
     }
 
-    /// Times and pixels of frame `index`, as in the file.
-    fn frame(&self, index: usize) -> Option<(Instant, &[u8])> {
+    /// Times, gyro and pixels of frame `index`, as in the file.
+    fn frame(&self, index: usize) -> Option<(Instant, RecordedGyro, &[u8])> {
         let mut frames = self.data.chunks_exact(frame_bytes(&self.geometry));
         let (local, rest) = frames.nth(index)?.split_first_chunk()?;
-        let (terrestrial, pixels) = rest.split_first_chunk()?;
-        let terrestrial_us = i64::from_le_bytes(*terrestrial);
-        let terrestrial_us = (terrestrial_us != NOT_SYNCHRONISED).then_some(terrestrial_us);
-        Some((Instant { local: LocalTime::from_us(i64::from_le_bytes(*local)), terrestrial_us }, pixels))
+        let (terrestrial, rest) = rest.split_first_chunk()?;
+        let (read, rest) = rest.split_first_chunk()?;
+        let (x, rest) = rest.split_first_chunk()?;
+        let (y, rest) = rest.split_first_chunk()?;
+        let (z, pixels) = rest.split_first_chunk()?;
+        let known = |bytes: &[u8; 8]| Some(i64::from_le_bytes(*bytes)).filter(|us| *us != NONE);
+        let clock = Instant {
+            local: LocalTime::from_us(i64::from_le_bytes(*local)),
+            terrestrial_us: known(terrestrial),
+        };
+        let rad_s = [x, y, z].map(|bytes| f32::from_le_bytes(*bytes));
+        let reading = known(read).map(|us| AngularRate { instant: LocalTime::from_us(us), rad_s });
+        Some((clock, RecordedGyro(reading), pixels))
     }
 
     /// Number of frames.
@@ -197,16 +219,35 @@ impl Recording {
     pub fn turn_to(&mut self, second: usize) -> Instant {
         self.second = second.min(self.len().saturating_sub(1));
         let none = Instant { local: LocalTime::default(), terrestrial_us: None };
-        self.frame(self.second).map_or(none, |(instant, _)| instant)
+        self.frame(self.second).map_or(none, |(instant, ..)| instant)
+    }
+
+    /// The gyro in that second.
+    pub fn gyro(&self) -> RecordedGyro {
+        self.frame(self.second).map_or(RecordedGyro(None), |(_, gyro, _)| gyro)
     }
 }
 
-/// Terrestrial Time of a frame that was taken without one.
-const NOT_SYNCHRONISED: i64 = i64::MIN;
+/// What a gyro read in a second; nothing where there is none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordedGyro(pub Option<AngularRate>);
 
-/// Length of a frame in the file: its times and its pixels.
+impl fsw_hal::ErrorType for RecordedGyro {
+    type Error = RateSensorError;
+}
+
+impl RateSensor for RecordedGyro {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+        Ok(self.0)
+    }
+}
+
+/// A time that is not known.
+const NONE: i64 = i64::MIN;
+
+/// Length of a frame in the file with what stands before its pixels.
 fn frame_bytes(geometry: &DetectorGeometry) -> usize {
-    INSTANT_BYTES + 2 * geometry.whole().area()
+    HEAD_BYTES + 2 * geometry.whole().area()
 }
 
 /// Little-endian pixels.
@@ -226,7 +267,7 @@ impl Detector for Recording {
     /// The exposure time is that of the recording; any is accepted.
     fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
         if self.exposed.as_ref().is_none_or(|(second, _)| *second != self.second) {
-            self.exposed = self.frame(self.second).map(|(_, bytes)| (self.second, pixels(bytes).collect()));
+            self.exposed = self.frame(self.second).map(|(.., bytes)| (self.second, pixels(bytes).collect()));
         }
         Ok(())
     }
@@ -250,6 +291,9 @@ mod tests {
 
     const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 3, height_px: 2, bits: 10 };
 
+    const RATE: AngularRate =
+        AngularRate { instant: LocalTime::from_us(999_000), rad_s: [0.25, -0.5, f32::MIN_POSITIVE] };
+
     fn instant(us: i64) -> Instant {
         Instant::new(LocalTime::from_us(us + 40), us)
     }
@@ -257,9 +301,9 @@ mod tests {
     fn written(name: &str) -> PathBuf {
         let path = std::env::temp_dir().join(format!("sextant-{}-{name}.sxtf", std::process::id()));
         let mut writer = FramesWriter::create(&path, GEOMETRY).unwrap();
-        writer.push(instant(-7), &[0, 1, 2, 3, 4, 5]).unwrap();
-        writer.push(instant(1_000_000), &[10, 11, 12, 13, 14, 1023]).unwrap();
-        assert!(writer.push(instant(0), &[1]).is_err());
+        writer.push(instant(-7), None, &[0, 1, 2, 3, 4, 5]).unwrap();
+        writer.push(instant(1_000_000), Some(RATE), &[10, 11, 12, 13, 14, 1023]).unwrap();
+        assert!(writer.push(instant(0), None, &[1]).is_err());
         assert_eq!(writer.finish(), Ok(2));
         path
     }
@@ -268,8 +312,12 @@ mod tests {
     fn the_bytes_are_those_of_the_table() {
         let path = written("bytes");
         let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(&bytes[..16], b"SXTF\x03\0\x03\0\x02\0\x0a\0\x02\0\0\0");
-        assert_eq!((bytes.len(), &bytes[70..]), (72, &[0xff, 0x03][..]));
+        assert_eq!(&bytes[..16], b"SXTF\x04\0\x03\0\x02\0\x0a\0\x02\0\0\0");
+        assert_eq!((bytes.len(), &bytes[110..]), (112, &[0xff, 0x03][..]));
+        // No gyro in the first frame, one in the second.
+        assert_eq!(bytes[32..40], i64::MIN.to_le_bytes());
+        assert_eq!(bytes[80..88], 999_000i64.to_le_bytes());
+        assert_eq!(bytes[92..96], (-0.5f32).to_le_bytes());
         std::fs::remove_file(path).unwrap();
     }
 
@@ -284,6 +332,7 @@ mod tests {
             [(0, -7, [1, 2, 4, 5]), (1, 1_000_000, [11, 12, 14, 1023]), (9, 1_000_000, [11, 12, 14, 1023])];
         for (second, instant_us, expected) in seconds {
             assert_eq!(recording.turn_to(second), instant(instant_us));
+            assert_eq!(recording.gyro().angular_rate(), Ok((second > 0).then_some(RATE)));
             assert_eq!(recording.expose(1000), Ok(instant(instant_us).local));
             recording.read(window, &mut pixels).unwrap();
             assert_eq!(pixels, expected);

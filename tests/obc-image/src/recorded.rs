@@ -1,23 +1,24 @@
-//! A detector that plays frames recorded in a file of the host.
+//! A detector and a gyro that play what was recorded in a file of the host.
 //!
-//! In: the file. Out: windows of its frames through [`Detector`]. The frame is that of the second the
-//! detector was [turned to](RecordedDetector::turn_to). Exposure times are not looked at: the picture is
-//! taken.
+//! In: the file. Out: windows of its frames through [`Detector`], and what a gyro read ([`RecordedGyro`]).
+//! The frame is that of the second the detector was [turned to](RecordedDetector::turn_to). Exposure times
+//! are not looked at: the picture is taken.
 //!
-//! # The file, version 3, little-endian
+//! # The file, version 4, little-endian
 //!
 //! | offset | type | content |
 //! |---|---|---|
 //! | 0 | `[u8; 4]` | magic `SXTF` |
-//! | 4 | u16 | version, 3 |
+//! | 4 | u16 | version, 4 |
 //! | 6 | u16 | width W, px, 1 to 32,767 |
 //! | 8 | u16 | height H, px, at least 1 |
 //! | 10 | u8 | bits of the converter, 1 to 16 |
 //! | 11 | u8 | zero |
 //! | 12 | u32 | number of frames N, at least 1 |
-//! | 16 | N x (i64, i64, H x W x u16) | frames one after the other: local time (microseconds since power-on) and Terrestrial Time
-//! (microseconds since J2000.0; the least i64: not known) of the middle of the exposure, then the pixels row
-//! by row from the top left, digital numbers right-aligned |
+//! | 16 | N x (i64, i64, i64, 3 x f32, H x W x u16) | frames one after the other: local time (microseconds since power-on) and
+//! Terrestrial Time (microseconds since J2000.0; the least i64: not known) of the middle of the exposure;
+//! local time of the gyro's reading (the least i64: none) and its rates about x, y, z of the body, rad/s;
+//! then the pixels row by row from the top left, digital numbers right-aligned |
 //!
 //! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has
 //! 2.6 MB, so 800 of them fit.
@@ -27,14 +28,19 @@
 
 use crate::host::{File, HostError, Mode};
 use crate::marks;
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use fsw_hal::{
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
+    Window,
+};
 
 const MAGIC: [u8; 4] = *b"SXTF";
-const VERSION: u16 = 3;
+const VERSION: u16 = 4;
 const HEADER_BYTES: usize = 16;
 const PIXEL_BYTES: usize = size_of::<u16>();
-const INSTANT_BYTES: usize = 2 * size_of::<i64>();
-const NOT_SYNCHRONISED: i64 = i64::MIN;
+/// Before the pixels of a frame: two times, and the gyro's time and rates.
+const HEAD_BYTES: usize = 3 * size_of::<i64>() + 3 * size_of::<f32>();
+/// A time that is not known.
+const NONE: i64 = i64::MIN;
 const LARGEST_FILE_BYTES: u64 = i32::MAX as u64;
 
 /// Why a frame file was refused.
@@ -81,7 +87,7 @@ impl RecordedDetector {
         let (width_px, height_px) = (u16::from_le_bytes([w0, w1]), u16::from_le_bytes([h0, h1]));
         let frames = u32::from_le_bytes([n0, n1, n2, n3]);
         let pixel_bytes = u64::from(width_px) * u64::from(height_px) * PIXEL_BYTES as u64;
-        let frame_bytes = INSTANT_BYTES as u64 + pixel_bytes;
+        let frame_bytes = HEAD_BYTES as u64 + pixel_bytes;
         let file_bytes = frame_bytes.saturating_mul(u64::from(frames)).saturating_add(HEADER_BYTES as u64);
         let possible = (1..=i16::MAX as u16).contains(&width_px) && (1..=16).contains(&bits);
         if !possible || pixel_bytes == 0 || frames == 0 || file_bytes > LARGEST_FILE_BYTES {
@@ -96,32 +102,43 @@ impl RecordedDetector {
         self.frames
     }
 
-    /// Turns to a second (past the last frame the last stays) and gives its times.
+    /// Turns to a second (past the last frame the last stays) and gives its times and its gyro.
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub fn turn_to(&mut self, second: u32) -> Result<Instant, HostError> {
+    pub fn turn_to(&mut self, second: u32) -> Result<(Instant, RecordedGyro), HostError> {
         self.second = second.min(self.frames.saturating_sub(1));
-        let (mut local, mut terrestrial) = ([0; size_of::<i64>()], [0; size_of::<i64>()]);
         self.file.seek(self.frame_offset(self.second))?;
-        self.file.read(&mut local)?;
-        self.file.read(&mut terrestrial)?;
-        self.local = LocalTime::from_us(i64::from_le_bytes(local));
-        let terrestrial_us = i64::from_le_bytes(terrestrial);
-        let terrestrial_us = (terrestrial_us != NOT_SYNCHRONISED).then_some(terrestrial_us);
-        Ok(Instant { local: self.local, terrestrial_us })
+        self.local = LocalTime::from_us(self.read_i64()?);
+        let (terrestrial_us, read_us) = (self.read_i64()?, self.read_i64()?);
+        let mut rad_s = [0.0; 3];
+        for axis in &mut rad_s {
+            let mut bytes = [0; size_of::<f32>()];
+            self.file.read(&mut bytes)?;
+            *axis = f32::from_le_bytes(bytes);
+        }
+        let reading = AngularRate { instant: LocalTime::from_us(read_us), rad_s };
+        let terrestrial_us = (terrestrial_us != NONE).then_some(terrestrial_us);
+        let gyro = RecordedGyro((read_us != NONE).then_some(reading));
+        Ok((Instant { local: self.local, terrestrial_us }, gyro))
+    }
+
+    fn read_i64(&mut self) -> Result<i64, HostError> {
+        let mut bytes = [0; size_of::<i64>()];
+        self.file.read(&mut bytes)?;
+        Ok(i64::from_le_bytes(bytes))
     }
 
     /// Where `frame` begins in the file, bytes. Fits: [`RecordedDetector::open`] bounds the file.
     fn frame_offset(&self, frame: u32) -> usize {
         let area = usize::from(self.geometry.width_px) * usize::from(self.geometry.height_px);
-        HEADER_BYTES + frame as usize * (INSTANT_BYTES + area * PIXEL_BYTES)
+        HEADER_BYTES + frame as usize * (HEAD_BYTES + area * PIXEL_BYTES)
     }
 
     /// Where pixel (x, y) of `frame` lies in the file, bytes.
     fn offset(&self, frame: u32, x: u16, y: u16) -> usize {
         let place = usize::from(y) * usize::from(self.geometry.width_px) + usize::from(x);
-        self.frame_offset(frame) + INSTANT_BYTES + place * PIXEL_BYTES
+        self.frame_offset(frame) + HEAD_BYTES + place * PIXEL_BYTES
     }
 
     /// Reads consecutive pixels of `frame` from (x, y) on.
@@ -144,6 +161,20 @@ impl RecordedDetector {
             self.read_run(frame, window.x, y, row)?;
         }
         Ok(())
+    }
+}
+
+/// What a gyro read in a second; nothing where there is none.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordedGyro(pub Option<AngularRate>);
+
+impl fsw_hal::ErrorType for RecordedGyro {
+    type Error = RateSensorError;
+}
+
+impl RateSensor for RecordedGyro {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+        Ok(self.0)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use fsw_core::telemetry::{self, Report};
 use serde_json::{Value, json};
-use sil_host::commands::record::mission::{Flight, MISSION};
+use sil_host::commands::record::mission::{Flight, GYRO, MISSION};
 use sil_host::commands::record::record_flight;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -79,6 +79,8 @@ fn a_c_program_on_the_host_gives_the_telemetry_of_rust() {
     // Self-test, acquisition, tracking in a low orbit; the Earth whole from GEO.
     const FLIGHT: Flight = Flight { clips: &[MISSION.clips[0], MISSION.clips[12]], ..MISSION };
     fly(&FLIGHT, "host");
+    // A gyro carries the attitude through a sunrise.
+    fly(&GYRO, "host");
 }
 
 #[test]
@@ -123,7 +125,7 @@ fn the_c_program_refuses_bad_files_with_a_line_and_status_2() {
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("FRAMES: ") && line.trim_end().lines().count() == 1, "{line:?}");
 
-    let header = [&b"SXTF"[..], &[3, 0, 0, 5, 0, 4, 10, 0, 1, 0, 0, 0]].concat();
+    let header = [&b"SXTF"[..], &[4, 0, 0, 5, 0, 4, 10, 0, 1, 0, 0, 0]].concat();
     std::fs::write(folder.join("frames.bin"), header).unwrap();
     let output = run_c("host", &folder);
     let line = String::from_utf8_lossy(&output.stderr);

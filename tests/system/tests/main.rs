@@ -9,6 +9,7 @@ mod book;
 mod c_face;
 mod calibrate;
 mod clock_faults;
+mod detector_driver;
 mod detector_faults;
 mod dynamics;
 mod earth_pictures;

@@ -1,6 +1,7 @@
 //! The sensor's second, whole: rendered sky in, reports out, with faults in between.
 
 mod orbit;
+mod restart;
 mod world;
 
 use fsw_core::modes::Mode;

@@ -5,9 +5,10 @@
 //! is set back. What the flight code makes of that (a gap that it crosses, one too long, a step backwards) is
 //! part of the flight.
 //!
-//! [`MISSION`] goes through every mode. The others drive a part of the second to its caps: [`WIDE_LIMB`] the
-//! strips across the limb, which from the lowest orbit and after a gap are longest and from there need
-//! another mount, [`STORM`] the scan and the identification.
+//! [`MISSION`] goes through every mode. [`GYRO`] has a rate sensor, which carries the attitude through a
+//! sunrise. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
+//! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the
+//! scan and the identification.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
@@ -31,10 +32,11 @@ use crate::harness::ThisSecond;
 use crate::scenario::Scenario;
 use crate::world::detector::disturbances::Disturbances;
 use crate::world::detector::protons::Protons;
+use crate::world::instruments::gyro::{Gyro, GyroModel};
 use fsw_core::modes::ModeParameters;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
-use fsw_hal::{DetectorGeometry, Instant, LocalTime};
+use fsw_hal::{DetectorGeometry, Instant, LocalTime, RateSensor};
 use std::path::Path;
 
 /// A piece of an embedded scenario.
@@ -58,6 +60,8 @@ pub struct Flight {
     pub clips: &'static [Clip],
     /// What is on the detector and neither star nor Earth; none: what the scenarios say.
     pub disturbances: Option<fn() -> Disturbances>,
+    /// The gyro on board; none: what the scenarios say.
+    pub gyro: Option<GyroModel>,
 }
 
 /// Every mode.
@@ -80,6 +84,25 @@ pub const MISSION: Flight = Flight {
         Clip { scenario: "tumbling", from_s: 60, seconds: 12 },
     ],
     disturbances: None,
+    gyro: None,
+};
+
+/// The night before sunrise, and the Sun in the star path: what the stars gave the gyro carries.
+pub const GYRO: Flight = Flight {
+    clips: &[Clip { scenario: LEO, from_s: 3690, seconds: 54 }],
+    disturbances: None,
+    gyro: Some(FIBRE_OPTIC),
+};
+
+/// A fibre-optic gyro, as the defaults of the flight parameters have it.
+const FIBRE_OPTIC: GyroModel = GyroModel {
+    noise_deg_s: 5.7e-4,
+    bias_deg_s: 5.7e-3,
+    drift_deg_s_h: 3.4e-4,
+    scale_error: 1e-4,
+    misalignment_deg: 0.01,
+    resolution_deg_s: 0.0,
+    range_deg_s: 100.0,
 };
 
 /// The limb from 450 km: found while the orbit becomes known, tracked, and expected after a gap over which
@@ -97,11 +120,15 @@ pub const WIDE_LIMB: Flight = Flight {
         Clip { scenario: "leo-oblique", from_s: 550, seconds: 10 },
     ],
     disturbances: None,
+    gyro: None,
 };
 
 /// More spots than the flight code may look at, in which no stars are found.
-pub const STORM: Flight =
-    Flight { clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }], disturbances: Some(storm) };
+pub const STORM: Flight = Flight {
+    clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }],
+    disturbances: Some(storm),
+    gyro: None,
+};
 
 fn storm() -> Disturbances {
     Disturbances {
@@ -170,7 +197,8 @@ impl Flight {
     fn scenario(&self, clip: &Clip) -> Result<Scenario, HostError> {
         let scenario = Scenario::load(Path::new(clip.scenario))?;
         let disturbances = self.disturbances.map_or(scenario.disturbances, |crowd| crowd());
-        Ok(Scenario { disturbances, ..scenario })
+        let gyro = self.gyro.or(scenario.gyro);
+        Ok(Scenario { disturbances, gyro, ..scenario })
     }
 
     /// Writes the frames.
@@ -190,9 +218,14 @@ impl Flight {
                 });
                 last = Some((local_us, instant_us));
                 let instant = Instant::new(LocalTime::from_us(local_us), instant_us);
+                let rate = scenario.gyro.as_ref().and_then(|model| {
+                    let (cycle, instant) = (cycle.into(), instant.local);
+                    let truth = &scene.truth_at(cycle)?;
+                    Gyro { model, seed: scenario.seed, cycle, instant, truth }.angular_rate().ok()?
+                });
                 let mut detector =
                     ThisSecond { scene: &mut scene, cycle: cycle.into(), instant: instant.local };
-                writer.record(&mut detector, instant, scenario.exposure_us)?;
+                writer.record(&mut detector, (instant, rate), scenario.exposure_us)?;
             }
         }
         Ok(())
@@ -205,7 +238,7 @@ mod tests {
 
     #[test]
     fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
-        for flight in [MISSION, WIDE_LIMB, STORM] {
+        for flight in [MISSION, WIDE_LIMB, STORM, GYRO] {
             for clip in flight.clips {
                 assert!(clip.from_s + clip.seconds <= flight.scenario(clip).unwrap().duration_s, "{clip:?}");
             }

@@ -16,7 +16,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Distance of the reported from the true position and its sigma, km.
-fn orbit_error_km(report: &Report, truth: &trajectory::Truth) -> (f64, f64) {
+pub(super) fn orbit_error_km(report: &Report, truth: &trajectory::Truth) -> (f64, f64) {
     let orbit = report.orbit.as_ref().expect("the orbit is known");
     let square = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
     let error = [0, 1, 2].map(|axis| orbit.position_km[axis] - truth.position_km[axis]);

@@ -1,0 +1,54 @@
+//! A program without an executor: each second the flight, then the downlink.
+//!
+//! Linked with `panic-never`: no panic can be reached, neither in the flight code nor in the drivers.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod program {
+    use board_image::board::{self, Bridge};
+    use board_image::flight::{self, Flight};
+    // Each brings something to the link: the interrupts' critical section, defmt's linker script, no panic.
+    use cortex_m as _;
+    use defmt as _;
+    use fsw_core::telemetry::MAX_FRAME_BYTES;
+    use fsw_hal::{Clock, LocalTime, Magnetometer};
+    use panic_never as _;
+    use static_cell::ConstStaticCell;
+
+    static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> = ConstStaticCell::new([0; MAX_FRAME_BYTES]);
+
+    /// Waits for the next second of the counter.
+    fn wait_after(second: i64) -> i64 {
+        loop {
+            let now = Bridge.local_time().map_or(0, LocalTime::as_us) / 1_000_000;
+            if now != second {
+                return now;
+            }
+        }
+    }
+
+    fn fly() -> Option<()> {
+        let (mut flight, frame) = (Flight::new(Bridge)?, FRAME.try_take()?);
+        let mut magnetometer = flight::magnetometer(Bridge);
+        let mut second = 0;
+        loop {
+            second = wait_after(second);
+            let length = flight.second(frame);
+            for byte in frame.iter().take(length) {
+                while !board::send(*byte) {}
+            }
+            let field = magnetometer.magnetic_field();
+            board::housekeeping(field.ok().flatten().map(|field| field.ut), magnetometer.temperature_c());
+        }
+    }
+
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        fly();
+        board::give_up()
+    }
+}
+
+/// Where there is an operating system there is nothing to fly.
+#[cfg(not(target_os = "none"))]
+fn main() {}
