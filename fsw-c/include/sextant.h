@@ -28,7 +28,7 @@
 #include <stdint.h>
 
 /**
- * The detector did not serve: nothing was measured after that in this second.
+ * The detector did not serve, or not whole: what is told beside it is of the windows that it delivered.
  */
 #define SEXTANT_FAULT_DETECTOR 1
 

@@ -9,7 +9,7 @@ use fsw_core::telemetry::{
     self, AttitudeReport, ElementsReport, FilteredAttitude, LocalAttitude, OrbitReport, Report,
 };
 
-/// The detector did not serve: nothing was measured after that in this second.
+/// The detector did not serve, or not whole: what is told beside it is of the windows that it delivered.
 pub const FAULT_DETECTOR: u32 = 1;
 /// The image was not used for its instant, or is one of the last ones again.
 pub const FAULT_IMAGE: u32 = 2;

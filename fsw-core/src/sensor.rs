@@ -50,9 +50,10 @@ use crate::image::calibration::Calibration;
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
+use crate::plan::PROBES;
 use crate::telemetry::{Activity, DetectorFault, Event, Outcome, RateSensorFault, Report};
 use core::mem::MaybeUninit;
-use exposing::Image;
+use exposing::{Image, UNREAD};
 use fsw_hal::detector::ByKind;
 use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Stage, StageMeter};
 use propagation::Ephemeris;
@@ -141,8 +142,8 @@ pub struct Sensor<'c> {
     converged: bool,
     /// Seconds in a row in which the Earth was looked for without a centre.
     earth_misses: u8,
-    /// Of the noise of the last two images.
-    digests: [u32; 2],
+    /// Of the noise of the last two images' probes.
+    digests: [[u32; PROBES]; 2],
     /// Instant of the image under search.
     searching_since: Option<LocalTime>,
     /// How it turns while no attitude is known.
@@ -215,7 +216,7 @@ impl<'c> Sensor<'c> {
             fixed_us: 0,
             converged: false,
             earth_misses: 0,
-            digests: [0; 2],
+            digests: [[UNREAD; PROBES]; 2],
             searching_since: None,
             turning: turning::Turning::default(),
             images_given_up: 0,
@@ -345,7 +346,6 @@ impl<'c> Sensor<'c> {
         match (mode, image) {
             (Mode::CommandedSafe, _) => {}
             (_, Image::Failed(fault)) => return Err(fault),
-            (Mode::Acquisition, Image::Refused(_)) => {}
             (_, Image::Refused(_)) => self.propagate_only(None, stars),
             (Mode::SelfTest | Mode::Safe, _) => {
                 stars.activity = Activity::SelfTest;

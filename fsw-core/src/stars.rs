@@ -118,6 +118,11 @@ impl<'a> StarField<'a> {
         Self { measured, catalogue, camera, searched_px, calibration: None }
     }
 
+    /// The same without so many pixels that the detector did not deliver.
+    pub fn without(self, unread_px: u32) -> Self {
+        Self { searched_px: (self.searched_px - unread_px as f32).max(1.0), ..self }
+    }
+
     /// The same with a calibration of the lens.
     pub fn calibrated(self, calibration: Option<&'a Calibration<'a>>) -> Self {
         Self { calibration, ..self }

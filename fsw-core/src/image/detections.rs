@@ -4,6 +4,7 @@
 //! were.
 
 use super::Detection;
+use fsw_hal::DetectorError;
 use heapless::Vec;
 
 /// Spots kept of an image.
@@ -23,6 +24,8 @@ pub struct Detections {
     spots: Vec<Detection, MAX_DETECTIONS>,
     found: u32,
     crowded_tiles: u32,
+    unread: u32,
+    unread_px: u32,
     streaks: u32,
     streak_places: Vec<[u16; 2], MAX_STREAK_PLACES>,
 }
@@ -44,6 +47,16 @@ impl Detections {
         self.crowded_tiles
     }
 
+    /// Windows that the detector did not deliver: nothing is known of what they would show.
+    pub fn unread(&self) -> u32 {
+        self.unread
+    }
+
+    /// Pixels of them in which a star's maximum could have stood.
+    pub fn unread_px(&self) -> u32 {
+        self.unread_px
+    }
+
     /// Spots that are parts of streaks and were refused; a long streak has several.
     pub fn streaks(&self) -> u32 {
         self.streaks
@@ -54,13 +67,23 @@ impl Detections {
         self.spots.clear();
         self.found = 0;
         self.crowded_tiles = 0;
+        self.unread = 0;
+        self.unread_px = 0;
         self.streaks = 0;
         self.streak_places.clear();
     }
 
     /// No spots.
     pub const fn new() -> Self {
-        Self { spots: Vec::new(), found: 0, crowded_tiles: 0, streaks: 0, streak_places: Vec::new() }
+        Self {
+            spots: Vec::new(),
+            found: 0,
+            crowded_tiles: 0,
+            unread: 0,
+            unread_px: 0,
+            streaks: 0,
+            streak_places: Vec::new(),
+        }
     }
 
     /// Whether the spot would be kept whatever its centre and flux: there is room, or it outshines the
@@ -128,6 +151,23 @@ impl Detections {
     /// Counts a window whose search ended with its allowance.
     pub(super) fn note_crowded(&mut self) {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
+    }
+
+    /// Counts a window that the detector did not deliver, and the pixels in which it would have been searched:
+    /// the image goes on without it.
+    ///
+    /// # Errors
+    /// The error itself where it is of our request, or more than `most` windows were not delivered.
+    pub(crate) fn note_unread(
+        &mut self,
+        error: DetectorError,
+        searched_px: usize,
+        most: usize,
+    ) -> Result<(), DetectorError> {
+        self.unread = self.unread.saturating_add(1);
+        self.unread_px = self.unread_px.saturating_add(searched_px as u32);
+        let hardware = matches!(error, DetectorError::Timeout | DetectorError::Bus);
+        if hardware && self.unread as usize <= most { Ok(()) } else { Err(error) }
     }
 
     /// Marks those that stood in the last image too, and puts them first.

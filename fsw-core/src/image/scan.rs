@@ -10,6 +10,9 @@
 //! the candidate's place, by the same steps that find a tracked star in its window (`search`). 0.5 false stars
 //! a megapixel of Gaussian noise at the default threshold (thesis §3.1.1 fixes 6 % of full scale).
 //!
+//! A tile or window that the detector does not deliver is counted and left out: no star is known there, nor
+//! that there is none. Of more than one in [`UNREAD_SHARE`] tiles the scan ends with the detector's error.
+//!
 //! A tile at full scale (`blinding`) is left at once. Where there is texture (clouds, a limb) a candidate's
 //! window has `TEXTURED_SIDES` px, in which the noise of cells is known, and serves the other candidates that
 //! have room in it.
@@ -46,6 +49,9 @@ const COARSE_PERCENT: i32 = 97;
 const WINDOW_PERCENT: i32 = 80;
 /// Candidates of a tile that are looked at, the brightest.
 const MAX_CANDIDATES: usize = 48;
+/// As many windows as one in so many tiles may fail: of the 300 to 400 that a scan of the reference detector
+/// reads 24. Each may cost the time that its driver waits.
+const UNREAD_SHARE: usize = 8;
 /// Columns and rows of the places at which a scan first learns how noisy quiet sky is, and the side of each,
 /// px.
 const SURVEY: [u16; 2] = [8, 6];
@@ -133,10 +139,12 @@ impl Candidate {
 }
 
 /// Noise of 3 x 3 sums of the image's quietest parts, scaled counts, from small windows all over the
-/// detector.
+/// detector. Of these at most `most_unread` may fail; none is searched.
 fn quiet_noise(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
+    most_unread: usize,
+    detections: &mut Detections,
 ) -> Result<i32, DetectorError> {
     let geometry = detector.geometry();
     let [columns, rows] = SURVEY;
@@ -149,10 +157,14 @@ fn quiet_noise(
         for column in 0..columns {
             let x = place(geometry.width_px, width, column, columns);
             let window = Window { x, y: place(geometry.height_px, height, row, rows), width, height };
-            let pixels = read(detector, window, buffer)?;
-            if let Some(residuals) = condition(pixels, usize::from(width), geometry.bits) {
-                // There are no more places than the list holds.
-                let _ = noise.push(residuals.sum_sigma);
+            match read(detector, window, buffer) {
+                Ok(pixels) => {
+                    if let Some(residuals) = condition(pixels, usize::from(width), geometry.bits) {
+                        // There are no more places than the list holds.
+                        let _ = noise.push(residuals.sum_sigma);
+                    }
+                }
+                Err(error) => detections.note_unread(error, 0, most_unread)?,
             }
         }
     }
@@ -170,11 +182,15 @@ fn rows(geometry: &DetectorGeometry) -> impl Iterator<Item = Span> {
     spans(geometry.height_px, TILE_HEIGHT, BAND)
 }
 
+/// Number of tiles.
+fn tiles(geometry: &DetectorGeometry) -> usize {
+    columns(geometry).count() * rows(geometry).count()
+}
+
 /// The most that a scan of the detector can cost, cycles of the Cortex-M4 model, the reading of the pixels
 /// not counted.
 pub fn bound_cycles(geometry: &DetectorGeometry) -> u64 {
-    let tiles = columns(geometry).count() * rows(geometry).count();
-    allowance::bound_cycles(tiles as u32)
+    allowance::bound_cycles(tiles(geometry) as u32)
 }
 
 /// A tile of a scan.
@@ -185,6 +201,8 @@ struct Tile<'m> {
     method: &'m DetectionMethod<'m>,
     /// Noise of 3 x 3 sums of the image's quiet sky, scaled counts.
     quiet: i32,
+    /// Windows of the image that may fail.
+    most_unread: usize,
 }
 
 impl Tile<'_> {
@@ -199,7 +217,14 @@ impl Tile<'_> {
         let geometry = detector.geometry();
         let Self { across, down, .. } = self;
         let window = Window { x: across.start, y: down.start, width: across.length, height: down.length };
-        let pixels = read(detector, window, buffer)?;
+        let pixels = match read(detector, window, buffer) {
+            Ok(pixels) => pixels,
+            Err(error) => {
+                let searched_px = usize::from(across.core_length) * usize::from(down.core_length);
+                detections.note_unread(error, searched_px, self.most_unread)?;
+                return Ok(true);
+            }
+        };
         let mut candidates = Vec::new();
         let complete = self.candidates((pixels, geometry.bits), allowance, &mut candidates);
         for index in 0..candidates.len() {
@@ -210,9 +235,17 @@ impl Tile<'_> {
                 return Ok(false);
             }
             let window = first.window(&geometry);
-            let pixels = (read(detector, window, buffer)?, geometry.bits);
-            if !self.measure(candidates, (pixels, window), allowance, detections)? {
-                return Ok(false);
+            match read(detector, window, buffer) {
+                Ok(pixels) => {
+                    let pixels = (pixels, geometry.bits);
+                    if !self.measure(candidates, (pixels, window), allowance, detections)? {
+                        return Ok(false);
+                    }
+                }
+                Err(error) => {
+                    let searched_px = first.core(&window).area();
+                    detections.note_unread(error, searched_px, self.most_unread)?;
+                }
             }
         }
         Ok(complete)
@@ -259,7 +292,7 @@ impl Tile<'_> {
         if blinded(pixels, bits) {
             return true;
         }
-        let Self { across, down, method, quiet } = *self;
+        let Self { across, down, method, quiet, .. } = *self;
         let mut tile = CoarseTile::none();
         if !tile.look_at(pixels, across.length.into(), bits) {
             return true;
@@ -289,7 +322,7 @@ impl Tile<'_> {
 /// Scans the whole detector, tile by tile, and leaves the brightest spots in `detections`, brightest first.
 ///
 /// # Errors
-/// Of the detector, at the first window that fails.
+/// Of the detector, where too many windows fail, or one for what was asked.
 pub fn scan<'m>(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16; TILE_PIXELS],
@@ -299,11 +332,12 @@ pub fn scan<'m>(
     let method = &method.into();
     detections.clear();
     let geometry = detector.geometry();
-    let quiet = quiet_noise(detector, buffer)?;
+    let most_unread = tiles(&geometry) / UNREAD_SHARE;
+    let quiet = quiet_noise(detector, buffer, most_unread, detections)?;
     let mut savings = Savings::new();
     for down in rows(&geometry) {
         for across in columns(&geometry) {
-            let tile = Tile { across, down, method, quiet };
+            let tile = Tile { across, down, method, quiet, most_unread };
             let mut allowance = savings.next_tile();
             if !tile.add_stars(detector, buffer, &mut allowance, detections)? {
                 detections.note_crowded();
@@ -319,3 +353,5 @@ pub fn scan<'m>(
 mod earth_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod unread_tests;

@@ -103,6 +103,7 @@ impl Sensor<'_> {
     #[inline(never)]
     fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+            .without(self.workspace.detections.unread_px())
             .calibrated(self.calibration.as_ref());
         let mut hypotheses = self.hypotheses().into_iter().flatten();
         let found =
@@ -120,6 +121,7 @@ impl Sensor<'_> {
         let identification = &self.parameters.identification;
         let share = if scanned { SCANNING_SHARE } else { 1 };
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+            .without(self.workspace.detections.unread_px())
             .calibrated(self.calibration.as_ref());
         let identifier = self.workspace.shared.identifier();
         let progress = identifier.map(|identifier| {

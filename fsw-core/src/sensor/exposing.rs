@@ -10,6 +10,10 @@ use fsw_hal::{Clock, Detector, DetectorError, LocalTime, Stage, StageMeter};
 
 /// Pixels of every probe by whose noise an image is told from those before.
 const NOISE_PX: usize = 64;
+/// So many probes may not be delivered.
+const MOST_UNREAD: usize = 2;
+/// Digest of such a probe; that of one that was read begins with it.
+pub(super) const UNREAD: u32 = 0;
 /// Of the hash by Fowler, Noll and Vo, 32 bits.
 const FNV_PRIME: u32 = 16_777_619;
 
@@ -95,31 +99,48 @@ impl Sensor<'_> {
 
     /// Whether the Sun blinds the image: all probes stand at full scale. And whether it is one of the last
     /// ones again, whatever its instant: noise does not repeat itself. Of pixels that are all alike nothing
-    /// is said.
+    /// is said. Up to [`MOST_UNREAD`] probes may fail.
     fn probe(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Image {
         let geometry = detector.geometry();
-        let (mut blind, mut digest, mut varied) = (0, 0u32, false);
+        let (mut blind, mut unread, mut varied) = (0, 0, false);
+        let mut digests = [UNREAD; plan::PROBES];
         let mut first = None;
-        for probe in &plan::probes(&geometry) {
+        for (probe, digest) in plan::probes(&geometry).iter().zip(&mut digests) {
             let Some(pixels) = self.workspace.shared.readout().buffer.get_mut(..probe.area()) else {
                 return Image::Failed(DetectorFault::Request);
             };
             if let Err(error) = detector.read(*probe, pixels) {
-                return Image::Failed(error.into());
+                let fault = DetectorFault::from(error);
+                if fault != DetectorFault::Hardware {
+                    return Image::Failed(fault);
+                }
+                unread += 1;
+                continue;
             }
             blind += usize::from(blinded(pixels, geometry.bits));
             for raw in pixels.iter().take(NOISE_PX) {
                 varied |= raw != first.get_or_insert(*raw);
-                digest = (digest ^ u32::from(*raw)).wrapping_mul(FNV_PRIME);
+                *digest = (*digest ^ u32::from(*raw)).wrapping_mul(FNV_PRIME);
             }
         }
         let [before, last] = self.digests;
-        self.digests = [last, digest];
+        self.digests = [last, digests];
+        if unread > MOST_UNREAD {
+            return Image::Failed(DetectorFault::Hardware);
+        }
         // Of saturated pixels only the dead ones differ, which are the same in every image.
-        if blind == plan::PROBES {
+        if blind + unread == plan::PROBES {
             return Image::Blinded;
         }
-        let repeated = varied && (digest == before || digest == last);
-        if repeated { Image::Refused(ImageFault::Repeated) } else { Image::Taken }
+        let same = |former: &[u32; plan::PROBES]| {
+            let mut known =
+                digests.iter().zip(former).filter(|(one, other)| ![**one, **other].contains(&UNREAD));
+            // With two lost of either image one of the five probes is in both.
+            known.clone().count() > 0 && known.all(|(one, other)| one == other)
+        };
+        if varied && (same(&before) || same(&last)) {
+            return Image::Refused(ImageFault::Repeated);
+        }
+        Image::Taken
     }
 }

@@ -53,6 +53,8 @@ pub(super) struct StarRecord {
     pub(super) detections: u16,
     /// Tiles or windows too crowded to be searched whole.
     pub(super) crowded: u16,
+    /// Whether the detector did not deliver all that was asked for.
+    pub(super) incomplete: bool,
     pub(super) solution: Option<Solution>,
     /// Stars recognised, of those in the workspace, brightest first.
     pub(super) matches: Vec<Match, MAX_STARS>,
@@ -61,11 +63,12 @@ pub(super) struct StarRecord {
 }
 
 impl StarRecord {
-    /// Counts what was detected in an image or its windows: `found`, and the tiles too crowded to be searched
-    /// whole.
+    /// Counts what was detected in an image or its windows: `found`, the tiles too crowded to be searched
+    /// whole, and whether any was not delivered.
     pub(super) fn count(&mut self, found: usize, detections: &Detections) {
         self.detections = found.min(u16::MAX.into()) as u16;
         self.crowded = detections.crowded_tiles().min(u16::MAX.into()) as u16;
+        self.incomplete = detections.unread() > 0;
     }
 
     /// The attitude that this second's own image gave.
@@ -216,7 +219,7 @@ impl Record {
             activity: stars.activity,
             outcome: stars.outcome,
             faults: Faults {
-                detector: self.detector_fault,
+                detector: self.detector_fault.or(stars.incomplete.then_some(DetectorFault::Hardware)),
                 image: self.image_fault,
                 clock: time.fault,
                 rate_sensor: self.rate_sensor_fault,

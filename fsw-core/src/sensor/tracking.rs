@@ -44,7 +44,7 @@ impl Sensor<'_> {
         };
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
-        let washed = read?;
+        let blank = read?;
         if self.workspace.detections.too_fast() {
             return Ok(Outcome::TooFast);
         }
@@ -52,7 +52,7 @@ impl Sensor<'_> {
         meter.begin(Stage::Confirm);
         let confirmed = self.confirm(&expectation);
         meter.end(Stage::Confirm);
-        let clear_windows = expectation.windows.len().saturating_sub(washed);
+        let clear_windows = expectation.windows.len().saturating_sub(blank);
         Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
     }
 
@@ -125,6 +125,7 @@ impl Sensor<'_> {
         let Expectation { attitude, stars, windows } = expectation;
         let measured = &self.workspace.measured;
         let field = StarField::windows(measured, &self.catalogue, &self.camera, plan::searched_px(windows))
+            .without(self.workspace.detections.unread_px())
             .calibrated(self.calibration.as_ref());
         confirm_among(stars, attitude, &field, f32::from(self.parameters.tracking.gate_px) * 0.5)
     }

@@ -34,8 +34,8 @@ const FEWEST_STARS: usize = 4;
 const DRAWN_SHARE: usize = 4;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
-/// Searches for lines in a row that may give no rate before stars are looked for again: an Earth at rest has
-/// lines too.
+/// Searches for lines that may give no rate before stars are looked for after each: an Earth at rest has lines
+/// too.
 const MOST_MISSES: u8 = 3;
 /// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much
 /// where no streak was seen.
@@ -67,13 +67,20 @@ pub(super) struct Turning {
 struct Next {
     /// It is searched for lines instead of stars.
     seeks: bool,
-    /// Searches for lines in a row that gave no rate.
+    /// Searches for lines since the last rate or attitude that gave no rate.
     misses: u8,
     /// The exposure is divided by this: long streaks leave the field, and their pixels gather dark current.
     divisor: u8,
 }
 
 impl Next {
+    /// After a scan of so many stars that were not identified. While it shows enough of them searches that gave
+    /// no rate stay counted: of an Earth that fills the field, whose clouds are lines, every other image is
+    /// scanned, not one in four.
+    fn after_scan(self, seeks: bool, stars: usize) -> Self {
+        if stars < FEWEST_STARS { Self { seeks, ..Self::default() } } else { Self { seeks, ..self } }
+    }
+
     /// After a search that found these streaks, exposed for the nominal time over the divisor, and gave a
     /// rate or none.
     fn after_lines(self, streaks: &[Streak], has_rate: bool) -> Self {
@@ -244,9 +251,10 @@ impl Sensor<'_> {
     #[inline(never)]
     fn turn_by_stars(&mut self) -> Option<RateReport> {
         let detections = &self.workspace.detections;
-        let stars = self.workspace.measured.len();
+        let measured = self.workspace.measured.len();
         let drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended).count();
-        let seeks = stars < FEWEST_STARS || DRAWN_SHARE * (drawn + detections.streaks() as usize) >= stars;
+        let seeks =
+            measured < FEWEST_STARS || DRAWN_SHARE * (drawn + detections.streaks() as usize) >= measured;
         let row_time_s = self.row_time_s();
         let mark = |star: MeasuredStar| Mark {
             direction: *star.direction.vector(),
@@ -262,7 +270,7 @@ impl Sensor<'_> {
         let found = self.turning.history.update_from_stars(marks, elapsed_s);
         self.turning.middles_px.clear();
         self.turning.taken = self.now;
-        self.turning.next = Next { seeks, ..Next::default() };
+        self.turning.next = self.turning.next.after_scan(seeks, measured);
         let (estimate, count) = found?;
         let moved = self.farthest_px(&estimate.0) * elapsed_s? > LEAST_MOTION_PX;
         if moved { rate_report(estimate, RateSource::Images, false, count) } else { None }
@@ -291,3 +299,6 @@ fn rate_report(
         stars: stars.min(u8::MAX.into()) as u8,
     })
 }
+
+#[cfg(test)]
+mod tests;

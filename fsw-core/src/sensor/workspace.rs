@@ -8,6 +8,7 @@ use crate::image::DetectionMethod;
 use crate::image::repeated::Repeated;
 use crate::image::scan::{self, Detections, TILE_PIXELS};
 use crate::order::fill;
+use crate::plan;
 use crate::stars::identify::Identifier;
 use crate::stars::{MAX_MEASURED, MeasuredStar};
 use fsw_hal::{Detector, DetectorError, Window};
@@ -138,8 +139,11 @@ impl Workspace {
         fill(&mut self.measured, measured);
     }
 
-    /// Reads the windows of the present image and finds their stars; how many of them are too bright to show
-    /// one.
+    /// Reads the windows of the present image and finds their stars; how many of them can show none, too bright
+    /// or not delivered.
+    ///
+    /// # Errors
+    /// Of the detector, where more than half of them fail, or one for what was asked.
     pub(super) fn read_windows(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
@@ -147,13 +151,20 @@ impl Workspace {
         method: &DetectionMethod,
     ) -> Result<usize, DetectorError> {
         self.detections.clear();
-        let mut washed = 0;
+        let mut blank = 0;
         let buffer = &mut self.shared.readout().buffer;
         for window in windows {
-            let is_washed = scan::read_stars(detector, *window, buffer, *method, &mut self.detections)?;
-            washed += usize::from(is_washed);
+            let is_blank = match scan::read_stars(detector, *window, buffer, *method, &mut self.detections) {
+                Ok(is_washed) => is_washed,
+                Err(error) => {
+                    let searched_px = plan::searched_px(core::slice::from_ref(window));
+                    self.detections.note_unread(error, searched_px as usize, windows.len() / 2)?;
+                    true
+                }
+            };
+            blank += usize::from(is_blank);
         }
         self.detections.settle();
-        Ok(washed)
+        Ok(blank)
     }
 }

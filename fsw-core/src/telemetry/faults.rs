@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// What did not serve in a second; nothing by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Faults {
-    /// The detector failed: nothing was measured after that in this second.
+    /// The detector failed. Where there are stars or an attitude they are of the windows that it did deliver;
+    /// else nothing was measured after that in this second.
     pub detector: Option<DetectorFault>,
     /// The image was not used for its instant; the attitude, where there is one, is predicted.
     pub image: Option<ImageFault>,

@@ -6,7 +6,7 @@ mod world;
 
 use fsw_core::modes::Mode;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
-use fsw_core::telemetry::{self, DetectorFault, Event, Outcome, Report};
+use fsw_core::telemetry::{self, DetectorFault, Event, ImageFault, Outcome, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime};
 use sil_host::flight;
 use sil_host::formats::camera_file::CameraFile;
@@ -202,6 +202,55 @@ fn a_failing_detector_is_reported_and_survived() {
         assert_eq!(reports[2].outcome, Some(Outcome::Identified));
         assert_eq!(reports[6].outcome, Some(Outcome::Tracked));
     }
+}
+
+#[test]
+fn a_detector_that_loses_some_of_its_windows_costs_no_attitude_and_is_told() {
+    let mut worst = 0.0f64;
+    let before = |second: u32, world: &mut World| {
+        world.lost_share = if second > 0 { 0.03 } else { 0.0 };
+        if second == 20 { Command::Reacquire } else { Command::Continue }
+    };
+    let after = |report: &Report, world: &World| {
+        if let Some(attitude) = report.attitude {
+            let error = attitude_error(attitude.quaternion, world.scene.quaternion());
+            worst = (0..3).fold(worst, |worst, axis| {
+                worst.max((error[axis] / f64::from(attitude.sigma_rad[axis])).abs())
+            });
+        }
+    };
+    let reports = fly(&mut World::star_scene(), 40, before, after);
+    let outcomes: Vec<_> = reports.iter().map(|report| report.outcome).collect();
+    assert!(reports[1..].iter().all(|report| report.attitude.is_some()), "{outcomes:?}");
+    for second in [1, 2, 20, 21] {
+        assert_eq!(reports[second].outcome, Some(Outcome::Identified));
+        assert_eq!(reports[second].faults.detector, Some(DetectorFault::Hardware), "second {second}");
+    }
+    let told = reports.iter().filter(|report| report.faults.detector.is_some()).count();
+    assert!(told > 15, "{told} of 40 seconds with a window lost");
+    assert!(reports.iter().all(|report| report.mode != Mode::Safe));
+    assert!(worst < 4.0, "{worst} sigma");
+}
+
+#[test]
+fn an_image_that_is_handed_out_again_is_known_also_with_probes_lost() {
+    let before = |second: u32, world: &mut World| {
+        world.stale = second > 4 && !second.is_multiple_of(2);
+        world.lost_share = if second > 3 { 0.15 } else { 0.0 };
+        Command::Continue
+    };
+    let mut world = World::star_scene();
+    let reports = fly(&mut world, 200, before, |_, _| {});
+    let (mut refused, mut unread) = (0, 0);
+    for report in reports.iter().filter(|report| report.cycle > 4 && report.cycle % 2 == 1) {
+        refused += usize::from(report.faults.image == Some(ImageFault::Repeated));
+        unread += usize::from(report.faults.image.is_none() && report.faults.detector.is_some());
+        assert!(report.attitude.is_none_or(|attitude| attitude.age_s > 0), "second {}", report.cycle);
+    }
+    let fresh = reports.iter().filter(|report| report.cycle > 4 && report.cycle.is_multiple_of(2));
+    assert!(fresh.clone().all(|report| report.faults.image.is_none()), "a new image is no old one");
+    println!("{refused} of 98 refused, {unread} with too few probes");
+    assert!(refused > 90 && refused + unread == 98);
 }
 
 #[test]

@@ -12,11 +12,15 @@ use sil_host::harness::star_scene;
 use sil_host::scenario::{Believed, Scenario};
 use sil_host::world::detector::shutter::Shutter;
 use sil_host::world::motion::trajectory;
+use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, WorldStar};
 use std::path::Path;
 
 /// Lines of a strip across the limb; no star window is so thin.
 const STRIP_BREADTH: u16 = 9;
+
+/// Of the windows that are not delivered.
+const LOSSES_SEED: u64 = 22;
 
 /// Sigma along every axis of a state from the ground, km and km/s.
 const GROUND_SIGMA: (f64, f64) = (5.0, 0.005);
@@ -30,6 +34,10 @@ pub(super) struct World {
     pub second: u64,
     pub instant_us: i64,
     pub fault: Option<DetectorError>,
+    /// Whether the image before is handed out again as a new one.
+    pub stale: bool,
+    /// Share of the windows, by their place, that are not delivered.
+    pub lost_share: f64,
     /// Whether nothing is seen, or nothing in strips across the limb.
     pub covered: bool,
     pub strips_covered: bool,
@@ -64,6 +72,8 @@ impl World {
             second: 0,
             instant_us: start_us,
             fault: None,
+            stale: false,
+            lost_share: 0.0,
             covered: false,
             strips_covered: false,
             limb_covered: false,
@@ -145,6 +155,9 @@ impl Detector for World {
         self.geometry.unwrap_or(self.scene.geometry())
     }
     fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        if self.stale {
+            return Ok(());
+        }
         self.scene.expose_cycle(self.second, exposure_us)
     }
 
@@ -171,6 +184,10 @@ impl Detector for World {
         }
         if is_strip && self.strips_fail {
             return Err(DetectorError::Timeout);
+        }
+        let noise = Noise::new(LOSSES_SEED, self.second, Stream::Fault);
+        if noise.uniform(window.x.into(), window.y.into()) < self.lost_share {
+            return Err(DetectorError::Bus);
         }
         self.fault.map_or(Ok(()), Err)
     }

@@ -1,0 +1,51 @@
+//! What is done with the next image.
+
+use super::*;
+
+/// Whether each of so many images is searched for lines; a scan shows so many stars and asks for lines, a search finds none and gives
+/// a rate where `rate_at` is its number.
+fn images(count: usize, stars: usize, rate_at: Option<usize>) -> std::vec::Vec<bool> {
+    let mut next = Next::default();
+    (0..count)
+        .map(|number| {
+            let seeks = next.seeks;
+            next = if seeks {
+                next.after_lines(&[], rate_at == Some(number))
+            } else {
+                next.after_scan(true, stars)
+            };
+            seeks
+        })
+        .collect()
+}
+
+#[test]
+fn lines_that_give_no_rate_leave_every_other_image_to_the_stars() {
+    let searched = images(41, FEWEST_STARS, None);
+    assert_eq!(searched[..5], [false, true, true, true, false]);
+    assert!(searched[5..].chunks(2).all(|pair| pair == [true, false]), "{searched:?}");
+}
+
+#[test]
+fn a_scan_that_shows_no_stars_begins_the_searches_anew() {
+    let searched = images(9, FEWEST_STARS - 1, None);
+    assert_eq!(searched, [false, true, true, true, false, true, true, true, false]);
+}
+
+#[test]
+fn a_rate_gives_the_searches_for_lines_their_patience_back() {
+    let searched = images(14, FEWEST_STARS, Some(7));
+    assert_eq!(searched[4..8], [false, true, false, true]);
+    assert_eq!(searched[8..12], [true, true, true, false]);
+}
+
+#[test]
+fn without_streaks_the_exposure_changes_from_search_to_search() {
+    let mut next = Next::default();
+    let mut divisors = std::vec::Vec::new();
+    for _ in 0..6 {
+        next = next.after_lines(&[], false).after_scan(true, FEWEST_STARS);
+        divisors.push(next.divisor);
+    }
+    assert_eq!(divisors, [UNSEEN_DIVISOR, 1, UNSEEN_DIVISOR, 1, UNSEEN_DIVISOR, 1]);
+}
