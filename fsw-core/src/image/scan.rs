@@ -11,7 +11,7 @@
 //! a megapixel of Gaussian noise at the default threshold (thesis §3.1.1 fixes 6 % of full scale).
 //!
 //! A tile or window that the detector does not deliver is counted and left out: no star is known there, nor
-//! that there is none. Of more than one in [`UNREAD_SHARE`] tiles the scan ends with the detector's error.
+//! that there is none. Of more than one in `UNREAD_SHARE` tiles the scan ends with the detector's error.
 //!
 //! A tile at full scale (`blinding`) is left at once. Where there is texture (clouds, a limb) a candidate's
 //! window has `TEXTURED_SIDES` px, in which the noise of cells is known, and serves the other candidates that
