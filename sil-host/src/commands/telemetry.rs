@@ -58,29 +58,31 @@ pub fn layout() -> Value {
     let about = |of: &str, name: &str| words.get(&(of.into(), name.into())).cloned().unwrap_or_default();
     let mut types = Map::new();
     for (name, container) in &registry {
-        let described = match container {
+        let (key, parts): (&str, Vec<_>) = match container {
             ContainerFormat::Enum(variants) => {
-                let variant = |of: &Named<VariantFormat>| json!({ "name": of.name, "types": contents(&of.value), "about": about(name, &of.name) });
-                json!({ "about": about(name, ""), "variants": variants.values().map(variant).collect::<Vec<_>>() })
+                ("variants", variants.values().map(|of| (&of.name, "types", contents(&of.value))).collect())
             }
             ContainerFormat::Struct(fields) => {
-                let field = |of: &Named<Format>| json!({ "name": of.name, "type": kind(&of.value), "about": about(name, &of.name) });
-                json!({ "about": about(name, ""), "fields": fields.iter().map(field).collect::<Vec<_>>() })
+                ("fields", fields.iter().map(|of| (&of.name, "type", kind(&of.value))).collect())
             }
             // A report has no others.
             _ => continue,
         };
-        types.insert(name.clone(), described);
+        let part = |(of, holds, what): (&String, &str, Value)| {
+            json!({ "name": of, holds: what, "about": about(name, of) })
+        };
+        let parts: Vec<_> = parts.into_iter().map(part).collect();
+        types.insert(name.clone(), json!({ "about": about(name, ""), key: parts }));
     }
     json!({ "version": VERSION, "root": ROOT, "types": types })
 }
 
-/// What follows the number of a variant.
-fn contents(format: &VariantFormat) -> Vec<Value> {
+/// The types of what follows the number of a variant.
+fn contents(format: &VariantFormat) -> Value {
     match format {
-        VariantFormat::NewType(of) => vec![kind(of)],
+        VariantFormat::NewType(of) => json!([kind(of)]),
         VariantFormat::Tuple(of) => of.iter().map(kind).collect(),
-        _ => Vec::new(),
+        _ => json!([]),
     }
 }
 
@@ -169,19 +171,27 @@ fn without_links(text: &str) -> String {
     out
 }
 
+/// The text under a key.
+fn text<'v>(of: &'v Value, key: &str) -> &'v str {
+    of[key].as_str().unwrap_or_default()
+}
+
 /// The page.
 pub fn page() -> String {
     let layout = layout();
     let mut page = format!(
         "# Telemetry frames of the flight code\n\n\
-         Written by `cargo sil telemetry`; a test compares this page with the code, another reads a flight's frames by \
-         `cargo sil telemetry --json` alone. Layout version {VERSION}. `cargo sil decode FILE --json` reads a stream of frames.\n\n\
-         A stream is one frame after the other, each led by its length (2 bytes, low byte first). A frame is the version (1 byte), a body \
-         of the type [`{ROOT}`](#{}), and the CRC-32 (ISO-HDLC) of all before (4 bytes, low byte first). The body is postcard's encoding, \
-         fields in the order below without anything between:\n\n\
+         Written by `cargo sil telemetry`; a test compares this page with the code, another reads a flight's \
+         frames by `cargo sil telemetry --json` alone. Layout version {VERSION}. `cargo sil decode FILE --json` \
+         reads a stream of frames.\n\n\
+         A stream is one frame after the other, each led by its length (2 bytes, low byte first). A frame is the \
+         version (1 byte), a body of the type [`{ROOT}`](#{}), and the CRC-32 (ISO-HDLC) of all before (4 bytes, \
+         low byte first). The body is postcard's encoding, fields in the order below without anything \
+         between:\n\n\
          | type | bytes |\n|---|---|\n\
          | `u8`, `i8`, `bool` | one |\n\
-         | `u16`, `u32`, `u64` | seven bits a byte, the lowest first; the highest bit of a byte says that another follows |\n\
+         | `u16`, `u32`, `u64` | seven bits a byte, the lowest first; the highest bit of a byte says that another \
+         follows |\n\
          | `i16`, `i32`, `i64` | the same of 2 n for n not below 0, of -2 n - 1 else |\n\
          | `f32`, `f64` | IEEE 754, low byte first |\n\
          | N x type | that many |\n\
@@ -193,24 +203,18 @@ pub fn page() -> String {
     let types = layout["types"].as_object().into_iter().flatten();
     let (root, others): (Vec<_>, Vec<_>) = types.partition(|(name, _)| *name == ROOT);
     for (name, described) in root.into_iter().chain(others) {
-        page += &format!("\n## {name}\n\n{}\n\n", described["about"].as_str().unwrap_or_default());
-        let row = |of: &Value| {
-            (
-                of["name"].as_str().unwrap_or_default().to_owned(),
-                of["about"].as_str().unwrap_or_default().to_owned(),
-            )
-        };
+        page += &format!("\n## {name}\n\n{}\n\n", text(described, "about"));
         if let Some(fields) = described["fields"].as_array() {
             page += "| field | type | meaning |\n|---|---|---|\n";
             for field in fields {
-                let (name, about) = row(field);
+                let (name, about) = (text(field, "name"), text(field, "about"));
                 page += &format!("| `{name}` | {} | {about} |\n", named(&field["type"]));
             }
             continue;
         }
         page += "| number | variant | holds | meaning |\n|---|---|---|---|\n";
         for (number, variant) in described["variants"].as_array().into_iter().flatten().enumerate() {
-            let (name, about) = row(variant);
+            let (name, about) = (text(variant, "name"), text(variant, "about"));
             let holds: Vec<_> = variant["types"].as_array().into_iter().flatten().map(named).collect();
             page += &format!("| {number} | `{name}` | {} | {about} |\n", holds.join(", "));
         }
