@@ -58,7 +58,7 @@ pub fn layout() -> Value {
     let about = |of: &str, name: &str| words.get(&(of.into(), name.into())).cloned().unwrap_or_default();
     let mut types = Map::new();
     for (name, container) in &registry {
-        let (key, parts): (&str, Vec<_>) = match container {
+        let (key, parts): (&str, Vec<(&String, &str, Value)>) = match container {
             ContainerFormat::Enum(variants) => {
                 ("variants", variants.values().map(|of| (&of.name, "types", contents(&of.value))).collect())
             }
@@ -68,10 +68,11 @@ pub fn layout() -> Value {
             // A report has no others.
             _ => continue,
         };
-        let part = |(of, holds, what): (&String, &str, Value)| {
-            json!({ "name": of, holds: what, "about": about(name, of) })
-        };
-        let parts: Vec<_> = parts.into_iter().map(part).collect();
+        let described = parts.into_iter().map(|(of, holds, what)| {
+            let about = about(name, of);
+            json!({ "name": of, holds: what, "about": about })
+        });
+        let parts: Vec<_> = described.collect();
         types.insert(name.clone(), json!({ "about": about(name, ""), key: parts }));
     }
     json!({ "version": VERSION, "root": ROOT, "types": types })
