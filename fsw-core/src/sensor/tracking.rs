@@ -16,6 +16,10 @@ use crate::telemetry::Outcome;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
 use heapless::Vec;
 
+/// Largest common logarithm of the chance that spots anywhere in the windows match as well as the stars of an
+/// attitude do: one in ten. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
+const MOST_LOG10_CHANCE: f32 = -1.0;
+
 /// The stars expected in the image, and the windows in which they are sought.
 struct Expectation {
     attitude: Rotation<Icrs, StarPath>,
@@ -130,7 +134,8 @@ impl Sensor<'_> {
         confirm_among(stars, attitude, &field, f32::from(self.parameters.tracking.gate_px) * 0.5)
     }
 
-    /// Takes the attitude into the filter where enough stars confirm it, else the few stars themselves.
+    /// Takes the attitude into the filter where enough stars confirm it, and chance hardly would; else the few
+    /// stars themselves.
     #[inline(never)]
     fn follow(
         &mut self,
@@ -140,7 +145,9 @@ impl Sensor<'_> {
     ) -> Outcome {
         let fewest = usize::from(self.parameters.tracking.fewest_stars);
         match confirmed {
-            Some(confirmed) if confirmed.matches.len() >= fewest => {
+            Some(confirmed)
+                if confirmed.matches.len() >= fewest && confirmed.log10_chance <= MOST_LOG10_CHANCE =>
+            {
                 self.measurement_update(confirmed, confirmed.log10_chance, self.now, stars);
                 Outcome::Tracked
             }
@@ -148,9 +155,9 @@ impl Sensor<'_> {
         }
     }
 
-    /// Too few stars for an attitude of their own: each that is where the filter expects it corrects the
-    /// filter. Where most of the windows that could show a star show none in its place, the attitude is lost:
-    /// a single spot may be anything.
+    /// Too few stars, or too weak a match, for an attitude of their own: each that is where the filter expects
+    /// it corrects the filter. Where most of the windows that could show a star show none in its place, the
+    /// attitude is lost: a single spot may be anything.
     #[inline(never)]
     fn follow_few(&mut self, clear_windows: usize, stars: &mut StarRecord) -> Option<Outcome> {
         let mut motion = self.motion?;
