@@ -17,8 +17,8 @@ use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Wind
 use heapless::Vec;
 
 /// Largest common logarithm of the chance that spots anywhere in the windows match as well as the stars of an
-/// attitude do: one in ten. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
-const MOST_LOG10_CHANCE: f32 = -1.0;
+/// attitude do: as often as not. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
+const MOST_LOG10_CHANCE: f32 = -0.3;
 
 /// The stars expected in the image, and the windows in which they are sought.
 struct Expectation {
