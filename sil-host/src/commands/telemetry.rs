@@ -18,9 +18,7 @@ use fsw_core::telemetry::{
     RateSensorFault, RateSource, Report, SOURCES, VERSION,
 };
 use serde_json::{Map, Value, json};
-use serde_reflection::{
-    ContainerFormat, Format, Named, Registry, Samples, Tracer, TracerConfig, VariantFormat,
-};
+use serde_reflection::{ContainerFormat, Format, Registry, Samples, Tracer, TracerConfig, VariantFormat};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
