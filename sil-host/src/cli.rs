@@ -76,15 +76,15 @@ pub enum Command {
     /// Cycles, flash, RAM and stack of the flight image in the emulator, against their limits
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
-    Parameters(ParametersArguments),
+    Parameters(ReferenceArguments),
     /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
-    Columns(ColumnsArguments),
+    Columns(ReferenceArguments),
     /// All telecommands that the flight code obeys: service, fields, refusals (the page
     /// fsw-core/TELECOMMANDS.md)
-    Telecommands(TelecommandsArguments),
+    Telecommands(ReferenceArguments),
     /// The layout of the telemetry frames, for a ground system in any language (the page
     /// fsw-core/TELEMETRY.md)
-    Telemetry(TelemetryArguments),
+    Telemetry(ReferenceArguments),
     /// Telemetry frames as they left a sensor, in words or as JSON
     Decode(DecodeArguments),
     /// Completions for a shell, of the installed program `sextant`

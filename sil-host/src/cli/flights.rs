@@ -109,25 +109,10 @@ pub struct BudgetArguments {
     pub json: bool,
 }
 
-/// Arguments of `parameters`.
+/// Arguments of what prints a list that the code declares: `parameters`, `columns`, `telecommands`,
+/// `telemetry`.
 #[derive(Debug, Args)]
-pub struct ParametersArguments {
-    /// One JSON object on stdout instead of the page
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `telecommands`.
-#[derive(Debug, Args)]
-pub struct TelecommandsArguments {
-    /// One JSON object on stdout instead of the page
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `telemetry`.
-#[derive(Debug, Args)]
-pub struct TelemetryArguments {
+pub struct ReferenceArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,
@@ -141,14 +126,6 @@ pub struct DecodeArguments {
     pub stream: PathBuf,
 
     /// A JSON object a frame instead of words
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Arguments of `columns`.
-#[derive(Debug, Args)]
-pub struct ColumnsArguments {
-    /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,
 }

@@ -3,7 +3,7 @@
 //! In: the columns that the file's writer declares ([`COLUMNS`]). Out: the page `sil-host/CYCLES.md`, or one
 //! JSON object `{"version", "columns": [{"name", "unit", "frame", "meaning"}]}`.
 
-use crate::cli::ColumnsArguments;
+use crate::cli::ReferenceArguments;
 use crate::error::HostError;
 use crate::formats::cycles::columns::{COLUMNS, VERSION};
 use serde_json::json;
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 ///
 /// # Errors
 /// None.
-pub fn run(arguments: &ColumnsArguments) -> Result<ExitCode, HostError> {
+pub fn run(arguments: &ReferenceArguments) -> Result<ExitCode, HostError> {
     super::print_reference(arguments.json, json, page);
     Ok(ExitCode::SUCCESS)
 }

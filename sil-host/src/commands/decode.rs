@@ -5,7 +5,7 @@
 //! of another version is named on stderr, left out, and makes the status 2.
 
 use crate::cli::DecodeArguments;
-use crate::error::HostError;
+use crate::error::{EXIT_BAD_INPUT, HostError};
 use crate::formats::json;
 use fsw_core::packet::PacketError;
 use fsw_core::telemetry::{self, Report};
@@ -15,7 +15,6 @@ use std::path::Path;
 use std::process::ExitCode;
 
 const TO_DO: &str = "give a stream of frames, each led by its length: `cargo sil telemetry`";
-const ARCSEC: f64 = 206_264.806;
 
 /// Does what the command line asks for.
 ///
@@ -48,7 +47,7 @@ pub fn run(arguments: &DecodeArguments) -> Result<ExitCode, HostError> {
             Err(error) => {
                 let what = format!("byte {at}: a frame of {} bytes: {}", frame.len(), reason(error));
                 eprintln!("{}", HostError::input(path, None, what, "left out; the others are read"));
-                status = ExitCode::from(2);
+                status = ExitCode::from(EXIT_BAD_INPUT);
             }
         }
     }
@@ -75,7 +74,10 @@ fn words(report: &Report) -> String {
     if let Some(attitude) = report.attitude {
         let sigma = attitude.sigma_rad.iter().fold(0.0, |most: f64, sigma| most.max(f64::from(*sigma)));
         let [x, y, z, w] = attitude.quaternion;
-        line += &format!("; attitude {x:.6}, {y:.6}, {z:.6}, {w:.6} to {:.1} arcsec", sigma * ARCSEC);
+        line += &format!(
+            "; attitude {x:.6}, {y:.6}, {z:.6}, {w:.6} to {:.1} arcsec",
+            sigma.to_degrees() * 3600.0
+        );
     }
     if let Some(orbit) = report.orbit {
         let ([x, y, z], sigma) = (orbit.position_km, orbit.sigma_hill_km);

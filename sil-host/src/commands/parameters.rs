@@ -4,7 +4,7 @@
 //! `fsw-core/PARAMETERS.md`, or one JSON object `{"version", "parameters": [{"group", "name", "type", "unit",
 //! "default", "range", "about", "source"}]}`.
 
-use crate::cli::ParametersArguments;
+use crate::cli::ReferenceArguments;
 use crate::error::HostError;
 use fsw_core::parameters::table::Row;
 use fsw_core::parameters::{GROUPS, VERSION};
@@ -17,7 +17,7 @@ use std::process::ExitCode;
 ///
 /// # Errors
 /// None.
-pub fn run(arguments: &ParametersArguments) -> Result<ExitCode, HostError> {
+pub fn run(arguments: &ReferenceArguments) -> Result<ExitCode, HostError> {
     let text = if arguments.json { format!("{}\n", json()) } else { page() };
     // A reader that closed the pipe has what it wanted: not a fault.
     let _ = std::io::stdout().write_all(text.as_bytes());

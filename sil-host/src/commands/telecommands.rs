@@ -4,7 +4,7 @@
 //! `fsw-core/TELECOMMANDS.md`, or one JSON object `{"version", "commands": [{"service", "subservice", "name",
 //! "fields", "about", "refusals"}], "refusals": [{"code", "name", "words"}]}`.
 
-use crate::cli::TelecommandsArguments;
+use crate::cli::ReferenceArguments;
 use crate::error::HostError;
 use fsw_core::command::refusal::ALL;
 use fsw_core::command::telecommand::{Field, ROWS, Row, VERSION};
@@ -16,7 +16,7 @@ use std::process::ExitCode;
 ///
 /// # Errors
 /// None.
-pub fn run(arguments: &TelecommandsArguments) -> Result<ExitCode, HostError> {
+pub fn run(arguments: &ReferenceArguments) -> Result<ExitCode, HostError> {
     super::print_reference(arguments.json, json, page);
     Ok(ExitCode::SUCCESS)
 }

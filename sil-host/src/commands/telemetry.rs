@@ -6,7 +6,7 @@
 //! "variants": [{"name", "types", "about"}]}}}`, a variant's number being its place. A type is the name of a
 //! number or of a type of the list, or `{"array": [TYPE, COUNT]}`, `{"list": TYPE}` or `{"option": TYPE}`.
 
-use crate::cli::TelemetryArguments;
+use crate::cli::ReferenceArguments;
 use crate::error::HostError;
 use fsw_core::command::CommandOutcome;
 use fsw_core::command::refusal::{self, Refusal};
@@ -29,7 +29,7 @@ const ROOT: &str = "Report";
 ///
 /// # Errors
 /// None.
-pub fn run(arguments: &TelemetryArguments) -> Result<ExitCode, HostError> {
+pub fn run(arguments: &ReferenceArguments) -> Result<ExitCode, HostError> {
     super::print_reference(arguments.json, layout, page);
     Ok(ExitCode::SUCCESS)
 }

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Whether each of so many images is searched for lines; a scan shows so many stars and asks for lines, a search finds none and gives
-/// a rate where `rate_at` is its number.
+/// Whether each of so many images is searched for lines; a scan shows so many stars and asks for lines, a
+/// search finds none and gives a rate where `rate_at` is its number.
 fn images(count: usize, stars: usize, rate_at: Option<usize>) -> std::vec::Vec<bool> {
     let mut next = Next::default();
     (0..count)
