@@ -1,13 +1,13 @@
 //! The instruments as C lends them: callbacks with a context, behind the traits of `fsw-hal`.
 //!
-//! In: a [`Instruments`] of function pointers. Out: a detector, a clock, a rate sensor and a stage meter
-//! that the flight code calls. What a callback answers is a [`Reply`]; any other number counts as a failed
+//! In: a [`Instruments`] of function pointers. Out: a detector, a clock, a rate sensor, shutters and a
+//! stage meter that the flight code calls. What a callback answers is a [`Reply`]; any other number counts as a failed
 //! link.
 
 use core::ffi::c_void;
 use fsw_hal::{
-    AngularRate, ClockError, DetectorError, DetectorGeometry, LocalTime, RateSensorError, Stage, StageMeter,
-    Window as HalWindow,
+    AngularRate, ClockError, DetectorError, DetectorGeometry, LocalTime, OpenPaths, RateSensorError,
+    ShutterError, Stage, StageMeter, Window as HalWindow,
 };
 
 /// What a callback answers. Any other number counts as `BUS`.
@@ -30,6 +30,8 @@ pub enum Reply {
     NoReading = 6,
     /// Rate sensor: the rate is beyond its range.
     Saturated = 7,
+    /// Shutters: one did not arrive where it was sent.
+    Stuck = 8,
 }
 
 /// Fixed properties of a detector.
@@ -121,6 +123,17 @@ pub struct RateSensor {
         Option<unsafe extern "C" fn(context: *mut c_void, reading: *mut AngularRateReading) -> u32>,
 }
 
+/// The shutters of the two paths. Moved only where the parameter table says which there are.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Shutter {
+    /// Handed to the callback; may be null.
+    pub context: *mut c_void,
+    /// Opens the star path, the Earth path or both and shuts the other; returns when they stand so. Called
+    /// in every cycle before the exposure. Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
+    pub open: Option<unsafe extern "C" fn(context: *mut c_void, star_path: bool, earth_path: bool) -> u32>,
+}
+
 /// Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2
 /// predict, 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
 #[repr(C)]
@@ -146,6 +159,8 @@ pub struct Instruments {
     pub rate_sensor: RateSensor,
     /// The stages' marks; all zero where nothing is measured.
     pub meter: Meter,
+    /// The shutters of the paths; all zero where there are none.
+    pub shutter: Shutter,
 }
 
 impl Instruments {
@@ -163,14 +178,14 @@ impl Instruments {
     }
 
     /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link; a
-    /// rate sensor without one never has a reading, marks without one are dropped.
+    /// rate sensor without one never has a reading, shutters without one stay open, marks are dropped.
     ///
     /// # Safety
     /// The callbacks are what their types and their documentation say, for as long as what is given is
     /// used.
-    pub(crate) unsafe fn lend(self) -> (CDetector, CClock, CRateSensor, CMeter) {
-        let Self { detector, clock, rate_sensor, meter } = self;
-        (CDetector(detector), CClock(clock), CRateSensor(rate_sensor), CMeter(meter))
+    pub(crate) unsafe fn lend(self) -> (CDetector, CClock, CRateSensor, CMeter, CShutter) {
+        let Self { detector, clock, rate_sensor, meter, shutter } = self;
+        (CDetector(detector), CClock(clock), CRateSensor(rate_sensor), CMeter(meter), CShutter(shutter))
     }
 }
 
@@ -214,6 +229,19 @@ fn rate_reply(reply: u32) -> Result<bool, RateSensorError> {
         TIMEOUT => Err(RateSensorError::Timeout),
         SATURATED => Err(RateSensorError::Saturated),
         _ => Err(RateSensorError::Bus),
+    }
+}
+
+/// What the shutters' answer means.
+fn shutter_reply(reply: u32) -> Result<(), ShutterError> {
+    const OK: u32 = Reply::Ok as u32;
+    const TIMEOUT: u32 = Reply::Timeout as u32;
+    const STUCK: u32 = Reply::Stuck as u32;
+    match reply {
+        OK => Ok(()),
+        TIMEOUT => Err(ShutterError::Timeout),
+        STUCK => Err(ShutterError::Stuck),
+        _ => Err(ShutterError::Bus),
     }
 }
 
@@ -299,6 +327,21 @@ impl fsw_hal::RateSensor for CRateSensor {
         let given = rate_reply(unsafe { angular_rate(self.0.context, &raw mut reading) })?;
         let AngularRateReading { local_us, rad_s } = reading;
         Ok(given.then_some(AngularRate { instant: LocalTime::from_us(local_us), rad_s }))
+    }
+}
+
+/// The shutters that [`Instruments::lend`] was told of.
+pub(crate) struct CShutter(Shutter);
+
+impl fsw_hal::ErrorType for CShutter {
+    type Error = ShutterError;
+}
+
+impl fsw_hal::Shutter for CShutter {
+    fn open(&mut self, paths: OpenPaths) -> Result<(), ShutterError> {
+        let Some(open) = self.0.open else { return Ok(()) };
+        // SAFETY: `lend` was told that the callbacks are what their types say.
+        shutter_reply(unsafe { open(self.0.context, paths.star(), paths.earth()) })
     }
 }
 

@@ -19,6 +19,8 @@ pub const FAULT_CLOCK: u32 = 4;
 pub const FAULT_RATE_SENSOR: u32 = 8;
 /// The Earth's centre was no position for the orbit filter.
 pub const FAULT_FIX: u32 = 16;
+/// The shutters did not move: where they stand is not known.
+pub const FAULT_SHUTTER: u32 = 32;
 
 /// Mode in which a second was spent.
 #[repr(u32)]
@@ -65,13 +67,15 @@ pub enum Outcome {
     Lost = 7,
     /// The detector is blinded.
     Blinded = 8,
+    /// The star path is shut against the Sun.
+    StarPathShut = 9,
 }
 
 /// What came of looking for the Earth in a second.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EarthStatus {
-    /// It was not looked for: no attitude, or the detector was blinded.
+    /// It was not looked for: no attitude, the detector was blinded, or the Earth path is shut.
     #[default]
     NotLooked = 0,
     /// No limb that the Sun lights is in the field.
@@ -253,6 +257,10 @@ pub struct CycleResult {
     pub command: CommandResult,
     /// Reason code of a command that was refused, as reports tell it; else 0.
     pub refusal: u32,
+    /// Whether the star path was to be shut.
+    pub star_path_shut: bool,
+    /// Whether the Earth path was to be shut.
+    pub earth_path_shut: bool,
 }
 
 impl From<FlightMode> for Mode {
@@ -282,6 +290,7 @@ impl From<Option<telemetry::Outcome>> for Outcome {
             Some(Flight::Tracked) => Self::Tracked,
             Some(Flight::Lost) => Self::Lost,
             Some(Flight::Blinded) => Self::Blinded,
+            Some(Flight::StarPathShut) => Self::StarPathShut,
         }
     }
 }
@@ -383,6 +392,7 @@ fn faults(faults: &telemetry::Faults) -> u32 {
         | bit(faults.clock.is_some(), FAULT_CLOCK)
         | bit(faults.rate_sensor.is_some(), FAULT_RATE_SENSOR)
         | bit(faults.fix.is_some(), FAULT_FIX)
+        | bit(faults.shutter.is_some(), FAULT_SHUTTER)
 }
 
 impl From<&Report> for CycleResult {
@@ -419,6 +429,8 @@ impl From<&Report> for CycleResult {
                 Some(CommandOutcome::Refused(reason)) => reason.code().into(),
                 _ => 0,
             },
+            star_path_shut: report.star_path_shut,
+            earth_path_shut: report.earth_path_shut,
         }
     }
 }

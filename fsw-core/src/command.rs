@@ -38,7 +38,7 @@ pub mod telecommand;
 mod upload;
 
 use crate::orbit::OrbitState;
-use fsw_hal::LocalTime;
+use fsw_hal::{LocalTime, OpenPaths};
 use serde::{Deserialize, Serialize};
 
 pub use authentication::Key;
@@ -68,6 +68,8 @@ pub enum Command<'a> {
     Orbit(GroundOrbit),
     /// Take Terrestrial Time from here where the clock gives none.
     Time(TimeCorrelation),
+    /// Hold these paths open until another such command; `None`: shut them against the Sun again.
+    Shutter(Option<OpenPaths>),
 }
 
 /// An orbit by the ground.

@@ -24,6 +24,7 @@ pub mod parameters;
 pub mod plan;
 pub mod rate;
 pub mod sensor;
+pub mod shutting;
 pub mod stars;
 pub mod telemetry;
 

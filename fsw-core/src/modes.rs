@@ -140,7 +140,7 @@ pub struct ModeInputs {
     pub rate: bool,
     /// The attitude predicted by the last rate is within the tracking gate.
     pub predicted: bool,
-    /// The detector is blinded.
+    /// No star can be seen: the detector is blinded, or the star path shut before it would be.
     pub blinded: bool,
     /// Whether no limb in the field is lit; `None` where it is not known.
     pub dark: Option<bool>,

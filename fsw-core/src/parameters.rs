@@ -14,6 +14,7 @@ use crate::image::DetectionParameters;
 use crate::modes::ModeParameters;
 use crate::orbit::parameters::OrbitParameters;
 use crate::packet::{self, PacketError};
+use crate::shutting::ShutterParameters;
 use crate::stars::identify::IdentificationParameters;
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -22,20 +23,21 @@ use table::{Row, parameter_group};
 pub use fsw_ground::table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
-pub const VERSION: u8 = 16;
+pub const VERSION: u8 = 17;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0xCC35_7141;
+pub const CHECKSUM: u32 = 0xBF40_7F75;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 
 /// The rows of all parameters but the camera's, group by group, for the host.
-pub const GROUPS: [&[Row]; 16] = [
+pub const GROUPS: [&[Row]; 17] = [
     ImagingParameters::ROWS,
     MountParameters::ROWS,
     DetectionParameters::ROWS,
     IdentificationParameters::ROWS,
     TrackingParameters::ROWS,
     RateSensorNoise::ROWS,
+    ShutterParameters::ROWS,
     earth::Ellipsoid::ROWS,
     earth::LimbParameters::ROWS,
     earth::LightParameters::ROWS,
@@ -107,6 +109,8 @@ pub struct Parameters {
     /// rate does. What it loses in a second must be less than a third of the gate, else no star would be
     /// found where it is predicted: a gyro of a car (0.2 deg/s) is no such sensor.
     pub rate_sensor: Option<RateSensorNoise>,
+    /// The shutters of the paths; none (the default): both are always open.
+    pub shutter: Option<ShutterParameters>,
     /// The Earth's figure, limb and centre.
     pub earth: EarthParameters,
     /// Propagation and filter of the orbit.
@@ -137,6 +141,7 @@ impl Parameters {
             identification: IdentificationParameters::default(),
             tracking: TrackingParameters::default(),
             rate_sensor: None,
+            shutter: None,
             earth: EarthParameters::default(),
             orbit: OrbitParameters::default(),
             modes: ModeParameters::default(),
@@ -173,6 +178,7 @@ impl Parameters {
             self.tracking.first_out_of_range(),
             self.rate_sensor.and_then(|noise| noise.first_out_of_range()),
             self.rate_sensor.and_then(|noise| self.loses_the_stars(&noise, &camera)),
+            self.shutter.and_then(|shutter| shutter.first_out_of_range()),
             self.earth.first_out_of_range(),
             self.orbit.first_out_of_range(),
             self.modes.first_out_of_range(),

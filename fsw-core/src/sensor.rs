@@ -4,7 +4,8 @@
 //! checked against upsets of their memory (`scrubbing`), and the spacecraft's command is done (`commanding`).
 //! Then:
 //!
-//! 1. the image that the mode asks for is taken (`exposing`); its mid-exposure instant is that of the second,
+//! 1. the shutters are moved as the second before decided, and the image that the mode asks for is taken
+//!    (`exposing`); its mid-exposure instant is that of the second,
 //!    the counter's where none was asked for or may be used (`timekeeping`);
 //! 2. orbit and attitude are propagated to that instant; Sun, pole and the observer's velocity (aberration)
 //!    are those of it (`propagation`);
@@ -15,7 +16,7 @@
 //! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
 //!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a
 //!    position, which the orbit filter takes in (`orbit`);
-//! 5. the guards decide the next mode; the report is made of the `record` of the second.
+//! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the report is made of the `record` of the second.
 //!
 //! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that
 //! is its own. What is generic over the instruments calls them and no more; the work between two calls is
@@ -51,11 +52,12 @@ use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
 use crate::plan::PROBES;
+use crate::shutting::Shutting;
 use crate::telemetry::{Activity, DetectorFault, Event, Outcome, RateSensorFault, Report};
 use core::mem::MaybeUninit;
 use exposing::{Image, UNREAD};
 use fsw_hal::detector::ByKind;
-use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Stage, StageMeter};
+use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Shutter, Stage, StageMeter};
 use propagation::Ephemeris;
 use record::{Events, Record, StarRecord};
 use scrubbing::{Scrubber, Spare};
@@ -68,7 +70,7 @@ pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
 const CALIBRATED_CENTRE_PX: f32 = 1.5;
 
 /// The instruments, as the spacecraft lends them for a second.
-pub struct Instruments<'a, D, C, M, R> {
+pub struct Instruments<'a, D, C, M, R, S> {
     /// The active-pixel detector behind both paths.
     pub detector: &'a mut D,
     /// Local time and Terrestrial Time.
@@ -78,6 +80,9 @@ pub struct Instruments<'a, D, C, M, R> {
     /// The body's rate; `&mut ()` where there is none. Asked only where [`Parameters::rate_sensor`] says how
     /// good it is.
     pub rate_sensor: &'a mut R,
+    /// The shutters of the paths; `&mut ()` where there are none. Asked only where [`Parameters::shutter`]
+    /// says which there are.
+    pub shutter: &'a mut S,
 }
 
 /// Why a sensor could not be made; its `Display` says what to do.
@@ -135,6 +140,7 @@ pub struct Sensor<'c> {
     /// is told.
     former: [Option<Rotation<Icrs, StarPath>>; 2],
     orbit: OrbitFilter,
+    shutting: Shutting,
     /// Attitudes in a row that contradict the rate sensor.
     rate_sensor_doubts: u8,
     /// Terrestrial Time of the last fix that the orbit accepted.
@@ -212,6 +218,7 @@ impl<'c> Sensor<'c> {
             motion: None,
             former: [None; 2],
             orbit: OrbitFilter::new(),
+            shutting: Shutting::default(),
             rate_sensor_doubts: 0,
             fixed_us: 0,
             converged: false,
@@ -237,20 +244,24 @@ impl<'c> Sensor<'c> {
 
     /// One second.
     #[inline(never)]
-    pub fn cycle<D: Detector, C: Clock, M: StageMeter, R: RateSensor>(
+    pub fn cycle<D: Detector, C: Clock, M: StageMeter, R: RateSensor, S: Shutter>(
         &mut self,
-        instruments: &mut Instruments<D, C, M, R>,
+        instruments: &mut Instruments<D, C, M, R, S>,
         command: Command,
     ) -> Report {
         let mut events = Events::default();
         self.scrub(&mut events);
         let outcome = self.obey(&command, &mut events);
-        let Instruments { detector, clock, meter, rate_sensor } = instruments;
+        let Instruments { detector, clock, meter, rate_sensor, shutter } = instruments;
         let detector = &mut ByKind(&mut **detector);
+        let open = self.shutting.open();
+        let moved = self.parameters.shutter.map_or(Ok(()), |_| shutter.open(open));
         let (image, time) = self.take_image(detector, *clock, *meter);
         self.now = time.local;
         let mut record = Record::new(self.cycle, self.modes.mode(), time, events);
         record.command = outcome;
+        record.open = open;
+        record.shutter_fault = moved.err().map(|error| error.kind().into());
         meter.begin(Stage::Orbit);
         let ephemeris = self.update_ephemeris(&record.time, &mut record.fix, &mut record.events);
         meter.end(Stage::Orbit);
@@ -262,6 +273,7 @@ impl<'c> Sensor<'c> {
             record.rate_sensor_fault = self.propagate_gyro(reading);
         }
         self.observe(detector, *meter, image, ephemeris.as_ref(), &mut record);
+        self.shut_against_sun(image, ephemeris.as_ref(), &record.stars);
         if self.rate_sensor_is_shut_out() && !shut_out {
             record.events.note(Event::RateSensorShutOut);
         }
@@ -352,6 +364,7 @@ impl<'c> Sensor<'c> {
                 stars.outcome = Some(self.self_test(detector)?);
             }
             (_, Image::Blinded) => self.propagate_only(Some(Outcome::Blinded), stars),
+            _ if !self.shutting.open().star() => self.propagate_only(Some(Outcome::StarPathShut), stars),
             (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, stars)?,
             (Mode::Tracking | Mode::Eclipse, _) => {
                 stars.activity = Activity::StarTracking;

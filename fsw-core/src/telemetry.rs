@@ -15,12 +15,12 @@ use crate::modes::{Guard, Mode};
 use crate::orbit::OrbitState;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
-pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, RateSensorFault};
+pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, RateSensorFault, ShutterFault};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 9;
+pub const VERSION: u8 = 10;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -79,6 +79,8 @@ pub enum Outcome {
     Lost,
     /// The detector is blinded.
     Blinded,
+    /// The star path is shut against the Sun.
+    StarPathShut,
 }
 
 /// What Terrestrial Time of a second rests on.
@@ -156,7 +158,7 @@ pub struct FilteredAttitude {
 /// What came of looking for the Earth in this second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EarthStatus {
-    /// It was not looked for: no attitude, or the detector was blinded.
+    /// It was not looked for: no attitude, the detector was blinded, or the Earth path is shut.
     #[default]
     NotLooked,
     /// No limb that the Sun lights is in the field.
@@ -313,6 +315,10 @@ pub struct Report {
     pub outcome: Option<Outcome>,
     /// What did not serve.
     pub faults: Faults,
+    /// Whether the star path was to be shut.
+    pub star_path_shut: bool,
+    /// Whether the Earth path was to be shut.
+    pub earth_path_shut: bool,
     /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,
     /// The same filtered, in a second whose image was taken into the filter.

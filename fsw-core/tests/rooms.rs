@@ -10,7 +10,7 @@ use std::path::Path;
 /// What every room may use, bottom first.
 const GROUND_FLOOR: [&str; 7] = ["checksum", "matrix", "trigonometry", "frames", "order", "packet", "table"];
 /// The rooms above it; each may use those before it.
-const ROOMS: [&str; 15] = [
+const ROOMS: [&str; 16] = [
     "image",
     "camera",
     "catalog",
@@ -22,6 +22,7 @@ const ROOMS: [&str; 15] = [
     "modes",
     "parameters",
     "plan",
+    "shutting",
     "outages",
     "command",
     "telemetry",

@@ -9,6 +9,7 @@
 //! | [`clock`] | local time since power-on, and Terrestrial Time | every second |
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
 //! | [`rate_sensor`] | angular rate of the body | every second, where there is one |
+//! | [`shutter`] | shutters of the two paths | every second, where there is one |
 //! | [`magnetometer`] | magnetic field in body axes | not yet |
 //! | [`store`] | record that outlives a restart | who calls the second; not by the flight code |
 //! | [`error`] | what the errors of all of them have in common | - |
@@ -40,6 +41,7 @@ pub mod error;
 pub mod magnetometer;
 pub mod meter;
 pub mod rate_sensor;
+pub mod shutter;
 pub mod store;
 
 pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
@@ -48,4 +50,5 @@ pub use error::{Error, ErrorType};
 pub use magnetometer::{ErrorKind as MagnetometerError, MagneticField, Magnetometer};
 pub use meter::{Stage, StageMeter};
 pub use rate_sensor::{AngularRate, ErrorKind as RateSensorError, RateSensor};
+pub use shutter::{ErrorKind as ShutterError, OpenPaths, Shutter};
 pub use store::{ErrorKind as StoreError, StateStore};

@@ -24,8 +24,9 @@ use fsw_core::sensor::{Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, LocalTime, MagneticField, Magnetometer,
-    RateSensor, RateSensorError, Window,
+    OpenPaths, RateSensor, RateSensorError, Shutter, ShutterError, Window,
 };
+use std::cell::Cell;
 use watched::Watched;
 
 /// A second that was flown.
@@ -86,6 +87,54 @@ impl Detector for ThisSecond<'_> {
     }
 }
 
+/// Shutters before a detector: what they were told last counts for the next exposure.
+struct Shuttered<'a, 's> {
+    detector: ThisSecond<'a>,
+    stand: &'s Cell<OpenPaths>,
+}
+
+impl fsw_hal::ErrorType for Shuttered<'_, '_> {
+    type Error = DetectorError;
+}
+
+impl Detector for Shuttered<'_, '_> {
+    fn geometry(&self) -> DetectorGeometry {
+        self.detector.geometry()
+    }
+
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+        self.detector.scene.open(self.stand.get());
+        self.detector.start_exposure(exposure_us)
+    }
+
+    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
+        self.detector.finish_exposure()
+    }
+
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+        self.detector.read(window, pixels)
+    }
+}
+
+/// The shutters' driver. Those that are stuck stay where they are, and it does not know.
+struct Shutters<'s> {
+    stand: &'s Cell<OpenPaths>,
+    stuck: bool,
+}
+
+impl fsw_hal::ErrorType for Shutters<'_> {
+    type Error = ShutterError;
+}
+
+impl Shutter for Shutters<'_> {
+    fn open(&mut self, paths: OpenPaths) -> Result<(), ShutterError> {
+        if !self.stuck {
+            self.stand.set(paths);
+        }
+        Ok(())
+    }
+}
+
 /// A second, us.
 const SECOND_US: i64 = 1_000_000;
 /// After a late second those that follow are called in haste, so far apart, until they are on time again, us.
@@ -114,6 +163,8 @@ pub struct Flight<'a> {
     faults: Vec<Fault>,
     /// The windows read in the second.
     windows: Vec<Window>,
+    /// Where the shutters stand.
+    stand: Cell<OpenPaths>,
 }
 
 /// By how much a second is late after one that was late by `before_us`, us.
@@ -153,7 +204,8 @@ impl<'a> Flight<'a> {
             }
         }
         let faults = scenario.faults.clone();
-        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0, faults, windows: Vec::new() })
+        let stand = Cell::new(OpenPaths::Both);
+        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0, faults, windows: Vec::new(), stand })
     }
 
     /// From now on this breaks too, when its seconds come; what broke before is not changed by it.
@@ -179,14 +231,23 @@ impl<'a> Flight<'a> {
         let clock = scenario.believed.clock(elapsed_us, scenario.instant_us(cycle) + self.late_us);
         let local = clock.local;
         let mut clock = faults::faulty_clock(&self.faults, cycle, clock);
-        let mut detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
+        let detector = ThisSecond { scene: self.scene, cycle: cycle.into(), instant: local };
+        let mut detector = Shuttered { detector, stand: &self.stand };
+        let stuck = faults::shutters_are_stuck(&self.faults, cycle);
+        let shutter = &mut Shutters { stand: &self.stand, stuck };
         let mut detector = Faulty::new(&mut detector, &self.faults, scenario.seed, (cycle, local));
         let mut detector = Watched { detector: &mut detector, windows: &mut self.windows };
         let command = faults::command(&self.faults, scenario.seed, cycle);
         let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
         let report = match &mut gyro {
             Some(rate_sensor) => self.sensor.cycle(
-                &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor },
+                &mut Instruments {
+                    detector: &mut detector,
+                    clock: &mut clock,
+                    meter: &mut (),
+                    rate_sensor,
+                    shutter,
+                },
                 command,
             ),
             None => self.sensor.cycle(
@@ -195,6 +256,7 @@ impl<'a> Flight<'a> {
                     clock: &mut clock,
                     meter: &mut (),
                     rate_sensor: &mut (),
+                    shutter,
                 },
                 command,
             ),
@@ -202,7 +264,7 @@ impl<'a> Flight<'a> {
         let image = image_cycle(&report);
         let seen = self.scene.seen_at(image.into()).ok_or_else(|| no_truth(image))?;
         let truth = if image == cycle { seen } else { truth };
-        let judged = Judged::new(&report, &truth, &seen);
+        let judged = Judged::new(&report, &truth, &seen).with_shutters(scenario.shutters);
         listen(Second {
             cycle,
             report: &report,
@@ -278,6 +340,7 @@ pub fn with_flight<T>(
     let mut workspace = Box::new(Workspace::new());
     let flown = fly(&mut Flight::new(scenario, scene, catalogue, calibration.as_ref(), &mut workspace)?);
     scene.storm(0);
+    scene.open(OpenPaths::Both);
     flown
 }
 

@@ -19,6 +19,7 @@
 //! | `[sky]` | planets, Moon, Sun's light, other satellites |
 //! | `[earth]` | how the Earth is drawn |
 //! | `[orbit_filter]` | what the orbit filter takes of an image, and a state from the ground |
+//! | `[shutters]` | `paths`, the paths that have one: "star", "earth" or "both"; none: both are always open |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
 //! | `[[faults]]` | what breaks, and when |
@@ -69,6 +70,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::parameters::{Misalignment, OrbitParameters};
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
+use fsw_core::shutting::{ShutterParameters, Shutters};
 use fsw_core::stars::identify::IdentificationParameters;
 use orbit_filter::OrbitFilterModel;
 use serde::Deserialize;
@@ -79,7 +81,7 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 12] = [
+pub const EMBEDDED: [(&str, &str); 13] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
@@ -92,6 +94,7 @@ pub const EMBEDDED: [(&str, &str); 12] = [
     ("sun-crossing", include_str!("scenarios/sun-crossing.toml")),
     ("tumbling", include_str!("scenarios/tumbling.toml")),
     ("bad-day", include_str!("scenarios/bad-day.toml")),
+    ("geo-shutters", include_str!("scenarios/geo-shutters.toml")),
 ];
 
 /// Seconds in a run: up to ten days.
@@ -157,6 +160,8 @@ pub struct Scenario {
     pub faults: Vec<Fault>,
     /// What the orbit filter is told.
     pub orbit_filter: OrbitFilterModel,
+    /// The paths with a shutter, where there is one.
+    pub shutters: Option<Shutters>,
     /// The errors of the gyro, where there is one.
     pub gyro: Option<GyroModel>,
     /// The errors of the magnetometer, where there is one.
@@ -190,6 +195,7 @@ struct RawFile {
     earth: earth::RawEarth,
     #[serde(default)]
     orbit_filter: orbit_filter::RawOrbitFilter,
+    shutters: Option<instruments::RawShutters>,
     gyro: Option<instruments::RawGyro>,
     magnetometer: Option<instruments::RawMagnetometer>,
     #[serde(default)]
@@ -301,6 +307,7 @@ impl Scenario {
             bodies: sky::read(&text, &raw.sky)?,
             earth: earth::read(&text, &raw.earth)?,
             orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
+            shutters: raw.shutters.as_ref().map(instruments::shutters),
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
             believed: believed::read(&text, &raw.believed)?,
@@ -353,6 +360,7 @@ impl Scenario {
             identification,
             orbit,
             rate_sensor,
+            shutter: self.shutters.map(|paths| ShutterParameters { paths, ..ShutterParameters::default() }),
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,
                 row_time_ns: libm::round(1e9 * row_time_s) as u32,

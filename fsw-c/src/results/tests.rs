@@ -1,7 +1,7 @@
 use super::*;
 use fsw_core::telemetry::{
     ClockFault, DetectorFault, EarthReport, ElementsReport, Faults, FixFault, ImageFault, LocalAttitude,
-    RateReport, RateSensorFault, RateSource,
+    RateReport, RateSensorFault, RateSource, ShutterFault,
 };
 
 #[test]
@@ -61,6 +61,7 @@ fn every_quantity_of_a_report_comes_through() {
         orbit: Some(orbit),
         local: Some(LocalAttitude { quaternion, nadir_rad: 0.75, yaw_rad: -0.5 }),
         command: Some(CommandOutcome::Done),
+        earth_path_shut: true,
         ..Report::default()
     };
     let result = CycleResult::from(&report);
@@ -102,6 +103,8 @@ fn every_quantity_of_a_report_comes_through() {
         local: Local { known: true, quaternion, nadir_rad: 0.75, yaw_rad: -0.5 },
         command: CommandResult::Done,
         refusal: 0,
+        star_path_shut: false,
+        earth_path_shut: true,
     };
     assert_eq!(result, expected);
 }
@@ -129,4 +132,5 @@ fn every_fault_has_its_bit() {
     assert_eq!(of(Faults { clock: Some(ClockFault::Hardware), ..none }), FAULT_CLOCK);
     assert_eq!(of(Faults { rate_sensor: Some(RateSensorFault::Silent), ..none }), FAULT_RATE_SENSOR);
     assert_eq!(of(Faults { fix: Some(FixFault::Covariance), ..none }), FAULT_FIX);
+    assert_eq!(of(Faults { shutter: Some(ShutterFault::Stuck), ..none }), FAULT_SHUTTER);
 }

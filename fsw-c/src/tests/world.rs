@@ -2,7 +2,7 @@
 
 use crate::doors::Bytes;
 use crate::instruments::{AngularRateReading, Clock, Detector, Geometry, Instruments};
-use crate::instruments::{Meter, RateSensor, Reply, Window};
+use crate::instruments::{Meter, RateSensor, Reply, Shutter, Window};
 use crate::memory::SensorMemory;
 use crate::results::CycleResult;
 use crate::status::Status;
@@ -27,6 +27,9 @@ pub struct World {
     pub clock: u32,
     pub rate: u32,
     pub marks: [u32; 2],
+    /// What the shutters answer, and which of star path and Earth path were told to be open last.
+    pub shutter: u32,
+    pub open: Option<[bool; 2]>,
     /// A sensor to be called from within a callback with this parameter table, and what came of it.
     pub nested: *mut SensorMemory,
     pub table: Vec<u8>,
@@ -42,6 +45,8 @@ impl World {
             clock: Reply::Ok as u32,
             rate: Reply::Ok as u32,
             marks: [0; 2],
+            shutter: Reply::Ok as u32,
+            open: None,
             nested: null_mut(),
             table: Vec::new(),
             nested_init: Status::Ok,
@@ -72,6 +77,7 @@ impl World {
             clock: Clock { context, local_time: Some(local_time), terrestrial_time: Some(terrestrial_time) },
             rate_sensor: RateSensor { context, angular_rate: Some(angular_rate) },
             meter: Meter { context, begin: Some(begin), end: Some(end) },
+            shutter: Shutter { context, open: Some(open) },
         }
     }
 }
@@ -134,6 +140,13 @@ unsafe extern "C" fn angular_rate(context: *mut c_void, reading: *mut AngularRat
         reading.write(AngularRateReading { local_us: world.local_us(), rad_s: [1.0, 2.0, 3.0] });
         world.rate
     }
+}
+
+unsafe extern "C" fn open(context: *mut c_void, star_path: bool, earth_path: bool) -> u32 {
+    // SAFETY: as in `start_exposure`.
+    let world = unsafe { world(context) };
+    world.open = Some([star_path, earth_path]);
+    world.shutter
 }
 
 unsafe extern "C" fn begin(context: *mut c_void, stage: u32) {

@@ -3,7 +3,7 @@
 
 use super::authentication::{Key, TAG_BYTES};
 use super::packets::MAX_TELECOMMAND_BYTES;
-use super::telecommand::{Telecommand, VERSION};
+use super::telecommand::{Telecommand, VERSION, paths_code};
 use arbitrary_int::{u11, u14};
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -50,6 +50,7 @@ fn fields(telecommand: &Telecommand) -> Option<Data> {
             put(&mut data, &correlation.local.as_us().to_be_bytes())?;
             put(&mut data, &correlation.terrestrial_us.to_be_bytes())?;
         }
+        Telecommand::Shutter(paths) => put(&mut data, &[paths_code(*paths)])?,
         Telecommand::Part { offset, bytes } => {
             put(&mut data, &offset.to_be_bytes())?;
             put(&mut data, bytes)?;

@@ -216,6 +216,7 @@ impl CommandLink {
             Telecommand::Exposure(exposure_us) => Task::Do(Command::Exposure(exposure_us)),
             Telecommand::Orbit(orbit) => Task::Do(Command::Orbit(orbit)),
             Telecommand::Time(correlation) => Task::Do(Command::Time(correlation)),
+            Telecommand::Shutter(paths) => Task::Do(Command::Shutter(paths)),
             Telecommand::Load { .. } => Task::Load,
             Telecommand::Part { .. } => return self.complete(request, CommandOutcome::Done),
             Telecommand::Dump => {

@@ -56,4 +56,5 @@ refusals! {
     ClockServes = 38, "the clock gives Terrestrial Time itself";
     Correlation = 39, "the instant is of the future, older than a day, or outside the years 2000 to 2100";
     ParametersLost = 40, "the parameters and their copy are damaged: load a table first";
+    Shutter = 41, "no such paths, or one is to be shut that has no shutter";
 }

@@ -6,7 +6,7 @@
 use super::refusal::Refusal;
 use super::{GroundOrbit, TimeCorrelation};
 use crate::orbit::OrbitState;
-use fsw_hal::LocalTime;
+use fsw_hal::{LocalTime, OpenPaths};
 use nalgebra::Vector3;
 
 /// Version of the list: it moves when a command or its fields change, not when one is added.
@@ -35,6 +35,8 @@ pub enum Telecommand<'a> {
     Orbit(GroundOrbit),
     /// [`Command::Time`](super::Command::Time).
     Time(TimeCorrelation),
+    /// [`Command::Shutter`](super::Command::Shutter).
+    Shutter(Option<OpenPaths>),
     /// A part of a parameter table: it begins anew at 0, else where the last part ended.
     Part {
         /// Where in the table it begins, bytes.
@@ -138,6 +140,13 @@ pub const ROWS: &[Row] = &[
         refusals: &[Refusal::ClockServes, Refusal::Correlation],
     },
     Row {
+        number: (SENSOR, 7),
+        name: "shutter",
+        fields: &[field("paths", "u8", "0 by the Sun, 1 both, 2 star, 3 Earth")],
+        about: "hold these paths open, whatever the Sun does, until another such command or `restart`",
+        refusals: &[Refusal::Shutter, Refusal::ParametersLost],
+    },
+    Row {
         number: (TABLE, 1),
         name: "part",
         fields: &[field("offset", "u16", "bytes"), field("bytes", "bytes", "1 to 200")],
@@ -166,6 +175,16 @@ pub const ROWS: &[Row] = &[
     },
 ];
 
+/// The code of the paths to be held open; 0: by the Sun.
+pub(super) const fn paths_code(paths: Option<OpenPaths>) -> u8 {
+    match paths {
+        None => 0,
+        Some(OpenPaths::Both) => 1,
+        Some(OpenPaths::Star) => 2,
+        Some(OpenPaths::Earth) => 3,
+    }
+}
+
 /// Fields still to be read.
 struct Fields<'a>(&'a [u8]);
 
@@ -174,6 +193,12 @@ impl<'a> Fields<'a> {
         let (field, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(*field)
+    }
+
+    fn paths(&mut self) -> Option<Result<Option<OpenPaths>, Refusal>> {
+        let [code] = self.bytes()?;
+        let all = [None, Some(OpenPaths::Both), Some(OpenPaths::Star), Some(OpenPaths::Earth)];
+        Some(all.into_iter().find(|paths| paths_code(*paths) == code).ok_or(Refusal::Shutter))
     }
 
     fn u16(&mut self) -> Option<u16> {
@@ -232,6 +257,7 @@ impl<'a> Telecommand<'a> {
             (SENSOR, 4) => fields.u32().map(Self::Exposure),
             (SENSOR, 5) => fields.orbit().map(Self::Orbit),
             (SENSOR, 6) => fields.time().map(Self::Time),
+            (SENSOR, 7) => fields.paths().transpose()?.map(Self::Shutter),
             (TABLE, 1) => fields.u16().map(|offset| Self::Part { offset, bytes: fields.rest() }),
             (TABLE, 2) => fields.u16().and_then(|length| fields.u32().map(|crc| Self::Load { length, crc })),
             (TABLE, 3) => Some(Self::Dump),
@@ -249,6 +275,7 @@ impl<'a> Telecommand<'a> {
             Self::Exposure(_) => (SENSOR, 4),
             Self::Orbit(_) => (SENSOR, 5),
             Self::Time(_) => (SENSOR, 6),
+            Self::Shutter(_) => (SENSOR, 7),
             Self::Part { .. } => (TABLE, 1),
             Self::Load { .. } => (TABLE, 2),
             Self::Dump => (TABLE, 3),

@@ -155,6 +155,7 @@ fn acceptance_and_completion_are_reported_in_the_bytes_of_the_standard() {
 #[test]
 fn every_command_of_the_list_is_reported_accepted_and_done_and_only_with_its_own_fields() {
     let length = |kind: &str| match kind {
+        "u8" => 1,
         "u16" => 2,
         "u32" => 4,
         "i64" | "f64" => 8,
@@ -227,7 +228,8 @@ fn what_is_no_telecommand_of_ours_is_refused_and_says_why() {
         (changed(2, 0x40), Refusal::Header),
         (changed(6, 0x1F), Refusal::Header),
         (changed(7, 127), Refusal::Unknown),
-        (changed(8, 7), Refusal::Unknown),
+        (changed(8, 8), Refusal::Unknown),
+        (raw_packet((SENSOR, 7), 7, &[VERSION, 4]), Refusal::Shutter),
         (changed(11, 2), Refusal::Version),
         (raw_packet((SENSOR, 3), 7, &[]), Refusal::Fields),
     ] {

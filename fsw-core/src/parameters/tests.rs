@@ -133,10 +133,18 @@ fn gyro(parameters: &mut Parameters) -> &mut RateSensorNoise {
     parameters.rate_sensor.get_or_insert_default()
 }
 
-const GYRO_PLACES: &[Place] = &[
+/// Shutters, where there were none.
+fn shutter(parameters: &mut Parameters) -> &mut ShutterParameters {
+    parameters.shutter.get_or_insert_default()
+}
+
+/// Of instruments that need not be on board.
+const OPTIONAL_PLACES: &[Place] = &[
     // The gate's third, which is less than the range's end, has a test of its own.
     ("rate_sensor.walk_rad_s", |p, value| gyro(p).walk_rad_s = value),
     ("rate_sensor.bias_rad_s", |p, value| gyro(p).bias_rad_s = value),
+    ("shutter.margin_rad", |p, value| shutter(p).margin_rad = value),
+    ("shutter.look_s", |p, value| shutter(p).look_s = value as u16),
 ];
 
 /// Values that cannot be set to an end of their range alone: a quaternion has unit length.
@@ -157,6 +165,7 @@ fn bounds() -> Vec<(&'static str, f32, f32, bool)> {
         IdentificationParameters::BOUNDS,
         TrackingParameters::BOUNDS,
         RateSensorNoise::BOUNDS,
+        ShutterParameters::BOUNDS,
         earth::Ellipsoid::BOUNDS,
         earth::LimbParameters::BOUNDS,
         earth::LightParameters::BOUNDS,
@@ -191,7 +200,7 @@ fn an_exposure_that_leaves_no_time_for_the_readout_is_refused() {
 
 #[test]
 fn a_value_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
-    let places = || PLACES.iter().chain(GYRO_PLACES);
+    let places = || PLACES.iter().chain(OPTIONAL_PLACES);
     for (name, low, high, integer) in bounds() {
         if name == "rate_sensor.white_rad" {
             continue;
@@ -243,6 +252,7 @@ fn no_field_of_the_table_escapes_the_rows() {
     // check. A real has four bytes, an integer of one byte and a choice one.
     let mut parameters = Parameters::for_camera(reference_camera());
     gyro(&mut parameters);
+    shutter(&mut parameters);
     for ((name, .., integer), (_, set)) in bounds().iter().filter_map(|bounds| {
         let place = PLACES.iter().find(|(place, _)| *place == bounds.0)?;
         Some((bounds, place))
@@ -261,8 +271,8 @@ fn no_field_of_the_table_escapes_the_rows() {
         _ => 1,
     };
     let rows: usize = GROUPS.into_iter().flatten().map(row).sum();
-    // That there is a rate sensor.
-    assert_eq!(bytes, camera + rows + 1);
+    // That there are a rate sensor and shutters.
+    assert_eq!(bytes, camera + rows + 2);
 }
 
 #[test]

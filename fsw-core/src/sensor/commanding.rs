@@ -13,6 +13,7 @@ use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode};
 use crate::parameters::Parameters;
 use crate::telemetry::Event;
+use fsw_hal::OpenPaths;
 
 /// Oldest orbit that is taken, us: 100 minutes, of the two hours that the filter crosses.
 const ORBIT_AGE_US: i64 = 6_000_000_000;
@@ -23,7 +24,11 @@ impl Sensor<'_> {
     pub(super) fn obey(&mut self, command: &Command, events: &mut Events) -> Option<CommandOutcome> {
         let done = match command {
             Command::Continue => return None,
-            Command::Reacquire | Command::Restart | Command::Exposure(_) | Command::Orbit(_)
+            Command::Reacquire
+            | Command::Restart
+            | Command::Exposure(_)
+            | Command::Orbit(_)
+            | Command::Shutter(_)
                 if !self.parameters_hold() =>
             {
                 Err(Refusal::ParametersLost)
@@ -46,6 +51,7 @@ impl Sensor<'_> {
             Command::Exposure(exposure_us) => self.set_exposure(*exposure_us),
             Command::Orbit(orbit) => self.take_orbit(orbit),
             Command::Time(correlation) => self.timekeeper.correlate(*correlation),
+            Command::Shutter(paths) => self.hold_shutters(*paths),
         };
         Some(done.map_or_else(CommandOutcome::Refused, |()| CommandOutcome::Done))
     }
@@ -76,6 +82,7 @@ impl Sensor<'_> {
     /// Forgets what was learned of lens and rate sensor.
     fn forget_instruments(&mut self) {
         self.rate_sensor_doubts = 0;
+        self.shutting.command(None);
         let parameters = self.parameters;
         // They were checked when they came in force.
         if let Ok(checked) = parameters.check() {
@@ -102,6 +109,7 @@ impl Sensor<'_> {
             self.forget_orbit();
         }
         self.configure(&parameters, checked);
+        self.shutting.command(None);
         self.enter_commanded(self.modes.with_new_parameters(), events);
         Ok(())
     }
@@ -112,6 +120,15 @@ impl Sensor<'_> {
         parameters.imaging.exposure_us = exposure_us;
         let checked = parameters.check().map_err(|_| Refusal::Exposure)?;
         self.configure(&parameters, checked);
+        Ok(())
+    }
+
+    fn hold_shutters(&mut self, paths: Option<OpenPaths>) -> Result<(), Refusal> {
+        let fitted = self.parameters.shutter.ok_or(Refusal::Shutter)?.paths;
+        if paths.is_some_and(|paths| !fitted.allow(paths)) {
+            return Err(Refusal::Shutter);
+        }
+        self.shutting.command(paths);
         Ok(())
     }
 

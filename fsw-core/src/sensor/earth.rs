@@ -2,7 +2,7 @@
 
 use super::Sensor;
 use super::propagation::Ephemeris;
-use super::record::{Events, FixRecord, Looked};
+use super::record::{EarthRecord, Events, FixRecord, Looked};
 use super::workspace::Readout;
 use crate::earth::centre::CentrePrior;
 use crate::earth::limb_sensor::{
@@ -74,7 +74,7 @@ impl Sensor<'_> {
     }
 
     /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with
-    /// its centre.
+    /// its centre. Through a shut Earth path nothing is looked for.
     #[inline(never)]
     pub(super) fn measure_earth(
         &mut self,
@@ -83,7 +83,7 @@ impl Sensor<'_> {
         ephemeris: &Ephemeris,
         attitude: &AttitudeReport,
         events: &mut Events,
-    ) -> Result<(Looked, FixRecord), DetectorError> {
+    ) -> Result<(EarthRecord, FixRecord), DetectorError> {
         let Some(rotation) = Rotation::from_quaternion(attitude.quaternion) else {
             return Ok(Default::default());
         };
@@ -92,14 +92,31 @@ impl Sensor<'_> {
         }
         let body = self.body(ephemeris, &rotation);
         let predicted = self.prediction(&body, &rotation, ephemeris.terrestrial_us);
-        let looked = self.find_earth(detector, meter, &body, predicted.as_ref())?;
+        meter.begin(Stage::Limb);
+        let unlit = predicted.as_ref().and_then(|predicted| self.unlit(predicted));
+        meter.end(Stage::Limb);
+        let by_orbit = predicted.as_ref().is_some_and(Prediction::is_known).then_some(false);
+        let looked = match unlit {
+            Some(unlit) => unlit,
+            None if self.shutting.open().earth() => {
+                self.find_earth(detector, meter, &body, predicted.as_ref())?
+            }
+            None => Looked::Not,
+        };
+        let dark = match looked {
+            Looked::Dark => Some(true),
+            Looked::Faint | Looked::Found(_) => Some(false),
+            // What is known to be unlit was not looked for.
+            Looked::Not | Looked::Refused(_) => by_orbit,
+        };
         self.count_misses(&looked);
-        let Looked::Found(fix) = &looked else { return Ok((looked, FixRecord::default())) };
+        let earth = EarthRecord { looked, dark };
+        let Looked::Found(fix) = &earth.looked else { return Ok((earth, FixRecord::default())) };
         meter.begin(Stage::Orbit);
         let record =
             self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
         meter.end(Stage::Orbit);
-        Ok((looked, record))
+        Ok((earth, record))
     }
 
     /// Counts the seconds in a row in which it was looked for without a centre. Where there is nothing to
@@ -123,12 +140,6 @@ impl Sensor<'_> {
         body: &Body,
         predicted: Option<&Prediction>,
     ) -> Result<Looked, DetectorError> {
-        meter.begin(Stage::Limb);
-        let unlit = predicted.and_then(|predicted| self.unlit(predicted));
-        meter.end(Stage::Limb);
-        if let Some(unlit) = unlit {
-            return Ok(unlit);
-        }
         meter.begin(Stage::Limb);
         let read = self.predicted_strips(detector, body, predicted);
         meter.end(Stage::Limb);

@@ -1,8 +1,13 @@
-//! The Sun in a path: a blinded detector, and an outage that lasts.
+//! The Sun in a path: a blinded detector, an outage that lasts, and the shutters against it.
 
 use super::Sensor;
+use super::exposing::Image;
 use super::propagation::Ephemeris;
+use super::record::StarRecord;
+use super::timekeeping::SECOND_US;
 use crate::modes::Mode;
+use crate::shutting::SunPlace;
+use fsw_hal::{LocalTime, OpenPaths};
 
 /// Angular radius of the Sun, rad: 0.267 deg.
 const SUN_RADIUS_RAD: f32 = 4.66e-3;
@@ -19,15 +24,55 @@ impl Sensor<'_> {
     /// Whether the Sun's disc touches the field of a path, by the predicted attitude.
     #[inline(never)]
     pub(super) fn sun_is_in_path(&self, ephemeris: &Ephemeris) -> bool {
-        let Some((attitude, _)) = self.motion.as_ref().and_then(|motion| motion.at(self.now)) else {
-            return false;
-        };
+        self.sun_in_paths(ephemeris, self.now, 0.0).is_some_and(|(star, earth)| star || earth)
+    }
+
+    /// Whether the Sun's disc comes within `margin_rad` of the field of star path and Earth path, by the
+    /// attitude carried on to `instant`, and is not hidden whole by the Earth; `None` without an attitude.
+    fn sun_in_paths(
+        &self,
+        ephemeris: &Ephemeris,
+        instant: LocalTime,
+        margin_rad: f32,
+    ) -> Option<(bool, bool)> {
+        let (attitude, _) = self.motion.as_ref()?.at(instant)?;
         let in_star_path = attitude.apply(&ephemeris.sun);
         let in_earth_path = self.mounting().apply(&in_star_path);
-        let radius_px = SUN_RADIUS_RAD / self.camera.rad_per_px();
-        [self.camera.project(&in_star_path), self.camera.project_earth(&in_earth_path)]
-            .into_iter()
-            .flatten()
-            .any(|at_px| self.camera.contains(at_px, -radius_px))
+        let radius_rad = SUN_RADIUS_RAD + margin_rad;
+        let star = self.camera.star_field_meets(&in_star_path, radius_rad);
+        let earth = self.camera.earth_field_meets(&in_earth_path, radius_rad);
+        let hidden = (star || earth)
+            && self
+                .known_view(ephemeris, &attitude)
+                .is_some_and(|view| view.hides_disc(&in_earth_path, radius_rad));
+        Some((star && !hidden, earth && !hidden))
+    }
+
+    /// Decides which paths are open in the next second; nothing is new of a second without an image.
+    #[inline(never)]
+    pub(super) fn shut_against_sun(
+        &mut self,
+        image: Image,
+        ephemeris: Option<&Ephemeris>,
+        stars: &StarRecord,
+    ) {
+        let Some(parameters) = self.parameters.shutter else { return };
+        let blinded = match image {
+            Image::Taken => false,
+            Image::Blinded => true,
+            Image::NotAsked | Image::Refused(_) | Image::Failed(_) => return,
+        };
+        let next = self.now.plus_us(SECOND_US);
+        let places =
+            ephemeris.and_then(|ephemeris| self.sun_in_paths(ephemeris, next, parameters.margin_rad));
+        let sun = places.map(|place| SunPlace {
+            free: match place {
+                (true, false) => OpenPaths::Earth,
+                (false, true) => OpenPaths::Star,
+                (false, false) | (true, true) => OpenPaths::Both,
+            },
+            measured: stars.own_attitude().is_some(),
+        });
+        self.shutting.next(self.now, blinded, sun, &parameters);
     }
 }

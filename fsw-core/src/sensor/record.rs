@@ -14,8 +14,9 @@ use crate::stars::confirm::Match;
 use crate::telemetry::{
     Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
     FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, OrbitReport, Outcome, RateReport,
-    RateSensorFault, Report, StarReport,
+    RateSensorFault, Report, ShutterFault, StarReport,
 };
+use fsw_hal::OpenPaths;
 use heapless::Vec;
 
 /// What happened in a second, in the order of its stages.
@@ -113,6 +114,14 @@ impl Looked {
     }
 }
 
+/// What the Earth stage of a second gave.
+#[derive(Debug, Default)]
+pub(super) struct EarthRecord {
+    pub(super) looked: Looked,
+    /// Whether no limb in the field is lit, by what was seen or by the orbit; `None` where neither tells.
+    pub(super) dark: Option<bool>,
+}
+
 /// What the orbit filter made of a fix.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FixRecord {
@@ -152,8 +161,11 @@ pub(super) struct Record {
     pub(super) detector_fault: Option<DetectorFault>,
     pub(super) image_fault: Option<ImageFault>,
     pub(super) rate_sensor_fault: Option<RateSensorFault>,
+    pub(super) shutter_fault: Option<ShutterFault>,
+    /// The paths that were to be open.
+    pub(super) open: OpenPaths,
     pub(super) stars: StarRecord,
-    pub(super) earth: Looked,
+    pub(super) earth: EarthRecord,
     pub(super) fix: FixRecord,
     pub(super) orbit: Option<OrbitReport>,
     pub(super) local: Option<LocalAttitude>,
@@ -171,8 +183,10 @@ impl Record {
             detector_fault: None,
             image_fault: None,
             rate_sensor_fault: None,
+            shutter_fault: None,
+            open: OpenPaths::Both,
             stars: StarRecord::default(),
-            earth: Looked::default(),
+            earth: EarthRecord::default(),
             fix: FixRecord::default(),
             orbit: None,
             local: None,
@@ -188,12 +202,8 @@ impl Record {
             attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),
             rate,
             predicted,
-            blinded: self.stars.outcome == Some(Outcome::Blinded),
-            dark: match self.earth {
-                Looked::Dark => Some(true),
-                Looked::Faint | Looked::Found(_) => Some(false),
-                Looked::Not | Looked::Refused(_) => None,
-            },
+            blinded: matches!(self.stars.outcome, Some(Outcome::Blinded | Outcome::StarPathShut)),
+            dark: self.earth.dark,
             // Without an image that can be believed the self-test tested nothing.
             fault: self.detector_fault.is_some()
                 || (matches!(self.mode, Mode::SelfTest | Mode::Safe) && self.image_fault.is_some()),
@@ -208,7 +218,7 @@ impl Record {
         catalogue: &Catalogue,
         limb: &[LimbPoint],
     ) -> Report {
-        let Self { time, stars, earth, .. } = self;
+        let Self { time, stars, earth: EarthRecord { looked: earth, .. }, .. } = self;
         let solution = stars.solution.as_ref();
         let mut report = Report {
             cycle: self.cycle,
@@ -223,9 +233,12 @@ impl Record {
                 image: self.image_fault,
                 clock: time.fault,
                 rate_sensor: self.rate_sensor_fault,
+                shutter: self.shutter_fault,
                 fix: self.fix.fault,
                 crowded: stars.crowded,
             },
+            star_path_shut: !self.open.star(),
+            earth_path_shut: !self.open.earth(),
             attitude: solution.map(|solution| solution.attitude),
             filtered: solution.and_then(|solution| solution.filtered),
             rate_rad_s: solution.and_then(|solution| solution.rate_rad_s),

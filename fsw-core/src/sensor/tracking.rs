@@ -72,7 +72,9 @@ impl Sensor<'_> {
         let (attitude, _) = self.motion.as_ref()?.at(self.now)?;
         let mut stars = field_stars(&self.catalogue, &self.camera, &attitude)?;
         self.delay_rows(&mut stars, &attitude);
-        let earth = ephemeris.and_then(|ephemeris| self.known_view(ephemeris, &attitude));
+        // A shut Earth path hides nothing.
+        let seen = ephemeris.filter(|_| self.shutting.open().earth());
+        let earth = seen.and_then(|ephemeris| self.known_view(ephemeris, &attitude));
         // A window that the limb's glow reaches is no good either.
         let margin_rad = (f32::from(gate_px) + reach::STRIP_MARGIN_PX) * self.camera.rad_per_px();
         let mask = earth.as_ref().map(|earth| {

@@ -1,7 +1,7 @@
 //! What did not serve in a second: one field a source, each with a reason of its own.
 
 use crate::orbit::observation::FixError;
-use fsw_hal::{ClockError, DetectorError, RateSensorError};
+use fsw_hal::{ClockError, DetectorError, RateSensorError, ShutterError};
 use serde::{Deserialize, Serialize};
 
 /// What did not serve in a second; nothing by default.
@@ -16,6 +16,8 @@ pub struct Faults {
     pub clock: Option<ClockFault>,
     /// The rate sensor gave no reading that can be used; `None` also where none is on board.
     pub rate_sensor: Option<RateSensorFault>,
+    /// The shutters, which are on board by the parameters, did not move: where they stand is not known.
+    pub shutter: Option<ShutterFault>,
     /// The Earth's centre was no position for the orbit filter.
     pub fix: Option<FixFault>,
     /// Tiles or windows too crowded to be searched whole: their faintest spots are missing.
@@ -98,6 +100,24 @@ impl From<RateSensorError> for RateSensorFault {
     fn from(error: RateSensorError) -> Self {
         match error {
             RateSensorError::Saturated => Self::Saturated,
+            _ => Self::Hardware,
+        }
+    }
+}
+
+/// Why a shutter did not move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ShutterFault {
+    /// It did not arrive where it was sent.
+    Stuck,
+    /// The hardware did not answer.
+    Hardware,
+}
+
+impl From<ShutterError> for ShutterFault {
+    fn from(error: ShutterError) -> Self {
+        match error {
+            ShutterError::Stuck => Self::Stuck,
             _ => Self::Hardware,
         }
     }

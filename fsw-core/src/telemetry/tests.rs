@@ -41,10 +41,11 @@ prop_compose! {
             RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite,
             RateSensorFault::Saturated, RateSensorFault::ShutOut,
         ])),
+        shutter in prop::option::of(prop::sample::select(&[ShutterFault::Stuck, ShutterFault::Hardware])),
         fix in prop::option::of(prop::sample::select(&[FixFault::Impossible, FixFault::Covariance])),
         crowded in any::<u16>(),
     ) -> Faults {
-        Faults { detector, image, clock, rate_sensor, fix, crowded }
+        Faults { detector, image, clock, rate_sensor, shutter, fix, crowded }
     }
 }
 
@@ -230,14 +231,16 @@ prop_compose! {
         focal_ratio in prop::option::of(real()),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
         command in command(),
+        shut in any::<[bool; 2]>(),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
-        let (rate_rad_s, rate) = rates;
+        let ((rate_rad_s, rate), [star_path_shut, earth_path_shut]) = (rates, shut);
         let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, local), events) = whereabouts;
         Report {
-            cycle, local_us, instant_us, clock, mode, activity, outcome, faults, attitude, filtered,
+            cycle, local_us, instant_us, clock, mode, activity, outcome, faults,
+            star_path_shut, earth_path_shut, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, local, events, rate, command,
         }
@@ -292,9 +295,12 @@ fn largest() -> Report {
             image: Some(ImageFault::Implausible),
             clock: Some(ClockFault::CounterReset),
             rate_sensor: Some(RateSensorFault::Hardware),
+            shutter: Some(ShutterFault::Hardware),
             fix: Some(FixFault::Covariance),
             crowded: u16::MAX,
         },
+        star_path_shut: true,
+        earth_path_shut: true,
         attitude: Some(attitude),
         filtered: Some(FilteredAttitude { quaternion: attitude.quaternion, sigma_rad: attitude.sigma_rad }),
         rate_rad_s: Some([f32::MAX; 3]),

@@ -78,7 +78,13 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
         let clock = &mut recording.turn_to(second);
         let rate_sensor = &mut recording.gyro();
         sensor.cycle(
-            &mut Instruments { detector: &mut recording, clock, meter: &mut (), rate_sensor },
+            &mut Instruments {
+                detector: &mut recording,
+                clock,
+                meter: &mut (),
+                rate_sensor,
+                shutter: &mut (),
+            },
             Command::Continue,
         )
     };

@@ -22,6 +22,7 @@
 //! | `proton-storm` | so many more protons hit in every exposure: [`crate::world::scene::Scene::storm`] |
 //! | `gyro-offset` | the gyro reads so much more about each axis |
 //! | `gyro-silent` | the gyro gives no reading |
+//! | `shutter-stuck` | the shutters stay where they are, and their driver does not know |
 //! | `restart` | the spacecraft's command to restart: attitude, orbit and what was learned are forgotten |
 
 use crate::world::noise::{Noise, Stream};
@@ -61,6 +62,8 @@ pub enum FaultKind {
     GyroOffset(f64),
     /// The gyro gives no reading.
     GyroSilent,
+    /// The shutters do not move.
+    ShutterStuck,
     /// The spacecraft commands a restart, with this probability a second.
     Restart(f64),
 }
@@ -84,6 +87,7 @@ impl FaultKind {
             Self::ProtonStorm(_) => "proton-storm",
             Self::GyroOffset(_) => "gyro-offset",
             Self::GyroSilent => "gyro-silent",
+            Self::ShutterStuck => "shutter-stuck",
             Self::Restart(_) => "restart",
         }
     }
@@ -147,6 +151,11 @@ pub fn storm_hits(faults: &[Fault], cycle: u32) -> u32 {
         _ => 0,
     });
     hits.fold(0, u32::saturating_add)
+}
+
+/// Whether the shutters do not move in a second.
+pub fn shutters_are_stuck(faults: &[Fault], cycle: u32) -> bool {
+    faults.iter().any(|fault| fault.kind == FaultKind::ShutterStuck && fault.acts_in(cycle))
 }
 
 /// The clock of a second, with its faults.

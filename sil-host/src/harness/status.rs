@@ -1,7 +1,7 @@
 //! What a second was spent on, what came of it and what did not serve, in the words of `cycles.csv`.
 
 use fsw_core::telemetry::{
-    Activity, ClockFault, DetectorFault, FixFault, ImageFault, Outcome, RateSensorFault, Report,
+    Activity, ClockFault, DetectorFault, FixFault, ImageFault, Outcome, RateSensorFault, Report, ShutterFault,
 };
 
 /// The column `status`: a failed detector or a refused image before what came of the stars.
@@ -24,6 +24,16 @@ fn outcome_word(outcome: Outcome) -> &'static str {
         Outcome::Tracked => "tracked",
         Outcome::Lost => "lost",
         Outcome::Blinded => "blinded",
+        Outcome::StarPathShut => "star-path-shut",
+    }
+}
+
+/// The column `path_shut`: the path that was to be shut; empty where both were open.
+pub fn shut_word(report: &Report) -> &'static str {
+    match (report.star_path_shut, report.earth_path_shut) {
+        (true, _) => "star",
+        (_, true) => "earth",
+        _ => "",
     }
 }
 
@@ -66,6 +76,10 @@ pub fn fault_words(report: &Report) -> String {
         RateSensorFault::Saturated => "rate sensor saturated",
         RateSensorFault::ShutOut => "rate sensor shut out",
         RateSensorFault::Hardware => "rate sensor hardware",
+    }));
+    words.extend(faults.shutter.map(|fault| match fault {
+        ShutterFault::Stuck => "shutter stuck",
+        ShutterFault::Hardware => "shutter hardware",
     }));
     words.extend(faults.fix.map(|fault| match fault {
         FixFault::Impossible => "fix impossible",

@@ -4,7 +4,8 @@
 //! start and after a change of the geometry any mode is right that leads from the old one to the new. A lit
 //! arc shorter than [`FAINT_LIMB_DEG`] is neither light nor dark: tracking and eclipse are both right. An
 //! Earth outside the field, or larger than it, has no limb there: eclipse; but a sensor without an orbit
-//! cannot know it, and tracking, in which it goes on searching, is right as well. An Earth in the star path,
+//! cannot know it, and tracking, in which it goes on searching, is right as well. With the Earth path shut
+//! against the Sun it is not seen whether a limb is lit: tracking and eclipse are both right. An Earth in the star path,
 //! where no filter dims it, blinds as the Sun does, and which of the two it is cannot be known without an
 //! attitude: a Sun outage is right as well. While the sensor turns faster than [`TRACKABLE_DEG_S`] stars are
 //! streaks, and whether they can be followed is the sensor's affair: every mode is right but a Sun outage,
@@ -35,6 +36,11 @@ pub fn mode_of(state: SensorState) -> Mode {
         SensorState::Eclipse => Mode::Eclipse,
         _ => Mode::Tracking,
     }
+}
+
+/// The mode that a second asks for.
+pub fn expected_mode(second: &Judged) -> Mode {
+    if second.spared { Mode::Tracking } else { mode_of(second.state) }
 }
 
 /// A stretch of seconds in which the mode was not as the geometry says.
@@ -84,7 +90,7 @@ pub fn word(mode: Mode) -> &'static str {
 impl ModeJudge {
     /// Adds a second; gives whether its mode is right.
     pub fn add(&mut self, second: &Judged) -> bool {
-        let expected = mode_of(second.state);
+        let expected = expected_mode(second);
         if self.expected != Some(expected) {
             self.before = self.expected.replace(expected);
             self.changed_at = second.cycle;
@@ -106,7 +112,7 @@ impl ModeJudge {
             Mode::Tracking | Mode::Eclipse => !second.sun() || Some(second.mode) == self.before,
             Mode::SunOutage => Some(second.mode) == self.before,
         };
-        let either = faint && matches!(second.mode, Mode::Tracking | Mode::Eclipse);
+        let either = (faint || second.spared) && matches!(second.mode, Mode::Tracking | Mode::Eclipse);
         // Without an orbit an Earth that shows no lit limb cannot be distinguished from one that was not
         // found yet.
         let unknown = expected == Mode::Eclipse && second.orbit.is_none() && second.mode == Mode::Tracking;

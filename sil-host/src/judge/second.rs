@@ -8,7 +8,9 @@ use crate::world::attitude::{Vector, apply, dot};
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::{cross, minus};
 use fsw_core::modes::Mode;
+use fsw_core::shutting::Shutters;
 use fsw_core::telemetry::{OrbitReport, Outcome, RateReport, Report};
+use fsw_hal::OpenPaths;
 
 /// An error and the standard deviation reported for it, per axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +104,8 @@ pub struct Judged {
     pub mode: Mode,
     /// The geometry.
     pub state: SensorState,
+    /// The Sun is in the Earth path, which has a shutter: stars can be seen.
+    pub spared: bool,
     /// Lit limb in the field, deg of azimuth.
     pub lit_limb_deg: f64,
     /// Whether the Earth comes near the star path's field.
@@ -140,6 +144,7 @@ impl Judged {
             cycle: report.cycle,
             mode: report.mode,
             state: truth.state,
+            spared: false,
             lit_limb_deg: truth.lit_limb_deg,
             earth_in_star_path: truth.earth_in_star_path,
             rate_deg_s: libm::sqrt(dot(truth.rate_rad_s, truth.rate_rad_s)).to_degrees(),
@@ -155,9 +160,15 @@ impl Judged {
         }
     }
 
-    /// Whether the Sun blinds the detector in this second.
+    /// The same of an instrument with these shutters.
+    pub fn with_shutters(self, shutters: Option<Shutters>) -> Self {
+        let fitted = shutters.is_some_and(|shutters| shutters.allow(OpenPaths::Star));
+        Self { spared: fitted && self.state == SensorState::SunInEarthPath, ..self }
+    }
+
+    /// Whether the Sun blinds the detector in this second, or would if the star path were not shut.
     pub fn sun(&self) -> bool {
-        sun(self.state)
+        sun(self.state) && !self.spared
     }
 }
 

@@ -8,7 +8,7 @@ use super::trace::{Banded, Marks, Stretches, Trace};
 use crate::harness::faults::Fault;
 use crate::harness::{Second, events};
 use crate::judge::arcsec;
-use crate::judge::expected::mode_of;
+use crate::judge::expected::expected_mode;
 use crate::judge::quantities::QUANTITIES;
 use crate::judge::second::{Axes, Judged};
 use crate::world::attitude::{apply, matrix};
@@ -134,7 +134,7 @@ impl Recorder {
     pub fn add(&mut self, second: &Second<'_>, mode_right: bool) {
         let Second { cycle, report, truth, judged, .. } = *second;
         let at = self.stretches.index(cycle);
-        self.expected.add(at, row_of(mode_of(truth.state)));
+        self.expected.add(at, row_of(expected_mode(judged)));
         self.flown.add(at, row_of(report.mode));
         if !mode_right {
             self.wrong.add(at, row_of(report.mode));

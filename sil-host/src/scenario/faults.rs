@@ -4,7 +4,8 @@
 //! `late-frame`, `doubled-image`, `wrong-geometry`, `bit-flips` and `restart` take `share`, a probability
 //! (default 1; bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes
 //! `late_s`, `clock-step` `step_s`, `proton-storm` `hits` and `gyro-offset` `rate_deg_s`; `clock-invalid`,
-//! `blinded` and `gyro-silent` take nothing. See [`crate::harness::faults`] for what each does.
+//! `blinded`, `gyro-silent` and
+//! `shutter-stuck` take nothing. See [`crate::harness::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;
@@ -63,14 +64,14 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         | "restart" => "share",
         "late-image" => "late_s",
         "clock-step" => "step_s",
-        "clock-invalid" | "blinded" | "gyro-silent" => "",
+        "clock-invalid" | "blinded" | "gyro-silent" | "shutter-stuck" => "",
         "proton-storm" => "hits",
         "gyro-offset" => "rate_deg_s",
         "stuck-row" => "row",
         "noise-burst" => "sigma_dn",
         _ => {
             let to_do = "use time-out, dropped-window, late-frame, doubled-image, late-image, clock-step, clock-invalid, \
-                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset, gyro-silent or restart";
+                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset, gyro-silent, shutter-stuck or restart";
             let what = format!("`{word}` is no fault");
             return Err(text.fault(raw.kind.span().start, "faults.kind", &what, to_do));
         }
@@ -112,6 +113,7 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         "clock-invalid" => FaultKind::ClockInvalid,
         "blinded" => FaultKind::Blinded,
         "gyro-silent" => FaultKind::GyroSilent,
+        "shutter-stuck" => FaultKind::ShutterStuck,
         "proton-storm" => {
             FaultKind::ProtonStorm(text.whole("faults.hits", raw.hits.as_ref(), 0, HITS)? as u32)
         }

@@ -1,11 +1,12 @@
-//! The `[gyro]` and `[magnetometer]` of a scenario: sensors beside the camera; without the table there is
-//! none.
+//! The `[shutters]`, `[gyro]` and `[magnetometer]` of a scenario: shutters of the two paths, sensors beside the
+//! camera; without the table there is none.
 //!
 //! The flight code uses a gyro that loses less in a second than a third of a star window's half side, 0.03
 //! deg with the reference camera; that of the defaults is only reported.
 //!
 //! | key | says (standard deviations where nothing else is said) | default |
 //! |---|---|---|
+//! | `shutters.paths` | the paths that have one: `"star"`, `"earth"` or `"both"` | - |
 //! | `gyro.noise_deg_s` | white noise of a sample | 0.22 |
 //! | `gyro.bias_deg_s` | bias at the start | 0.5 |
 //! | `gyro.drift_deg_s_h` | walk of the bias, after an hour | 0.15 |
@@ -23,8 +24,24 @@ use super::text::Text;
 use crate::error::HostError;
 use crate::world::instruments::gyro::GyroModel;
 use crate::world::instruments::magnetometer::MagnetometerModel;
+use fsw_core::shutting::Shutters;
 use serde::Deserialize;
 use toml::Spanned;
+
+/// Paths with a shutter.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RawPaths {
+    Star,
+    Earth,
+    Both,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawShutters {
+    paths: RawPaths,
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,6 +63,15 @@ pub(super) struct RawMagnetometer {
     hard_iron_ut: Option<Spanned<[f64; 3]>>,
     resolution_ut: Option<Spanned<f64>>,
     range_ut: Option<Spanned<f64>>,
+}
+
+/// The paths with a shutter.
+pub(super) fn shutters(raw: &RawShutters) -> Shutters {
+    match raw.paths {
+        RawPaths::Star => Shutters::Star,
+        RawPaths::Earth => Shutters::Earth,
+        RawPaths::Both => Shutters::Both,
+    }
 }
 
 /// The gyro's errors.

@@ -36,7 +36,7 @@ pub use crate::world::scene::settings::{SceneError, SceneSettings, VisibleStar, 
 use crate::world::sky::bodies::Exposing;
 use crate::world::sky::cells::Cells;
 use crate::world::sky::colour::{self, BANDS};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, Window};
+use fsw_hal::{Detector, DetectorError, DetectorGeometry, LocalTime, OpenPaths, Window};
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub mod effects;
@@ -93,6 +93,8 @@ pub struct Scene {
     late_s: f64,
     /// Protons that hit in an exposure beside those of the settings.
     storm_hits: u32,
+    /// The paths whose shutters are open.
+    open: OpenPaths,
     /// The truth that was asked for last, by its time: world, flight and judge ask for the same.
     last_truth: Arc<Mutex<Option<(f64, Truth)>>>,
     /// What of the exposure is drawn.
@@ -151,6 +153,7 @@ impl Scene {
             exposure: None,
             late_s: 0.0,
             storm_hits: 0,
+            open: OpenPaths::Both,
             last_truth: Arc::default(),
             kept: Kept::default(),
             scratch: None,
@@ -227,6 +230,20 @@ impl Scene {
         self.storm_hits = hits;
     }
 
+    /// From now on these paths are open in every exposure, and the other one shut.
+    pub fn open(&mut self, paths: OpenPaths) {
+        self.open = paths;
+    }
+
+    /// Share of the light that filters and shutters of star path and Earth path let through.
+    fn transmissions(&self) -> [f64; 2] {
+        let imaging = &self.settings.imaging;
+        [
+            if self.open.star() { imaging.star_path_transmission } else { 0.0 },
+            if self.open.earth() { imaging.earth_path_transmission } else { 0.0 },
+        ]
+    }
+
     /// From now on the star path rests in this attitude, ICRS to sensor, and there is no Earth.
     pub fn rest_in(&mut self, quaternion: [f64; 4]) {
         self.settings.motion = Motion::fixed(quaternion);
@@ -262,11 +279,16 @@ impl Scene {
         let truth = self.truth_at(cycle);
         let streaks = Streaks::new(self.psf.clone(), detector.response);
         let mut light = PointLight { spots: Vec::new(), streaks };
-        let visible = self.place_stars(cycle, time_s, truth.as_ref(), &mut light);
+        let open = self.open.star();
+        let mut visible = Vec::new();
+        if open {
+            visible = self.place_stars(cycle, time_s, truth.as_ref(), &mut light);
+        }
         let PointLight { mut spots, streaks } = light;
         let (run, geometry) = ((*seed, cycle), self.settings.camera.geometry());
         let electrons = |v| star_e_s(&self.settings, v, 0.0).map(|e| e * time_s);
-        spots.extend(disturbances.false_stars(*seed, cycle, geometry, electrons));
+        spots
+            .extend(disturbances.false_stars(*seed, cycle, geometry, electrons).into_iter().filter(|_| open));
         let spots = Spots::new(self.psf.clone(), detector.response, spots);
         let pitch_um = imaging.pixel_pitch_um;
         let hits = disturbances.protons.hits(run, truth.as_ref(), geometry, pitch_um, time_s);

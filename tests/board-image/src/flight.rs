@@ -109,6 +109,7 @@ impl Flight {
             clock: &mut self.clock,
             meter: &mut (),
             rate_sensor: &mut self.gyro,
+            shutter: &mut (),
         };
         let report = self.sensor.cycle(&mut instruments, command);
         self.instant_us = report.instant_us;

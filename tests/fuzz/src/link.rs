@@ -26,8 +26,13 @@ fn fly(sensor: &mut Sensor, second: usize, synchronised: bool, command: Command)
     let mut detector = crate::Bytes { geometry, pixels: &pixels, instant: LocalTime::from_us(local_us) };
     let terrestrial_us = synchronised.then_some(BEGIN_US + local_us);
     let mut clock = Instant { local: LocalTime::from_us(local_us), terrestrial_us };
-    let instruments =
-        &mut Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
+    let instruments = &mut Instruments {
+        detector: &mut detector,
+        clock: &mut clock,
+        meter: &mut (),
+        rate_sensor: &mut (),
+        shutter: &mut (),
+    };
     sensor.cycle(instruments, command)
 }
 

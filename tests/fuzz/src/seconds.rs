@@ -53,8 +53,13 @@ pub fn try_bytes(bytes: &[u8]) -> usize {
         let instant = LocalTime::from_us(local_us.saturating_add(off(image) - 1_000_000));
         let mut detector = crate::Bytes { geometry, pixels, instant };
         let mut clock = Instant { local: LocalTime::from_us(local_us), terrestrial_us };
-        let mut instruments =
-            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
+        let mut instruments = Instruments {
+            detector: &mut detector,
+            clock: &mut clock,
+            meter: &mut (),
+            rate_sensor: &mut (),
+            shutter: &mut (),
+        };
         let report = sensor.cycle(&mut instruments, command);
         if let Some(attitude) = &report.attitude {
             attitudes += 1;

@@ -107,6 +107,7 @@ pub fn fly(
             clock: &mut clock,
             meter: &mut Marks,
             rate_sensor: &mut rate_sensor,
+            shutter: &mut (),
         };
         if let Some(commands) = commands {
             commands.receive(second);

@@ -177,6 +177,7 @@ fn fly(wrong: Wrong, (rate_deg_s, exposure_us): (f64, u32)) -> Tally {
             clock: &mut faults::faulty_clock(&faults, cycle, clock),
             meter: &mut (),
             rate_sensor: &mut (),
+            shutter: &mut (),
         };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         outcome.add(&report, &scene);

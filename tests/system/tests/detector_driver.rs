@@ -144,8 +144,13 @@ fn fly<D: Detector>(detector: &mut D, mut before: impl FnMut(u64, &mut D)) -> Ve
             before(second, detector);
             let us = second as i64 * 1_000_000;
             let mut clock = Instant::new(LocalTime::from_us(us), star_scene::epoch_us() + us);
-            let mut instruments =
-                Instruments { detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
+            let mut instruments = Instruments {
+                detector,
+                clock: &mut clock,
+                meter: &mut (),
+                rate_sensor: &mut (),
+                shutter: &mut (),
+            };
             sensor.cycle(&mut instruments, Command::Continue)
         })
         .collect()

@@ -28,6 +28,7 @@ mod rates;
 mod scenarios;
 mod sensor_cycles;
 mod serve;
+mod shutters;
 mod sky_answers;
 mod sky_pictures;
 mod telecommands;

@@ -126,6 +126,7 @@ fn fly(
             clock: &mut Instant::new(local, star_scene::epoch_us() + local.as_us()),
             meter: &mut (),
             rate_sensor: &mut gyro,
+            shutter: &mut (),
         };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         let truth = attitude.quaternion().map(f64::from);

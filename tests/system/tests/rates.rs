@@ -69,6 +69,7 @@ impl World {
                     clock: &mut clock,
                     meter: &mut (),
                     rate_sensor: &mut (),
+                    shutter: &mut (),
                 };
                 sensor.cycle(&mut instruments, Command::Continue)
             })

@@ -313,8 +313,13 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_eac
         let local = LocalTime::from_us(second * 1_000_000);
         let mut clock = Instant::new(local, star_scene::epoch_us() + local.as_us());
         let mut detector = ThisSecond { scene: &mut scene, cycle: second as u64, instant: local };
-        let mut instruments =
-            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
+        let mut instruments = Instruments {
+            detector: &mut detector,
+            clock: &mut clock,
+            meter: &mut (),
+            rate_sensor: &mut (),
+            shutter: &mut (),
+        };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         if report.mode == Mode::SelfTest {
             continue;

@@ -99,8 +99,13 @@ fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (V
             let _ = link.receive(packet);
         }
         let clock = &mut recording.turn_to(second);
-        let mut instruments =
-            Instruments { detector: recording, clock, meter: &mut (), rate_sensor: &mut () };
+        let mut instruments = Instruments {
+            detector: recording,
+            clock,
+            meter: &mut (),
+            rate_sensor: &mut (),
+            shutter: &mut (),
+        };
         let report = sensor.cycle(&mut instruments, link.command());
         link.conclude(report.command);
         let now = LocalTime::from_us(report.local_us);

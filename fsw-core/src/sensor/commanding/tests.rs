@@ -49,7 +49,7 @@ fn unsynchronised() -> Option<Instant> {
 /// All that a command could change, in words.
 fn state(sensor: &Sensor) -> String {
     std::format!(
-        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
         sensor.parameters,
         sensor.spare,
         sensor.modes,
@@ -58,6 +58,7 @@ fn state(sensor: &Sensor) -> String {
         (sensor.fixed_us, sensor.converged, sensor.earth_misses, sensor.searching_since),
         sensor.motion.is_some(),
         sensor.images_given_up,
+        sensor.shutting,
     )
 }
 
@@ -242,5 +243,26 @@ fn commanded_safe_lasts_through_every_command_but_those_that_end_it() {
             assert_eq!(done(sensor, command), [Event::Mode(mode, Guard::Commanded)]);
             assert_eq!(sensor.modes.mode(), mode);
         }
+    });
+}
+
+#[test]
+fn shutters_are_held_where_the_table_has_them_until_they_are_given_free() {
+    use fsw_hal::OpenPaths::{Both, Earth, Star};
+    with_sensor(synchronised(), |sensor| {
+        refused(sensor, Command::Shutter(Some(Star)), Refusal::Shutter);
+        let paths = crate::shutting::Shutters::Earth;
+        let shutter = Some(crate::shutting::ShutterParameters { paths, ..Default::default() });
+        let with_shutter = Parameters { shutter, ..parameters() };
+        done(sensor, Command::LoadParameters(&table(&with_shutter)));
+        // The star path has none.
+        refused(sensor, Command::Shutter(Some(Earth)), Refusal::Shutter);
+        for (held, open) in [(Some(Star), Star), (Some(Both), Both), (Some(Star), Star), (None, Both)] {
+            assert!(done(sensor, Command::Shutter(held)).is_empty());
+            assert_eq!(sensor.shutting.open(), open);
+        }
+        done(sensor, Command::Shutter(Some(Star)));
+        done(sensor, Command::Restart);
+        assert_eq!(sensor.shutting.open(), Both);
     });
 }

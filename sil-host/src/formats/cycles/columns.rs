@@ -8,15 +8,15 @@
 //! budget` counts the cycles of each stage in the emulator.
 
 use crate::harness::faults;
-use crate::harness::status::{activity_word, fault_words, status_word};
+use crate::harness::status::{activity_word, fault_words, shut_word, status_word};
 use crate::harness::{Second, events};
 use crate::judge::arcsec;
-use crate::judge::expected::{mode_of, word};
+use crate::judge::expected::{expected_mode, word};
 use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -177,7 +177,7 @@ pub const COLUMNS: &[Columns] = &[
         |of| word(of.second.report.mode).into(),
     ),
     words(&["expected_mode"], "mode that the true geometry asks for", |of| {
-        word(mode_of(of.second.truth.state)).into()
+        word(expected_mode(of.second.judged)).into()
     }),
     numbers(
         &["sensor_state"],
@@ -515,5 +515,10 @@ pub const COLUMNS: &[Columns] = &[
         "its standard deviation",
         4,
         |of| scaled(wide(of.second.report.orbit?.misalignment_sigma_rad), arcsec),
+    ),
+    words(
+        &["path_shut"],
+        "path that was to be shut against the Sun: star, earth; empty where both were open",
+        |of| shut_word(of.second.report).into(),
     ),
 ];

@@ -20,6 +20,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
         cycle,
         mode,
         state,
+        spared: false,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },
         earth_in_star_path: false,
         rate_deg_s: 0.06,

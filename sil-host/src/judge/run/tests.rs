@@ -25,6 +25,7 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
         cycle,
         mode: Mode::Tracking,
         state: SensorState::Full,
+        spared: false,
         lit_limb_deg: 180.0,
         earth_in_star_path: false,
         rate_deg_s: 0.06,

@@ -55,14 +55,15 @@ fn earths(scene: &Scene, moment: &Moment<'_>) -> Vec<Arc<dyn Effect>> {
         return Vec::new();
     };
     let imaging = &scene.settings.imaging;
+    let [star_path, earth_path] = scene.transmissions();
     let look = Look {
         seed: scene.settings.earth_seed,
         psf_sigma_px: scene.psf.rms_px(),
         exposure_s: moment.time_s,
         row_time_s: imaging.shutter.row_time_s(),
-        transmission: imaging.earth_path_transmission,
+        transmission: earth_path,
     };
-    let throughput = scene.settings.detector.throughput * imaging.star_path_transmission;
+    let throughput = scene.settings.detector.throughput * star_path;
     let in_star_path = Look { transmission: throughput, ..look };
     let mut earths: Vec<Arc<dyn Effect>> =
         vec![Arc::new(trajectory.earth_image(truth, &scene.optics, &look))];
@@ -77,16 +78,13 @@ fn bodies(scene: &Scene, moment: &Moment<'_>) -> Vec<Arc<dyn Effect>> {
     let Some((trajectory, truth)) = scene.settings.motion.trajectory().zip(moment.truth) else {
         return Vec::new();
     };
-    let (imaging, detector) = (&scene.settings.imaging, &scene.settings.detector);
+    let [star_path, earth_path] = scene.transmissions();
     let filter = trajectory.earth.mirror_transmission * trajectory.earth.filter_transmission;
     let exposing = Exposing {
         t_s: (truth.instant_us - trajectory.orbit.start_us()) as f64 * 1e-6,
         time_s: moment.time_s,
         psf_sigma_px: scene.psf.rms_px(),
-        transmissions: [
-            detector.throughput * imaging.star_path_transmission,
-            filter * imaging.earth_path_transmission,
-        ],
+        transmissions: [scene.settings.detector.throughput * star_path, filter * earth_path],
     };
     let light = BodyLight::new(&scene.settings.bodies, trajectory, truth, &scene.optics, &exposing);
     vec![Arc::new(Timed { of: light, time_s: moment.time_s })]
@@ -98,10 +96,10 @@ fn veil(scene: &Scene, moment: &Moment<'_>) -> Vec<Arc<dyn Effect>> {
     let Some((trajectory, truth)) = scene.settings.motion.trajectory().zip(blinded) else {
         return Vec::new();
     };
-    let imaging = &scene.settings.imaging;
+    let [star_path, earth_path] = scene.transmissions();
     let transmission = match truth.state {
-        SensorState::SunInEarthPath => imaging.earth_path_transmission,
-        _ => imaging.star_path_transmission,
+        SensorState::SunInEarthPath => earth_path,
+        _ => star_path,
     };
     let veil_e_s = transmission * sun::veil_e_s(&trajectory.earth, &scene.settings.camera.geometry());
     vec![Arc::new(Even { electrons: veil_e_s * moment.time_s })]

@@ -213,8 +213,13 @@ pub(super) fn fly(
             world.searched = false;
             let command = before(second, world);
             let mut clock = Instant::new(world.local(), world.instant_us);
-            let mut instruments =
-                Instruments { detector: world, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
+            let mut instruments = Instruments {
+                detector: world,
+                clock: &mut clock,
+                meter: &mut (),
+                rate_sensor: &mut (),
+                shutter: &mut (),
+            };
             let report = sensor.cycle(&mut instruments, command);
             after(&report, world);
             world.second += 1;
