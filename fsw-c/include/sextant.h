@@ -53,6 +53,11 @@
 #define SEXTANT_FAULT_FIX 16
 
 /**
+ * The shutters did not move: where they stand is not known.
+ */
+#define SEXTANT_FAULT_SHUTTER 32
+
+/**
  * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
  * many are used on this one.
  */
@@ -76,12 +81,12 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 9
+#define SEXTANT_TELEMETRY_VERSION 10
 
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 16
+#define SEXTANT_PARAMETERS_VERSION 17
 
 /**
  * What a call came to. Every call that is not `OK` has changed nothing, except that a cycle refused with
@@ -263,6 +268,10 @@ enum sextant_outcome
      * The detector is blinded.
      */
     SEXTANT_OUTCOME_BLINDED = 8,
+    /**
+     * The star path is shut against the Sun.
+     */
+    SEXTANT_OUTCOME_STAR_PATH_SHUT = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -281,7 +290,7 @@ enum sextant_earth_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * It was not looked for: no attitude, or the detector was blinded.
+     * It was not looked for: no attitude, the detector was blinded, or the Earth path is shut.
      */
     SEXTANT_EARTH_STATUS_NOT_LOOKED = 0,
     /**
@@ -440,6 +449,10 @@ enum sextant_reply
      * Rate sensor: the rate is beyond its range.
      */
     SEXTANT_REPLY_SATURATED = 7,
+    /**
+     * Shutters: one did not arrive where it was sent.
+     */
+    SEXTANT_REPLY_STUCK = 8,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -643,6 +656,23 @@ typedef struct sextant_meter {
 } sextant_meter;
 
 /**
+ * The shutters of the two paths. Moved only where the parameter table says which there are.
+ */
+typedef struct sextant_shutter {
+    /**
+     * Handed to the callback; may be null.
+     */
+    void *context;
+    /**
+     * Opens the star path, the Earth path or both and shuts the other; returns when they stand so. Called
+     * in every cycle before the exposure. Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
+     */
+    uint32_t (*open)(void *context,
+                     bool star_path,
+                     bool earth_path);
+} sextant_shutter;
+
+/**
  * The instruments, lent for one cycle. The callbacks run on the caller's stack, within `sextant_cycle`.
  */
 typedef struct sextant_instruments {
@@ -662,6 +692,10 @@ typedef struct sextant_instruments {
      * The stages' marks; all zero where nothing is measured.
      */
     struct sextant_meter meter;
+    /**
+     * The shutters of the paths; all zero where there are none.
+     */
+    struct sextant_shutter shutter;
 } sextant_instruments;
 
 /**
@@ -907,6 +941,14 @@ typedef struct sextant_result {
      * Reason code of a command that was refused, as reports tell it; else 0.
      */
     uint32_t refusal;
+    /**
+     * Whether the star path was to be shut.
+     */
+    bool star_path_shut;
+    /**
+     * Whether the Earth path was to be shut.
+     */
+    bool earth_path_shut;
 } sextant_result;
 
 #ifdef __cplusplus

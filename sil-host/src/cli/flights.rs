@@ -104,6 +104,9 @@ pub struct CentroidsArguments {
 /// Arguments of `budget`.
 #[derive(Debug, Args)]
 pub struct BudgetArguments {
+    /// Wait states of the flash: cycles are then a bound without cache and prefetch, against the same limits
+    #[arg(long, value_name = "W", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=15))]
+    pub wait_states: u8,
     /// One JSON object on stdout, and nothing else
     #[arg(long)]
     pub json: bool,

@@ -7,7 +7,9 @@
 //! machine code (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is
 //! unknown), and what was touched. Status 1 when a limit is overrun or the target's telemetry is not the
 //! host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts);
-//! the cost of reading pixels from a real detector is not in them.
+//! the cost of reading pixels from a real detector is not in them. With
+//! `--wait-states W` every line of 16 bytes of code and every word loaded costs W more, as from a flash without
+//! cache and prefetch: a bound, held against the same limits.
 //!
 //! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
 //! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.
@@ -95,6 +97,8 @@ struct StackDepth {
 struct Work {
     instructions: u64,
     cycles: u64,
+    /// Lines of code fetched and words loaded.
+    waits: u64,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -102,6 +106,15 @@ struct MeteredCycle {
     #[serde(flatten)]
     work: Work,
     stages: BTreeMap<u8, Work>,
+}
+
+impl MeteredCycle {
+    /// Adds so many wait states.
+    fn wait(&mut self, wait_states: u64) {
+        for work in self.stages.values_mut().chain([&mut self.work]) {
+            work.cycles += wait_states * work.waits;
+        }
+    }
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -146,6 +159,8 @@ impl ModeBudget {
 pub struct Budget {
     target: String,
     clock_hz: u64,
+    /// Of the flash, cycles.
+    wait_states: u8,
     /// Seconds flown.
     seconds: usize,
     modes: BTreeMap<&'static str, ModeBudget>,
@@ -196,9 +211,10 @@ impl Budget {
 
     fn print(&self) {
         print_line!(
-            "{} at {} MHz; worst cycles of a second and of its stages",
+            "{} at {} MHz, {} wait states; worst cycles of a second and of its stages",
             self.target,
-            self.clock_hz / 1_000_000
+            self.clock_hz / 1_000_000,
+            self.wait_states
         );
         for (mode, budget) in &self.modes {
             let seconds = format!("{} s", budget.seconds);
@@ -394,7 +410,7 @@ fn parts(
 }
 
 /// Sorts the metered cycles by what they are judged as.
-fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
+fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown]) -> Budget {
     let mut modes = BTreeMap::new();
     let seconds = || flights.iter().flat_map(|flown| &flown.seconds);
     for (cycle, report) in seconds() {
@@ -439,6 +455,7 @@ fn table(limits: &LimitsFile, flights: &[Flown]) -> Budget {
     Budget {
         target: limits.target.core.clone(),
         clock_hz: limits.target.clock_hz,
+        wait_states,
         seconds: seconds().count(),
         modes,
         scans: flights.iter().map(|flown| (flown.name, dearest_scan(flown))).collect(),
@@ -466,7 +483,11 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
-    let budget = table(&limits, &flights?);
+    let mut flights = flights?;
+    for (cycle, _) in flights.iter_mut().flat_map(|flown| &mut flown.seconds) {
+        cycle.wait(arguments.wait_states.into());
+    }
+    let budget = table(&limits, arguments.wait_states, &flights);
     if arguments.json {
         json::print_line(&budget);
     } else {

@@ -15,7 +15,7 @@ use fsw_core::modes::{Guard, Mode};
 use fsw_core::stars::identify::NotIdentified;
 use fsw_core::telemetry::{
     Activity, ClockFault, ClockState, DetectorFault, EarthStatus, Event, FixFault, ImageFault, Outcome,
-    RateSensorFault, RateSource, Report, SOURCES, VERSION,
+    RateSensorFault, RateSource, Report, SOURCES, ShutterFault, VERSION,
 };
 use serde_json::{Map, Value, json};
 use serde_reflection::{ContainerFormat, Format, Registry, Samples, Tracer, TracerConfig, VariantFormat};
@@ -44,7 +44,10 @@ fn registry() -> serde_reflection::Result<Registry> {
         Report,
         Mode, Guard, Activity, NotIdentified, Outcome, ClockState, RateSource, FitError, EarthStatus
     );
-    trace!(Refusal, CommandOutcome, DetectorFault, ImageFault, ClockFault, RateSensorFault, FixFault, Event);
+    trace!(
+        Refusal,
+        CommandOutcome, DetectorFault, ImageFault, ClockFault, RateSensorFault, ShutterFault, FixFault, Event
+    );
     tracer.registry()
 }
 

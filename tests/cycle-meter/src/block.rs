@@ -15,18 +15,36 @@ pub struct Work {
     pub instructions: u64,
     /// Cycles of the model.
     pub cycles: u64,
+    /// Lines of code entered and words loaded: each costs as many cycles more as the flash has wait states.
+    pub waits: u64,
 }
 
 impl Work {
     /// Both together.
     pub fn plus(self, other: Self) -> Self {
-        Self { instructions: self.instructions + other.instructions, cycles: self.cycles + other.cycles }
+        Self {
+            instructions: self.instructions + other.instructions,
+            cycles: self.cycles + other.cycles,
+            waits: self.waits + other.waits,
+        }
     }
 
     /// What was added since `earlier`.
     pub fn since(self, earlier: Self) -> Self {
-        Self { instructions: self.instructions - earlier.instructions, cycles: self.cycles - earlier.cycles }
+        Self {
+            instructions: self.instructions - earlier.instructions,
+            cycles: self.cycles - earlier.cycles,
+            waits: self.waits - earlier.waits,
+        }
     }
+}
+
+/// Bytes of a line of flash.
+const LINE: u64 = 16;
+
+/// Whether code at two addresses lies in one line of flash.
+pub fn in_one_line(one: u64, other: u64) -> bool {
+    one / LINE == other / LINE
 }
 
 /// Straight code: entered at its first instruction only, left after its last.
@@ -52,14 +70,17 @@ impl Block {
         let mut addresses = addresses.into_iter();
         let start = addresses.next()?;
         let first = image.instruction(start)?;
-        let mut work = Work { instructions: 1, cycles: u64::from(first.cycles()) };
+        let mut work =
+            Work { instructions: 1, cycles: u64::from(first.cycles()), waits: u64::from(first.loads()) };
         let (mut last, mut next) = (first, start + u64::from(first.length()));
         for address in addresses {
             let instruction = image.instruction(address)?;
             work.instructions += 1;
             work.cycles += u64::from(instruction.cycles() + instruction.wait_for(last));
+            work.waits += u64::from(instruction.loads());
             (last, next) = (instruction, address + u64::from(instruction.length()));
         }
+        work.waits += (next - 1) / LINE - start / LINE + 1;
         Some(Self { start, next, first, last, work, mark: image.mark(start) })
     }
 }

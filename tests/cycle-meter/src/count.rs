@@ -11,7 +11,7 @@
 //! the number).
 
 use crate::{
-    block::{Block, Work},
+    block::{Block, Work, in_one_line},
     image::Mark,
 };
 use std::collections::BTreeMap;
@@ -81,9 +81,16 @@ impl Counter {
             None if self.paused => {}
             None => {
                 let joint = self.joint(block);
+                // Straight on in a line that the block before has fetched already.
+                let goes_on = self.previous.is_some_and(|previous| {
+                    previous.mark.is_none()
+                        && previous.next == block.start
+                        && in_one_line(previous.next - 1, block.start)
+                });
                 if let Some(running) = &mut self.running {
                     running.cycle.work = running.cycle.work.plus(block.work);
                     running.cycle.work.cycles += joint;
+                    running.cycle.work.waits -= u64::from(goes_on);
                 }
             }
         }
@@ -172,7 +179,7 @@ mod tests {
 
     fn block(start: u64, instructions: u64, mark: Option<Mark>) -> Block {
         let nop = Instruction::new(0xbf00, 0);
-        let work = Work { instructions, cycles: instructions };
+        let work = Work { instructions, cycles: instructions, waits: 1 };
         Block {
             start,
             next: start + 2 * instructions,
@@ -197,7 +204,7 @@ mod tests {
         counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
         counter.enter(&before);
         assert_eq!(counter.cycles().len(), 1);
-        assert_eq!(counter.cycles()[0].work, Work { instructions: 10, cycles: 10 + 2 * 2 });
+        assert_eq!(counter.cycles()[0].work, Work { instructions: 10, cycles: 10 + 2 * 2, waits: 4 });
         assert_eq!((counter.worst(), counter.unfinished(), counter.image_instructions()), (Some(0), 0, 28));
     }
 
@@ -215,7 +222,7 @@ mod tests {
         }
         counter.stage_end(8);
         counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
-        let expected = Stage { calls: 2, work: Work { instructions: 6, cycles: 6 } };
+        let expected = Stage { calls: 2, work: Work { instructions: 6, cycles: 6, waits: 2 } };
         assert_eq!(counter.cycles()[0].stages, BTreeMap::from([(7, expected)]));
     }
 
@@ -236,7 +243,7 @@ mod tests {
         counter.stage_end(5);
         counter.enter(&block(200, 4, Some(Mark::CycleEnd)));
         let cycle = &counter.cycles()[0];
-        assert_eq!(cycle.work, Work { instructions: 4, cycles: 4 });
+        assert_eq!(cycle.work, Work { instructions: 4, cycles: 4, waits: 2 });
         assert_eq!(cycle.stages[&5].work, cycle.work);
     }
 

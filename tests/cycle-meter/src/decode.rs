@@ -54,6 +54,11 @@ impl Instruction {
         if self.length() == 2 { short_cycles(self.first) } else { long_cycles(self.first, self.second) }
     }
 
+    /// Words that it loads from memory; a part of a word counts whole.
+    pub const fn loads(self) -> u32 {
+        if self.length() == 2 { short_loads(self.first) } else { long_loads(self.first, self.second) }
+    }
+
     /// Cycles this instruction waits for `previous`, the one before it: 1 when it wants the result of
     /// floating-point arithmetic, else 0.
     pub fn wait_for(self, previous: Self) -> u32 {
@@ -145,6 +150,40 @@ const fn short_cycles(word: u16) -> u32 {
         // STM, LDM.
         0b11000 | 0b11001 => 1 + bits(word, 7, 0).count_ones(),
         _ => 1,
+    }
+}
+
+/// Words that a 16-bit instruction loads.
+const fn short_loads(word: u16) -> u32 {
+    match bits(word, 15, 11) {
+        // LDR (literal); with immediate and stack pointer offset: LDR, LDRB, LDRH, LDR.
+        0b01001 | 0b01101 | 0b01111 | 0b10001 | 0b10011 => 1,
+        // With register offset: after STR, STRH, STRB.
+        0b01010 | 0b01011 => (bits(word, 11, 9) >= 3) as u32,
+        // POP {.., PC}.
+        0b10111 if bits(word, 11, 9) == 0b110 => bits(word, 8, 0).count_ones(),
+        // LDM.
+        0b11001 => bits(word, 7, 0).count_ones(),
+        _ => 0,
+    }
+}
+
+/// Words that a 32-bit instruction loads: bit 4 of the first halfword is set in all loads.
+const fn long_loads(first: u16, second: u16) -> u32 {
+    if bits(first, 4, 4) == 0 {
+        return 0;
+    }
+    if bits(first, 10, 10) == 1 && bits(first, 12, 11) != 0b10 {
+        let transfers = bits(first, 9, 8) != 0b10 && !moves_two_core_registers(first);
+        return if transfers { float_words(first, second) } else { 0 };
+    }
+    match bits(first, 12, 11) {
+        0b01 if bits(first, 9, 9) == 1 => 0,
+        0b01 if bits(first, 6, 6) == 0 => second.count_ones(),
+        // Of two registers, else exclusive or a table branch.
+        0b01 => double_cycles(first) - 1,
+        0b11 if bits(first, 9, 7) <= 0b011 => 1,
+        _ => 0,
     }
 }
 

@@ -19,6 +19,11 @@
 //!   known early (immediate branches, most of all loops), 3 where a 32-bit target is unaligned as well. 2 is
 //!   the middle; `refill=3` gives the bound. Taken means: what ran next was not what follows in memory.
 //!
+//! What a flash with wait states would add is counted beside the cycles, as `waits`: each line of 16 bytes of
+//! code that is entered from another place, and each word that is loaded, as if it lay in flash. Cycles at W
+//! wait states are at most `cycles + W waits`, without cache and prefetch, and whatever the lines' length from
+//! 16 bytes on.
+//!
 //! # What it cannot see
 //!
 //! A taken branch to the very next instruction looks not taken. Work of the host (semihosting) takes no

@@ -2,7 +2,8 @@
 //!
 //! ```json
 //! {"model":{"core":"cortex-m4f","refill_cycles":2},"cycles":[{"instructions":9,"cycles":14,
-//! "stages":{"0":{"calls":1,"instructions":4,"cycles":6}}}],"worst":{"cycle":0,"instructions":9,"cycles":14},
+//! "waits":3,"stages":{"0":{"calls":1,"instructions":4,"cycles":6,"waits":1}}}],"worst":{"cycle":0,
+//! "instructions":9,"cycles":14,"waits":3},
 //! "image_instructions":80,"unfinished_cycles":0,"unknown_blocks":0}
 //! ```
 //!
@@ -37,7 +38,7 @@ fn cycle(cycle: &Cycle) -> String {
 }
 
 fn work(work: Work) -> String {
-    format!(r#""instructions":{},"cycles":{}"#, work.instructions, work.cycles)
+    format!(r#""instructions":{},"cycles":{},"waits":{}"#, work.instructions, work.cycles, work.waits)
 }
 
 fn joined(parts: impl Iterator<Item = String>) -> String {

@@ -179,3 +179,45 @@ fn a_float_result_is_late_for_the_next_instruction_that_wants_it() {
     assert_eq!(add.wait_for(encoding("vldr s1, [r0, #4]")), 0, "a load is no arithmetic");
     assert_eq!(makes_s0.wait_for(wants_s0), 0, "a comparison leaves flags");
 }
+
+#[test]
+fn loads_are_told_from_stores_and_counted_by_words() {
+    for (words, names) in [
+        (1, ["ldr r0, [pc, #8]", "ldrsh r0, [r1, r2]", "ldrb r0, [r1, #4]", "ldr r0, [sp, #4]"].as_slice()),
+        (
+            0,
+            &[
+                "str r0, [r1, r2]",
+                "strh r0, [r1, #4]",
+                "push {r4, r5, r7, lr}",
+                "push.w {r4, r5, r6, r7, r8, lr}",
+            ],
+        ),
+        (0, &["adds r0, r1, r2", "uxth r0, r1", "bl .", "mrs r0, PRIMASK", "clrex", "ubfx r0, r1, #3, #4"]),
+        (2, &["ldm r0!, {r1, r2}"]),
+        (3, &["pop {r4, r7, pc}"]),
+    ] {
+        for name in names {
+            let (_, first, second, ..) =
+                ENCODINGS.iter().find(|(assembly, ..)| assembly == name).expect(name);
+            assert_eq!(Instruction::new(*first, *second).loads(), words, "{name}");
+        }
+    }
+    // Every load takes a cycle and one a word, all but table branches and the literal's own.
+    for (name, first, second, _, cycles) in ENCODINGS {
+        let instruction = Instruction::new(*first, *second);
+        let mnemonic = name.split([' ', '.']).next().unwrap();
+        let loads = [
+            "ldr", "ldrb", "ldrh", "ldrsb", "ldrsh", "ldm", "ldmia", "ldmdb", "pop", "ldrd", "vldr", "vldm",
+            "vldmia", "vpop",
+        ];
+        assert_eq!(
+            instruction.loads() > 0,
+            loads.contains(&mnemonic) || name.starts_with("ldrex") || name.starts_with("tb"),
+            "{name}"
+        );
+        if loads.contains(&mnemonic) {
+            assert_eq!(instruction.loads() + 1, *cycles, "{name}");
+        }
+    }
+}
