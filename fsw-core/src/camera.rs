@@ -259,7 +259,8 @@ impl Camera {
         let [width, height] = [self.parameters.width_px, self.parameters.height_px].map(f32::from);
         let nearest = self
             .image(*unit)
-            .map(|[x, y]| [x.clamp(-0.5, width - 0.5), y.clamp(-0.5, height - 0.5)])
+            // `clamp` would leave a panic in the image.
+            .map(|[x, y]| [x.max(-0.5).min(width - 0.5), y.max(-0.5).min(height - 0.5)])
             .and_then(|at_px| self.ray(at_px));
         nearest.is_some_and(|ray| {
             let apart = ray * (1.0 / libm::sqrtf(ray.dot(&ray))) - unit;

@@ -4,6 +4,7 @@
 # gets its command line as one string. The status is the image's own.
 #
 # defmt's log is decoded to standard error where `defmt-print` is installed, and not written where it is not.
+# OBC_MACHINE=mps2-an500 in the environment is a Cortex-M7; the default, mps2-an386, a Cortex-M4F.
 # With CYCLE_METER=FILE in the environment the cycle meter (`cargo build --release -p cycle-meter`) writes its counts there,
 # and with STACK_DEPTH=FILE the stack analysis (`cargo build --release -p stack-depth`) writes its line there.
 set -eu
@@ -32,7 +33,7 @@ for word in obc-image "$@" $log; do
     semihosting=$semihosting,arg=$word
 done
 
-set -- -M mps2-an386 -nographic -monitor none -serial none -semihosting-config "$semihosting" -kernel "$image"
+set -- -M "${OBC_MACHINE:-mps2-an386}" -nographic -monitor none -serial none -semihosting-config "$semihosting" -kernel "$image"
 # The image is TARGET_DIR/thumbv7em-none-eabihf/flight/obc-image.
 release=$(dirname "$image")/../../release
 if [ -n "${STACK_DEPTH:-}" ]; then

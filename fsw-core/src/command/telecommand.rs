@@ -197,8 +197,13 @@ impl<'a> Fields<'a> {
 
     fn paths(&mut self) -> Option<Result<Option<OpenPaths>, Refusal>> {
         let [code] = self.bytes()?;
-        let all = [None, Some(OpenPaths::Both), Some(OpenPaths::Star), Some(OpenPaths::Earth)];
-        Some(all.into_iter().find(|paths| paths_code(*paths) == code).ok_or(Refusal::Shutter))
+        Some(match code {
+            0 => Ok(None),
+            1 => Ok(Some(OpenPaths::Both)),
+            2 => Ok(Some(OpenPaths::Star)),
+            3 => Ok(Some(OpenPaths::Earth)),
+            _ => Err(Refusal::Shutter),
+        })
     }
 
     fn u16(&mut self) -> Option<u16> {

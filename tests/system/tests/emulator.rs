@@ -9,8 +9,12 @@ use std::path::Path;
 use std::process::{Command, Output};
 use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec, target_dir, workspace};
 
+/// The emulated machines: a Cortex-M4F, the reference, and a Cortex-M7.
+const M4F: &str = "mps2-an386";
+const M7: &str = "mps2-an500";
+
 /// Runs the flight image in the emulator on files of a folder; the telemetry goes to `obc.bin`.
-fn obc(folder: &Path, frames: &str, parameters: &str) -> Output {
+fn obc(machine: &str, folder: &Path, frames: &str, parameters: &str) -> Output {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
         .args([
             "run",
@@ -26,13 +30,14 @@ fn obc(folder: &Path, frames: &str, parameters: &str) -> Output {
         .args([frames, parameters, "obc.bin"].map(|name| folder.join(name)))
         .current_dir(workspace())
         .env("CARGO_TARGET_DIR", target_dir())
+        .env("OBC_MACHINE", machine)
         .output()
         .expect("cargo starts")
 }
 
 /// Flies a recording in the emulator and gives host's and target's telemetry.
-fn fly(folder: &Path) -> (Vec<u8>, Vec<u8>) {
-    let output = obc(folder, "frames.bin", "parameters.bin");
+fn fly(machine: &str, folder: &Path) -> (Vec<u8>, Vec<u8>) {
+    let output = obc(machine, folder, "frames.bin", "parameters.bin");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     (read("telemetry.bin"), read("obc.bin"))
@@ -81,8 +86,9 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
 fn a_gyro_carries_the_attitude_through_a_sunrise_on_the_target_as_on_the_host() {
     let folder = scratch("gyro");
     record_flight(&GYRO, &folder).unwrap();
-    let (host, target) = fly(&folder);
+    let (host, target) = fly(M4F, &folder);
     assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
+    assert!(fly(M7, &folder).1 == target, "telemetry of Cortex-M4F and Cortex-M7 differs");
     let reports = reports(&target);
     assert!(reports.iter().all(|report| report.faults.rate_sensor.is_none()));
     let carried: Vec<_> = reports
@@ -112,7 +118,7 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
     let (picture, out) = (picture.to_str().unwrap(), folder.to_str().unwrap());
     let output = run(&["record", picture, "--fov-deg", &fov_deg, "--seconds", "6", "--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let (host, target) = fly(&folder);
+    let (host, target) = fly(M4F, &folder);
     assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
 
     let reports = reports(&target);
@@ -145,7 +151,7 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
 fn the_image_refuses_bad_files_with_a_line_and_status_2() {
     let folder = scratch("refused");
     std::fs::write(folder.join("frames.bin"), b"SXTFgarbage").unwrap();
-    let output = obc(&folder, "frames.bin", "no-parameters.bin");
+    let output = obc(M4F, &folder, "frames.bin", "no-parameters.bin");
     let line = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("PARAMETERS: ") && line.trim_end().lines().count() == 1, "{line:?}");
