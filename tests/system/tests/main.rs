@@ -23,6 +23,7 @@ mod lenses;
 mod local_frame;
 mod misalignment;
 mod orbits;
+mod packages;
 mod rate_sensor;
 mod rates;
 mod scenarios;
