@@ -17,7 +17,8 @@
 //!
 //! Each is an [`Experiment`], and [`runs`] does the same for all: run `i` depends on the seed and `i` alone,
 //! so any number of threads, any stop and any split over machines (`--first`) give the same runs; put the
-//! files of `--out` one behind the other to merge them. What the file holds already is not done again.
+//! files of `--out` one behind the other to merge them (`sil-host/jobs` does so on clusters). What the file
+//! holds already is not done again.
 
 pub mod acquire;
 pub mod belief;
