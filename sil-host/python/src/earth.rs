@@ -64,9 +64,9 @@ fn direction(name: &str, vector: Option<Numbers<'_>>) -> PyResult<Option<Directi
 /// Direction and distance of the Earth from a picture of it, without prior knowledge: what `sextant earth`
 /// answers.
 ///
-/// image: (rows, columns) uint8 or uint16, raw values. fov_deg: horizontal field of an undistorted camera, deg;
-/// or camera: path of a camera file. pole, sun: (3,) directions of the Earth's pole and of the Sun in the sensor
-/// frame, where they are known; without a pole the Earth is a mean sphere.
+/// image: (rows, columns) uint8 or uint16, raw values. fov_deg: horizontal field of an undistorted camera,
+/// deg; or camera: path of a camera file. pole, sun: (3,) directions of the Earth's pole and of the Sun in
+/// the sensor frame, where they are known; without a pole the Earth is a mean sphere.
 ///
 /// Returns an Earth. Raises ValueError for an image or optics that cannot be used.
 #[pyfunction]

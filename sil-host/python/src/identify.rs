@@ -89,10 +89,10 @@ fn centroids(
 
 /// Names of star vectors, without prior knowledge: what `sextant identify` answers for their images.
 ///
-/// vectors: (n, 3) float64, directions in the sensor frame, about its z. fov_deg: the camera's horizontal field,
-/// deg, of a square detector of 1,024 px a side, of which the vectors are expected to be right to a few tenths
-/// of a pixel; or camera: path of a camera file. brightness: (n,), in any unit, larger is brighter; without it
-/// the vectors stand in order, brightest first. Of more than 64 the brightest are used.
+/// vectors: (n, 3) float64, directions in the sensor frame, about its z. fov_deg: the camera's horizontal
+/// field, deg, of a square detector of 1,024 px a side, of which the vectors are expected to be right to a
+/// few tenths of a pixel; or camera: path of a camera file. brightness: (n,), in any unit, larger is
+/// brighter; without it the vectors stand in order, brightest first. Of more than 64 the brightest are used.
 ///
 /// Returns a Field. Raises ValueError for vectors or optics that cannot be used.
 #[pyfunction]

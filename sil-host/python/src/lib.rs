@@ -16,10 +16,10 @@ use pyo3::prelude::*;
 
 /// Attitude, stars, the Earth and orbits of the Sextant Earth and star sensor, on numpy arrays.
 ///
-/// Pixels count x right (columns) and y down (rows), the centre of the first pixel is (0, 0). The sensor frame
-/// is x along +x px, y along +y px, z out along the line of sight. A quaternion is [x, y, z, w], scalar last,
-/// and maps ICRS to the sensor frame. Bad input is a ValueError of one line; a sky or an Earth that is not
-/// found is an answer with a reason.
+/// Pixels count x right (columns) and y down (rows), the centre of the first pixel is (0, 0). The sensor
+/// frame is x along +x px, y along +y px, z out along the line of sight. A quaternion is [x, y, z, w], scalar
+/// last, and maps ICRS to the sensor frame. Bad input is a ValueError of one line; a sky or an Earth that is
+/// not found is an answer with a reason.
 #[pymodule]
 mod sextant {
     #[pymodule_export]

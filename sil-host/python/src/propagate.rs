@@ -11,17 +11,18 @@ const NOTHING: [f64; 3] = [f64::NAN; 3];
 
 /// A state carried on by the dynamics that fly: what `sextant propagate` answers.
 ///
-/// t_s: time of the state, TT, seconds since J2000.0. r_km, v_km_s: (3,) float64, position and velocity along the
-/// ICRS axes. times_s: (m,) float64, the times that are asked for, as t_s, in any order of time. dynamics: kepler (a
-/// point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the field of the eighth, Sun,
-/// Moon, drag and the Sun's light). Drag acts where drag_area_m2 is given, with cd, the Sun's light where
-/// srp_area_m2 is, with cr, both with mass_kg; only dynamics="full" has them.
+/// t_s: time of the state, TT, seconds since J2000.0. r_km, v_km_s: (3,) float64, position and velocity along
+/// the ICRS axes. times_s: (m,) float64, the times that are asked for, as t_s, in any order of time.
+/// dynamics: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+/// field of the eighth, Sun, Moon, drag and the Sun's light). Drag acts where drag_area_m2 is given, with cd,
+/// the Sun's light where srp_area_m2 is, with cr, both with mass_kg; only dynamics="full" has them.
 ///
 /// Returns position and velocity, (m, 3) float64 each, km and km/s. From where the orbit leaves the bounds of
 /// the dynamics (5,000 to 600,000 km) rows are NaN. Raises ValueError for what is no state of a satellite.
 #[pyfunction]
 #[pyo3(signature = (
-    t_s, r_km, v_km_s, times_s, *, dynamics="full", mass_kg=0.0, drag_area_m2=0.0, cd=0.0, srp_area_m2=0.0, cr=0.0
+    t_s, r_km, v_km_s, times_s, *,
+    dynamics="full", mass_kg=0.0, drag_area_m2=0.0, cd=0.0, srp_area_m2=0.0, cr=0.0
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn propagate(

@@ -65,8 +65,8 @@ impl Solution {
 
 /// Attitude from a picture of stars, without prior knowledge: what `sextant solve` answers.
 ///
-/// image: (rows, columns) uint8 or uint16, raw values. fov_deg: horizontal field of an undistorted camera, deg,
-/// right to 2 %; or camera: path of a camera file; with neither all fields of 5 to 40 deg are tried.
+/// image: (rows, columns) uint8 or uint16, raw values. fov_deg: horizontal field of an undistorted camera,
+/// deg, right to 2 %; or camera: path of a camera file; with neither all fields of 5 to 40 deg are tried.
 ///
 /// Returns a Solution. Raises ValueError for an image or optics that cannot be used.
 #[pyfunction]

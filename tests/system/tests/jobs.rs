@@ -1,5 +1,6 @@
-//! Campaigns in tasks of Slurm and Kubernetes (`sil-host/jobs`): the shell that their files run, two tasks each
-//! at small size, merged, and read by DuckDB. The Python of `tests/run` is needed; without it they are skipped.
+//! Campaigns in tasks of Slurm and Kubernetes (`sil-host/jobs`): the shell that their files run, two tasks
+//! each at small size, merged, and read by DuckDB. The Python of `tests/run` is needed; without it they are
+//! skipped.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
