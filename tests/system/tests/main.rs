@@ -19,6 +19,7 @@ mod earth_vectors;
 mod emulator;
 mod extended_objects;
 mod identify_fields;
+mod installed;
 mod jobs;
 mod lenses;
 mod local_frame;
