@@ -17,7 +17,8 @@
 //!
 //! Each is an [`Experiment`], and [`runs`] does the same for all: run `i` depends on the seed and `i` alone,
 //! so any number of threads, any stop and any split over machines (`--first`) give the same runs; put the
-//! files of `--out` one behind the other to merge them. What the file holds already is not done again.
+//! files of `--out` one behind the other to merge them (`sil-host/jobs` does so on clusters). What the file
+//! holds already is not done again.
 
 pub mod acquire;
 pub mod belief;
@@ -74,6 +75,14 @@ pub trait Experiment: Sync {
 /// # Errors
 /// When a run cannot be done or a file not be used.
 pub fn runs<E: Experiment>(experiment: &E, arguments: &CommonArguments) -> Result<Vec<E::Run>, HostError> {
+    if let Some(path) = arguments.out.as_deref().filter(|path| arguments.held && !path.exists()) {
+        return Err(HostError::input(
+            path,
+            None,
+            "there is no such file",
+            "give the file that holds runs by --out",
+        ));
+    }
     let tables = arguments.table.iter().map(|path| TableFile::new(path)).collect::<Result<Vec<_>, _>>()?;
     let (file, held) = LinesFile::open::<E::Run>(arguments.out.as_deref())?;
     let keys = experiment.keys();
@@ -112,6 +121,10 @@ pub fn runs<E: Experiment>(experiment: &E, arguments: &CommonArguments) -> Resul
     bar.finish_and_clear();
     done.extend(flown?.into_iter().map(|(key, run)| (key, Some(run))));
     let runs: Vec<E::Run> = done.into_values().flatten().collect();
+    if let Some(path) = arguments.out.as_deref().filter(|_| arguments.held && runs.is_empty()) {
+        let to_do = "give what it was flown with: the scenario, --seed, --first, --vary";
+        return Err(HostError::input(path, None, "holds none of these runs", to_do));
+    }
     tables.iter().try_for_each(|table| table.write(&runs))?;
     Ok(runs)
 }

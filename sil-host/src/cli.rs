@@ -17,8 +17,8 @@ pub use pictures::*;
 
 use crate::error::HostError;
 use crate::formats::camera_file;
-use crate::words::{one_line, program};
-use clap::{CommandFactory, Parser, Subcommand};
+use crate::words::{name, one_line, program};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 
 /// Software in the loop for the Sextant Earth and star sensor.
@@ -112,7 +112,8 @@ where
     T: Into<OsString>,
 {
     let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
-    match CommandLine::try_parse_from(&arguments) {
+    let matches = CommandLine::command().name(name()).try_get_matches_from(&arguments);
+    match matches.and_then(|matches| CommandLine::from_arg_matches(&matches)) {
         Ok(command_line) => Ok(Request::Run(command_line)),
         Err(error) if !error.use_stderr() => Ok(Request::Print(error.render().to_string())),
         Err(error) => {

@@ -1,9 +1,10 @@
 //! What a user reads when something is wrong: one line, where it is and what to do about it.
 //!
 //! Every message has the form `sil-host: FILE:LINE: what; what to do`, without `:LINE` where a file has no
-//! lines and without `FILE` where none is concerned. The program then ends with [`EXIT_BAD_INPUT`].
+//! lines and without `FILE` where none is concerned; of the installed program `sextant: ...`. The program
+//! then ends with [`EXIT_BAD_INPUT`].
 
-use crate::words::{io_words, one_line};
+use crate::words::{io_words, name, one_line};
 use fsw_hal::DetectorError;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -19,13 +20,13 @@ pub const EXIT_JUDGED_FAILED: u8 = 1;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum HostError {
     /// A picture file cannot be used.
-    #[error("sil-host: {0}")]
+    #[error("{name}: {0}", name = name())]
     Picture(#[from] crate::formats::picture::PictureError),
     /// Something else in a file is wrong.
-    #[error("sil-host: {0}")]
+    #[error("{name}: {0}", name = name())]
     Input(InputError),
     /// The request itself is wrong.
-    #[error("sil-host: {what}; {to_do}")]
+    #[error("{name}: {what}; {to_do}", name = name())]
     Usage {
         /// What is wrong.
         what: String,

@@ -28,13 +28,25 @@ pub(crate) fn io_words(error: &std::io::Error) -> String {
     one_line(words).to_lowercase()
 }
 
+/// The name under which the program is installed (`src/bin/sextant.rs`).
+pub(crate) const INSTALLED: &str = "sextant";
+
+/// The file name of the program as it was called.
+fn called() -> Option<String> {
+    let called = std::env::args_os().next().map(std::path::PathBuf::from)?;
+    Some(one_line(&called.file_stem()?.to_string_lossy()))
+}
+
+/// The program's name, before its messages.
+pub(crate) fn name() -> &'static str {
+    if called().as_deref() == Some(INSTALLED) { INSTALLED } else { "sil-host" }
+}
+
 /// How this program was called, for hints that a user types: `cargo sil` under cargo, which puts no program
 /// on the path, else the program's file name.
 pub(crate) fn program() -> String {
-    let called = std::env::args_os().next().map(std::path::PathBuf::from);
-    let name = called.as_deref().and_then(std::path::Path::file_stem).map(std::ffi::OsStr::to_string_lossy);
     match std::env::var_os("CARGO") {
         Some(_) => "cargo sil".to_owned(),
-        None => name.map_or_else(|| "sil-host".to_owned(), |name| one_line(&name)),
+        None => called().unwrap_or_else(|| name().to_owned()),
     }
 }

@@ -152,6 +152,10 @@ pub fn rows(arguments: &CampaignIdentifyArguments) -> Result<Vec<Row>, HostError
         let maker = Maker::new(&case, common.seed, &sky)?;
         tried.push((case, maker));
     }
+    if tried.is_empty() {
+        let to_do = "give --fields, --skies or --no-stars above 0";
+        return Err(HostError::usage("no field is asked for", to_do));
+    }
     let camera = flight::camera(&cases::camera()?, Path::new("the camera of the campaign"))?;
     let catalogue = flight::catalogue_bytes(&camera, Density::Full)?;
     let fields = Fields { seed: common.seed, cases: tried, keys, camera, catalogue: catalogue.to_vec() };

@@ -28,15 +28,16 @@ impl LinesFile {
             |error: std::io::Error| HostError::system(path, "used", &error, "give another file by --out");
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(system)?;
         crate::output::held(path, &file, "file")?;
-        let text = std::fs::read_to_string(path).map_err(system)?;
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let line = |(number, line): (usize, &str)| {
-            serde_json::from_str(line).map_err(|_| {
+        let bytes = std::fs::read(path).map_err(system)?;
+        let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let line = |(number, line): (usize, &[u8])| {
+            serde_json::from_slice(line).map_err(|_| {
                 let what = "no line of such a campaign";
                 HostError::input(path, Some(number + 1), what, "give another file by --out")
             })
         };
-        let held = text[..whole].lines().enumerate().map(line).collect::<Result<_, _>>()?;
+        let lines = bytes[..whole].split_inclusive(|byte| *byte == b'\n');
+        let held = lines.enumerate().map(line).collect::<Result<_, _>>()?;
         // What was cut off when the campaign was stopped.
         file.set_len(whole as u64).map_err(system)?;
         Ok((Self { open: Some((path.to_path_buf(), Mutex::new(file))) }, held))

@@ -27,6 +27,7 @@ use crate::formats::json;
 use crate::judge::table::{self, Figure};
 use crate::output;
 use crate::scenario::{EMBEDDED, Scenario};
+use crate::words::program;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -159,7 +160,8 @@ fn command(arguments: &CampaignScenariosArguments) -> String {
     let scenarios = arguments.scenarios.iter().map(|path| format!(" {}", path.display()));
     let vary = arguments.vary.iter().map(|path| format!(" --vary {}", path.display()));
     let words: String = scenarios.chain(vary).collect();
-    format!("sil-host campaign scenarios{words} --runs {} --seed {}", arguments.runs, arguments.common.seed)
+    let program = program();
+    format!("{program} campaign scenarios{words} --runs {} --seed {}", arguments.runs, arguments.common.seed)
 }
 
 /// Runs the command.

@@ -16,7 +16,11 @@ const FILTERS: [(Observation, &str); 3] = [
     (Observation::Combined, "combined"),
 ];
 
-fn dynamics(name: &str) -> Result<Dynamics, String> {
+/// The forces that a name means.
+///
+/// # Errors
+/// A list of the names, where there is none of this one.
+pub fn dynamics(name: &str) -> Result<Dynamics, String> {
     named(&DYNAMICS, "dynamics", name)
 }
 

@@ -7,6 +7,7 @@
 use crate::cli::DecodeArguments;
 use crate::error::{EXIT_BAD_INPUT, HostError};
 use crate::formats::json;
+use crate::words::program;
 use fsw_core::packet::PacketError;
 use fsw_core::telemetry::{self, Report};
 use std::fs::File;
@@ -14,7 +15,10 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::process::ExitCode;
 
-const TO_DO: &str = "give a stream of frames, each led by its length: `cargo sil telemetry`";
+/// What a stream is.
+fn to_do() -> String {
+    format!("give a stream of frames, each led by its length: `{} telemetry`", program())
+}
 
 /// Does what the command line asks for.
 ///
@@ -30,7 +34,7 @@ pub fn run(arguments: &DecodeArguments) -> Result<ExitCode, HostError> {
     };
     read.map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
     if stream.is_empty() {
-        return Err(HostError::input(path, None, "it is empty: it holds no frame", TO_DO));
+        return Err(HostError::input(path, None, "it is empty: it holds no frame", to_do()));
     }
     let mut status = ExitCode::SUCCESS;
     let mut rest = &stream[..];
@@ -38,7 +42,7 @@ pub fn run(arguments: &DecodeArguments) -> Result<ExitCode, HostError> {
         let at = stream.len() - rest.len();
         let Some((frame, behind)) = telemetry::split_first(rest) else {
             let what = format!("byte {at}: the stream breaks off within a frame");
-            return Err(HostError::input(path, None, what, TO_DO));
+            return Err(HostError::input(path, None, what, to_do()));
         };
         rest = behind;
         match telemetry::decode(frame) {

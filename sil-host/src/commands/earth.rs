@@ -225,6 +225,25 @@ impl PictureEarth {
         first.ok_or_else(|| HostError::input(name, None, "the picture is too small", "give a larger one"))
     }
 
+    /// The answer for a picture, and its limb as the camera shows it: places evenly about the centre, px,
+    /// those behind the camera missing, none of a picture without an Earth.
+    ///
+    /// # Errors
+    /// Those of [`Self::find`], and of the camera.
+    pub fn answer(
+        &mut self,
+        name: &Path,
+        picture: &Picture,
+        cameras: &PictureCamera,
+        known: &Known,
+    ) -> Result<(EarthAnswer, Vec<Option<[f32; 2]>>), HostError> {
+        let (file, (camera, _)) = (cameras.of(name, picture)?, cameras.flight(name, picture)?);
+        let begin = Instant::now();
+        let found = self.find(name, picture, &file, known)?;
+        let find_ms = begin.elapsed().as_secs_f64() * 1e3;
+        Ok(answer((name, picture), &found, &camera, known, find_ms))
+    }
+
     fn find_binned(
         &mut self,
         name: &Path,
@@ -374,11 +393,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
     for (name, drawn) in arguments.images.iter().zip(names) {
         let mut find = || -> Result<EarthAnswer, HostError> {
             let picture = defects::picture(name, defects.as_ref())?;
-            let (file, (camera, _)) = (cameras.of(name, &picture)?, cameras.flight(name, &picture)?);
-            let begin = Instant::now();
-            let found = earth.find(name, &picture, &file, &known)?;
-            let find_ms = begin.elapsed().as_secs_f64() * 1e3;
-            let (answer, limb) = answer((name, &picture), &found, &camera, &known, find_ms);
+            let (answer, limb) = earth.answer(name, &picture, &cameras, &known)?;
             if let Some(folder) = &arguments.overlay {
                 drawing::draw(&picture, &answer, &limb).write(&folder.join(&drawn))?;
             }

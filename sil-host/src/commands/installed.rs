@@ -3,15 +3,13 @@
 use crate::cli::{CommandLine, CompletionsArguments, ManArguments};
 use crate::error::HostError;
 use crate::output;
+use crate::words::INSTALLED;
 use clap::CommandFactory;
 use std::fs;
 use std::process::ExitCode;
 
-/// The name under which it is installed (`src/bin/sextant.rs`).
-const NAME: &str = "sextant";
-
 fn command() -> clap::Command {
-    CommandLine::command().name(NAME).bin_name(NAME)
+    CommandLine::command().name(INSTALLED).bin_name(INSTALLED)
 }
 
 /// Prints the completions of a shell.
@@ -20,7 +18,7 @@ fn command() -> clap::Command {
 /// None.
 pub fn completions(arguments: &CompletionsArguments) -> Result<ExitCode, HostError> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut command(), NAME, &mut script);
+    clap_complete::generate(arguments.shell, &mut command(), INSTALLED, &mut script);
     output::print(format_args!("{}", String::from_utf8_lossy(&script)), "");
     Ok(ExitCode::SUCCESS)
 }
@@ -47,17 +45,17 @@ mod tests {
         assert!(names.len() > 15);
         for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
             let mut script = Vec::new();
-            clap_complete::generate(shell, &mut command(), NAME, &mut script);
+            clap_complete::generate(shell, &mut command(), INSTALLED, &mut script);
             let script = String::from_utf8(script).unwrap();
             assert!(names.iter().all(|name| script.contains(name.as_str())), "{shell}");
         }
         let folder = std::env::temp_dir().join(format!("sextant-man-{}", std::process::id()));
         man(&ManArguments { folder: folder.clone() }).unwrap();
         for name in &names {
-            let page = fs::read_to_string(folder.join(format!("{NAME}-{name}.1"))).unwrap();
+            let page = fs::read_to_string(folder.join(format!("{INSTALLED}-{name}.1"))).unwrap();
             assert!(page.contains(".SH SYNOPSIS"), "{name}");
         }
-        assert!(folder.join(format!("{NAME}.1")).exists());
+        assert!(folder.join(format!("{INSTALLED}.1")).exists());
         fs::remove_dir_all(folder).unwrap();
         let file = std::env::current_exe().unwrap();
         assert!(man(&ManArguments { folder: file.join("below-a-file") }).is_err());

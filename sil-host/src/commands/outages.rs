@@ -21,6 +21,7 @@ use crate::error::{Faults, HostError};
 use crate::formats::json;
 use crate::output;
 use crate::scenario::Scenario;
+use crate::words::name;
 use crate::world::motion::pointing::Law;
 use fsw_core::frames::Rotation;
 use fsw_core::orbit::OrbitState;
@@ -248,7 +249,7 @@ pub fn run(arguments: &OutagesArguments) -> Result<ExitCode, HostError> {
     }
     if let Some(path) = &arguments.page {
         output::write_whole(path, page::html(&outlooks).as_bytes())?;
-        eprintln!("sil-host: page in {}", path.display());
+        eprintln!("{}: page in {}", name(), path.display());
     }
     Ok(faults.status())
 }
@@ -256,7 +257,7 @@ pub fn run(arguments: &OutagesArguments) -> Result<ExitCode, HostError> {
 fn of_file(path: &Path, duration_s: Option<f64>, dynamics: Dynamics) -> Result<Outlook, HostError> {
     let scenario = Scenario::load(path)?;
     if !scenario.pointing.slews.is_empty() {
-        eprintln!("sil-host: {}: slews are left out of the prediction", path.display());
+        eprintln!("{}: {}: slews are left out of the prediction", name(), path.display());
     }
     outlook(&scenario, duration_s, dynamics)
 }

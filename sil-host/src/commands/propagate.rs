@@ -15,7 +15,7 @@ use crate::formats::orbit_state::StateInput;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::MICROSECONDS;
 use fsw_core::orbit::dynamics::{MAX_SPAN_US, PropagationError};
-use fsw_core::orbit::forces::Forces;
+use fsw_core::orbit::forces::{Dynamics, Forces};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::process::ExitCode;
@@ -26,24 +26,40 @@ const MOST_M2_KG: f64 = 10.0;
 /// Most states that one call prints.
 const MAX_STATES: f64 = 1e7;
 
-/// The file as given.
+/// A state and the satellite, as the file gives them.
 #[derive(Clone, Copy, Debug, Deserialize)]
-struct Input {
+pub struct Input {
+    /// The state.
     #[serde(flatten)]
-    state: StateInput,
+    pub state: StateInput,
+    /// Mass, kg.
     #[serde(default)]
-    mass_kg: f64,
+    pub mass_kg: f64,
+    /// Area against the air, m²; 0: no drag.
     #[serde(default)]
-    drag_area_m2: f64,
+    pub drag_area_m2: f64,
+    /// Area against the Sun's light, m²; 0: no pressure of it.
     #[serde(default)]
-    srp_area_m2: f64,
+    pub srp_area_m2: f64,
+    /// Drag coefficient.
     #[serde(default)]
-    cd: f64,
+    pub cd: f64,
+    /// Coefficient of the light's pressure.
     #[serde(default)]
-    cr: f64,
+    pub cr: f64,
 }
 
 impl Input {
+    /// The forces on the satellite.
+    ///
+    /// # Errors
+    /// In words, where there is an area and no mass or coefficient, or more than flies.
+    pub fn forces(&self, dynamics: Dynamics) -> Result<Forces, String> {
+        let drag_m2_kg = self.per_mass("cd", self.cd, self.drag_area_m2)?;
+        let radiation_m2_kg = self.per_mass("cr", self.cr, self.srp_area_m2)?;
+        Ok(dynamics.forces(drag_m2_kg, radiation_m2_kg))
+    }
+
     /// Coefficient times area over mass, m²/kg; 0 without an area.
     ///
     /// # Errors
@@ -118,9 +134,7 @@ pub fn run(arguments: &PropagateArguments) -> Result<ExitCode, HostError> {
     if duration_s / step_s > MAX_STATES {
         return Err(HostError::usage("more than 1e7 states", "give a longer --step-s"));
     }
-    let drag_m2_kg = input.per_mass("cd", input.cd, input.drag_area_m2).map_err(refuse)?;
-    let radiation_m2_kg = input.per_mass("cr", input.cr, input.srp_area_m2).map_err(refuse)?;
-    let forces = dynamics.forces(drag_m2_kg, radiation_m2_kg);
+    let forces = input.forces(*dynamics).map_err(refuse)?;
     let last_us = first.time_us + (duration_s * MICROSECONDS).round() as i64;
     let times = (0..).map(|step| first.time_us + (f64::from(step) * step_s * MICROSECONDS).round() as i64);
     let mut state = first;

@@ -30,6 +30,7 @@ use crate::judge::{Figures, Verdict};
 use crate::output::{Folder, PartialFile, write_whole};
 use crate::report::{Recorder, page, terminal};
 use crate::scenario::{EMBEDDED, Scenario};
+use crate::words::program;
 use bounded::BoundedJudge;
 use fsw_core::telemetry;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -186,7 +187,7 @@ fn command(arguments: &RunArguments, seed: u64) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
     let scenario =
         if scenario.chars().all(plain) { scenario } else { format!("'{}'", scenario.replace('\'', "'\\''")) };
-    format!("sil-host run {scenario} --seed {seed}")
+    format!("{} run {scenario} --seed {seed}", program())
 }
 
 #[cfg(test)]
@@ -199,8 +200,9 @@ mod tests {
             let scenario = scenario.map(Into::into);
             command(&RunArguments { scenario, ..RunArguments::default() }, 7)
         };
-        assert_eq!(of(None), "sil-host run geo-eclipse --seed 7");
-        assert_eq!(of(Some("my/leo.toml")), "sil-host run my/leo.toml --seed 7");
-        assert_eq!(of(Some("it's mine.toml")), "sil-host run 'it'\\''s mine.toml' --seed 7");
+        let called = |words: &str| format!("{} run {words} --seed 7", program());
+        assert_eq!(of(None), called("geo-eclipse"));
+        assert_eq!(of(Some("my/leo.toml")), called("my/leo.toml"));
+        assert_eq!(of(Some("it's mine.toml")), called("'it'\\''s mine.toml'"));
     }
 }

@@ -10,19 +10,19 @@ mod answer;
 mod drawing;
 mod grid;
 pub mod pointing;
+pub mod session;
 pub mod star_names;
 mod table;
 pub mod wcs;
 
-use crate::campaign::progress;
 use crate::cli::SolveArguments;
 use crate::commands::defects::{self, DefectsFile};
 use crate::commands::picture_camera::PictureCamera;
 use crate::drawing::names;
 use crate::error::{Faults, HostError};
+use crate::flight;
 use crate::flight::blind::BlindSearch;
 use crate::flight::lost_in_space::{FocalLength, Solution, Solver};
-use crate::flight::{self, Density};
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
 use crate::output::write_whole;
@@ -32,9 +32,8 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::image::DetectionParameters;
 use fsw_core::image::scan::{Detections, TILE_PIXELS, scan};
 use fsw_core::stars::identify::NotIdentified;
-use fsw_hal::{Detector, DetectorGeometry};
-use pointing::Pointing;
-use std::borrow::Cow;
+use fsw_hal::Detector;
+use session::Session;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -145,76 +144,15 @@ impl PictureSolver {
     }
 }
 
-/// What pictures are solved with, and what those before leave for the next.
-struct Session<'a> {
-    arguments: &'a SolveArguments,
-    cameras: Option<PictureCamera>,
-    defects: Option<DefectsFile>,
-    /// The catalogue that the user named.
-    named: Option<Cow<'static, [u8]>>,
-    /// The catalogue built for the field of the picture before, degrees.
-    built: Option<([f64; 2], Cow<'static, [u8]>)>,
-    /// The search over all optics for pictures of the size of the one before.
-    blind: Option<(DetectorGeometry, BlindSearch)>,
-    solver: PictureSolver,
-}
-
-impl<'a> Session<'a> {
-    fn new(arguments: &'a SolveArguments) -> Result<Self, HostError> {
-        Ok(Self {
-            arguments,
-            cameras: PictureCamera::load(&arguments.optics)?,
-            defects: arguments.defects.as_deref().map(DefectsFile::load).transpose()?,
-            named: arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?,
-            built: None,
-            blind: None,
-            solver: PictureSolver::default(),
-        })
-    }
-
-    /// The answer for a picture, and where it looks if it was identified.
-    fn solve(
-        &mut self,
-        name: &Path,
-        picture: &mut Picture,
-    ) -> Result<(SolveAnswer, Option<Pointing>), HostError> {
-        let Some(cameras) = &self.cameras else { return self.solve_blind(name, picture) };
-        let (camera, focal_length) = cameras.flight(name, picture)?;
-        let field_deg = flight::field_deg(&camera);
-        if self.named.is_none() && self.built.as_ref().is_none_or(|(served, _)| *served != field_deg) {
-            self.built = Some((field_deg, flight::catalogue_bytes(&camera, Density::Brightest)?));
-        }
-        let bytes = self.named.as_ref().or(self.built.as_ref().map(|(_, bytes)| bytes));
-        let catalogue = flight::open(bytes.map_or(&[], |bytes| bytes))?;
-        let found = self.solver.find(name, picture, (&camera, focal_length), &catalogue)?;
-        let pointing = found.solution.as_ref().ok().and_then(Pointing::new);
-        Ok((answer::answer(name, &found, Some(&catalogue)), pointing))
-    }
-
-    /// The same with nothing known of the optics.
-    fn solve_blind(
-        &mut self,
-        name: &Path,
-        picture: &mut Picture,
-    ) -> Result<(SolveAnswer, Option<Pointing>), HostError> {
-        let geometry = picture.geometry();
-        self.blind = self.blind.take().filter(|(served, _)| *served == geometry);
-        let (_, search) = self.blind.get_or_insert_with(|| (geometry, BlindSearch::new(geometry)));
-        let bar = progress("fields", search.tries(), self.arguments.json);
-        let (found, catalogue) = self.solver.find_blind(name, picture, search, || bar.inc(1))?;
-        bar.finish_and_clear();
-        let catalogue = found.solution.as_ref().ok().map(|_| flight::open(catalogue)).transpose()?;
-        let pointing = found.solution.as_ref().ok().and_then(Pointing::new);
-        Ok((answer::answer(name, &found, catalogue.as_ref()), pointing))
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// What concerns all pictures: camera file, catalogue, folders.
 pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
-    let mut session = Session::new(arguments)?;
+    let cameras = PictureCamera::load(&arguments.optics)?;
+    let defects = arguments.defects.as_deref().map(DefectsFile::load).transpose()?;
+    let catalogue = arguments.catalog.as_deref().map(flight::catalogue_file).transpose()?;
+    let mut session = Session::new(cameras, catalogue, arguments.json);
     crate::drawing::folder(arguments.overlay.as_ref())?;
     crate::drawing::folder(arguments.wcs.as_ref())?;
     let no_match = arguments.optics.fov_deg.map(|_| reason_words(NotIdentified::NoMatch));
@@ -222,7 +160,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let [drawings, headers] = ["-sky.png", ".wcs"].map(|ending| names(&arguments.images, ending));
     for (name, (drawing, header)) in arguments.images.iter().zip(drawings.iter().zip(&headers)) {
         let mut solve = || -> Result<SolveAnswer, HostError> {
-            let mut picture = defects::picture(name, session.defects.as_ref())?;
+            let mut picture = defects::picture(name, defects.as_ref())?;
             let (answer, pointing) = session.solve(name, &mut picture)?;
             if let Some(folder) = &arguments.overlay {
                 drawing::draw(&picture, &answer, pointing.as_ref()).write(&folder.join(drawing))?;

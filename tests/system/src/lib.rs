@@ -98,6 +98,17 @@ pub fn scratch(name: &str) -> PathBuf {
     folder
 }
 
+/// The Python that `tests/run` makes, with the packages that it names; `None` (and a line that says so) where it
+/// could not be made.
+pub fn python() -> Option<String> {
+    let python = workspace().join("target/python/bin/python3");
+    if !python.exists() {
+        println!("skipped: no target/python, which tests/run makes");
+        return None;
+    }
+    Some(python.to_str().expect("a path in UTF-8").to_owned())
+}
+
 /// Unit vector of right ascension and declination, degrees.
 pub fn direction(ra_deg: f64, dec_deg: f64) -> [f64; 3] {
     let (ra, dec) = (ra_deg.to_radians(), dec_deg.to_radians());

@@ -156,18 +156,39 @@ fn darks_that_are_copies_or_show_stars() {
 }
 
 #[test]
+fn campaigns_of_nothing_are_said() {
+    let folder = scratch("campaigns");
+    let held = |out: &str, words: &[&str]| {
+        refused(&["campaign", "acquire", "--runs", "3", "--held", "--out", out], words);
+    };
+    let file = folder.join("runs.jsonl");
+    let path = file.to_str().unwrap();
+    held(path, &["runs.jsonl", "no such file"]);
+    assert!(!file.exists(), "it is not made");
+    let empty = write(&folder, "empty.jsonl", b"");
+    held(&empty, &["empty.jsonl", "none of these runs", "--seed"]);
+    let binary = write(&folder, "binary.jsonl", b"\xFF\xFE\n");
+    held(&binary, &["binary.jsonl:1:", "no line of such a campaign"]);
+    let nothing = ["campaign", "identify", "--fields", "0", "--skies", "0", "--no-stars", "0"];
+    refused(&nothing, &["no field is asked for", "--skies"]);
+}
+
+#[test]
 fn hints_name_the_command_that_was_called() {
-    for program in [None, Some("cargo")] {
+    let hints =
+        [(&["campaign", "run", "--runs", "0"][..], "campaign run --help"), (&["decode", "-"], "telemetry")];
+    for (called, (arguments, hint)) in
+        ["sil-host", "cargo sil"].iter().flat_map(|by| hints.map(|hint| (by, hint)))
+    {
         let mut command = std::process::Command::new(system_tests::sil_host());
-        match program {
-            Some(cargo) => command.env("CARGO", cargo),
-            None => command.env_remove("CARGO"),
+        match *called {
+            "cargo sil" => command.env("CARGO", "cargo"),
+            _ => command.env_remove("CARGO"),
         };
-        let output = command.args(["campaign", "run", "--runs", "0"]).output().unwrap();
+        let output = command.args(arguments).stdin(std::process::Stdio::null()).output().unwrap();
         assert_eq!(output.status.code(), Some(2));
-        let called = if program.is_some() { "cargo sil" } else { "sil-host" };
         let line = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(line.trim_end().ends_with(&format!("see `{called} campaign run --help`")), "{line}");
+        assert!(line.trim_end().ends_with(&format!("`{called} {hint}`")), "{line}");
     }
 }
 

@@ -35,11 +35,15 @@ fn a_file_gives_back_what_was_added_but_for_a_line_that_was_cut_off() {
 #[test]
 fn a_file_of_something_else_is_refused_with_its_line_and_left_alone() {
     let path = scratch("other");
-    let text = serde_json::to_string(&block(0)).unwrap() + "\n{\"id\":3}\nhalf";
-    std::fs::write(&path, &text).unwrap();
-    let message = LinesFile::open::<Block>(Some(&path)).unwrap_err().to_string();
-    assert!(message.contains(".jsonl:2: no line of such a campaign") && !message.contains('\n'), "{message}");
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    for second in [&b"{\"id\":3}"[..], b"\xFF\xFE"] {
+        let block = serde_json::to_vec(&block(0)).unwrap();
+        let bytes = [&block[..], b"\n", second, b"\nhalf"].concat();
+        std::fs::write(&path, &bytes).unwrap();
+        let message = LinesFile::open::<Block>(Some(&path)).unwrap_err().to_string();
+        assert!(message.contains(".jsonl:2: no line of such a campaign"), "{message}");
+        assert!(!message.contains('\n'), "{message}");
+        assert_eq!(std::fs::read(&path).unwrap(), bytes);
+    }
     std::fs::remove_file(&path).unwrap();
 }
 

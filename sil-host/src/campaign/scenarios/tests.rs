@@ -46,7 +46,7 @@ fn a_page_says_of_every_limited_figure_what_was_reached_and_missed() {
     assert!(bias.contains("1.8 arcsec (1.6 arcsec to ?)") && bias.contains("| 0.1 arcsec |"), "{bias}");
     assert!(text.contains("**MISSED: 1 of 7 limits.**") && text.contains("runs 0\u{2013}19"), "{text}");
     assert!(text.contains("from 23 flights") && text.contains("**23 of them were not flown by"), "{text}");
-    assert!(text.contains("sil-host campaign scenarios tumbling gto --runs 20 --seed 1"));
+    assert!(text.contains(&format!("{} campaign scenarios tumbling gto --runs 20 --seed 1", program())));
     // Every line of a table has as many cells as its head.
     let table = text.lines().filter(|line| line.starts_with('|'));
     assert!(table.map(|line| line.matches('|').count()).all(|bars| bars == 9), "{text}");
