@@ -12,6 +12,8 @@
 //! | [`identification`] | its probability and time by tolerance (figs. 4.3, 4.4) |
 //! | [`tracking`] | turning without an attitude (figs. 3.16, 7.10, 7.11) |
 //! | [`orbit`] | point solution, four days in GEO, perturbations (figs. 6.2 to 6.5, A.7) |
+//! | [`earth`] | the Earth in geostationary pictures (figs. 7.14 to 7.17) |
+//! | [`accuracies`] | all accuracies together (tab. 7.4, 9.2) |
 //! | [`seeds`] | none: medians and what 95 % of the seeds keep |
 //! | [`turning_sky`] | none: the camera turning under the stars |
 //! | [`outages`] | states of the sensor along six orbits (figs. 8.5 to 8.10) |
@@ -19,8 +21,10 @@
 //! What the thesis says stands as data ([`Told`]). Its text is a scan: curves are not in it, so that a figure
 //! is held against the numbers that the text gives; what cannot be read is left out and named.
 
+pub mod accuracies;
 pub mod attitude;
 pub mod centroids;
+pub mod earth;
 pub mod fits;
 pub mod horizon;
 pub mod identification;
@@ -116,11 +120,20 @@ impl Made {
     }
 }
 
-/// All figures in the thesis's order.
+/// All figures, by subject.
 pub fn figures() -> impl Iterator<Item = &'static Figure> {
-    [centroids::FIGURES, attitude::FIGURES, identification::FIGURES, orbit::FIGURES, outages::FIGURES]
-        .into_iter()
-        .flatten()
+    let rooms = [
+        centroids::FIGURES,
+        attitude::FIGURES,
+        identification::FIGURES,
+        tracking::FIGURES,
+        horizon::FIGURES,
+        earth::FIGURES,
+        orbit::FIGURES,
+        outages::FIGURES,
+        accuracies::FIGURES,
+    ];
+    rooms.into_iter().flatten()
 }
 
 /// The number of a value with so many digits that count.
@@ -131,3 +144,6 @@ pub(crate) fn digits(value: f64, count: i32) -> String {
     let decimals = (count - 1 - value.abs().log10().floor() as i32).max(0) as usize;
     format!("{value:.decimals$}")
 }
+
+#[cfg(test)]
+mod tests;

@@ -19,7 +19,10 @@ const DIFFERENCE_PX: f64 = 1e-4;
 
 /// Least squares of residuals by Gauss-Newton steps with numerical derivatives; `None` where it does not
 /// settle.
-fn settled(mut parameters: DVector<f64>, residuals: impl Fn(&DVector<f64>) -> DVector<f64>) -> Option<DVector<f64>> {
+fn settled(
+    mut parameters: DVector<f64>,
+    residuals: impl Fn(&DVector<f64>) -> DVector<f64>,
+) -> Option<DVector<f64>> {
     for _ in 0..STEPS {
         let here = residuals(&parameters);
         let columns: Vec<DVector<f64>> = (0..parameters.len())
@@ -47,7 +50,10 @@ fn settled(mut parameters: DVector<f64>, residuals: impl Fn(&DVector<f64>) -> DV
 pub fn geometric_circle(points: &[[f64; 2]], centre: [f64; 2], radius: f64) -> Option<[f64; 2]> {
     let start = DVector::from_vec(vec![centre[0], centre[1], radius]);
     let found = settled(start, |p| {
-        DVector::from_iterator(points.len(), points.iter().map(|[x, y]| libm::hypot(x - p[0], y - p[1]) - p[2]))
+        DVector::from_iterator(
+            points.len(),
+            points.iter().map(|[x, y]| libm::hypot(x - p[0], y - p[1]) - p[2]),
+        )
     })?;
     Some([found[0], found[1]])
 }
@@ -89,7 +95,8 @@ pub fn direct_ellipse(points: &[[f64; 2]], centre: [f64; 2], radius: f64) -> Opt
     // The inverse of the constraint 4 a c - b² = 1 times it.
     let system = Matrix3::from_rows(&[reduced.row(2) * 0.5, -reduced.row(1), reduced.row(0) * 0.5]);
     let values = system.complex_eigenvalues();
-    let real = values.iter().filter(|value| value.im.abs() < 1e-9 * value.re.abs().max(1e-9)).map(|value| value.re);
+    let real =
+        values.iter().filter(|value| value.im.abs() < 1e-9 * value.re.abs().max(1e-9)).map(|value| value.re);
     let ellipse = |value: f64| -> Option<Vector3<f64>> {
         // The vector of a value: the last right singular vector of what it makes singular.
         let singular = (system - Matrix3::identity() * value).svd(false, true);

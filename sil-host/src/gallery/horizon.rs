@@ -31,8 +31,18 @@ pub const FIGURES: &[Figure] = &[
         title: "fits of circles and ellipses beside the circularised one",
         place: "\u{a7}3.2.2, eq. 3.33 to 3.38",
         thesis: &[
-            Told { what: "step at noon of the plain circle", value: 0.2, unit: "deg", place: "\u{a7}7.2.2.3" },
-            Told { what: "factor by which the known eccentricity reduces it", value: 2.0, unit: "", place: "\u{a7}7.2.2.3" },
+            Told {
+                what: "step at noon of the plain circle",
+                value: 0.2,
+                unit: "deg",
+                place: "\u{a7}7.2.2.3",
+            },
+            Told {
+                what: "factor by which the known eccentricity reduces it",
+                value: 2.0,
+                unit: "",
+                place: "\u{a7}7.2.2.3",
+            },
         ],
         make: fits,
     },
@@ -55,8 +65,18 @@ pub const FIGURES: &[Figure] = &[
         title: "curvature of the horizon in a low orbit, and what it is good for",
         place: "\u{a7}3.2.3",
         thesis: &[
-            Told { what: "height of the horizon over its chord, 300 km, 24 deg", value: 25.0, unit: "px", place: "\u{a7}3.2.3" },
-            Told { what: "Earth vector with 1 px of the horizon, 300 km", value: 0.3, unit: "deg", place: "\u{a7}3.2.3; the scan has \u{201c}30\u{201d}" },
+            Told {
+                what: "height of the horizon over its chord, 300 km, 24 deg",
+                value: 25.0,
+                unit: "px",
+                place: "\u{a7}3.2.3",
+            },
+            Told {
+                what: "Earth vector with 1 px of the horizon, 300 km",
+                value: 0.3,
+                unit: "deg",
+                place: "\u{a7}3.2.3; the scan has \u{201c}30\u{201d}",
+            },
         ],
         make: curvature,
     },
@@ -100,7 +120,7 @@ impl LimbView {
     }
 
     /// The limb on the detector, in order from left to right.
-    fn in_field(&self) -> Vec<[f64; 2]> {
+    pub(super) fn in_field(&self) -> Vec<[f64; 2]> {
         let mut points: Vec<[f64; 2]> =
             self.limb_px().into_iter().filter(|place| self.optics.on_detector(*place)).collect();
         points.sort_by(|a, b| a[1].total_cmp(&b[1]));
@@ -144,7 +164,8 @@ fn flown(view: &LimbView, camera: &Camera, points: &[LimbPoint], sigma_px: f64) 
     let mut parameters = EarthParameters::default();
     parameters.limb.height_km = 0.0;
     (parameters.fit.least_arc_deg, parameters.plausible.range_share) = (5.0, 1.0);
-    let pole: Direction<EarthPath> = Direction::new(Vector3::from(apply(&view.rows, [0.0, 0.0, 1.0])).map(|c| c as f32))?;
+    let pole: Direction<EarthPath> =
+        Direction::new(Vector3::from(apply(&view.rows, [0.0, 0.0, 1.0])).map(|c| c as f32))?;
     let body = Body::new(&pole, None, &parameters);
     let criteria = FitCriteria { tolerance_px: (5.0 * sigma_px) as f32, min_inliers: 6, standalone: false };
     let fix = centre(points, camera, &body, &criteria, None, &parameters, &mut RayBuffer::new()).ok()?;
@@ -175,11 +196,18 @@ const METHODS: [&str; 7] = [
 
 /// Errors of the centre towards the lit side and across, px, of all methods for one arc about the equator's
 /// east.
-fn errors(view: &LimbView, camera: &Camera, arc_deg: f64, seed: u64, trial: u64) -> [Option<[f64; 2]>; METHODS.len()] {
+fn errors(
+    view: &LimbView,
+    camera: &Camera,
+    arc_deg: f64,
+    seed: u64,
+    trial: u64,
+) -> [Option<[f64; 2]>; METHODS.len()] {
     let all = view.limb_px();
     let true_px = view.centre_px();
     let angle = |[x, y]: &[f64; 2]| libm::atan2(y - true_px[1], x - true_px[0]).to_degrees();
-    let mut lit: Vec<[f64; 2]> = all.into_iter().filter(|place| angle(place).abs() <= 0.5 * arc_deg).collect();
+    let mut lit: Vec<[f64; 2]> =
+        all.into_iter().filter(|place| angle(place).abs() <= 0.5 * arc_deg).collect();
     lit.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
     let step = lit.len() as f64 / POINTS as f64;
     let chosen: Vec<[f64; 2]> = (0..POINTS).map(|index| lit[(step * index as f64) as usize]).collect();
@@ -188,13 +216,23 @@ fn errors(view: &LimbView, camera: &Camera, arc_deg: f64, seed: u64, trial: u64)
     let places: Vec<[f64; 2]> = points.iter().map(|point| point.centre_px.map(f64::from)).collect();
     let guess = thesis::circle(&points, [0.0, -1.0], 0.0).ok();
     let of = |found: Option<[f64; 2]>| found.map(|[x, y]| [x - true_px[0], y - true_px[1]]);
-    let circle = |e: f32| of(thesis::circle(&points, [0.0, -1.0], e).ok().map(|circle| circle.centre_px.map(f64::from)));
+    let circle = |e: f32| {
+        of(thesis::circle(&points, [0.0, -1.0], e).ok().map(|circle| circle.centre_px.map(f64::from)))
+    };
     let by = |fit: fn(&[[f64; 2]], [f64; 2], f64) -> Option<[f64; 2]>| {
         let guess = guess?;
         of(fit(&places, guess.centre_px.map(f64::from), guess.radius_px.into()))
     };
     let flown = of(flown(view, camera, &points, POINT_PX).and_then(|seen| view.optics.project(seen)));
-    [circle(0.0), circle(thesis::ECCENTRICITY), circle(0.16), by(geometric_circle), by(direct_ellipse), by(geometric_ellipse), flown]
+    [
+        circle(0.0),
+        circle(thesis::ECCENTRICITY),
+        circle(0.16),
+        by(geometric_circle),
+        by(direct_ellipse),
+        by(geometric_ellipse),
+        flown,
+    ]
 }
 
 fn fits(figure: &Figure) -> Result<Made, HostError> {
@@ -204,7 +242,8 @@ fn fits(figure: &Figure) -> Result<Made, HostError> {
     let mut table: Vec<[[OverSeeds; 3]; METHODS.len()]> = Vec::new();
     for arc_deg in ARCS_DEG {
         let seeds = over_seeds(|seed| {
-            let trials: Vec<_> = (0..TRIALS).map(|trial| errors(&view, &camera, arc_deg, seed, trial)).collect();
+            let trials: Vec<_> =
+                (0..TRIALS).map(|trial| errors(&view, &camera, arc_deg, seed, trial)).collect();
             std::array::from_fn(|method| {
                 let found: Vec<[f64; 2]> = trials.iter().filter_map(|trial| trial[method]).collect();
                 let count = found.len() as f64;
@@ -214,31 +253,51 @@ fn fits(figure: &Figure) -> Result<Made, HostError> {
             })
         });
         let seeds: Vec<[[f64; 3]; METHODS.len()]> = seeds;
-        table.push(std::array::from_fn(|method| [0, 1, 2].map(|part| OverSeeds::of(seeds.iter().map(|seed| seed[method][part])))));
+        table.push(std::array::from_fn(|method| {
+            [0, 1, 2].map(|part| OverSeeds::of(seeds.iter().map(|seed| seed[method][part])))
+        }));
     }
     let series: Vec<Series> = METHODS
         .iter()
         .enumerate()
         .map(|(method, name)| {
-            let points = ARCS_DEG.iter().zip(&table).map(|(arc, row)| [*arc, row[method][0].median]).collect();
-            Series::ours(if *name == "flown" { "ours, flown".to_owned() } else { format!("ours, {name}") }, points).marked()
+            let points =
+                ARCS_DEG.iter().zip(&table).map(|(arc, row)| [*arc, row[method][0].median]).collect();
+            Series::ours(
+                if *name == "flown" { "ours, flown".to_owned() } else { format!("ours, {name}") },
+                points,
+            )
+            .marked()
         })
-        .chain([Series::thesis("thesis, half of the step at noon, plain circle", vec![[50.0, 0.1], [360.0, 0.1]])])
+        .chain([Series::thesis(
+            "thesis, half of the step at noon, plain circle",
+            vec![[50.0, 0.1], [360.0, 0.1]],
+        )])
         .collect();
     let half = ARCS_DEG.iter().position(|arc| *arc == 180.0).unwrap_or(0);
     let step = |method: usize| 2.0 * table[half][method][1].median.abs();
     let mut rows = vec![
-        Row { what: "step at noon, algebraic circle, limb of the ellipsoid, half of it lit".into(), ..figure.row(0, format!("{:.4} deg", step(0))) },
+        Row {
+            what: "step at noon, algebraic circle, limb of the ellipsoid, half of it lit".into(),
+            ..figure.row(0, format!("{:.4} deg", step(0)))
+        },
         figure.row(1, format!("{:.0}", step(0) / step(1))),
     ];
     for (method, name) in METHODS.iter().enumerate() {
         let at = |arc: f64| {
             let row = ARCS_DEG.iter().position(|known| *known == arc).unwrap_or(0);
             let [rms, _, found] = table[row][method];
-            let share = if found.median < 1.0 { format!(", found {:.0} %", 100.0 * found.median) } else { String::new() };
+            let share = if found.median < 1.0 {
+                format!(", found {:.0} %", 100.0 * found.median)
+            } else {
+                String::new()
+            };
             format!("{}{share}", rms.words("deg"))
         };
-        rows.push(Row::alone(format!("{name}: half of the limb; 70 deg of it"), format!("{}; {}", at(180.0), at(70.0))));
+        rows.push(Row::alone(
+            format!("{name}: half of the limb; 70 deg of it"),
+            format!("{}; {}", at(180.0), at(70.0)),
+        ));
     }
     let chart = Chart {
         title: format!("Error of the Earth's centre, GEO, {POINTS} points of {POINT_PX} px"),
@@ -297,7 +356,11 @@ fn off_axis(_: &Figure) -> Result<Made, HostError> {
     };
     let geo = libm::asin(EQUATOR_KM / 42_164.0);
     let mut series = Vec::new();
-    for (name, half) in [("GEO, half angle 8.7 deg", geo), ("GTO, 20 deg", 20f64.to_radians()), ("45 deg", 45f64.to_radians())] {
+    for (name, half) in [
+        ("GEO, half angle 8.7 deg", geo),
+        ("GTO, 20 deg", 20f64.to_radians()),
+        ("45 deg", 45f64.to_radians()),
+    ] {
         let points = (0..=40).filter_map(|step| {
             let off = 0.5 * f64::from(step);
             Some([off, stretch(half, off)?])
@@ -312,11 +375,20 @@ fn off_axis(_: &Figure) -> Result<Made, HostError> {
         series,
     };
     let at = |off: f64| stretch(geo, off).map_or("open".into(), |percent| format!("{percent:.2} %"));
-    let px = |off: f64| stretch(geo, off).map_or("open".into(), |percent| format!("{:.1} px", 0.01 * percent * 2.0 * f * libm::tan(geo)));
+    let px = |off: f64| {
+        stretch(geo, off)
+            .map_or("open".into(), |percent| format!("{:.1} px", 0.01 * percent * 2.0 * f * libm::tan(geo)))
+    };
     let rows = vec![
         Row::alone("GEO, 1 deg off the axis", format!("{}, {}", at(1.0), px(1.0))),
         Row::alone("GEO, 5 deg off the axis", format!("{}, {}", at(5.0), px(5.0))),
-        Row::alone("limb's half angle from 450 km", format!("{:.1} deg: about its horizon the conic is a hyperbola", libm::asin(EQUATOR_KM / 6_828.0).to_degrees())),
+        Row::alone(
+            "limb's half angle from 450 km",
+            format!(
+                "{:.1} deg: about its horizon the conic is a hyperbola",
+                libm::asin(EQUATOR_KM / 6_828.0).to_degrees()
+            ),
+        ),
     ];
     let verdict = "The thesis gives a sketch and no number. It neglects the effect in GEO, where the Earth stands in the middle; a degree off it is already half a pixel, as \
         much as a limb point's noise, so the flight code fits the cone itself, at any angle and distance.";
@@ -324,13 +396,13 @@ fn off_axis(_: &Figure) -> Result<Made, HostError> {
 }
 
 /// The view of a horizon from a height over the equator's radius.
-fn horizon(height_km: f64) -> Result<LimbView, HostError> {
+pub(super) fn horizon(height_km: f64) -> Result<LimbView, HostError> {
     let radius_km = EQUATOR_KM + height_km;
     LimbView::new(radius_km, libm::asin(EQUATOR_KM / radius_km).to_degrees())
 }
 
 /// Height of the limb over its chord, and how far it is from the circle through ends and middle, px.
-fn sagitta_px(points: &[[f64; 2]]) -> [f64; 2] {
+pub(super) fn sagitta_px(points: &[[f64; 2]]) -> [f64; 2] {
     let (first, last) = (points[0], points[points.len() - 1]);
     let (dx, dy) = (last[0] - first[0], last[1] - first[1]);
     let chord = libm::hypot(dx, dy);
@@ -352,7 +424,10 @@ fn low_horizon(_: &Figure) -> Result<Made, HostError> {
             format!("{} px; radius of that circle {radius:.0} px", digits(off_circle_px(&points), 2)),
         ));
     }
-    series.push(Series::thesis("the circle of the global criterion; inliers within 4 px", vec![[-511.0, 0.0], [511.0, 0.0]]));
+    series.push(Series::thesis(
+        "the circle of the global criterion; inliers within 4 px",
+        vec![[-511.0, 0.0], [511.0, 0.0]],
+    ));
     let chart = Chart {
         title: "True limb less the circle through its ends and middle".into(),
         x: Axis::new("place along the shorter side from the middle, px"),
@@ -374,7 +449,8 @@ const NUMBERS: [usize; 3] = [6, 12, 48];
 /// Root mean square error of the direction along the vertical and across it, deg, of points on a horizon.
 fn horizon_errors(view: &LimbView, camera: &Camera, number: usize, seed: u64) -> [f64; 2] {
     let limb = view.in_field();
-    let chosen: Vec<[f64; 2]> = (0..number).map(|index| limb[index * (limb.len() - 1) / (number - 1)]).collect();
+    let chosen: Vec<[f64; 2]> =
+        (0..number).map(|index| limb[index * (limb.len() - 1) / (number - 1)]).collect();
     let down = view.centre();
     // Towards the limb in the field, and across.
     let up = unit(minus([0.0, 0.0, 1.0], times(down[2], down)));
@@ -407,12 +483,22 @@ fn curvature(figure: &Figure) -> Result<Made, HostError> {
         y: Axis::new("height over the chord, px"),
         series: vec![
             Series::ours("ours, along the shorter side of 19.4 deg", heights.clone()).marked(),
-            Series::ours("ours, the same over 24 deg", heights.iter().map(|[h, px]| [*h, px * (640.0f64 / 512.0).powi(2)]).collect()),
+            Series::ours(
+                "ours, the same over 24 deg",
+                heights.iter().map(|[h, px]| [*h, px * (640.0f64 / 512.0).powi(2)]).collect(),
+            ),
             Series::thesis("thesis, 300 km, 24 deg", vec![[300.0, told]]).as_points(),
         ],
     };
     let mut series = Vec::new();
-    let mut rows = vec![figure.row(0, format!("{:.1} px over the shorter side; {:.1} px over 24 deg", heights[0][1], heights[0][1] * (640.0f64 / 512.0).powi(2)))];
+    let mut rows = vec![figure.row(
+        0,
+        format!(
+            "{:.1} px over the shorter side; {:.1} px over 24 deg",
+            heights[0][1],
+            heights[0][1] * (640.0f64 / 512.0).powi(2)
+        ),
+    )];
     for number in NUMBERS {
         let mut of_height = Vec::new();
         for height_km in HEIGHTS_KM {
@@ -424,13 +510,20 @@ fn curvature(figure: &Figure) -> Result<Made, HostError> {
             let points = HEIGHTS_KM.iter().zip(&of_height).map(|(h, of)| [*h, of[axis].median]).collect();
             series.push(Series::ours(format!("ours, {number} points, {name}"), points).marked());
         }
-        let words = format!("{} along the vertical, {} across", of_height[0][0].words("deg"), of_height[0][1].words("deg"));
+        let words = format!(
+            "{} along the vertical, {} across",
+            of_height[0][0].words("deg"),
+            of_height[0][1].words("deg")
+        );
         rows.push(match number {
             6 => Row { what: "Earth vector, 6 points of 1 px, 300 km".into(), ..figure.row(1, words) },
             _ => Row::alone(format!("Earth vector, {number} points of 1 px, 300 km"), words),
         });
     }
-    series.push(Series::thesis("thesis, estimate for 1 px at 300 km", vec![[300.0, figure.thesis[1].value]]).as_points());
+    series.push(
+        Series::thesis("thesis, estimate for 1 px at 300 km", vec![[300.0, figure.thesis[1].value]])
+            .as_points(),
+    );
     let accuracy = Chart {
         title: "Earth vector from a horizon with 1 px of noise a point, distance unknown".into(),
         x: Axis::new("height of the orbit, km"),

@@ -14,9 +14,9 @@ const ECLIPSE: u8 = 2;
 const STAR_PATH: u8 = 3;
 const STAR_PATH_OVER_EARTH: u8 = 4;
 
-/// Focal length, px, at which the lower side of 1024 px takes in the 17.7 deg that 4215 s and two times 13 s
+/// Focal length, px, at which the side of 1280 px, along which the Sun goes, takes in the 17.7 deg that 4215 s and two times 13 s
 /// of the Sun's way in GEO are.
-const THESIS_FOCAL_LENGTH_PX: f64 = 3285.0;
+const THESIS_FOCAL_LENGTH_PX: f64 = 4106.0;
 
 const SCAN_8_5: &str =
     "fig. 8.5; the scan has the numbers, which state they are of follows from the Earth's 17.4 deg";
@@ -135,10 +135,9 @@ fn geo_in_plane(figure: &Figure) -> Result<Made, HostError> {
         figure.row(2, halves(EARTH_PATH)),
         figure.row(3, halves(STAR_PATH)),
     ];
-    let verdict = "Over the Earth ours is 40 s shorter: the thesis's Earth is 17.6 deg wide, ours 17.4 deg from 35,786 km; eclipse ends \
-        and begins for us when some lit limb is seen, 64 s a side sooner. Beside the Earth the reference camera, 24 deg wide along the \
-        Sun's way, is blinded for a quarter of an hour, the thesis's 17.7 deg for seconds: with such a field (3,285 px, the lower \
-        side along the way being 22 deg here) it falls in proportion. One day at the equinox, the worst case."
+    let verdict = "Over the Earth ours is 40 s shorter: the thesis's Earth is 17.6 deg wide, ours 17.4 deg from 35,786 km. Eclipse ends and begins for us when some lit limb is in view, a minute a \
+        side sooner. Beside the Earth the reference camera, 24 deg wide along the Sun's way, is blinded for a quarter of an hour a side; with a field of 17.7 deg, which the thesis's numbers add up to, it is \
+        seconds as there. One day at the equinox, the worst case."
         .to_owned();
     Ok(made(&ours, rows, verdict))
 }

@@ -35,8 +35,11 @@ impl OverSeeds {
         Self { median, edges: [low, high] }
     }
 
-    /// Median and edge in a unit.
+    /// Median and edge in a unit; "none" of no values.
     pub fn words(&self, unit: &str) -> String {
+        if !self.median.is_finite() {
+            return "none".into();
+        }
         format!("{} {unit} (95 %: {})", digits(self.median, 3), digits(self.edges[1], 3))
     }
 
@@ -55,5 +58,6 @@ mod tests {
         let of = OverSeeds::of((1..=20).map(f64::from).chain([f64::NAN]));
         assert_eq!((of.median, of.edges), (10.5, [2.0, 19.0]));
         assert_eq!(of.words("px"), "10.5 px (95 %: 19.0)");
+        assert_eq!(OverSeeds::of([f64::NAN]).words("px"), "none");
     }
 }

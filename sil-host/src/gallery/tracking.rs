@@ -35,11 +35,36 @@ pub const FIGURES: &[Figure] = &[
         title: "the Earth's rotation seen by a camera at rest, from image to image",
         place: "\u{a7}7.2.1.3",
         thesis: &[
-            Told { what: "rate of the Earth", value: 4.16e-3, unit: "deg/s", place: "\u{a7}7.2.1.3; the scan has 416 for its digits, and its own mean torn" },
-            Told { what: "deviation of the rate, an interval of 5.18 s", value: 1.01e-3, unit: "deg/s", place: "\u{a7}7.2.1.3" },
-            Told { what: "attitude of one image by it, pitch/yaw", value: 4.4, unit: "arcsec", place: "tab. 7.4" },
-            Told { what: "attitude of one image by it, roll", value: 28.3, unit: "arcsec", place: "tab. 7.4" },
-            Told { what: "all axes", value: 13.8, unit: "arcsec", place: "\u{a7}7.2.1.3, \u{a7}7.2.1.4; the scan has \u{201c}138\u{201d}" },
+            Told {
+                what: "rate of the Earth",
+                value: 4.16e-3,
+                unit: "deg/s",
+                place: "\u{a7}7.2.1.3; the scan has 416 for its digits, and its own mean torn",
+            },
+            Told {
+                what: "deviation of the rate, an interval of 5.18 s",
+                value: 1.01e-3,
+                unit: "deg/s",
+                place: "\u{a7}7.2.1.3",
+            },
+            Told {
+                what: "attitude of one image by it, pitch/yaw",
+                value: 4.4,
+                unit: "arcsec",
+                place: "tab. 7.4",
+            },
+            Told {
+                what: "attitude of one image by it, roll",
+                value: 28.3,
+                unit: "arcsec",
+                place: "tab. 7.4",
+            },
+            Told {
+                what: "all axes",
+                value: 13.8,
+                unit: "arcsec",
+                place: "\u{a7}7.2.1.3, \u{a7}7.2.1.4; the scan has \u{201c}138\u{201d}",
+            },
         ],
         make: earth_spin,
     },
@@ -83,9 +108,11 @@ fn beside(_: &Figure) -> Result<Made, HostError> {
     let sky = turning_sky::sky();
     let (mut series, mut rows) = (Vec::new(), Vec::new());
     for rate_deg_s in RATES_DEG_S {
-        let seeds = over_seeds(|seed| firsts(seed, rate_deg_s, &sky)).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let seeds =
+            over_seeds(|seed| firsts(seed, rate_deg_s, &sky)).into_iter().collect::<Result<Vec<_>, _>>()?;
         let share = |what: usize, by: u32| {
-            100.0 * seeds.iter().filter(|firsts| firsts[what].is_some_and(|first| first <= by)).count() as f64 / seeds.len() as f64
+            100.0 * seeds.iter().filter(|firsts| firsts[what].is_some_and(|first| first <= by)).count() as f64
+                / seeds.len() as f64
         };
         let either = |by: u32| {
             let known = |firsts: &&[Option<u32>; 2]| firsts.iter().flatten().any(|first| *first <= by);
@@ -93,14 +120,20 @@ fn beside(_: &Figure) -> Result<Made, HostError> {
         };
         let seconds = || 1..=BEGINNING_S;
         if rate_deg_s == RATES_DEG_S[0] || rate_deg_s == RATES_DEG_S[2] {
-            series.push(Series::ours(
-                format!("ours, {rate_deg_s} deg/s: attitude"),
-                seconds().map(|second| [second.into(), share(1, second)]).collect(),
-            ).marked());
-            series.push(Series::ours(
-                format!("{rate_deg_s} deg/s: attitude or rate"),
-                seconds().map(|second| [second.into(), either(second)]).collect(),
-            ).marked());
+            series.push(
+                Series::ours(
+                    format!("ours, {rate_deg_s} deg/s: attitude"),
+                    seconds().map(|second| [second.into(), share(1, second)]).collect(),
+                )
+                .marked(),
+            );
+            series.push(
+                Series::ours(
+                    format!("{rate_deg_s} deg/s: attitude or rate"),
+                    seconds().map(|second| [second.into(), either(second)]).collect(),
+                )
+                .marked(),
+            );
         }
         let first = |what: usize| {
             let known: Vec<f64> = seeds.iter().filter_map(|firsts| firsts[what].map(f64::from)).collect();
@@ -109,7 +142,10 @@ fn beside(_: &Figure) -> Result<Made, HostError> {
                 count => format!("after {} in {count} of {SEEDS}", OverSeeds::of(known).words("s")),
             }
         };
-        rows.push(Row::alone(format!("{rate_deg_s} deg/s: first rate; first attitude"), format!("{}; {}", first(0), first(1))));
+        rows.push(Row::alone(
+            format!("{rate_deg_s} deg/s: first rate; first attitude"),
+            format!("{}; {}", first(0), first(1)),
+        ));
     }
     let chart = Chart {
         title: "What is known after switching on, turning".into(),
@@ -172,7 +208,9 @@ fn spin(seed: u64, sky: &[WorldStar]) -> Result<Vec<([f64; 3], f64)>, HostError>
 fn earth_spin(figure: &Figure) -> Result<Made, HostError> {
     let sky = turning_sky::sky();
     let all = over_seeds(|seed| spin(seed, &sky)).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let per_seed = |of: &dyn Fn(&[([f64; 3], f64)]) -> f64| OverSeeds::of(all.iter().filter(|rates| !rates.is_empty()).map(|rates| of(rates)));
+    let per_seed = |of: &dyn Fn(&[([f64; 3], f64)]) -> f64| {
+        OverSeeds::of(all.iter().filter(|rates| !rates.is_empty()).map(|rates| of(rates)))
+    };
     let mean_size = per_seed(&|rates| rates.iter().map(|(_, size)| size).sum::<f64>() / rates.len() as f64);
     let deviation = per_seed(&|rates| {
         let mean = rates.iter().map(|(_, size)| size).sum::<f64>() / rates.len() as f64;
@@ -182,14 +220,28 @@ fn earth_spin(figure: &Figure) -> Result<Made, HostError> {
     let to_arcsec = 3600.0 * f64::from(INTERVAL_S) / std::f64::consts::SQRT_2;
     let axis = |axis: usize| {
         per_seed(&move |rates: &[([f64; 3], f64)]| {
-            to_arcsec * (rates.iter().map(|(error, _)| error[axis].powi(2)).sum::<f64>() / rates.len() as f64).sqrt()
+            to_arcsec
+                * (rates.iter().map(|(error, _)| error[axis].powi(2)).sum::<f64>() / rates.len() as f64)
+                    .sqrt()
         })
     };
     let (x, z) = (axis(0), axis(2));
     let found: usize = all.iter().map(Vec::len).sum();
     let rows = vec![
-        figure.row(0, format!("{:.3e} deg/s true; mean {:.3e} deg/s (95 %: {:.3e})", EARTH_DEG_S, mean_size.median, mean_size.edges[1])),
-        figure.row(1, format!("{:.2e} deg/s (95 %: {:.2e}), an interval of {INTERVAL_S} s", deviation.median, deviation.edges[1])),
+        figure.row(
+            0,
+            format!(
+                "{:.3e} deg/s true; mean {:.3e} deg/s (95 %: {:.3e})",
+                EARTH_DEG_S, mean_size.median, mean_size.edges[1]
+            ),
+        ),
+        figure.row(
+            1,
+            format!(
+                "{:.2e} deg/s (95 %: {:.2e}), an interval of {INTERVAL_S} s",
+                deviation.median, deviation.edges[1]
+            ),
+        ),
         figure.row(2, x.words("arcsec")),
         figure.row(3, z.words("arcsec")),
         Row::alone("pairs of images with a rate", format!("{found} of {}", SEEDS * u64::from(IMAGES - 1))),
@@ -204,7 +256,11 @@ fn earth_spin(figure: &Figure) -> Result<Made, HostError> {
         x: Axis::new("time, s"),
         y: Axis::new("size of the rate, deg/s"),
         series: vec![
-            Series::ours(format!("ours, seed {SEED}"), one.iter().enumerate().map(|(index, (_, size))| [time(index), *size]).collect()).marked(),
+            Series::ours(
+                format!("ours, seed {SEED}"),
+                one.iter().enumerate().map(|(index, (_, size))| [time(index), *size]).collect(),
+            )
+            .marked(),
             Series::thesis("thesis, rate of the Earth", level(told)),
             Series::thesis("thesis, 1 sigma about it", level(told - sigma)),
             Series::thesis("", level(told + sigma)),
@@ -235,7 +291,8 @@ struct Drawn {
 /// The flight code's streaks of a picture.
 fn streaks_of(picture: &mut impl Detector<Error = fsw_hal::DetectorError>) -> Result<Vec<Streak>, HostError> {
     let fault = |error| HostError::usage(format!("the picture failed ({error:?})"), "report this");
-    let (mut buffer, mut pieces, mut streaks) = ([0; TILE_PIXELS], search::Pieces::new(), Vec::<Streak>::new());
+    let (mut buffer, mut pieces, mut streaks) =
+        ([0; TILE_PIXELS], search::Pieces::new(), Vec::<Streak>::new());
     search::search(picture, &mut buffer, &mut pieces).map_err(fault)?;
     let mut columns = usize::MAX / 2;
     for piece in &pieces {
@@ -251,7 +308,9 @@ fn streaks_of(picture: &mut impl Detector<Error = fsw_hal::DetectorError>) -> Re
 
 /// Images laid over each other while the camera turns by the thesis's angle, means of them.
 fn laid_over(seed: u64, sky: &[WorldStar], length_deg: f64) -> Result<Drawn, HostError> {
-    let fault = |error: fsw_hal::DetectorError| HostError::usage(format!("the scene failed ({error:?})"), "report this");
+    let fault = |error: fsw_hal::DetectorError| {
+        HostError::usage(format!("the scene failed ({error:?})"), "report this")
+    };
     let mut scene = turning_sky::scene(seed, length_deg / f64::from(LAID * STEP_S), sky)?;
     let geometry = scene.geometry();
     let mut sums = vec![0u32; geometry.whole().area()];
@@ -269,14 +328,17 @@ fn laid_over(seed: u64, sky: &[WorldStar], length_deg: f64) -> Result<Drawn, Hos
     let bits = 16;
     let summed = sums.iter().map(|sum| u16::try_from(*sum).unwrap_or(u16::MAX)).collect();
     let geometry = fsw_hal::DetectorGeometry { bits, ..geometry };
-    let mut picture = Picture::from_pixels(geometry, summed).ok_or_else(|| HostError::usage("the sum is no picture", "report this"))?;
+    let mut picture = Picture::from_pixels(geometry, summed)
+        .ok_or_else(|| HostError::usage("the sum is no picture", "report this"))?;
     picture.expose(EXPOSURE_US).map_err(fault)?;
     Ok(Drawn { stars, streaks: streaks_of(&mut picture)? })
 }
 
 /// One image in which the stars move as far, at a rate.
 fn one_image(seed: u64, sky: &[WorldStar], length_deg: f64) -> Result<Drawn, HostError> {
-    let fault = |error: fsw_hal::DetectorError| HostError::usage(format!("the scene failed ({error:?})"), "report this");
+    let fault = |error: fsw_hal::DetectorError| {
+        HostError::usage(format!("the scene failed ({error:?})"), "report this")
+    };
     let mut scene = turning_sky::scene(seed, length_deg / (1e-6 * f64::from(EXPOSURE_US)), sky)?;
     scene.expose_cycle(0, EXPOSURE_US).map_err(fault)?;
     let stars = scene.visible_stars().to_vec();
@@ -304,8 +366,10 @@ fn by_magnitude(drawn: &[Drawn]) -> Vec<[f64; 3]> {
 fn streaks(figure: &Figure) -> Result<Made, HostError> {
     let sky = turning_sky::sky();
     let length_deg = figure.thesis[1].value;
-    let laid = over_seeds(|seed| laid_over(seed, &sky, length_deg)).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let one = over_seeds(|seed| one_image(seed, &sky, length_deg)).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let laid =
+        over_seeds(|seed| laid_over(seed, &sky, length_deg)).into_iter().collect::<Result<Vec<_>, _>>()?;
+    let one =
+        over_seeds(|seed| one_image(seed, &sky, length_deg)).into_iter().collect::<Result<Vec<_>, _>>()?;
     let curve = |table: &[[f64; 3]]| -> Vec<[f64; 2]> {
         table.iter().filter(|row| row[1] > 0.0).map(|[v, all, found]| [*v, 100.0 * found / all]).collect()
     };
@@ -315,22 +379,41 @@ fn streaks(figure: &Figure) -> Result<Made, HostError> {
     };
     let other = |drawn: &[Drawn]| {
         let of = |Drawn { stars, streaks }: &Drawn| {
-            let on = |streak: &&Streak| !stars.iter().any(|star| streak.holds([star.x_px as f32, star.y_px as f32], SAME_PX));
+            let on = |streak: &&Streak| {
+                !stars.iter().any(|star| streak.holds([star.x_px as f32, star.y_px as f32], SAME_PX))
+            };
             streaks.iter().filter(on).count() as f64
         };
         OverSeeds::of(drawn.iter().map(of))
     };
     let (laid_table, one_table) = (by_magnitude(&laid), by_magnitude(&one));
     let lengths = OverSeeds::of(laid.iter().map(|drawn| {
-        let mut lengths: Vec<f64> = drawn.streaks.iter().filter(|streak| !streak.cut).map(|streak| f64::from(streak.length_px())).collect();
+        let mut lengths: Vec<f64> = drawn
+            .streaks
+            .iter()
+            .filter(|streak| !streak.cut)
+            .map(|streak| f64::from(streak.length_px()))
+            .collect();
         lengths.sort_by(f64::total_cmp);
-        lengths.get(lengths.len() / 2).map_or(f64::NAN, |px| libm::atan(px / CameraFile::reference().focal_length_px).to_degrees())
+        lengths
+            .get(lengths.len() / 2)
+            .map_or(f64::NAN, |px| libm::atan(px / CameraFile::reference().focal_length_px).to_degrees())
     }));
     let rows = vec![
         figure.row(0, LAID.to_string()),
         figure.row(1, lengths.words("deg")),
-        figure.row(2, format!("half of the stars of {}; in one image of 2.5 deg/s {}", half(&laid_table), half(&one_table))),
-        Row::alone("streaks that are no star's, an image; in one image", format!("{}; {}", other(&laid).words(""), other(&one).words(""))),
+        figure.row(
+            2,
+            format!(
+                "half of the stars of {}; in one image of 2.5 deg/s {}",
+                half(&laid_table),
+                half(&one_table)
+            ),
+        ),
+        Row::alone(
+            "streaks that are no star's, an image; in one image",
+            format!("{}; {}", other(&laid).words(""), other(&one).words("")),
+        ),
     ];
     let chart = Chart {
         title: "Streaks of 1 deg found by magnitude, 20 seeds".into(),

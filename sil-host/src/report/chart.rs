@@ -4,7 +4,7 @@
 //! curve of ours is solid, one of others dashed with diamonds; every curve is named below the panel.
 
 use super::page::PALETTE;
-use super::scale::{label, round_up};
+use super::scale::round_up;
 use std::fmt::Write as _;
 
 /// Size of the panel, and margins left, above, right and below it.
@@ -243,23 +243,25 @@ impl Chart {
         y: &impl Fn(f64) -> f64,
     ) {
         let ([width, height], bottom) = (PANEL, TOP + PANEL[1]);
-        for tick in self.x.ticks(across) {
+        let ticks = self.x.ticks(across);
+        for tick in &ticks {
             let _ = write!(
                 svg,
                 "<path class=\"grid\" d=\"M{at:.1} {TOP}V{bottom}\"/><text class=\"tick\" x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
                 bottom + 17.0,
-                label(tick),
-                at = x(tick),
+                label(*tick, &ticks),
+                at = x(*tick),
             );
         }
-        for tick in self.y.ticks(up) {
+        let ticks = self.y.ticks(up);
+        for tick in &ticks {
             let _ = write!(
                 svg,
                 "<path class=\"grid\" d=\"M{LEFT} {at:.1}h{width}\"/><text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
                 LEFT - 6.0,
-                y(tick) + 4.0,
-                label(tick),
-                at = y(tick),
+                y(*tick) + 4.0,
+                label(*tick, &ticks),
+                at = y(*tick),
             );
         }
         let middle = TOP + 0.5 * height;
@@ -349,6 +351,22 @@ impl Named<'_> {
     }
 }
 
+/// The label of one of these ticks: a power of ten where it is long, else with the digits that tell it from its
+/// neighbours.
+fn label(tick: f64, ticks: &[f64]) -> String {
+    let apart = ticks.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(f64::MAX, f64::min);
+    let text = if tick != 0.0 && !(1e-4..1e6).contains(&tick.abs()) {
+        format!("{tick:e}")
+    } else {
+        let finest = if tick == 0.0 { apart } else { apart.min(tick.abs()) };
+        let decimals = (-(finest * 1.000_001).log10().floor()).clamp(0.0, 6.0) as usize;
+        let text = format!("{tick:.decimals$}");
+        let even = text.trim_end_matches('0').trim_end_matches('.').to_owned();
+        if text.contains('.') { even } else { text }
+    };
+    text.replace('-', "\u{2212}")
+}
+
 /// Text fit for a drawing.
 fn escaped(text: &str) -> String {
     super::page::escaped(text)
@@ -366,6 +384,15 @@ mod tests {
         let logarithmic = Axis::logarithmic("x");
         assert_eq!(logarithmic.ticks([0.0, 2.0]), [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]);
         assert_eq!(logarithmic.ticks([-3.0, 1.0]).len(), 5, "decades alone where there are many");
+    }
+
+    #[test]
+    fn labels_tell_neighbours_apart() {
+        let words = |ticks: &[f64]| ticks.iter().map(|tick| label(*tick, ticks)).collect::<Vec<_>>();
+        assert_eq!(words(&[73.65, 73.7, 73.75]), ["73.65", "73.7", "73.75"]);
+        assert_eq!(words(&[1e-9, 1e-8]), ["1e\u{2212}9", "1e\u{2212}8"]);
+        assert_eq!(words(&[-0.5, 0.0, 0.5]), ["\u{2212}0.5", "0", "0.5"]);
+        assert_eq!(words(&[1.0, 10.0, 100.0]), ["1", "10", "100"]);
     }
 
     #[test]
