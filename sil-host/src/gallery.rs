@@ -11,7 +11,8 @@
 //! | [`horizon`], [`fits`] | the limb on the detector, circles and ellipses through it (figs. 3.26 to 3.28, eq. 3.33) |
 //! | [`identification`] | its probability and time by tolerance (figs. 4.3, 4.4) |
 //! | [`tracking`] | turning without an attitude (figs. 3.16, 7.10, 7.11) |
-//! | [`orbit`] | point solution, four days in GEO, perturbations (figs. 6.2 to 6.5, A.7) |
+//! | [`point`], [`orbit`] | point solution, four days in GEO (figs. 6.2 to 6.5) |
+//! | [`perturbations`] | forces by radius (fig. A.7) |
 //! | [`earth`] | the Earth in geostationary pictures (figs. 7.14 to 7.17) |
 //! | [`accuracies`] | all accuracies together (tab. 7.4, 9.2) |
 //! | [`seeds`] | none: medians and what 95 % of the seeds keep |
@@ -31,6 +32,8 @@ pub mod identification;
 pub mod orbit;
 pub mod outages;
 pub mod page;
+pub mod perturbations;
+pub mod point;
 pub mod seeds;
 pub mod tracking;
 pub mod turning_sky;
@@ -129,7 +132,9 @@ pub fn figures() -> impl Iterator<Item = &'static Figure> {
         tracking::FIGURES,
         horizon::FIGURES,
         earth::FIGURES,
+        point::FIGURES,
         orbit::FIGURES,
+        perturbations::FIGURES,
         outages::FIGURES,
         accuracies::FIGURES,
     ];

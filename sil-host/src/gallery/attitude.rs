@@ -230,10 +230,13 @@ fn number_of_stars(figure: &Figure) -> Result<Made, HostError> {
     Ok(Made::new(&[chart], rows, verdict))
 }
 
+/// Error of an attitude and its reported covariance, over the noise of a star.
+type Solved = (Vector3<f64>, Matrix3<f64>);
+
 fn geometry(_: &Figure) -> Result<Made, HostError> {
     let sky = Sky::of_seed(SEED)?;
     // All sets of five stars: the error and the reported covariance, over the star's noise.
-    let sets: Vec<(Vector3<f64>, Matrix3<f64>)> = (0..DIRECTIONS)
+    let sets: Vec<Solved> = (0..DIRECTIONS)
         .flat_map(|direction| (1..=10).map(move |level| (direction, level)))
         .filter_map(|(direction, level)| {
             let set = sky.set(direction, NAMED_STARS, level, 1.0)?;
@@ -243,9 +246,7 @@ fn geometry(_: &Figure) -> Result<Made, HostError> {
             Some((error / sigma, found.covariance_rad2.map(f64::from) / (sigma * sigma)))
         })
         .collect();
-    let rms = |of: &dyn Fn(&(Vector3<f64>, Matrix3<f64>)) -> f64| {
-        (sets.iter().map(of).sum::<f64>() / sets.len() as f64).sqrt()
-    };
+    let rms = |of: &dyn Fn(&Solved) -> f64| (sets.iter().map(of).sum::<f64>() / sets.len() as f64).sqrt();
     let axes = ["x of the aligned frame", "y", "z"];
     let mut series = Vec::new();
     for (axis, name) in axes.into_iter().enumerate() {
@@ -321,8 +322,8 @@ const RATES_DEG_S: [f64; 6] = [0.0, 0.03, 0.1, 0.2, 0.3, 0.5];
 /// Exposure of the flights, us.
 const EXPOSURE_US: u32 = 400_000;
 /// Seconds of a flight, and those of its acquisition, which do not count.
-const FLOWN_S: u32 = 14;
-const BEGUN_S: u32 = 6;
+const FLOWN_S: u32 = 10;
+const BEGUN_S: u32 = 4;
 
 /// Errors of the single images of a flight, rms, arcsec: pitch/yaw and roll; and the share of the seconds
 /// with an attitude.

@@ -82,6 +82,8 @@ pub const FIGURES: &[Figure] = &[
     },
 ];
 
+/// Parts of half a degree about the Earth's centre: of a low horizon that is 84 px.
+const HORIZON_PARTS: u32 = 16;
 /// Equator of date of the views: the ICRS.
 const EQUATOR: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -112,17 +114,32 @@ impl LimbView {
         })
     }
 
-    /// Where the limb is imaged, px, by azimuth about the centre of the Earth, in half degrees; all of it that is
-    /// before the camera.
-    pub(super) fn limb_px(&self) -> Vec<[f64; 2]> {
-        let ways = self.ellipsoid.limb().map(|(_, place)| apply(&self.rows, minus(place, self.position_km)));
-        ways.filter_map(|way| self.optics.project(way)).collect()
+    /// Where the limb is imaged, px, by azimuth about the centre of the Earth: of each half degree so many parts,
+    /// between which a cubic curve goes; all of it that is before the camera.
+    pub(super) fn limb_px(&self, parts: u32) -> Vec<[f64; 2]> {
+        let places: Vec<Vector> = self.ellipsoid.limb().map(|(_, place)| place).collect();
+        let at = |index: usize, k: usize| places[(index + places.len()) % places.len()][k];
+        let between = |index: usize, t: f64| {
+            [0, 1, 2].map(|k| {
+                let [a, b, c, d] =
+                    [index + places.len() - 1, index, index + 1, index + 2].map(|index| at(index, k));
+                // Catmull and Rom's: off by 1e-9 of the radius at half degrees.
+                let (slope, next) = (0.5 * (c - a), 0.5 * (d - b));
+                b + t
+                    * (slope + t * (3.0 * (c - b) - 2.0 * slope - next + t * (2.0 * (b - c) + slope + next)))
+            })
+        };
+        let all = (0..places.len()).flat_map(|index| (0..parts).map(move |part| (index, part)));
+        let place = |(index, part)| between(index, f64::from(part) / f64::from(parts));
+        all.map(place)
+            .filter_map(|place| self.optics.project(apply(&self.rows, minus(place, self.position_km))))
+            .collect()
     }
 
     /// The limb on the detector, in order from left to right.
     pub(super) fn in_field(&self) -> Vec<[f64; 2]> {
         let mut points: Vec<[f64; 2]> =
-            self.limb_px().into_iter().filter(|place| self.optics.on_detector(*place)).collect();
+            self.limb_px(HORIZON_PARTS).into_iter().filter(|place| self.optics.on_detector(*place)).collect();
         points.sort_by(|a, b| a[1].total_cmp(&b[1]));
         points
     }
@@ -194,6 +211,9 @@ const METHODS: [&str; 7] = [
     "flown",
 ];
 
+/// A fit from points, a centre and a radius.
+type Fit = fn(&[[f64; 2]], [f64; 2], f64) -> Option<[f64; 2]>;
+
 /// Errors of the centre towards the lit side and across, px, of all methods for one arc about the equator's
 /// east.
 fn errors(
@@ -203,7 +223,7 @@ fn errors(
     seed: u64,
     trial: u64,
 ) -> [Option<[f64; 2]>; METHODS.len()] {
-    let all = view.limb_px();
+    let all = view.limb_px(1);
     let true_px = view.centre_px();
     let angle = |[x, y]: &[f64; 2]| libm::atan2(y - true_px[1], x - true_px[0]).to_degrees();
     let mut lit: Vec<[f64; 2]> =
@@ -219,7 +239,7 @@ fn errors(
     let circle = |e: f32| {
         of(thesis::circle(&points, [0.0, -1.0], e).ok().map(|circle| circle.centre_px.map(f64::from)))
     };
-    let by = |fit: fn(&[[f64; 2]], [f64; 2], f64) -> Option<[f64; 2]>| {
+    let by = |fit: Fit| {
         let guess = guess?;
         of(fit(&places, guess.centre_px.map(f64::from), guess.radius_px.into()))
     };
@@ -308,7 +328,7 @@ fn fits(figure: &Figure) -> Result<Made, HostError> {
     let verdict = format!(
         "The order is the thesis's: direct and geometric ellipses are worst with little of the limb, for they must find five parameters; the circularised circle needs three, and \
          the flown fit of the true cone is as good without its approximations. A plain circle on the ellipsoid itself makes a step of {:.3} deg only: what the thesis saw \
-         in METEOSAT's pictures, 0.2 deg, cannot come from an eccentricity of 0.081, and it says so by its \u{201c}apparent eccentricity\u{201d} (see fig-7.16). {SEEDS} seeds.",
+         in METEOSAT's pictures, 0.2 deg, cannot come from an eccentricity of 0.081 alone, and it says so by its \u{201c}apparent eccentricity\u{201d} (see fig-7.16). {SEEDS} seeds.",
         step(0)
     );
     Ok(Made::new(&[chart], rows, verdict))
@@ -390,8 +410,8 @@ fn off_axis(_: &Figure) -> Result<Made, HostError> {
             ),
         ),
     ];
-    let verdict = "The thesis gives a sketch and no number. It neglects the effect in GEO, where the Earth stands in the middle; a degree off it is already half a pixel, as \
-        much as a limb point's noise, so the flight code fits the cone itself, at any angle and distance.";
+    let verdict = "The thesis gives a sketch and no number. It neglects the effect in GEO, where the Earth stands in the middle: a degree off, 0.1 px, \
+        that is right; five degrees off it is 4 px, many times a limb point's noise. The flight code fits the cone itself, at any angle and distance";
     Ok(Made::new(&[chart], rows, verdict))
 }
 
@@ -421,7 +441,12 @@ fn low_horizon(_: &Figure) -> Result<Made, HostError> {
         series.push(Series::ours(format!("ours, {height_km:.0} km: limb less circle"), off.collect()));
         rows.push(Row::alone(
             format!("farthest from the circle through ends and middle, {height_km:.0} km"),
-            format!("{} px; radius of that circle {radius:.0} px", digits(off_circle_px(&points), 2)),
+            format!(
+                "{} px; radius of that circle {radius:.0} px, f tan(half angle) {:.0} px",
+                digits(off_circle_px(&points), 2),
+                CameraFile::reference().focal_length_px
+                    * libm::tan(libm::asin(EQUATOR_KM / (EQUATOR_KM + height_km)))
+            ),
         ));
     }
     series.push(Series::thesis(
@@ -434,9 +459,9 @@ fn low_horizon(_: &Figure) -> Result<Made, HostError> {
         y: Axis::new("limb outside the circle, px"),
         series,
     };
-    let verdict = "The thesis's picture shows circle and limb apart, without scale. Through the ends and the middle of this field a circle follows the limb to a fraction of a \
-        pixel; but its centre is not the Earth's: the hyperbola's curvature changes along it, and what a circle makes of it is off by degrees. The flight code \
-        asks for the cone from the start, in LEO and in GEO, as the thesis demands of LEO.";
+    let verdict = "The thesis's picture shows circle and limb apart, without scale, and concludes that no circle serves there. With the horizon across the middle of this lens a circle follows \
+        the limb to a thirtieth of a pixel, and its radius is that of the way to the image of the Earth's centre, f tan(half angle): the hyperbola's curvature at its vertex. It is the short arc that makes a single \
+        frame weak in LEO (fig-3.28), not the conic. Away from the middle the circle fails (fig-3.26); the flight code asks for the cone from the start, in LEO and in GEO";
     Ok(Made::new(&[chart], rows, verdict))
 }
 
@@ -530,8 +555,8 @@ fn curvature(figure: &Figure) -> Result<Made, HostError> {
         y: Axis::logarithmic("error of the direction, rms, deg"),
         series,
     };
-    let verdict = "The curvature is the thesis's. Its estimate of the Earth vector takes one pixel of the whole curve; with the distance unknown direction and distance trade off along \
-        the vertical, so that single frames of six points are several times worse than it says, and 48 points about as it says. Across the vertical, and with \
-        the orbit's distance known, the error is a hundredth of that, which is how the flight code uses a low orbit's horizon.";
+    let verdict = "The horizon is somewhat flatter than the thesis's round figure. Its estimate of the Earth vector takes one pixel of the whole curve; with the distance unknown direction and distance trade off along \
+        the vertical, so that a single frame of a few points is worse than it says. (Reached in flight, it says: 2 deg.) Across the vertical the error is a small part of that, and an orbit knows the distance: \
+        the flight code takes the points' heights into the orbit instead of a centre";
     Ok(Made::new(&[bow, accuracy], rows, verdict))
 }

@@ -170,7 +170,7 @@ fn probability(figure: &Figure) -> Result<Made, HostError> {
         y: Axis::new("identified rightly, %").between([0.0, 102.0]),
         series,
     };
-    let verdict = "As in the thesis the curves rise and level off by three sigmas, and with much noise a wider tolerance costs right answers. Where the thesis then takes a false \
+    let verdict = "As in the thesis the curves rise to three sigmas, and beyond, with much noise, a wider tolerance costs right answers. Where the thesis then takes a false \
         sky now and then, the flight code says \u{201c}not identified\u{201d}: an answer is told only with a chance of one in a thousand million of being wrong, which five stars of 30 arcsec \
         and more cannot give. With all stars of the field, as it flies, 60 arcsec are no hindrance.";
     Ok(Made::new(&[chart], rows, verdict))

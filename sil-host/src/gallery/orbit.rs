@@ -1,5 +1,4 @@
-//! Positions and orbits: a point solution by attitude, four days in GEO, and what perturbs an orbit (thesis
-//! figs. 6.2 to 6.5 and A.7).
+//! Four days in GEO: the orbit's radius with and without distance, outages, forces (thesis figs. 6.3 to 6.5).
 //!
 //! The truth is the world's orbit under all forces; fixes go to the flight code's filter as in
 //! [`crate::commands::navigate`].
@@ -9,39 +8,21 @@ use super::{Figure, Made, Row, Told, digits};
 use crate::error::HostError;
 use crate::judge::second::orbit_axes;
 use crate::report::chart::{Axis, Chart, Series};
-use crate::world::attitude::{Vector, apply};
+use crate::world::attitude::apply;
 use crate::world::noise::{Noise, Stream};
 use crate::world::orbit::TruthOrbit;
-use crate::world::orbit::forces::Forces as WorldForces;
-use crate::world::vector::{length, minus};
-use fsw_core::frames::{EarthPath, Icrs, Rotation, StarPath};
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
 use fsw_core::orbit::filter::OrbitFilter;
-use fsw_core::orbit::forces::{Dynamics, Forces};
+use fsw_core::orbit::forces::Dynamics;
 use fsw_core::orbit::parameters::{Observation, OrbitParameters};
-use fsw_core::orbit::point::{PositionFix, earth_to_icrs};
+use fsw_core::orbit::point::PositionFix;
 use nalgebra::{Matrix3, Vector3};
 
 const ORBIT_PLACE: &str = "\u{a7}6.2";
 
 /// The figures.
 pub const FIGURES: &[Figure] = &[
-    Figure {
-        name: "fig-6.2",
-        title: "accuracy of a point solution by the attitude",
-        place: "\u{a7}6.1",
-        thesis: &[
-            Told {
-                what: "all axes together change with the attitude by, share of the distance",
-                value: 1e-6,
-                unit: "rad",
-                place: "\u{a7}6.1",
-            },
-            Told { what: "point solution in GEO, 1 sigma", value: 60.0, unit: "km", place: "tab. 7.4, 9.2" },
-        ],
-        make: point_solution,
-    },
     Figure {
         name: "fig-6.3",
         title: "error of the orbit's radius with and without the distance",
@@ -126,19 +107,12 @@ pub const FIGURES: &[Figure] = &[
         ],
         make: kepler,
     },
-    Figure {
-        name: "fig-A.7",
-        title: "perturbing accelerations by the orbit's radius",
-        place: "\u{a7}A.4.2",
-        thesis: &[],
-        make: perturbations,
-    },
 ];
 
 /// Distance of a geostationary orbit, km.
-const GEO_KM: f64 = 42_164.17;
+pub(super) const GEO_KM: f64 = 42_164.17;
 /// Noise of a direction, rad, and of the distance that goes with it (the limb's angle off by the same), km.
-const NOISE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+pub(super) const NOISE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 const RANGE_KM: f64 = 480.0;
 /// Between two fixes, s; each tells as much as ten of the thesis's.
 const CADENCE_S: u32 = 10;
@@ -157,7 +131,7 @@ const KEPLER_NOISE_KM_S15: f32 = 2e-6;
 /// Windows of the thesis, s.
 const WINDOWS_S: [[u32; 2]; 2] = [[200_000, 300_000], [300_000, 350_000]];
 /// 23 September 2026, 6:00 UTC, us since J2000.0.
-const START_US: i64 = 843_588_000_000_000;
+pub(super) const START_US: i64 = 843_588_000_000_000;
 
 /// A way to estimate.
 #[derive(Clone, Copy)]
@@ -409,226 +383,4 @@ fn kepler(figure: &Figure) -> Result<Made, HostError> {
         Kepler's need a process noise as large as what they lack in GEO (the Earth's bulge, Moon and Sun: fig. A.7), and that noise then is the error. The thesis's \
         filter may have had such a noise in both cases. Carried for a revolution without a fix all forces stay far below the thesis's 100 m.";
     Ok(Made::new(&[chart("Radius in GEO by the forces of the filter", series)], rows, verdict))
-}
-
-/// Sigmas of the attitude, arcsec, about x, y, z (thesis tab. 9.2).
-const ATTITUDE_ARCSEC: [f64; 3] = [6.0, 6.0, 25.0];
-/// Attitudes over the sphere.
-const ATTITUDES: u32 = 411;
-
-/// A line of sight of the spiral.
-fn sight(number: u32) -> Vector {
-    let golden_rad = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let z = 1.0 - f64::from(2 * number + 1) / f64::from(ATTITUDES);
-    let (sine, cosine) = libm::sincos(golden_rad * f64::from(number));
-    let across = (1.0 - z * z).sqrt();
-    [across * cosine, across * sine, z]
-}
-
-/// Standard deviations of a position along x and of all axes together, km, with the star path along a line of
-/// sight, the Earth behind it (`mounting` none) or across it.
-fn point_sigmas_km(sight: Vector, mounting: &Rotation<EarthPath, StarPath>) -> Option<[f64; 2]> {
-    let z = Vector3::from(sight);
-    let aside = if z.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
-    let x = aside.cross(&z).normalize();
-    let rows = Matrix3::from_rows(&[x.transpose(), z.cross(&x).transpose(), z.transpose()]);
-    let attitude = Rotation::<Icrs, StarPath>::from_orthogonal(rows.map(|part| part as f32));
-    let earth_km = Vector3::new(0.0, 0.0, GEO_KM as f32);
-    let noise = Matrix3::identity() * ((NOISE_RAD * GEO_KM).powi(2) as f32);
-    let arcsec = std::f64::consts::PI / (180.0 * 3600.0);
-    let attitude_rad2 =
-        Matrix3::from_diagonal(&Vector3::from(ATTITUDE_ARCSEC.map(|sigma| (sigma * arcsec).powi(2) as f32)));
-    let to_icrs = earth_to_icrs(&attitude, mounting);
-    let fix = PositionFix::new(
-        &earth_km,
-        [&noise, &Matrix3::zeros()],
-        &earth_km,
-        &to_icrs,
-        &attitude_rad2,
-        mounting,
-    )?;
-    Some([fix.covariance_km2.m11.sqrt(), (fix.covariance_km2.trace() / 3.0).sqrt()])
-}
-
-fn point_solution(figure: &Figure) -> Result<Made, HostError> {
-    let turned = |axis_deg: f32| {
-        let half = 0.5 * axis_deg.to_radians();
-        Rotation::<EarthPath, StarPath>::from_quaternion([libm::sinf(half), 0.0, 0.0, libm::cosf(half)])
-    };
-    let mut series = Vec::new();
-    let mut rows = Vec::new();
-    let (mut changes, mut all_axes) = (Vec::new(), 0.0);
-    for (name, angle_deg) in
-        [("the Earth along the star path's axis", 180.0), ("the Earth across it, as in our mount", 90.0)]
-    {
-        let mounting =
-            turned(angle_deg).ok_or_else(|| HostError::usage("a mounting is none", "report this"))?;
-        let points: Vec<[f64; 3]> = (0..ATTITUDES)
-            .filter_map(|number| {
-                let [x, all] = point_sigmas_km(sight(number), &mounting)?;
-                Some([sight(number)[0], x, all])
-            })
-            .collect();
-        let range = |part: usize| {
-            let values = || points.iter().map(move |point| point[part]);
-            [values().fold(f64::MAX, f64::min), values().fold(0.0, f64::max)]
-        };
-        let ([low, high], [least, most]) = (range(1), range(2));
-        rows.push(Row::alone(
-            format!("sigma along x, {name}, least and largest"),
-            format!("{low:.3} and {high:.3} km"),
-        ));
-        changes.push((most - least) / GEO_KM);
-        all_axes = most;
-        series.push(
-            Series::ours(format!("ours, {name}"), points.iter().map(|point| [point[0], point[1]]).collect())
-                .as_points(),
-        );
-    }
-    rows.insert(0, figure.row(0, format!("{:.1e} and {:.1e} rad", changes[0], changes[1])));
-    rows.insert(
-        1,
-        figure.row(1, format!("{:.0} km an axis with 0.1 deg of the Earth's direction", all_axes)),
-    );
-    series.push(Series::thesis(
-        "0.1 deg of the Earth's direction alone",
-        vec![[-1.0, NOISE_RAD * GEO_KM], [1.0, NOISE_RAD * GEO_KM]],
-    ));
-    let chart = Chart {
-        title: "Position along x of ICRS, 411 attitudes, GEO".into(),
-        x: Axis::new("x component of the star path's line of sight"),
-        y: Axis::new("sigma of the position along x, km"),
-        series,
-    };
-    let verdict = "As the thesis says, one axis varies only with the star sensor's variances, a thousandth of the Earth's, and all axes together do not vary, so \
-        that the mount may be chosen freely. Its colours on a sphere are drawn here over the component that they depend on. 0.1 deg is 74 km; the thesis's 60 km is 0.08 deg.";
-    Ok(Made::new(&[chart], rows, verdict))
-}
-
-/// Acceleration by the difference of two flights, km/s², over this time, s.
-const SPAN_S: u32 = 100;
-
-/// Acceleration on a circular orbit of a radius by forces of the flight code beside others.
-fn flown_km_s2(radius_km: f64, forces: Forces, without: Forces) -> f64 {
-    let speed = (MU_EARTH_KM3_S2 / radius_km).sqrt();
-    let (sine, cosine) = libm::sincos(50f64.to_radians());
-    let start = OrbitState {
-        time_us: START_US,
-        position_km: Vector3::new(0.0, radius_km, 0.0),
-        velocity_km_s: Vector3::new(-speed * cosine, 0.0, speed * sine),
-    };
-    let span_us = i64::from(SPAN_S) * 1_000_000;
-    match (forces.propagate(&start, span_us), without.propagate(&start, span_us)) {
-        (Ok(with), Ok(without)) => (with.velocity_km_s - without.velocity_km_s).norm() / f64::from(SPAN_S),
-        _ => f64::NAN,
-    }
-}
-
-/// The same by the world.
-fn true_km_s2(radius_km: f64, forces: &WorldForces, without: &WorldForces) -> f64 {
-    let speed = (MU_EARTH_KM3_S2 / radius_km).sqrt();
-    let (sine, cosine) = libm::sincos(50f64.to_radians());
-    let at = |forces: &WorldForces| {
-        let velocity = [-speed * cosine, 0.0, speed * sine];
-        TruthOrbit::with_forces(START_US, [0.0, radius_km, 0.0], velocity, SPAN_S, forces)
-            .ok()
-            .map(|orbit| orbit.at(SPAN_S.into()).1)
-    };
-    at(forces)
-        .zip(at(without))
-        .map_or(f64::NAN, |(with, without)| length(minus(with, without)) / f64::from(SPAN_S))
-}
-
-/// What perturbs, as flown and as the world has it.
-fn curves(radii: &[f64]) -> Vec<(&'static str, Vec<[f64; 2]>, Vec<[f64; 2]>)> {
-    let none = WorldForces {
-        gravity_degree: 0,
-        gravity_order: 0,
-        sun: false,
-        moon: false,
-        drag: false,
-        radiation_pressure: false,
-        ..WorldForces::default()
-    };
-    let of = |name, with: Option<(Forces, Forces)>, world: WorldForces, without: &WorldForces| {
-        let flown = radii
-            .iter()
-            .filter_map(|r| Some([*r, with.map(|(with, without)| flown_km_s2(*r, with, without))?]))
-            .collect();
-        (name, flown, radii.iter().map(|r| [*r, true_km_s2(*r, &world, without)]).collect())
-    };
-    let bulge = Forces { degree: 2, order: 0, ..Forces::KEPLER };
-    let whole = Forces { degree: 8, order: 8, ..Forces::KEPLER };
-    let true_bulge = WorldForces { gravity_degree: 2, gravity_order: 0, ..none.clone() };
-    vec![
-        ("J2", Some((bulge, Forces::KEPLER)), true_bulge.clone(), none.clone()),
-        (
-            "field beyond J2",
-            Some((whole, bulge)),
-            WorldForces { gravity_degree: 8, gravity_order: 8, ..none.clone() },
-            true_bulge,
-        ),
-        (
-            "Sun and Moon",
-            Some((Forces { sun_and_moon: true, ..Forces::KEPLER }, Forces::KEPLER)),
-            WorldForces { sun: true, moon: true, ..none.clone() },
-            none.clone(),
-        ),
-        ("Sun", None, WorldForces { sun: true, ..none.clone() }, none.clone()),
-        ("Moon", None, WorldForces { moon: true, ..none.clone() }, none.clone()),
-        (
-            "drag, 0.022 m2/kg",
-            Some((Forces { drag_m2_kg: 0.022, ..Forces::KEPLER }, Forces::KEPLER)),
-            WorldForces { drag: true, ..none.clone() },
-            none.clone(),
-        ),
-        (
-            "sunlight, 0.013 m2/kg",
-            Some((Forces { radiation_m2_kg: 0.013, ..Forces::KEPLER }, Forces::KEPLER)),
-            WorldForces { radiation_pressure: true, ..none.clone() },
-            none.clone(),
-        ),
-    ]
-    .into_iter()
-    .map(|(name, with, world, without)| of(name, with, world, &without))
-    .collect()
-}
-
-fn perturbations(_: &Figure) -> Result<Made, HostError> {
-    let radii: Vec<f64> =
-        (0..=40).map(|step| 6_600.0 * libm::pow(50_000.0 / 6_600.0, f64::from(step) / 40.0)).collect();
-    let all = curves(&radii);
-    let at_geo = curves(&[6_828.0, GEO_KM]);
-    let positive = |points: &[[f64; 2]]| -> Vec<[f64; 2]> {
-        points.iter().map(|[r, a]| [*r, if *a > 1e-16 { *a } else { f64::NAN }]).collect()
-    };
-    let mut series = Vec::new();
-    let mut rows = Vec::new();
-    for ((name, flown, world), (_, at_flown, at_world)) in all.iter().zip(&at_geo) {
-        if !flown.is_empty() {
-            series.push(Series::ours(format!("flown: {name}"), positive(flown)));
-        }
-        series.push(Series::thesis("", positive(world)));
-        let words = |points: &[[f64; 2]]| match points {
-            [low, high] => format!("{:.1e} and {:.1e}", low[1], high[1]),
-            _ => "not apart".into(),
-        };
-        rows.push(Row::alone(
-            format!("{name}, 450 km high and GEO, km/s\u{b2}: flown; world"),
-            format!("{}; {}", words(at_flown), words(at_world)),
-        ));
-    }
-    if let Some(world) = series.iter_mut().find(|series| series.of_thesis) {
-        world.name = "the world, written apart (also Sun and Moon alone)".into();
-    }
-    let chart = Chart {
-        title: "Perturbing accelerations by the orbit's radius".into(),
-        x: Axis::logarithmic("radius of the orbit, km"),
-        y: Axis::logarithmic("acceleration, km/s\u{b2}").between([1e-14, 1e-4]),
-        series,
-    };
-    let verdict = "The thesis takes its figure from Montenbruck and Gill, and the scan does not hold it, so that no number of it stands here; the dashed \
-        lines are the world's own, apart from the flight code's. Over each other they show that flight code and world agree from low orbits to GEO; drag ends where the \
-        density's table does, 1,000 km. One place, date and inclination: of the field beyond J2 and of Sun and Moon the direction matters by a factor of two.";
-    Ok(Made::new(&[chart], rows, verdict))
 }

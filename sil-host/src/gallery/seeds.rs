@@ -40,7 +40,8 @@ impl OverSeeds {
         if !self.median.is_finite() {
             return "none".into();
         }
-        format!("{} {unit} (95 %: {})", digits(self.median, 3), digits(self.edges[1], 3))
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        format!("{}{unit} (95 %: {})", digits(self.median, 3), digits(self.edges[1], 3))
     }
 
     /// A point of a band.

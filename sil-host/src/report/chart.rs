@@ -19,7 +19,7 @@ const LETTER: f64 = 6.6;
 /// Share of a range that is left free beyond the farthest values.
 const MARGIN: f64 = 0.05;
 /// Colours of curves, and dashes of others', in turn.
-const COLOURS: usize = 6;
+const COLOURS: usize = 7;
 const DASHES: usize = 3;
 
 /// What classes of drawings look like without a page about them.
@@ -32,6 +32,7 @@ const STYLE: &str = "text { font: 12px system-ui, sans-serif; fill: var(--ink); 
     .c0 { stroke: var(--line); fill: var(--line); } .c1 { stroke: var(--good); fill: var(--good); } \
     .c2 { stroke: var(--restart); fill: var(--restart); } .c3 { stroke: var(--bad); fill: var(--bad); } \
     .c4 { stroke: var(--soft); fill: var(--soft); } .c5 { stroke: var(--way-dark); fill: var(--way-dark); } \
+    .c6 { stroke: var(--way-sun); fill: var(--way-sun); } \
     .thesis { stroke: var(--level); fill: var(--level); } .curve, .curve.thesis { fill: none; }";
 
 /// A drawing for a page, made a file of its own.
