@@ -5,12 +5,14 @@
 
 mod campaign;
 mod flights;
+mod gallery;
 mod installed;
 mod orbits;
 mod pictures;
 
 pub use campaign::*;
 pub use flights::*;
+pub use gallery::*;
 pub use installed::*;
 pub use orbits::*;
 pub use pictures::*;
@@ -69,6 +71,8 @@ pub enum Command {
     Defects(DefectsArguments),
     /// Many seeded runs of one thing, judged together
     Campaign(CampaignArguments),
+    /// The thesis's figures and tables: ours over the thesis's numbers, where they differ and why
+    Gallery(GalleryArguments),
     /// Frames, parameters and telemetry for the emulated computer
     Record(RecordArguments),
     /// Centroid errors by magnitude, beside the Cramer-Rao bound

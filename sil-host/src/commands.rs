@@ -12,6 +12,7 @@ pub mod columns;
 pub mod decode;
 pub mod defects;
 pub mod earth;
+pub mod gallery;
 pub mod identify;
 pub mod installed;
 pub mod navigate;
@@ -69,6 +70,7 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
             Campaign::Acquire(arguments) => campaign::acquire::run(arguments),
             Campaign::Earth(arguments) => campaign::earth::run(arguments),
         },
+        Command::Gallery(arguments) => gallery::run(arguments),
         Command::Record(arguments) => record::run(arguments),
         Command::Centroids(arguments) => centroids::run(arguments),
         Command::Budget(arguments) => budget::run(arguments),

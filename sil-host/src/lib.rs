@@ -14,6 +14,7 @@
 //! | [`report`] | a run on one page |
 //! | [`serve`] | a page on which a run is flown live, or looked at |
 //! | [`campaign`] | many seeded runs of one thing |
+//! | [`gallery`] | the thesis's figures, ours beside the thesis's |
 //! | [`commands`], [`program`] | what the commands do, a file each; the program around them |
 //!
 //! Pixels count x right and y down, the centre of the first pixel read is (0, 0). The sensor frame is x
@@ -36,6 +37,7 @@ mod drawing;
 pub mod error;
 pub mod flight;
 pub mod formats;
+pub mod gallery;
 pub mod harness;
 pub mod judge;
 pub mod output;

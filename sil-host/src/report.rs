@@ -7,6 +7,7 @@
 //! | [`scale`] | how large a curve's values are | heights and ticks |
 //! | [`panel`] | a curve | its scale, and what it cannot show |
 //! | [`plot`], [`strip`] | panels; modes | inline SVG over the time of the run |
+//! | [`chart`] | curves of one quantity over another | SVG files that stand alone |
 //! | [`histogram`] | errors and sigmas | inline SVG: how far the sigmas are right |
 //! | [`orbit_view`] | the truth | inline SVG: orbit, Earth, shadow, Sun |
 //! | [`moments`] | seconds | the few worth a picture |
@@ -19,6 +20,7 @@
 //! No scripts, no fonts, no links to elsewhere; colours follow the reader's light or dark. Nothing in it
 //! depends on the time of day, so that equal runs give equal files.
 
+pub mod chart;
 pub mod figures_table;
 pub mod frames;
 pub mod glossary;

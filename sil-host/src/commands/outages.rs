@@ -14,7 +14,7 @@
 //! States shorter than [`fsw_core::outages::STEP_S`] may be passed over. Six orbits of the thesis stand in
 //! `sil-host/orbits`.
 
-mod page;
+pub mod page;
 
 use crate::cli::OutagesArguments;
 use crate::error::{Faults, HostError};
@@ -49,7 +49,7 @@ pub const STATES: [(&str, &str); 5] = [
 ];
 
 /// Number of a state, as it stands, with its words.
-fn words(state: u8) -> String {
+pub fn words(state: u8) -> String {
     format!("{state} {}", STATES[usize::from(state)].1)
 }
 

@@ -11,7 +11,7 @@ pub struct Scale {
 }
 
 /// Steps of 1, 2 or 5 times a power of ten: the least that is not below `value`.
-fn round_up(value: f64) -> f64 {
+pub(super) fn round_up(value: f64) -> f64 {
     let power = 10f64.powi(libm::floor(libm::log10(value)) as i32);
     [1.0, 2.0, 5.0, 10.0]
         .into_iter()

@@ -18,6 +18,7 @@ mod earth_real;
 mod earth_vectors;
 mod emulator;
 mod extended_objects;
+mod gallery;
 mod identify_fields;
 mod installed;
 mod jobs;

@@ -222,11 +222,16 @@ impl Frame {
         limit::direction_deg(&Limb::of(&view, &self.camera, self.axes, &parameters), heights)
     }
 
-    fn look_by(&mut self, way: Way, noise: &Noise) -> Result<Seen, HostError> {
+    /// Looks in one way.
+    ///
+    /// # Errors
+    /// None but a fault of this program.
+    pub fn look_by(&mut self, way: Way, noise: &Noise) -> Result<Seen, HostError> {
         let fault = |error| HostError::usage(format!("the frame failed ({error:?})"), "report this");
         self.picture.expose(self.exposure_us).map_err(fault)?;
         let fix = if way == Way::Thesis {
-            self.by_the_thesis().map_err(fault)?
+            let points = self.points_of_the_thesis().map_err(fault)?;
+            self.circle_of_the_thesis(&points, thesis::ECCENTRICITY)
         } else {
             self.by_the_flight_code(way, noise).map_err(fault)?
         };
@@ -342,14 +347,25 @@ impl Frame {
         }
     }
 
-    /// The thesis's circle, as a vector: its centre through the lens, the distance from its radius (eq. 2.8).
-    /// Its thresholds are those of pictures that fill their scale, so it gets the frame stretched
-    /// (`stretched`).
-    fn by_the_thesis(&mut self) -> Result<Result<Fix, FitError>, DetectorError> {
+    /// The limb points by the thesis's local criteria. Its thresholds are those of pictures that fill their
+    /// scale, so it gets the frame stretched (`stretched`).
+    ///
+    /// # Errors
+    /// Of the detector.
+    pub fn points_of_the_thesis(&self) -> Result<Points, DetectorError> {
         let mut points = Points::new();
         let mut picture = stretched(&self.picture).ok_or(DetectorError::BufferLength)?;
         picture.expose(self.exposure_us)?;
         thesis::limb_points(&mut picture, &mut [0; 4096], &mut points)?;
+        Ok(points)
+    }
+
+    /// The thesis's circle through these points, circularised with an eccentricity, as a vector: its centre
+    /// through the lens, the distance from its radius (eq. 2.8).
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn circle_of_the_thesis(&self, points: &Points, eccentricity: f32) -> Result<Fix, FitError> {
         let at = |vector: Vector| self.camera.project_earth(&direction(vector));
         // The pole's direction on the detector, where the centre and a place north of it are before the
         // camera.
@@ -358,7 +374,7 @@ impl Frame {
             Some((centre, north)) => [north[0] - centre[0], north[1] - centre[1]],
             None => [self.pole[0] as f32, self.pole[1] as f32],
         };
-        Ok(thesis::circle(&points, pole_px, thesis::ECCENTRICITY).map(|circle| {
+        thesis::circle(points, pole_px, eccentricity).map(|circle| {
             let [cx, cy] = self.camera.parameters().optical_centre_px;
             let [x, y] = circle.centre_px;
             let f = self.focal_length_px;
@@ -367,7 +383,7 @@ impl Frame {
             let half_rad = libm::atan(f64::from(circle.radius_px) / f);
             let distance_km = EQUATOR_KM / libm::sin(half_rad);
             self.beside(times(distance_km, seen))
-        }))
+        })
     }
 }
 

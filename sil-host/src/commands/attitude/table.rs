@@ -3,8 +3,8 @@
 //! As there: 411 directions evenly over the sphere (a spiral; the roll is drawn) by 80 scans, the 3 to 10
 //! brightest stars by noise of 1/16 to 10/16 px a star and axis, Gaussian, on the detector (thesis §3.1.4.2,
 //! fig. 4.1). Camera: the reference. A star closer than [`APART_PX`] to a brighter one is no star of its own.
-//! Every method gets the same [`COUNTS`] x [`LEVELS`] x [`DIRECTIONS`] sets; every number depends on [`SEED`]
-//! alone.
+//! Every method gets the same [`COUNTS`] x [`LEVELS`] x [`DIRECTIONS`] sets; every number depends on the seed
+//! alone, in the table [`SEED`].
 //!
 //! Out, a method a row: root mean square of the errors about x and y (pitch, yaw) and about z (roll), the
 //! same of the Cramer-Rao bounds of the sets that were solved ([`crate::bound::attitude_of_places_rad`]), the
@@ -75,6 +75,7 @@ struct View {
 /// All directions, ready to be scanned.
 #[derive(Clone, Debug)]
 pub struct Sky {
+    seed: u64,
     camera: Camera,
     optics: Optics,
     views: Vec<View>,
@@ -124,17 +125,25 @@ impl Sky {
     /// # Errors
     /// Never for this camera.
     pub fn new() -> Result<Self, HostError> {
+        Self::of_seed(SEED)
+    }
+
+    /// The same with other rolls and another noise.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_seed(seed: u64) -> Result<Self, HostError> {
         let file = CameraFile::reference();
         let camera = flight::camera(&file, Path::new("reference camera"))?;
         let optics = Optics::new(&file)
             .ok_or_else(|| HostError::usage("the reference camera is not rectilinear", "report this"))?;
         let sky = star_scene::sky();
-        let rolls = Noise::new(SEED, 0, Stream::Attitude);
+        let rolls = Noise::new(seed, 0, Stream::Attitude);
         let view = |direction| {
             let roll_rad = std::f64::consts::TAU * rolls.uniform(direction, 0);
             View::new(attitude_towards(direction, roll_rad), &optics, &sky)
         };
-        Ok(Self { camera, optics, views: (0..DIRECTIONS).map(view).collect() })
+        Ok(Self { seed, camera, optics, views: (0..DIRECTIONS).map(view).collect() })
     }
 
     /// The `count` brightest stars in a direction, with noise of `level` sixteenths of a pixel, `stretch`
@@ -143,7 +152,7 @@ impl Sky {
         let view = self.views.get(direction as usize)?;
         let stars = view.stars.get(..count)?;
         let sigma_px = [stretch * f64::from(level) / 16.0, f64::from(level) / 16.0];
-        let noise = Noise::new(SEED, count as u64, Stream::Centroid).part(u64::from(level));
+        let noise = Noise::new(self.seed, count as u64, Stream::Centroid).part(u64::from(level));
         let covariance_px2 = [sigma_px[0] * sigma_px[0], 0.0, sigma_px[1] * sigma_px[1]];
         let mean_px = (0.5 * (covariance_px2[0] + covariance_px2[2])).sqrt();
         let measure = |(index, (place, reference)): (usize, &([f64; 2], Vector))| {

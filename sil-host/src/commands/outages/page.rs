@@ -23,18 +23,22 @@ pub fn html(outlooks: &[Outlook]) -> String {
     page
 }
 
-fn section(page: &mut String, outlook: &Outlook) {
-    let Outlook { orbit, description, start_utc, duration_s, states, totals, .. } = outlook;
-    let stretches = Stretches::of(*duration_s);
+/// The states over time, as inline SVG.
+pub fn strip(outlook: &Outlook) -> String {
+    let stretches = Stretches::of(outlook.duration_s);
     let (mut flown, none) = (Marks::new(stretches), Marks::new(stretches));
-    for interval in states.iter().filter(|interval| interval.duration_s > 0) {
+    for interval in outlook.states.iter().filter(|interval| interval.duration_s > 0) {
         let [first, last] = [interval.begin_s, interval.end_s - 1].map(|second| stretches.index(second));
         (first..=last).for_each(|index| flown.add(index, interval.state));
     }
     let frame = Frame { stretches, geometry: &none, faults: &[], restarts: &[], width: WIDE };
     let names = [0, 1, 2, 3, 4].map(|state| format!("state {state}"));
-    let rows =
-        Rows { names: &names.each_ref().map(String::as_str), expected: &none, flown: &flown, wrong: &none };
+    let names = names.each_ref().map(String::as_str);
+    frame.strip("sensor states", &Rows { names: &names, expected: &none, flown: &flown, wrong: &none })
+}
+
+fn section(page: &mut String, outlook: &Outlook) {
+    let Outlook { orbit, description, start_utc, duration_s, states, totals, .. } = outlook;
     let _ = write!(
         page,
         "<h2>{}</h2><p class=\"soft\">{}. {duration_s} s from {} UTC.</p><figure>{}</figure>\
@@ -42,7 +46,7 @@ fn section(page: &mut String, outlook: &Outlook) {
         escaped(orbit),
         escaped(description),
         escaped(start_utc),
-        frame.strip("sensor states", &rows),
+        strip(outlook),
     );
     for total in totals {
         let spans = match (total.shortest_s, total.longest_s) {
