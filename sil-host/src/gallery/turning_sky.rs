@@ -85,8 +85,13 @@ pub fn fly(
         let local = LocalTime::from_us(POWERED_US + i64::from(second) * 1_000_000);
         let mut clock = Instant::new(local, star_scene::epoch_us() + i64::from(second) * 1_000_000);
         let mut detector = ThisSecond { scene, cycle: second.into(), instant: local };
-        let mut instruments =
-            Instruments { detector: &mut detector, clock: &mut clock, meter: &mut (), rate_sensor: &mut () };
+        let mut instruments = Instruments {
+            detector: &mut detector,
+            clock: &mut clock,
+            meter: &mut (),
+            rate_sensor: &mut (),
+            shutter: &mut (),
+        };
         let report = sensor.cycle(&mut instruments, Command::Continue);
         listen(&report, scene.settings().motion.at(second.into()));
     }
