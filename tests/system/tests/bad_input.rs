@@ -175,8 +175,8 @@ fn campaigns_of_nothing_are_said() {
 
 #[test]
 fn hints_name_the_command_that_was_called() {
-    let hints =
-        [(&["campaign", "run", "--runs", "0"][..], "campaign run --help"), (&["decode", "-"], "telemetry")];
+    let hints: [(&[&str], &str); 2] =
+        [(&["campaign", "run", "--runs", "0"], "campaign run --help"), (&["decode", "-"], "telemetry")];
     for (called, (arguments, hint)) in
         ["sil-host", "cargo sil"].iter().flat_map(|by| hints.map(|hint| (by, hint)))
     {
