@@ -102,7 +102,7 @@ impl Memory {
             Part::Workspace => (self.workspace.cast::<u8>(), WORKSPACE_BYTES),
         };
         assert!(flip.byte < bytes && flip.bit < 8);
-        // SAFETY: the byte is one of the part. That its new value is one of its type, nobody can promise: that
+        // SAFETY: the byte is one of the part. That its new value is one of its type nobody can promise: that
         // is what is flown here.
         unsafe {
             let byte = part.add(flip.byte);

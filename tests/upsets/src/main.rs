@@ -74,7 +74,7 @@ struct FlyArguments {
     #[command(flatten)]
     of: FamilyArguments,
     /// Bits turned over in each flight, one in each of so many parts of its seconds
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     flips: u32,
     /// Flights
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]

@@ -133,8 +133,8 @@ impl Table {
         let of_state = flown.iter().flat_map(|flown| &flown.flips).filter(in_state).count();
         let seconds: u32 = flown.iter().map(|flown| flown.seconds).sum();
         let mut text = format!(
-            "{} flights, {} bits turned over, one in {:.0} s: {of_state} in the {STATE_BYTES} bytes of the state, {} in the \
-             {WORKSPACE_BYTES} of the workspace\n\n",
+            "{} flights, {} bits turned over, one in {:.0} s: {of_state} in the {STATE_BYTES} bytes of the \
+             state, {} in the {WORKSPACE_BYTES} of the workspace\n\n",
             self.flights,
             self.flips,
             f64::from(seconds) / (self.flips.max(1) as f64),
@@ -194,7 +194,8 @@ fn worst(arguments: &FlyArguments, flown: &[Flown]) -> String {
     let mut text = String::new();
     for flown in listed.into_iter().take(LISTED) {
         text += &format!(
-            "\ncargo run --release -p upsets -- fly {}{vary} --flips {flips} --seed {} --first {} --runs 1\n   ",
+            "\ncargo run --release -p upsets -- fly {}{vary} --flips {flips} --seed {} --first {} \
+             --runs 1\n   ",
             of.scenario.display(),
             common.seed,
             flown.run
