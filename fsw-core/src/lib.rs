@@ -28,6 +28,6 @@ pub mod shutting;
 pub mod stars;
 pub mod telemetry;
 
-pub use fsw_ground::{frames, matrix, trigonometry};
+pub use fsw_ground::{frames, matrix, trigonometry, word_sum};
 /// The orbit, a crate of its own so that it is built for size.
 pub use fsw_orbit as orbit;

@@ -34,6 +34,7 @@
 //! counts as `LONGEST_STEP_US`, because no image was taken in it.
 
 use fsw_ground::table::parameter_group;
+use fsw_ground::word_sum;
 use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
 
@@ -94,8 +95,8 @@ pub enum Guard {
     Healthy,
     /// A command.
     Commanded,
-    /// The parameter table was damaged in memory.
-    ParametersDamaged,
+    /// Parameter table and copy, the attitude's filter or the mode were damaged in memory.
+    MemoryDamaged,
 }
 
 parameter_group! {
@@ -175,6 +176,15 @@ impl Modes {
     /// The present mode.
     pub fn mode(&self) -> Mode {
         self.mode
+    }
+
+    /// Sum of the words of mode and counters.
+    pub fn word_sum(&self) -> u32 {
+        let Self { in_mode_us, without_attitude_us, with_fault_us, healthy_us, earth_changed_us, .. } = *self;
+        let counters = [in_mode_us, without_attitude_us, with_fault_us, healthy_us, earth_changed_us];
+        let rest = [self.instant.map_or(-1, LocalTime::as_us), self.lost_us.unwrap_or(-1)];
+        let longs = counters.into_iter().chain(rest).map(|us| word_sum::of_long(us as u64));
+        longs.fold(self.mode as u32, u32::wrapping_add)
     }
 
     /// Enters a mode; its counters are reset.

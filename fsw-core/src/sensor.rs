@@ -1,8 +1,8 @@
 //! The second, top to bottom: one call a room.
 //!
-//! [`Sensor::cycle`] is called once a second. Before it begins parameters, catalogue and calibration are
-//! checked against upsets of their memory (`scrubbing`), and the spacecraft's command is done (`commanding`).
-//! Then:
+//! [`Sensor::cycle`] is called once a second. Before it begins parameters, catalogue, calibration and what
+//! the last second left are checked against upsets of their memory (`scrubbing`), and the spacecraft's
+//! command is done (`commanding`). Then:
 //!
 //! 1. the shutters are moved as the second before decided, and the image that the mode asks for is taken
 //!    (`exposing`); its mid-exposure instant is that of the second,
@@ -60,7 +60,7 @@ use fsw_hal::detector::ByKind;
 use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Shutter, Stage, StageMeter};
 use propagation::Ephemeris;
 use record::{Events, Record, StarRecord};
-use scrubbing::{Scrubber, Spare};
+use scrubbing::{Scrubber, Seal, Spare};
 pub use timekeeping::INSTANTS_US;
 use timekeeping::Timekeeper;
 pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
@@ -128,6 +128,7 @@ pub struct Sensor<'c> {
     /// The last three once more.
     spare: Spare,
     scrubber: Scrubber,
+    seal: Seal,
     modes: Modes,
     cycle: u32,
     timekeeper: Timekeeper,
@@ -201,6 +202,7 @@ impl<'c> Sensor<'c> {
         workspace: &'c mut Workspace,
     ) -> Self {
         let spare = Spare::new(&parameters, &camera, &star_to_earth);
+        let (modes, timekeeper) = (Modes::default(), Timekeeper::default());
         Self {
             catalogue,
             camera,
@@ -210,9 +212,10 @@ impl<'c> Sensor<'c> {
             star_to_earth,
             spare,
             scrubber: Scrubber::default(),
-            modes: Modes::default(),
+            seal: Seal::new(&modes, &timekeeper),
+            modes,
             cycle: 0,
-            timekeeper: Timekeeper::default(),
+            timekeeper,
             now: LocalTime::default(),
             aberration_corrected: false,
             motion: None,
@@ -390,6 +393,7 @@ impl<'c> Sensor<'c> {
         record.local = self.local_attitude(record.stars.solution.as_ref());
         self.change_mode(record);
         self.cycle = self.cycle.wrapping_add(1);
+        self.seal(record.orbit.as_ref());
     }
 
     /// Lets the guards decide what comes next.

@@ -262,7 +262,7 @@ pub struct LocalAttitude {
 /// Something that happened in a second and is worth a line in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
-    /// The next second has another mode, and why; for [`Guard::Commanded`] and [`Guard::ParametersDamaged`]:
+    /// The next second has another mode, and why; for [`Guard::Commanded`] and [`Guard::MemoryDamaged`]:
     /// this one has.
     Mode(Mode, Guard),
     /// The first arc's orbit has passed its tests: it is known from now on.
@@ -271,17 +271,19 @@ pub enum Event {
     OrbitConverged,
     /// An observation contradicted the orbit and was not used.
     FixRejected,
-    /// So many observations contradicted the orbit that it was forgotten and begins anew.
+    /// So many observations contradicted the orbit that it was forgotten and begins anew; or it was damaged
+    /// in memory and begins with the one told last, with three times its sigma.
     OrbitRestarted,
     /// The orbit was forgotten: it cannot be propagated over so long a gap, its position is no longer known to
-    /// a tenth of its length, or it never converged and had no observation for a whole revolution.
+    /// a tenth of its length, or it never converged and had no observation for a whole revolution; or it was
+    /// damaged in memory in a second in which none was told.
     OrbitForgotten,
     /// Terrestrial Time by the clock differs by more than 0.1 s from its last value propagated by local time.
     ClockJump,
     /// The detector is blinded and the Sun is, by attitude and time, in the field of a path; reported when an
     /// outage begins.
     SunInPath,
-    /// The parameters were damaged in memory and taken from their copy; attitude and stars begin anew.
+    /// The parameters were damaged in memory and taken from their copy.
     ParametersRestored,
     /// The parameters were damaged in memory, and so was their copy: no image is taken until a table is
     /// loaded.

@@ -20,10 +20,10 @@ use crate::world::instruments::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
 use faults::{Fault, Faulty};
 use fsw_core::catalog::Catalogue;
-use fsw_core::sensor::{Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, LocalTime, MagneticField, Magnetometer,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
     OpenPaths, RateSensor, RateSensorError, Shutter, ShutterError, Window,
 };
 use std::cell::Cell;
@@ -151,11 +151,44 @@ fn no_truth(cycle: u32) -> HostError {
     HostError::usage(format!("second {cycle} has no truth"), "report this")
 }
 
+/// What flies in the world: the flight code, in this process or behind a link.
+pub trait FlightCode {
+    /// Its next second.
+    ///
+    /// # Errors
+    /// Where it cannot be reached.
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+        &mut self,
+        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        command: Command<'_>,
+    ) -> Result<Report, HostError>;
+}
+
+impl FlightCode for Sensor<'_> {
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+        &mut self,
+        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        command: Command<'_>,
+    ) -> Result<Report, HostError> {
+        Ok(self.cycle(instruments, command))
+    }
+}
+
+impl<F: FlightCode> FlightCode for &mut F {
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+        &mut self,
+        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        command: Command<'_>,
+    ) -> Result<Report, HostError> {
+        F::second(self, instruments, command)
+    }
+}
+
 /// A scenario under way: the world, and the flight code in it.
-pub struct Flight<'a> {
+pub struct Flight<'a, F = Sensor<'a>> {
     scenario: &'a Scenario,
     scene: &'a mut Scene,
-    sensor: Sensor<'a>,
+    flight_code: F,
     cycle: u32,
     /// By how much the second before was late, us.
     late_us: i64,
@@ -178,6 +211,41 @@ pub fn late_us(faults: &[Fault], cycle: u32) -> i64 {
     (0..=cycle).fold(0, |before_us, cycle| late_after_us(faults, cycle, before_us))
 }
 
+/// The sensor as a scenario has it at the start; `catalogue` and `calibration` are those of its camera.
+///
+/// # Errors
+/// When the flight code refuses the scenario.
+pub fn sensor<'a>(
+    scenario: &Scenario,
+    catalogue: Catalogue<'a>,
+    calibration: Option<&'a StarCalibration>,
+    workspace: &'a mut Workspace,
+) -> Result<Sensor<'a>, HostError> {
+    let calibration = calibration.and_then(StarCalibration::open);
+    let parameters = scenario.flight_parameters(calibration.as_ref());
+    let mut sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
+        let what = format!("the flight code refuses the scenario ({error:?})");
+        HostError::input(&scenario.file, None, what, "change what it names")
+    })?;
+    if let Some((state, start)) = scenario.ground_state().zip(scenario.orbit_filter.start) {
+        let velocity_sigma_km_s = 1e-3 * start.velocity_sigma_m_s;
+        if !sensor.initialise_orbit(state, start.position_sigma_km, velocity_sigma_km_s) {
+            let what = "the flight code refuses the state of orbit_filter.start";
+            return Err(HostError::input(&scenario.file, None, what, "give smaller errors"));
+        }
+    }
+    Ok(sensor)
+}
+
+/// Catalogue and calibration of a scenario's camera.
+///
+/// # Errors
+/// When there are none for it.
+pub fn tables(scenario: &Scenario) -> Result<(Catalogue<'static>, Option<StarCalibration>), HostError> {
+    let camera = flight::camera(&scenario.believed_camera(), &scenario.file)?;
+    Ok((flight::flight_catalogue(&camera, &scenario.file)?, scenario.calibration()?))
+}
+
 impl<'a> Flight<'a> {
     /// At the start; `catalogue` and `calibration` are those of the scenario's camera.
     ///
@@ -190,22 +258,16 @@ impl<'a> Flight<'a> {
         calibration: Option<&'a StarCalibration>,
         workspace: &'a mut Workspace,
     ) -> Result<Self, HostError> {
-        let calibration = calibration.and_then(StarCalibration::open);
-        let parameters = scenario.flight_parameters(calibration.as_ref());
-        let mut sensor = flight::sensor(catalogue, calibration, parameters, workspace).map_err(|error| {
-            let what = format!("the flight code refuses the scenario ({error:?})");
-            HostError::input(&scenario.file, None, what, "change what it names")
-        })?;
-        if let Some((state, start)) = scenario.ground_state().zip(scenario.orbit_filter.start) {
-            let velocity_sigma_km_s = 1e-3 * start.velocity_sigma_m_s;
-            if !sensor.initialise_orbit(state, start.position_sigma_km, velocity_sigma_km_s) {
-                let what = "the flight code refuses the state of orbit_filter.start";
-                return Err(HostError::input(&scenario.file, None, what, "give smaller errors"));
-            }
-        }
+        Ok(Self::of(scenario, scene, sensor(scenario, catalogue, calibration, workspace)?))
+    }
+}
+
+impl<'a, F: FlightCode> Flight<'a, F> {
+    /// At the start, with flight code that has not flown a second yet.
+    pub fn of(scenario: &'a Scenario, scene: &'a mut Scene, flight_code: F) -> Self {
         let faults = scenario.faults.clone();
         let stand = Cell::new(OpenPaths::Both);
-        Ok(Self { scenario, scene, sensor, cycle: 0, late_us: 0, faults, windows: Vec::new(), stand })
+        Self { scenario, scene, flight_code, cycle: 0, late_us: 0, faults, windows: Vec::new(), stand }
     }
 
     /// From now on this breaks too, when its seconds come; what broke before is not changed by it.
@@ -240,7 +302,7 @@ impl<'a> Flight<'a> {
         let command = faults::command(&self.faults, scenario.seed, cycle);
         let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
         let report = match &mut gyro {
-            Some(rate_sensor) => self.sensor.cycle(
+            Some(rate_sensor) => self.flight_code.second(
                 &mut Instruments {
                     detector: &mut detector,
                     clock: &mut clock,
@@ -250,7 +312,7 @@ impl<'a> Flight<'a> {
                 },
                 command,
             ),
-            None => self.sensor.cycle(
+            None => self.flight_code.second(
                 &mut Instruments {
                     detector: &mut detector,
                     clock: &mut clock,
@@ -260,7 +322,7 @@ impl<'a> Flight<'a> {
                 },
                 command,
             ),
-        };
+        }?;
         let image = image_cycle(&report);
         let seen = self.scene.seen_at(image.into()).ok_or_else(|| no_truth(image))?;
         let truth = if image == cycle { seen } else { truth };
@@ -334,9 +396,7 @@ pub fn with_flight<T>(
     scene: &mut Scene,
     fly: impl FnOnce(&mut Flight<'_>) -> Result<T, HostError>,
 ) -> Result<T, HostError> {
-    let camera = flight::camera(&scenario.believed_camera(), &scenario.file)?;
-    let catalogue = flight::flight_catalogue(&camera, &scenario.file)?;
-    let calibration = scenario.calibration()?;
+    let (catalogue, calibration) = tables(scenario)?;
     let mut workspace = Box::new(Workspace::new());
     let flown = fly(&mut Flight::new(scenario, scene, catalogue, calibration.as_ref(), &mut workspace)?);
     scene.storm(0);

@@ -6,6 +6,7 @@
 //! | [`matrix`] | loops over small matrices |
 //! | [`trigonometry`] | sine and cosine |
 //! | [`table`] | declaration and check of parameters |
+//! | [`word_sum`] | sums of words, against upsets of memory |
 //!
 //! `fsw-core` gives them on under the same names.
 #![no_std]
@@ -23,3 +24,4 @@ pub mod matrix;
 mod oracle;
 pub mod table;
 pub mod trigonometry;
+pub mod word_sum;

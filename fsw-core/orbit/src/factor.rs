@@ -21,6 +21,7 @@
 
 use super::parameters::Misalignment;
 use fsw_ground::matrix::{add_scaled_long, dot_long as dot};
+use fsw_ground::word_sum;
 use nalgebra::Matrix3;
 
 /// First state of the position.
@@ -136,6 +137,11 @@ impl Factor {
             }
         }
         correlations
+    }
+
+    /// Sum of all words.
+    pub fn word_sum(&self) -> u32 {
+        word_sum::of_singles(self.rows.as_flattened()).wrapping_add(self.used as u32)
     }
 
     /// Whether every element is finite and below 1e12.

@@ -168,6 +168,12 @@ impl OrbitFilter {
         }
     }
 
+    /// Sum of the words of the orbit that is known, 0 where none is. Another at the begin of a second than at
+    /// the end of the last tells of an upset.
+    pub fn word_sum(&self) -> u32 {
+        if self.known { self.estimate.word_sum().wrapping_add(1 + u32::from(self.behind)) } else { 0 }
+    }
+
     /// Whether it is still on its way across a gap.
     pub fn is_behind(&self) -> bool {
         self.behind

@@ -31,6 +31,7 @@ impl Sensor<'_> {
             self.orbit.initialise(state, position_sigma_km, velocity_sigma_km_s, &self.parameters.orbit);
         if taken {
             self.fixed_us = state.time_us;
+            self.seal(None);
         }
         taken
     }

@@ -8,6 +8,7 @@
 
 use crate::command::{Refusal, TimeCorrelation};
 use crate::telemetry::{ClockFault, ClockState, ImageFault};
+use crate::word_sum;
 use fsw_hal::Error;
 use fsw_hal::{Clock, LocalTime};
 
@@ -64,6 +65,15 @@ pub(super) struct Now {
 }
 
 impl Timekeeper {
+    /// Sum of the words of all that is remembered.
+    pub(super) fn word_sum(&self) -> u32 {
+        let Self { last, image, correlation, served, commanded_us } = *self;
+        let at = |instant: Option<LocalTime>| instant.map_or(-1, LocalTime::as_us);
+        let (then, us) = correlation.map_or((-1, -1), |(then, us)| (then.as_us(), us));
+        let longs = [at(last), at(image), then, us, commanded_us].map(|us| word_sum::of_long(us as u64));
+        longs.into_iter().fold(served.into(), u32::wrapping_add)
+    }
+
     /// Reads the counter. Where it fails a second has passed; where it has gone backwards all that was
     /// remembered is void.
     pub(super) fn read_counter(&mut self, clock: &mut impl Clock) -> Now {

@@ -18,7 +18,7 @@ fn reason(guard: Guard) -> &'static str {
         Guard::Faults => "faults in a row",
         Guard::Healthy => "self-test passed again",
         Guard::Commanded => "commanded",
-        Guard::ParametersDamaged => "parameters damaged in memory",
+        Guard::MemoryDamaged => "memory damaged",
     }
 }
 

@@ -58,6 +58,8 @@ pub enum Stream {
     Fault = 30,
     /// Other satellites.
     Satellite = 31,
+    /// Bits of the flight code's memory that are turned over.
+    Upset = 32,
     /// Pointing errors.
     Jitter = 40,
     /// Errors of the rate sensor.

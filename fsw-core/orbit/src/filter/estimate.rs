@@ -13,6 +13,7 @@ use crate::look::{LimbHeight, Look};
 use crate::noise::acceleration;
 use crate::parameters::OrbitParameters;
 use fsw_ground::matrix::{Cholesky, dot, dot_long, dot_slices, plus_scaled};
+use fsw_ground::word_sum;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Noise is added to the covariance once in this time, s.
@@ -188,6 +189,17 @@ impl Estimate {
             && self.horizon.iter().all(|value| libm::fabsf(*value) < 1e4)
             && self.misalignment.iter().all(|angle| libm::fabsf(*angle) < GREATEST_MISALIGNMENT_RAD)
             && self.factor.is_valid()
+    }
+
+    /// Sum of the words of what is told: state and covariance, and when noise and the next look are due.
+    pub(super) fn word_sum(&self) -> u32 {
+        let OrbitState { time_us, position_km, velocity_km_s } = &self.state;
+        let doubles = [position_km, velocity_km_s].map(|vector| word_sum::of_doubles(vector.as_slice()));
+        let singles = [&self.horizon[..], self.misalignment.as_slice()].map(word_sum::of_singles);
+        let longs =
+            [*time_us as u64, self.next_look_us as u64, self.noise_s.to_bits()].map(word_sum::of_long);
+        let parts = doubles.into_iter().chain(singles).chain(longs);
+        parts.fold(self.factor.word_sum(), u32::wrapping_add)
     }
 
     /// Propagates to a time in spans of at most [`MAX_SPAN_US`]. After an error the estimate is invalid.

@@ -2,10 +2,13 @@ use super::*;
 use crate::camera::{CameraParameters, Distortion, Projection};
 use crate::catalog::{Catalogue, sample};
 use crate::command::{Command, CommandOutcome, Refusal};
+use crate::frames::Icrs;
 use crate::image::calibration;
 use crate::image::calibration::Calibration;
 use crate::oracle::Generator;
 use crate::sensor::Workspace;
+use fsw_hal::LocalTime;
+use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
@@ -37,12 +40,15 @@ fn with_sensor(test: impl FnOnce(&mut Sensor)) {
     let sensor = Sensor::new(catalogue, parameters(calibration.crc()), &mut workspace).unwrap();
     let mut sensor = sensor.calibrated(calibration).unwrap();
     sensor.modes.enter(Mode::Tracking);
+    sensor.seal(None);
     test(&mut sensor);
 }
 
+/// A second in which no orbit is told.
 fn scrubbed(sensor: &mut Sensor) -> Vec<Event> {
     let mut events = Events::default();
     sensor.scrub(&mut events);
+    sensor.seal(None);
     events.0.into_iter().collect()
 }
 
@@ -62,13 +68,13 @@ fn tables_as_they_were_loaded_give_no_event() {
 }
 
 #[test]
-fn a_parameter_that_was_changed_is_taken_from_the_copy_and_stars_are_acquired_anew() {
+fn a_parameter_that_was_changed_is_taken_from_the_copy_and_tracking_goes_on() {
     with_sensor(|sensor| {
         let loaded = sensor.parameters;
         sensor.parameters.tracking.gate_px = 6;
-        let back = [Event::ParametersRestored, Event::Mode(Mode::Acquisition, Guard::ParametersDamaged)];
+        let back = [Event::ParametersRestored];
         assert_eq!(scrubbed(sensor), back);
-        assert_eq!((sensor.parameters, sensor.modes.mode()), (loaded, Mode::Acquisition));
+        assert_eq!((sensor.parameters, sensor.modes.mode()), (loaded, Mode::Tracking));
         assert!(scrubbed(sensor).is_empty());
         // What was made of them.
         sensor.camera = Camera::new(CameraParameters { focal_length_px: 2999.0, ..loaded.camera }).unwrap();
@@ -86,11 +92,86 @@ fn modes_that_look_for_nothing_last_when_parameters_are_restored() {
     for mode in [Mode::SelfTest, Mode::Safe, Mode::CommandedSafe] {
         with_sensor(|sensor| {
             sensor.modes.enter(mode);
+            sensor.seal(None);
             sensor.parameters.tracking.gate_px = 6;
             assert_eq!(scrubbed(sensor)[0], Event::ParametersRestored);
             assert_eq!(sensor.modes.mode(), mode);
         });
     }
+}
+
+fn unturned() -> Rotation<Icrs, StarPath> {
+    Rotation::from_orthogonal(Matrix3::identity())
+}
+
+/// A filter of the attitude turned by so much about z, rad.
+fn attitude(angle_rad: f32) -> Filter<2> {
+    Filter::new(unturned().turned(&Vector3::z().scale(angle_rad)), [1e-5; 3], LocalTime::from_us(7))
+}
+
+#[test]
+fn a_damaged_mode_is_entered_anew_and_a_damaged_correlation_is_no_step_of_the_clock() {
+    with_sensor(|sensor| {
+        sensor.modes.enter(Mode::CommandedSafe);
+        assert_eq!(scrubbed(sensor), [Event::Mode(Mode::Tracking, Guard::MemoryDamaged)]);
+        let second = |timekeeper: &mut Timekeeper, us: i64, ahead_us: i64| {
+            let terrestrial_us = 800_000_000_000_000 + us + ahead_us;
+            let clock = &mut fsw_hal::Instant::new(LocalTime::from_us(us), terrestrial_us);
+            let now = timekeeper.read_counter(clock);
+            timekeeper.times(clock, &now, None).step_us
+        };
+        // Another bit of its correlation: 0.26 s.
+        let mut damaged = sensor.timekeeper;
+        assert_eq!(second(&mut damaged, 5_000_000, 1 << 18), None);
+        assert_eq!(second(&mut damaged.clone(), 6_000_000, 0), Some(-(1 << 18)));
+        assert_eq!(second(&mut sensor.timekeeper, 5_000_000, 0), None);
+        sensor.seal(None);
+        assert!(scrubbed(sensor).is_empty());
+        sensor.timekeeper = damaged;
+        assert!(scrubbed(sensor).is_empty());
+        assert_eq!(second(&mut sensor.timekeeper, 6_000_000, 0), None);
+    });
+}
+
+#[test]
+fn a_damaged_attitude_is_forgotten_and_acquired_anew_near_to_the_one_measured_last() {
+    with_sensor(|sensor| {
+        (sensor.motion, sensor.former) = (Some(attitude(0.1)), [Some(unturned()), None]);
+        sensor.seal(None);
+        assert!(scrubbed(sensor).is_empty());
+        assert!(sensor.motion.is_some());
+        sensor.motion = Some(attitude(0.2));
+        assert_eq!(scrubbed(sensor), [Event::Mode(Mode::Acquisition, Guard::MemoryDamaged)]);
+        assert!(sensor.motion.is_none() && sensor.former[0].is_some());
+        assert!(scrubbed(sensor).is_empty());
+    });
+}
+
+#[test]
+fn a_damaged_orbit_begins_anew_with_the_one_told_last_and_three_times_its_sigma() {
+    let state = OrbitState {
+        time_us: 800_000_000_000_000,
+        position_km: Vector3::new(7000.0, 0.0, 0.0),
+        velocity_km_s: Vector3::new(0.0, 5.0, 5.5),
+    };
+    let other = OrbitState { velocity_km_s: Vector3::new(0.0, 5.1, 5.5), ..state };
+    with_sensor(|sensor| {
+        assert!(sensor.initialise_orbit(state, 2.0, 0.002));
+        assert!(scrubbed(sensor).is_empty());
+        let told = sensor.orbit_report(None, &mut Events::default());
+        sensor.seal(told.as_ref());
+        let parameters = sensor.parameters.orbit;
+        assert!(sensor.orbit.initialise(other, 2.0, 0.002, &parameters));
+        assert_eq!(scrubbed(sensor), [Event::OrbitRestarted]);
+        let begun = sensor.orbit_report(None, &mut Events::default()).unwrap();
+        assert_eq!(sensor.orbit.state(), Some(&state));
+        begun.sigma_position_km.iter().for_each(|sigma| assert!((sigma - 6.0).abs() < 1e-3));
+        begun.sigma_velocity_km_s.iter().for_each(|sigma| assert!((sigma - 0.006).abs() < 1e-6));
+        // Where none was told it is forgotten.
+        assert!(sensor.orbit.initialise(other, 2.0, 0.002, &parameters));
+        assert_eq!(scrubbed(sensor), [Event::OrbitForgotten]);
+        assert_eq!(sensor.orbit.state(), None);
+    });
 }
 
 #[test]
@@ -99,7 +180,7 @@ fn parameters_that_are_lost_end_in_safe_mode_until_a_table_is_loaded() {
         let loaded = sensor.parameters;
         sensor.parameters.tracking.gate_px = 6;
         sensor.spare.parameters.tracking.gate_px = 7;
-        let lost = [Event::ParametersLost, Event::Mode(Mode::CommandedSafe, Guard::ParametersDamaged)];
+        let lost = [Event::ParametersLost, Event::Mode(Mode::CommandedSafe, Guard::MemoryDamaged)];
         for _ in 0..3 {
             assert_eq!(scrubbed(sensor), lost);
         }
@@ -112,6 +193,7 @@ fn parameters_that_are_lost_end_in_safe_mode_until_a_table_is_loaded() {
         let table = loaded.encode(&mut buffer).unwrap();
         let outcome = sensor.obey(&Command::LoadParameters(table), &mut Events::default());
         assert_eq!(outcome, Some(CommandOutcome::Done));
+        sensor.seal(None);
         assert!(scrubbed(sensor).is_empty());
         assert_eq!(sensor.parameters, loaded);
     });
