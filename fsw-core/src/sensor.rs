@@ -212,7 +212,7 @@ impl<'c> Sensor<'c> {
             star_to_earth,
             spare,
             scrubber: Scrubber::default(),
-            seal: Seal::new(&modes, &timekeeper),
+            seal: Seal::new(&modes, &timekeeper, Shutting::default()),
             modes,
             cycle: 0,
             timekeeper,

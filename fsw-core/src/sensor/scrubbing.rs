@@ -9,7 +9,7 @@
 //! - A damaged filter of the attitude is forgotten, and stars are acquired anew, near to the attitude that
 //!   was measured last. A damaged orbit begins anew with the position and velocity that were told last, and
 //!   with [`INFLATION`] times their sigma. A damaged mode is entered anew; of the time all is forgotten, so
-//!   that the clock's next answer is no step.
+//!   that the clock's next answer is no step. Damaged shutters are opened, and moved by the Sun again.
 //! - Of catalogue and calibration [`SLICE_BYTES`] are passed in a second: both of the reference camera, 183
 //!   kB, in 12 minutes. A wrong CRC at the end of one is told; it is used all the same, as a turned bit
 //!   spoils one of 3,200 stars or one of 37,000 pairs, and each must be confirmed by others.
@@ -27,6 +27,7 @@ use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::OrbitState;
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
+use crate::shutting::Shutting;
 use crate::telemetry::{Event, OrbitReport};
 
 /// Bytes of catalogue or calibration that are passed in a second.
@@ -94,11 +95,13 @@ pub(super) struct Seal {
     mode: Mode,
     /// Of both times.
     timekeeper: u32,
+    /// The shutters' themselves.
+    shutting: Shutting,
 }
 
 impl Seal {
     /// Before the first second: neither attitude nor orbit are known.
-    pub(super) fn new(modes: &Modes, timekeeper: &Timekeeper) -> Self {
+    pub(super) fn new(modes: &Modes, timekeeper: &Timekeeper, shutting: Shutting) -> Self {
         Self {
             attitude: 0,
             orbit: 0,
@@ -106,6 +109,7 @@ impl Seal {
             modes: modes.word_sum(),
             mode: modes.mode(),
             timekeeper: timekeeper.word_sum(),
+            shutting,
         }
     }
 }
@@ -149,6 +153,9 @@ impl Sensor<'_> {
         }
         if self.timekeeper.word_sum() != self.seal.timekeeper {
             self.timekeeper = Timekeeper::default();
+        }
+        if self.shutting != self.seal.shutting {
+            self.shutting.command(None);
         }
         if self.attitude_sum() != self.seal.attitude {
             self.motion = None;
@@ -210,7 +217,7 @@ impl Sensor<'_> {
             attitude: self.attitude_sum(),
             orbit: self.orbit.word_sum(),
             told,
-            ..Seal::new(&self.modes, &self.timekeeper)
+            ..Seal::new(&self.modes, &self.timekeeper, self.shutting)
         };
     }
 

@@ -200,6 +200,19 @@ fn parameters_that_are_lost_end_in_safe_mode_until_a_table_is_loaded() {
 }
 
 #[test]
+fn damaged_shutters_are_opened() {
+    with_sensor(|sensor| {
+        sensor.shutting.command(Some(fsw_hal::OpenPaths::Earth));
+        assert!(scrubbed(sensor).is_empty());
+        assert_eq!(sensor.shutting, Shutting::default());
+        sensor.shutting.command(Some(fsw_hal::OpenPaths::Star));
+        sensor.seal(None);
+        assert!(scrubbed(sensor).is_empty());
+        assert_eq!(sensor.shutting.open(), fsw_hal::OpenPaths::Star);
+    });
+}
+
+#[test]
 fn a_wrong_crc_of_catalogue_or_calibration_is_told_once_a_pass() {
     with_sensor(|sensor| {
         let passes = [seconds(&catalogue()), seconds(&calibration::sample::gaussian(1.2))];
