@@ -136,8 +136,8 @@ fn geo_in_plane(figure: &Figure) -> Result<Made, HostError> {
         figure.row(3, halves(STAR_PATH)),
     ];
     let verdict = "Over the Earth ours is 40 s shorter: the thesis's Earth is 17.6 deg wide, ours 17.4 deg from 35,786 km. Eclipse ends and begins for us when some lit limb is in view, a minute a \
-        side sooner. Beside the Earth the reference camera, 24 deg wide along the Sun's way, is blinded for a quarter of an hour a side; with a field of 17.7 deg, which the thesis's numbers add up to, it is \
-        seconds as there. One day at the equinox, the worst case."
+        side sooner. Beside the Earth the reference camera, 24 deg wide along the Sun's way, is blinded for a quarter of an hour a side. With a field of 17.7 deg, which the thesis's numbers add up to, \
+        102 s are left in the star path instead of 13 s: 64 s are the Sun's radius, which ours counts and the thesis does not, 20 s a side the narrower Earth. One day at the equinox, the worst case."
         .to_owned();
     Ok(made(&ours, rows, verdict))
 }
