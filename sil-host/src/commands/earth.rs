@@ -183,6 +183,9 @@ pub struct Found {
     pub binning_px: u16,
 }
 
+/// A limb as the camera shows it: places evenly about the centre, px, those behind the camera missing.
+pub type Limb = Vec<Option<[f32; 2]>>;
+
 impl PictureEarth {
     /// Looks for the Earth in a picture taken with this camera; `name` is for the message.
     ///
@@ -225,8 +228,7 @@ impl PictureEarth {
         first.ok_or_else(|| HostError::input(name, None, "the picture is too small", "give a larger one"))
     }
 
-    /// The answer for a picture, and its limb as the camera shows it: places evenly about the centre, px,
-    /// those behind the camera missing, none of a picture without an Earth.
+    /// The answer for a picture, and its limb; none of a picture without an Earth.
     ///
     /// # Errors
     /// Those of [`Self::find`], and of the camera.
@@ -236,7 +238,7 @@ impl PictureEarth {
         picture: &Picture,
         cameras: &PictureCamera,
         known: &Known,
-    ) -> Result<(EarthAnswer, Vec<Option<[f32; 2]>>), HostError> {
+    ) -> Result<(EarthAnswer, Limb), HostError> {
         let (file, (camera, _)) = (cameras.of(name, picture)?, cameras.flight(name, picture)?);
         let begin = Instant::now();
         let found = self.find(name, picture, &file, known)?;
@@ -292,7 +294,7 @@ fn answer(
     camera: &Camera,
     known: &Known,
     find_ms: f64,
-) -> (EarthAnswer, Vec<Option<[f32; 2]>>) {
+) -> (EarthAnswer, Limb) {
     let mut answer = EarthAnswer {
         image: name.display().to_string(),
         status: "not_found",
