@@ -1,6 +1,7 @@
 //! `propagate`: a state carried on by the dynamics that fly.
 
 use crate::arrays::{Numbers, Rows, refused, rows, three};
+use fsw_core::orbit::OrbitState;
 use pyo3::prelude::*;
 use sil_host::cli::dynamics as named;
 use sil_host::commands::propagate::{Input, carried};
@@ -44,16 +45,16 @@ pub(crate) fn propagate(
     let times = times_s.as_array().iter().map(|t_s| time_us(*t_s)).collect::<Result<Vec<_>, _>>();
     let times = times.map_err(|what| refused(format!("times_s: {what}")))?;
     let first = state.state().map_err(refused)?;
-    let states: Vec<_> = py.detach(|| {
+    let states: Vec<Option<OrbitState>> = py.detach(|| {
         let mut last = Some(first);
         let next = times.into_iter().map(|to_us| {
             last = last.and_then(|state| carried(&state, to_us, &forces).ok());
-            last.map(|state| (state.position_km.into(), state.velocity_km_s.into()))
+            last
         });
         next.collect()
     });
-    let of = |pick: fn(&([f64; 3], [f64; 3])) -> [f64; 3]| {
+    let of = |pick: fn(&OrbitState) -> [f64; 3]| {
         rows(py, states.iter().map(|state| state.as_ref().map_or(NOTHING, pick)))
     };
-    Ok((of(|(position, _)| *position)?, of(|(_, velocity)| *velocity)?))
+    Ok((of(|state| state.position_km.into())?, of(|state| state.velocity_km_s.into())?))
 }
