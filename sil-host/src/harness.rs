@@ -6,6 +6,7 @@
 
 pub mod events;
 pub mod faults;
+mod shutters;
 pub mod star_scene;
 pub mod status;
 mod watched;
@@ -24,8 +25,9 @@ use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
-    OpenPaths, RateSensor, RateSensorError, Shutter, ShutterError, Window,
+    OpenPaths, RateSensor, RateSensorError, Shutter, Window,
 };
+use shutters::{Shuttered, Shutters};
 use std::cell::Cell;
 use watched::Watched;
 
@@ -84,54 +86,6 @@ impl Detector for ThisSecond<'_> {
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
         self.scene.read(window, pixels)
-    }
-}
-
-/// Shutters before a detector: what they were told last counts for the next exposure.
-struct Shuttered<'a, 's> {
-    detector: ThisSecond<'a>,
-    stand: &'s Cell<OpenPaths>,
-}
-
-impl fsw_hal::ErrorType for Shuttered<'_, '_> {
-    type Error = DetectorError;
-}
-
-impl Detector for Shuttered<'_, '_> {
-    fn geometry(&self) -> DetectorGeometry {
-        self.detector.geometry()
-    }
-
-    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
-        self.detector.scene.open(self.stand.get());
-        self.detector.start_exposure(exposure_us)
-    }
-
-    fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
-        self.detector.finish_exposure()
-    }
-
-    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
-        self.detector.read(window, pixels)
-    }
-}
-
-/// The shutters' driver. Those that are stuck stay where they are, and it does not know.
-struct Shutters<'s> {
-    stand: &'s Cell<OpenPaths>,
-    stuck: bool,
-}
-
-impl fsw_hal::ErrorType for Shutters<'_> {
-    type Error = ShutterError;
-}
-
-impl Shutter for Shutters<'_> {
-    fn open(&mut self, paths: OpenPaths) -> Result<(), ShutterError> {
-        if !self.stuck {
-            self.stand.set(paths);
-        }
-        Ok(())
     }
 }
 
