@@ -112,6 +112,19 @@ pub struct Forecast<'a> {
     pub forces: Forces,
 }
 
+/// Whether a disc about the Sun's direction in the star path and in the Earth path touches the field of the
+/// one and of the other; neither where it is `hidden`, which is asked only where one is touched.
+pub(crate) fn fields_met(
+    camera: &Camera,
+    (in_star_path, in_earth_path): (&Direction<StarPath>, &Direction<EarthPath>),
+    radius_rad: f32,
+    hidden: impl FnOnce() -> bool,
+) -> (bool, bool) {
+    let star = camera.star_field_meets(in_star_path, radius_rad);
+    let earth = camera.earth_field_meets(in_earth_path, radius_rad);
+    if (star || earth) && hidden() { (false, false) } else { (star, earth) }
+}
+
 impl Forecast<'_> {
     /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the
     /// Earth, straight up).
@@ -126,9 +139,10 @@ impl Forecast<'_> {
         let view = View::new(&centre_km, &body)?;
 
         let in_star_path = self.star_to_earth.inverse().apply(&sun);
-        let star_field = self.camera.star_field_meets(&in_star_path, SUN_RADIUS_RAD);
-        let earth_field = self.camera.earth_field_meets(&sun, SUN_RADIUS_RAD);
-        if (star_field || earth_field) && !view.hides_disc(&sun, SUN_RADIUS_RAD) {
+        let hidden = || view.hides_disc(&sun, SUN_RADIUS_RAD);
+        let (star_field, earth_field) =
+            fields_met(self.camera, (&in_star_path, &sun), SUN_RADIUS_RAD, hidden);
+        if star_field || earth_field {
             // Where the Sun's image lies, the Earth path sees what it sees there.
             let over_earth = || {
                 let seen = self.camera.project(&in_star_path).and_then(|at| self.camera.earth_direction(at));

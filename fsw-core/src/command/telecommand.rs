@@ -175,14 +175,13 @@ pub const ROWS: &[Row] = &[
     },
 ];
 
-/// The code of the paths to be held open; 0: by the Sun.
-pub(super) const fn paths_code(paths: Option<OpenPaths>) -> u8 {
-    match paths {
-        None => 0,
-        Some(OpenPaths::Both) => 1,
-        Some(OpenPaths::Star) => 2,
-        Some(OpenPaths::Earth) => 3,
-    }
+/// The paths to be held open, by their codes; `None`: by the Sun.
+const PATHS: [Option<OpenPaths>; 4] =
+    [None, Some(OpenPaths::Both), Some(OpenPaths::Star), Some(OpenPaths::Earth)];
+
+/// The code of paths to be held open.
+pub(super) fn paths_code(paths: Option<OpenPaths>) -> u8 {
+    PATHS.iter().position(|known| *known == paths).unwrap_or(0) as u8
 }
 
 /// Fields still to be read.
@@ -197,13 +196,7 @@ impl<'a> Fields<'a> {
 
     fn paths(&mut self) -> Option<Result<Option<OpenPaths>, Refusal>> {
         let [code] = self.bytes()?;
-        Some(match code {
-            0 => Ok(None),
-            1 => Ok(Some(OpenPaths::Both)),
-            2 => Ok(Some(OpenPaths::Star)),
-            3 => Ok(Some(OpenPaths::Earth)),
-            _ => Err(Refusal::Shutter),
-        })
+        Some(PATHS.get(usize::from(code)).copied().ok_or(Refusal::Shutter))
     }
 
     fn u16(&mut self) -> Option<u16> {

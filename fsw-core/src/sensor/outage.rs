@@ -6,6 +6,7 @@ use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use crate::modes::Mode;
+use crate::outages::fields_met;
 use crate::shutting::SunPlace;
 use fsw_hal::{LocalTime, OpenPaths};
 
@@ -39,13 +40,11 @@ impl Sensor<'_> {
         let in_star_path = attitude.apply(&ephemeris.sun);
         let in_earth_path = self.mounting().apply(&in_star_path);
         let radius_rad = SUN_RADIUS_RAD + margin_rad;
-        let star = self.camera.star_field_meets(&in_star_path, radius_rad);
-        let earth = self.camera.earth_field_meets(&in_earth_path, radius_rad);
-        let hidden = (star || earth)
-            && self
-                .known_view(ephemeris, &attitude)
-                .is_some_and(|view| view.hides_disc(&in_earth_path, radius_rad));
-        Some((star && !hidden, earth && !hidden))
+        let hidden = || {
+            let view = self.known_view(ephemeris, &attitude);
+            view.is_some_and(|view| view.hides_disc(&in_earth_path, radius_rad))
+        };
+        Some(fields_met(&self.camera, (&in_star_path, &in_earth_path), radius_rad, hidden))
     }
 
     /// Decides which paths are open in the next second; nothing is new of a second without an image.

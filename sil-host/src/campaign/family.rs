@@ -7,6 +7,7 @@ use super::vary::{Variation, key_at};
 use crate::error::{HostError, InputError};
 use crate::scenario::{Believed, Scenario};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Values drawn for a run, by key.
@@ -87,6 +88,14 @@ impl Family {
         let value = |value| serde_json::to_value(value).unwrap_or_default();
         let values = drawn.into_iter().map(|(key, of)| (key, value(of))).collect();
         Ok((scenario.with_seed(seed_of_flight), values))
+    }
+
+    /// What each of some runs draws; every run's scenario is checked.
+    ///
+    /// # Errors
+    /// Those of [`Self::member`], of the first run that has one.
+    pub fn drawn(&self, seed: u64, runs: Range<u64>) -> Result<BTreeMap<u64, Values>, HostError> {
+        runs.map(|run| Ok((run, self.member(seed, run)?.1))).collect()
     }
 }
 

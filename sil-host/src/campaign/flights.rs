@@ -80,9 +80,7 @@ impl<'a> Flights<'a> {
     /// Every run's scenario is checked before any is flown.
     fn new(family: &'a Family, arguments: &CampaignRunArguments) -> Result<Self, HostError> {
         let seed = arguments.common.seed;
-        let numbers = arguments.common.numbers(arguments.runs);
-        let drawn =
-            numbers.map(|run| Ok((run, family.member(seed, run)?.1))).collect::<Result<_, HostError>>()?;
+        let drawn = family.drawn(seed, arguments.common.numbers(arguments.runs))?;
         Ok(Self { family, seed, drawn })
     }
 }

@@ -163,8 +163,7 @@ impl<'a> Flights<'a> {
     pub fn new(arguments: &'a FlyArguments) -> Result<Self, HostError> {
         let family = arguments.of.family()?;
         let numbers = arguments.common.numbers(arguments.runs);
-        let draw = |run| Ok((run, family.member(arguments.common.seed, run)?.1));
-        let drawn = numbers.map(draw).collect::<Result<_, HostError>>()?;
+        let drawn = family.drawn(arguments.common.seed, numbers)?;
         Ok(Self { arguments, family, drawn })
     }
 }
