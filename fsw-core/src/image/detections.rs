@@ -10,13 +10,27 @@ use heapless::Vec;
 /// Spots kept of an image.
 pub const MAX_DETECTIONS: usize = 96;
 
-/// Fewer streaks than this are tracks of particles and other satellites.
-const FEWEST_STREAKS: u32 = 6;
+/// A centre surer than this, px, is of a spot so bright that it shows whether it is drawn out: its light is 50
+/// times the noise of a pixel and more.
+const CLEAR_SIGMA_PX: f32 = 0.15;
 
 /// Places of streaks kept.
 pub const MAX_STREAK_PLACES: usize = 24;
 /// What is so near to a place kept, px, is of the same streak.
 const SAME_STREAK_PX: u16 = 12;
+
+/// What the sensor's turning during the exposure made of the stars of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Smear {
+    /// Their light stayed in its place, to 4 px or less.
+    Points,
+    /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot that
+    /// is not drawn out is a part of a faint one, or a hit.
+    Drawn,
+    /// Most leave that square: what is seen are parts, of which some look round and some whole. None of them is
+    /// to be believed.
+    Streaks,
+}
 
 /// Star-like spots, kept by brightness.
 #[derive(Clone, Debug, Default)]
@@ -112,24 +126,25 @@ impl Detections {
         }
     }
 
-    /// Spots in the open sky: drawn out whole, and round.
-    fn drawn_and_round(&self) -> (u32, u32) {
-        let open = self.spots.iter().filter(|spot| !spot.extended);
-        open.fold(
-            (0, 0),
-            |(drawn, round), spot| {
-                if spot.drawn_px > 0 { (drawn + 1, round) } else { (drawn, round + 1) }
-            },
-        )
+    /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks of
+    /// particles and satellites. Of a turning sensor no bright star is round, hits are; at rest most are.
+    pub fn smear(&self, fewest: u32) -> Smear {
+        let open = || self.spots.iter().filter(|spot| !spot.extended);
+        let drawn = open().filter(|spot| spot.drawn_px > 0).count() as u32;
+        let round = open().filter(|spot| spot.drawn_px == 0 && spot.sigma_px() < CLEAR_SIGMA_PX).count() as u32;
+        let all = drawn + self.streaks;
+        if all < fewest || all < round {
+            Smear::Points
+        } else if self.streaks < drawn {
+            Smear::Drawn
+        } else {
+            Smear::Streaks
+        }
     }
 
-    /// Whether the sensor turned so fast that many of its stars are streaks: those that leave the square in
-    /// which a centre is measured show parts only, of which some look round and some whole. None of them is
-    /// to be believed.
-    pub fn too_fast(&self) -> bool {
-        let (drawn, round) = self.drawn_and_round();
-        let all = drawn + self.streaks;
-        all >= FEWEST_STREAKS && all >= round
+    /// Leaves the spots that are drawn out.
+    pub(crate) fn keep_drawn(&mut self) {
+        self.spots.retain(|spot| spot.drawn_px > 0 && !spot.extended);
     }
 
     /// Places that are parts of streaks, px, the first that were found.

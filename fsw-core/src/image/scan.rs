@@ -24,7 +24,7 @@
 use super::DetectionMethod;
 use super::allowance::{self, Allowance, Savings, TEXTURED_READING_CYCLES, WINDOW_READING_CYCLES};
 use super::blinding::blinded;
-pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES};
+pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES, Smear};
 use super::search::{Conditioned, Criteria, QUIET, read, texture, thresholds};
 pub use super::search::{TILE_PIXELS, read_stars};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};

@@ -5,7 +5,7 @@ use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use super::{Sensor, Workspace};
 use crate::image::DetectionMethod;
-use crate::image::scan;
+use crate::image::scan::{self, Smear};
 use crate::plan;
 use crate::stars::StarField;
 use crate::stars::confirm::Confirmed;
@@ -20,6 +20,8 @@ const SCANNING_SHARE: u32 = 10;
 /// noisy image is searched for 16 s at most.
 const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
+/// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
+const FEWEST_STREAKS: u32 = 6;
 
 impl Sensor<'_> {
     /// Self-test: an image can be taken, and a window read twice gives the same values.
@@ -62,10 +64,14 @@ impl Sensor<'_> {
             meter.end(Stage::Scan);
             scanned?;
         }
-        let detections = &self.workspace.detections;
+        let detections = &mut self.workspace.detections;
         stars.count(detections.spots().len(), detections);
-        if scans && detections.too_fast() {
-            return Ok(Some(Outcome::TooFast));
+        if scans {
+            match detections.smear(FEWEST_STREAKS) {
+                Smear::Points => {}
+                Smear::Drawn => detections.keep_drawn(),
+                Smear::Streaks => return Ok(Some(Outcome::TooFast)),
+            }
         }
         meter.begin(Stage::Identify);
         let outcome = self.identify(scans, stars);

@@ -7,6 +7,7 @@ use crate::attitude::filter::Filter;
 use crate::earth::reach;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
+use crate::image::scan::Smear;
 use crate::order::fill;
 use crate::plan::{self, MAX_STAR_WINDOWS};
 use crate::stars::confirm::{Confirmed, confirm_among, match_predicted_stars};
@@ -19,6 +20,10 @@ use heapless::Vec;
 /// Largest common logarithm of the chance that spots anywhere in the windows match as well as the stars of an
 /// attitude do: as often as not. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
 const MOST_LOG10_CHANCE: f32 = -0.3;
+
+/// Fewer spots of the windows that are drawn out do not say that the sensor turns. Of particles' tracks few meet
+/// a window.
+const FEWEST_STREAKS: u32 = 2;
 
 /// The stars expected in the image, and the windows in which they are sought.
 struct Expectation {
@@ -49,8 +54,10 @@ impl Sensor<'_> {
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
         let blank = read?;
-        if self.workspace.detections.too_fast() {
-            return Ok(Outcome::TooFast);
+        match self.workspace.detections.smear(FEWEST_STREAKS) {
+            Smear::Points => {}
+            Smear::Drawn => self.workspace.detections.keep_drawn(),
+            Smear::Streaks => return Ok(Outcome::TooFast),
         }
         self.measure_windows(stars);
         meter.begin(Stage::Confirm);
