@@ -99,7 +99,8 @@ impl EarthFix {
     }
 
     /// Standard deviation of the direction to the centre, rad (of the worst axis across it), and of the
-    /// distance, km.
+    /// distance, km. A centre that lies across by `x` is farther by `x² / 2 d`: three sigma across count as three
+    /// sigma along.
     pub fn sigmas(&self) -> (f32, f32) {
         let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
         let axis = self.centre_km * (1.0 / range_km);
@@ -107,8 +108,10 @@ impl EarthFix {
         let variance = |one, other| shape::bilinear(one, &self.covariance_km2, other);
         let (xx, xy, yy) = (variance(&first, &first), variance(&first, &second), variance(&second, &second));
         let half = 0.5 * (xx - yy);
-        let greatest = 0.5 * (xx + yy) + libm::sqrtf(half * half + xy * xy);
-        (libm::sqrtf(greatest.max(0.0)) / range_km, libm::sqrtf(variance(&axis, &axis).max(0.0)))
+        let greatest = (0.5 * (xx + yy) + libm::sqrtf(half * half + xy * xy)).max(0.0);
+        let farther_km = 1.5 * greatest / range_km;
+        let along = variance(&axis, &axis).max(0.0) + farther_km * farther_km;
+        (libm::sqrtf(greatest) / range_km, libm::sqrtf(along))
     }
 }
 

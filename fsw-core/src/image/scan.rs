@@ -352,6 +352,8 @@ pub fn scan<'m>(
 #[cfg(test)]
 mod earth_tests;
 #[cfg(test)]
+mod smear_tests;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod unread_tests;

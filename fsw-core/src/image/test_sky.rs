@@ -73,6 +73,17 @@ impl Sky {
         self
     }
 
+    /// Adds a star drawn out from end to end, of this light a pixel's length.
+    pub fn streak(self, [from, to]: [[f64; 2]; 2], sigma_px: f64, light: f64) -> Self {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let length = dx.hypot(dy);
+        let count = (8.0 * length) as usize;
+        (0..count).fold(self, |sky, index| {
+            let share = (index as f64 + 0.5) / count as f64;
+            sky.star([from[0] + share * dx, from[1] + share * dy], sigma_px, light * length / count as f64)
+        })
+    }
+
     /// What a detector of this resolution makes of it.
     pub fn expose(&self, bits: u8) -> Frame {
         let geometry = DetectorGeometry { width_px: self.width as u16, height_px: self.height as u16, bits };

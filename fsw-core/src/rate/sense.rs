@@ -93,8 +93,8 @@ impl RateHistory {
     }
 
     /// Update by the stars of an image, `elapsed_s` after the last one (`None` if not comparable). Returns
-    /// the mean rate between the two by matched stars, its covariance enlarged by the possible change
-    /// since, and the number of matches.
+    /// the mean rate between the two by matched stars, its covariance enlarged by the possible change in half
+    /// that time, of a slew more than of a free body, and the number of matches.
     #[inline(never)]
     pub fn update_from_stars(
         &mut self,
@@ -104,7 +104,9 @@ impl RateHistory {
         let rate = elapsed_s.and_then(|elapsed_s| match_by_separation(&self.marks, &marks, elapsed_s));
         *self = Self::of_marks(marks);
         let rate = rate?;
-        let off = 0.5 * FREE_BODY_CHANGE * rate.rad_s.norm_squared() * elapsed_s?;
+        let size = rate.rad_s.norm();
+        let change = (FREE_BODY_CHANGE * size).max(SLEW_CHANGE_SHARE) * size;
+        let off = 0.5 * change * elapsed_s?;
         Some(((rate.rad_s, inflated(rate.covariance, off)), rate.count()))
     }
 

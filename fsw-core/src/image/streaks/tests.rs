@@ -10,20 +10,11 @@ const LEVEL: f64 = 60.0;
 /// Noise of a pixel, counts of 12 bits.
 const NOISE: f64 = 8.0;
 const BITS: u8 = 12;
-
-/// A streak of this light a pixel's length from end to end.
-fn drawn(sky: Sky, [from, to]: [[f64; 2]; 2], light: f64) -> Sky {
-    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
-    let length = (dx * dx + dy * dy).sqrt();
-    let count = (8.0 * length) as usize;
-    (0..count).fold(sky, |sky, index| {
-        let share = (index as f64 + 0.5) / count as f64;
-        sky.star([from[0] + share * dx, from[1] + share * dy], 0.9, light * length / count as f64)
-    })
-}
+/// Sigma of a star's image, px.
+const SPOT_PX: f64 = 0.9;
 
 fn taken(ends: [[f64; 2]; 2], light: f64, seed: u64) -> Frame {
-    drawn(Sky::new(384, 320, LEVEL), ends, light).noise(NOISE, seed).expose(BITS)
+    Sky::new(384, 320, LEVEL).streak(ends, SPOT_PX, light).noise(NOISE, seed).expose(BITS)
 }
 
 /// Ends about the picture's middle.

@@ -1,0 +1,70 @@
+//! What a scan says of stars that the sensor's turning has drawn out, with hits among them.
+
+use super::tests::{places, scanned};
+use super::*;
+use crate::image::test_sky::{Chance, Frame, Sky};
+use std::vec::Vec;
+
+/// Fewest spots drawn out that say anything, as in the sensor.
+const FEWEST: u32 = 6;
+const SPOT_PX: f64 = 1.0;
+
+/// 49 stars of 600 to 60,000 counts, drawn out over `length` px across the rows, among 8 hits that are sharp;
+/// their middles.
+fn turning(length: f64, seed: u64) -> (Frame, Vec<[f64; 2]>) {
+    let mut chance = Chance(seed);
+    let stars = places(460, 460, 60, seed);
+    let mut sky = Sky::new(460, 460, 60.0);
+    for [x, y] in &stars {
+        let flux = 600.0 * 100f64.powf(chance.even());
+        let (dx, dy) = (0.4 * length, 0.3 * length);
+        sky = if length > 0.5 {
+            sky.streak([[x - dx, y - dy], [x + dx, y + dy]], SPOT_PX, flux / length)
+        } else {
+            sky.star([*x, *y], SPOT_PX, flux)
+        };
+    }
+    for _ in 0..8 {
+        sky = sky.star([30.0 + 400.0 * chance.even(), 30.0 + 400.0 * chance.even()], 0.7, 4000.0);
+    }
+    (sky.noise(8.0, seed).expose(12), stars)
+}
+
+#[test]
+fn a_slow_sensor_has_points_a_faster_one_drawn_stars_and_a_fast_one_streaks() {
+    for seed in 1..=20 {
+        let smear = |length| scanned(&mut turning(length, seed).0).smear(FEWEST);
+        for length in [0.0, 1.0, 2.0] {
+            assert_eq!(smear(length), Smear::Points, "{length} px, seed {seed}");
+        }
+        assert_eq!(smear(6.0), Smear::Drawn, "seed {seed}");
+        for length in [12.0, 16.0, 24.0] {
+            assert_eq!(smear(length), Smear::Streaks, "{length} px, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn of_drawn_stars_those_that_are_kept_stand_in_the_middle_of_their_streaks() {
+    let (mut kept, mut astray) = (0, 0);
+    for seed in 1..=20 {
+        for length in [5.0, 6.0, 7.0] {
+            let (mut frame, stars) = turning(length, seed);
+            let mut found = scanned(&mut frame);
+            if found.smear(FEWEST) != Smear::Drawn {
+                continue;
+            }
+            found.keep_drawn();
+            for spot in found.spots() {
+                let [x, y] = spot.centre_px().map(f64::from);
+                let miss = |[star_x, star_y]: &[f64; 2]| (x - star_x).hypot(y - star_y);
+                let nearest = stars.iter().map(miss).fold(f64::INFINITY, f64::min);
+                kept += 1;
+                astray += usize::from(nearest > 4.0 * f64::from(spot.sigma_px()));
+            }
+        }
+    }
+    std::println!("{kept} kept, {astray} beyond 4 sigma");
+    // A hit beside a star, or on its streak: 8 of 460 x 460 px.
+    assert!(kept > 1000 && 50 * astray <= kept);
+}
