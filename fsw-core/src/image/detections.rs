@@ -10,10 +10,6 @@ use heapless::Vec;
 /// Spots kept of an image.
 pub const MAX_DETECTIONS: usize = 96;
 
-/// A centre surer than this, px, is of a spot so bright that it shows whether it is drawn out: its light is 50
-/// times the noise of a pixel and more.
-const CLEAR_SIGMA_PX: f32 = 0.15;
-
 /// Places of streaks kept.
 pub const MAX_STREAK_PLACES: usize = 24;
 /// What is so near to a place kept, px, is of the same streak.
@@ -131,7 +127,7 @@ impl Detections {
     pub fn smear(&self, fewest: u32) -> Smear {
         let open = || self.spots.iter().filter(|spot| !spot.extended);
         let drawn = open().filter(|spot| spot.drawn_px > 0).count() as u32;
-        let round = open().filter(|spot| spot.drawn_px == 0 && spot.sigma_px() < CLEAR_SIGMA_PX).count() as u32;
+        let round = open().filter(|spot| spot.drawn_px == 0 && spot.clear).count() as u32;
         let all = drawn + self.streaks;
         if all < fewest || all < round {
             Smear::Points

@@ -4,12 +4,14 @@
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use super::{Sensor, Workspace};
+use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
 use crate::image::scan::{self, Smear};
 use crate::plan;
 use crate::stars::StarField;
 use crate::stars::confirm::Confirmed;
-use crate::stars::identify::Progress;
+use crate::stars::focal_ratio::FocalRatio;
+use crate::stars::identify::{NotIdentified, Progress};
 use crate::stars::reidentify::reidentify;
 use crate::telemetry::{DetectorFault, Outcome};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
@@ -20,6 +22,8 @@ const SCANNING_SHARE: u32 = 10;
 /// noisy image is searched for 16 s at most.
 const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
+/// A focal length off by less, share, moves the stars in the corner by a tenth of a pixel at most.
+const UNSEEN_STRETCH: f32 = 1e-4;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
 const FEWEST_STREAKS: u32 = 6;
 
@@ -108,16 +112,20 @@ impl Sensor<'_> {
     /// Whether the stars are found near to the attitude known last; takes the new one.
     #[inline(never)]
     fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
+        let mut hypotheses = self.hypotheses().into_iter().flatten();
+        let found = hypotheses.find_map(|former| self.identify_near(&former));
+        found.is_some_and(|(confirmed, log10_false)| {
+            self.take_identified(&confirmed, log10_false, self.now, stars)
+        })
+    }
+
+    /// The image's stars identified near to an attitude.
+    #[inline(never)]
+    fn identify_near(&self, former: &Rotation<Icrs, StarPath>) -> Option<(Confirmed, f32)> {
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .without(self.workspace.detections.unread_px())
             .calibrated(self.calibration.as_ref());
-        let mut hypotheses = self.hypotheses().into_iter().flatten();
-        let found =
-            hypotheses.find_map(|former| reidentify(&former, &field, &self.parameters.identification));
-        if let Some((confirmed, log10_false)) = &found {
-            self.take_identified(confirmed, *log10_false, self.now, stars);
-        }
-        found.is_some()
+        reidentify(former, &field, &self.parameters.identification)
     }
 
     /// Goes on with the search without an attitude, in the second of the scan for a [`SCANNING_SHARE`]th of
@@ -153,21 +161,36 @@ impl Sensor<'_> {
             }
             Progress::NotIdentified(reason) => Some(Outcome::NotIdentified(*reason)),
             Progress::Identified(confirmed, log10_false) => {
-                self.take_identified(confirmed, *log10_false, since, stars);
-                Some(Outcome::Identified)
+                let taken = self.take_identified(confirmed, *log10_false, since, stars);
+                Some(if taken { Outcome::Identified } else { Outcome::NotIdentified(NotIdentified::NoMatch) })
             }
         }
     }
 
-    /// Takes the attitude of identified stars of the instant `image`.
+    /// Takes the attitude of identified stars of the instant `image`. Where another focal length suits them, by
+    /// that one: stars that do not stand evenly about the middle turn the attitude of a wrong one. Whether it
+    /// could be taken.
+    #[inline(never)]
     fn take_identified(
         &mut self,
         confirmed: &Confirmed,
         log10_false: f32,
         image: LocalTime,
         stars: &mut StarRecord,
-    ) {
+    ) -> bool {
         self.images_given_up = 0;
-        self.measurement_update(confirmed, log10_false, image, stars);
+        let FocalRatio { ratio, sigma } = confirmed.focal_ratio;
+        let stretched = (ratio - 1.0).abs() > (3.0 * sigma).max(UNSEEN_STRETCH);
+        if !stretched {
+            self.measurement_update(confirmed, log10_false, image, stars);
+            return true;
+        }
+        self.refine_focal_length(&confirmed.focal_ratio, image);
+        self.workspace.take_measured(&self.camera, None, 0.0);
+        let Some((mut again, log10_false)) = self.identify_near(&confirmed.attitude) else { return false };
+        // What the image shows of it is taken already.
+        again.focal_ratio.sigma = f32::INFINITY;
+        self.measurement_update(&again, log10_false, image, stars);
+        true
     }
 }
