@@ -89,8 +89,6 @@ pub struct Detection {
     pub saturated: bool,
     /// It stands on or beside an extended bright object (clouds, a limb), far above whose texture it rises.
     pub extended: bool,
-    /// Its light is so far above the noise that its shape shows whether it is drawn out.
-    pub clear: bool,
     /// Length to which the sensor's turning has drawn it out, its centre being that of all its light, px; 0
     /// of what is round.
     pub drawn_px: u8,

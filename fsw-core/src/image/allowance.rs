@@ -52,6 +52,11 @@ pub const fn bound_cycles(tiles: u32) -> u64 {
     tiles as u64 * (TILE_FIXED_CYCLES + TILE_CYCLES) as u64 + RESERVE_CYCLES as u64
 }
 
+/// The most that so many windows outside a scan can cost, of the widest gate (62 x 62 px), cycles.
+pub const fn windows_bound_cycles(windows: u32) -> u64 {
+    windows as u64 * (TEXTURED_READING_CYCLES + WINDOW_CYCLES) as u64
+}
+
 /// What may still be spent on a window, cycles.
 #[derive(Debug)]
 pub struct Allowance(u32);

@@ -43,9 +43,6 @@ const CORE_SHARE_PERCENT: i64 = 30;
 /// four sides of a flat floor the greatest difference stays within 4.4 sqrt(n) / 3, in 999 of 1000 places.
 const SIDE_NOISE_ADDEND: i32 = 5;
 
-/// The shape of a spot with light of more noises of a pixel shows whether it is drawn out.
-const CLEAR_SIGMAS: i32 = 50;
-
 /// A spot and what it stands on.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredSpot {
@@ -138,7 +135,6 @@ pub fn measure(
         drawn_px: 0,
         blended: false,
         repeated: false,
-        clear: counts > CLEAR_SIGMAS * window.sum_sigma / 3,
     };
     Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
 }

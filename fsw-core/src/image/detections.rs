@@ -36,6 +36,9 @@ pub struct Detections {
     crowded_tiles: u32,
     unread: u32,
     unread_px: u32,
+    /// Spots in the open sky that are drawn out, and round ones bright enough to tell.
+    drawn: u32,
+    clear_round: u32,
     streaks: u32,
     streak_places: Vec<[u16; 2], MAX_STREAK_PLACES>,
 }
@@ -79,6 +82,8 @@ impl Detections {
         self.crowded_tiles = 0;
         self.unread = 0;
         self.unread_px = 0;
+        self.drawn = 0;
+        self.clear_round = 0;
         self.streaks = 0;
         self.streak_places.clear();
     }
@@ -91,6 +96,8 @@ impl Detections {
             crowded_tiles: 0,
             unread: 0,
             unread_px: 0,
+            drawn: 0,
+            clear_round: 0,
             streaks: 0,
             streak_places: Vec::new(),
         }
@@ -104,8 +111,8 @@ impl Detections {
     }
 
     /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept
-    /// once.
-    pub(super) fn insert(&mut self, spot: Detection) {
+    /// once. `clear`: its light is so far above the noise that its shape shows whether it is drawn out.
+    pub(super) fn insert(&mut self, spot: Detection, clear: bool) {
         const ONE_PX: u32 = 1 << 16;
         let same = |kept: &Detection| {
             kept.x_q16.abs_diff(spot.x_q16) < ONE_PX && kept.y_q16.abs_diff(spot.y_q16) < ONE_PX
@@ -114,6 +121,11 @@ impl Detections {
             return;
         }
         self.found = self.found.saturating_add(1);
+        if !spot.extended {
+            let drawn = spot.drawn_px > 0;
+            self.drawn = self.drawn.saturating_add(u32::from(drawn));
+            self.clear_round = self.clear_round.saturating_add(u32::from(clear && !drawn));
+        }
         if let Err(spot) = self.spots.push(spot)
             && let Some(faintest) = self.spots.iter_mut().max_by_key(|kept| kept.rank())
             && spot.rank() < faintest.rank()
@@ -125,13 +137,10 @@ impl Detections {
     /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks of
     /// particles and satellites. Of a turning sensor no bright star is round, hits are; at rest most are.
     pub fn smear(&self, fewest: u32) -> Smear {
-        let open = || self.spots.iter().filter(|spot| !spot.extended);
-        let drawn = open().filter(|spot| spot.drawn_px > 0).count() as u32;
-        let round = open().filter(|spot| spot.drawn_px == 0 && spot.clear).count() as u32;
-        let all = drawn + self.streaks;
-        if all < fewest || all < round {
+        let all = self.drawn.saturating_add(self.streaks);
+        if all < fewest || all < self.clear_round {
             Smear::Points
-        } else if self.streaks < drawn {
+        } else if self.streaks < self.drawn {
             Smear::Drawn
         } else {
             Smear::Streaks

@@ -22,6 +22,7 @@
 //! false stars, 1,000 hot pixels and 300 hits; at most [`bound_cycles`] (`allowance`).
 
 use super::DetectionMethod;
+pub use super::allowance::windows_bound_cycles;
 use super::allowance::{self, Allowance, Savings, TEXTURED_READING_CYCLES, WINDOW_READING_CYCLES};
 use super::blinding::blinded;
 pub use super::detections::{Detections, MAX_DETECTIONS, MAX_STREAK_PLACES, Smear};

@@ -34,6 +34,8 @@ const HILL_FACTOR: i32 = 8;
 /// Of a star with less light than so many noises of a pixel noise feigns a shape, one in a hundred: where the
 /// lens's profile leaves nothing of it, it is a single star.
 const FAINT_SIGMAS: i32 = 200;
+/// Of one with more light than so many its shape shows whether it is drawn out.
+const CLEAR_SIGMAS: i32 = 50;
 /// Largest threshold: whatever is around it, a saturated star exceeds it.
 const MAX_THRESHOLD: i32 = 4 * FULL_SCALE;
 /// Where quiet sky is not known it is taken for this: texture begins at a sixty-fourth of full scale in a
@@ -151,7 +153,8 @@ impl<'w> Conditioned<'w> {
                 let kept = detections.keeps(&star);
                 let star = if kept { self.fitted(&window, star, &measured, allowance) } else { star };
                 let [x, y] = self.origin.map(|at| i32::from(at) << 16);
-                detections.insert(Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star });
+                let clear = star.flux > CLEAR_SIGMAS * window.sigma;
+                detections.insert(Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star }, clear);
             }
             Shape::Streak | Shape::Hit => {}
         }

@@ -1,9 +1,9 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
 //! Builds the flight image and the cycle meter, records the
-//! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons and a
-//! sunrise with a gyro, flies them in the emulator and prints, per mode and stage, the worst cycles observed,
-//! and flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
+//! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons, one in
+//! a crowded field and a sunrise with a gyro, flies them in the emulator and prints, per mode and stage, the worst cycles observed,
+//! the cycles at the caps ([`bounds`]), flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
 //! machine code (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is
 //! unknown), and what was touched. Status 1 when a limit is overrun or the target's telemetry is not the
 //! host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts);
@@ -17,16 +17,20 @@
 //! acquisition: those in which the whole detector is searched for the Earth, and those in which the orbit
 //! crosses a jump of the clock.
 
+mod bounds;
+
 use crate::cli::BudgetArguments;
 use crate::commands::record;
-use crate::commands::record::mission::{Flight, GYRO, MISSION, STORM, WIDE_LIMB};
+use crate::commands::record::mission::{CROWD, Flight, GYRO, MISSION, STORM, WIDE_LIMB};
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use crate::judge::expected::word;
 use crate::words::io_words;
+use bounds::{Bounds, StageBound};
+use fsw_core::camera::CameraParameters;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{Event, Report};
-use fsw_hal::Stage;
+use fsw_hal::{DetectorGeometry, Stage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -36,6 +40,12 @@ use std::process::{Command, ExitCode, Output};
 const LIMITS_FILE: &str = "tests/obc-image/budget.toml";
 /// The version of it that is read.
 const LIMITS_VERSION: u32 = 1;
+
+/// Names of the flights that drive stages to their caps.
+const EVERY_MODE: &str = "every mode";
+const WIDEST_LIMB: &str = "widest limb";
+const PROTON_STORM: &str = "storm";
+const CROWDED_FIELD: &str = "crowd";
 
 #[derive(Clone, Debug, Deserialize)]
 struct LimitsFile {
@@ -132,8 +142,8 @@ pub struct ModeBudget {
     limit_cycles: u64,
     worst_cycles: u64,
     worst_instructions: u64,
-    /// Cost at the caps; not known yet.
-    bound_cycles: Option<u64>,
+    /// The dearest of its seconds, had each of its stages cost what it costs at its caps.
+    bound_cycles: u64,
     /// Worst cycles of each stage.
     stages: BTreeMap<&'static str, u64>,
     /// Worst cycles of the star, the Earth and the orbit part, with their limits.
@@ -164,6 +174,8 @@ pub struct Budget {
     /// Seconds flown.
     seconds: usize,
     modes: BTreeMap<&'static str, ModeBudget>,
+    /// What each stage costs at its caps.
+    bounds: BTreeMap<&'static str, StageBound>,
     /// The dearest scan for stars of each flight.
     scans: BTreeMap<&'static str, Scan>,
     flash_bytes: u64,
@@ -206,6 +218,7 @@ impl Budget {
         self.telemetry_identical
             && self.modes.values().all(ModeBudget::kept)
             && self.scans.values().all(Scan::kept)
+            && self.bounds.values().all(StageBound::kept)
             && self.memory().iter().all(|(_, used, limit)| used <= limit)
     }
 
@@ -219,12 +232,17 @@ impl Budget {
         for (mode, budget) in &self.modes {
             let seconds = format!("{} s", budget.seconds);
             row(mode, &seconds, budget.worst_cycles, Some(budget.limit_cycles));
+            row("", "at the caps", budget.bound_cycles, None);
             for (stage, cycles) in &budget.stages {
                 row("", stage, *cycles, None);
             }
             for (part, Part { worst_cycles, limit_cycles }) in &budget.parts {
                 row("", part, *worst_cycles, Some(*limit_cycles));
             }
+        }
+        print_line!("  worst cycles of a stage, of those at its caps");
+        for (stage, bound) in &self.bounds {
+            row(stage, "", bound.worst_cycles, Some(bound.bound_cycles));
         }
         for (flight, scan) in &self.scans {
             let Scan { cycles_per_pixel, limit } = scan;
@@ -251,20 +269,22 @@ fn row(name: &str, part: &str, used: u64, limit: Option<u64>) {
     print_line!("  {name:18} {part:12} {used:>11}{judged}");
 }
 
+/// The stages of a second and their names.
+const STAGES: [(Stage, &str); 10] = [
+    (Stage::Scan, "scan"),
+    (Stage::Identify, "identify"),
+    (Stage::Predict, "predict"),
+    (Stage::Windows, "windows"),
+    (Stage::Confirm, "confirm"),
+    (Stage::Limb, "limb"),
+    (Stage::Centre, "centre"),
+    (Stage::Orbit, "orbit"),
+    (Stage::Search, "search"),
+    (Stage::Streaks, "streaks"),
+];
+
 fn stage_name(number: u8) -> &'static str {
-    let stages = [
-        (Stage::Scan, "scan"),
-        (Stage::Identify, "identify"),
-        (Stage::Predict, "predict"),
-        (Stage::Windows, "windows"),
-        (Stage::Confirm, "confirm"),
-        (Stage::Limb, "limb"),
-        (Stage::Centre, "centre"),
-        (Stage::Orbit, "orbit"),
-        (Stage::Search, "search"),
-        (Stage::Streaks, "streaks"),
-    ];
-    stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
+    STAGES.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
 }
 
 /// The workspace's root: the nearest folder at or above this one that holds the file of limits.
@@ -307,8 +327,9 @@ fn run_program(command: &mut Command, what: &str) -> Result<Output, HostError> {
 struct Flown {
     /// What it is flown for.
     name: &'static str,
-    /// Pixels of its detector.
-    pixels: u64,
+    /// Its camera and detector.
+    camera: CameraParameters,
+    geometry: DetectorGeometry,
     /// Whether there is more on it than the scenarios say.
     disturbed: bool,
     figures: ImageFigures,
@@ -320,7 +341,7 @@ struct Flown {
 
 /// Records a flight, builds image and meter, and flies the recording.
 fn fly(root: &Path, (name, flight): (&'static str, &Flight), folder: &Path) -> Result<Flown, HostError> {
-    let (geometry, _) = flight.instrument()?;
+    let (geometry, parameters) = flight.instrument()?;
     let (files, reports) = record::record_flight(flight, folder)?;
     let cargo = || {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
@@ -371,7 +392,8 @@ fn fly(root: &Path, (name, flight): (&'static str, &Flight), folder: &Path) -> R
     Ok(Flown {
         name,
         disturbed: flight.disturbances.is_some(),
-        pixels: u64::from(geometry.width_px) * u64::from(geometry.height_px),
+        camera: parameters.camera,
+        geometry,
         figures,
         depth,
         seconds: metered.cycles.into_iter().zip(reports).collect(),
@@ -411,6 +433,7 @@ fn parts(
 
 /// Sorts the metered cycles by what they are judged as.
 fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown]) -> Budget {
+    let bounds = Bounds::new(flights);
     let mut modes = BTreeMap::new();
     let seconds = || flights.iter().flat_map(|flown| &flown.seconds);
     for (cycle, report) in seconds() {
@@ -420,12 +443,13 @@ fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown]) -> Budget {
             limit_cycles,
             worst_cycles: 0,
             worst_instructions: 0,
-            bound_cycles: None,
+            bound_cycles: 0,
             stages: BTreeMap::new(),
             parts: BTreeMap::new(),
         });
         mode.seconds += 1;
         mode.worst_cycles = mode.worst_cycles.max(cycle.work.cycles);
+        mode.bound_cycles = mode.bound_cycles.max(bounds.of_second(cycle));
         mode.worst_instructions = mode.worst_instructions.max(cycle.work.instructions);
         for (number, work) in &cycle.stages {
             let worst = mode.stages.entry(stage_name(*number)).or_insert(0);
@@ -445,7 +469,8 @@ fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown]) -> Budget {
             |(cycle, _): &(MeteredCycle, Report)| Some(cycle.stages.get(&(Stage::Scan as u8))?.cycles);
         let cycles = flown.seconds.iter().filter_map(of_cycle).max().unwrap_or(0);
         Scan {
-            cycles_per_pixel: cycles as f64 / flown.pixels as f64,
+            cycles_per_pixel: cycles as f64
+                / (f64::from(flown.geometry.width_px) * f64::from(flown.geometry.height_px)),
             limit: (!flown.disturbed).then_some(limits.cycles.scan_per_pixel),
         }
     };
@@ -458,6 +483,7 @@ fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown]) -> Budget {
         wait_states,
         seconds: seconds().count(),
         modes,
+        bounds: bounds.stages(),
         scans: flights.iter().map(|flown| (flown.name, dearest_scan(flown))).collect(),
         flash_bytes: most(|flown| flown.figures.flash_bytes),
         ram_bytes: most(|flown| flown.figures.static_ram_bytes),
@@ -479,7 +505,13 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     // The emulator takes no blanks in a file name, which a folder of the system's for such files does not
     // have.
     let folder = std::env::temp_dir().join(format!("sextant-budget-{}", std::process::id()));
-    let flights = [("every mode", MISSION), ("widest limb", WIDE_LIMB), ("storm", STORM), ("gyro", GYRO)];
+    let flights = [
+        (EVERY_MODE, MISSION),
+        (WIDEST_LIMB, WIDE_LIMB),
+        (PROTON_STORM, STORM),
+        (CROWDED_FIELD, CROWD),
+        ("gyro", GYRO),
+    ];
     let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);

@@ -14,13 +14,12 @@ fn spot([x, y]: [f64; 2], brightness: i32) -> Detection {
         drawn_px: 0,
         blended: false,
         repeated: false,
-        clear: true,
     }
 }
 
 fn image(places: impl IntoIterator<Item = ([f64; 2], i32)>) -> Detections {
     let mut detections = Detections::new();
-    places.into_iter().for_each(|(at, brightness)| detections.insert(spot(at, brightness)));
+    places.into_iter().for_each(|(at, brightness)| detections.insert(spot(at, brightness), true));
     detections.settle();
     detections
 }

@@ -8,7 +8,7 @@
 //! [`MISSION`] goes through every mode. [`GYRO`] has a rate sensor, which carries the attitude through a
 //! sunrise. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
 //! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the
-//! scan and the identification.
+//! scan and the identification, [`CROWD`] what tracking reads and matches.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
@@ -58,8 +58,9 @@ const GEO: &str = "geo-eclipse";
 pub struct Flight {
     /// The pieces, in order.
     pub clips: &'static [Clip],
-    /// What is on the detector and neither star nor Earth; none: what the scenarios say.
-    pub disturbances: Option<fn() -> Disturbances>,
+    /// From which clip on what else is on the detector that is neither star nor Earth; none: what the scenarios
+    /// say.
+    pub disturbances: Option<(usize, fn() -> Disturbances)>,
     /// The gyro on board; none: what the scenarios say.
     pub gyro: Option<GyroModel>,
 }
@@ -126,9 +127,24 @@ pub const WIDE_LIMB: Flight = Flight {
 /// More spots than the flight code may look at, in which no stars are found.
 pub const STORM: Flight = Flight {
     clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }],
-    disturbances: Some(storm),
+    disturbances: Some((0, storm)),
     gyro: None,
 };
+
+/// The richest field of the scenarios, tracked, in which a storm begins: every window has more spots than it
+/// can measure, and more than can be matched are found in all.
+pub const CROWD: Flight = Flight {
+    clips: &[
+        Clip { scenario: GEO, from_s: 15_116, seconds: 10 },
+        Clip { scenario: GEO, from_s: 15_126, seconds: 4 },
+    ],
+    disturbances: Some((1, crowd)),
+    gyro: None,
+};
+
+fn crowd() -> Disturbances {
+    Disturbances { false_stars: 3_000, protons: Protons::Fixed(3_000), ..Disturbances::default() }
+}
 
 fn storm() -> Disturbances {
     Disturbances {
@@ -179,11 +195,11 @@ impl Flight {
         let [first, others @ ..] = self.clips else {
             return Err(HostError::usage("no clip to fly", "report this"));
         };
-        let scenario = self.scenario(first)?;
+        let scenario = self.scenario(0, first)?;
         let geometry = scenario.camera.geometry();
         let parameters = hurried(flight_parameters(&scenario)?);
-        for clip in others {
-            let other = self.scenario(clip)?;
+        for (index, clip) in (1..).zip(others) {
+            let other = self.scenario(index, clip)?;
             let mut needed = hurried(flight_parameters(&other)?);
             needed.imaging.exposure_us = parameters.imaging.exposure_us;
             if needed != parameters || other.camera.geometry() != geometry {
@@ -194,9 +210,11 @@ impl Flight {
         Ok((geometry, parameters))
     }
 
-    fn scenario(&self, clip: &Clip) -> Result<Scenario, HostError> {
+    /// The scenario of a clip, the `index`th.
+    fn scenario(&self, index: usize, clip: &Clip) -> Result<Scenario, HostError> {
         let scenario = Scenario::load(Path::new(clip.scenario))?;
-        let disturbances = self.disturbances.map_or(scenario.disturbances, |crowd| crowd());
+        let more = self.disturbances.filter(|(first, _)| index >= *first);
+        let disturbances = more.map_or(scenario.disturbances, |(_, disturbances)| disturbances());
         let gyro = self.gyro.or(scenario.gyro);
         Ok(Scenario { disturbances, gyro, ..scenario })
     }
@@ -207,8 +225,8 @@ impl Flight {
     /// When the file cannot be written.
     pub fn draw(&self, writer: &mut FramesWriter) -> Result<(), HostError> {
         let mut last: Option<(i64, i64)> = None;
-        for clip in self.clips {
-            let scenario = self.scenario(clip)?;
+        for (index, clip) in self.clips.iter().enumerate() {
+            let scenario = self.scenario(index, clip)?;
             let mut scene = scenario.scene()?;
             for cycle in (clip.from_s..).take(clip.seconds as usize) {
                 let instant_us = scenario.instant_us(cycle);
@@ -238,9 +256,12 @@ mod tests {
 
     #[test]
     fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
-        for flight in [MISSION, WIDE_LIMB, STORM, GYRO] {
+        for flight in [MISSION, WIDE_LIMB, STORM, CROWD, GYRO] {
             for clip in flight.clips {
-                assert!(clip.from_s + clip.seconds <= flight.scenario(clip).unwrap().duration_s, "{clip:?}");
+                assert!(
+                    clip.from_s + clip.seconds <= flight.scenario(0, clip).unwrap().duration_s,
+                    "{clip:?}"
+                );
             }
             assert!(flight.instrument().unwrap().1.check().is_ok());
         }
