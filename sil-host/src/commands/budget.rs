@@ -3,7 +3,7 @@
 //! Builds the flight image and the cycle meter, records the
 //! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons, one in
 //! a crowded field and a sunrise with a gyro, flies them in the emulator and prints, per mode and stage, the worst cycles observed,
-//! the cycles at the caps ([`bounds`]), flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
+//! the cycles at the caps (`bounds`), flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
 //! machine code (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is
 //! unknown), and what was touched. Status 1 when a limit is overrun or the target's telemetry is not the
 //! host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts);
