@@ -88,7 +88,7 @@ pub enum Command {
     Telecommands(ReferenceArguments),
     /// The layout of the telemetry frames, for a ground system in any language (the page
     /// fsw-core/TELEMETRY.md)
-    Telemetry(ReferenceArguments),
+    Telemetry(TelemetryArguments),
     /// Telemetry frames as they left a sensor, in words or as JSON
     Decode(DecodeArguments),
     /// Completions for a shell, of the installed program `sextant`

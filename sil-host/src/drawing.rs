@@ -51,13 +51,14 @@ pub(crate) struct Drawing {
 }
 
 /// What the drawings of these pictures are called: `STEM-ENDING`; where a stem comes again, from another
-/// folder or with another extension, `STEM-2-ENDING`, or the next number that is free.
+/// folder, with another extension or in other case, `STEM-2-ENDING`, or the next number that is free.
 pub(crate) fn names(pictures: &[PathBuf], ending: &str) -> Vec<String> {
     let mut taken = HashSet::new();
     let mut free = |picture: &PathBuf| {
         let stem = picture.file_stem().map_or_else(|| "picture".into(), |stem| stem.to_string_lossy());
         let numbered = (2u32..).map(|number| format!("{stem}-{number}{ending}"));
-        std::iter::once(format!("{stem}{ending}")).chain(numbered).find(|name| taken.insert(name.clone()))
+        let mut all = std::iter::once(format!("{stem}{ending}")).chain(numbered);
+        all.find(|name| taken.insert(name.to_lowercase()))
     };
     pictures.iter().filter_map(&mut free).collect()
 }
@@ -242,16 +243,17 @@ mod tests {
 
     #[test]
     fn no_drawing_overwrites_another_of_the_same_command() {
-        let pictures = ["a/x.png", "b/x.png", "b/x.jpg", "c/x-2.png", "c/y.png", ".."].map(PathBuf::from);
+        let pictures = ["a/x.png", "b/x.png", "b/x.jpg", "c/x-2.png", "c/y.png", "d/Y.png", ".."];
         let expected = [
             "x-earth.png",
             "x-2-earth.png",
             "x-3-earth.png",
             "x-2-2-earth.png",
             "y-earth.png",
+            "Y-2-earth.png",
             "picture-earth.png",
         ];
-        assert_eq!(names(&pictures, "-earth.png"), expected);
+        assert_eq!(names(&pictures.map(PathBuf::from), "-earth.png"), expected);
     }
 
     #[test]

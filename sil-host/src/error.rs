@@ -79,6 +79,15 @@ impl HostError {
         Self::input(picture, None, format!("the detector failed ({error:?})"), "report this")
     }
 
+    /// The message without the program's name, within another line.
+    pub fn message(&self) -> String {
+        match self {
+            Self::Picture(error) => error.to_string(),
+            Self::Input(error) => error.to_string(),
+            Self::Usage { what, to_do } => format!("{what}; {to_do}"),
+        }
+    }
+
     /// A fault of the request itself.
     pub fn usage(what: impl Into<String>, to_do: impl Into<String>) -> Self {
         Self::Usage { what: one_line(&what.into()), to_do: one_line(&to_do.into()) }

@@ -13,6 +13,7 @@
 //! | [`tracking`] | turning without an attitude (figs. 3.16, 7.10, 7.11) |
 //! | [`point`], [`orbit`] | point solution, four days in GEO (figs. 6.2 to 6.5) |
 //! | [`perturbations`] | forces by radius (fig. A.7) |
+//! | [`low_orbit`] | the horizon by MITA's camera (fig. 7.13) |
 //! | [`earth`] | the Earth in geostationary pictures (figs. 7.14 to 7.17) |
 //! | [`accuracies`] | all accuracies together (tab. 7.4, 9.2) |
 //! | [`seeds`] | none: medians and what 95 % of the seeds keep |
@@ -29,6 +30,7 @@ pub mod earth;
 pub mod fits;
 pub mod horizon;
 pub mod identification;
+pub mod low_orbit;
 pub mod orbit;
 pub mod outages;
 pub mod page;
@@ -131,6 +133,7 @@ pub fn figures() -> impl Iterator<Item = &'static Figure> {
         identification::FIGURES,
         tracking::FIGURES,
         horizon::FIGURES,
+        low_orbit::FIGURES,
         earth::FIGURES,
         point::FIGURES,
         orbit::FIGURES,

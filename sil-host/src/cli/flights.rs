@@ -112,13 +112,23 @@ pub struct BudgetArguments {
     pub json: bool,
 }
 
-/// Arguments of what prints a list that the code declares: `parameters`, `columns`, `telecommands`,
-/// `telemetry`.
+/// Arguments of what prints a list that the code declares: `parameters`, `columns`, `telecommands`.
 #[derive(Debug, Args)]
 pub struct ReferenceArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `telemetry`.
+#[derive(Debug, Args)]
+pub struct TelemetryArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+    /// An XTCE 1.2 document of frames, space packets and telecommands on stdout instead of the page
+    #[arg(long, conflicts_with = "json")]
+    pub xtce: bool,
 }
 
 /// Arguments of `decode`.

@@ -260,7 +260,7 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
                 path.display()
             );
         }
-        Err(error) => print_line!("No star profiles and corrections: {error}"),
+        Err(error) => print_line!("No star profiles and corrections: {}", error.message()),
     }
     let rendered = arguments.rendered.map(|count| (count, album.first_crc()));
     write_whole(&arguments.out, (head(&calibration, rendered) + &camera.to_toml()).as_bytes())?;

@@ -129,6 +129,9 @@ pub fn run(arguments: &PropagateArguments) -> Result<ExitCode, HostError> {
     let text = fs::read_to_string(path)
         .map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
     let refuse = |what: String| HostError::input(path, None, what, TO_DO);
+    if text.trim().is_empty() {
+        return Err(refuse("the file is empty".into()));
+    }
     let input: Input = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
     let first = input.state.state().map_err(refuse)?;
     if duration_s / step_s > MAX_STATES {

@@ -5,8 +5,11 @@
 //! object `{"version", "root", "types": {NAME: {"about", "fields": [{"name", "type", "about"}]} or {"about",
 //! "variants": [{"name", "types", "about"}]}}}`, a variant's number being its place. A type is the name of a
 //! number or of a type of the list, or `{"array": [TYPE, COUNT]}`, `{"list": TYPE}` or `{"option": TYPE}`.
+//! Or an XTCE document, with the telecommands ([`xtce`]).
 
-use crate::cli::ReferenceArguments;
+pub mod xtce;
+
+use crate::cli::TelemetryArguments;
 use crate::error::HostError;
 use fsw_core::command::CommandOutcome;
 use fsw_core::command::refusal::{self, Refusal};
@@ -29,8 +32,12 @@ const ROOT: &str = "Report";
 ///
 /// # Errors
 /// None.
-pub fn run(arguments: &ReferenceArguments) -> Result<ExitCode, HostError> {
-    super::print_reference(arguments.json, layout, page);
+pub fn run(arguments: &TelemetryArguments) -> Result<ExitCode, HostError> {
+    if arguments.xtce {
+        crate::output::print(format_args!("{}", xtce::document()), "");
+    } else {
+        super::print_reference(arguments.json, layout, page);
+    }
     Ok(ExitCode::SUCCESS)
 }
 

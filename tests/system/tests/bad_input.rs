@@ -99,6 +99,10 @@ fn a_file_without_lines_is_said() {
         );
         refused(&["attitude", &file], &["empty.jsonl", "no line", "sigma_rad"]);
         refused(&["navigate", &file], &["empty.jsonl", "no line", "r_km"]);
+        refused(
+            &["propagate", &file, "--duration-s", "60", "--step-s", "60"],
+            &["the file is empty", "r_km"],
+        );
     }
 }
 

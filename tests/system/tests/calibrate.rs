@@ -131,6 +131,7 @@ fn a_field_of_view_serves_instead_of_a_camera_file_and_one_picture_is_said_to_be
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).unwrap();
         assert_eq!(text.contains("One picture: "), count == 1, "{text}");
+        assert!(!text.contains("sil-host: "), "a message within a line needs no name: {text}");
         let line = text.lines().find(|line| line.starts_with("focal_length_px")).unwrap();
         let (value, sigma) = line.trim_start_matches("focal_length_px").split_once('±').unwrap();
         [value, sigma].map(|number| number.trim().parse::<f64>().unwrap())

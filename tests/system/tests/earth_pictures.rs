@@ -152,7 +152,7 @@ fn bilinear(pixels: &[f64], width: usize, [x, y]: [f64; 2]) -> f64 {
 }
 
 /// Where pictures for people go.
-fn folder() -> PathBuf {
+pub fn folder() -> PathBuf {
     std::env::var_os("SEXTANT_OUT").map_or_else(|| PathBuf::from(env!("CARGO_TARGET_TMPDIR")), PathBuf::from)
 }
 

@@ -5,16 +5,24 @@
 //! equator at the satellite's longitude, 42,164 km from the centre. The longitudes are held against a place
 //! of a coast in each picture, read from it by eye to a pixel or two. GOES-16 stood at 89.5 deg W until
 //! 30 November 2017, and its picture is one of that time.
+//!
+//! The three hours of GOES-15 are one series: half, gibbous, full, as the terminator goes over the disc.
 
+use crate::earth_pictures::folder;
 use crate::earth_real::{Camera, GOES15, GOES16, METEOSAT, NORTH, earth, number};
+use sil_host::formats::picture::Picture;
+use sil_host::report::chart::{Axis, Chart, Series};
 use sil_host::world::attitude::{Vector, apply, dot, rotation};
 use sil_host::world::time::ephemeris::{icrs_to_equator, sidereal_angle, sun_km};
-use sil_host::world::vector::{length, minus, plus, times, unit};
+use sil_host::world::vector::{angle, length, minus, plus, times, unit};
+use system_tests::data;
 
 const RADIUS_KM: f64 = 42_164.0;
 const EARTH_KM: f64 = 6378.137;
 /// Flattening.
 const FLATTENING: f64 = 1.0 / 298.257;
+/// A pixel of the disc is lit above this grey of 255.
+const LIT: u16 = 5;
 
 /// A satellite and a picture of it.
 struct Seen {
@@ -107,16 +115,71 @@ impl Seen {
         [cx + scale * x, cy + scale * y]
     }
 
+    /// The Sun in axes that turn with the Earth, unit; of a picture whose time is known.
+    fn sun(&self) -> Option<Vector> {
+        // 6442 days after J2000.0 it was noon; TT - UTC = 69.184 s.
+        let time_us = ((6442.0 * 86_400.0 + self.utc_s? - 43_200.0 + 69.184) * 1e6) as i64;
+        let turn = rotation(2, sidereal_angle(time_us));
+        Some(unit(apply(&turn, apply(&icrs_to_equator(time_us), sun_km(time_us)))))
+    }
+
     /// The side of the Sun on the picture, unit.
     fn sun_side(&self) -> [f64; 2] {
-        let Some(utc_s) = self.utc_s else { return self.sun_side };
-        // 6442 days after J2000.0 it was noon; TT - UTC = 69.184 s.
-        let time_us = ((6442.0 * 86_400.0 + utc_s - 43_200.0 + 69.184) * 1e6) as i64;
-        let turn = rotation(2, sidereal_angle(time_us));
-        let sun = unit(apply(&turn, apply(&icrs_to_equator(time_us), sun_km(time_us))));
+        let Some(sun) = self.sun() else { return self.sun_side };
         let [x, y, _] = apply(&self.axes(), sun);
         [x, y].map(|part| part / x.hypot(y))
     }
+
+    /// Angle between Sun and satellite at the Earth, deg; of a picture whose time is known.
+    fn phase_deg(&self) -> Option<f64> {
+        Some(angle(self.sun()?, self.up_east_north()[0]).to_degrees())
+    }
+
+    /// The position by the Earth's direction, camera axes, and distance less the truth, km: up, east, north.
+    fn error_km(&self, direction: Vector, distance_km: f64) -> [f64; 3] {
+        let axes = self.axes();
+        let to_earth = (0..3).fold([0.0; 3], |sum, k| plus(sum, direction[k], axes[k]));
+        let local = self.up_east_north();
+        let error = minus(times(-distance_km, to_earth), times(RADIUS_KM, local[0]));
+        local.map(|axis| dot(error, axis))
+    }
+
+    /// What one picture says of the position; none without the data.
+    fn placed(&self, test: &str) -> Option<Placed> {
+        let answer = earth(test, self.picture, &self.camera, &NORTH)?;
+        let direction = [0, 1, 2].map(|k| number(&answer["direction"][k]));
+        let distance_km = number(&answer["distance_km"]);
+        Some(Placed {
+            direction,
+            distance_km,
+            error_km: self.error_km(direction, distance_km),
+            sigma_km: number(&answer["sigma_deg"]).to_radians() * distance_km,
+            sigma_along_km: number(&answer["sigma_distance_km"]),
+        })
+    }
+
+    /// Share of the disc's pixels that are lit.
+    fn lit_share(&self) -> Option<f64> {
+        let picture = Picture::load(&data(&format!("earth/{}", self.picture))?).unwrap();
+        let width = usize::from(fsw_hal::Detector::geometry(&picture).width_px);
+        let [cx, cy] = self.camera.centre_px;
+        let radius = 0.97 * self.camera.focal_length_px * (EARTH_KM / RADIUS_KM).asin();
+        let at = |k: usize| ((k % width) as f64 - cx, (k / width) as f64 - cy);
+        let disc = picture.pixels().iter().enumerate().filter(|(k, _)| at(*k).0.hypot(at(*k).1) < radius);
+        let (lit, all) = disc.fold((0, 0), |(lit, all), (_, v)| (lit + u32::from(*v > LIT), all + 1));
+        Some(f64::from(lit) / f64::from(all))
+    }
+}
+
+/// A position by one picture.
+struct Placed {
+    direction: Vector,
+    distance_km: f64,
+    /// Less the truth: up, east, north.
+    error_km: [f64; 3],
+    /// Stated, an axis across and along.
+    sigma_km: f64,
+    sigma_along_km: f64,
 }
 
 #[test]
@@ -144,16 +207,9 @@ fn one_picture_gives_a_position_within_20_km_across() {
     );
     let mut square = 0.0;
     for seen in &SEEN {
-        let Some(answer) = earth("positions", seen.picture, &seen.camera, &NORTH) else { return };
-        let direction = [0, 1, 2].map(|k| number(&answer["direction"][k]));
-        let distance_km = number(&answer["distance_km"]);
-        let axes = seen.axes();
-        let to_earth = (0..3).fold([0.0; 3], |sum, k| plus(sum, direction[k], axes[k]));
-        let [up, east, north] = seen.up_east_north();
-        let error = minus(times(-distance_km, to_earth), times(RADIUS_KM, up));
-        let [along, east, north] = [up, east, north].map(|axis| dot(error, axis));
-        let sigma_km = number(&answer["sigma_deg"]).to_radians() * distance_km;
-        let sigma_along_km = number(&answer["sigma_distance_km"]);
+        let Some(placed) = seen.placed("positions") else { return };
+        let Placed { direction, distance_km, error_km: [along, east, north], sigma_km, sigma_along_km } =
+            placed;
         let side = seen.sun_side();
         let towards_deg = (direction[0] * side[0] + direction[1] * side[1]).to_degrees();
         println!(
@@ -169,4 +225,58 @@ fn one_picture_gives_a_position_within_20_km_across() {
         square += (east.powi(2) + north.powi(2)) / (10.0 * sigma_km.powi(2));
     }
     println!("mean of (error / sigma)² across: {square:.2}");
+}
+
+#[test]
+fn the_hours_of_goes_15_place_it_alike_whatever_the_terminator_does() {
+    println!(
+        "hour, phase, lit share of the disc (by the phase); east, north, up, km; sigma across, along, km"
+    );
+    let mut hours = Vec::new();
+    for seen in &SEEN[..3] {
+        let Some(placed) = seen.placed("hours") else { return };
+        let (utc_h, phase_deg) = (seen.utc_s.unwrap() / 3600.0, seen.phase_deg().unwrap());
+        let (lit, by_phase) = (seen.lit_share().unwrap(), 0.5 * (1.0 + phase_deg.to_radians().cos()));
+        let [up, east, north] = placed.error_km;
+        let (sigma, sigma_up) = (placed.sigma_km, placed.sigma_along_km);
+        println!(
+            "{utc_h:.1} h, {phase_deg:.1} deg, {lit:.3} ({by_phase:.3}); {east:+.1}, {north:+.1}, {up:+.1}; \
+             {sigma:.1}, {sigma_up:.1}"
+        );
+        // Beside the terminator sea is lit and darker than the grey that counts: 0.07 of the half disc.
+        assert!((lit - by_phase).abs() < 0.1, "the terminator is not where the hour says");
+        assert!(east.abs().max(north.abs()) <= 3.0 * sigma && up.abs() <= 3.0 * sigma_up && sigma < 60.0);
+        hours.push((utc_h, placed));
+    }
+    // One pixel of the picture is 27 km of position: the joint fit of the grid is known to a third of one.
+    for axis in [1, 2] {
+        let values = || hours.iter().map(|(_, placed)| placed.error_km[axis]);
+        let spread = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
+        println!("spread over the hours, {}: {spread:.1} km", ["east", "north"][axis - 1]);
+        assert!(spread < 20.0);
+    }
+    let path = folder().join("goes-15-hours.svg");
+    std::fs::write(&path, chart(&hours).svg()).unwrap();
+    println!("plot in {}", path.display());
+}
+
+/// Errors over the hours, UTC, with their sigmas.
+fn chart(hours: &[(f64, Placed)]) -> Chart {
+    let series = [("east", 1), ("north", 2), ("up", 0)].map(|(name, axis)| {
+        let at = |(hour, placed): &(f64, Placed)| [*hour, placed.error_km[axis]];
+        let band = |(hour, placed): &(f64, Placed)| {
+            let sigma = if axis == 0 { placed.sigma_along_km } else { placed.sigma_km };
+            [*hour, placed.error_km[axis] - sigma, placed.error_km[axis] + sigma]
+        };
+        let name = format!("ours, {name}, with its sigma");
+        Series::ours(name, hours.iter().map(at).collect()).marked().within(hours.iter().map(band).collect())
+    });
+    let level = |name, km: f64| Series::thesis(name, vec![[hours[0].0, km], [hours[2].0, km]]);
+    let told = [level("thesis, point solution in GEO, 1 sigma", 60.0), level("", -60.0)];
+    Chart {
+        title: "GOES-15 by one picture of the Earth: half, gibbous, full".into(),
+        x: Axis::new("21 August 2017, UTC, h"),
+        y: Axis::new("position less the truth, km"),
+        series: series.into_iter().chain(told).collect(),
+    }
 }

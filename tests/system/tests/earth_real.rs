@@ -6,7 +6,8 @@
 
 use fsw_core::earth::comparison::thesis;
 use fsw_core::earth::search::Points;
-use fsw_hal::Detector;
+use fsw_hal::{Detector, DetectorGeometry};
+use image::{ImageBuffer, Luma};
 use serde_json::Value;
 use sil_host::formats::picture::Picture;
 use sil_host::world::noise::{Noise, Stream};
@@ -256,6 +257,36 @@ fn the_wide_limb_from_a_low_orbit_is_one_cone() {
     // The orbit's height is known to some km; an arc of 12 deg leaves the distance open by hundreds, and says
     // so.
     assert!((distance - (6371.0 + 515.0)).abs() <= 3.0 * sigma && sigma < 400.0);
+}
+
+#[test]
+fn a_real_horizon_in_pixels_as_wide_as_mitas_is_refused_and_in_half_of_them_gives_the_height() {
+    let Some(path) = data("earth/opssat/img_msec_1597559030639_2.png") else { return };
+    let folder = scratch("opssat-blocks");
+    let whole = Picture::load(&path).unwrap();
+    // The field is 11.4 deg wide, MITA's 12.7 by 17.2; f = 1287.5 px in blocks of 8, MITA's 1285.7.
+    let in_blocks = |side: u16| {
+        let picture = whole.binned(side).unwrap();
+        let DetectorGeometry { width_px, height_px, .. } = picture.geometry();
+        let file = folder.join(format!("{side}.png"));
+        let size_px = [width_px, height_px].map(u32::from);
+        let pixels = picture.pixels().to_vec();
+        let written = ImageBuffer::<Luma<u16>, _>::from_raw(size_px[0], size_px[1], pixels).unwrap();
+        written.save(&file).unwrap();
+        let side = f64::from(side);
+        let centre_px = OPS_SAT.centre_px.map(|at| (at - 0.5 * (side - 1.0)) / side);
+        let camera =
+            Camera { size_px, focal_length_px: OPS_SAT.focal_length_px / side, centre_px, ..OPS_SAT };
+        earth_in(&file, &folder, &camera, &[])
+    };
+    let answer = in_blocks(4);
+    assert_eq!(answer["status"], "found");
+    let (distance, sigma) = (number(&answer["distance_km"]), number(&answer["sigma_distance_km"]));
+    let off = distance - (6371.0 + 515.0);
+    println!("    height off by {off:+.0} km from 515, sigma {sigma:.0}; thesis, MITA: 45");
+    assert!(off.abs() <= 3.0 * sigma && sigma < 400.0);
+    // Too few points of so short an arc: a centre would be a guess.
+    assert_eq!(in_blocks(8)["reason"], "the limb points leave the centre too uncertain");
 }
 
 /// Least squares of `n . s = 1`.

@@ -37,3 +37,4 @@ mod sky_answers;
 mod sky_pictures;
 mod telecommands;
 mod telemetry_layout;
+mod xtce;

@@ -1,4 +1,4 @@
-//! Licences and origins of all packages, judged by `.ci/deny.toml`.
+//! Licences and origins of all packages, judged by `.ci/deny.toml`; what ours hold when they are published.
 //!
 //! What flies and what is installed takes its `allow` alone; the tools of the book and of the C header have
 //! its `exceptions`.
@@ -133,4 +133,51 @@ fn a_licence_that_reaches_further_is_refused() {
         assert!(rules.permit(allowed, None), "{allowed}");
     }
     assert!(rules.permit("MPL-2.0", Some("cbindgen")) && !rules.permit("GPL-2.0", Some("cbindgen")));
+}
+
+/// The crates that are published: those that do not say otherwise.
+fn published() -> Vec<Value> {
+    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]);
+    let metadata: Value = serde_json::from_str(&metadata).expect("JSON");
+    let packages = metadata["packages"].as_array().expect("a list").iter();
+    packages.filter(|package| package["publish"].is_null()).cloned().collect()
+}
+
+#[test]
+fn what_is_published_holds_both_licences_and_the_readme_and_says_what_it_is() {
+    let published = published();
+    let names: Vec<&str> =
+        published.iter().map(|package| package["name"].as_str().expect("a name")).collect();
+    assert_eq!(names.len(), 8, "{names:?}");
+    for (name, package) in names.iter().zip(&published) {
+        let listed = cargo(&["package", "--package", name, "--list", "--allow-dirty", "--offline"]);
+        let files: BTreeSet<&str> = listed.lines().collect();
+        let folder =
+            std::path::Path::new(package["manifest_path"].as_str().expect("a path")).with_file_name("");
+        for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            assert!(files.contains(licence), "{name} goes without {licence}");
+            // A link: one text for all.
+            let text = |path: std::path::PathBuf| std::fs::read_to_string(path).expect("a text");
+            assert_eq!(text(folder.join(licence)), text(workspace().join(licence)), "{name}");
+        }
+        assert!(files.contains("README.md"), "{name} goes without README.md");
+        for key in ["description", "license", "rust_version"] {
+            assert!(package[key].as_str().is_some_and(|words| !words.is_empty()), "{name}: {key}");
+        }
+        for key in ["keywords", "categories"] {
+            assert!(package[key].as_array().is_some_and(|words| !words.is_empty()), "{name}: {key}");
+        }
+    }
+}
+
+/// The gate packs what is published; `tests/run long` builds it of its packages alone.
+#[test]
+fn what_is_published_is_what_the_gate_packs() {
+    let script = std::fs::read_to_string(workspace().join("tests/run")).expect("the gate");
+    let line = script.lines().find(|line| line.starts_with("published=(")).expect("a list");
+    let words = line.trim_start_matches("published=(").trim_end_matches(')').split_whitespace();
+    let packed: BTreeSet<String> = words.filter(|word| *word != "-p").map(str::to_owned).collect();
+    let published =
+        published().iter().map(|package| package["name"].as_str().expect("a name").to_owned()).collect();
+    assert_eq!(packed, published);
 }

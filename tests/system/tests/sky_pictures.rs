@@ -2,7 +2,7 @@
 //! a wrong one.
 
 use serde_json::Value;
-use system_tests::{data, direction, json_lines, run, separation_arcsec};
+use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec};
 
 /// An answer further than this from the truth is a wrong sky, not a poor centroid.
 const WRONG_ARCSEC: f64 = 600.0;
@@ -109,4 +109,32 @@ fn named_stars_are_those_that_independent_solvers_named() {
     println!("{agree} names agree, {differ} differ");
     // Blends carry the number of either star.
     assert!(agree > 150 && differ * 20 <= agree);
+}
+
+/// The thesis's LARM follows the stars' trails from picture to picture of a camera at rest. A star moves by
+/// 0.01 to 0.2 px in the 50 to 700 ms that the pictures' names say, and consecutive pictures of one field are
+/// not among them: the flight code sees spots in all, looks for streaks in none, and tells no rate of any.
+#[test]
+fn no_picture_holds_star_trails_that_larm_could_follow() {
+    let Some(truth) = data("sky/truth.json") else { return };
+    let truth: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(truth).unwrap()).unwrap();
+    let folder = scratch("trails");
+    let out = folder.to_str().unwrap();
+    for picture in &truth {
+        let image = picture["image"].as_str().unwrap();
+        let path = data(&format!("sky/{image}")).unwrap();
+        let fov_deg = picture["FOV_h_deg"].to_string();
+        let recorded =
+            run(&["record", path.to_str().unwrap(), "--fov-deg", &fov_deg, "--seconds", "12", "--out", out]);
+        assert!(recorded.status.success(), "{}", String::from_utf8_lossy(&recorded.stderr));
+        let telemetry = folder.join("telemetry.bin");
+        let reports = json_lines(&run(&["decode", telemetry.to_str().unwrap(), "--json"]));
+        assert_eq!(reports.len(), 12);
+        let searched = reports.iter().filter(|report| report["activity"] == "StreakSearch").count();
+        let known = reports.iter().filter(|report| !report["attitude"].is_null()).count();
+        println!("{image}: searched for streaks in {searched} of 12 s, an attitude in {known}");
+        assert_eq!(searched, 0, "{image}: no spots");
+        assert!(reports.iter().all(|report| report["rate"].is_null()), "{image}: a rate without an attitude");
+        assert!(reports.iter().all(|report| report["outcome"] != "TooFast"), "{image}: streaks");
+    }
 }

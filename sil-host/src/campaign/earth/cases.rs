@@ -191,7 +191,10 @@ pub fn draw(base: &Scenario, number: usize, case: &Case, seed: u64, run: u64) ->
 }
 
 /// What is true in a scenario's first second, without a world about it.
-fn glimpse(scenario: &Scenario) -> Result<Truth, HostError> {
+///
+/// # Errors
+/// No orbit, or a camera that cannot be drawn.
+pub fn glimpse(scenario: &Scenario) -> Result<Truth, HostError> {
     let fault = |what: String| HostError::usage(what, "report this");
     let Scenario { start_us, position_km, velocity_km_s, duration_s, earth, mount, .. } = *scenario;
     let orbit = TruthOrbit::new(start_us, position_km, velocity_km_s, duration_s)
