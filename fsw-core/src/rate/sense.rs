@@ -24,9 +24,9 @@ use nalgebra::{Matrix3, Vector3};
 /// percent of the cases, four of eight in two percent: with more that disagree one streak more is required.
 const FEWEST_EQUATIONS: usize = 8;
 const FEWEST_OF_MANY: usize = 10;
-/// Equations required where the rate of the last image agrees: three streaks. Two shreds of cloud agreed with
-/// those of the image before in two of 80 flights.
-const FEWEST_REPEATED: usize = 6;
+/// Equations required where the rate of the last image agrees: part of a third streak. Two shreds of cloud agreed
+/// with those of the image before in two of 80 flights.
+const FEWEST_REPEATED: usize = 5;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4 sigma
 /// is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;

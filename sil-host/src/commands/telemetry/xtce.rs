@@ -2,7 +2,7 @@
 //! ground systems load.
 //!
 //! In: the layout of the frames ([`super::layout`]) and the list of telecommands. Out: a document of one
-//! space system. [`frames`] says how the frame's encoding is put into the standard's terms, [`packets`] what
+//! space system. `frames` says how the frame's encoding is put into the standard's terms, `packets` what
 //! space packets there are.
 //!
 //! | container | bytes |
