@@ -112,5 +112,9 @@ fn sigmas_are_those_across_and_along_the_direction() {
         inliers: 7,
     };
     let (direction_rad, range_km) = fix.sigmas();
-    assert!((direction_rad - 10.0 / 5000.0).abs() < 1e-6 && (range_km - 3.0).abs() < 1e-4);
+    assert!((direction_rad - 10.0 / 5000.0).abs() < 1e-6 && (range_km - 3.0).abs() < 1e-3);
+    // A centre 3,000 km across of 5,000 km is 5,831 km away: 831 km in three sigma, by the series 900.
+    let across = nalgebra::Matrix3::from_diagonal(&Vector3::new(1e6, 0.0, 0.0));
+    let (_, range_km) = EarthFix { covariance_km2: across, ..fix }.sigmas();
+    assert!((range_km - 300.0).abs() < 0.1, "{range_km}");
 }
