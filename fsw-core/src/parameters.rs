@@ -26,7 +26,7 @@ pub use fsw_ground::table;
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
 pub const VERSION: u8 = 18;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0xBF40_7F75;
+pub const CHECKSUM: u32 = 0x82FF_EE72;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 /// The ellipsoid of another body than the Earth is within this share of its radius.
@@ -249,8 +249,8 @@ impl Parameters {
         }
     }
 
-    /// The first value that does not go with the body. The Earth's ellipsoid is free: pictures of other bodies are
-    /// taken by it.
+    /// The first value that does not go with the body. The Earth's ellipsoid is free: pictures of other
+    /// bodies are taken by it.
     fn first_not_of_body(&self) -> Option<&'static str> {
         let radius_km = self.orbit.body.facts().radius_km as f32;
         let off_km = self.earth.ellipsoid.equatorial_km - radius_km;

@@ -1,7 +1,7 @@
 //! The world: truth, written apart from the flight code so that an error cannot cancel itself.
 //!
-//! All in f64 and `libm`; shared with the flight side are the HAL's types and the facts of the bodies. A frame is a pure function of
-//! (scene, seed, cycle, x, y), see [`noise`].
+//! All in f64 and `libm`; shared with the flight side are the HAL's types and the facts of the bodies. A
+//! frame is a pure function of (scene, seed, cycle, x, y), see [`noise`].
 //!
 //! | room | what is in it |
 //! |---|---|

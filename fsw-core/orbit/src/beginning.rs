@@ -184,8 +184,8 @@ impl Beginning {
         }
     }
 
-    /// Position about `body` and covariance (km, km²) at a time by the last fix alone: since then it has moved with at
-    /// most the speed of escape, in a direction that is not known.
+    /// Position about `body` and covariance (km, km²) at a time by the last fix alone: since then it has
+    /// moved with at most the speed of escape, in a direction that is not known.
     pub fn place(&self, body: CentralBody, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         let Kept { time_us: then_us, position_km, noise_km2, shared_km2, .. } = self.last.as_ref()?;
         let since_s = time_us.saturating_sub(*then_us) as f64 / MICROSECONDS;
@@ -426,8 +426,8 @@ fn is_known(first: &FirstOrbit) -> bool {
         && vx + vy + vz < share * dot(&state.velocity_km_s, &state.velocity_km_s)
 }
 
-/// Whether a state is on a closed orbit above the ground of `body` and below the greatest of its bounds; by 3 %
-/// of its radius, as it may be off.
+/// Whether a state is on a closed orbit above the ground of `body` and below the greatest of its bounds; by 3
+/// % of its radius, as it may be off.
 pub fn is_orbit(body: CentralBody, state: &OrbitState) -> bool {
     let facts = body.facts();
     let [_, highest_km] = facts.bounds_km;

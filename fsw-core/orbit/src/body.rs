@@ -1,9 +1,9 @@
 //! The central body: what the satellite flies about.
 //!
 //! [`CentralBody`] is the choice of the parameters (`orbit.body`) and of a scenario, [`BodyFacts`] the row
-//! that belongs to it. Flight code and the host's world read the same rows; no fact of a body stands elsewhere, but
-//! the Earth's where one table cannot hold them: its precession and nutation ([`super::ephemeris`]), its air
-//! (`atmosphere`), and the world's own models of these, which are finer.
+//! that belongs to it. Flight code and the host's world read the same rows; no fact of a body stands
+//! elsewhere, but the Earth's where one table cannot hold them: its precession and nutation
+//! ([`super::ephemeris`]), its air (`atmosphere`), and the world's own models of these, which are finer.
 //!
 //! Figures, poles and prime meridians: reports of the IAU Working Group on Cartographic Coordinates and
 //! Rotational Elements (Archinal et al. 2011 and 2018, Celest. Mech. Dyn. Astr. 109, 101 and 130, 22). The
@@ -57,8 +57,8 @@ pub struct BodyFacts {
     pub limb: Option<BodyLimb>,
 }
 
-/// Pole and prime meridian in ICRS: right ascension, declination and the meridian's angle from the node of the
-/// body's equator.
+/// Pole and prime meridian in ICRS: right ascension, declination and the meridian's angle from the node of
+/// the body's equator.
 #[derive(Debug)]
 pub struct BodyAxes {
     /// Right ascension of the pole at J2000.0 and its change a century, deg.
@@ -159,7 +159,7 @@ pub static MOON: BodyFacts = BodyFacts {
     limb: Some(BodyLimb {
         height_km: 0.0,
         height_sigma_km: 0.8,
-        scatter_km: 0.7,
+        scatter_km: 0.4,
         scale_height_km: 0.5,
         lommel_share: 1.0,
         twilight_deg: 0.0,

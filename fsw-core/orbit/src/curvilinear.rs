@@ -43,8 +43,9 @@ fn square_share(of: &Vector3<f64>, whole: &Vector3<f64>) -> f64 {
     dot(of, of) / dot(whole, whole).max(1e-6)
 }
 
-/// Moves position and velocity about a body of this gravitational parameter (km³/s²) by a correction and gives the matrix `T` for the covariance's root; `None`
-/// where the correction was added in Cartesian coordinates.
+/// Moves position and velocity about a body of this gravitational parameter (km³/s²) by a correction and
+/// gives the matrix `T` for the covariance's root; `None` where the correction was added in Cartesian
+/// coordinates.
 #[inline(never)]
 pub(super) fn correct_state(
     mu_km3_s2: f64,

@@ -119,8 +119,8 @@ impl Equinoctial {
         })
     }
 
-    /// Position (km) and velocity (km/s) about a body of this gravitational parameter (km³/s²); `None` where the
-    /// elements are not those of a closed orbit.
+    /// Position (km) and velocity (km/s) about a body of this gravitational parameter (km³/s²); `None` where
+    /// the elements are not those of a closed orbit.
     #[inline(never)]
     pub fn state(&self, mu_km3_s2: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let Self { mean_motion_rad_s: motion, eccentricity: [h, k], .. } = *self;

@@ -1,6 +1,7 @@
 //! Analytical ephemerides: Sun, neighbour, pole, rotation and velocity of a central body.
 //!
-//! Time in is TT, microseconds since J2000.0; vectors out are from the body's centre, km (or km/s), ICRS axes.
+//! Time in is TT, microseconds since J2000.0; vectors out are from the body's centre, km (or km/s), ICRS
+//! axes.
 //!
 //! | body | Sun | neighbour | velocity |
 //! |---|---|---|---|
@@ -13,10 +14,10 @@
 //!   about the barycentre is added where the Moon is at hand.
 //! - Moon: the larger terms of Brown's theory (Montenbruck and Gill, *Satellite Orbits*, §3.3.2), mean
 //!   longitude referred to the equinox of J2000.
-//! - Pole of the Earth: the pole of date by the IAU 2006 precession, to the second order of time, and the two greatest
-//!   terms of nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation, up to 9
-//!   arcsec, a low orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6 arcsec,
-//!   is left out: in proportion 11 m.
+//! - Pole of the Earth: the pole of date by the IAU 2006 precession, to the second order of time, and the two
+//!   greatest terms of nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation,
+//!   up to 9 arcsec, a low orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6
+//!   arcsec, is left out: in proportion 11 m.
 //! - Pole and meridian of other bodies: [`super::body::BodyAxes`].
 //!
 //! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample
@@ -215,7 +216,8 @@ fn moon_velocity(time_us: i64) -> Vector3<f32> {
     (after - before) * (0.5e6 / HALF_US as f32)
 }
 
-/// Right ascension and declination of the pole, and the prime meridian's angle from the node of the equator, rad.
+/// Right ascension and declination of the pole, and the prime meridian's angle from the node of the equator,
+/// rad.
 #[inline(never)]
 fn axes_rad(axes: &BodyAxes, time_us: i64) -> [f32; 3] {
     let t = centuries(time_us);
@@ -300,11 +302,12 @@ pub fn equator_axes(pole: &Vector3<f64>) -> Matrix3<f32> {
     Matrix3::new(1.0 - a * x * x, -a * x * y, -x, -a * x * y, 1.0 - a * y * y, -y, x, y, z)
 }
 
-/// Angle by which the prime meridian has turned from x of [`equator_axes`], rad, 0 to one turn. Of the Earth by
-/// IAU 2000; error 15 arcsec a second of TT less UT1, which is taken as 69.2 s. Of others 0.03 deg.
+/// Angle by which the prime meridian has turned from x of [`equator_axes`], rad, 0 to one turn. Of the Earth
+/// by IAU 2000; error 15 arcsec a second of TT less UT1, which is taken as 69.2 s. Of others 0.03 deg.
 pub fn rotation_rad(body: CentralBody, time_us: i64) -> f32 {
     if let Some(axes) = &body.facts().axes {
-        // The node of the equator, at 90 deg from the pole's right ascension, is what that turn leaves in place.
+        // The node of the equator, at 90 deg from the pole's right ascension, is what that turn leaves in
+        // place.
         let [alpha, _, meridian] = axes_rad(axes, time_us).map(f64::from);
         return reduced_rad((alpha + meridian) / RAD_PER_DEG + 90.0);
     }
@@ -312,8 +315,9 @@ pub fn rotation_rad(body: CentralBody, time_us: i64) -> f32 {
     reduced_rad(360.0 * (0.779_057_273_264 + 1.002_737_811_911_354_5 * days))
 }
 
-/// Direction to the Sun from `body`; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back along
-/// the ecliptic), from Mars 0.02 deg, from the Moon 0.15 deg, the parallax of its distance from the Earth.
+/// Direction to the Sun from `body`; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back
+/// along the ecliptic), from Mars 0.02 deg, from the Moon 0.15 deg, the parallax of its distance from the
+/// Earth.
 pub fn sun_direction(body: CentralBody, time_us: i64) -> Direction<Icrs> {
     let about_sun = match &body.facts().about_sun {
         Some(orbit) => on_ellipse(orbit, time_us).0,
@@ -333,8 +337,8 @@ pub fn pole_axis(body: CentralBody, time_us: i64) -> Vector3<f64> {
     pole(body, time_us).vector().map(f64::from)
 }
 
-/// Velocity of `body` about the barycentre of the solar system, km/s, ICRS axes, for annual aberration; error up
-/// to 0.03 km/s (0.02 arcsec).
+/// Velocity of `body` about the barycentre of the solar system, km/s, ICRS axes, for annual aberration; error
+/// up to 0.03 km/s (0.02 arcsec).
 pub fn velocity_km_s(body: CentralBody, time_us: i64) -> Vector3<f64> {
     let of_earth = || barycentre(time_us).1;
     let velocity = match (body, &body.facts().about_sun) {

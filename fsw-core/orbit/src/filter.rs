@@ -341,8 +341,8 @@ impl OrbitFilter {
         self.factor().map(|factor| factor.block(POSITION, POSITION))
     }
 
-    /// Position about `body` and its covariance (km, km², ICRS axes) at a time for which it was propagated; while the
-    /// orbit is not known, those of the last fix with what it may have moved since.
+    /// Position about `body` and its covariance (km, km², ICRS axes) at a time for which it was propagated;
+    /// while the orbit is not known, those of the last fix with what it may have moved since.
     pub fn place(&self, body: CentralBody, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         if self.known {
             return Some((self.state()?.position_km, self.position_covariance_km2()?));

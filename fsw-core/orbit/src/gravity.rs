@@ -18,8 +18,8 @@ pub const MAX_DEGREE: u8 = 8;
 /// The same as an index.
 const MOST: usize = MAX_DEGREE as usize;
 /// C and S order by order, of each the degrees from 2 or the order to [`MAX_DEGREE`], not normalised: the
-/// published ones times `sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!)`. The first, C of degree 2 and order 0,
-/// is not here: [`super::body::BodyFacts::j2`].
+/// published ones times `sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!)`. The first, C of degree 2 and
+/// order 0, is not here: [`super::body::BodyFacts::j2`].
 type Coefficients = [[f32; 2]; 42];
 /// Of each order, degrees up to one more than the field's.
 type Column = [f32; MOST + 2];

@@ -45,8 +45,8 @@ fn polar([x, y]: [f64; 2]) -> (f64, f64) {
 }
 
 impl Keplerian {
-    /// Of a position (km) and a velocity (km/s) about a body of this gravitational parameter (km³/s²); `None` where they are not those of a closed orbit of an
-    /// eccentricity up to 0.97.
+    /// Of a position (km) and a velocity (km/s) about a body of this gravitational parameter (km³/s²); `None`
+    /// where they are not those of a closed orbit of an eccentricity up to 0.97.
     #[inline(never)]
     pub fn of(mu_km3_s2: f64, position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
         let elements = Equinoctial::of(mu_km3_s2, position_km, velocity_km_s)?;
@@ -70,7 +70,8 @@ impl Keplerian {
         })
     }
 
-    /// Position (km) and velocity (km/s) about such a body; `None` where the elements are not those of a closed orbit.
+    /// Position (km) and velocity (km/s) about such a body; `None` where the elements are not those of a
+    /// closed orbit.
     pub fn state(&self, mu_km3_s2: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let e = self.eccentricity;
         let parameter_km = self.semi_major_axis_km * (1.0 - e * e);

@@ -101,8 +101,8 @@ impl Perturbations {
     }
 }
 
-/// Pull of a body at `body` on a satellite at `r` less its pull on the central body, km/s²; 0 where there is no
-/// such body (`mu` = 0).
+/// Pull of a body at `body` on a satellite at `r` less its pull on the central body, km/s²; 0 where there is
+/// no such body (`mu` = 0).
 fn tide(body: &Vector3<f32>, mu: f32, r: &Vector3<f32>) -> Vector3<f32> {
     let apart = body - r;
     // The bounds of the state include the Moon's place; at least 1,000 km, about half the Moon's radius, keep

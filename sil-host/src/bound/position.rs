@@ -11,7 +11,8 @@
 //! `Aᵀ C⁻¹ A`. It is summed height by height, by the rows of `L⁻¹ A`. Each is compared with the latest
 //! `WINDOW` or half of them (Vecchia, J. R. Stat. Soc. B 50, 297, 1988): two revolutions in a low orbit.
 //!
-//! Lengths on another body's ground are that share of the Earth's that its radius is, as the fields' cells are.
+//! Lengths on another body's ground are that share of the Earth's that its radius is, as the fields' cells
+//! are.
 //!
 //! All else is known: latitude and season, the mean height, alignment, attitude and forces; nothing is known of
 //! the orbit before the first block. Any of them unknown would make the bound worse. Heights closer together
@@ -34,8 +35,8 @@ use fsw_core::orbit::body::CentralBody;
 use fsw_core::orbit::forces::Forces;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// Way over the ground of the Earth from one height to the next, km: half of the length over which the field's large part
-/// agrees.
+/// Way over the ground of the Earth from one height to the next, km: half of the length over which the
+/// field's large part agrees.
 const PATCH_KM: f64 = 300.0;
 /// Time from one true state to the next, s; blocks are as many of them as need be.
 const STEP_S: i64 = 30;

@@ -4,9 +4,9 @@
 //! |---|---|---|
 //! | `name` | `"earth"`, `"moon"` or `"mars"` | `"earth"` |
 //!
-//! World and flight code read the row of that name in `fsw_core::orbit::body`. What the body has not is refused
-//! where a key asks for it ([`Asked`]): drag and a second body, the Earth's orientation, orbit files and elements of
-//! the Earth, planets and satellites in its sky, a magnetometer.
+//! World and flight code read the row of that name in `fsw_core::orbit::body`. What the body has not is
+//! refused where a key asks for it ([`Asked`]): drag and a second body, the Earth's orientation, orbit files
+//! and elements of the Earth, planets and satellites in its sky, a magnetometer.
 
 use super::text::Text;
 use crate::error::HostError;

@@ -1,5 +1,5 @@
-//! The `[earth]` of a scenario: how the central body is drawn. Every key may be left out; `season` and `airglow` are
-//! of the Earth alone, and the other defaults those of `EarthModel::of` the body.
+//! The `[earth]` of a scenario: how the central body is drawn. Every key may be left out; `season` and
+//! `airglow` are of the Earth alone, and the other defaults those of `EarthModel::of` the body.
 //!
 //! | key | says | range | default |
 //! |---|---|---|---|

@@ -1,5 +1,5 @@
-//! The `[sky]` of a scenario: what shines beside stars and Earth. Every key may be left out. Planets, Moon and
-//! satellites are drawn as from the Earth: about another body there are none.
+//! The `[sky]` of a scenario: what shines beside stars and Earth. Every key may be left out. Planets, Moon
+//! and satellites are drawn as from the Earth: about another body there are none.
 //!
 //! | key | says | range | default |
 //! |---|---|---|---|

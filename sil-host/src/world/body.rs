@@ -1,10 +1,10 @@
 //! The central body in the world: where Sun and neighbour stand from it, how it moves, stands and turns.
 //!
 //! In: TT, µs since J2000.0. Out: from the body's centre, km and km/s, ICRS axes. Of the Earth by
-//! [`super::time::ephemeris`]; of Moon and Mars by their rows of [`fsw_core::orbit::body`], which the flight code reads too.
-//! The Moon stands by the Earth's ephemeris: its Sun is exact to that. Mars stands on its mean ellipse, within
-//! 0.02 deg of the numerical ephemerides; flight and world share that error, which moves the Sun's
-//! direction and the aberration by 0.03 arcsec.
+//! [`super::time::ephemeris`]; of Moon and Mars by their rows of [`fsw_core::orbit::body`], which the flight
+//! code reads too. The Moon stands by the Earth's ephemeris: its Sun is exact to that. Mars stands on its
+//! mean ellipse, within 0.02 deg of the numerical ephemerides; flight and world share that error, which moves
+//! the Sun's direction and the aberration by 0.03 arcsec.
 
 use super::attitude::{Vector, rotation};
 use super::sky::planets;
@@ -26,8 +26,8 @@ pub fn sun_km(body: CentralBody, time_us: i64) -> Vector {
     }
 }
 
-/// The body that pulls beside the Sun, with its gravitational parameter, km³/s²: the Moon on a satellite of the
-/// Earth, the Earth on one of the Moon. Mars's moons pull at 1e-8 of Mars.
+/// The body that pulls beside the Sun, with its gravitational parameter, km³/s²: the Moon on a satellite of
+/// the Earth, the Earth on one of the Moon. Mars's moons pull at 1e-8 of Mars.
 pub fn neighbour(body: CentralBody, time_us: i64) -> Option<(Vector, f64)> {
     match body {
         CentralBody::Earth => Some((ephemeris::moon_km(time_us), MOON.mu_km3_s2)),

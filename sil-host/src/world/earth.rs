@@ -1,4 +1,5 @@
-//! The central body as light: its looks, and how many electrons they give. Its types are named after the Earth.
+//! The central body as light: its looks, and how many electrons they give. Its types are named after the
+//! Earth.
 //!
 //! | module | takes | gives |
 //! |---|---|---|
@@ -78,7 +79,8 @@ pub struct EarthModel {
     pub scale_height_km: f64,
     /// Height over which clouds at the limb lose a factor e of their cover, km.
     pub cloud_top_km: f64,
-    /// Vertical optical depth of dust that is mixed with the air; 0: the air is the Earth's, molecules and haze.
+    /// Vertical optical depth of dust that is mixed with the air; 0: the air is the Earth's, molecules and
+    /// haze.
     pub dust_depth: f64,
     /// Brightness of thick air at the limb over that of the surface below.
     pub air_brightness: f64,
@@ -134,16 +136,16 @@ impl Default for EarthModel {
 impl EarthModel {
     /// The looks of a body. Albedo varies by the Earth's noise, whose contrast is less.
     ///
-    /// Moon: no air; the ground's albedo 0.12 after Lommel and Seeliger, darkness where the whole disc of the Sun
-    /// has set. Its terrain is noise of cells of 755 km and, half as much, of 180 and 90 km, together 2.0 km:
-    /// the deviation of LOLA's heights from 1737.4 km is about that (Smith et al. 2010, Geophys. Res. Lett. 37,
-    /// L18204; -9.1 to 10.8 km).
+    /// Moon: no air; the ground's albedo 0.12 after Lommel and Seeliger, darkness where the whole disc of the
+    /// Sun has set. Its terrain is noise of cells of 755 km and, half as much, of 180 and 90 km, together 2.0
+    /// km: the deviation of LOLA's heights from 1737.4 km is about that (Smith et al. 2010, Geophys. Res.
+    /// Lett. 37, L18204; -9.1 to 10.8 km).
     ///
-    /// Mars: dust of a vertical optical depth of 0.5 (Lemmon et al. 2015, Icarus 251, 96: 0.3 to 1 but in storms),
-    /// mixed with air of a scale height of 11 km, bright at the limb as haze. Along the limb it is thick to 34
-    /// km, half bright at 31 km; Viking's pictures show haze above 35 km (NASA SP-441, ch. 12) and
-    /// Jaquin, Gierasch and Kahn (1986, Icarus 68, 442) find its top between 20 and 50 km by season and place:
-    /// here noise of 4.0 km in cells of 1480 km and half as much in smaller ones.
+    /// Mars: dust of a vertical optical depth of 0.5 (Lemmon et al. 2015, Icarus 251, 96: 0.3 to 1 but in
+    /// storms), mixed with air of a scale height of 11 km, bright at the limb as haze. Along the limb it is
+    /// thick to 34 km, half bright at 31 km; Viking's pictures show haze above 35 km (NASA SP-441, ch. 12)
+    /// and Jaquin, Gierasch and Kahn (1986, Icarus 68, 442) find its top between 20 and 50 km by season and
+    /// place: here noise of 4.0 km in cells of 1480 km and half as much in smaller ones.
     pub fn of(body: CentralBody) -> Self {
         let airless = Self {
             body,

@@ -113,7 +113,8 @@ pub struct TruthOrbit {
 }
 
 impl TruthOrbit {
-    /// Flies about the Earth from `start_us` (TT since J2000) over `seconds` under all forces ([`Forces::default`]).
+    /// Flies about the Earth from `start_us` (TT since J2000) over `seconds` under all forces
+    /// ([`Forces::default`]).
     ///
     /// # Errors
     /// When the start is no orbit that clears the body, or the air brings the satellite down.

@@ -1,5 +1,6 @@
-//! Flights about Moon and Mars from pixels: the scenarios' first half hour, from the dark of no orbit to one that is
-//! told. The table's facts are held against others in the tests of `fsw_core::orbit::body`, the world's here.
+//! Flights about Moon and Mars from pixels: the scenarios' first half hour, from the dark of no orbit to one
+//! that is told. The table's facts are held against others in the tests of `fsw_core::orbit::body`, the
+//! world's here.
 
 use fsw_core::orbit::body::CentralBody;
 use sil_host::harness;
@@ -52,8 +53,9 @@ fn fly(name: &str, seconds: u32) -> Flown {
     flown
 }
 
-/// Over half an hour, of which all has a lit limb in the field: attitude as about the Earth, and an orbit within
-/// ten minutes whose error is within 4.5 sigma on every axis (probability of more, of a right sigma: 2e-5).
+/// Over half an hour, of which all has a lit limb in the field: attitude as about the Earth, and an orbit
+/// within ten minutes whose error is within 4.5 sigma on every axis (probability of more, of a right sigma:
+/// 2e-5).
 fn an_orbit_is_found(name: &str) {
     let flown = fly(name, 1800);
     assert!(flown.attitudes >= 1790 && flown.worst_sigma < 6.0);

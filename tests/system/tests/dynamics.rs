@@ -221,11 +221,10 @@ fn with_noise(transition: &Transition, covariance: &Transition, step_s: f64) -> 
     std::array::from_fn(|row| std::array::from_fn(|column| cell(row, column)))
 }
 
-/// Errors about Earth, Moon and Mars by the degrees that are left out, and by nothing else (of the Moon the world has
-/// degree 12 and not the hundreds that there are), over random places of the node and
-/// inclinations, after a quarter of a revolution to a day, over the sigma of the filter's white
-/// acceleration. A revolution is the shortest arc from which all elements are known; over less of it the
-/// errors are below 30 m.
+/// Errors about Earth, Moon and Mars by the degrees that are left out, and by nothing else (of the Moon the
+/// world has degree 12 and not the hundreds that there are), over random places of the node and inclinations,
+/// after a quarter of a revolution to a day, over the sigma of the filter's white acceleration. A revolution
+/// is the shortest arc from which all elements are known; over less of it the errors are below 30 m.
 #[test]
 fn the_process_noise_covers_the_gravity_that_is_left_out() {
     let flown = OrbitParameters::default();

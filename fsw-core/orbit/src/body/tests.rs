@@ -24,8 +24,9 @@ fn solar_longitude_deg(time_us: i64) -> f64 {
 
 #[test]
 fn satellites_take_their_known_times() {
-    // Phobos and Deimos about Mars: 0.318910 and 1.262441 days, 9,376 and 23,463.2 km (JPL). About the Moon the
-    // command module of Apollo 11, 110 km high: two hours, 1 min less or more. About the Earth a star's day.
+    // Phobos and Deimos about Mars: 0.318910 and 1.262441 days, 9,376 and 23,463.2 km (JPL). About the Moon
+    // the command module of Apollo 11, 110 km high: two hours, 1 min less or more. About the Earth a star's
+    // day.
     for (body, axis_km, period_s, tolerance) in [
         (CentralBody::Mars, 9_376.0, 0.318_910 * 86_400.0, 2e-3),
         (CentralBody::Mars, 23_463.2, 1.262_441 * 86_400.0, 1e-3),
@@ -87,8 +88,8 @@ fn the_bulge_turns_the_node_as_it_should() {
     }
 }
 
-/// Mars24, NASA GISS: worked examples of the algorithm, and the first days of years (Piqueux et al. 2015, Icarus
-/// 251, 332), to half a day.
+/// Mars24, NASA GISS: worked examples of the algorithm, and the first days of years (Piqueux et al. 2015,
+/// Icarus 251, 332), to half a day.
 #[test]
 fn the_seasons_of_mars_come_on_their_dates() {
     for (days, leaps_s, longitude_deg, tolerance_deg) in [

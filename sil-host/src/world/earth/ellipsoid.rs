@@ -39,8 +39,8 @@ impl Figure {
         }
     }
 
-    /// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it gives
-    /// the ellipsoid's normal there, not of unit length.
+    /// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it
+    /// gives the ellipsoid's normal there, not of unit length.
     pub fn to_sphere(&self, [x, y, z]: Vector) -> Vector {
         let per_equator = 1.0 / self.equator_km;
         [x * per_equator, y * per_equator, z * (1.0 / self.pole_km)]

@@ -1,12 +1,12 @@
 //! The field of gravity of a body.
 //!
-//! In: position in axes that turn with it (ITRF), km. Out: acceleration there, km/s², and the potential, km²/s². Spherical harmonics,
-//! fully normalised, by Cunningham's recursion (1970) as Montenbruck and Gill give it (Satellite Orbits,
-//! 3.2.4), each step scaled by the norms so that no degree over- or underflows. Models: of the
-//! Earth EGM2008 (`egm2008.txt`), to degree and order [`LARGEST`]; of Moon and Mars LP165P and Mars50c
-//! (`lp165p.txt`, `mars50c.txt`), to [`LARGEST_OF_OTHERS`]. EGM2008's coefficients are free of tides; the part of C20 that
-//! Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14). Tides that come and go are left
-//! out.
+//! In: position in axes that turn with it (ITRF), km. Out: acceleration there, km/s², and the potential,
+//! km²/s². Spherical harmonics, fully normalised, by Cunningham's recursion (1970) as Montenbruck and Gill
+//! give it (Satellite Orbits, 3.2.4), each step scaled by the norms so that no degree over- or underflows.
+//! Models: of the Earth EGM2008 (`egm2008.txt`), to degree and order [`LARGEST`]; of Moon and Mars LP165P and
+//! Mars50c (`lp165p.txt`, `mars50c.txt`), to [`LARGEST_OF_OTHERS`]. EGM2008's coefficients are free of tides;
+//! the part of C20 that Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14). Tides that
+//! come and go are left out.
 
 use crate::world::attitude::{Vector, dot};
 use fsw_core::orbit::body::CentralBody;

@@ -1,10 +1,10 @@
 //! Pressure of the Sun's light, and the central body's shadow.
 //!
-//! In: positions of satellite and Sun from its centre, km, and its radius. Out: the share of the Sun's disc that is
-//! seen, acceleration of a ball, km/s². Shadow: umbra, penumbra and, beyond the umbra's tip, the ring, from
-//! the overlap of two discs (Montenbruck and Gill, Satellite Orbits, 3.4.2); it is a ball of its
-//! equatorial radius without air, so that eclipses over the Earth's poles begin and end up to 3 s off (21 km of
-//! radius at 7.5 km/s). Pressure: 4.56e-6 N/m² at 1 au, along the Sun's light.
+//! In: positions of satellite and Sun from its centre, km, and its radius. Out: the share of the Sun's disc
+//! that is seen, acceleration of a ball, km/s². Shadow: umbra, penumbra and, beyond the umbra's tip, the
+//! ring, from the overlap of two discs (Montenbruck and Gill, Satellite Orbits, 3.4.2); it is a ball of its
+//! equatorial radius without air, so that eclipses over the Earth's poles begin and end up to 3 s off (21 km
+//! of radius at 7.5 km/s). Pressure: 4.56e-6 N/m² at 1 au, along the Sun's light.
 
 use crate::world::attitude::Vector;
 use crate::world::time::ephemeris::AU_KM;

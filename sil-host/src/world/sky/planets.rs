@@ -95,7 +95,8 @@ pub fn at(time_us: i64) -> [Planet; 5] {
     })
 }
 
-/// Position about the Sun on an ellipse of mean elements at J2000.0 and their changes a century, ICRS axes, au.
+/// Position about the Sun on an ellipse of mean elements at J2000.0 and their changes a century, ICRS axes,
+/// au.
 pub fn on_ellipse_au(at_epoch: &[f64; 6], a_century: &[f64; 6], time_us: i64) -> Vector {
     let centuries = time_us as f64 / CENTURY_US;
     let mut now = *at_epoch;
