@@ -164,8 +164,7 @@ pub static MOON: BodyFacts = BodyFacts {
         lommel_share: 1.0,
         twilight_deg: 0.0,
         field_km: [2.0, 300.0],
-        // The Earth's 1.2 and 120 km by deviation and by radius.
-        edge_km: [1.4, 33.0],
+        edge_km: [0.6, 33.0],
         gravity_noise_km_s15: 5e-7,
     }),
 };
