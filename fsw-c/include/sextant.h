@@ -86,7 +86,7 @@
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 17
+#define SEXTANT_PARAMETERS_VERSION 18
 
 /**
  * What a call came to. Every call that is not `OK` has changed nothing, except that a cycle refused with

@@ -23,7 +23,8 @@ use crate::earth::view::View;
 use crate::earth::{Body, EarthParameters};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use crate::orbit::OrbitState;
-use crate::orbit::constants::{AU_KM, EARTH_RADIUS_KM, MICROSECONDS};
+use crate::orbit::body::CentralBody;
+use crate::orbit::constants::{AU_KM, MICROSECONDS};
 use crate::orbit::dynamics::PropagationError;
 use crate::orbit::ephemeris::Bodies;
 use crate::orbit::forces::Forces;
@@ -79,12 +80,13 @@ pub enum PointingLaw {
 
 impl PointingLaw {
     /// The attitude of the Earth path; `None` where position and velocity span no plane.
-    fn earth_path(&self, orbit: &OrbitState) -> Option<Rotation<Icrs, EarthPath>> {
+    fn earth_path(&self, about: CentralBody, orbit: &OrbitState) -> Option<Rotation<Icrs, EarthPath>> {
         let (off_nadir_rad, roll_rad) = match self {
             Self::Nadir { off_nadir_rad, roll_rad } => (*off_nadir_rad, *roll_rad),
             Self::Horizon { below_rad, roll_rad } => {
-                let radius = libm::sqrt(orbit.position_km.norm_squared()).max(EARTH_RADIUS_KM);
-                (libm::asinf((EARTH_RADIUS_KM / radius) as f32) - below_rad, *roll_rad)
+                let equator_km = about.facts().radius_km;
+                let radius = libm::sqrt(orbit.position_km.norm_squared()).max(equator_km);
+                (libm::asinf((equator_km / radius) as f32) - below_rad, *roll_rad)
             }
             Self::Inertial(path) => return Some(*path),
         };
@@ -108,7 +110,7 @@ pub struct Forecast<'a> {
     pub pointing: PointingLaw,
     /// The Earth's shape, and from which elevation of the Sun its limb is lit.
     pub earth: &'a EarthParameters,
-    /// Forces on the satellite.
+    /// Forces on the satellite, and what it flies about.
     pub forces: Forces,
 }
 
@@ -129,8 +131,8 @@ impl Forecast<'_> {
     /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the
     /// Earth, straight up).
     pub fn state(&self, orbit: &OrbitState) -> Option<SensorState> {
-        let path = self.pointing.earth_path(orbit)?;
-        let bodies = Bodies::at(orbit.time_us);
+        let path = self.pointing.earth_path(self.forces.body, orbit)?;
+        let bodies = Bodies::at(self.forces.body, orbit.time_us);
         let to_sun = (bodies.sun_km - orbit.position_km).map(|axis| (axis / AU_KM) as f32);
         let sun: Direction<EarthPath> = path.apply(&Direction::new(to_sun)?);
         let pole = path.apply(&Direction::new(bodies.pole.map(|axis| axis as f32))?);

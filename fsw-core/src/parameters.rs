@@ -12,6 +12,7 @@ use crate::earth::parameters as earth;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::image::DetectionParameters;
 use crate::modes::ModeParameters;
+use crate::orbit::body::{BodyLimb, CentralBody, EARTH};
 use crate::orbit::parameters::OrbitParameters;
 use crate::packet::{self, PacketError};
 use crate::shutting::ShutterParameters;
@@ -23,11 +24,13 @@ use table::{Row, parameter_group};
 pub use fsw_ground::table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
-pub const VERSION: u8 = 17;
+pub const VERSION: u8 = 18;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0xBF40_7F75;
+pub const CHECKSUM: u32 = 0x82FF_EE72;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
+/// The ellipsoid of another body than the Earth is within this share of its radius.
+const ELLIPSOID_SHARE: f32 = 0.01;
 
 /// The rows of all parameters but the camera's, group by group, for the host.
 pub const GROUPS: [&[Row]; 17] = [
@@ -128,6 +131,8 @@ pub enum ParameterError {
     Range(&'static str),
     /// Exposure and the readout of all rows do not fit into a second.
     ExposureBeyondSecond,
+    /// The named value asks for what the body of `orbit.body` has not.
+    NotOfBody(&'static str),
 }
 
 impl Parameters {
@@ -146,6 +151,49 @@ impl Parameters {
             orbit: OrbitParameters::default(),
             modes: ModeParameters::default(),
         }
+    }
+
+    /// The same about another body: its ellipsoid, its limb and what it has of the forces. About the Earth
+    /// nothing changes.
+    pub fn about(mut self, body: CentralBody) -> Self {
+        let facts = body.facts();
+        self.orbit.body = body;
+        let Some(limb) = &facts.limb else { return self };
+        let BodyLimb { height_km, height_sigma_km, scatter_km, scale_height_km, lommel_share, .. } = *limb;
+        let ([sigma_km, length_km], [edge_km, patch_km]) = (limb.field_km, limb.edge_km);
+        self.earth.ellipsoid =
+            earth::Ellipsoid { equatorial_km: facts.radius_km as f32, polar_km: facts.polar_km as f32 };
+        self.earth.limb = earth::LimbParameters {
+            height_km,
+            height_sigma_km,
+            scatter_km,
+            scale_height_km,
+            lommel_share,
+            ..self.earth.limb
+        };
+        self.earth.light.twilight_deg = limb.twilight_deg;
+        // The defaults' cells of an Earth's radius.
+        let share = (facts.radius_km / EARTH.radius_km) as f32;
+        self.earth.horizon = earth::HorizonParameters {
+            sigma_km,
+            cell_km: share * self.earth.horizon.cell_km,
+            cloud_cell_km: share * self.earth.horizon.cloud_cell_km,
+            ..self.earth.horizon
+        };
+        self.orbit = OrbitParameters {
+            drag_m2_kg: if facts.air { self.orbit.drag_m2_kg } else { 0.0 },
+            height_sigma_km,
+            summer_sigma_km: 0.0,
+            tropics_km: 0.0,
+            tropics_sigma_km: 0.0,
+            field_sigma_km: sigma_km,
+            field_length_km: length_km,
+            edge_sigma_km: edge_km,
+            edge_patch_km: patch_km,
+            gravity_noise_km_s15: limb.gravity_noise_km_s15,
+            ..self.orbit
+        };
+        self
     }
 
     /// Writes the table as a packet and gives the bytes used.
@@ -186,6 +234,9 @@ impl Parameters {
         if let Some(name) = groups.into_iter().flatten().next() {
             return Err(ParameterError::Range(name));
         }
+        if let Some(name) = self.first_not_of_body() {
+            return Err(ParameterError::NotOfBody(name));
+        }
         let readout_us = u64::from(self.imaging.row_time_ns) * u64::from(self.camera.height_px) / 1000;
         if u64::from(self.imaging.exposure_us) + readout_us > 1_000_000 {
             return Err(ParameterError::ExposureBeyondSecond);
@@ -196,6 +247,16 @@ impl Parameters {
             Some(star_to_earth) => Ok((camera, star_to_earth)),
             None => Err(ParameterError::Range("mount.star_to_earth")),
         }
+    }
+
+    /// The first value that does not go with the body. The Earth's ellipsoid is free: pictures of other
+    /// bodies are taken by it.
+    fn first_not_of_body(&self) -> Option<&'static str> {
+        let radius_km = self.orbit.body.facts().radius_km as f32;
+        let off_km = self.earth.ellipsoid.equatorial_km - radius_km;
+        let another =
+            self.orbit.body != CentralBody::Earth && libm::fabsf(off_km) > ELLIPSOID_SHARE * radius_km;
+        another.then_some("earth.ellipsoid.equatorial_km").or(self.orbit.first_not_of_body())
     }
 
     /// The rate sensor's noise, where a second of it is more than a third of the gate.
@@ -210,6 +271,7 @@ impl fmt::Display for ParameterError {
         match self {
             Self::Camera(error) => write!(out, "the camera is impossible: {error}"),
             Self::Range(name) => write!(out, "{name} is outside its range"),
+            Self::NotOfBody(name) => write!(out, "{name} asks for what the body of orbit.body has not"),
             Self::ExposureBeyondSecond => out.write_str(
                 "imaging.exposure_us and imaging.row_time_ns of all rows are longer than a second: shorten one",
             ),

@@ -1,6 +1,7 @@
 //! What the truth orbit costs: a day set up, a place asked for, and what a simulated second asks of the sky.
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use fsw_core::orbit::body::CentralBody;
 use sil_host::world::orbit::{TruthOrbit, state_of_elements};
 use sil_host::world::time::ephemeris;
 use std::hint::black_box;
@@ -13,7 +14,8 @@ fn orbit(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("orbit");
     group.sample_size(10);
     for (name, a_km, e) in [("day_geo", 42_164.17, 0.0002), ("day_leo", 6828.0, 0.001)] {
-        let (r, v) = state_of_elements(a_km, e, 51.6, 40.0, 10.0, 75.0).expect("the orbit clears the Earth");
+        let (r, v) = state_of_elements(CentralBody::Earth, [a_km, e, 51.6, 40.0, 10.0, 75.0])
+            .expect("the orbit clears the Earth");
         group.bench_function(name, |bencher| {
             bencher.iter(|| TruthOrbit::new(START_US, black_box(r), v, DAY_S));
         });

@@ -9,6 +9,7 @@
 use criterion::{
     BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
+use fsw_core::orbit::body::CentralBody;
 use fsw_hal::{Detector, Window};
 use sil_host::formats::camera_file::CameraFile;
 use sil_host::harness::star_scene;
@@ -31,8 +32,9 @@ const START_US: i64 = 843_393_969_184_000;
 const EXPOSURE_S: f64 = 0.4;
 
 fn trajectory(radius_km: f64, inclination_deg: f64, true_anomaly_deg: f64, off_nadir_deg: f64) -> Scene {
-    let (r, v) = state_of_elements(radius_km, 0.0, inclination_deg, 0.0, 0.0, true_anomaly_deg)
-        .expect("the orbit clears the Earth");
+    let (r, v) =
+        state_of_elements(CentralBody::Earth, [radius_km, 0.0, inclination_deg, 0.0, 0.0, true_anomaly_deg])
+            .expect("the orbit clears the Earth");
     let trajectory = Trajectory {
         orbit: TruthOrbit::new(START_US, r, v, 600).expect("the orbit clears the Earth"),
         pointing: Pointing::nadir(off_nadir_deg, 0.0),

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `[scenario]` | name, start, duration, seed, exposure |
 //! | `[orbit]` | Keplerian elements, a state or a TLE, from which the orbit is flown; or an orbit file to follow |
+//! | `[body]` | what it flies about: Earth, Moon or Mars |
 //! | `[forces]` | what pulls and pushes the satellite, and how the Earth stands |
 //! | `[pointing]` | where the Earth path looks: to nadir, into space, or tumbling; slews and jitter |
 //! | `[mount]` | how the star path stands to the Earth path, and whether it is seen in a mirror |
@@ -26,6 +27,7 @@
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
 mod believed;
+mod body;
 mod detector;
 mod earth;
 mod faults;
@@ -59,7 +61,7 @@ use crate::world::motion::Motion;
 use crate::world::motion::jitter::{Jitter, JitterModel};
 use crate::world::motion::pointing::{Mount, Pointing};
 use crate::world::motion::trajectory::Trajectory;
-use crate::world::orbit::{Forces, MU_EARTH, TruthOrbit};
+use crate::world::orbit::{Forces, TruthOrbit, mu_km3_s2};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::sky as stars;
 use crate::world::sky::bodies::BodiesModel;
@@ -81,7 +83,7 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 13] = [
+pub const EMBEDDED: [(&str, &str); 15] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
@@ -95,6 +97,8 @@ pub const EMBEDDED: [(&str, &str); 13] = [
     ("tumbling", include_str!("scenarios/tumbling.toml")),
     ("bad-day", include_str!("scenarios/bad-day.toml")),
     ("geo-shutters", include_str!("scenarios/geo-shutters.toml")),
+    ("moon-orbit", include_str!("scenarios/moon-orbit.toml")),
+    ("mars-orbit", include_str!("scenarios/mars-orbit.toml")),
 ];
 
 /// Seconds in a run: up to ten days.
@@ -128,7 +132,7 @@ pub struct Scenario {
     pub seed: u64,
     /// Exposure, µs.
     pub exposure_us: u32,
-    /// Position at the start, ICRS, geocentric, km.
+    /// Position at the start about the body's centre, ICRS, km.
     pub position_km: Vector,
     /// Velocity at the start, ICRS, km/s.
     pub velocity_km_s: Vector,
@@ -176,6 +180,8 @@ struct RawFile {
     scenario: RawScenario,
     orbit: Spanned<orbit::RawOrbit>,
     #[serde(default)]
+    body: body::RawBody,
+    #[serde(default)]
     forces: forces::RawForces,
     #[serde(default)]
     pointing: pointing::RawPointing,
@@ -197,7 +203,7 @@ struct RawFile {
     orbit_filter: orbit_filter::RawOrbitFilter,
     shutters: Option<instruments::RawShutters>,
     gyro: Option<instruments::RawGyro>,
-    magnetometer: Option<instruments::RawMagnetometer>,
+    magnetometer: Option<Spanned<instruments::RawMagnetometer>>,
     #[serde(default)]
     believed: believed::RawBelieved,
     #[serde(default)]
@@ -281,8 +287,11 @@ impl Scenario {
         let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
         let duration_s = text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32;
         let detector = detector::read(&text, &raw.detector)?;
-        let forces = forces::read(&text, &raw.forces, start_us, duration_s)?;
-        let orbit = orbit::read(&text, &raw.orbit, start_us, duration_s, &forces.orientation)?;
+        let about = body::read(&text, &raw.body)?;
+        let field = raw.magnetometer.as_ref().map(|table| table.span().start);
+        body::of_the_earth_alone(&text, about, &[("magnetometer", field)])?;
+        let forces = forces::read(&text, &raw.forces, about, start_us, duration_s)?;
+        let orbit = orbit::read(&text, &raw.orbit, start_us, duration_s, &forces)?;
         Ok(Self {
             file: path.to_path_buf(),
             orbit_line: text.line(raw.orbit.span().start),
@@ -304,12 +313,12 @@ impl Scenario {
             imaging: optics::read(&text, &raw.optics)?,
             detector: detector.gathering(optics::light(&text, &raw.optics)?),
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
-            bodies: sky::read(&text, &raw.sky)?,
-            earth: earth::read(&text, &raw.earth)?,
+            bodies: sky::read(&text, &raw.sky, about)?,
+            earth: earth::read(&text, &raw.earth, about)?,
             orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
             shutters: raw.shutters.as_ref().map(instruments::shutters),
             gyro: instruments::gyro(&text, &raw.gyro)?,
-            magnetometer: instruments::magnetometer(&text, &raw.magnetometer)?,
+            magnetometer: instruments::magnetometer(&text, raw.magnetometer.as_ref().map(Spanned::get_ref))?,
             believed: believed::read(&text, &raw.believed)?,
             faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
@@ -333,7 +342,8 @@ impl Scenario {
     /// The flight code's parameters for this scenario, with this calibration: the only place where they are
     /// made, all from what is [believed](Believed).
     pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
-        let defaults = Parameters::for_camera(flight::camera_parameters(&self.believed_camera()));
+        let camera = flight::camera_parameters(&self.believed_camera());
+        let defaults = Parameters::for_camera(camera).about(self.forces.body);
         let star_to_earth = self.believed.star_to_earth(&self.mount).map(|part| part as f32);
         let mount = MountParameters { star_to_earth, ..defaults.mount };
         let row_time_s = self.believed.row_time_s(self.imaging.shutter.row_time_s());
@@ -435,8 +445,9 @@ impl Scenario {
     /// Time of a revolution at the start, s: Kepler's third law on the energy's semi-major axis.
     pub fn period_s(&self) -> f64 {
         let distance = libm::sqrt(dot(self.position_km, self.position_km));
-        let a_km = 1.0 / (2.0 / distance - dot(self.velocity_km_s, self.velocity_km_s) / MU_EARTH);
-        std::f64::consts::TAU * libm::sqrt(a_km * a_km * a_km / MU_EARTH)
+        let mu = mu_km3_s2(self.forces.body);
+        let a_km = 1.0 / (2.0 / distance - dot(self.velocity_km_s, self.velocity_km_s) / mu);
+        std::f64::consts::TAU * libm::sqrt(a_km * a_km * a_km / mu)
     }
 
     /// The same with another seed, where one is given.

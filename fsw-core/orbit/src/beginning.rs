@@ -20,8 +20,9 @@
 //! is bound, above the ground and no farther than a satellite.
 
 use super::OrbitState;
-use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S, MICROSECONDS, MU_EARTH_KM3_S2};
-use super::dynamics::{HIGHEST_KM, MAX_SPAN_US, Transition, plausible};
+use super::body::CentralBody;
+use super::constants::MICROSECONDS;
+use super::dynamics::{MAX_SPAN_US, Transition, plausible};
 use super::forces::Forces;
 use super::parameters::OrbitParameters;
 use super::point::PositionFix;
@@ -66,6 +67,8 @@ struct Kept {
 /// A trial under way: the orbit tried, and the normal equations of six unknowns about it.
 #[derive(Clone, Debug)]
 struct Trial {
+    /// What is flown about.
+    body: CentralBody,
     /// Its fixes: those of the ring when it began, and the latest.
     of: heapless::Vec<Kept, { FIXES + 1 }>,
     /// How many of them share their slow errors.
@@ -172,6 +175,7 @@ impl Beginning {
             for fix in self.kept.iter().chain(latest) {
                 let _ = self.trial.of.push(*fix);
             }
+            self.trial.body = parameters.body;
             self.trial.sharing = self.sharing(parameters);
             self.trial.state =
                 OrbitState { time_us, position_km: fix.position_km, velocity_km_s: Vector3::zeros() };
@@ -180,13 +184,13 @@ impl Beginning {
         }
     }
 
-    /// Position and covariance (km, km²) at a time by the last fix alone: since then it has moved with at
-    /// most the speed of escape, in a direction that is not known.
-    pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    /// Position about `body` and covariance (km, km²) at a time by the last fix alone: since then it has
+    /// moved with at most the speed of escape, in a direction that is not known.
+    pub fn place(&self, body: CentralBody, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         let Kept { time_us: then_us, position_km, noise_km2, shared_km2, .. } = self.last.as_ref()?;
         let since_s = time_us.saturating_sub(*then_us) as f64 / MICROSECONDS;
         let distance_km = libm::sqrt(dot(position_km, position_km)).max(1.0);
-        let axis_km2 = 2.0 / 3.0 * MU_EARTH_KM3_S2 / distance_km * since_s * since_s;
+        let axis_km2 = 2.0 / 3.0 * body.facts().mu_km3_s2 / distance_km * since_s * since_s;
         let mut covariance_km2 = noise_km2.map(f64::from);
         add_scaled(&mut covariance_km2, 1.0, &shared_km2.map(f64::from));
         add_to_diagonal(&mut covariance_km2, axis_km2);
@@ -226,8 +230,9 @@ impl Beginning {
     fn sharing(&self, parameters: &OrbitParameters) -> f64 {
         let Some(last) = self.kept.last() else { return 1.0 };
         let square_km2 = dot(&last.position_km, &last.position_km).max(1.0);
-        let turn = libm::sqrt(MU_EARTH_KM3_S2 / (square_km2 * libm::sqrt(square_km2)));
-        let ground_km_s = libm::fabs(turn - EARTH_RATE_RAD_S).max(1e-9) * EARTH_RADIUS_KM;
+        let facts = parameters.body.facts();
+        let turn = libm::sqrt(facts.mu_km3_s2 / (square_km2 * libm::sqrt(square_km2)));
+        let ground_km_s = libm::fabs(turn - facts.rate_rad_s).max(1e-9) * facts.radius_km;
         let lasting_s = 2.0 * f64::from(parameters.field_length_km) / ground_km_s;
         let spacing_s = self.spacing_us as f64 / MICROSECONDS;
         (lasting_s / spacing_s).clamp(1.0, FIXES as f64)
@@ -270,7 +275,7 @@ impl Beginning {
         let misaligned = product(&root, &factor.whitened(&self.trial.misaligned));
         let first = FirstOrbit { state: self.trial.state, root, misaligned };
         let agreed = 4 * inliers >= 3 * self.trial.of.len() && squares <= 2.0 * (3.0 * inliers as f64 - 6.0);
-        (agreed && is_known(&first) && is_orbit(&first.state)).then_some(first)
+        (agreed && is_known(&first) && is_orbit(self.trial.body, &first.state)).then_some(first)
     }
 }
 
@@ -281,6 +286,7 @@ impl Trial {
         let zeros = Matrix6::from_array_storage(ArrayStorage([[0.0; 6]; 6]));
         let right = Vector6::from_array_storage(ArrayStorage([[0.0; 6]]));
         Self {
+            body: CentralBody::Earth,
             of: heapless::Vec::new(),
             sharing: 0.0,
             state,
@@ -318,15 +324,15 @@ impl Trial {
         let (predicted, partials) = if self.iteration == 0 {
             (
                 Vector3::zeros(),
-                lagrange(&self.state.position_km, kept.time_us.saturating_sub(self.state.time_us)),
+                lagrange(self.body, &self.state.position_km, kept.time_us.saturating_sub(self.state.time_us)),
             )
         } else {
+            let point = Forces::KEPLER.about(self.body);
             for _ in 0..SPANS {
                 let span_us = kept.time_us.saturating_sub(self.here.time_us).max(-MAX_SPAN_US);
                 if span_us < 0 {
-                    let there = Forces::KEPLER.propagate(&self.here, span_us).ok()?;
-                    self.moved =
-                        product(&matrix_of(&Forces::KEPLER.transition(&self.here, &there)), &self.moved);
+                    let there = point.propagate(&self.here, span_us).ok()?;
+                    self.moved = product(&matrix_of(&point.transition(&self.here, &there)), &self.moved);
                     self.here = there;
                 }
             }
@@ -363,7 +369,7 @@ impl Trial {
         }
         add_scaled(&mut self.state.position_km, 1.0, &Vector3::new(x, y, z));
         add_scaled(&mut self.state.velocity_km_s, 1.0, &Vector3::new(vx, vy, vz));
-        plausible(&self.state.position_km, &self.state.velocity_km_s).then_some(())
+        plausible(self.body, &self.state.position_km, &self.state.velocity_km_s).then_some(())
     }
 }
 
@@ -391,10 +397,10 @@ fn upper_rows(matrix: &Matrix6<f64>) -> Matrix3x6<f64> {
 }
 
 /// `[f I, g I]` of Lagrange's series to the third order, `span_us` from a place at this distance.
-fn lagrange(position_km: &Vector3<f64>, span_us: i64) -> Matrix3x6<f64> {
+fn lagrange(body: CentralBody, position_km: &Vector3<f64>, span_us: i64) -> Matrix3x6<f64> {
     let t = span_us as f64 / MICROSECONDS;
     let square_km2 = dot(position_km, position_km).max(1.0);
-    let falling = MU_EARTH_KM3_S2 / (square_km2 * libm::sqrt(square_km2)) * t * t;
+    let falling = body.facts().mu_km3_s2 / (square_km2 * libm::sqrt(square_km2)) * t * t;
     let (f, g) = (1.0 - 0.5 * falling, t * (1.0 - falling / 6.0));
     let mut partials = Matrix3x6::zeros();
     for (at, column) in partials.data.0.iter_mut().enumerate() {
@@ -420,19 +426,21 @@ fn is_known(first: &FirstOrbit) -> bool {
         && vx + vy + vz < share * dot(&state.velocity_km_s, &state.velocity_km_s)
 }
 
-/// Whether a state is on a closed orbit above the ground and below [`HIGHEST_KM`]; by 3 % of the Earth's
-/// radius, as it may be off.
-pub fn is_orbit(state: &OrbitState) -> bool {
+/// Whether a state is on a closed orbit above the ground of `body` and below the greatest of its bounds; by 3
+/// % of its radius, as it may be off.
+pub fn is_orbit(body: CentralBody, state: &OrbitState) -> bool {
+    let facts = body.facts();
+    let [_, highest_km] = facts.bounds_km;
     let OrbitState { position_km, velocity_km_s, .. } = state;
     let radius = libm::sqrt(dot(position_km, position_km));
-    let energy = 0.5 * dot(velocity_km_s, velocity_km_s) - MU_EARTH_KM3_S2 / radius;
-    let axis_km = -0.5 * MU_EARTH_KM3_S2 / energy;
+    let energy = 0.5 * dot(velocity_km_s, velocity_km_s) - facts.mu_km3_s2 / radius;
+    let axis_km = -0.5 * facts.mu_km3_s2 / energy;
     let momentum = cross(position_km, velocity_km_s);
-    let shape = 1.0 - dot(&momentum, &momentum) / (MU_EARTH_KM3_S2 * axis_km);
+    let shape = 1.0 - dot(&momentum, &momentum) / (facts.mu_km3_s2 * axis_km);
     let eccentricity = libm::sqrt(shape.max(0.0));
     energy < 0.0
-        && axis_km * (1.0 - eccentricity) > (1.0 - KNOWN_SHARE) * EARTH_RADIUS_KM
-        && axis_km * (1.0 + eccentricity) < HIGHEST_KM
+        && axis_km * (1.0 - eccentricity) > (1.0 - KNOWN_SHARE) * facts.radius_km
+        && axis_km * (1.0 + eccentricity) < highest_km
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Orbit dynamics: acceleration, propagation, and the state transition matrix.
 //!
-//! In: [`OrbitState`] and a span; out: the state at its end. [`Forces`] says what acts. In f64: the Earth's
+//! In: [`OrbitState`] and a span; out: the state at its end. [`Forces`] says what acts. In f64: the body's
 //! point mass and its bulge (J2 about the pole of date). In f32: what `perturbations` has, taken once a
 //! step, in its middle, and constant over it. The integrator is Nyström's method of the fifth order for
 //! `r'' = a(r)` (Hairer, Norsett and Wanner, *Solving Ordinary Differential Equations I*, II.14), which
@@ -20,7 +20,8 @@
 //! relative to the numerical derivative of the propagation: 2e-6 over 60 s, 1e-4 over 150 s (test
 //! `the_transition_is_the_derivative_of_the_propagation`).
 
-use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
+use super::body::CentralBody;
+use super::constants::MICROSECONDS;
 use super::ephemeris::{Bodies, pole_axis};
 use super::forces::Forces;
 use super::perturbations::Perturbations;
@@ -36,10 +37,6 @@ pub const STEP_S: f64 = 25.0;
 pub const MAX_STEPS: u32 = 4;
 /// Longest span of one call, microseconds: steps of 37.5 s.
 pub const MAX_SPAN_US: i64 = 150_000_000;
-/// Least accepted distance from the Earth's centre, km: below any orbit; keeps divisions finite.
-pub const LOWEST_KM: f64 = 5_000.0;
-/// Largest accepted distance, km: 1.5 times the Moon's.
-pub const HIGHEST_KM: f64 = 600_000.0;
 /// Largest accepted speed, km/s: the estimate after initialisation with velocity 0 may exceed twice the
 /// escape velocity for seconds.
 pub const FASTEST_KM_S: f64 = 30.0;
@@ -53,19 +50,21 @@ pub enum PropagationError {
     Impossible,
 }
 
-/// Whether position and velocity are finite and within the bounds of a satellite.
+/// Whether position and velocity are finite and within the bounds of a satellite of `body`.
 #[inline(never)]
-pub fn plausible(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> bool {
+pub fn plausible(body: CentralBody, position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> bool {
+    let [lowest_km, highest_km] = body.facts().bounds_km;
     let square = dot(position_km, position_km);
     finite(position_km)
         && finite(velocity_km_s)
-        && square > LOWEST_KM * LOWEST_KM
-        && square < HIGHEST_KM * HIGHEST_KM
+        && square > lowest_km * lowest_km
+        && square < highest_km * highest_km
         && dot(velocity_km_s, velocity_km_s) < FASTEST_KM_S * FASTEST_KM_S
 }
 
 /// The forces during one call.
 struct Field {
+    mu_km3_s2: f64,
     /// Factor of the bulge's pull, km².
     bulge_km2: f64,
     pole: Vector3<f64>,
@@ -74,20 +73,21 @@ struct Field {
 
 impl Field {
     fn at(forces: &Forces, time_us: i64) -> Self {
-        if *forces == Forces::KEPLER {
-            return Self { bulge_km2: 0.0, pole: Vector3::zeros(), perturbations: None };
+        let mu_km3_s2 = forces.body.facts().mu_km3_s2;
+        if *forces == Forces::KEPLER.about(forces.body) {
+            return Self { mu_km3_s2, bulge_km2: 0.0, pole: Vector3::zeros(), perturbations: None };
         }
-        let bodies = Bodies::at(time_us);
+        let bodies = Bodies::at(forces.body, time_us);
         let perturbations = Some(Perturbations::at(*forces, time_us, &bodies));
-        Self { bulge_km2: forces.bulge_km2(), pole: bodies.pole, perturbations }
+        Self { mu_km3_s2, bulge_km2: forces.bulge_km2(), pole: bodies.pole, perturbations }
     }
 
-    /// Pull of the Earth's mass and bulge, and what is `small`.
+    /// Pull of the body's mass and bulge, and what is `small`.
     #[inline(never)]
     fn acceleration(&self, r: &Vector3<f64>, small: &Vector3<f64>) -> Vector3<f64> {
         let inverse = 1.0 / libm::sqrt(dot(r, r));
         let square = inverse * inverse;
-        let mass = MU_EARTH_KM3_S2 * square * inverse;
+        let mass = self.mu_km3_s2 * square * inverse;
         if self.bulge_km2 == 0.0 {
             return plus_scaled(small, -mass, r);
         }
@@ -158,7 +158,7 @@ impl Forces {
             return Err(PropagationError::TooLong);
         }
         let time_us = state.time_us.checked_add(span_us).ok_or(PropagationError::TooLong)?;
-        if !plausible(&state.position_km, &state.velocity_km_s) {
+        if !plausible(self.body, &state.position_km, &state.velocity_km_s) {
             return Err(PropagationError::Impossible);
         }
         let field = Field::at(self, state.time_us);
@@ -172,7 +172,7 @@ impl Forces {
                 (r, v) = field.step(&r, &v, f64::from(step) * step_s, step_s);
             }
         }
-        if plausible(&r, &v) {
+        if plausible(self.body, &r, &v) {
             Ok(OrbitState { time_us, position_km: r, velocity_km_s: v })
         } else {
             Err(PropagationError::Impossible)
@@ -193,9 +193,9 @@ impl Forces {
         let change = plus_scaled(&before.velocity_km_s, -1.0, &after.velocity_km_s);
         let middle = plus_scaled(&mean, 0.125 * dt, &change);
         let bulge = self.bulge_km2();
-        let pole = if bulge == 0.0 { Vector3::zeros() } else { pole_axis(before.time_us) };
+        let pole = if bulge == 0.0 { Vector3::zeros() } else { pole_axis(self.body, before.time_us) };
         let gradients = [&before.position_km, &middle, &after.position_km]
-            .map(|position_km| gravity_gradient(position_km, bulge, &pole));
+            .map(|position_km| gravity_gradient(position_km, (self.body.facts().mu_km3_s2, bulge), &pole));
         let [first, middle, last] = &gradients;
         let square = product(middle, middle);
         let mut rows = [[0.0; 6]; 6];
@@ -223,9 +223,9 @@ impl Forces {
 /// that of the bulge about the pole, `bulge` being [`Forces::bulge_km2`]. Without the bulge's part, 0.3 %
 /// in LEO, sigmas would stop growing after some orbits.
 #[inline(never)]
-fn gravity_gradient(r: &Vector3<f64>, bulge: f64, pole: &Vector3<f64>) -> Matrix3<f64> {
+fn gravity_gradient(r: &Vector3<f64>, (mu_km3_s2, bulge): (f64, f64), pole: &Vector3<f64>) -> Matrix3<f64> {
     let per_square = 1.0 / dot(r, r).max(1.0);
-    let mass = MU_EARTH_KM3_S2 * per_square * libm::sqrt(per_square);
+    let mass = mu_km3_s2 * per_square * libm::sqrt(per_square);
     let bulge = bulge * per_square * mass;
     let height = dot(pole, r);
     let share = height * height * per_square;

@@ -8,7 +8,6 @@
 //! stay Gaussian however far the orbit is carried, where Cartesian errors bend (Horwood, Aragon and Poore
 //! 2011).
 
-use super::constants::MU_EARTH_KM3_S2;
 use core::f64::consts::{PI, TAU};
 use fsw_ground::matrix::{add_scaled, cross, dot, plus_scaled, scaled};
 use fsw_ground::trigonometry::sine_cosine_f64;
@@ -71,16 +70,21 @@ fn factor_of(retrograde: bool) -> f64 {
 }
 
 /// Distance and semi-major axis, km; not positive for an open orbit.
-pub(crate) fn radius_and_axis_km(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> (f64, f64) {
+pub(crate) fn radius_and_axis_km(
+    mu_km3_s2: f64,
+    position_km: &Vector3<f64>,
+    velocity_km_s: &Vector3<f64>,
+) -> (f64, f64) {
     let radius_km = libm::sqrt(dot(position_km, position_km));
-    (radius_km, 1.0 / (2.0 / radius_km - dot(velocity_km_s, velocity_km_s) / MU_EARTH_KM3_S2))
+    (radius_km, 1.0 / (2.0 / radius_km - dot(velocity_km_s, velocity_km_s) / mu_km3_s2))
 }
 
 impl Equinoctial {
-    /// Of a position (km) and a velocity (km/s); `None` where they are not those of a closed orbit.
+    /// Of a position (km) and a velocity (km/s) about a body of this gravitational parameter (km³/s²); `None`
+    /// where they are not those of a closed orbit.
     #[inline(never)]
-    pub fn of(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
-        let (radius, axis_km) = radius_and_axis_km(position_km, velocity_km_s);
+    pub fn of(mu_km3_s2: f64, position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
+        let (radius, axis_km) = radius_and_axis_km(mu_km3_s2, position_km, velocity_km_s);
         let momentum = cross(position_km, velocity_km_s);
         let length = libm::sqrt(dot(&momentum, &momentum));
         // Also refuses what is not finite.
@@ -93,7 +97,7 @@ impl Equinoctial {
         let scale = 1.0 / (1.0 + factor * normal.z);
         let inclination = [normal.x * scale, -normal.y * scale];
         let [f, g] = plane(inclination, factor);
-        let mut eccentricity = scaled(&cross(velocity_km_s, &momentum), 1.0 / MU_EARTH_KM3_S2);
+        let mut eccentricity = scaled(&cross(velocity_km_s, &momentum), 1.0 / mu_km3_s2);
         add_scaled(&mut eccentricity, -1.0 / radius, position_km);
         let (h, k) = (dot(&g, &eccentricity), dot(&f, &eccentricity));
         let square = h * h + k * k;
@@ -107,7 +111,7 @@ impl Equinoctial {
         let cosine = k + ((1.0 - k * k * b) * x - h * k * b * y) * scale;
         let sine = h + ((1.0 - h * h * b) * y - h * k * b * x) * scale;
         Some(Self {
-            mean_motion_rad_s: libm::sqrt(MU_EARTH_KM3_S2 / axis_km) / axis_km,
+            mean_motion_rad_s: libm::sqrt(mu_km3_s2 / axis_km) / axis_km,
             eccentricity: [h, k],
             inclination,
             longitude_rad: angle_rad(sine, cosine) + h * cosine - k * sine,
@@ -115,16 +119,17 @@ impl Equinoctial {
         })
     }
 
-    /// Position (km) and velocity (km/s); `None` where the elements are not those of a closed orbit.
+    /// Position (km) and velocity (km/s) about a body of this gravitational parameter (km³/s²); `None` where
+    /// the elements are not those of a closed orbit.
     #[inline(never)]
-    pub fn state(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    pub fn state(&self, mu_km3_s2: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let Self { mean_motion_rad_s: motion, eccentricity: [h, k], .. } = *self;
         let square = h * h + k * k;
         // Also refuses what is not finite.
         if !(motion > 0.0 && motion < 1.0 && square <= GREATEST_ECCENTRICITY * GREATEST_ECCENTRICITY) {
             return None;
         }
-        let axis_km = cube_root(MU_EARTH_KM3_S2 / (motion * motion));
+        let axis_km = cube_root(mu_km3_s2 / (motion * motion));
         // Kepler's equation: λ = F + h cos F - k sin F.
         let mut eccentric = self.longitude_rad;
         for _ in 0..KEPLER_STEPS {

@@ -1,22 +1,31 @@
-//! Analytical ephemerides: Sun, Moon, the Earth's pole, rotation and velocity.
+//! Analytical ephemerides: Sun, neighbour, pole, rotation and velocity of a central body.
 //!
-//! Time in is TT, microseconds since J2000.0; vectors out are geocentric, km (or km/s), ICRS axes.
+//! Time in is TT, microseconds since J2000.0; vectors out are from the body's centre, km (or km/s), ICRS
+//! axes.
+//!
+//! | body | Sun | neighbour | velocity |
+//! |---|---|---|---|
+//! | Earth | as below | the Moon | of the barycentre |
+//! | Moon | the Earth's, less the Moon's place | the Earth | the same, and the change of its place |
+//! | Mars | its own mean ellipse ([`super::body::SolarOrbit`]) | none: Phobos pulls at 1e-8 of Mars | of the ellipse |
 //!
 //! - Sun: Kepler's ellipse of the Earth-Moon barycentre with the mean elements of Standish (JPL, 1800-2050),
 //!   which refer to the ecliptic and equinox of J2000, so that no precession enters; the Earth's own circle
 //!   about the barycentre is added where the Moon is at hand.
 //! - Moon: the larger terms of Brown's theory (Montenbruck and Gill, *Satellite Orbits*, §3.3.2), mean
 //!   longitude referred to the equinox of J2000.
-//! - Pole: the pole of date by the IAU 2006 precession, to the second order of time, and the two greatest
-//!   terms of nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation, up to 9
-//!   arcsec, a low orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6 arcsec,
-//!   is left out: in proportion 11 m.
+//! - Pole of the Earth: the pole of date by the IAU 2006 precession, to the second order of time, and the two
+//!   greatest terms of nutation (IERS Conventions 2010, tab. 5.2a and 5.2b, `X` and `Y`). Without nutation,
+//!   up to 9 arcsec, a low orbit is 168 m off after a day. The motion of the pole in the crust, up to 0.6
+//!   arcsec, is left out: in proportion 11 m.
+//! - Pole and meridian of other bodies: [`super::body::BodyAxes`].
 //!
 //! Errors 2000-2050 were found against ERFA's `epv00`, `moon98` and `xys06a` at 4,000 random times (a sample
 //! is kept in the tests): see each function. Positions are geometric: neither light time nor aberration. Mean
 //! angles are reduced to one turn in f64, all else is f32, whose rounding (0.05 arcsec, 30 km of the Sun's
 //! distance) is far below these errors. Cost on the target: about 10,000 cycles for Sun and Moon together.
 
+use super::body::{BodyAxes, CentralBody, EARTH, MOON, SolarOrbit};
 use super::constants::{AU_KM, CENTURY_US, MICROSECONDS, MOON_SHARE};
 use fsw_ground::frames::{Direction, Icrs};
 use fsw_ground::trigonometry::sine_cosine;
@@ -28,6 +37,13 @@ const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 const RAD_PER_ARCSEC: f64 = RAD_PER_DEG / 3600.0;
 /// Seconds in a century.
 const CENTURY_S: f64 = 36_525.0 * 86_400.0;
+
+/// Days in a century.
+const CENTURY_DAYS: f64 = 36_525.0;
+/// Newton's steps for Kepler's equation: below 1e-7 rad up to an eccentricity of 0.1.
+const KEPLER_STEPS: usize = 3;
+/// Half of the time over which the Moon's velocity is taken, us: its path bends by 1e-5 km/s in it.
+const HALF_US: i64 = 450_000_000;
 
 /// TT less UT1, s: 69.2 from 2017 to 2026 within 0.4; 64 to 69 from 2000 to 2017 (IERS).
 const TT_LESS_UT1_S: f64 = 69.2;
@@ -163,33 +179,108 @@ fn moon_ecliptic(time_us: i64) -> Vector3<f32> {
     Vector3::new(cosine * cosine_longitude, cosine * sine_longitude, sine) * distance_km
 }
 
-/// Positions of the perturbing bodies, and the pole of the Earth's oblateness.
+/// Position and velocity on an ellipse about the Sun, km and km/s, ecliptic of J2000; error of Mars 0.02 deg.
+#[inline(never)]
+fn on_ellipse(orbit: &SolarOrbit, time_us: i64) -> (Vector3<f32>, Vector3<f32>) {
+    let t = centuries(time_us);
+    let mut now = orbit.at_epoch;
+    for (element, rate) in now.iter_mut().zip(&orbit.a_century) {
+        *element += rate * t;
+    }
+    let [axis_au, eccentricity, inclination, longitude, perihelion, node] = now;
+    let [.., longitude_rate, perihelion_rate, _] = orbit.a_century;
+    let axis_km = (axis_au * AU_KM) as f32;
+    let motion_rad_s = ((longitude_rate - perihelion_rate) * RAD_PER_DEG / CENTURY_S) as f32;
+    let e = eccentricity as f32;
+    let mean = reduced_rad(longitude - perihelion);
+    let mut eccentric = mean + e * sine_cosine(mean).0;
+    for _ in 0..KEPLER_STEPS {
+        let (sine, cosine) = sine_cosine(eccentric);
+        eccentric -= (eccentric - e * sine - mean) / (1.0 - e * cosine);
+    }
+    let (sine, cosine) = sine_cosine(eccentric);
+    let minor = libm::sqrtf(1.0 - e * e);
+    let [(sw, cw), (si, ci), (sn, cn)] =
+        [perihelion - node, inclination, node].map(|angle| sine_cosine(reduced_rad(angle)));
+    let in_ecliptic = |along: f32, across: f32, scale: f32| {
+        let (x, y) = (cw * along - sw * across, sw * along + cw * across);
+        Vector3::new(cn * x - sn * ci * y, sn * x + cn * ci * y, si * y) * scale
+    };
+    let speed_km_s = motion_rad_s * axis_km / (1.0 - e * cosine);
+    (in_ecliptic(cosine - e, minor * sine, axis_km), in_ecliptic(-sine, minor * cosine, speed_km_s))
+}
+
+/// The Moon's velocity about the Earth, km/s, ecliptic of J2000.
+fn moon_velocity(time_us: i64) -> Vector3<f32> {
+    let [before, after] = [-HALF_US, HALF_US].map(|by| moon_ecliptic(time_us.saturating_add(by)));
+    (after - before) * (0.5e6 / HALF_US as f32)
+}
+
+/// Right ascension and declination of the pole, and the prime meridian's angle from the node of the equator,
+/// rad.
+#[inline(never)]
+fn axes_rad(axes: &BodyAxes, time_us: i64) -> [f32; 3] {
+    let t = centuries(time_us);
+    let days = t * CENTURY_DAYS;
+    let linear = |[at_epoch, rate]: [f64; 2], time: f64| at_epoch + rate * time;
+    let mut angles_deg = [
+        linear(axes.right_ascension_deg, t),
+        linear(axes.declination_deg, t),
+        linear(axes.meridian_deg, days),
+    ];
+    for [at_epoch, rate, alpha, delta, meridian] in axes.terms {
+        let (sine, cosine) = sine_cosine(reduced_rad(at_epoch + rate * days));
+        let (sine, cosine) = (f64::from(sine), f64::from(cosine));
+        for (angle, by) in angles_deg.iter_mut().zip([alpha * sine, delta * cosine, meridian * sine]) {
+            *angle += by;
+        }
+    }
+    angles_deg.map(reduced_rad)
+}
+
+/// Positions of the perturbing bodies, and the pole of the central body's oblateness.
 #[derive(Clone, Copy, Debug)]
 pub struct Bodies {
-    /// The Sun, km; error up to 0.007 deg and 6e-5 of the distance.
+    /// The Sun, km; error up to 0.007 deg and 6e-5 of the distance, from Mars 0.02 deg.
     pub sun_km: Vector3<f64>,
-    /// The Moon, km; error up to 0.1 deg (rms 0.02) and 600 km.
-    pub moon_km: Vector3<f64>,
-    /// Unit vector to the north pole of date; error up to 0.6 arcsec.
+    /// The Moon, from the Moon the Earth, km; error up to 0.1 deg (rms 0.02) and 600 km. From Mars 0.
+    pub neighbour_km: Vector3<f64>,
+    /// Its gravitational parameter, km³/s²; 0 where there is none.
+    pub neighbour_km3_s2: f64,
+    /// Unit vector to the north pole of date; error up to 0.6 arcsec, of Moon and Mars 0.03 deg.
     pub pole: Vector3<f64>,
 }
 
 impl Bodies {
-    /// At this time, TT, microseconds since J2000.0.
-    pub fn at(time_us: i64) -> Self {
+    /// From the centre of `body` at this time, TT, microseconds since J2000.0.
+    pub fn at(body: CentralBody, time_us: i64) -> Self {
+        let pole = pole_vector(body, time_us).map(f64::from);
+        if let Some(orbit) = &body.facts().about_sun {
+            let sun_km = equatorial(-on_ellipse(orbit, time_us).0).map(f64::from);
+            return Self { sun_km, neighbour_km: Vector3::zeros(), neighbour_km3_s2: 0.0, pole };
+        }
         let moon = moon_ecliptic(time_us);
         let (barycentre, _) = barycentre(time_us);
         // The barycentre lies towards the Moon, so the Earth is opposite.
-        Self {
-            sun_km: equatorial(moon * MOON_SHARE as f32 - barycentre).map(f64::from),
-            moon_km: equatorial(moon).map(f64::from),
-            pole: pole_vector(time_us).map(f64::from),
-        }
+        let sun = moon * MOON_SHARE as f32 - barycentre;
+        let (sun, neighbour, neighbour_km3_s2) = match body {
+            CentralBody::Moon => (sun - moon, -moon, EARTH.mu_km3_s2),
+            _ => (sun, moon, MOON.mu_km3_s2),
+        };
+        let [sun_km, neighbour_km] = [sun, neighbour].map(|place| equatorial(place).map(f64::from));
+        Self { sun_km, neighbour_km, neighbour_km3_s2, pole }
     }
 }
 
 #[inline(never)]
-fn pole_vector(time_us: i64) -> Vector3<f32> {
+fn pole_vector(body: CentralBody, time_us: i64) -> Vector3<f32> {
+    let Some(axes) = &body.facts().axes else { return earth_pole(time_us) };
+    let [alpha, delta, _] = axes_rad(axes, time_us).map(sine_cosine);
+    Vector3::new(delta.1 * alpha.1, delta.1 * alpha.0, delta.0)
+}
+
+#[inline(never)]
+fn earth_pole(time_us: i64) -> Vector3<f32> {
     const PER_ARCSEC: f32 = RAD_PER_ARCSEC as f32;
     let t = centuries(time_us);
     // The Moon's node, and twice the Sun's mean longitude.
@@ -202,44 +293,60 @@ fn pole_vector(time_us: i64) -> Vector3<f32> {
     Vector3::new(x, y, 1.0 - 0.5 * (x * x + y * y))
 }
 
-/// Rows of the axes of the equator of date along ICRS: z the `pole`, x towards the celestial intermediate
-/// origin (IERS Conventions 2010, eq. 5.6, its small angle `s` left out); error as of the pole.
+/// Rows of the axes of the equator of date along ICRS: z the `pole`, x where the shortest turn of the pole
+/// leads that of ICRS: of the Earth the celestial intermediate origin (IERS Conventions 2010, eq. 5.6, its
+/// small angle `s` left out); error as of the pole.
 pub fn equator_axes(pole: &Vector3<f64>) -> Matrix3<f32> {
     let [x, y, z] = pole.map(|axis| axis as f32).into();
     let a = 1.0 / (1.0 + z);
     Matrix3::new(1.0 - a * x * x, -a * x * y, -x, -a * x * y, 1.0 - a * y * y, -y, x, y, z)
 }
 
-/// Angle by which the Earth has turned from the celestial intermediate origin (IAU 2000), rad, 0 to one turn;
-/// error 15 arcsec a second of TT less UT1, which is taken as 69.2 s.
-pub fn earth_rotation_rad(time_us: i64) -> f32 {
+/// Angle by which the prime meridian has turned from x of [`equator_axes`], rad, 0 to one turn. Of the Earth
+/// by IAU 2000; error 15 arcsec a second of TT less UT1, which is taken as 69.2 s. Of others 0.03 deg.
+pub fn rotation_rad(body: CentralBody, time_us: i64) -> f32 {
+    if let Some(axes) = &body.facts().axes {
+        // The node of the equator, at 90 deg from the pole's right ascension, is what that turn leaves in
+        // place.
+        let [alpha, _, meridian] = axes_rad(axes, time_us).map(f64::from);
+        return reduced_rad((alpha + meridian) / RAD_PER_DEG + 90.0);
+    }
     let days = (time_us as f64 / MICROSECONDS - TT_LESS_UT1_S) / 86_400.0;
     reduced_rad(360.0 * (0.779_057_273_264 + 1.002_737_811_911_354_5 * days))
 }
 
-/// Direction to the Sun; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back along the
-/// ecliptic).
-pub fn sun_direction(time_us: i64) -> Direction<Icrs> {
-    let (barycentre, _) = barycentre(time_us);
-    // The Earth is never at the Sun, so the vector always has a direction.
-    Direction::new(equatorial(-barycentre) * (1.0 / AU_KM as f32)).unwrap_or(Direction::z())
+/// Direction to the Sun from `body`; error up to 0.01 deg (geometric: the seen Sun stands 20 arcsec back
+/// along the ecliptic), from Mars 0.02 deg, from the Moon 0.15 deg, the parallax of its distance from the
+/// Earth.
+pub fn sun_direction(body: CentralBody, time_us: i64) -> Direction<Icrs> {
+    let about_sun = match &body.facts().about_sun {
+        Some(orbit) => on_ellipse(orbit, time_us).0,
+        None => barycentre(time_us).0,
+    };
+    // No body is ever at the Sun, so the vector always has a direction.
+    Direction::new(equatorial(-about_sun) * (1.0 / AU_KM as f32)).unwrap_or(Direction::z())
 }
 
-/// Direction to the Earth's north pole of date; error up to 0.6 arcsec.
-pub fn pole(time_us: i64) -> Direction<Icrs> {
-    Direction::new(pole_vector(time_us)).unwrap_or(Direction::z())
+/// Direction to the north pole of date of `body`; error up to 0.6 arcsec, of Moon and Mars 0.03 deg.
+pub fn pole(body: CentralBody, time_us: i64) -> Direction<Icrs> {
+    Direction::new(pole_vector(body, time_us)).unwrap_or(Direction::z())
 }
 
 /// [`pole`] as a unit vector in double precision.
-pub fn pole_axis(time_us: i64) -> Vector3<f64> {
-    pole(time_us).vector().map(f64::from)
+pub fn pole_axis(body: CentralBody, time_us: i64) -> Vector3<f64> {
+    pole(body, time_us).vector().map(f64::from)
 }
 
-/// Velocity of the Earth about the barycentre of the solar system, km/s, ICRS axes, for annual aberration;
-/// error up to
-/// 0.03 km/s (0.02 arcsec).
-pub fn earth_velocity_km_s(time_us: i64) -> Vector3<f64> {
-    equatorial(barycentre(time_us).1).map(f64::from)
+/// Velocity of `body` about the barycentre of the solar system, km/s, ICRS axes, for annual aberration; error
+/// up to 0.03 km/s (0.02 arcsec).
+pub fn velocity_km_s(body: CentralBody, time_us: i64) -> Vector3<f64> {
+    let of_earth = || barycentre(time_us).1;
+    let velocity = match (body, &body.facts().about_sun) {
+        (_, Some(orbit)) => on_ellipse(orbit, time_us).1,
+        (CentralBody::Moon, _) => of_earth() + moon_velocity(time_us),
+        _ => of_earth(),
+    };
+    equatorial(velocity).map(f64::from)
 }
 
 #[cfg(test)]

@@ -21,7 +21,8 @@ mod estimate;
 
 use super::OrbitState;
 use super::beginning::{Beginning, CALLS_OF_A_TRIAL, FirstOrbit, is_orbit};
-use super::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
+use super::body::CentralBody;
+use super::constants::MICROSECONDS;
 use super::dynamics::MAX_SPAN_US;
 use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION, VELOCITY};
 use super::look::LimbHeight;
@@ -100,7 +101,7 @@ impl OrbitFilter {
     }
 
     /// Initialises the filter with a state of another source (the ground), with one sigma for all
-    /// directions. `false`, and no change, when it is no orbit about the Earth or a sigma is out of bounds.
+    /// directions. `false`, and no change, when it is no orbit about the body or a sigma is out of bounds.
     pub fn initialise(
         &mut self,
         state: OrbitState,
@@ -109,7 +110,7 @@ impl OrbitFilter {
         parameters: &OrbitParameters,
     ) -> bool {
         let sound = |sigma: f64| sigma > 0.0 && sigma < 1e6;
-        if !is_orbit(&state) || !sound(position_sigma_km) || !sound(velocity_sigma_km_s) {
+        if !is_orbit(parameters.body, &state) || !sound(position_sigma_km) || !sound(velocity_sigma_km_s) {
             return false;
         }
         let [r, v] = [position_sigma_km, velocity_sigma_km_s];
@@ -144,7 +145,7 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
-        if let Err(refusal) = check(fix, earth_to_icrs) {
+        if let Err(refusal) = check(parameters.body, fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
         self.beginning.add(time_us, fix, earth_to_icrs, parameters);
@@ -228,7 +229,7 @@ impl OrbitFilter {
         earth_to_icrs: &Matrix3<f64>,
         parameters: &OrbitParameters,
     ) -> Update {
-        if let Err(refusal) = check(fix, earth_to_icrs) {
+        if let Err(refusal) = check(parameters.body, fix, earth_to_icrs) {
             return Update::Refused(refusal);
         }
         let Some(estimate) = self.estimate_mut() else { return Update::Collected };
@@ -239,7 +240,9 @@ impl OrbitFilter {
         };
         let sharing = estimate.sharing(parameters);
         let bend_km = estimate.bend_km();
-        let Some(of_fix) = rows_of(fix, &estimate.state, earth_to_icrs, (unit, sharing, bend_km)) else {
+        let body = parameters.body;
+        let Some(of_fix) = rows_of(body, fix, &estimate.state, earth_to_icrs, (unit, sharing, bend_km))
+        else {
             return Update::Refused(FixError::Covariance);
         };
         let mut rows = Rows::of_fix();
@@ -338,13 +341,13 @@ impl OrbitFilter {
         self.factor().map(|factor| factor.block(POSITION, POSITION))
     }
 
-    /// Position and its covariance (km, km², ICRS axes) at a time for which it was propagated; while the
-    /// orbit is not known, those of the last fix with what it may have moved since.
-    pub fn place(&self, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    /// Position about `body` and its covariance (km, km², ICRS axes) at a time for which it was propagated;
+    /// while the orbit is not known, those of the last fix with what it may have moved since.
+    pub fn place(&self, body: CentralBody, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         if self.known {
             return Some((self.state()?.position_km, self.position_covariance_km2()?));
         }
-        self.beginning.place(time_us)
+        self.beginning.place(body, time_us)
     }
 
     /// Sigmas of the position along the ICRS axes, km.
@@ -378,7 +381,8 @@ impl OrbitFilter {
         let told = f64::from(estimate.factor.trace(POSITION)) < TOLD_SHARE * TOLD_SHARE * square_km2;
         let since_s = since_us as f64 / MICROSECONDS;
         // 4 pi² r³ / mu is the square of a circle's period.
-        let period_s2 = FOUR_PI_SQUARED * square_km2 * libm::sqrt(square_km2) / MU_EARTH_KM3_S2;
+        let period_s2 =
+            FOUR_PI_SQUARED * square_km2 * libm::sqrt(square_km2) / estimate.body.facts().mu_km3_s2;
         !told || (!estimate.settled && since_s > 0.0 && since_s * since_s > period_s2)
     }
 

@@ -15,7 +15,7 @@
 //! displacement `dr` of the satellite, `-n · dr` with the limb's normal `n = cos θ (x cos φ + y sin φ) - z
 //! sin θ`. So nine numbers hold all that a second's points say ([`super::look`]).
 
-use super::constants::{EARTH_RADIUS_KM, EARTH_RATE_RAD_S};
+use super::body::CentralBody;
 use super::factor::{EDGE, FIELD, HEIGHT, MISALIGNMENT, Row, STATES, SUMMER, TROPICS};
 use super::noise::{decay, square};
 use super::parameters::OrbitParameters;
@@ -64,6 +64,8 @@ pub fn waves(cosine: f32, sine: f32) -> [f32; WAVES] {
 /// The limb as it is seen from a place: geometry of the horizon model.
 #[derive(Clone, Copy, Debug)]
 pub struct LimbGeometry {
+    /// Radius of the body's equator, km.
+    pub radius_km: f32,
     /// From ICRS to local vertical, local horizontal axes.
     pub axes: Matrix3<f32>,
     /// Sine of the limb cone's half angle.
@@ -77,32 +79,34 @@ pub struct LimbGeometry {
 }
 
 impl LimbGeometry {
-    /// From a state; `None` inside the Earth, and where position and velocity span no plane.
+    /// From a state about `body`; `None` inside it, and where position and velocity span no plane.
     #[inline(never)]
-    pub fn of(state: &OrbitState, pole: &Vector3<f64>) -> Option<Self> {
+    pub fn of(body: CentralBody, state: &OrbitState, pole: &Vector3<f64>) -> Option<Self> {
+        let facts = body.facts();
         let OrbitState { position_km, velocity_km_s, .. } = state;
         let axes = lvlh::lvlh(position_km, velocity_km_s)?;
         let square_km2 = dot(position_km, position_km);
-        let sine = EARTH_RADIUS_KM / libm::sqrt(square_km2);
+        let sine = facts.radius_km / libm::sqrt(square_km2);
         if sine > 0.9999 {
             return None;
         }
         let cosine = libm::sqrt(1.0 - sine * sine);
-        // Of the point below the satellite: angular velocity r x v / r² less that of the Earth.
+        // Of the point below the satellite: angular velocity r x v / r² less that of the body.
         let turn = scaled(&cross(position_km, velocity_km_s), 1.0 / square_km2);
-        let turn = plus_scaled(&turn, -EARTH_RATE_RAD_S, pole);
+        let turn = plus_scaled(&turn, -facts.rate_rad_s, pole);
         Some(Self {
+            radius_km: facts.radius_km as f32,
             axes: axes.map(|element| element as f32),
             sine: sine as f32,
             cosine: cosine as f32,
-            distance_km: (EARTH_RADIUS_KM * cosine / sine) as f32,
-            ground_km_s: (libm::sqrt(dot(&turn, &turn)) * EARTH_RADIUS_KM) as f32,
+            distance_km: (facts.radius_km * cosine / sine) as f32,
+            ground_km_s: (libm::sqrt(dot(&turn, &turn)) * facts.radius_km) as f32,
         })
     }
 
     /// Radius of the limb's circle, km.
     pub fn circle_km(&self) -> f32 {
-        EARTH_RADIUS_KM as f32 * self.cosine
+        self.radius_km * self.cosine
     }
 
     /// The limb seen after a move of the satellite by `moved_km` (LVLH axes), about the limb from here:
@@ -110,7 +114,7 @@ impl LimbGeometry {
     /// (Newton's method) that passes the centre of a sphere at its radius.
     #[inline(never)]
     pub fn moved(&self, moved_km: &Vector3<f32>) -> MovedLimb {
-        let radius_km = EARTH_RADIUS_KM as f32;
+        let radius_km = self.radius_km;
         let place = moved_km - Vector3::new(0.0, 0.0, radius_km / self.sine);
         let mut limb = MovedLimb { height_km: [0.0; WAVES], gradient: [[0.0; WAVES]; 3] };
         let (mut cosine, mut sine) = (1.0, 0.0);

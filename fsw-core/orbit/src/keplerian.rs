@@ -4,7 +4,6 @@
 //! orbit without a perigee has an argument of perigee of 0, one without a node a right ascension of 0, and
 //! the angles after these count from there. Nothing on board is computed with them.
 
-use super::constants::MU_EARTH_KM3_S2;
 use super::elements::{Equinoctial, angle_rad, radius_and_axis_km};
 use core::f64::consts::{PI, TAU};
 use fsw_ground::matrix::{dot, plus_scaled, scaled};
@@ -46,11 +45,11 @@ fn polar([x, y]: [f64; 2]) -> (f64, f64) {
 }
 
 impl Keplerian {
-    /// Of a position (km) and a velocity (km/s); `None` where they are not those of a closed orbit of an
-    /// eccentricity up to 0.97.
+    /// Of a position (km) and a velocity (km/s) about a body of this gravitational parameter (km³/s²); `None`
+    /// where they are not those of a closed orbit of an eccentricity up to 0.97.
     #[inline(never)]
-    pub fn of(position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
-        let elements = Equinoctial::of(position_km, velocity_km_s)?;
+    pub fn of(mu_km3_s2: f64, position_km: &Vector3<f64>, velocity_km_s: &Vector3<f64>) -> Option<Self> {
+        let elements = Equinoctial::of(mu_km3_s2, position_km, velocity_km_s)?;
         let ([h, k], [p, q]) = (elements.eccentricity, elements.inclination);
         let [f, g] = elements.axes();
         let (perigee_longitude_rad, eccentricity) = polar([k, h]);
@@ -60,7 +59,7 @@ impl Keplerian {
         let counted_rad = if elements.retrograde { -node_rad } else { node_rad };
         let longitude_rad = if eccentricity < SINGULAR { counted_rad } else { perigee_longitude_rad };
         let (place_rad, _) = polar([dot(&f, position_km), dot(&g, position_km)]);
-        let (_, semi_major_axis_km) = radius_and_axis_km(position_km, velocity_km_s);
+        let (_, semi_major_axis_km) = radius_and_axis_km(mu_km3_s2, position_km, velocity_km_s);
         Some(Self {
             semi_major_axis_km,
             eccentricity,
@@ -71,8 +70,9 @@ impl Keplerian {
         })
     }
 
-    /// Position (km) and velocity (km/s); `None` where the elements are not those of a closed orbit.
-    pub fn state(&self) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    /// Position (km) and velocity (km/s) about such a body; `None` where the elements are not those of a
+    /// closed orbit.
+    pub fn state(&self, mu_km3_s2: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let e = self.eccentricity;
         let parameter_km = self.semi_major_axis_km * (1.0 - e * e);
         // Also refuses what is not finite.
@@ -88,7 +88,7 @@ impl Keplerian {
         let towards = Vector3::new(cn * cp - sn * sp * ci, sn * cp + cn * sp * ci, sp * si);
         let across = Vector3::new(-cn * sp - sn * cp * ci, cn * cp * ci - sn * sp, cp * si);
         let radius_km = parameter_km / (1.0 + e * ca);
-        let speed = libm::sqrt(MU_EARTH_KM3_S2 / parameter_km);
+        let speed = libm::sqrt(mu_km3_s2 / parameter_km);
         let at = |x: f64, y: f64| plus_scaled(&scaled(&towards, x), y, &across);
         Some((at(radius_km * ca, radius_km * sa), at(-speed * sa, speed * (e + ca))))
     }

@@ -6,12 +6,13 @@
 //!
 //! | file | idea |
 //! |---|---|
+//! | [`body`] | what the satellite flies about: Earth, Moon or Mars |
 //! | [`point`] | one Earth vector and one attitude make a position (eq. 5.4, 5.9, 5.12, 5.13) |
-//! | [`ephemeris`] | where Sun, Moon and the Earth's pole are, how far the Earth has turned |
+//! | [`ephemeris`] | where the Sun, a neighbour and the pole are, how far the body has turned |
 //! | [`forces`] | which forces act |
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | `perturbations` | the small forces: field beyond J2, drag, light |
-//! | [`gravity`] | the Earth's field beyond J2 |
+//! | [`gravity`] | the bodies' fields beyond J2 |
 //! | `atmosphere` | density of the upper air |
 //! | [`elements`] | equinoctial elements and back |
 //! | [`beginning`] | the first orbit, by least squares over the first fixes |
@@ -34,6 +35,7 @@ extern crate std;
 
 mod atmosphere;
 pub mod beginning;
+pub mod body;
 pub mod constants;
 mod curvilinear;
 pub mod dynamics;
@@ -61,7 +63,7 @@ mod reference;
 
 use nalgebra::Vector3;
 
-/// Position and velocity of the satellite about the Earth's centre, ICRS axes.
+/// Position and velocity of the satellite about the centre of its central body, ICRS axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitState {
     /// TT, microseconds since J2000.0.

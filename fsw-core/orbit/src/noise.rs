@@ -1,7 +1,6 @@
 //! Process noise: white acceleration, and the decay of slow errors (Gauss-Markov processes).
 
 use super::OrbitState;
-use super::constants::EARTH_RADIUS_KM;
 use super::parameters::OrbitParameters;
 use super::perturbations::mean_drag_km_s2;
 use fsw_ground::matrix::dot;
@@ -9,11 +8,16 @@ use fsw_ground::matrix::dot;
 /// Spectral density of the acceleration at a state, km²/s³.
 pub(super) fn acceleration(state: &OrbitState, parameters: &OrbitParameters) -> f64 {
     let square_km2 = dot(&state.position_km, &state.position_km);
-    let nearness = ((EARTH_RADIUS_KM * EARTH_RADIUS_KM) / square_km2.max(1.0)) as f32;
+    let facts = parameters.body.facts();
+    let nearness = ((facts.radius_km * facts.radius_km) / square_km2.max(1.0)) as f32;
     // The twelfth power of the radius.
     let cube = nearness * nearness * nearness;
     let gravity = parameters.gravity_noise_km_s15 * cube * cube;
-    let drag = parameters.drag_noise_s05 * mean_drag_km_s2(state, parameters.drag_m2_kg);
+    let drag = if facts.air {
+        parameters.drag_noise_s05 * mean_drag_km_s2(state, parameters.drag_m2_kg)
+    } else {
+        0.0
+    };
     square(gravity) + square(drag) + square(parameters.force_noise_km_s15)
 }
 

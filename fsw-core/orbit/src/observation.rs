@@ -19,7 +19,7 @@
 //! Jazwinski 1970, §9.7): without it a guess wrong by Earth radii would be believed to be known before it is.
 
 use super::OrbitState;
-use super::constants::EARTH_RADIUS_KM;
+use super::body::CentralBody;
 use super::dynamics::plausible;
 use super::factor::{HEIGHT, MISALIGNMENT, POSITION, Row, STATES};
 use super::point::PositionFix;
@@ -34,17 +34,21 @@ const GREATEST_ELEMENT: f64 = 1.1;
 /// Why a fix is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FixError {
-    /// A value is not finite, or the position is outside 5,000 to 600,000 km.
+    /// A value is not finite, or the position is none of a satellite of the body.
     Impossible,
     /// Its covariance is not positive definite.
     Covariance,
 }
 
 /// Whether a fix is finite, possible and has a covariance.
-pub(super) fn check(fix: &PositionFix, earth_to_icrs: &Matrix3<f64>) -> Result<(), FixError> {
+pub(super) fn check(
+    body: CentralBody,
+    fix: &PositionFix,
+    earth_to_icrs: &Matrix3<f64>,
+) -> Result<(), FixError> {
     let at_rest = Vector3::zeros();
-    if !plausible(&fix.position_km, &at_rest)
-        || !plausible(&fix.linearisation_km, &at_rest)
+    if !plausible(body, &fix.position_km, &at_rest)
+        || !plausible(body, &fix.linearisation_km, &at_rest)
         // NaN is refused too.
         || !earth_to_icrs.iter().all(|x| libm::fabs(*x) < GREATEST_ELEMENT)
     {
@@ -87,6 +91,7 @@ fn axes_at(position_km: &Vector3<f64>, across: &Vector3<f64>) -> Option<Matrix3<
 /// covariance is none, or position and velocity of the state are in line.
 #[inline(never)]
 pub(super) fn rows_of(
+    body: CentralBody,
     fix: &PositionFix,
     state: &OrbitState,
     earth_to_icrs: &Matrix3<f64>,
@@ -110,7 +115,7 @@ pub(super) fn rows_of(
     // Columns: position, the height of the limb, the misalignment.
     let mut columns = SMatrix::<f64, 3, 7>::zeros();
     let turned = product(&axes, &product(&cross_matrix(predicted), earth_to_icrs));
-    let height = [-distance / EARTH_RADIUS_KM, 0.0, 0.0];
+    let height = [-distance / body.facts().radius_km, 0.0, 0.0];
     let parts = axes.data.0.into_iter().chain([height]).chain(turned.data.0);
     for (column, part) in columns.data.0.iter_mut().zip(parts) {
         *column = part;

@@ -1,5 +1,6 @@
 //! Parameters of the orbit filter.
 
+use super::body::CentralBody;
 use super::forces::{Dynamics, Forces};
 use fsw_ground::table::parameter_group;
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,9 @@ pub enum Misalignment {
 parameter_group! {
     /// Propagation and filter of the orbit.
     pub struct OrbitParameters in "orbit" {
+        /// What the satellite flies about.
+        body: CentralBody = CentralBody::Earth, one of "Earth, Moon, Mars", "",
+            "the mission's; ellipsoid and limb of another body go with it (`Parameters::about`)";
         /// What is taken of an image of the Earth.
         observation: Observation = Observation::LimbHeights,
             one of "LimbHeights, Position, UnitVector, Combined", "",
@@ -38,7 +42,7 @@ parameter_group! {
         dynamics: Dynamics = Dynamics::Full, one of "Kepler, J2, Full", "",
             "field to degree 8, Sun, Moon, drag and the Sun's light";
         /// Coefficient of drag times the area across flight, over mass; the ground scales it by how dense the
-        /// upper air is found to be.
+        /// upper air is found to be. 0 about Moon and Mars, of whose air there is no model.
         drag_m2_kg: f32 = 0.022, 0.0..=10.0, "m2/kg", "100 kg, 1 m2, coefficient 2.2";
         /// Coefficient of radiation pressure times the area towards the Sun, over mass.
         radiation_m2_kg: f32 = 0.013, 0.0..=10.0, "m2/kg", "100 kg, 1 m2, coefficient 1.3";
@@ -100,6 +104,11 @@ parameter_group! {
 impl OrbitParameters {
     /// The forces of the prediction.
     pub fn forces(&self) -> Forces {
-        self.dynamics.forces(self.drag_m2_kg, self.radiation_m2_kg)
+        self.dynamics.forces(self.drag_m2_kg, self.radiation_m2_kg).about(self.body)
+    }
+
+    /// The name of the first value that asks for what the body has not.
+    pub fn first_not_of_body(&self) -> Option<&'static str> {
+        (!self.body.facts().air && self.drag_m2_kg > 0.0).then_some("orbit.drag_m2_kg")
     }
 }

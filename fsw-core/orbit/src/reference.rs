@@ -2,7 +2,8 @@
 //! 36 by Cunningham's recursion in the turning Earth, small steps, and the files of reference orbits.
 
 use super::OrbitState;
-use super::constants::{MU_EARTH_KM3_S2, MU_MOON_KM3_S2, MU_SUN_KM3_S2};
+use super::body::{CentralBody, EARTH, MOON};
+use super::constants::MU_SUN_KM3_S2;
 use super::ephemeris::Bodies;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::path::PathBuf;
@@ -43,7 +44,7 @@ pub fn earth_rotation(ut1_days: f64) -> f64 {
 
 /// From the Earth-fixed frame to ICRS: pole without nutation, no polar motion.
 pub fn earth_fixed_to_icrs(time: i64, ut1_days: f64) -> Matrix3<f64> {
-    let pole = Bodies::at(time).pole;
+    let pole = Bodies::at(CentralBody::Earth, time).pole;
     let tilt = Rotation3::rotation_between(&Vector3::z(), &pole).unwrap();
     (tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), earth_rotation(ut1_days))).into_inner()
 }
@@ -110,12 +111,12 @@ pub fn field_acceleration(r: &Vector3<f64>, degree: usize) -> Vector3<f64> {
             sum += up + down + level;
         }
     }
-    sum * (MU_EARTH_KM3_S2 / (a * a))
+    sum * (EARTH.mu_km3_s2 / (a * a))
 }
 
 /// The state `span_s` later under the field up to `degree`, Sun and Moon, in steps of at most `step_s`.
 pub fn propagate(state: &OrbitState, span_s: f64, step_s: f64, degree: usize) -> OrbitState {
-    let bodies = Bodies::at(state.time_us);
+    let bodies = Bodies::at(CentralBody::Earth, state.time_us);
     let steps = (span_s / step_s).ceil().max(1.0);
     let h = span_s / steps;
     let (mut r, mut v) = (state.position_km, state.velocity_km_s);
@@ -130,7 +131,7 @@ pub fn propagate(state: &OrbitState, span_s: f64, step_s: f64, degree: usize) ->
         let turn = tilt * Rotation3::from_axis_angle(&Vector3::z_axis(), earth_rotation(days)).into_inner();
         turn * field_acceleration(&(turn.transpose() * r), degree)
             + pull(&bodies.sun_km, MU_SUN_KM3_S2, r)
-            + pull(&bodies.moon_km, MU_MOON_KM3_S2, r)
+            + pull(&bodies.neighbour_km, MOON.mu_km3_s2, r)
     };
     for _ in 0..steps as usize {
         let middle = days + 0.5 * h / 86_400.0;
@@ -147,7 +148,7 @@ pub fn propagate(state: &OrbitState, span_s: f64, step_s: f64, degree: usize) ->
 
 /// Circular orbit of this radius and inclination, at the ascending node, at a time in 2024.
 pub fn circular(radius_km: f64, inclination_deg: f64) -> OrbitState {
-    let speed = (MU_EARTH_KM3_S2 / radius_km).sqrt();
+    let speed = (EARTH.mu_km3_s2 / radius_km).sqrt();
     let (sine, cosine) = inclination_deg.to_radians().sin_cos();
     OrbitState {
         time_us: 760_000_000_000_000,
@@ -158,7 +159,7 @@ pub fn circular(radius_km: f64, inclination_deg: f64) -> OrbitState {
 
 /// Seconds of one revolution.
 pub fn period_s(radius_km: f64) -> f64 {
-    std::f64::consts::TAU * (radius_km.powi(3) / MU_EARTH_KM3_S2).sqrt()
+    std::f64::consts::TAU * (radius_km.powi(3) / EARTH.mu_km3_s2).sqrt()
 }
 
 /// Every position and velocity of the Jason-2 file, in ICRS.

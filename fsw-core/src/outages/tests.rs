@@ -4,7 +4,7 @@
 use super::*;
 use crate::camera::Camera;
 use crate::oracle;
-use crate::orbit::constants::MU_EARTH_KM3_S2;
+use crate::orbit::body::EARTH;
 
 const GEO_KM: f64 = 42_164.17;
 /// 2026-09-23 18:00 UTC, hours from the equinox: the Sun lies in the plane of the equator.
@@ -13,9 +13,9 @@ const EQUINOX_US: i64 = 843_458_469_184_000;
 /// A circular orbit in the equator's plane that begins so many degrees west of the line from the Sun through
 /// the Earth.
 fn equatorial(radius_km: f64, before_deg: f64) -> OrbitState {
-    let sun = Bodies::at(EQUINOX_US).sun_km;
+    let sun = Bodies::at(CentralBody::Earth, EQUINOX_US).sun_km;
     let angle = libm::atan2(-sun.y, -sun.x) - before_deg.to_radians();
-    let speed = libm::sqrt(MU_EARTH_KM3_S2 / radius_km);
+    let speed = libm::sqrt(EARTH.mu_km3_s2 / radius_km);
     OrbitState {
         time_us: EQUINOX_US,
         position_km: Vector3::new(libm::cos(angle), libm::sin(angle), 0.0) * radius_km,
@@ -66,7 +66,7 @@ fn a_geostationary_midnight_lasts_as_long_as_the_angles_say() {
     // By hand: the Sun moves 360 deg in a revolution of 86,164 s, less what the Earth goes on in a year.
     let s_per_deg = 86_400.0 / 360.0;
     let disc_deg = 2.0 * f64::from(SUN_RADIUS_RAD).to_degrees();
-    let earth_deg = 2.0 * libm::asin(EARTH_RADIUS_KM / GEO_KM).to_degrees();
+    let earth_deg = 2.0 * libm::asin(EARTH.radius_km / GEO_KM).to_degrees();
     // Flight is along x, of 1280 px.
     let field_deg = 2.0 * libm::atan(640.0 / 3000.0).to_degrees();
     let hidden_s = (earth_deg - disc_deg) * s_per_deg;
@@ -86,7 +86,7 @@ fn the_star_path_along_flight_meets_the_sun_a_quarter_of_a_revolution_after_the_
     let states: std::vec::Vec<u8> = found.iter().map(|(state, _)| *state as u8).collect();
     assert_eq!(states, [0, 3, 4, 3, 0], "{found:?}");
     // Its image crosses that of the Earth, 17.4 deg wide.
-    let over_s = 2.0 * libm::asin(EARTH_RADIUS_KM / GEO_KM).to_degrees() * 240.0;
+    let over_s = 2.0 * libm::asin(EARTH.radius_km / GEO_KM).to_degrees() * 240.0;
     assert!((found[2].1 as f64 - over_s).abs() < 6.0, "{found:?} {over_s}");
 }
 
@@ -122,7 +122,8 @@ fn laws_point_where_they_say() {
     let orbit = equatorial(8_000.0, 20.0);
     let nadir = -orbit.position_km.normalize().map(|axis| axis as f32);
     let flight = orbit.velocity_km_s.normalize().map(|axis| axis as f32);
-    let sight = |law: PointingLaw| law.earth_path(&orbit).unwrap().matrix().row(2).transpose();
+    let sight =
+        |law: PointingLaw| law.earth_path(CentralBody::Earth, &orbit).unwrap().matrix().row(2).transpose();
     let close = |a: Vector3<f32>, b: Vector3<f32>| (a - b).norm() < 1e-6;
     assert!(close(sight(down()), nadir));
     let raised = sight(PointingLaw::Nadir { off_nadir_rad: 0.5, roll_rad: 2.0 });
@@ -133,7 +134,10 @@ fn laws_point_where_they_say() {
     let below = sight(PointingLaw::Horizon { below_rad: 0.1, roll_rad: 0.0 });
     assert!((below.dot(&horizon) - 0.1f32.cos()).abs() < 1e-6 && below.dot(&nadir) > horizon.dot(&nadir));
     let still = Rotation::from_quaternion([0.1, 0.2, 0.3, 0.9]).unwrap();
-    assert_eq!(PointingLaw::Inertial(still).earth_path(&orbit).unwrap().matrix(), still.matrix());
+    assert_eq!(
+        PointingLaw::Inertial(still).earth_path(CentralBody::Earth, &orbit).unwrap().matrix(),
+        still.matrix()
+    );
 }
 
 #[test]

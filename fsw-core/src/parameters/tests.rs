@@ -367,3 +367,37 @@ fn a_rate_sensor_that_loses_the_stars_windows_is_refused() {
         assert_eq!(parameters.check().unwrap_err(), ParameterError::Range("rate_sensor.white_rad"));
     }
 }
+
+#[test]
+fn another_body_brings_ellipsoid_limb_and_forces_along() {
+    for body in CentralBody::ALL {
+        let parameters = Parameters::for_camera(reference_camera()).about(body);
+        parameters.check().unwrap();
+        let (facts, ellipsoid) = (body.facts(), parameters.earth.ellipsoid);
+        // The Earth's defaults are those of its row.
+        assert_eq!(ellipsoid.equatorial_km, facts.radius_km as f32);
+        assert_eq!(ellipsoid.polar_km, facts.polar_km as f32);
+        assert_eq!(parameters.orbit.body, body);
+        assert_eq!(parameters.orbit.drag_m2_kg > 0.0, facts.air);
+        let mut buffer = [0; MAX_TABLE_BYTES];
+        let packet = parameters.encode(&mut buffer).unwrap();
+        assert_eq!(Parameters::decode(packet).unwrap(), parameters);
+    }
+    let unchanged = Parameters::for_camera(reference_camera());
+    assert_eq!(unchanged.about(CentralBody::Earth), unchanged);
+}
+
+#[test]
+fn what_the_body_has_not_is_refused_by_name() {
+    for body in [CentralBody::Moon, CentralBody::Mars] {
+        let mut parameters = Parameters::for_camera(reference_camera()).about(body);
+        parameters.orbit.drag_m2_kg = 0.01;
+        assert_eq!(parameters.check().err(), Some(ParameterError::NotOfBody("orbit.drag_m2_kg")));
+        // The body alone leaves the Earth's ellipsoid behind.
+        let refused = checked(|p| (p.orbit.body, p.orbit.drag_m2_kg) = (body, 0.0));
+        assert_eq!(refused, Err(ParameterError::NotOfBody("earth.ellipsoid.equatorial_km")));
+    }
+    // Pictures of other bodies are taken with their ellipsoid and without an orbit.
+    let sphere = earth::Ellipsoid { equatorial_km: 1737.4, polar_km: 1737.4 };
+    assert_eq!(checked(|p| p.earth.ellipsoid = sphere), Ok(()));
+}

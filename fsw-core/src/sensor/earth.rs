@@ -216,7 +216,7 @@ impl Sensor<'_> {
         attitude: &Rotation<Icrs, StarPath>,
         terrestrial_us: i64,
     ) -> Option<Prediction> {
-        let (position_km, covariance_km2) = self.orbit.place(terrestrial_us)?;
+        let (position_km, covariance_km2) = self.orbit.place(self.parameters.orbit.body, terrestrial_us)?;
         let path = self.earth_path(attitude).matrix().map(f64::from);
         let centre_km = product(&path, &position_km).map(|axis| -axis as f32);
         let view = View::new(&centre_km, body)?;

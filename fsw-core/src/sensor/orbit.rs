@@ -8,6 +8,7 @@ use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
 use crate::frames::{EarthPath, Icrs, Lvlh, Rotation, StarPath};
 use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
+use crate::orbit::body::CentralBody;
 use crate::orbit::filter::{Nis, Update};
 use crate::orbit::keplerian::Keplerian;
 use crate::orbit::look::LimbHeight;
@@ -148,7 +149,7 @@ impl Sensor<'_> {
             sigma_velocity_km_s: velocity,
             correlations: self.orbit.factor()?.motion_correlations(),
             sigma_hill_km: self.sigma_hill_km(state).unwrap_or_default(),
-            elements: elements_report(state),
+            elements: elements_report(self.parameters.orbit.body, state),
             limb_height_km,
             limb_height_sigma_km,
             misalignment_rad: self.orbit.misalignment_rad().into(),
@@ -187,8 +188,8 @@ impl Sensor<'_> {
 }
 
 /// The orbit in Kepler's elements.
-fn elements_report(state: &OrbitState) -> Option<ElementsReport> {
-    let elements = Keplerian::of(&state.position_km, &state.velocity_km_s)?;
+fn elements_report(body: CentralBody, state: &OrbitState) -> Option<ElementsReport> {
+    let elements = Keplerian::of(body.facts().mu_km3_s2, &state.position_km, &state.velocity_km_s)?;
     Some(ElementsReport {
         semi_major_axis_km: elements.semi_major_axis_km,
         eccentricity: elements.eccentricity as f32,

@@ -68,16 +68,17 @@ impl Sensor<'_> {
         }
         let known_us = time.terrestrial_us.filter(|_| time.state != ClockState::Unknown);
         self.aberration_corrected = known_us.is_some();
-        // About the Sun, and about the Earth where that is known: up to 5 arcsec of 25.
+        let body = self.parameters.orbit.body;
+        // About the Sun, and about the central body where that is known: up to 5 arcsec of 25.
         let velocity_km_s = known_us.map_or(Vector3::zeros(), |instant_us| {
             let orbital_km_s = self.orbit.state().map_or(Vector3::zeros(), |state| state.velocity_km_s);
-            ephemeris::earth_velocity_km_s(instant_us) + orbital_km_s
+            ephemeris::velocity_km_s(body, instant_us) + orbital_km_s
         });
         self.catalogue.set_observer_velocity((velocity_km_s / LIGHT_KM_S).map(|axis| axis as f32));
         known_us.map(|terrestrial_us| Ephemeris {
             terrestrial_us,
-            sun: ephemeris::sun_direction(terrestrial_us),
-            pole: ephemeris::pole(terrestrial_us),
+            sun: ephemeris::sun_direction(body, terrestrial_us),
+            pole: ephemeris::pole(body, terrestrial_us),
         })
     }
 

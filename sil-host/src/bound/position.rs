@@ -1,4 +1,4 @@
-//! What no filter can know better of a satellite's position by the limb of an uneven Earth.
+//! What no filter can know better of a satellite's position by the limb of an uneven body.
 //!
 //! In: the truth of a flight, second by second, and the world's Earth. Out: the sigma of the position, radial,
 //! along, across, km, by all of the limb seen until then.
@@ -11,6 +11,9 @@
 //! `Aᵀ C⁻¹ A`. It is summed height by height, by the rows of `L⁻¹ A`. Each is compared with the latest
 //! `WINDOW` or half of them (Vecchia, J. R. Stat. Soc. B 50, 297, 1988): two revolutions in a low orbit.
 //!
+//! Lengths on another body's ground are that share of the Earth's that its radius is, as the fields' cells
+//! are.
+//!
 //! All else is known: latitude and season, the mean height, alignment, attitude and forces; nothing is known of
 //! the orbit before the first block. Any of them unknown would make the bound worse. Heights closer together
 //! than these would make it 6 % better (Sun-synchronous orbit). A bound is an rms over worlds: in one of them
@@ -21,19 +24,19 @@
 
 use super::orbit::{covariance, radial_along_cross};
 use crate::world::attitude::{Vector, apply, rotation};
+use crate::world::body::meridian_rad;
 use crate::world::earth::heights::Heights;
-use crate::world::earth::{EQUATOR_KM, EarthModel};
+use crate::world::earth::{EQUATOR_KM, EarthModel, Figure};
 use crate::world::lens::optics::Optics;
 use crate::world::motion::trajectory::{SensorState, Truth};
-use crate::world::time::ephemeris::sidereal_angle;
 use crate::world::vector::{cross, length, plus, times};
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::constants::EARTH_RATE_RAD_S;
+use fsw_core::orbit::body::CentralBody;
 use fsw_core::orbit::forces::Forces;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-/// Way over the ground from one height to the next, km: half of the length over which the field's large part
-/// agrees.
+/// Way over the ground of the Earth from one height to the next, km: half of the length over which the
+/// field's large part agrees.
 const PATCH_KM: f64 = 300.0;
 /// Time from one true state to the next, s; blocks are as many of them as need be.
 const STEP_S: i64 = 30;
@@ -61,7 +64,10 @@ struct Height {
 /// The bound of a flight.
 #[derive(Clone, Debug)]
 pub struct PositionBound {
-    /// Covariance of two heights, km², from 0 in steps of [`TABLED_KM`].
+    body: CentralBody,
+    /// Its radius over the Earth's: lengths on its ground are that share of those above.
+    share: f64,
+    /// Covariance of two heights, km², from 0 in steps of [`TABLED_KM`] on the Earth.
     covariances_km2: Vec<f64>,
     /// The last true state, and the transition to it from the first.
     last: Option<OrbitState>,
@@ -80,9 +86,13 @@ impl PositionBound {
     /// Before the first second, over this Earth.
     pub fn new(model: &EarthModel) -> Self {
         let heights = Heights::of(model);
+        let share = Figure::of(model.body).equator_km / EQUATOR_KM;
         let steps = (2.0 * EQUATOR_KM / TABLED_KM) as u32 + 2;
+        let covariance_km2 = |k: u32| heights.covariance_km2(share * TABLED_KM * f64::from(k));
         Self {
-            covariances_km2: (0..steps).map(|k| heights.covariance_km2(TABLED_KM * f64::from(k))).collect(),
+            body: model.body,
+            share,
+            covariances_km2: (0..steps).map(covariance_km2).collect(),
             last: None,
             transition: Matrix6::identity(),
             information: Matrix6::zeros(),
@@ -107,11 +117,11 @@ impl PositionBound {
             velocity_km_s: truth.velocity_km_s.into(),
         };
         if let Some(last) = self.last.replace(state) {
-            let rows = Forces::J2.transition(&last, &state);
+            let rows = Forces::J2.about(self.body).transition(&last, &state);
             self.transition = Matrix6::from_fn(|row, column| rows[row][column]) * self.transition;
         }
         if truth.state == SensorState::Full && now_us >= self.next_us {
-            let lasts_s = block_s(truth);
+            let lasts_s = block_s(truth, self.share * PATCH_KM);
             self.next_us = now_us + (1e6 * lasts_s) as i64;
             self.measure(&self.heights(truth, optics, EDGE_KM * EDGE_KM * EDGE_S / lasts_s));
         }
@@ -125,11 +135,12 @@ impl PositionBound {
     /// Heights of places evenly along the lit limb in the field.
     fn heights(&self, truth: &Truth, optics: &Optics, own_km2: f64) -> Vec<Height> {
         let lit: Vec<(Vector, Vector)> = truth.lit_limb(optics).collect();
-        let sine = EQUATOR_KM / length(truth.position_km);
-        let circle_km = EQUATOR_KM * (1.0 - sine * sine).max(0.0).sqrt();
+        let equator_km = truth.ellipsoid.figure().equator_km;
+        let sine = equator_km / length(truth.position_km);
+        let circle_km = equator_km * (1.0 - sine * sine).max(0.0).sqrt();
         let arc_km = truth.lit_limb_deg.to_radians() * circle_km;
-        let count = ((arc_km / PATCH_KM) as usize + 1).min(PLACES).min(lit.len());
-        let turn = rotation(2, sidereal_angle(truth.instant_us));
+        let count = ((arc_km / (self.share * PATCH_KM)) as usize + 1).min(PLACES).min(lit.len());
+        let turn = rotation(2, meridian_rad(self.body, truth.instant_us));
         let height = |index: usize| {
             let (normal, place) = lit[(2 * index + 1) * lit.len() / (2 * count)];
             let row = Vector3::from(normal).transpose() * self.transition.fixed_rows::<3>(0);
@@ -141,7 +152,7 @@ impl PositionBound {
 
     /// Covariance of two heights of the field, km².
     fn covariance_km2(&self, one: &Height, other: &Height) -> f64 {
-        let at = length(plus(one.place_km, -1.0, other.place_km)) / TABLED_KM;
+        let at = length(plus(one.place_km, -1.0, other.place_km)) / (self.share * TABLED_KM);
         let (step, part) = (at as usize, at.fract());
         match self.covariances_km2.get(step..step + 2) {
             Some([low, high]) => low + part * (high - low),
@@ -201,13 +212,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// How long a block lasts, s: until the limb has moved on by a patch.
-fn block_s(truth: &Truth) -> f64 {
+fn block_s(truth: &Truth, patch_km: f64) -> f64 {
     let Truth { position_km, velocity_km_s, ellipsoid, .. } = truth;
     let square_km2 = length(*position_km).powi(2);
     let turn = times(square_km2.recip(), cross(*position_km, *velocity_km_s));
     let pole = ellipsoid.equator()[2];
-    let ground_km_s = EQUATOR_KM * length(plus(turn, -EARTH_RATE_RAD_S, pole));
-    let steps = (PATCH_KM / ground_km_s).min(LONGEST_S) / STEP_S as f64;
+    let facts = ellipsoid.body().facts();
+    let ground_km_s = ellipsoid.figure().equator_km * length(plus(turn, -facts.rate_rad_s, pole));
+    let steps = (patch_km / ground_km_s).min(LONGEST_S) / STEP_S as f64;
     STEP_S as f64 * steps.max(1.0).ceil()
 }
 

@@ -10,6 +10,7 @@
 use crate::error::HostError;
 use crate::output::PartialFile;
 use crate::world::time::civil_time::{shown_text, utc_text};
+use fsw_core::orbit::body::CentralBody;
 use std::path::Path;
 
 /// Longest time between two states of a segment, µs.
@@ -36,6 +37,8 @@ pub enum Message {
 pub struct RunName {
     /// The scenario.
     pub object: String,
+    /// The body about which the states are.
+    pub centre: CentralBody,
     /// What is written: the truth, or what the flight code made of it.
     pub comment: &'static str,
     /// First instant, TT, µs since J2000.0.
@@ -125,9 +128,10 @@ impl MessageFile {
             Message::Attitude => "REF_FRAME_A = ICRF\nREF_FRAME_B = SENSOR_1\nATTITUDE_DIR = A2B\n",
         };
         let head = format!(
-            "\nMETA_START\nOBJECT_NAME = {}\nOBJECT_ID = UNKNOWN\nCENTER_NAME = EARTH\n{frames}TIME_SYSTEM = TT\n\
+            "\nMETA_START\nOBJECT_NAME = {}\nOBJECT_ID = UNKNOWN\nCENTER_NAME = {}\n{frames}TIME_SYSTEM = TT\n\
              START_TIME = {}\nSTOP_TIME = ",
             self.name.object,
+            self.name.centre.name().to_uppercase(),
             shown_text(first_us)
         );
         self.keep(&head);

@@ -34,6 +34,7 @@ impl Ephemerides {
     pub fn create(folder: &Folder, scenario: &Scenario) -> Result<Self, HostError> {
         let name = |comment| RunName {
             object: scenario.name.clone(),
+            centre: scenario.forces.body,
             comment,
             start_us: scenario.start_us,
             end_us: scenario.instant_us(scenario.duration_s),

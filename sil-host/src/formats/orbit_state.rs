@@ -4,8 +4,9 @@
 //! alone.
 
 use fsw_core::orbit::OrbitState;
+use fsw_core::orbit::body::{CentralBody, EARTH};
 use fsw_core::orbit::constants::MICROSECONDS;
-use fsw_core::orbit::dynamics::{HIGHEST_KM, LOWEST_KM, plausible};
+use fsw_core::orbit::dynamics::plausible;
 use serde::Deserialize;
 
 /// A century: for longer the positions of Sun and Moon are not made.
@@ -42,9 +43,10 @@ impl StateInput {
     pub fn state(&self) -> Result<OrbitState, String> {
         let Self { t_s, r_km, v_km_s } = *self;
         let (position_km, velocity_km_s) = (r_km.into(), v_km_s.into());
-        if !plausible(&position_km, &velocity_km_s) {
+        if !plausible(CentralBody::Earth, &position_km, &velocity_km_s) {
+            let [lowest_km, highest_km] = EARTH.bounds_km;
             return Err(format!(
-                "no state of a satellite: r_km must be {LOWEST_KM} to {HIGHEST_KM} km long, v_km_s below 30 km/s"
+                "no state of a satellite: r_km must be {lowest_km} to {highest_km} km long, v_km_s below 30 km/s"
             ));
         }
         Ok(OrbitState { time_us: time_us(t_s)?, position_km, velocity_km_s })

@@ -21,6 +21,7 @@ use fsw_core::earth::centre::{RayBuffer, centre};
 use fsw_core::earth::comparison::thesis;
 use fsw_core::earth::{Body, EarthParameters, FitCriteria, LimbPoint};
 use fsw_core::frames::{Direction, EarthPath};
+use fsw_core::orbit::body::CentralBody;
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -108,7 +109,7 @@ impl LimbView {
             .ok_or_else(|| HostError::usage("the reference camera is not rectilinear", "report this"))?;
         Ok(Self {
             rows: [cross(y, z), y, z],
-            ellipsoid: Ellipsoid::new(&EQUATOR, position_km),
+            ellipsoid: Ellipsoid::new(CentralBody::Earth, &EQUATOR, position_km),
             position_km,
             optics: optics.earth_path(),
         })

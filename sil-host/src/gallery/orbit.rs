@@ -12,7 +12,8 @@ use crate::world::attitude::apply;
 use crate::world::noise::{Noise, Stream};
 use crate::world::orbit::TruthOrbit;
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
+use fsw_core::orbit::body::EARTH;
+use fsw_core::orbit::constants::MICROSECONDS;
 use fsw_core::orbit::filter::OrbitFilter;
 use fsw_core::orbit::forces::Dynamics;
 use fsw_core::orbit::parameters::{Observation, OrbitParameters};
@@ -148,7 +149,7 @@ const WITH_DISTANCE: Way =
 type Errors = Vec<[f64; 4]>;
 
 fn truth(seconds: u32) -> Result<TruthOrbit, HostError> {
-    let speed = (MU_EARTH_KM3_S2 / GEO_KM).sqrt();
+    let speed = (EARTH.mu_km3_s2 / GEO_KM).sqrt();
     TruthOrbit::new(START_US, [GEO_KM, 0.0, 0.0], [0.0, speed, 0.0], seconds)
         .map_err(|error| HostError::usage(error.to_string(), "report this"))
 }

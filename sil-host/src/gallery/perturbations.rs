@@ -10,7 +10,7 @@ use crate::world::orbit::TruthOrbit;
 use crate::world::orbit::forces::Forces as WorldForces;
 use crate::world::vector::{length, minus};
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::constants::MU_EARTH_KM3_S2;
+use fsw_core::orbit::body::EARTH;
 use fsw_core::orbit::forces::Forces;
 use nalgebra::Vector3;
 
@@ -28,7 +28,7 @@ const SPAN_S: u32 = 100;
 
 /// Acceleration on a circular orbit of a radius by forces of the flight code beside others.
 fn flown_km_s2(radius_km: f64, forces: Forces, without: Forces) -> f64 {
-    let speed = (MU_EARTH_KM3_S2 / radius_km).sqrt();
+    let speed = (EARTH.mu_km3_s2 / radius_km).sqrt();
     let (sine, cosine) = libm::sincos(50f64.to_radians());
     let start = OrbitState {
         time_us: START_US,
@@ -44,7 +44,7 @@ fn flown_km_s2(radius_km: f64, forces: Forces, without: Forces) -> f64 {
 
 /// The same by the world.
 fn true_km_s2(radius_km: f64, forces: &WorldForces, without: &WorldForces) -> f64 {
-    let speed = (MU_EARTH_KM3_S2 / radius_km).sqrt();
+    let speed = (EARTH.mu_km3_s2 / radius_km).sqrt();
     let (sine, cosine) = libm::sincos(50f64.to_radians());
     let at = |forces: &WorldForces| {
         let velocity = [-speed * cosine, 0.0, speed * sine];

@@ -8,7 +8,7 @@ use super::moments::Moment;
 use crate::error::HostError;
 use crate::harness::truth_of;
 use crate::world::attitude::{Vector, apply, dot};
-use crate::world::earth::{EQUATOR_KM, POLE_KM};
+use crate::world::earth::Figure;
 use crate::world::scene::{Scene, Truth};
 use crate::world::vector::{cross, plus, product, times, transposed, unit};
 use base64::Engine as _;
@@ -126,7 +126,8 @@ pub(crate) fn limb_path(report: &Report, truth: &Truth, scene: &Scene) -> Option
     let earth = report.earth?;
     let optics = scene.optics().earth_path();
     let equator = product(truth.ellipsoid.equator(), &transposed(&truth.earth_path));
-    let radii = [EQUATOR_KM, EQUATOR_KM, POLE_KM];
+    let Figure { equator_km, pole_km } = *truth.ellipsoid.figure();
+    let radii = [equator_km, equator_km, pole_km];
     let centre = earth.direction.map(|component| f64::from(component) * f64::from(earth.distance_km));
     let scaled = apply(&equator, centre);
     let c: Vector = [0, 1, 2].map(|k| scaled[k] / radii[k]);

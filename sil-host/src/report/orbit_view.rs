@@ -7,7 +7,6 @@
 
 use super::scale::label;
 use crate::world::attitude::{Vector, dot};
-use crate::world::earth::EQUATOR_KM;
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::{angle, cross, length, plus, unit};
 use std::f64::consts::TAU;
@@ -25,6 +24,8 @@ pub struct OrbitView {
     /// Axes of the drawing: towards the Sun in the orbit plane, across it, the normal; and the Sun above it.
     axes: Option<[Vector; 3]>,
     beta_rad: f64,
+    /// Radius of the body's equator, km.
+    equator_km: f64,
     /// In the orbit plane, km, and the state there.
     places: Vec<([f64; 2], SensorState)>,
     turned_rad: f64,
@@ -43,7 +44,8 @@ impl OrbitView {
             SensorState::Eclipse => self.dark_s += 1,
             _ => self.sun_s += 1,
         }
-        let altitude = length(truth.position_km) - EQUATOR_KM;
+        self.equator_km = truth.ellipsoid.figure().equator_km;
+        let altitude = length(truth.position_km) - self.equator_km;
         let (low, high) = self.altitude_km.unwrap_or((altitude, altitude));
         self.altitude_km = Some((low.min(altitude), high.max(altitude)));
         if self.axes.is_none() {
@@ -85,7 +87,7 @@ impl OrbitView {
     pub fn draw(&self) -> String {
         let places = || self.places.iter().map(|(place, _)| *place);
         let reach = |axis: usize| {
-            let (low, high) = (-1.15 * EQUATOR_KM, 1.15 * EQUATOR_KM);
+            let (low, high) = (-1.15 * self.equator_km, 1.15 * self.equator_km);
             places().fold((low, high), |(low, high), place| (low.min(place[axis]), high.max(place[axis])))
         };
         let (x_km, y_km) = (reach(0), reach(1));
@@ -107,7 +109,7 @@ impl OrbitView {
         let _ = write!(
             svg,
             "<circle class=\"globe\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{:.1}\"/><path class=\"night\" d=\"{}Z\"/>",
-            scale * EQUATOR_KM,
+            scale * self.equator_km,
             path(night.into_iter().map(point))
         );
         for (class, piece) in self.pieces() {
@@ -182,15 +184,16 @@ impl OrbitView {
 
     /// Where the orbit plane lies in the shadow, km.
     fn shadow(&self) -> Vec<[f64; 2]> {
-        let long = EQUATOR_KM / libm::sin(self.beta_rad).abs().max(1e-3);
-        half_turn().map(|(sine, cosine)| [-long * cosine, EQUATOR_KM * sine]).collect()
+        let long = self.equator_km / libm::sin(self.beta_rad).abs().max(1e-3);
+        half_turn().map(|(sine, cosine)| [-long * cosine, self.equator_km * sine]).collect()
     }
 
     /// The night side of the globe as seen from the orbit's normal, km: from its rim back by the terminator.
     fn night(&self) -> Vec<[f64; 2]> {
         let tilt = libm::sin(self.beta_rad);
-        let rim = half_turn().map(|(sine, cosine)| [-EQUATOR_KM * cosine, EQUATOR_KM * sine]);
-        let terminator = half_turn().map(|(sine, cosine)| [-EQUATOR_KM * tilt * cosine, -EQUATOR_KM * sine]);
+        let rim = half_turn().map(|(sine, cosine)| [-self.equator_km * cosine, self.equator_km * sine]);
+        let terminator =
+            half_turn().map(|(sine, cosine)| [-self.equator_km * tilt * cosine, -self.equator_km * sine]);
         rim.chain(terminator).collect()
     }
 }
@@ -226,6 +229,7 @@ mod tests {
     use super::*;
     use crate::harness::truth_of;
     use crate::scenario::Scenario;
+    use crate::world::earth::EQUATOR_KM;
 
     #[test]
     fn a_revolution_is_drawn_once_and_in_the_states_it_was_flown_in() {

@@ -12,7 +12,6 @@ use crate::judge::expected::expected_mode;
 use crate::judge::quantities::QUANTITIES;
 use crate::judge::second::{Axes, Judged};
 use crate::world::attitude::{apply, matrix};
-use crate::world::earth::EQUATOR_KM;
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::length;
 use fsw_core::modes::Mode;
@@ -171,7 +170,7 @@ impl Recorder {
             _ => self.geometry.add(at, plot::SUN),
         }
         self.lit_limb.add(at, truth.lit_limb_deg);
-        self.altitude.add(at, length(truth.position_km) - EQUATOR_KM);
+        self.altitude.add(at, length(truth.position_km) - truth.ellipsoid.figure().equator_km);
         let star_path = matrix(truth.quaternion);
         for (trace, path) in self.sun_angles.iter_mut().zip([&truth.earth_path, &star_path]) {
             let [x, y, z] = apply(path, truth.sun);

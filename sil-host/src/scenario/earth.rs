@@ -1,4 +1,5 @@
-//! The `[earth]` of a scenario: how the Earth is drawn. Every key may be left out.
+//! The `[earth]` of a scenario: how the central body is drawn. Every key may be left out; `season` and
+//! `airglow` are of the Earth alone, and the other defaults those of `EarthModel::of` the body.
 //!
 //! | key | says | range | default |
 //! |---|---|---|---|
@@ -9,11 +10,13 @@
 //! | `season` | whether the limb stands higher over the tropics and the summer half | | true |
 //! | `airglow` | whether the night sky's layer at 90 km shines | | true |
 
+use super::body::of_the_earth_alone;
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::earth::EarthModel;
 use crate::world::earth::horizon::Family;
 use crate::world::earth::photometry::Photometry;
+use fsw_core::orbit::body::CentralBody;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -24,13 +27,21 @@ pub(super) struct RawEarth {
     surface: Option<Spanned<String>>,
     horizon: Option<Spanned<String>>,
     height_variation_km: Option<Spanned<f64>>,
-    season: Option<bool>,
-    airglow: Option<bool>,
+    season: Option<Spanned<bool>>,
+    airglow: Option<Spanned<bool>>,
 }
 
 /// Reads the `[earth]`.
-pub(super) fn read(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostError> {
-    let default = EarthModel::default();
+pub(super) fn read(text: &Text<'_>, raw: &RawEarth, body: CentralBody) -> Result<EarthModel, HostError> {
+    let default = EarthModel::of(body);
+    let on = |value: &Option<Spanned<bool>>| {
+        value.as_ref().filter(|value| *value.get_ref()).map(|value| value.span().start)
+    };
+    of_the_earth_alone(
+        text,
+        body,
+        &[("earth.season", on(&raw.season)), ("earth.airglow", on(&raw.airglow))],
+    )?;
     let number = |key: &str, value: &Option<Spanned<f64>>, default, range| {
         text.number(&format!("earth.{key}"), value.as_ref(), default, range)
     };
@@ -56,8 +67,8 @@ pub(super) fn read(text: &Text<'_>, raw: &RawEarth) -> Result<EarthModel, HostEr
             default.height_variation_km,
             (0.0, 10.0),
         )?,
-        season: raw.season.unwrap_or(default.season),
-        airglow: raw.airglow.unwrap_or(default.airglow),
+        season: raw.season.as_ref().map_or(default.season, |season| *season.get_ref()),
+        airglow: raw.airglow.as_ref().map_or(default.airglow, |airglow| *airglow.get_ref()),
         ..default
     })
 }

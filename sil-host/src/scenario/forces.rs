@@ -2,17 +2,20 @@
 //!
 //! | key | default | |
 //! |---|---|---|
-//! | `gravity_degree`, `gravity_order` | 20, degree | of the field EGM2008, 0 to 36 |
-//! | `sun`, `moon`, `drag`, `radiation_pressure` | true | whether they act |
+//! | `gravity_degree`, `gravity_order` | 20, degree | of the field EGM2008, 0 to 36; about Moon and Mars 12, 0 to 12 |
+//! | `sun`, `moon`, `drag`, `radiation_pressure` | true | whether they act; `moon` is the Earth about the Moon, there is none about Mars, and drag about the Earth alone |
 //! | `mass_kg`, `drag_area_m2`, `cd` | 100, 1, 2.2 | for the air |
 //! | `radiation_area_m2`, `cr` | 1, 1.3 | for sunlight |
 //! | `earth_orientation_file` | none: UT1 = UTC, pole at rest | IERS C04, from the scenario's folder |
 
+use super::body::of_the_earth_alone;
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::orbit::OrbitError;
-use crate::world::orbit::forces::{Forces, LARGEST_DEGREE, Satellite};
+use crate::world::orbit::forces::{Forces, Satellite};
+use crate::world::orbit::gravity;
 use crate::world::time::earth_orientation::EarthOrientation;
+use fsw_core::orbit::body::CentralBody;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -26,8 +29,8 @@ pub(super) struct RawForces {
     gravity_degree: Option<Spanned<i64>>,
     gravity_order: Option<Spanned<i64>>,
     sun: Option<bool>,
-    moon: Option<bool>,
-    drag: Option<bool>,
+    moon: Option<Spanned<bool>>,
+    drag: Option<Spanned<bool>>,
     radiation_pressure: Option<bool>,
     mass_kg: Option<Spanned<f64>>,
     drag_area_m2: Option<Spanned<f64>>,
@@ -37,15 +40,24 @@ pub(super) struct RawForces {
     earth_orientation_file: Option<Spanned<String>>,
 }
 
-/// The forces of a run from `start_us` over `duration_s`.
+/// The forces about `body` of a run from `start_us` over `duration_s`.
 pub(super) fn read(
     text: &Text<'_>,
     raw: &RawForces,
+    body: CentralBody,
     start_us: i64,
     duration_s: u32,
 ) -> Result<Forces, HostError> {
-    let default = Forces::default();
-    let (key, most) = ("forces.gravity_degree", LARGEST_DEGREE as i64);
+    let default = Forces::about(body);
+    let on = |value: &Option<Spanned<bool>>| {
+        value.as_ref().filter(|value| *value.get_ref()).map(|value| value.span().start)
+    };
+    let moon = on(&raw.moon).filter(|_| !default.moon);
+    let file = raw.earth_orientation_file.as_ref().map(|file| file.span().start);
+    let asked =
+        [("forces.drag", on(&raw.drag)), ("forces.moon", moon), ("forces.earth_orientation_file", file)];
+    of_the_earth_alone(text, body, &asked)?;
+    let (key, most) = ("forces.gravity_degree", gravity::largest(body) as i64);
     let degree = text.whole(key, raw.gravity_degree.as_ref(), default.gravity_degree as i64, (0, most))?;
     let order = text.whole("forces.gravity_order", raw.gravity_order.as_ref(), degree, (0, degree))?;
     let number = |key: &str, value: &Option<Spanned<f64>>, default, range| {
@@ -64,11 +76,12 @@ pub(super) fn read(
         Some(file) => orientation(text, file, start_us, duration_s)?,
     };
     Ok(Forces {
+        body,
         gravity_degree: degree as usize,
         gravity_order: order as usize,
         sun: raw.sun.unwrap_or(default.sun),
-        moon: raw.moon.unwrap_or(default.moon),
-        drag: raw.drag.unwrap_or(default.drag),
+        moon: raw.moon.as_ref().map_or(default.moon, |moon| *moon.get_ref()),
+        drag: raw.drag.as_ref().map_or(default.drag, |drag| *drag.get_ref()),
         radiation_pressure: raw.radiation_pressure.unwrap_or(default.radiation_pressure),
         satellite,
         orientation,

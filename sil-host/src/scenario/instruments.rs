@@ -105,7 +105,7 @@ pub(super) fn gyro(text: &Text<'_>, raw: &Option<RawGyro>) -> Result<Option<Gyro
 /// The magnetometer's errors.
 pub(super) fn magnetometer(
     text: &Text<'_>,
-    raw: &Option<RawMagnetometer>,
+    raw: Option<&RawMagnetometer>,
 ) -> Result<Option<MagnetometerModel>, HostError> {
     let Some(raw) = raw else { return Ok(None) };
     let number = |key: &str, value: &Option<Spanned<f64>>, default, range| {

@@ -8,19 +8,18 @@
 //! | `oem_file` | an Orbit Ephemeris Message as text, which is followed |
 //! | `sp3_file`, and `sp3_satellite` where it holds several | a precise orbit, which is followed |
 //!
-//! Paths begin at the scenario's folder.
+//! Files and a TLE are of the Earth alone. Paths begin at the scenario's folder.
 
+use super::body::of_the_earth_alone;
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::attitude::Vector;
 use crate::world::orbit::track::Samples;
-use crate::world::orbit::{OrbitError, TruthOrbit, check_state, oem, sp3, state_of_elements, tle};
-use crate::world::time::earth_orientation::EarthOrientation;
+use crate::world::orbit::{Forces, OrbitError, TruthOrbit, check_state, oem, sp3, state_of_elements, tle};
+use fsw_core::orbit::body::CentralBody;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Semi-major axis, km: from just above the air to beyond the Moon.
-const SEMI_MAJOR_AXIS_KM: (f64, f64) = (6_478.0, 500_000.0);
 const ECCENTRICITY: (f64, f64) = (0.0, 0.95);
 const INCLINATION_DEG: (f64, f64) = (0.0, 180.0);
 const ANGLE_DEG: (f64, f64) = (-360.0, 360.0);
@@ -89,16 +88,20 @@ impl RawOrbit {
     }
 }
 
-/// The start of a run at `start_us` (TT, µs since J2000) over `duration_s`.
+/// The start of a run at `start_us` (TT, µs since J2000) over `duration_s`, about the body of the forces.
 pub(super) fn read(
     text: &Text<'_>,
     raw: &Spanned<RawOrbit>,
     start_us: i64,
     duration_s: u32,
-    orientation: &EarthOrientation,
+    forces: &Forces,
 ) -> Result<Start, HostError> {
-    let orbit = raw.get_ref();
+    let (orbit, Forces { body, orientation, .. }) = (raw.get_ref(), forces);
     let given = orbit.given();
+    let of_the_earth = |(kind, key, at): &(&str, &'static str, usize)| {
+        (*key, (!matches!(*kind, "elements" | "a state")).then_some(*at))
+    };
+    of_the_earth_alone(text, *body, &given.iter().map(of_the_earth).collect::<Vec<_>>())?;
     if let Some((first, _, _)) = given.first()
         && let Some((other, key, at)) = given.iter().find(|(kind, _, _)| kind != first)
     {
@@ -116,11 +119,11 @@ pub(super) fn read(
         })
     };
     if let Some(a_km) = &orbit.a_km {
-        elements(text, orbit, a_km).map(Start::flown)
+        elements(text, *body, orbit, a_km).map(Start::flown)
     } else if let (Some(position), Some(velocity)) = (&orbit.position_km, &orbit.velocity_km_s) {
         let r = text.array("orbit.position_km", position, POSITION_KM)?;
         let v = text.array("orbit.velocity_km_s", velocity, VELOCITY_KM_S)?;
-        check_state(r, v).map_err(|error| {
+        check_state(*body, r, v).map_err(|error| {
             let key = "orbit.velocity_km_s";
             text.fault(velocity.span().start, key, &error.to_string(), "give another orbit")
         })?;
@@ -133,7 +136,7 @@ pub(super) fn read(
                 text.fault(at, "orbit.tle", &what, "copy both lines whole")
             },
         )?;
-        check_state(state.0, state.1).map_err(|error| {
+        check_state(*body, state.0, state.1).map_err(|error| {
             text.fault(lines.span().start, "orbit.tle", &error.to_string(), "give another orbit")
         })?;
         Ok(Start::flown(state))
@@ -165,8 +168,13 @@ pub(super) fn read(
 }
 
 /// The state of Keplerian elements.
-fn elements(text: &Text<'_>, orbit: &RawOrbit, a_km: &Spanned<f64>) -> Result<(Vector, Vector), HostError> {
-    let a = text.number("orbit.a_km", Some(a_km), 0.0, SEMI_MAJOR_AXIS_KM)?;
+fn elements(
+    text: &Text<'_>,
+    body: CentralBody,
+    orbit: &RawOrbit,
+    a_km: &Spanned<f64>,
+) -> Result<(Vector, Vector), HostError> {
+    let a = text.number("orbit.a_km", Some(a_km), 0.0, body.facts().orbit_km.into())?;
     let number =
         |key: &str, value: &Option<Spanned<f64>>, range| text.number(key, value.as_ref(), 0.0, range);
     let e = number("orbit.e", &orbit.e, ECCENTRICITY)?;
@@ -179,7 +187,7 @@ fn elements(text: &Text<'_>, orbit: &RawOrbit, a_km: &Spanned<f64>) -> Result<(V
         Some(e) => ("orbit.e", e.span().start),
         None => ("orbit.a_km", a_km.span().start),
     };
-    state_of_elements(a, e, i, raan, argp, anomaly)
+    state_of_elements(body, [a, e, i, raan, argp, anomaly])
         .map_err(|error| text.fault(at, key, &error.to_string(), "give another orbit"))
 }
 

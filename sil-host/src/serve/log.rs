@@ -10,6 +10,7 @@ use crate::report::opinion::Grade;
 use crate::scenario::Scenario;
 use crate::world::attitude::Vector;
 use crate::world::time::civil_time;
+use fsw_core::orbit::body::CentralBody;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::Window;
 use serde::Serialize;
@@ -37,6 +38,9 @@ pub struct Title {
     /// Instant of the first second, TT since J2000, us.
     #[serde(skip)]
     pub start_us: i64,
+    /// What is flown about; of a recorded run, which does not say it, the Earth.
+    #[serde(skip)]
+    pub body: CentralBody,
 }
 
 impl Title {
@@ -52,6 +56,7 @@ impl Title {
             gyro: scenario.gyro.is_some(),
             folder: None,
             start_us: scenario.start_us,
+            body: scenario.forces.body,
         }
     }
 }
@@ -129,7 +134,7 @@ pub struct Run {
 impl Run {
     /// A run with these seconds so far.
     pub fn new(title: Title, world: Result<World, String>, log: Log) -> Self {
-        let ground = Ground::new(title.start_us);
+        let ground = Ground::new(title.body, title.start_us);
         Self { title, world, ground, log: Mutex::new(log) }
     }
 

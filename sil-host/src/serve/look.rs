@@ -6,13 +6,15 @@
 use super::log::{Logged, Place, Run};
 use super::world::World;
 use crate::world::attitude::{Vector, apply, dot, matrix};
-use crate::world::earth::{EQUATOR_KM, Ellipsoid};
+use crate::world::body;
+use crate::world::earth::Ellipsoid;
 use crate::world::lens::optics::Optics;
 use crate::world::scene::WorldStar;
 use crate::world::sky;
-use crate::world::time::{civil_time, ephemeris};
+use crate::world::time::civil_time;
 use crate::world::vector::{length, minus, times, transposed, unit};
 use catalog_gen::parameters::DEFAULT_EPOCH_YEAR;
+use fsw_core::orbit::body::CentralBody;
 use fsw_core::telemetry::Report;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -126,7 +128,7 @@ pub fn look(run: &Run, cycle: u32, second: &Logged) -> Look {
         windows: second.windows.as_ref().map(|windows| {
             windows.iter().map(|window| [window.x, window.y, window.width, window.height]).collect()
         }),
-        sky: sky_look(&place, world),
+        sky: sky_look(run.ground.body(), &place, world),
         globe: globe_look(run, &place, world),
         rate_deg_s: report.as_ref().and_then(|report| {
             let rate = report.rate_rad_s.or(report.rate.map(|rate| rate.rad_s))?;
@@ -166,7 +168,7 @@ fn stars(report: &Report) -> Vec<StarSeen> {
     report.stars.iter().map(seen).collect()
 }
 
-fn sky_look(place: &Place, world: Option<&World>) -> SkyLook {
+fn sky_look(about: CentralBody, place: &Place, world: Option<&World>) -> SkyLook {
     let star_path = matrix(place.quaternion);
     let field = |to_path: &[Vector; 3], optics: &Optics| {
         let to_icrs = transposed(to_path);
@@ -174,21 +176,25 @@ fn sky_look(place: &Place, world: Option<&World>) -> SkyLook {
     };
     let earth_path = world.and_then(|world| world.earth_path(place.instant_us));
     let earth_field = world.zip(earth_path).map(|(world, path)| field(&path, &world.optics().earth_path()));
-    let ellipsoid = ellipsoid(place);
+    let ellipsoid = ellipsoid(about, place);
     let limb = ellipsoid.limb().step_by(LIMB_EVERY);
+    // Of Mars, which has none, the Sun's place serves.
+    let neighbour = body::neighbour(about, place.instant_us)
+        .map_or_else(|| body::sun_km(about, place.instant_us), |(km, _)| km);
     SkyLook {
         boresight: short(star_path[2]),
         field: world.map_or_else(Vec::new, |world| field(&star_path, world.optics())),
         earth_field: earth_field.unwrap_or_default(),
-        sun: short(unit(ephemeris::sun_km(place.instant_us))),
-        moon: short(unit(minus(ephemeris::moon_km(place.instant_us), place.position_km))),
+        sun: short(unit(body::sun_km(about, place.instant_us))),
+        moon: short(unit(minus(neighbour, place.position_km))),
         earth: short(unit(times(-1.0, place.position_km))),
         limb: limb.map(|(_, point)| short(unit(minus(point, place.position_km)))).collect(),
     }
 }
 
 fn globe_look(run: &Run, place: &Place, world: Option<&World>) -> GlobeLook {
-    let sun = unit(ephemeris::sun_km(place.instant_us));
+    let about = run.ground.body();
+    let sun = unit(body::sun_km(about, place.instant_us));
     let seen =
         world.and_then(|world| Some((world.optics().earth_path(), world.earth_path(place.instant_us)?)));
     let part = |normal: Vector, point: Vector| {
@@ -202,21 +208,21 @@ fn globe_look(run: &Run, place: &Place, world: Option<&World>) -> GlobeLook {
             Some(_) => LimbPart::Dark,
         }
     };
-    let ellipsoid = ellipsoid(place);
+    let ellipsoid = ellipsoid(about, place);
     let limb = ellipsoid.limb().step_by(LIMB_EVERY).map(|(normal, point)| {
         let [latitude, longitude] = run.ground.place_deg(point, place.instant_us);
         (rounded(latitude, 1e2), rounded(longitude, 1e2), part(normal, point))
     });
     GlobeLook {
         below_deg: run.ground.place_deg(place.position_km, place.instant_us),
-        altitude_km: rounded(length(place.position_km) - EQUATOR_KM, 1e1),
+        altitude_km: rounded(length(place.position_km) - ellipsoid.figure().equator_km, 1e1),
         sun_deg: run.ground.place_deg(sun, place.instant_us),
         limb: limb.collect(),
     }
 }
 
-fn ellipsoid(place: &Place) -> Ellipsoid {
-    Ellipsoid::new(&ephemeris::icrs_to_equator(place.instant_us), place.position_km)
+fn ellipsoid(about: CentralBody, place: &Place) -> Ellipsoid {
+    Ellipsoid::new(about, &body::icrs_to_equator(about, place.instant_us), place.position_km)
 }
 
 /// Directions of the detector's edge, around it, in the axes of the path.
@@ -250,6 +256,7 @@ mod tests {
     use super::*;
     use crate::harness::truth_of;
     use crate::scenario::Scenario;
+    use crate::world::earth::EQUATOR_KM;
     use std::path::Path;
 
     #[test]

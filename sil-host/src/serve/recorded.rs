@@ -16,6 +16,7 @@ use crate::world::attitude::{dot, normalised};
 use crate::world::time::civil_time;
 use crate::world::vector::{length, minus};
 use csv::StringRecord;
+use fsw_core::orbit::body::CentralBody;
 use fsw_core::telemetry;
 use serde::Deserialize;
 use std::fs::File;
@@ -79,6 +80,7 @@ pub fn open(run: u32, folder: &Path, scenarios: &[Scenario]) -> Result<Run, Host
         gyro: scenario.as_ref().is_some_and(|scenario| scenario.gyro.is_some()),
         folder: Some(folder.display().to_string()),
         start_us,
+        body: CentralBody::Earth,
     };
     let faults = scenario.as_ref().map_or_else(Vec::new, |scenario| scenario.faults.clone());
     let world = world(scenario, &seconds);
@@ -107,7 +109,7 @@ fn seconds(path: &Path, start_us: i64) -> Result<Vec<Logged>, HostError> {
     let position = columns(["true_x_km", "true_y_km", "true_z_km"], column)?;
     let cycle = column("cycle")?;
     let places = row::places(header.iter());
-    let ground = Ground::new(start_us);
+    let ground = Ground::new(CentralBody::Earth, start_us);
     let mut seconds = Vec::new();
     for record in reader.records() {
         let record = record.map_err(refused)?;

@@ -1,4 +1,5 @@
-//! The Earth as light: its looks, and how many electrons they give.
+//! The central body as light: its looks, and how many electrons they give. Its types are named after the
+//! Earth.
 //!
 //! | module | takes | gives |
 //! |---|---|---|
@@ -35,8 +36,9 @@ pub mod octahedron;
 pub mod photometry;
 pub mod sight;
 
-pub use ellipsoid::Ellipsoid;
+pub use ellipsoid::{Ellipsoid, Figure};
 
+use fsw_core::orbit::body::CentralBody;
 use std::f64::consts::PI;
 
 /// Equatorial radius (WGS84), km.
@@ -47,7 +49,9 @@ pub const POLE_KM: f64 = 6_356.752_314_245;
 /// The looks of the Earth, and the part of the optics that its light passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EarthModel {
-    /// Irradiance by the Sun at the Earth between 500 and 900 nm, W/m².
+    /// The body.
+    pub body: CentralBody,
+    /// Irradiance by the Sun at the body between 500 and 900 nm, W/m².
     pub irradiance_w_m2: f64,
     /// Diameter of the aperture, m.
     pub aperture_m: f64,
@@ -75,6 +79,9 @@ pub struct EarthModel {
     pub scale_height_km: f64,
     /// Height over which clouds at the limb lose a factor e of their cover, km.
     pub cloud_top_km: f64,
+    /// Vertical optical depth of dust that is mixed with the air; 0: the air is the Earth's, molecules and
+    /// haze.
+    pub dust_depth: f64,
     /// Brightness of thick air at the limb over that of the surface below.
     pub air_brightness: f64,
     /// What makes the limb stand higher here than there.
@@ -98,6 +105,7 @@ pub struct EarthModel {
 impl Default for EarthModel {
     fn default() -> Self {
         Self {
+            body: CentralBody::Earth,
             irradiance_w_m2: 500.0,
             aperture_m: 0.010,
             mirror_transmission: 0.09,
@@ -112,6 +120,7 @@ impl Default for EarthModel {
             limb_haze: 0.7,
             scale_height_km: 8.0,
             cloud_top_km: 3.0,
+            dust_depth: 0.0,
             air_brightness: 0.45,
             horizon: horizon::Family::Noise,
             height_variation_km: 1.5,
@@ -125,6 +134,55 @@ impl Default for EarthModel {
 }
 
 impl EarthModel {
+    /// The looks of a body. Albedo varies by the Earth's noise, whose contrast is less.
+    ///
+    /// Moon: no air; the ground's albedo 0.12 after Lommel and Seeliger, darkness where the whole disc of the
+    /// Sun has set. Its terrain is noise of cells of 755 km and, half as much, of 180 and 90 km, together 2.0
+    /// km: the deviation of LOLA's heights from 1737.4 km is about that (Smith et al. 2010, Geophys. Res.
+    /// Lett. 37, L18204; -9.1 to 10.8 km).
+    ///
+    /// Mars: dust of a vertical optical depth of 0.5 (Lemmon et al. 2015, Icarus 251, 96: 0.3 to 1 but in
+    /// storms), mixed with air of a scale height of 11 km, bright at the limb as haze. Along the limb it is
+    /// thick to 34 km, half bright at 31 km; Viking's pictures show haze above 35 km (NASA SP-441, ch. 12)
+    /// and Jaquin, Gierasch and Kahn (1986, Icarus 68, 442) find its top between 20 and 50 km by season and
+    /// place: here noise of 4.0 km in cells of 1480 km and half as much in smaller ones.
+    pub fn of(body: CentralBody) -> Self {
+        let airless = Self {
+            body,
+            surface: photometry::Photometry::Mixed,
+            season: false,
+            airglow: false,
+            cloud_top_km: 0.1,
+            ..Self::default()
+        };
+        match body {
+            CentralBody::Earth => Self::default(),
+            CentralBody::Moon => Self {
+                mean_albedo: 0.12,
+                cloud_contrast: 0.1,
+                lommel_seeliger: 1.0,
+                limb_haze: 0.0,
+                air_brightness: 0.0,
+                height_variation_km: 1.8,
+                atmosphere_top_km: 0.0,
+                twilight_deg: 0.27,
+                ..airless
+            },
+            CentralBody::Mars => Self {
+                // At 1.52 au.
+                irradiance_w_m2: 215.0,
+                mean_albedo: 0.25,
+                cloud_contrast: 0.25,
+                scale_height_km: 11.0,
+                dust_depth: 0.5,
+                air_brightness: 0.8,
+                height_variation_km: 4.0,
+                atmosphere_top_km: 80.0,
+                ..airless
+            },
+        }
+    }
+
     /// Electrons a second that all the light entering the aperture would free, were none lost before the
     /// detector.
     pub fn aperture_e_s(&self) -> f64 {
@@ -157,6 +215,7 @@ impl EarthModel {
             && (1e-21..=1e-15).contains(&self.photon_j)
             && (1.0..=50.0).contains(&self.scale_height_km)
             && (0.1..=20.0).contains(&self.cloud_top_km)
+            && (0.0..=10.0).contains(&self.dust_depth)
             && (0.0..=10.0).contains(&self.height_variation_km)
             && (0.0..=100.0).contains(&self.atmosphere_top_km)
             && (0.1..=30.0).contains(&self.twilight_deg)

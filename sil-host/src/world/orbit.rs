@@ -1,11 +1,11 @@
 //! Truth orbit: where the satellite is at any time of a run, a pure function.
 //!
 //! In: position and velocity at the start with the forces that act, or the samples of an orbit file; GCRF
-//! axes about the Earth's centre, km and km/s. Out: both at any time of the run.
+//! axes about the central body, km and km/s. Out: both at any time of the run.
 //!
 //! | module | does |
 //! |---|---|
-//! | `elements` | Kepler's elements to a state; what is an orbit about the Earth |
+//! | `elements` | Kepler's elements to a state; what is an orbit about a body |
 //! | [`tle`] | two-line elements to a state |
 //! | [`forces`], [`gravity`], [`atmosphere`], [`radiation`] | acceleration |
 //! | `integrator` | steps from node to node |
@@ -43,12 +43,13 @@ pub mod track;
 
 pub use elements::{check_state, state_of_elements};
 pub use forces::Forces;
-pub use gravity::MU_EARTH;
+pub use gravity::{MU_EARTH, mu_km3_s2};
 
 use super::vector::{length, minus, plus, times};
 use crate::world::attitude::Vector;
 use crate::world::time::civil_time;
 use forces::Dynamics;
+use fsw_core::orbit::body::CentralBody;
 use gravity::Gravity;
 use integrator::Node;
 use std::sync::Arc;
@@ -58,10 +59,6 @@ const TOLERANCE_KM: f64 = 1e-10;
 /// How far the nodes reach beyond the run on either side, s: exposures and rates look a little before and
 /// after.
 const MARGIN_S: f64 = 2.0;
-/// Least distance from the Earth's centre, km: 100 km above the equator.
-pub const LEAST_RADIUS_KM: f64 = 6478.0;
-/// Greatest distance, km: beyond, the Earth no longer rules the orbit.
-pub const GREATEST_RADIUS_KM: f64 = 500_000.0;
 /// Longest run, s.
 pub const LONGEST_S: u32 = 60 * 86_400;
 
@@ -77,21 +74,21 @@ pub enum OrbitError {
     /// The semi-major axis is not positive.
     #[error("semi-major axis {0} km is not positive")]
     SemiMajorAxis(f64),
-    /// The orbit comes too close to the Earth.
-    #[error("perigee at {0:.1} km from the Earth's centre is below {LEAST_RADIUS_KM} km")]
-    Perigee(f64),
-    /// The orbit leaves the Earth too far.
-    #[error("apogee at {0:.0} km from the Earth's centre is beyond {GREATEST_RADIUS_KM} km")]
-    Apogee(f64),
+    /// The orbit comes too close to the body.
+    #[error("perigee at {0:.1} km from the centre is below {1} km")]
+    Perigee(f64, f64),
+    /// The orbit leads too far, where the body no longer rules it.
+    #[error("apogee at {0:.0} km from the centre is beyond {1} km")]
+    Apogee(f64, f64),
     /// The velocity is enough to escape.
-    #[error("a speed of {0:.3} km/s leaves the Earth")]
+    #[error("a speed of {0:.3} km/s leaves the body")]
     Escape(f64),
     /// The run is too long.
     #[error("{0} s is longer than {LONGEST_S} s")]
     Duration(u32),
     /// The satellite comes down.
-    #[error("{0:.0} s after the start the satellite is below {LEAST_RADIUS_KM} km from the Earth's centre")]
-    Ground(f64),
+    #[error("{0:.0} s after the start the satellite is below {1} km from the centre")]
+    Ground(f64, f64),
     /// The run is not inside the file: its first and last instant, TT, µs since J2000.
     #[error("the run is not within {} to {} UTC, which the file spans", civil_time::utc_text(*.0), civil_time::utc_text(*.1))]
     Span(i64, i64),
@@ -109,16 +106,18 @@ pub enum OrbitError {
 /// An orbit over the time of a run; a copy is cheap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TruthOrbit {
+    body: CentralBody,
     start_us: i64,
     /// The first begins before the start, the last ends after the end.
     pieces: Arc<[Piece]>,
 }
 
 impl TruthOrbit {
-    /// Flies from `start_us` (TT since J2000) over `seconds` under all forces ([`Forces::default`]).
+    /// Flies about the Earth from `start_us` (TT since J2000) over `seconds` under all forces
+    /// ([`Forces::default`]).
     ///
     /// # Errors
-    /// When the start is no orbit about the Earth that clears it, or the air brings the satellite down.
+    /// When the start is no orbit that clears the body, or the air brings the satellite down.
     pub fn new(
         start_us: i64,
         position_km: Vector,
@@ -128,7 +127,7 @@ impl TruthOrbit {
         Self::with_forces(start_us, position_km, velocity_km_s, seconds, &Forces::default())
     }
 
-    /// As [`Self::new`], under other forces.
+    /// As [`Self::new`], under other forces and about their body.
     ///
     /// # Errors
     /// As [`Self::new`]; or when the Earth's orientation is not known over the run.
@@ -139,12 +138,12 @@ impl TruthOrbit {
         seconds: u32,
         forces: &Forces,
     ) -> Result<Self, OrbitError> {
-        check_state(position_km, velocity_km_s)?;
+        check_state(forces.body, position_km, velocity_km_s)?;
         let end_us = start_us + i64::from(seconds) * 1_000_000;
         if let Some(day_us) = forces.orientation.missing(start_us, end_us) {
             return Err(OrbitError::Orientation(day_us));
         }
-        let gravity = Gravity::egm2008(forces.gravity_degree, forces.gravity_order);
+        let gravity = Gravity::about(forces.body, forces.gravity_degree, forces.gravity_order);
         let dynamics = Dynamics::new(start_us, gravity, forces);
         Self::fly(dynamics, position_km, velocity_km_s, seconds, TOLERANCE_KM)
     }
@@ -159,24 +158,26 @@ impl TruthOrbit {
         if seconds > LONGEST_S {
             return Err(OrbitError::Duration(seconds));
         }
-        let start_us = dynamics.start_us();
+        let (start_us, body) = (dynamics.start_us(), dynamics.body());
+        let [least_km, _] = body.facts().orbit_km;
+        let mu = mu_km3_s2(body);
         let mut acceleration = |t_s, r, v| dynamics.acceleration(t_s, r, v);
         let start =
             Node { t_s: 0.0, position, velocity, acceleration: acceleration(0.0, position, velocity) };
         let (before, _) = integrator::step(&mut acceleration, &start, -MARGIN_S, tolerance_km);
-        let flies = |node: &Node| length(node.position) >= LEAST_RADIUS_KM;
+        let flies = |node: &Node| length(node.position) >= least_km;
         let until_s = f64::from(seconds) + MARGIN_S;
-        let way = integrator::integrate(&mut acceleration, start, until_s, tolerance_km, flies);
+        let way = integrator::integrate(&mut acceleration, mu, start, until_s, tolerance_km, flies);
         match way.last() {
-            Some(last) if !flies(last) => Err(OrbitError::Ground(last.t_s)),
+            Some(last) if !flies(last) => Err(OrbitError::Ground(last.t_s, least_km)),
             _ => {
                 let nodes: Vec<Node> = std::iter::once(before).chain(way).collect();
-                Ok(Self::through(start_us, &nodes))
+                Ok(Self::through(body, start_us, &nodes))
             }
         }
     }
 
-    /// Follows the samples of an orbit file from `start_us` over `seconds`.
+    /// Follows the samples of an orbit file about the Earth from `start_us` over `seconds`.
     ///
     /// # Errors
     /// When the run is not within the samples, these are too few or too far apart, or the Earth's orientation
@@ -188,11 +189,17 @@ impl TruthOrbit {
         orientation: &crate::world::time::earth_orientation::EarthOrientation,
     ) -> Result<Self, OrbitError> {
         let nodes = track::nodes(samples, start_us, seconds, orientation)?;
-        Ok(Self::through(start_us, &nodes))
+        Ok(Self::through(CentralBody::Earth, start_us, &nodes))
     }
 
-    fn through(start_us: i64, nodes: &[Node]) -> Self {
-        Self { start_us, pieces: nodes.windows(2).map(|pair| Piece::between(&pair[0], &pair[1])).collect() }
+    fn through(body: CentralBody, start_us: i64, nodes: &[Node]) -> Self {
+        let pieces = nodes.windows(2).map(|pair| Piece::between(&pair[0], &pair[1])).collect();
+        Self { body, start_us, pieces }
+    }
+
+    /// What it leads about.
+    pub fn body(&self) -> CentralBody {
+        self.body
     }
 
     /// The instant of `t_s` = 0, TT, µs since J2000.0.

@@ -5,7 +5,7 @@
 //! code's.
 
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::constants::EARTH_RADIUS_KM;
+use fsw_core::orbit::body::{CentralBody, EARTH};
 use fsw_core::orbit::dynamics::Transition;
 use fsw_core::orbit::forces::{Dynamics, Forces};
 use fsw_core::orbit::parameters::OrbitParameters;
@@ -61,8 +61,11 @@ impl Start {
         perigee_deg: f64,
         anomaly_deg: f64,
     ) -> Self {
-        let (position_km, velocity_km_s) =
-            state_of_elements(a_km, e, inclination_deg, node_deg, perigee_deg, anomaly_deg).unwrap();
+        let (position_km, velocity_km_s) = state_of_elements(
+            CentralBody::Earth,
+            [a_km, e, inclination_deg, node_deg, perigee_deg, anomaly_deg],
+        )
+        .unwrap();
         Self { position_km, velocity_km_s, period_s: TAU * (a_km.powi(3) / MU_KM3_S2).sqrt() }
     }
 
@@ -233,8 +236,8 @@ fn the_process_noise_covers_the_gravity_that_is_left_out() {
     };
     println!("| height km | rms error m after 1/4, 1, 3 revolutions, a day | of the filter's sigma |");
     for height_km in [300.0, 450.0, 800.0, 1_350.0] {
-        let radius_km = EARTH_RADIUS_KM + height_km;
-        let noise = f64::from(flown.gravity_noise_km_s15) * (EARTH_RADIUS_KM / radius_km).powi(12);
+        let radius_km = EARTH.radius_km + height_km;
+        let noise = f64::from(flown.gravity_noise_km_s15) * (EARTH.radius_km / radius_km).powi(12);
         let noise = noise.hypot(f64::from(flown.force_noise_km_s15));
         let (mut squares, mut sigmas) = ([0.0; 4], Vec::new());
         let (inclinations, nodes) = ([30.0, 52.0, 75.0, 98.0], [0.0, 100.0, 200.0, 300.0]);

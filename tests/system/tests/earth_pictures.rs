@@ -5,6 +5,7 @@
 //! invented, so nothing is compared point by point: only how the brightness is spread, how it falls towards
 //! the limb, and how it changes with distance.
 
+use fsw_core::orbit::body::CentralBody;
 use fsw_hal::Window;
 use sil_host::formats::camera_file::CameraFile;
 use sil_host::formats::picture::Picture;
@@ -63,7 +64,9 @@ impl Disc {
         // 2026-08-21T12:00 UTC, the day of the year of the pictures; the Sun's right ascension is then 150.5
         // deg.
         const START_US: i64 = 840_585_669_184_000;
-        let (r, v) = state_of_elements(42_164.17, 0.0, 0.0, 0.0, 0.0, 150.5 + hour_angle_deg).unwrap();
+        let (r, v) =
+            state_of_elements(CentralBody::Earth, [42_164.17, 0.0, 0.0, 0.0, 0.0, 150.5 + hour_angle_deg])
+                .unwrap();
         let trajectory = Trajectory {
             orbit: TruthOrbit::new(START_US, r, v, 60).unwrap(),
             // x along flight, east; y south.

@@ -5,6 +5,7 @@
 
 mod attitude_sets;
 mod bad_input;
+mod bodies;
 mod book;
 mod c_face;
 mod calibrate;

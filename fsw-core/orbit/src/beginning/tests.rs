@@ -133,14 +133,23 @@ fn one_false_fix_tells_nothing() {
 
 #[test]
 fn an_orbit_is_bound_and_above_the_ground() {
-    assert!(is_orbit(&circular(6_828.0, 51.6)) && is_orbit(&circular(42_164.0, 0.1)));
+    assert!(
+        is_orbit(CentralBody::Earth, &circular(6_828.0, 51.6))
+            && is_orbit(CentralBody::Earth, &circular(42_164.0, 0.1))
+    );
     let low = circular(7_000.0, 0.0);
     for factor in [0.0, 0.8, 1.5] {
-        assert!(!is_orbit(&OrbitState { velocity_km_s: low.velocity_km_s * factor, ..low }), "{factor}");
+        assert!(
+            !is_orbit(CentralBody::Earth, &OrbitState { velocity_km_s: low.velocity_km_s * factor, ..low }),
+            "{factor}"
+        );
     }
     for x in [f64::NAN, f64::INFINITY] {
-        assert!(!is_orbit(&OrbitState { velocity_km_s: Vector3::new(x, 0.0, 0.0), ..low }));
-        assert!(!is_orbit(&OrbitState { position_km: Vector3::new(x, 0.0, 0.0), ..low }));
+        assert!(!is_orbit(
+            CentralBody::Earth,
+            &OrbitState { velocity_km_s: Vector3::new(x, 0.0, 0.0), ..low }
+        ));
+        assert!(!is_orbit(CentralBody::Earth, &OrbitState { position_km: Vector3::new(x, 0.0, 0.0), ..low }));
     }
 }
 
@@ -167,7 +176,7 @@ fn a_trial_goes_on_when_no_fix_comes_any_more() {
 #[test]
 fn the_place_by_the_last_fix_is_surely_within_what_an_orbit_may_have_moved() {
     let mut beginning = Beginning::new();
-    assert!(beginning.place(0).is_none());
+    assert!(beginning.place(CentralBody::Earth, 0).is_none());
     for radius_km in [6_828.0, 42_164.0] {
         let start = circular(radius_km, 51.6);
         beginning.add(
@@ -176,12 +185,12 @@ fn the_place_by_the_last_fix_is_surely_within_what_an_orbit_may_have_moved() {
             &Matrix3::identity(),
             &OrbitParameters::default(),
         );
-        let (position_km, covariance_km2) = beginning.place(start.time_us).unwrap();
+        let (position_km, covariance_km2) = beginning.place(CentralBody::Earth, start.time_us).unwrap();
         assert_eq!(position_km, start.position_km);
         assert!((covariance_km2 - Matrix3::identity() * 25.0).norm() < 1e-6);
         for seconds in [1, 10, 100] {
             let truth = Forces::J2.propagate(&start, seconds * 1_000_000).unwrap();
-            let (position_km, covariance_km2) = beginning.place(truth.time_us).unwrap();
+            let (position_km, covariance_km2) = beginning.place(CentralBody::Earth, truth.time_us).unwrap();
             let moved = truth.position_km - position_km;
             // A circular orbit has 0.71 of the speed of escape, which is that of all axes together.
             let square = moved.dot(&(covariance_km2.try_inverse().unwrap() * moved));
@@ -189,8 +198,9 @@ fn the_place_by_the_last_fix_is_surely_within_what_an_orbit_may_have_moved() {
         }
     }
     beginning.shift_epoch(5_000_000);
-    let (_, covariance_km2) = beginning.place(circular(42_164.0, 51.6).time_us + 5_000_000).unwrap();
+    let (_, covariance_km2) =
+        beginning.place(CentralBody::Earth, circular(42_164.0, 51.6).time_us + 5_000_000).unwrap();
     assert!((covariance_km2 - Matrix3::identity() * 25.0).norm() < 1e-6);
     beginning.forget();
-    assert!(beginning.place(0).is_none());
+    assert!(beginning.place(CentralBody::Earth, 0).is_none());
 }

@@ -1,16 +1,16 @@
 use super::*;
-use crate::constants::MU_EARTH_KM3_S2;
+use crate::body::EARTH;
 use std::vec::Vec;
 
 fn moved(before: &Motion, by: &Motion) -> (Motion, Option<Turn>) {
     let (mut position_km, mut velocity_km_s) = *before;
-    let turn = correct_state(&mut position_km, &mut velocity_km_s, by);
+    let turn = correct_state(EARTH.mu_km3_s2, &mut position_km, &mut velocity_km_s, by);
     ((position_km, velocity_km_s), turn)
 }
 
 fn circle() -> Motion {
     let radius: f64 = 6828.0;
-    let speed = (MU_EARTH_KM3_S2 / radius).sqrt();
+    let speed = (EARTH.mu_km3_s2 / radius).sqrt();
     (Vector3::new(radius, 0.0, 0.0), Vector3::new(0.0, 0.6 * speed, 0.8 * speed))
 }
 
@@ -29,7 +29,7 @@ fn a_correction_along_a_circle_stays_on_it() {
     // The matrix turns the position, and whatever is constant along the orbit stays so: the energy.
     let turn = nalgebra::Matrix6::from_fn(|row, column| turn.unwrap()[row][column]);
     let energy = |at: &Motion| {
-        let gradient = at.0 * (MU_EARTH_KM3_S2 / at.0.norm().powi(3));
+        let gradient = at.0 * (EARTH.mu_km3_s2 / at.0.norm().powi(3));
         nalgebra::RowVector6::from_iterator(gradient.iter().chain(at.1.iter()).copied())
     };
     let kept = energy(&after) * turn - energy(&before);
@@ -44,7 +44,7 @@ fn a_correction_means_the_same_orbit_wherever_it_is_made() {
     let along = before.1.normalize();
     // 300 km ahead, and the velocity of the same orbit there.
     let by = (along * 300.0, -before.0.normalize() * (before.1.norm() * 300.0 / before.0.norm()));
-    let axis_km = |at: &Motion| 1.0 / (2.0 / at.0.norm() - at.1.norm_squared() / MU_EARTH_KM3_S2);
+    let axis_km = |at: &Motion| 1.0 / (2.0 / at.0.norm() - at.1.norm_squared() / EARTH.mu_km3_s2);
     let straight = plus(&before, 1.0, &by);
     assert!((axis_km(&straight) - axis_km(&before)).abs() > 10.0);
     assert!((axis_km(&moved(&before, &by).0) - axis_km(&before)).abs() < 0.01);
@@ -58,8 +58,12 @@ fn the_matrix_is_the_derivative_of_the_move() {
     let (after, turn) = moved(&before, &by);
     let turn = turn.unwrap();
     let shift = (Vector3::new(0.0006, -0.0003, 0.0007), Vector3::new(1e-6, 2e-6, -1e-6));
-    let change = change(&before, &by, STEP / 0.022).unwrap();
-    let other = elements(&plus(&before, 1.0, &shift)).unwrap().plus(&change).state().unwrap();
+    let change = change(EARTH.mu_km3_s2, &before, &by, STEP / 0.022).unwrap();
+    let other = elements(EARTH.mu_km3_s2, &plus(&before, 1.0, &shift))
+        .unwrap()
+        .plus(&change)
+        .state(EARTH.mu_km3_s2)
+        .unwrap();
     let numbers: Vec<f64> = shift.0.iter().chain(shift.1.iter()).copied().collect();
     let by_matrix = turn.map(|row| row.iter().zip(&numbers).map(|(t, x)| t * x).sum::<f64>());
     let apart = (other.0 - after.0, other.1 - after.1);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::body::EARTH;
 use crate::forces::Dynamics;
 use crate::reference::{self, circular, orbit_file, period_s, samples, time_us};
 use std::vec::Vec;
@@ -36,8 +37,8 @@ fn a_point_mass_keeps_energy_and_closes_the_ellipse() {
     let mut start = circular(7_000.0, 98.0);
     start.velocity_km_s *= 1.1;
     let energy =
-        |s: &OrbitState| 0.5 * s.velocity_km_s.norm_squared() - MU_EARTH_KM3_S2 / s.position_km.norm();
-    let axis = -0.5 * MU_EARTH_KM3_S2 / energy(&start);
+        |s: &OrbitState| 0.5 * s.velocity_km_s.norm_squared() - EARTH.mu_km3_s2 / s.position_km.norm();
+    let axis = -0.5 * EARTH.mu_km3_s2 / energy(&start);
     let end = carry(&Forces::KEPLER, &start, start.time_us + (period_s(axis) * 1e6) as i64, 20);
     assert!((energy(&end) / energy(&start) - 1.0).abs() < 1e-9);
     assert!(apart_m(&start, &end) < 1.0, "{}", apart_m(&start, &end));
@@ -54,7 +55,8 @@ fn there_and_back_is_the_same_place() {
 fn the_bulge_is_that_of_the_reference_field() {
     // Against the potential's gradient by Cunningham's recursion, whose tesserals of degree two are 2e-3 of
     // the bulge.
-    let field = |bulge_km2| Field { bulge_km2, pole: Vector3::z(), perturbations: None };
+    let field =
+        |bulge_km2| Field { mu_km3_s2: EARTH.mu_km3_s2, bulge_km2, pole: Vector3::z(), perturbations: None };
     for (x, y, z) in [
         (6_828.0, 0.0, 0.0),
         (0.0, 5_000.0, 5_000.0),
@@ -187,7 +189,7 @@ fn what_no_satellite_does_is_refused() {
     let dropped = OrbitState { velocity_km_s: Vector3::new(-15.0, 0.0, 0.0), ..good };
     assert_eq!(FULL.propagate(&dropped, MAX_SPAN_US), Err(PropagationError::Impossible));
     // At the Moon's place the pull stays finite.
-    let moon = crate::ephemeris::Bodies::at(0).moon_km;
+    let moon = crate::ephemeris::Bodies::at(crate::body::CentralBody::Earth, 0).neighbour_km;
     let there = OrbitState { time_us: 0, position_km: moon, velocity_km_s: Vector3::zeros() };
     assert!(FULL.propagate(&there, 1_000_000).is_ok());
 }

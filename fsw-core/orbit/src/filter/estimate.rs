@@ -3,6 +3,7 @@
 use super::{MAX_GAP_US, MAX_SPANS, ResetReason};
 use crate::OrbitState;
 use crate::beginning::FirstOrbit;
+use crate::body::CentralBody;
 use crate::constants::{LIGHT_KM_S, MICROSECONDS};
 use crate::curvilinear::correct_state;
 use crate::dynamics::{MAX_SPAN_US, PropagationError, plausible};
@@ -95,6 +96,8 @@ impl Nis {
 /// State, covariance and history of the filter.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
+    /// What is flown about.
+    pub(super) body: CentralBody,
     pub(super) state: OrbitState,
     /// The horizon model's states; 0 for the others.
     pub(super) horizon: Row,
@@ -126,6 +129,7 @@ impl Estimate {
     pub(super) const fn new() -> Self {
         let nothing = Vector3::new(0.0, 0.0, 0.0);
         Self {
+            body: CentralBody::Earth,
             state: OrbitState { time_us: 0, position_km: nothing, velocity_km_s: nothing },
             horizon: [0.0; STATES],
             misalignment: Vector3::new(0.0, 0.0, 0.0),
@@ -147,10 +151,13 @@ impl Estimate {
     #[inline(never)]
     pub(super) fn begin(&mut self, first: &FirstOrbit, parameters: &OrbitParameters) -> bool {
         let FirstOrbit { state, root, misaligned } = first;
-        if !plausible(&state.position_km, &state.velocity_km_s) {
+        let body = parameters.body;
+        if !plausible(body, &state.position_km, &state.velocity_km_s) {
             return false;
         }
-        let Some(geometry) = LimbGeometry::of(state, &pole_axis(state.time_us)) else { return false };
+        let pole = pole_axis(body, state.time_us);
+        let Some(geometry) = LimbGeometry::of(body, state, &pole) else { return false };
+        self.body = body;
         let (horizon, sigmas) = horizon::prior(&geometry, parameters);
         self.factor.begin(&sigmas);
         for (column, elements) in root.data.0.iter().enumerate() {
@@ -185,7 +192,7 @@ impl Estimate {
 
     /// Whether state and covariance are within their bounds.
     pub(super) fn is_valid(&self) -> bool {
-        plausible(&self.state.position_km, &self.state.velocity_km_s)
+        plausible(self.body, &self.state.position_km, &self.state.velocity_km_s)
             && self.horizon.iter().all(|value| libm::fabsf(*value) < 1e4)
             && self.misalignment.iter().all(|angle| libm::fabsf(*angle) < GREATEST_MISALIGNMENT_RAD)
             && self.factor.is_valid()
@@ -198,7 +205,7 @@ impl Estimate {
         let singles = [&self.horizon[..], self.misalignment.as_slice()].map(word_sum::of_singles);
         let longs =
             [*time_us as u64, self.next_look_us as u64, self.noise_s.to_bits()].map(word_sum::of_long);
-        let parts = doubles.into_iter().chain(singles).chain(longs);
+        let parts = doubles.into_iter().chain(singles).chain(longs).chain([self.body as u32]);
         parts.fold(self.factor.word_sum(), u32::wrapping_add)
     }
 
@@ -274,7 +281,7 @@ impl Estimate {
     }
 
     fn geometry(&self) -> Option<LimbGeometry> {
-        LimbGeometry::of(&self.state, &pole_axis(self.state.time_us))
+        LimbGeometry::of(self.body, &self.state, &pole_axis(self.body, self.state.time_us))
     }
 
     /// Takes the limb points of a second into the look under way, or into a new one where it is time.
@@ -387,8 +394,8 @@ impl Estimate {
         Taking { look, seen, misalignment, shares }: &Taking,
         parameters: &OrbitParameters,
     ) -> Option<Rows> {
-        let geometry = LimbGeometry::of(seen, &pole_axis(seen.time_us))?;
-        let pole = pole_axis(self.state.time_us).map(|axis| axis as f32);
+        let geometry = LimbGeometry::of(self.body, seen, &pole_axis(self.body, seen.time_us))?;
+        let pole = pole_axis(self.body, self.state.time_us).map(|axis| axis as f32);
         let path = self.to_icrs.transpose();
         let lag_s = self.lag_s(look);
         let now_seen = self.seen(look, parameters)?;
@@ -465,7 +472,7 @@ impl Estimate {
         let [x, y, z, vx, vy, vz, ..] = correction.map(f64::from);
         let by = (Vector3::new(x, y, z), Vector3::new(vx, vy, vz));
         let OrbitState { position_km, velocity_km_s, .. } = &mut self.state;
-        if let Some(turn) = correct_state(position_km, velocity_km_s, &by) {
+        if let Some(turn) = correct_state(self.body.facts().mu_km3_s2, position_km, velocity_km_s, &by) {
             self.factor.propagate(&turn.map(|row| row.map(|element| element as f32)));
         }
         self.factor.settle();

@@ -1,7 +1,7 @@
 //! Behaviour at the doors here; accuracy and consistency in `campaign`.
 
 use super::*;
-use crate::constants::EARTH_RADIUS_KM;
+use crate::body::{CentralBody, EARTH};
 use crate::factor::STATES;
 use crate::parameters::Misalignment;
 use crate::reference::circular;
@@ -187,7 +187,7 @@ fn an_orbit_that_is_no_longer_known_is_stale() {
 /// Rows of a fix in the direction of `x` from a state there.
 fn rows(fix: &PositionFix, unit: bool) -> [(crate::factor::Row, f32); 3] {
     let state = OrbitState { time_us: 0, ..circular(7_000.0, 90.0) };
-    rows_of(fix, &state, &Matrix3::identity(), (unit, 1.0, 0.0)).unwrap()
+    rows_of(CentralBody::Earth, fix, &state, &Matrix3::identity(), (unit, 1.0, 0.0)).unwrap()
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn a_start_many_earth_radii_off_converges() {
         for radii in [0.5, 1.0, 3.0, 10.0, 100.0] {
             let mut truth = circular(42_164.0, 0.1);
             let mut filter = OrbitFilter::new();
-            let off = radii * EARTH_RADIUS_KM;
+            let off = radii * EARTH.radius_km;
             let wrong = OrbitState { position_km: truth.position_km * (1.0 + off / 42_164.0), ..truth };
             let taken = filter.initialise(wrong, off, 1.0, &parameters);
             // 0.02 deg across, 100 km along, a fix in 20 s, for 18 hours.

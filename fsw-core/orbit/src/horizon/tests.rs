@@ -1,8 +1,9 @@
 use super::*;
+use crate::body::{CentralBody, EARTH};
 use crate::reference::circular;
 
 fn geometry(radius_km: f64) -> LimbGeometry {
-    LimbGeometry::of(&circular(radius_km, 51.6), &Vector3::z()).unwrap()
+    LimbGeometry::of(CentralBody::Earth, &circular(radius_km, 51.6), &Vector3::z()).unwrap()
 }
 
 fn at(waves_of: &[f32; WAVES], azimuth: f32) -> f32 {
@@ -12,10 +13,10 @@ fn at(waves_of: &[f32; WAVES], azimuth: f32) -> f32 {
 /// Height of the limb from a moved place about the limb from here: the angle beyond it, by bisection in f64.
 fn height_km(radius_km: f64, moved_km: &Vector3<f64>, azimuth: f64) -> f64 {
     let place = moved_km - Vector3::new(0.0, 0.0, radius_km);
-    let cone = (EARTH_RADIUS_KM / radius_km).asin();
+    let cone = (EARTH.radius_km / radius_km).asin();
     let passes = |angle: f64| {
         let ray = Vector3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
-        place.cross(&ray).norm() > EARTH_RADIUS_KM
+        place.cross(&ray).norm() > EARTH.radius_km
     };
     let (mut inside, mut outside) = (cone - 0.4, cone + 0.4);
     for _ in 0..60 {
@@ -118,7 +119,7 @@ fn the_fields_variances_are_those_of_its_sigma() {
 #[test]
 fn there_is_no_limb_inside_the_earth_and_none_without_a_plane() {
     let state = circular(6_378.2, 10.0);
-    assert!(LimbGeometry::of(&state, &Vector3::z()).is_none());
+    assert!(LimbGeometry::of(CentralBody::Earth, &state, &Vector3::z()).is_none());
     let falling = OrbitState { velocity_km_s: -circular(7_000.0, 0.0).position_km, ..circular(7_000.0, 0.0) };
-    assert!(LimbGeometry::of(&falling, &Vector3::z()).is_none());
+    assert!(LimbGeometry::of(CentralBody::Earth, &falling, &Vector3::z()).is_none());
 }

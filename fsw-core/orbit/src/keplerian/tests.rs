@@ -1,4 +1,5 @@
 use super::*;
+use crate::body::EARTH;
 use core::f64::consts::FRAC_PI_2;
 use proptest::prelude::*;
 
@@ -23,8 +24,8 @@ proptest! {
         let given = Keplerian {
             semi_major_axis_km, eccentricity, inclination_rad, node_rad, perigee_rad, anomaly_rad,
         };
-        let (r, v) = given.state().unwrap();
-        let back = Keplerian::of(&r, &v).unwrap();
+        let (r, v) = given.state(EARTH.mu_km3_s2).unwrap();
+        let back = Keplerian::of(EARTH.mu_km3_s2, &r, &v).unwrap();
         prop_assert!((back.semi_major_axis_km / semi_major_axis_km - 1.0).abs() < 1e-9);
         prop_assert!((back.eccentricity - eccentricity).abs() < 1e-10);
         prop_assert!((back.inclination_rad - inclination_rad).abs() < 1e-10);
@@ -34,7 +35,7 @@ proptest! {
         for angle in [back.node_rad, back.perigee_rad, back.anomaly_rad] {
             prop_assert!((0.0..TAU).contains(&angle));
         }
-        prop_assert!(apart(back.state().unwrap(), (r, v)) < 1e-9);
+        prop_assert!(apart(back.state(EARTH.mu_km3_s2).unwrap(), (r, v)) < 1e-9);
     }
 
     #[test]
@@ -42,7 +43,7 @@ proptest! {
         r in prop::array::uniform3(-1e6..1e6f64),
         v in prop::array::uniform3(-20.0..20.0f64),
     ) {
-        if let Some(of) = Keplerian::of(&r.into(), &v.into()) {
+        if let Some(of) = Keplerian::of(EARTH.mu_km3_s2, &r.into(), &v.into()) {
             let Keplerian { semi_major_axis_km, eccentricity, inclination_rad, node_rad, .. } = of;
             let all = [semi_major_axis_km, eccentricity, inclination_rad, node_rad, of.perigee_rad, of.anomaly_rad];
             prop_assert!(all.iter().all(|element| element.is_finite()));
@@ -63,8 +64,8 @@ fn the_singular_cases_are_exact() {
                 perigee_rad: if eccentricity == 0.0 { 0.0 } else { 4.0 },
                 anomaly_rad: 5.0,
             };
-            let (r, v) = given.state().unwrap();
-            let back = Keplerian::of(&r, &v).unwrap();
+            let (r, v) = given.state(EARTH.mu_km3_s2).unwrap();
+            let back = Keplerian::of(EARTH.mu_km3_s2, &r, &v).unwrap();
             assert!((back.inclination_rad - inclination_rad).abs() < 1e-9, "{back:?}");
             for (angle, from) in [
                 (back.node_rad, given.node_rad),
@@ -73,7 +74,7 @@ fn the_singular_cases_are_exact() {
             ] {
                 assert!(turn(angle, from).abs() < 1e-9, "{given:?} {back:?}");
             }
-            assert!(apart(back.state().unwrap(), (r, v)) < 1e-10);
+            assert!(apart(back.state(EARTH.mu_km3_s2).unwrap(), (r, v)) < 1e-10);
         }
     }
 }
@@ -83,7 +84,7 @@ fn the_worked_example_of_the_textbook() {
     // Vallado, Fundamentals of Astrodynamics, example 2-5.
     let r = Vector3::new(6524.834, 6862.875, 6448.296);
     let v = Vector3::new(4.901327, 5.533756, -1.976341);
-    let of = Keplerian::of(&r, &v).unwrap();
+    let of = Keplerian::of(EARTH.mu_km3_s2, &r, &v).unwrap();
     let degrees = [of.inclination_rad, of.node_rad, of.perigee_rad, of.anomaly_rad].map(f64::to_degrees);
     assert!((of.semi_major_axis_km - 36_127.343).abs() < 0.01, "{of:?}");
     assert!((of.eccentricity - 0.832_853).abs() < 1e-6);
@@ -95,11 +96,11 @@ fn the_worked_example_of_the_textbook() {
 #[test]
 fn what_is_no_closed_orbit_is_refused() {
     let r = Vector3::new(7000.0, 0.0, 0.0);
-    assert!(Keplerian::of(&r, &Vector3::new(0.0, 11.0, 0.0)).is_none());
-    assert!(Keplerian::of(&r, &Vector3::new(0.0, f64::NAN, 0.0)).is_none());
-    assert!(Keplerian::of(&r, &r).is_none());
-    let elements = Keplerian::of(&r, &Vector3::new(0.0, 7.5, 1.0)).unwrap();
-    assert!(Keplerian { eccentricity: 1.0, ..elements }.state().is_none());
-    assert!(Keplerian { anomaly_rad: f64::NAN, ..elements }.state().is_none());
-    assert!(Keplerian { semi_major_axis_km: -1.0, ..elements }.state().is_none());
+    assert!(Keplerian::of(EARTH.mu_km3_s2, &r, &Vector3::new(0.0, 11.0, 0.0)).is_none());
+    assert!(Keplerian::of(EARTH.mu_km3_s2, &r, &Vector3::new(0.0, f64::NAN, 0.0)).is_none());
+    assert!(Keplerian::of(EARTH.mu_km3_s2, &r, &r).is_none());
+    let elements = Keplerian::of(EARTH.mu_km3_s2, &r, &Vector3::new(0.0, 7.5, 1.0)).unwrap();
+    assert!(Keplerian { eccentricity: 1.0, ..elements }.state(EARTH.mu_km3_s2).is_none());
+    assert!(Keplerian { anomaly_rad: f64::NAN, ..elements }.state(EARTH.mu_km3_s2).is_none());
+    assert!(Keplerian { semi_major_axis_km: -1.0, ..elements }.state(EARTH.mu_km3_s2).is_none());
 }

@@ -1,6 +1,6 @@
 use super::*;
-use crate::constants::{J2, MU_EARTH_KM3_S2};
-use crate::dynamics::{HIGHEST_KM, LOWEST_KM};
+
+use crate::body::{CentralBody, EARTH, MOON};
 use crate::gravity::MAX_DEGREE;
 use crate::reference::field_acceleration;
 use proptest::prelude::*;
@@ -18,11 +18,11 @@ fn the_field_is_that_of_cunninghams_recursion() {
         let distance = r.norm();
         let zonal = {
             let (up, u2) = (r / distance, (z / distance) * (z / distance));
-            let scale = -1.5 * J2 * MU_EARTH_KM3_S2 * EARTH_RADIUS_KM.powi(2) / distance.powi(4);
+            let scale = -1.5 * EARTH.j2 * EARTH.mu_km3_s2 * EARTH.radius_km.powi(2) / distance.powi(4);
             (up * (1.0 - 5.0 * u2) + Vector3::z() * (2.0 * z / distance)) * scale
         };
-        let theirs = field_acceleration(&r, 8) + r * (MU_EARTH_KM3_S2 / distance.powi(3)) - zonal;
-        let ours = gravity::acceleration(&r.map(|axis| axis as f32), 8, 8).map(f64::from);
+        let theirs = field_acceleration(&r, 8) + r * (EARTH.mu_km3_s2 / distance.powi(3)) - zonal;
+        let ours = gravity::acceleration(CentralBody::Earth, &r.map(|axis| axis as f32), 8, 8).map(f64::from);
         let apart = (ours - theirs).norm() / theirs.norm();
         // The rest of the reference's J2, known to 9 digits, is the greatest part.
         assert!(apart < 1e-4, "{r}: {apart}");
@@ -53,14 +53,14 @@ fn densities_are_those_another_program_gives() {
 
 #[test]
 fn sun_and_moon_pull_as_points_do() {
-    let bodies = Bodies::at(0);
+    let bodies = Bodies::at(CentralBody::Earth, 0);
     let forces = Forces { sun_and_moon: true, ..Forces::KEPLER };
     for place in [[6_828.0, 0.0, 0.0], [0.0, -42_164.0, 100.0], [200_000.0, 150_000.0, -50_000.0]] {
         let r = Vector3::from(place);
         let pull = |body: &Vector3<f64>, mu: f64| {
             mu * ((body - r) / (body - r).norm().powi(3) - body / body.norm().powi(3))
         };
-        let theirs = pull(&bodies.sun_km, MU_SUN_KM3_S2) + pull(&bodies.moon_km, MU_MOON_KM3_S2);
+        let theirs = pull(&bodies.sun_km, MU_SUN_KM3_S2) + pull(&bodies.neighbour_km, MOON.mu_km3_s2);
         let ours = Perturbations::at(forces, 0, &bodies).acceleration(&r, &Vector3::zeros(), 0.0);
         assert!((ours - theirs).norm() < 1e-5 * theirs.norm(), "{r}");
     }
@@ -69,7 +69,7 @@ fn sun_and_moon_pull_as_points_do() {
 #[test]
 fn the_shadow_is_a_cone_behind_the_earth() {
     let sun = Vector3::x();
-    let at = |x: f32, y: f32| sunlight(&Vector3::new(x, y, 0.0), &sun);
+    let at = |x: f32, y: f32| sunlight(&Vector3::new(x, y, 0.0), &sun, RADIUS_KM);
     assert_eq!([at(7_000.0, 0.0), at(-7_000.0, 0.0), at(-7_000.0, 6_500.0)], [1.0, 0.0, 1.0]);
     // In GEO the penumbra is 392 km wide.
     assert_eq!([at(-42_164.0, 6_170.0), at(-42_164.0, 6_590.0)], [0.0, 1.0]);
@@ -79,9 +79,9 @@ fn the_shadow_is_a_cone_behind_the_earth() {
 #[test]
 fn light_pushes_away_from_the_sun() {
     let forces = Forces { radiation_m2_kg: 0.013, ..Forces::KEPLER };
-    let sun_km = Bodies::at(0).sun_km;
+    let sun_km = Bodies::at(CentralBody::Earth, 0).sun_km;
     let towards = sun_km.normalize();
-    let pushed = Perturbations::at(forces, 0, &Bodies::at(0)).acceleration(
+    let pushed = Perturbations::at(forces, 0, &Bodies::at(CentralBody::Earth, 0)).acceleration(
         &(towards * 42_164.0),
         &Vector3::zeros(),
         0.0,
@@ -94,7 +94,7 @@ fn light_pushes_away_from_the_sun() {
 proptest! {
     #[test]
     fn every_state_within_bounds_has_a_finite_small_pull(
-        distance_km in LOWEST_KM..HIGHEST_KM,
+        distance_km in EARTH.bounds_km[0]..EARTH.bounds_km[1],
         place in prop::array::uniform3(-1.0..1.0f64),
         velocity in prop::array::uniform3(-30.0..30.0f64),
         time_us in -3_000_000_000_000_000..3_000_000_000_000_000i64,
@@ -105,6 +105,7 @@ proptest! {
         let place = Vector3::from(place);
         prop_assume!(place.norm() > 0.1);
         let forces = Forces {
+            body: CentralBody::Earth,
             degree,
             order: degree,
             sun_and_moon: true,
@@ -112,7 +113,7 @@ proptest! {
             radiation_m2_kg: area_m2_kg,
         };
         let r = place.normalize() * distance_km;
-        let bodies = Bodies::at(time_us);
+        let bodies = Bodies::at(CentralBody::Earth, time_us);
         let velocity = Vector3::from(velocity);
         let small = Perturbations::at(forces, time_us, &bodies).acceleration(&r, &velocity, since_s);
         // The densest air of the table, 5e-7 kg/m³, at 60 km/s on 10 m²/kg.

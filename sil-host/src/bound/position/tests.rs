@@ -24,7 +24,7 @@ fn flown(steps: u32) -> (PositionBound, Vec<Height>, Heights) {
         let next_us = bound.next_us;
         bound.add(&truth, scene.optics());
         if bound.next_us > next_us {
-            let lasts_s = block_s(&truth);
+            let lasts_s = block_s(&truth, PATCH_KM);
             all.extend(bound.heights(&truth, scene.optics(), EDGE_KM * EDGE_KM * EDGE_S / lasts_s));
         }
     }

@@ -6,7 +6,13 @@ use std::path::PathBuf;
 const START_US: i64 = 843_458_400_000_000;
 
 fn name() -> RunName {
-    RunName { object: "a-run".into(), comment: "made up", start_us: START_US, end_us: START_US + 100_000_000 }
+    RunName {
+        object: "a-run".into(),
+        centre: fsw_core::orbit::body::CentralBody::Earth,
+        comment: "made up",
+        start_us: START_US,
+        end_us: START_US + 100_000_000,
+    }
 }
 
 fn scratch(name: &str) -> PathBuf {

@@ -25,7 +25,8 @@ pub(super) fn write(page: &mut String, last: Option<&LastOrbit>) {
     };
     row("Position, km", 3, &report.position_km, &truth.position_km);
     row("Velocity, km/s", 6, &report.velocity_km_s, &truth.velocity_km_s);
-    let sure = Keplerian::of(&Vector3::from(truth.position_km), &Vector3::from(truth.velocity_km_s));
+    let mu = truth.ellipsoid.body().facts().mu_km3_s2;
+    let sure = Keplerian::of(mu, &Vector3::from(truth.position_km), &Vector3::from(truth.velocity_km_s));
     if let Some((of, sure)) = report.elements.zip(sure) {
         let degrees = |angle_rad: f32| f64::from(angle_rad).to_degrees();
         let rows = [

@@ -21,6 +21,7 @@ use crate::world::motion::trajectory::Truth;
 use crate::world::noise::{Noise, Stream};
 use crate::world::time::ephemeris;
 use crate::world::vector::length;
+use fsw_core::orbit::body::CentralBody;
 use fsw_hal::DetectorGeometry;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -65,8 +66,11 @@ impl fmt::Display for Protons {
     }
 }
 
-/// Protons and cosmic rays at an instant, 1/cm²/s.
+/// Protons and cosmic rays at an instant, 1/cm²/s; about Moon and Mars cosmic rays alone.
 pub fn flux_cm2_s(truth: &Truth) -> f64 {
+    if truth.ellipsoid.body() != CentralBody::Earth {
+        return BACKGROUND_CM2_S;
+    }
     let p = crate::world::attitude::apply(truth.ellipsoid.equator(), truth.position_km);
     let latitude = libm::atan2(p[2], libm::hypot(p[0], p[1])).to_degrees();
     let longitude = (libm::atan2(p[1], p[0]) - ephemeris::sidereal_angle(truth.instant_us)).to_degrees();

@@ -1,13 +1,14 @@
-//! The figure of the Earth, seen from a place.
+//! The figure of a body, seen from a place.
 //!
 //! In: the equator of date, a position, directions (ICRS). Out: whether a direction is hidden, how much of
-//! the limb is lit. In axes stretched by (1/a, 1/a, 1/b) the WGS84 ellipsoid is a unit sphere; the ray `p + s
+//! the limb is lit. In axes stretched by (1/a, 1/a, 1/b) the ellipsoid is a unit sphere; the ray `p + s
 //! d` comes closest to its centre at `s = -p'd' / d'd'`, in the distance `rho`. Its height above the
 //! ellipsoid there is `(rho - 1) / |grad rho|`, right to 0.01 km up to 100 km.
 
 use super::{EQUATOR_KM, POLE_KM};
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::vector::{cross, length, minus, plus, times, transposed, unit};
+use fsw_core::orbit::body::CentralBody;
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
@@ -19,9 +20,38 @@ static CIRCLE: LazyLock<Vec<(f64, f64)>> =
 /// Sine of the Sun's elevation from which a limb point counts as lit (3 deg).
 const LIT_SINE: f64 = 0.052_336;
 
+/// Half axes of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figure {
+    /// To the equator, km.
+    pub equator_km: f64,
+    /// To the pole, km.
+    pub pole_km: f64,
+}
+
+impl Figure {
+    /// Those of a body: the Earth's to the digits of WGS84.
+    pub fn of(body: CentralBody) -> Self {
+        let facts = body.facts();
+        match body {
+            CentralBody::Earth => Self { equator_km: EQUATOR_KM, pole_km: POLE_KM },
+            _ => Self { equator_km: facts.radius_km, pole_km: facts.polar_km },
+        }
+    }
+
+    /// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it
+    /// gives the ellipsoid's normal there, not of unit length.
+    pub fn to_sphere(&self, [x, y, z]: Vector) -> Vector {
+        let per_equator = 1.0 / self.equator_km;
+        [x * per_equator, y * per_equator, z * (1.0 / self.pole_km)]
+    }
+}
+
 /// The ellipsoid and a place outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ellipsoid {
+    body: CentralBody,
+    figure: Figure,
     equator: [Vector; 3],
     position: Vector,
     /// The place in the axes in which the ellipsoid is a unit sphere.
@@ -30,8 +60,19 @@ pub struct Ellipsoid {
 
 impl Ellipsoid {
     /// `equator`: ICRS to equator of date; `position` of the observer, ICRS, km.
-    pub fn new(equator: &[Vector; 3], position: Vector) -> Self {
-        Self { equator: *equator, position, place: to_sphere(apply(equator, position)) }
+    pub fn new(body: CentralBody, equator: &[Vector; 3], position: Vector) -> Self {
+        let figure = Figure::of(body);
+        Self { body, figure, equator: *equator, position, place: figure.to_sphere(apply(equator, position)) }
+    }
+
+    /// What body it is.
+    pub fn body(&self) -> CentralBody {
+        self.body
+    }
+
+    /// Its half axes.
+    pub fn figure(&self) -> &Figure {
+        &self.figure
     }
 
     /// ICRS to the equator of date.
@@ -42,14 +83,14 @@ impl Ellipsoid {
     /// Height above the ellipsoid (negative: below) of the point of the ray along `direction` that is nearest
     /// to it, and the distance to there, both km; `None` when the ray leads away.
     pub fn height_km(&self, direction: Vector) -> Option<(f64, f64)> {
-        let d = to_sphere(apply(&self.equator, direction));
+        let d = self.figure.to_sphere(apply(&self.equator, direction));
         let way = -dot(self.place, d) / dot(d, d);
         if way <= 0.0 {
             return None;
         }
         let nearest = plus(self.place, way, d);
         let rho = length(nearest);
-        Some(((rho - 1.0) * rho / length(to_sphere(nearest)), way * length(direction)))
+        Some(((rho - 1.0) * rho / length(self.figure.to_sphere(nearest)), way * length(direction)))
     }
 
     /// Whether a disc of `radius_rad` about `direction` is hidden whole.
@@ -70,8 +111,9 @@ impl Ellipsoid {
         CIRCLE.iter().map(move |(s, c)| {
             let point = plus(plus(times(depth, up), radius * c, east), radius * s, north);
             let [x, y, z] = point;
-            let place = [x * EQUATOR_KM, y * EQUATOR_KM, z * POLE_KM];
-            (apply(&to_icrs, unit(to_sphere(point))), apply(&to_icrs, place))
+            let Figure { equator_km, pole_km } = self.figure;
+            let place = [x * equator_km, y * equator_km, z * pole_km];
+            (apply(&to_icrs, unit(self.figure.to_sphere(point))), apply(&to_icrs, place))
         })
     }
 
@@ -93,13 +135,6 @@ impl Ellipsoid {
     }
 }
 
-/// Stretches equatorial axes so that the ellipsoid becomes a unit sphere. Of a point of that sphere it gives
-/// the ellipsoid's normal there, not of unit length.
-pub fn to_sphere([x, y, z]: Vector) -> Vector {
-    const PER_EQUATOR: f64 = 1.0 / EQUATOR_KM;
-    [x * PER_EQUATOR, y * PER_EQUATOR, z * (1.0 / POLE_KM)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,7 +143,7 @@ mod tests {
 
     #[test]
     fn a_ray_passes_the_equator_and_the_pole_at_the_height_it_should() {
-        let seen = Ellipsoid::new(&EQUATOR, [42_164.0, 0.0, 0.0]);
+        let seen = Ellipsoid::new(CentralBody::Earth, &EQUATOR, [42_164.0, 0.0, 0.0]);
         // From the equatorial plane, rays at right angles to the radius of the point they pass.
         for (radius, height) in [(EQUATOR_KM + 20.0, 20.0), (EQUATOR_KM - 5.0, -5.0)] {
             let sine = radius / 42_164.0;
@@ -138,7 +173,7 @@ mod tests {
 
     #[test]
     fn half_the_limb_is_lit_from_the_side_less_what_the_low_sun_leaves() {
-        let seen = Ellipsoid::new(&EQUATOR, [42_164.0, 0.0, 0.0]);
+        let seen = Ellipsoid::new(CentralBody::Earth, &EQUATOR, [42_164.0, 0.0, 0.0]);
         // Sun at right angles to the line to the Earth: limb points at azimuth phi have sine cos(rho)
         // cos(phi).
         let expected =

@@ -6,8 +6,8 @@
 //! with weights that are not negative is fitted to the means: it is a covariance, whatever the places. Test
 //! `the_covariance_is_that_of_the_fields` makes the fit and holds the table against it.
 
-use super::EarthModel;
 use super::horizon::Family;
+use super::{EQUATOR_KM, EarthModel, Figure};
 
 /// Widths of the Gaussians, km.
 const WIDTHS_KM: [f64; 6] = [80.0, 160.0, 320.0, 640.0, 1280.0, 2560.0];
@@ -29,6 +29,8 @@ const CLOUD_TOPS_KM2: [f64; 6] =
 pub struct Heights {
     /// Variances of the Gaussians, km².
     variances_km2: [f64; WIDTHS_KM.len()],
+    /// The body's radius over the Earth's: cells are shares of it.
+    share: f64,
 }
 
 impl Heights {
@@ -41,13 +43,14 @@ impl Heights {
             Family::CloudTops => (CLOUD_TOPS_KM2, 1.0),
         };
         let scale = if model.height_variation_km == 0.0 { 0.0 } else { scale };
-        Self { variances_km2: variances_km2.map(|variance| scale * variance) }
+        let share = Figure::of(model.body).equator_km / EQUATOR_KM;
+        Self { variances_km2: variances_km2.map(|variance| scale * variance), share }
     }
 
     /// Covariance of two heights, km².
     pub fn covariance_km2(&self, apart_km: f64) -> f64 {
         let terms = self.variances_km2.iter().zip(WIDTHS_KM);
-        terms.map(|(variance, width_km)| variance * gaussian(apart_km, width_km)).sum()
+        terms.map(|(variance, width_km)| variance * gaussian(apart_km, self.share * width_km)).sum()
     }
 }
 
@@ -55,7 +58,7 @@ impl Heights {
 impl Heights {
     /// Heights that agree over about a thousand kilometres.
     pub fn even(variance_km2: f64) -> Self {
-        Self { variances_km2: [0.0, 0.0, 0.0, 0.0, variance_km2, 0.0] }
+        Self { variances_km2: [0.0, 0.0, 0.0, 0.0, variance_km2, 0.0], share: 1.0 }
     }
 }
 
@@ -126,7 +129,7 @@ mod tests {
             }
             variances_km2[changed] = f64::max(product / square, 0.0);
         }
-        Heights { variances_km2 }
+        Heights { variances_km2, share: 1.0 }
     }
 
     /// Two places as far apart, in any direction.

@@ -32,6 +32,7 @@
 
 use super::cell::{AREA, Cell, HEIGHT, KM_PER_DEPTH, Lane, Node, Places, SIGMA_KM, WIDTH};
 use super::cell::{BACK, COUNT, CUBE, MOVED_KM, SLOPE, SPREAD, WAY_KM};
+use super::ellipsoid::Figure;
 use super::lattice::smooth;
 use super::limb::REACH_SIGMAS;
 use super::looks::Looks;
@@ -39,7 +40,7 @@ use super::map::{AlbedoMap, MapBuffer};
 use super::photometry::{Photometry, minnaert};
 pub use super::sight::View;
 use super::sight::{Pose, Sight, Sights, limb_motion_px};
-use super::{EQUATOR_KM, EarthModel, POLE_KM};
+use super::{EQUATOR_KM, EarthModel};
 use crate::world::attitude::{Vector, apply, rotation};
 use crate::world::lens::optics::Optics;
 use crate::world::time::ephemeris::LIGHT_KM_S;
@@ -66,6 +67,11 @@ const HORIZON_DEPTH: (f64, f64) = (0.6, 0.2);
 #[derive(Debug, Clone)]
 pub struct EarthImage {
     sights: Sights,
+    equator_km: f32,
+    /// Square of the equator's radius over the pole's.
+    squashed: f32,
+    /// The Earth's radius over the body's: the map's cells are the Earth's.
+    map_scale: f32,
     looks: Arc<Looks>,
     /// Unit vector to the Sun in axes that turn with the Earth, its z stretched as the normal's is.
     sun: [f32; 3],
@@ -162,7 +168,8 @@ impl EarthImage {
         let variance_px2 = psf_sigma_px * psf_sigma_px + PIXEL_VARIANCE;
         let f = optics.focal_length_px();
         let distance = length(view.position_km);
-        let limb_km = (distance * distance - POLE_KM * POLE_KM).max(0.0).sqrt();
+        let Figure { equator_km, pole_km } = *view.ellipsoid.figure();
+        let limb_km = (distance * distance - pole_km * pole_km).max(0.0).sqrt();
         let part_px = (PART_KM * f / limb_km.max(1.0)).clamp(STEP_PX, PART_PX);
         let moved_px = limb_motion_px(optics, view);
         // Along the limb the ground goes by as well.
@@ -175,17 +182,20 @@ impl EarthImage {
         let reach_px = (REACH_SIGMAS + 1.0) * (variance_px2 + STEP_PX).sqrt() + 0.5 * PART_PX;
         let reach_km = reach_px * way_km / f;
         let top_km = model.atmosphere_top_km + 2.0 * reach_km + HIGHEST_KM;
-        let cone_sine = ((EQUATOR_KM + top_km) / distance).min(1.0);
+        let cone_sine = ((equator_km + top_km) / distance).min(1.0);
         let sights = Sights::new(model, optics, view);
         let half_s = 0.5 * view.exposure_s + sights.row_s(-0.5).abs();
         let speed_km_s = LIGHT_KM_S * length(view.velocity_c);
         // The limb of a body at least 100 km below.
-        let turned_rad = half_s * (length(view.rate_rad_s) + speed_km_s / (distance - POLE_KM).max(100.0));
+        let turned_rad = half_s * (length(view.rate_rad_s) + speed_km_s / (distance - pole_km).max(100.0));
         let [x, y, z] = apply(&rotation(2, view.sidereal_rad), apply(view.ellipsoid.equator(), view.sun));
         Self {
             sights,
+            equator_km: equator_km as f32,
+            squashed: ((equator_km / pole_km) * (equator_km / pole_km)) as f32,
+            map_scale: (EQUATOR_KM / equator_km) as f32,
             looks: Looks::of(seed, model),
-            sun: [x as f32, y as f32, (z * EQUATOR_KM / POLE_KM) as f32],
+            sun: [x as f32, y as f32, (z * equator_km / pole_km) as f32],
             declination_sine: z,
             centre: unit(apply(view.earth_path, times(-1.0, view.position_km))),
             cone_rad: libm::asin(cone_sine) + length(view.velocity_c) + turned_rad,
@@ -491,21 +501,21 @@ impl EarthImage {
         (depth, [px, py, pz, bx, by, bz, slope, way, spread]): (&Lane, &[Lane; 9]),
         ([x, y, z], lit, view, level): (&mut [Lane; 3], &mut Lane, &mut Lane, &mut Lane),
     ) {
-        const POLE: f32 = ((EQUATOR_KM / POLE_KM) * (EQUATOR_KM / POLE_KM)) as f32;
+        let (squashed, equator_km, map_scale) = (self.squashed, self.equator_km, self.map_scale);
         let ([sx, sy, sz], w) = (self.sun, self.shade.twilight);
         let per_foot = 1.0 / (4.0 * w);
         for i in 0..count.min(AREA) {
             let root = depth[i].max(0.0).sqrt();
             (x[i], y[i], z[i]) = (px[i] + root * bx[i], py[i] + root * by[i], pz[i] + root * bz[i]);
             // The normal is (x, y, z a / b) stretched once more, of this length.
-            let per_length = 1.0 / (x[i] * x[i] + y[i] * y[i] + POLE * (z[i] * z[i])).sqrt();
+            let per_length = 1.0 / (x[i] * x[i] + y[i] * y[i] + squashed * (z[i] * z[i])).sqrt();
             let sunlight = (x[i] * sx + y[i] * sy + z[i] * sz) * per_length;
             let foot = (sunlight + w).max(0.0);
             lit[i] = if sunlight < w { foot * foot * per_foot } else { sunlight };
             let straight = root * slope[i] * per_length;
             view[i] = (straight * straight + HAZE * HAZE).sqrt();
-            let size = (way[i] - root * EQUATOR_KM as f32).max(0.0) * spread[i] / view[i];
-            level[i] = AlbedoMap::level_of(size);
+            let size = (way[i] - root * equator_km).max(0.0) * spread[i] / view[i];
+            level[i] = AlbedoMap::level_of(size * map_scale);
         }
     }
 }

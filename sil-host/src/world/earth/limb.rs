@@ -13,6 +13,8 @@
 //! of three wavelengths with the Sun's photons as weights; vertical depths of molecules 0.0973, 0.0365,
 //! 0.0166 at 550, 700 and 850 nm (Bodhaine et al. 1999), of haze 0.1 at 550 nm falling with λ^-1.3.
 //!
+//! Dusty air instead has one depth in all of the band, `EarthModel::dust_depth`, and one scale height.
+//!
 //! Night sky: a layer about 90 km, 8 km thick, whose photons in the band number 10 kR looking straight down
 //! (OH, O2 and O lines: a usual night); a line along the limb passes 60 times as much of it. Relative to a
 //! white surface under the Sun.
@@ -26,6 +28,7 @@
 //! the depth.
 
 use super::EarthModel;
+use fsw_core::orbit::body::CentralBody;
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
@@ -70,6 +73,9 @@ pub struct Blurred {
 /// The profile before the blur.
 #[derive(Debug, Clone)]
 pub struct Profile {
+    /// Mean radius, km.
+    radius_km: f64,
+    dust_depth: f64,
     cloud_top_km: f64,
     air_brightness: f64,
     scale_km: f64,
@@ -98,7 +104,13 @@ struct Level {
 impl Profile {
     /// That of `model`.
     pub fn new(model: &EarthModel) -> Self {
+        let radius_km = match model.body {
+            CentralBody::Earth => RADIUS_KM,
+            body => body.facts().radius_km,
+        };
         let mut profile = Self {
+            radius_km,
+            dust_depth: model.dust_depth,
             cloud_top_km: model.cloud_top_km,
             air_brightness: model.air_brightness,
             scale_km: model.scale_height_km,
@@ -125,9 +137,12 @@ impl Profile {
             return 0.0;
         }
         let clouds = libm::exp(-h / self.cloud_top_km);
-        let slant = |scale: f64| libm::sqrt(2.0 * PI * RADIUS_KM / scale) * libm::exp(-h / scale);
+        let slant = |scale: f64| libm::sqrt(2.0 * PI * self.radius_km / scale) * libm::exp(-h / scale);
         let chord = ((self.top_km - h) / self.top_km).sqrt();
         let (air, haze) = (slant(self.scale_km) * chord, slant(HAZE_SCALE_KM) * chord);
+        if self.dust_depth > 0.0 {
+            return clouds + (1.0 - clouds) * self.air_brightness * -libm::expm1(-air * self.dust_depth);
+        }
         let shine = |(w, molecules, particles): (f64, f64, f64)| {
             w * -libm::expm1(-(air * molecules + haze * particles))
         };

@@ -11,8 +11,8 @@
 //! differentiation the change of height a pixel, `2 w way |[P'M0, P'M1]| / f`, and a second, `2 w P'(v + way
 //! d')`.
 
-use super::ellipsoid::{Ellipsoid, to_sphere};
-use super::{EQUATOR_KM, EarthModel};
+use super::EarthModel;
+use super::ellipsoid::{Ellipsoid, Figure};
 use crate::world::attitude::{Vector, apply, dot, rotation};
 use crate::world::lens::optics::Optics;
 use crate::world::time::ephemeris::LIGHT_KM_S;
@@ -33,7 +33,7 @@ pub struct View<'a> {
     pub velocity_c: Vector,
     /// Unit vector to the Sun, ICRS.
     pub sun: Vector,
-    /// Greenwich sidereal angle, rad.
+    /// Angle from the equinox or node to the prime meridian, rad.
     pub sidereal_rad: f64,
     /// Time for which a row collects light, s.
     pub exposure_s: f64,
@@ -47,6 +47,7 @@ pub struct View<'a> {
 #[derive(Debug, Clone)]
 pub struct Sights {
     pub(super) optics: Optics,
+    figure: Figure,
     /// Camera axes of the middle of the exposure to the stretched axes that turn with the Earth.
     to_earth: [Vector; 3],
     place: Vector,
@@ -96,16 +97,19 @@ pub struct Sight {
 impl Sights {
     /// Those of a view; `optics` are those of the Earth path.
     pub fn new(model: &EarthModel, optics: &Optics, view: &View) -> Self {
+        let figure = *view.ellipsoid.figure();
         let to_fixed = rotation(2, view.sidereal_rad);
         let from_icrs = product(&to_fixed, view.ellipsoid.equator());
-        let columns = transposed(&product(&from_icrs, &transposed(view.earth_path))).map(to_sphere);
-        let velocity_c = to_sphere(apply(&from_icrs, view.velocity_c));
+        let columns = transposed(&product(&from_icrs, &transposed(view.earth_path)))
+            .map(|column| figure.to_sphere(column));
+        let velocity_c = figure.to_sphere(apply(&from_icrs, view.velocity_c));
         // The last row's centre lies half a pixel inside the detector's edge.
         let middle_row = 0.5 * (optics.clamped([0.0, f64::MAX])[1] - 0.5);
         Self {
             optics: *optics,
+            figure,
             to_earth: transposed(&columns),
-            place: to_sphere(apply(&from_icrs, view.position_km)),
+            place: figure.to_sphere(apply(&from_icrs, view.position_km)),
             velocity: times(LIGHT_KM_S, velocity_c),
             aberration: if model.aberration { velocity_c } else { [0.0; 3] },
             rate_rad_s: view.rate_rad_s,
@@ -146,7 +150,7 @@ impl Sights {
         let nearest = plus(place, way, d);
         let rho2 = dot(nearest, nearest);
         let (depth, rho) = (1.0 - rho2, rho2.sqrt());
-        let km_per_depth = rho / (length(to_sphere(nearest)) * (1.0 + rho)).max(1e-12);
+        let km_per_depth = rho / (length(self.figure.to_sphere(nearest)) * (1.0 + rho)).max(1e-12);
         let shift = plus(self.velocity, way, apply(&pose.turning, u));
         let [first, second, third] = pose.to_earth;
         let along = |k: usize| first[k] * nearest[0] + second[k] * nearest[1] + third[k] * nearest[2];
@@ -163,7 +167,7 @@ impl Sights {
             depth,
             km_per_depth,
             way_km: way * norm,
-            slope: length_d * EQUATOR_KM / norm,
+            slope: length_d * self.figure.equator_km / norm,
             cosine: norm.recip(),
             km_per_px: per_way * (along_x * along_x + along_y * along_y).sqrt(),
             km_s: 2.0 * km_per_depth * dot(nearest, shift),

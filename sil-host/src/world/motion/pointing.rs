@@ -23,7 +23,7 @@ use super::moving_frame::MovingFrame;
 use super::slew::Slew;
 use super::tumble::Tumble;
 use crate::world::attitude::{Vector, apply, dot, quaternion, rotation};
-use crate::world::earth::EQUATOR_KM;
+use crate::world::earth::Figure;
 use crate::world::orbit::TruthOrbit;
 use crate::world::vector::{cross, length, minus, plus, product, times, transposed, unit};
 
@@ -130,7 +130,7 @@ fn lvlh(t_s: f64, orbit: &TruthOrbit) -> MovingFrame {
 fn towards_horizon(t_s: f64, orbit: &TruthOrbit, below_rad: f64) -> MovingFrame {
     let (position, velocity) = orbit.at(t_s);
     let square = dot(position, position);
-    let sine = EQUATOR_KM / square.sqrt();
+    let sine = Figure::of(orbit.body()).equator_km / square.sqrt();
     let (angle, cosine) = (libm::asin(sine.min(1.0)), (1.0 - sine * sine).max(1e-9).sqrt());
     let change = -sine / cosine * dot(position, velocity) / square;
     MovingFrame { matrix: rotation(1, angle - below_rad), rate_rad_s: [0.0, change, 0.0] }

@@ -6,8 +6,9 @@
 use super::moving_frame::MovingFrame;
 use super::pointing::{Mount, Pointing};
 use crate::world::attitude::{Vector, apply, compose, matrix, normalised, quaternion};
+use crate::world::body;
 use crate::world::earth::image::{EarthImage, View};
-use crate::world::earth::{EQUATOR_KM, EarthModel, Ellipsoid};
+use crate::world::earth::{EarthModel, Ellipsoid};
 use crate::world::lens::optics::Optics;
 use crate::world::orbit::TruthOrbit;
 use crate::world::sky::sun;
@@ -74,9 +75,9 @@ pub struct Truth {
     pub quaternion: [f64; 4],
     /// Rate in the star path's axes, rad/s.
     pub rate_rad_s: Vector,
-    /// Position about the Earth's centre, ICRS axes, km.
+    /// Position about the central body, ICRS axes, km.
     pub position_km: Vector,
-    /// Velocity about the Earth's centre, ICRS axes, km/s.
+    /// Velocity about the central body, ICRS axes, km/s.
     pub velocity_km_s: Vector,
     /// Unit vector to the Sun, ICRS axes.
     pub sun: Vector,
@@ -165,7 +166,7 @@ impl Trajectory {
 
     /// `v / c` of the satellite about the Sun.
     pub fn aberration(&self, t_s: f64) -> Vector {
-        let about_sun = ephemeris::earth_velocity_km_s(self.orbit.instant_us(t_s));
+        let about_sun = body::velocity_km_s(self.orbit.body(), self.orbit.instant_us(t_s));
         times(ephemeris::LIGHT_KM_S.recip(), plus(self.orbit.at(t_s).1, 1.0, about_sun))
     }
 
@@ -176,8 +177,9 @@ impl Trajectory {
         let earth_path = self.pointing.earth_path(t_s, &self.orbit);
         let MovingFrame { matrix: star_path, rate_rad_s } = self.beside(&earth_path);
         let earth_path = earth_path.matrix;
-        let sun = unit(minus(ephemeris::sun_km(instant_us), position_km));
-        let ellipsoid = Ellipsoid::new(&ephemeris::icrs_to_equator(instant_us), position_km);
+        let about = self.orbit.body();
+        let sun = unit(minus(body::sun_km(about, instant_us), position_km));
+        let ellipsoid = Ellipsoid::new(about, &body::icrs_to_equator(about, instant_us), position_km);
         let lit_limb_deg = ellipsoid.lit_limb_deg(sun, |d| in_field(optics, apply(&earth_path, d)));
         let in_earth_path = sun::touches(&optics.earth_path(), apply(&earth_path, sun));
         let in_star_path = sun::touches(optics, apply(&star_path, sun));
@@ -195,7 +197,7 @@ impl Trajectory {
             (false, true) => SensorState::Full,
             (false, false) => SensorState::Eclipse,
         };
-        let highest_km = EQUATOR_KM + self.earth.atmosphere_top_km;
+        let highest_km = ellipsoid.figure().equator_km + self.earth.atmosphere_top_km;
         let earth_rad = libm::asin((highest_km / length(position_km)).min(1.0));
         let nadir_rad = angle(star_path[2], times(-1.0, position_km));
         Truth {
@@ -253,7 +255,7 @@ impl Trajectory {
             position_km: truth.position_km,
             velocity_c: times(ephemeris::LIGHT_KM_S.recip(), truth.velocity_km_s),
             sun: truth.sun,
-            sidereal_rad: ephemeris::sidereal_angle(truth.instant_us),
+            sidereal_rad: body::meridian_rad(truth.ellipsoid.body(), truth.instant_us),
             exposure_s: look.exposure_s,
             row_time_s: look.row_time_s,
             transmission: look.transmission,

@@ -8,19 +8,17 @@
 //! beyond degree 4 930 m, beyond 10 350 m, degrees 21 to 36 (beyond the default) 210 m, Sun 39 m, Moon 37 m,
 //! drag 9.1 km, sunlight 14 m.
 
-use super::gravity::{Gravity, LARGEST};
+use super::gravity::Gravity;
 use super::{atmosphere, radiation};
 use crate::world::attitude::{Vector, apply};
+use crate::world::body;
 use crate::world::time::earth_orientation::EarthOrientation;
-use crate::world::time::ephemeris::{self, EARTH_RATE_RAD_S};
+use crate::world::time::ephemeris::EARTH_RATE_RAD_S;
 use crate::world::vector::{cross, length, minus, plus, times, transposed};
+use fsw_core::orbit::body::CentralBody;
 
 /// The Sun's attraction, km³/s².
 const MU_SUN: f64 = 132_712_440_041.279_42;
-/// The Moon's, km³/s².
-const MU_MOON: f64 = 4_902.800_118;
-/// Largest degree and order of the field.
-pub const LARGEST_DEGREE: usize = LARGEST;
 
 /// What drag and light find.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,15 +38,17 @@ pub struct Satellite {
 /// Which forces act.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Forces {
-    /// Degree of the Earth's field; below 2 a point.
+    /// What they act about.
+    pub body: CentralBody,
+    /// Degree of the body's field; below 2 a point.
     pub gravity_degree: usize,
     /// Its order.
     pub gravity_order: usize,
     /// Whether the Sun pulls.
     pub sun: bool,
-    /// Whether the Moon pulls.
+    /// Whether the Moon pulls, about the Moon the Earth.
     pub moon: bool,
-    /// Whether the air brakes.
+    /// Whether the air brakes: about the Earth alone.
     pub drag: bool,
     /// Whether sunlight pushes.
     pub radiation_pressure: bool,
@@ -61,6 +61,7 @@ pub struct Forces {
 impl Default for Forces {
     fn default() -> Self {
         Self {
+            body: CentralBody::Earth,
             gravity_degree: 20,
             gravity_order: 20,
             sun: true,
@@ -80,6 +81,20 @@ impl Default for Forces {
 }
 
 impl Forces {
+    /// All that there are about a body.
+    pub fn about(body: CentralBody) -> Self {
+        let default = Self::default();
+        let degree = default.gravity_degree.min(super::gravity::largest(body));
+        Self {
+            body,
+            gravity_degree: degree,
+            gravity_order: degree,
+            moon: body != CentralBody::Mars,
+            drag: body.facts().air,
+            ..default
+        }
+    }
+
     /// Coefficient of drag times area over mass, m²/kg; 0 where the air does not act.
     pub fn drag_m2_kg(&self) -> f64 {
         let Satellite { mass_kg, drag_area_m2, cd, .. } = self.satellite;
@@ -97,8 +112,8 @@ impl Forces {
 #[derive(Debug, Clone, Copy)]
 struct Surroundings {
     sun: Vector,
-    moon: Vector,
-    itrf: [Vector; 3],
+    neighbour: Option<(Vector, f64)>,
+    fixed: [Vector; 3],
 }
 
 /// The equation of motion of a run.
@@ -121,6 +136,11 @@ impl<'a> Dynamics<'a> {
         self.start_us
     }
 
+    /// What is flown about.
+    pub(super) fn body(&self) -> CentralBody {
+        self.forces.body
+    }
+
     fn surroundings(&mut self, t_s: f64) -> Surroundings {
         if let Some((at_s, surroundings)) = self.last
             && at_s == t_s
@@ -131,9 +151,12 @@ impl<'a> Dynamics<'a> {
         let forces = self.forces;
         let needs_sun = forces.sun || forces.drag || forces.radiation_pressure;
         let surroundings = Surroundings {
-            sun: if needs_sun { ephemeris::sun_km(time_us) } else { [0.0; 3] },
-            moon: if forces.moon { ephemeris::moon_km(time_us) } else { [0.0; 3] },
-            itrf: forces.orientation.gcrf_to_itrf(time_us),
+            sun: if needs_sun { body::sun_km(forces.body, time_us) } else { [0.0; 3] },
+            neighbour: forces.moon.then(|| body::neighbour(forces.body, time_us)).flatten(),
+            fixed: match forces.body {
+                CentralBody::Earth => forces.orientation.gcrf_to_itrf(time_us),
+                other => body::icrs_to_fixed(other, time_us),
+            },
         };
         self.last = Some((t_s, surroundings));
         surroundings
@@ -141,14 +164,14 @@ impl<'a> Dynamics<'a> {
 
     /// Acceleration `t_s` seconds after the start.
     pub(super) fn acceleration(&mut self, t_s: f64, r: Vector, v: Vector) -> Vector {
-        let Surroundings { sun, moon, itrf } = self.surroundings(t_s);
+        let Surroundings { sun, neighbour, fixed: itrf } = self.surroundings(t_s);
         let in_itrf = apply(&itrf, r);
         let mut sum = apply(&transposed(&itrf), self.gravity.acceleration(in_itrf));
         if self.forces.sun {
             sum = plus(sum, 1.0, third_body(r, sun, MU_SUN));
         }
-        if self.forces.moon {
-            sum = plus(sum, 1.0, third_body(r, moon, MU_MOON));
+        if let Some((place, mu)) = neighbour {
+            sum = plus(sum, 1.0, third_body(r, place, mu));
         }
         if self.forces.drag {
             // Against the crust the air rests; the pole in the crust (0.5 arcsec) is of no moment here.
@@ -158,13 +181,14 @@ impl<'a> Dynamics<'a> {
             sum = plus(sum, -share * length(through_air), through_air);
         }
         if self.forces.radiation_pressure {
-            sum = plus(sum, 1.0, radiation::acceleration(r, sun, self.forces.radiation_m2_kg()));
+            let radius_km = self.forces.body.facts().radius_km;
+            sum = plus(sum, 1.0, radiation::acceleration(r, sun, (radius_km, self.forces.radiation_m2_kg())));
         }
         sum
     }
 }
 
-/// Pull of a body at `body` beyond its pull on the Earth.
+/// Pull of a body at `body` beyond its pull on the central body.
 fn third_body(r: Vector, body: Vector, mu: f64) -> Vector {
     let d = minus(body, r);
     let (near, far) = (length(d), length(body));

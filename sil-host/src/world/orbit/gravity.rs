@@ -1,21 +1,25 @@
-//! The Earth's field of gravity.
+//! The field of gravity of a body.
 //!
-//! In: position in ITRF, km. Out: acceleration there, km/s², and the potential, km²/s². Spherical harmonics,
-//! fully normalised, by Cunningham's recursion (1970) as Montenbruck and Gill give it (Satellite Orbits,
-//! 3.2.4), each step scaled by the norms so that no degree over- or underflows. Model: EGM2008 (in
-//! `egm2008.txt`), to degree and order [`LARGEST`]. Its coefficients are free of tides; the part of C20 that
-//! Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14). Tides that come and go are left
-//! out.
+//! In: position in axes that turn with it (ITRF), km. Out: acceleration there, km/s², and the potential,
+//! km²/s². Spherical harmonics, fully normalised, by Cunningham's recursion (1970) as Montenbruck and Gill
+//! give it (Satellite Orbits, 3.2.4), each step scaled by the norms so that no degree over- or underflows.
+//! Models: of the Earth EGM2008 (`egm2008.txt`), to degree and order [`LARGEST`]; of Moon and Mars LP165P and
+//! Mars50c (`lp165p.txt`, `mars50c.txt`), to [`LARGEST_OF_OTHERS`]. EGM2008's coefficients are free of tides;
+//! the part of C20 that Sun and Moon raise for ever is added (IERS Conventions 2010, eq. 6.14). Tides that
+//! come and go are left out.
 
 use crate::world::attitude::{Vector, dot};
+use fsw_core::orbit::body::CentralBody;
 use std::sync::LazyLock;
 
 /// The Earth's attraction, km³/s² (EGM2008).
 pub const MU_EARTH: f64 = 398_600.441_5;
 /// Radius of the model, km.
 const RADIUS_KM: f64 = 6_378.136_3;
-/// Highest degree and order in the table.
+/// Highest degree and order in the table of the Earth.
 pub const LARGEST: usize = 36;
+/// Highest degree and order in the tables of the others.
+pub const LARGEST_OF_OTHERS: usize = 12;
 /// What the lasting tide adds to C20: 4.4228e-8 * -0.31460 * 0.30190.
 const LASTING_TIDE_C20: f64 = -4.2006e-9;
 
@@ -24,6 +28,25 @@ static EGM2008: LazyLock<Vec<Coefficient>> = LazyLock::new(|| {
     table[0].c += LASTING_TIDE_C20;
     table
 });
+
+static LP165P: LazyLock<Vec<Coefficient>> = LazyLock::new(|| read(include_str!("lp165p.txt")));
+static MARS50C: LazyLock<Vec<Coefficient>> = LazyLock::new(|| read(include_str!("mars50c.txt")));
+
+/// The attraction of a body, km³/s².
+pub fn mu_km3_s2(body: CentralBody) -> f64 {
+    match body {
+        CentralBody::Earth => MU_EARTH,
+        _ => body.facts().mu_km3_s2,
+    }
+}
+
+/// Highest degree and order of the field of a body.
+pub fn largest(body: CentralBody) -> usize {
+    match body {
+        CentralBody::Earth => LARGEST,
+        _ => LARGEST_OF_OTHERS,
+    }
+}
 
 /// One degree and order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +83,7 @@ struct Term {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gravity {
     mu: f64,
+    radius_km: f64,
     degree: usize,
     order: usize,
     terms: Vec<Term>,
@@ -74,16 +98,26 @@ fn index(n: usize, m: usize) -> usize {
 impl Gravity {
     /// EGM2008 to `degree` and `order`, at most [`LARGEST`]; order no larger than degree.
     pub fn egm2008(degree: usize, order: usize) -> Self {
-        Self::of(MU_EARTH, &EGM2008, degree.min(LARGEST), order)
+        Self::of((MU_EARTH, RADIUS_KM), &EGM2008, degree.min(LARGEST), order)
+    }
+
+    /// The field of a body to `degree` and `order`, at most [`largest`].
+    pub fn about(body: CentralBody, degree: usize, order: usize) -> Self {
+        let table = match body {
+            CentralBody::Earth => return Self::egm2008(degree, order),
+            CentralBody::Moon => &LP165P,
+            CentralBody::Mars => &MARS50C,
+        };
+        Self::of((mu_km3_s2(body), body.facts().field_radius_km), table, degree.min(LARGEST_OF_OTHERS), order)
     }
 
     /// Another model: lines of degree, order, C, S, normalised, for the same radius.
     #[cfg(test)]
     pub fn of_table(mu: f64, table: &str, degree: usize) -> Self {
-        Self::of(mu, &read(table), degree, degree)
+        Self::of((mu, RADIUS_KM), &read(table), degree, degree)
     }
 
-    fn of(mu: f64, table: &[Coefficient], degree: usize, order: usize) -> Self {
+    fn of((mu, radius_km): (f64, f64), table: &[Coefficient], degree: usize, order: usize) -> Self {
         let kept = table.iter().filter(|row| row.n <= degree && row.m <= order);
         let terms = kept.map(|row| {
             let (n, m) = (row.n as f64, row.m as f64);
@@ -114,16 +148,16 @@ impl Gravity {
                 };
             }
         }
-        Self { mu, degree, order, terms, steps }
+        Self { mu, radius_km, degree, order, terms, steps }
     }
 
     /// The solid harmonics V and W to one degree beyond the field's.
     fn harmonics(&self, r: Vector) -> [[(f64, f64); LARGEST + 2]; LARGEST + 2] {
         let mut v = [[(0.0, 0.0); LARGEST + 2]; LARGEST + 2];
-        let square = dot(r, r);
-        let [x, y, z] = r.map(|part| part * RADIUS_KM / square);
-        let shrink = RADIUS_KM * RADIUS_KM / square;
-        v[0][0] = (RADIUS_KM / square.sqrt(), 0.0);
+        let (radius_km, square) = (self.radius_km, dot(r, r));
+        let [x, y, z] = r.map(|part| part * radius_km / square);
+        let shrink = radius_km * radius_km / square;
+        v[0][0] = (radius_km / square.sqrt(), 0.0);
         for m in 0..=self.order + 1 {
             if m > 0 {
                 let (a, b) = v[m - 1][m - 1];
@@ -162,7 +196,7 @@ impl Gravity {
             let (f, g) = v[n + 1][*m];
             sum[2] -= level * (c * f + s * g);
         }
-        let scale = self.mu / (RADIUS_KM * RADIUS_KM);
+        let scale = self.mu / (self.radius_km * self.radius_km);
         [0, 1, 2].map(|k| scale * sum[k] - central * r[k])
     }
 
@@ -179,7 +213,7 @@ impl Gravity {
                 c * v[n][m].0 + s * v[n][m].1
             })
             .sum();
-        self.mu / RADIUS_KM * (v[0][0].0 + rest)
+        self.mu / self.radius_km * (v[0][0].0 + rest)
     }
 }
 

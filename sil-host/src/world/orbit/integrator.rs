@@ -191,6 +191,7 @@ pub(super) fn step(
 /// Nodes from `start` until one lies at `until_s` or beyond, or one no longer `flies`.
 pub(super) fn integrate(
     acceleration: &mut impl FnMut(f64, Vector, Vector) -> Vector,
+    mu_km3_s2: f64,
     start: Node,
     until_s: f64,
     tolerance_km: f64,
@@ -198,7 +199,7 @@ pub(super) fn integrate(
 ) -> Vec<Node> {
     let longest = |node: &Node| {
         let radius = length(node.position);
-        LONGEST_STEP * radius * (radius / super::MU_EARTH).sqrt()
+        LONGEST_STEP * radius * (radius / mu_km3_s2).sqrt()
     };
     let mut nodes = vec![start];
     let mut node = start;

@@ -10,10 +10,11 @@
 //! Jason-2's velocities come out within 1.2 mm/s of those in the file.
 
 use super::integrator::Node;
-use super::{LEAST_RADIUS_KM, LONGEST_S, MARGIN_S, MU_EARTH, OrbitError};
+use super::{LONGEST_S, MARGIN_S, MU_EARTH, OrbitError};
 use crate::world::attitude::{Vector, apply};
 use crate::world::time::earth_orientation::{EarthOrientation, gcrf_to_eme2000};
 use crate::world::vector::{length, transposed};
+use fsw_core::orbit::body::EARTH;
 
 /// Samples that a polynomial goes through.
 pub const POINTS: usize = 12;
@@ -89,11 +90,12 @@ pub(super) fn nodes(
         return Err(OrbitError::Orientation(day_us));
     }
     let seconds_of = |time_us: i64| (time_us - start_us) as f64 * 1e-6;
+    let [least_km, _] = EARTH.orbit_km;
     for pair in places.windows(2) {
         let ((here_us, place), (next_us, _)) = (pair[0], pair[1]);
         let radius = length(place);
-        if radius < LEAST_RADIUS_KM {
-            return Err(OrbitError::Ground(seconds_of(here_us)));
+        if radius < least_km {
+            return Err(OrbitError::Ground(seconds_of(here_us), least_km));
         }
         let gap_s = (next_us - here_us) as f64 * 1e-6;
         if gap_s > SPARSEST * std::f64::consts::TAU * radius * (radius / MU_EARTH).sqrt() {

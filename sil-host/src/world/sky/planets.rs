@@ -12,6 +12,7 @@
 use crate::world::attitude::{Vector, apply, rotation};
 use crate::world::time::ephemeris::{AU_KM, sun_km};
 use crate::world::vector::{length, plus, times, transposed, unit};
+use fsw_core::orbit::body::{CentralBody, SolarOrbit};
 
 /// Obliquity of the J2000 ecliptic, rad.
 const OBLIQUITY_RAD: f64 = 0.409_092_804_222_329;
@@ -43,8 +44,8 @@ const PLANETS: [Elements; 5] = [
         b_v: 0.82,
     },
     Elements {
-        at_epoch: [1.523_710_34, 0.093_394_10, 1.849_691_42, -4.553_432_05, -23.943_629_59, 49.559_538_91],
-        a_century: [1.847e-5, 7.882e-5, -0.008_131_31, 19_140.302_684_99, 0.444_410_88, -0.292_573_43],
+        at_epoch: MARS_ORBIT.at_epoch,
+        a_century: MARS_ORBIT.a_century,
         magnitude: [-1.52, 0.016, 0.0, 0.0],
         b_v: 1.36,
     },
@@ -62,6 +63,12 @@ const PLANETS: [Elements; 5] = [
     },
 ];
 
+/// Mars's ellipse, of the row that the flight code reads as well.
+const MARS_ORBIT: &SolarOrbit = match &CentralBody::Mars.facts().about_sun {
+    Some(orbit) => orbit,
+    None => panic!("Mars goes about the Sun"),
+};
+
 /// A planet in the sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Planet {
@@ -75,10 +82,9 @@ pub struct Planet {
 
 /// Mercury, Venus, Mars, Jupiter and Saturn at a time.
 pub fn at(time_us: i64) -> [Planet; 5] {
-    let centuries = time_us as f64 / CENTURY_US;
     let earth = times(-1.0 / AU_KM, sun_km(time_us));
     PLANETS.map(|planet| {
-        let about_sun = planet.heliocentric_au(centuries);
+        let about_sun = on_ellipse_au(&planet.at_epoch, &planet.a_century, time_us);
         let seen = plus(about_sun, -1.0, earth);
         let (far, sun, earth) = (length(seen), length(about_sun), length(earth));
         let phase_cosine = (sun * sun + far * far - earth * earth) / (2.0 * sun * far);
@@ -89,26 +95,26 @@ pub fn at(time_us: i64) -> [Planet; 5] {
     })
 }
 
-impl Elements {
-    /// Position about the Sun, ICRS axes, au.
-    fn heliocentric_au(&self, centuries: f64) -> Vector {
-        let mut now = self.at_epoch;
-        for (element, rate) in now.iter_mut().zip(self.a_century) {
-            *element += rate * centuries;
-        }
-        let [a, e, inclination, mean_longitude, perihelion, node] = now;
-        let mean = (mean_longitude - perihelion).to_radians();
-        let mut eccentric = mean + e * libm::sin(mean);
-        for _ in 0..KEPLER_ROUNDS {
-            let (s, c) = libm::sincos(eccentric);
-            eccentric -= (eccentric - e * s - mean) / (1.0 - e * c);
-        }
-        let (s, c) = libm::sincos(eccentric);
-        let in_plane = [a * (c - e), a * (1.0 - e * e).sqrt() * s, 0.0];
-        let turn = |axis, degrees: f64, v| apply(&transposed(&rotation(axis, degrees.to_radians())), v);
-        let ecliptic = turn(2, node, turn(0, inclination, turn(2, perihelion - node, in_plane)));
-        apply(&transposed(&rotation(0, OBLIQUITY_RAD)), ecliptic)
+/// Position about the Sun on an ellipse of mean elements at J2000.0 and their changes a century, ICRS axes,
+/// au.
+pub fn on_ellipse_au(at_epoch: &[f64; 6], a_century: &[f64; 6], time_us: i64) -> Vector {
+    let centuries = time_us as f64 / CENTURY_US;
+    let mut now = *at_epoch;
+    for (element, rate) in now.iter_mut().zip(a_century) {
+        *element += rate * centuries;
     }
+    let [a, e, inclination, mean_longitude, perihelion, node] = now;
+    let mean = (mean_longitude - perihelion).to_radians();
+    let mut eccentric = mean + e * libm::sin(mean);
+    for _ in 0..KEPLER_ROUNDS {
+        let (s, c) = libm::sincos(eccentric);
+        eccentric -= (eccentric - e * s - mean) / (1.0 - e * c);
+    }
+    let (s, c) = libm::sincos(eccentric);
+    let in_plane = [a * (c - e), a * (1.0 - e * e).sqrt() * s, 0.0];
+    let turn = |axis, degrees: f64, v| apply(&transposed(&rotation(axis, degrees.to_radians())), v);
+    let ecliptic = turn(2, node, turn(0, inclination, turn(2, perihelion - node, in_plane)));
+    apply(&transposed(&rotation(0, OBLIQUITY_RAD)), ecliptic)
 }
 
 #[cfg(test)]

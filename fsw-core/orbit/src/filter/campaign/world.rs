@@ -1,7 +1,7 @@
 //! The world of the campaigns: a true satellite, fixes of it, and a filter that takes them.
 
 use crate::OrbitState;
-use crate::constants::EARTH_RADIUS_KM;
+use crate::body::EARTH;
 use crate::factor::{Factor, POSITION};
 use crate::filter::{OrbitFilter, Update};
 use crate::lvlh::lvlh;
@@ -151,7 +151,7 @@ impl Truth {
 
     /// Position as it is seen, without white noise.
     fn seen_km(&self, to_icrs: &Matrix3<f64>) -> Vector3<f64> {
-        let nearer = self.state.position_km * (1.0 - self.limb_height_km / EARTH_RADIUS_KM);
+        let nearer = self.state.position_km * (1.0 - self.limb_height_km / EARTH.radius_km);
         nearer + nearer.cross(&(to_icrs * self.misalignment))
     }
 }

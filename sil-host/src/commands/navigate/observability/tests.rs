@@ -1,10 +1,11 @@
 use super::*;
-use fsw_core::orbit::constants::{MICROSECONDS, MU_EARTH_KM3_S2};
+use fsw_core::orbit::body::EARTH;
+use fsw_core::orbit::constants::MICROSECONDS;
 use std::f64::consts::TAU;
 
 /// A circle inclined by 98 deg.
 fn circle(radius_km: f64) -> (OrbitState, f64) {
-    let motion_rad_s = (MU_EARTH_KM3_S2 / radius_km.powi(3)).sqrt();
+    let motion_rad_s = (EARTH.mu_km3_s2 / radius_km.powi(3)).sqrt();
     let (sine, cosine) = 98f64.to_radians().sin_cos();
     let position_km = Vector3::new(radius_km, 0.0, 0.0);
     let velocity_km_s = Vector3::new(0.0, cosine, sine) * (radius_km * motion_rad_s);

@@ -4,8 +4,9 @@ use super::*;
 use crate::formats::camera_file::CameraFile;
 use crate::world::attitude::dot;
 use crate::world::earth::Ellipsoid;
-use crate::world::earth::ellipsoid::to_sphere;
+use crate::world::earth::{Figure, POLE_KM};
 use crate::world::vector::{cross, plus, product};
+use fsw_core::orbit::body::CentralBody;
 use proptest::prelude::*;
 use std::sync::OnceLock;
 
@@ -66,7 +67,7 @@ impl Seen {
             product(&crate::world::vector::transposed(&back), &start)
         };
         let view = View {
-            ellipsoid: &Ellipsoid::new(&EQUATOR, position_km),
+            ellipsoid: &Ellipsoid::new(CentralBody::Earth, &EQUATOR, position_km),
             earth_path: &earth_path,
             rate_rad_s: self.rate_rad_s,
             position_km,
@@ -107,7 +108,7 @@ fn alone(image: &EarthImage, pixel: [f64; 2]) -> f64 {
     let depth = if near { f64::from(limb.depth_km) / sight.km_per_depth } else { lifted };
     let root = depth.max(0.0).sqrt();
     let point = plus(sight.nearest, root, sight.back);
-    let normal = to_sphere(point);
+    let normal = Figure::of(CentralBody::Earth).to_sphere(point);
     let per_length = length(normal).recip();
     let [sx, sy, sz] = image.sun.map(f64::from);
     let sunlight = per_length * dot(normal, [sx, sy, sz * POLE_KM / EQUATOR_KM]);
@@ -259,7 +260,10 @@ fn the_limb_stands_and_falls_as_the_model_says() {
                 if !(-60.0..90.0).contains(&height) {
                     continue;
                 }
-                let normal = unit(to_sphere(image.sights.sight(&pose, pixel).unwrap().nearest));
+                let normal = unit(
+                    Figure::of(CentralBody::Earth)
+                        .to_sphere(image.sights.sight(&pose, pixel).unwrap().nearest),
+                );
                 let [sx, sy, sz] = image.sun.map(f64::from);
                 let sunlight = dot(normal, [sx, sy, sz * POLE_KM / EQUATOR_KM]);
                 let off_axis = image.sights.sight(&pose, pixel).unwrap().cosine.powi(3);

@@ -4,8 +4,10 @@ use super::super::jitter::{JitterModel, Line};
 use super::super::moving_frame::{rate_error, turned_about};
 use super::*;
 use crate::world::attitude::matrix;
+use crate::world::earth::EQUATOR_KM;
 use crate::world::orbit::state_of_elements;
 use crate::world::vector::angle;
+use fsw_core::orbit::body::CentralBody;
 use proptest::prelude::*;
 
 fn close(a: Vector, b: Vector) -> bool {
@@ -14,7 +16,7 @@ fn close(a: Vector, b: Vector) -> bool {
 
 /// A transfer orbit about its perigee, where the rate changes fastest.
 fn orbit() -> TruthOrbit {
-    let (r, v) = state_of_elements(24_478.0, 0.731, 27.0, 40.0, 178.0, -20.0).unwrap();
+    let (r, v) = state_of_elements(CentralBody::Earth, [24_478.0, 0.731, 27.0, 40.0, 178.0, -20.0]).unwrap();
     TruthOrbit::new(843_393_969_184_000, r, v, 900).unwrap()
 }
 

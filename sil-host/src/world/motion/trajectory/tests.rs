@@ -12,6 +12,7 @@ use crate::world::orbit::state_of_elements;
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
 use crate::world::time::ephemeris::sun_km;
 use crate::world::vector::{angle, cross, product};
+use fsw_core::orbit::body::CentralBody;
 use fsw_hal::{Detector, Window};
 use proptest::prelude::*;
 
@@ -26,13 +27,17 @@ const ALONG: Mount = Mount { star_path_deg: [0.0, 90.0, 0.0] };
 fn geo(hours: f64, mount: Mount) -> Trajectory {
     let sun = sun_km(EQUINOX_US);
     let midnight_deg = libm::atan2(-sun[1], -sun[0]).to_degrees();
-    let (r, v) = state_of_elements(42_164.17, 0.0, 0.0, 0.0, 0.0, midnight_deg - 15.0411 * hours).unwrap();
+    let (r, v) = state_of_elements(
+        CentralBody::Earth,
+        [42_164.17, 0.0, 0.0, 0.0, 0.0, midnight_deg - 15.0411 * hours],
+    )
+    .unwrap();
     let orbit = TruthOrbit::new(EQUINOX_US, r, v, 86_400).unwrap();
     Trajectory { orbit, pointing: Pointing::default(), mount, earth: EarthModel::default() }
 }
 
 fn leo() -> Trajectory {
-    let (r, v) = state_of_elements(6828.0, 0.001, 51.6, 60.0, 0.0, 100.0).unwrap();
+    let (r, v) = state_of_elements(CentralBody::Earth, [6828.0, 0.001, 51.6, 60.0, 0.0, 100.0]).unwrap();
     let orbit = TruthOrbit::new(EQUINOX_US, r, v, 6000).unwrap();
     let pointing = Pointing::nadir(69.1, 20.0);
     Trajectory { orbit, pointing, mount: ASIDE, earth: EarthModel::default() }

@@ -6,12 +6,13 @@ use crate::world::orbit::tests::data;
 use crate::world::orbit::{TruthOrbit, sp3, state_of_elements};
 use crate::world::time::ephemeris::EARTH_RATE_RAD_S;
 use crate::world::vector::{cross, minus, plus, times};
+use fsw_core::orbit::body::CentralBody;
 
 const START_US: i64 = 843_393_969_184_000;
 
 /// Samples of a low orbit every `step_s`, from 20 min before the start to 20 min after two hours, in `frame`.
 fn sampled(step_s: usize, frame: Frame) -> (TruthOrbit, Samples) {
-    let (r, v) = state_of_elements(6828.0, 0.001, 51.6, 120.0, 30.0, 15.0).unwrap();
+    let (r, v) = state_of_elements(CentralBody::Earth, [6828.0, 0.001, 51.6, 120.0, 30.0, 15.0]).unwrap();
     let orbit = TruthOrbit::new(START_US, r, v, 10_000).unwrap();
     let orientation = EarthOrientation::default();
     let places = (0..10_000).step_by(step_s).map(|t| {

@@ -13,6 +13,7 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::orbit::{TruthOrbit, state_of_elements};
 use crate::world::scene::{Scene, SceneSettings};
 use crate::world::vector::{angle, minus, plus, times, unit};
+use fsw_core::orbit::body::CentralBody;
 use fsw_hal::Detector;
 
 /// The equinox of 2026-09-23 0:05 UTC, three days before full Moon.
@@ -21,7 +22,7 @@ const EXPOSURE_US: u32 = 100_000;
 
 /// Geostationary, both paths looking into `direction` (ICRS).
 fn looking(direction: Vector) -> Trajectory {
-    let (r, v) = state_of_elements(42_164.17, 0.0, 0.05, 0.0, 0.0, 130.0).unwrap();
+    let (r, v) = state_of_elements(CentralBody::Earth, [42_164.17, 0.0, 0.05, 0.0, 0.0, 130.0]).unwrap();
     let aim = Aim {
         ra_deg: libm::atan2(direction[1], direction[0]).to_degrees(),
         dec_deg: libm::asin(direction[2]).to_degrees(),
