@@ -19,6 +19,7 @@ use crate::world::noise::{Noise, Stream};
 use crate::world::orbit::state_of_elements;
 use crate::world::time::ephemeris;
 use crate::world::vector::angle;
+use fsw_core::orbit::body::CentralBody;
 use std::path::Path;
 
 /// The figure.
@@ -85,9 +86,9 @@ fn picture(satellite: &Scenario, seed: u64, number: u64) -> Result<(Frame, Noise
         let uniform = |slot| noise.uniform(draw, slot);
         let turn = |slot| 360.0 * uniform(slot);
         let start_us = satellite.start_us + (YEAR_US * uniform(0)) as i64;
+        let elements = [SEMI_MAJOR_AXIS_KM, 0.0, INCLINATION_DEG, turn(1), 0.0, turn(2)];
         let (position_km, velocity_km_s) =
-            state_of_elements(SEMI_MAJOR_AXIS_KM, 0.0, INCLINATION_DEG, turn(1), 0.0, turn(2))
-                .map_err(|error| report(error.to_string()))?;
+            state_of_elements(CentralBody::Earth, elements).map_err(|error| report(error.to_string()))?;
         let of_picture = seed.wrapping_mul(1_000).wrapping_add(number);
         let scenario =
             Scenario { seed: of_picture, start_us, position_km, velocity_km_s, ..satellite.clone() };
