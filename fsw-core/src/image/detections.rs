@@ -147,6 +147,11 @@ impl Detections {
         }
     }
 
+    /// Spots in the open sky that are drawn out whole.
+    pub fn drawn(&self) -> u32 {
+        self.drawn
+    }
+
     /// Leaves the spots that are drawn out.
     pub(crate) fn keep_drawn(&mut self) {
         self.spots.retain(|spot| spot.drawn_px > 0 && !spot.extended);

@@ -54,8 +54,11 @@ impl Sensor<'_> {
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
         let blank = read?;
+        let fewest = u32::from(self.parameters.tracking.fewest_stars);
         match self.workspace.detections.smear(FEWEST_STREAKS) {
             Smear::Points => {}
+            // Too few for an attitude: what looks round stands where stars are expected.
+            Smear::Drawn if self.workspace.detections.drawn() < fewest => {}
             Smear::Drawn => self.workspace.detections.keep_drawn(),
             Smear::Streaks => return Ok(Outcome::TooFast),
         }

@@ -59,7 +59,7 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
     let errors = String::from_utf8_lossy(&output.stderr);
     let budget = json_lines(&output).pop().unwrap_or_else(|| panic!("no table: {errors}"));
     println!("{budget:#}");
-    let seconds = Value::from(208 + 116 + 12 + 54);
+    let seconds = Value::from(208 + 116 + 12 + 14 + 54);
     assert_eq!((&budget["seconds"], &budget["telemetry_identical"]), (&seconds, &Value::from(true)));
     assert!(output.status.success(), "a limit is overrun: {budget:#}");
     let stack = |key: &str| budget[key].as_u64().expect(key);
@@ -72,6 +72,7 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
         let used = budget["modes"][mode]["worst_cycles"].as_u64().expect(mode);
         assert!(used > 10_000, "{mode}: the meter counted");
         assert!(used <= budget["modes"][mode]["limit_cycles"].as_u64().unwrap());
+        assert!(used <= budget["modes"][mode]["bound_cycles"].as_u64().expect("a bound"));
     }
     let stages = |mode: &str| budget["modes"][mode]["stages"].as_object().unwrap().clone();
     for stage in ["predict", "windows", "confirm", "limb", "centre", "orbit"] {
