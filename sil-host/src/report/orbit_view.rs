@@ -253,10 +253,10 @@ mod tests {
 
     #[test]
     fn the_shadow_is_as_long_as_the_sun_stands_low() {
-        let low = OrbitView { beta_rad: 0.0, ..OrbitView::default() };
+        let low = OrbitView { beta_rad: 0.0, equator_km: EQUATOR_KM, ..OrbitView::default() };
         let farthest = |view: &OrbitView| view.shadow().iter().fold(0.0, |far: f64, [x, _]| far.min(*x));
         assert!(farthest(&low) < -1e6);
-        let high = OrbitView { beta_rad: 0.5, ..OrbitView::default() };
+        let high = OrbitView { beta_rad: 0.5, ..low };
         assert!((farthest(&high) + EQUATOR_KM / 0.5f64.sin()).abs() < 1.0);
     }
 }
