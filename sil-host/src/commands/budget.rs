@@ -269,22 +269,20 @@ fn row(name: &str, part: &str, used: u64, limit: Option<u64>) {
     print_line!("  {name:18} {part:12} {used:>11}{judged}");
 }
 
-/// The stages of a second and their names.
-const STAGES: [(Stage, &str); 10] = [
-    (Stage::Scan, "scan"),
-    (Stage::Identify, "identify"),
-    (Stage::Predict, "predict"),
-    (Stage::Windows, "windows"),
-    (Stage::Confirm, "confirm"),
-    (Stage::Limb, "limb"),
-    (Stage::Centre, "centre"),
-    (Stage::Orbit, "orbit"),
-    (Stage::Search, "search"),
-    (Stage::Streaks, "streaks"),
-];
-
 fn stage_name(number: u8) -> &'static str {
-    STAGES.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
+    let stages = [
+        (Stage::Scan, "scan"),
+        (Stage::Identify, "identify"),
+        (Stage::Predict, "predict"),
+        (Stage::Windows, "windows"),
+        (Stage::Confirm, "confirm"),
+        (Stage::Limb, "limb"),
+        (Stage::Centre, "centre"),
+        (Stage::Orbit, "orbit"),
+        (Stage::Search, "search"),
+        (Stage::Streaks, "streaks"),
+    ];
+    stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
 }
 
 /// The workspace's root: the nearest folder at or above this one that holds the file of limits.
@@ -432,8 +430,7 @@ fn parts(
 }
 
 /// Sorts the metered cycles by what they are judged as.
-fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown]) -> Budget {
-    let bounds = Bounds::new(flights);
+fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown], bounds: &Bounds) -> Budget {
     let mut modes = BTreeMap::new();
     let seconds = || flights.iter().flat_map(|flown| &flown.seconds);
     for (cycle, report) in seconds() {
@@ -519,7 +516,8 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     for (cycle, _) in flights.iter_mut().flat_map(|flown| &mut flown.seconds) {
         cycle.wait(arguments.wait_states.into());
     }
-    let budget = table(&limits, arguments.wait_states, &flights);
+    let bounds = Bounds::new(&flights)?;
+    let budget = table(&limits, arguments.wait_states, &flights, &bounds);
     if arguments.json {
         json::print_line(&budget);
     } else {

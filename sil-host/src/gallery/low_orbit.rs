@@ -5,7 +5,7 @@
 
 use super::seeds::{OverSeeds, SEEDS, over_seeds};
 use super::{Figure, Made, Row, Told};
-use crate::campaign::earth::cases::{self, CASES, Case, Drawn};
+use crate::campaign::earth::cases::{self, CASES, Case, Drawn, YEAR_US};
 use crate::campaign::earth::seen::{Fix, Frame, Way};
 use crate::error::HostError;
 use crate::formats::camera_file::{CameraFile, MITA};
@@ -13,6 +13,7 @@ use crate::harness::truth_of;
 use crate::report::chart::{Axis, Chart, Series};
 use crate::scenario::Scenario;
 use crate::world::detector::imaging::ImagingModel;
+use crate::world::earth::EQUATOR_KM;
 use crate::world::earth::heights::Heights;
 use crate::world::motion::pointing::Pointing;
 use crate::world::noise::{Noise, Stream};
@@ -42,7 +43,7 @@ pub const FIGURES: &[Figure] = &[Figure {
 
 /// The orbit and the mount, km and degrees: 71 degrees off nadir towards flight, the detector's long side
 /// along the horizon, so that the Earth covers a third of the field.
-const SEMI_MAJOR_AXIS_KM: f64 = 6_378.137 + 450.0;
+const SEMI_MAJOR_AXIS_KM: f64 = EQUATOR_KM + 450.0;
 const INCLINATION_DEG: f64 = 87.3;
 const OFF_NADIR_DEG: f64 = 71.0;
 const ROLL_DEG: f64 = 90.0;
@@ -53,8 +54,6 @@ const PICTURES: u64 = 8;
 const DRAWS: u32 = 500;
 /// Least limb on the detector that the Sun lights, degrees about the Earth's centre: three quarters of it.
 const LIT_DEG: f64 = 14.0;
-/// A year, us.
-const YEAR_US: f64 = 365.25 * 86_400e6;
 /// The ways compared.
 const WAYS: [(&str, Way); 4] = [
     ("flown", Way::Sun),

@@ -33,6 +33,11 @@ pub(super) fn read(text: &Text<'_>, raw: &RawBody) -> Result<CentralBody, HostEr
     })
 }
 
+/// The place of a switch that is on.
+pub(super) fn switched_on(switch: &Option<Spanned<bool>>) -> Option<usize> {
+    switch.as_ref().filter(|on| *on.get_ref()).map(|on| on.span().start)
+}
+
 /// Refuses what only the Earth has.
 pub(super) fn of_the_earth_alone(
     text: &Text<'_>,

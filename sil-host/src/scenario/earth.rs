@@ -10,7 +10,7 @@
 //! | `season` | whether the limb stands higher over the tropics and the summer half | | true |
 //! | `airglow` | whether the night sky's layer at 90 km shines | | true |
 
-use super::body::of_the_earth_alone;
+use super::body::{of_the_earth_alone, switched_on};
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::earth::EarthModel;
@@ -34,13 +34,10 @@ pub(super) struct RawEarth {
 /// Reads the `[earth]`.
 pub(super) fn read(text: &Text<'_>, raw: &RawEarth, body: CentralBody) -> Result<EarthModel, HostError> {
     let default = EarthModel::of(body);
-    let on = |value: &Option<Spanned<bool>>| {
-        value.as_ref().filter(|value| *value.get_ref()).map(|value| value.span().start)
-    };
     of_the_earth_alone(
         text,
         body,
-        &[("earth.season", on(&raw.season)), ("earth.airglow", on(&raw.airglow))],
+        &[("earth.season", switched_on(&raw.season)), ("earth.airglow", switched_on(&raw.airglow))],
     )?;
     let number = |key: &str, value: &Option<Spanned<f64>>, default, range| {
         text.number(&format!("earth.{key}"), value.as_ref(), default, range)

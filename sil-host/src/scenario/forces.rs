@@ -8,7 +8,7 @@
 //! | `radiation_area_m2`, `cr` | 1, 1.3 | for sunlight |
 //! | `earth_orientation_file` | none: UT1 = UTC, pole at rest | IERS C04, from the scenario's folder |
 
-use super::body::of_the_earth_alone;
+use super::body::{of_the_earth_alone, switched_on};
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::orbit::OrbitError;
@@ -49,13 +49,13 @@ pub(super) fn read(
     duration_s: u32,
 ) -> Result<Forces, HostError> {
     let default = Forces::about(body);
-    let on = |value: &Option<Spanned<bool>>| {
-        value.as_ref().filter(|value| *value.get_ref()).map(|value| value.span().start)
-    };
-    let moon = on(&raw.moon).filter(|_| !default.moon);
+    let moon = switched_on(&raw.moon).filter(|_| !default.moon);
     let file = raw.earth_orientation_file.as_ref().map(|file| file.span().start);
-    let asked =
-        [("forces.drag", on(&raw.drag)), ("forces.moon", moon), ("forces.earth_orientation_file", file)];
+    let asked = [
+        ("forces.drag", switched_on(&raw.drag)),
+        ("forces.moon", moon),
+        ("forces.earth_orientation_file", file),
+    ];
     of_the_earth_alone(text, body, &asked)?;
     let (key, most) = ("forces.gravity_degree", gravity::largest(body) as i64);
     let degree = text.whole(key, raw.gravity_degree.as_ref(), default.gravity_degree as i64, (0, most))?;

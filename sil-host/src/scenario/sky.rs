@@ -8,7 +8,7 @@
 //! | `sun_light` | whether the Sun has image, halo, bloom, ghost and stray light; in the field it veils the detector all the same | | true |
 //! | `satellites_an_hour` | other satellites that cross the field, on average | 0 to 3600 | 10 |
 
-use super::body::of_the_earth_alone;
+use super::body::{of_the_earth_alone, switched_on};
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::sky::bodies::BodiesModel;
@@ -28,13 +28,10 @@ pub(super) struct RawSky {
 
 /// Reads the `[sky]`.
 pub(super) fn read(text: &Text<'_>, raw: &RawSky, body: CentralBody) -> Result<BodiesModel, HostError> {
-    let on = |value: &Option<Spanned<bool>>| {
-        value.as_ref().filter(|value| *value.get_ref()).map(|value| value.span().start)
-    };
     let satellites = raw.satellites_an_hour.as_ref().filter(|value| *value.get_ref() > 0.0);
     let asked = [
-        ("sky.planets", on(&raw.planets)),
-        ("sky.moon", on(&raw.moon)),
+        ("sky.planets", switched_on(&raw.planets)),
+        ("sky.moon", switched_on(&raw.moon)),
         ("sky.satellites_an_hour", satellites.map(|value| value.span().start)),
     ];
     of_the_earth_alone(text, body, &asked)?;

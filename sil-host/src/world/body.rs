@@ -7,15 +7,14 @@
 //! the Sun's direction and the aberration by 0.03 arcsec.
 
 use super::attitude::{Vector, rotation};
-use super::sky::planets;
+use super::sky::planets::{self, CENTURY_US};
+use super::time::civil_time::DAY_US;
 use super::time::ephemeris::{self, AU_KM};
 use super::vector::{minus, plus, product, times};
 use fsw_core::orbit::body::{BodyAxes, CentralBody, EARTH, MOON};
 
 /// Half the time over which a velocity is a difference of places, µs.
 const HALF_US: i64 = 300_000_000;
-const DAY_US: f64 = 86_400e6;
-const CENTURY_US: f64 = 36_525.0 * DAY_US;
 
 /// The Sun.
 pub fn sun_km(body: CentralBody, time_us: i64) -> Vector {
@@ -72,7 +71,7 @@ pub fn icrs_to_fixed(body: CentralBody, time_us: i64) -> [Vector; 3] {
 
 /// Right ascension and declination of the pole, and the prime meridian, rad.
 fn angles_rad(axes: &BodyAxes, time_us: i64) -> [f64; 3] {
-    let (centuries, days) = (time_us as f64 / CENTURY_US, time_us as f64 / DAY_US);
+    let (centuries, days) = (time_us as f64 / CENTURY_US, time_us as f64 / DAY_US as f64);
     let linear = |[at_epoch, rate]: [f64; 2], time: f64| at_epoch + rate * time;
     let mut angles_deg = [
         linear(axes.right_ascension_deg, centuries),

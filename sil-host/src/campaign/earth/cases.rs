@@ -27,7 +27,7 @@ const RUNS_AN_EARTH: u64 = 8;
 /// Views drawn before it is given up.
 const DRAWS: u32 = 2000;
 /// A year, µs.
-const YEAR_US: f64 = 365.25 * 86_400e6;
+pub const YEAR_US: f64 = 365.25 * 86_400e6;
 /// The Earth's radius, km, by which a horizon is aimed at.
 const RADIUS_KM: f64 = 6378.0;
 /// A disc is off the middle by up to this angle, deg: more would not fit the detector's lower side.

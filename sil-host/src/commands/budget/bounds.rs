@@ -9,9 +9,11 @@
 //!
 //! An identification in the second of a scan has a tenth of the allowance of later ones: it has two bounds.
 
-use super::{CROWDED_FIELD, EVERY_MODE, Flown, MeteredCycle, PROTON_STORM, STAGES, WIDEST_LIMB, Work};
+use super::{CROWDED_FIELD, EVERY_MODE, Flown, MeteredCycle, PROTON_STORM, WIDEST_LIMB, Work, stage_name};
+use crate::error::HostError;
 use crate::flight;
 use fsw_core::camera::Camera;
+use fsw_core::catalog::Catalogue;
 use fsw_core::earth::view::{COARSE, FINE};
 use fsw_core::earth::{MAX_LIMB_POINTS, MAX_SEARCH_POINTS, centre, consensus, limb, reach};
 use fsw_core::frames::Rotation;
@@ -127,24 +129,26 @@ fn keyed(cycle: &MeteredCycle) -> impl Iterator<Item = (Key, &Work)> {
 }
 
 /// Most catalogue stars in the field of a flight's attitudes, 1 where there is none.
-fn most_field_stars(flown: &Flown) -> u64 {
-    let catalogue = flight::open(catalog_gen::REFERENCE).ok();
-    let camera = Camera::new(flown.camera).ok();
-    let (Some(catalogue), Some(camera)) = (catalogue, camera) else { return 1 };
+fn most_field_stars(catalogue: &Catalogue, flown: &Flown) -> u64 {
+    let Ok(camera) = Camera::new(flown.camera) else { return 1 };
     let attitudes = flown.seconds.iter().filter_map(|(_, report)| report.attitude);
     let counts = attitudes.filter_map(|attitude| {
         let attitude = Rotation::from_quaternion(attitude.quaternion)?;
-        Some(field_stars(&catalogue, &camera, &attitude)?.len())
+        Some(field_stars(catalogue, &camera, &attitude)?.len())
     });
     counts.max().unwrap_or(1).max(1) as u64
 }
 
 impl Bounds {
     /// Of metered flights.
-    pub(super) fn new(flights: &[Flown]) -> Self {
+    ///
+    /// # Errors
+    /// When the catalogue of the flight image is damaged.
+    pub(super) fn new(flights: &[Flown]) -> Result<Self, HostError> {
+        let catalogue = flight::open(catalog_gen::REFERENCE)?;
         let (mut bounds, mut worst) = (BTreeMap::new(), BTreeMap::new());
         for flown in flights {
-            let field_stars = most_field_stars(flown);
+            let field_stars = most_field_stars(&catalogue, flown);
             for (key, work) in flown.seconds.iter().flat_map(|(cycle, _)| keyed(cycle)) {
                 let most = worst.entry(key).or_insert(0);
                 *most = work.cycles.max(*most);
@@ -162,7 +166,7 @@ impl Bounds {
                 *bound = at_caps.max(*bound);
             }
         }
-        Self { bounds, worst }
+        Ok(Self { bounds, worst })
     }
 
     /// What a second would have cost, had each of its stages cost what it costs at its caps.
@@ -186,10 +190,6 @@ impl Bounds {
                 saturated_by: saturated.flights,
             }
         };
-        let named = |saturated: &Saturated| {
-            let (_, name) = STAGES.iter().find(|(stage, _)| *stage as u8 == saturated.stage as u8)?;
-            Some((*name, of_stage(saturated)))
-        };
-        SATURATED.iter().filter_map(named).collect()
+        SATURATED.iter().map(|stage| (stage_name(stage.stage as u8), of_stage(stage))).collect()
     }
 }

@@ -56,9 +56,7 @@ pub fn document() -> String {
                     ("frame-version", "u8", "Version of the layout."),
                     ("frame-checksum", "crc32", "CRC-32 (ISO-HDLC) of version and body."),
                 ] {
-                    xml.element("Parameter", &[("name", name), ("parameterTypeRef", kind)], |xml| {
-                        xml.text("LongDescription", about);
-                    });
+                    packets::parameter(xml, name, kind, about);
                 }
                 body.parameters(xml);
                 packets::parameters(xml);

@@ -16,7 +16,8 @@ use fsw_core::orbit::body::{CentralBody, SolarOrbit};
 
 /// Obliquity of the J2000 ecliptic, rad.
 const OBLIQUITY_RAD: f64 = 0.409_092_804_222_329;
-const CENTURY_US: f64 = 36_525.0 * 86_400e6;
+/// A Julian century, µs.
+pub const CENTURY_US: f64 = 36_525.0 * 86_400e6;
 /// Rounds of Newton's method for Kepler's equation; five reach 1e-12 for all eccentricities here.
 const KEPLER_ROUNDS: u32 = 8;
 

@@ -162,13 +162,15 @@ pub fn crc(xml: &mut Xml, (width, polynomial, first, last): (&str, &str, &str, &
     });
 }
 
+/// A parameter: its name, its type, what it means.
+pub fn parameter(xml: &mut Xml, name: &str, kind: &str, about: &str) {
+    xml.element("Parameter", &[("name", name), ("parameterTypeRef", kind)], |xml| {
+        xml.text("LongDescription", about);
+    });
+}
+
 /// The packets' parameters.
 pub fn parameters(xml: &mut Xml) {
-    let parameter = |xml: &mut Xml, name: &str, kind: &str, about: &str| {
-        xml.element("Parameter", &[("name", name), ("parameterTypeRef", kind)], |xml| {
-            xml.text("LongDescription", about);
-        });
-    };
     all_parts().for_each(|part| parameter(xml, part.0, &type_of(part), part.2));
     parameter(xml, "table-bytes", "table", "The part.");
     parameter(xml, "packet-checksum", CHECKSUM, "CRC-16 (CCITT, all ones at first) of all before.");
