@@ -2,8 +2,8 @@
 //!
 //! In: the arcs and marks of an image's streaks, the seconds since the last image, and its [`RateHistory`].
 //! Out: a [`StreakRate`] or `None`. The ends of streaks and the exposure give the rate except for its sense
-//! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the one
-//! with more matches gains. A star found in both images also gives the mean rate between them, more
+//! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the odds of
+//! the two follow from what each finds and from what it would find by chance. A star found in both images also gives the mean rate between them, more
 //! accurate than the ends of its streak. Two successive means are extrapolated to the present; a single one
 //! is used with its covariance enlarged by the possible change of the rate since: that of a free body
 //! ([`FREE_BODY_CHANGE`]), or of a slew as the last images show it.
@@ -30,11 +30,14 @@ const FEWEST_REPEATED: usize = 5;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4 sigma
 /// is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;
-/// Expected number of chance matches up to which one match decides the sense.
+/// Expected number of chance matches up to which a match confirms a rate.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
-/// Net matches from which the sense is known, and largest count.
-const SENSE_KNOWN: i8 = 2;
-const MAX_SENSE: i8 = 4;
+/// Share of an image's streaks that the next one shows again: others leave the field, or are hits.
+const SHOWN_AGAIN: f32 = 0.5;
+/// Natural logarithm of the odds of a sense over the opposite one from which it is known, 10,000 to 1, and
+/// of the largest odds that are kept.
+const SENSE_KNOWN: f32 = 9.2;
+const MAX_SENSE: f32 = 2.0 * SENSE_KNOWN;
 /// A mean rate is extrapolated by the one before it where the images are at most so far apart, s.
 const LONGEST_EXTRAPOLATION_S: f32 = 1.5;
 
@@ -58,8 +61,8 @@ pub struct RateHistory {
     pub marks: Vec<Mark, MAX_MARKS>,
     /// Rate by the streaks of that image, of the more likely sense.
     streaks: Option<RateFit>,
-    /// Matches for this sense less those for the opposite one.
-    sense: i8,
+    /// Natural logarithm of the odds of this sense over the opposite one.
+    sense: f32,
     /// Mean rate up to that image from the one before, if there was one.
     mean: Option<Estimate>,
     /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean rates
@@ -224,8 +227,8 @@ struct Hypotheses {
     opposite: Option<RateFit>,
     /// Arcs of the marks matched by this sense.
     matches: Vec<Arc, MAX_ARCS>,
-    /// Number of matches above that of the opposite sense.
-    gain: i8,
+    /// By what the odds of this sense over the opposite one grow, natural logarithm.
+    gain: f32,
     /// Expected number of chance matches.
     chance: f32,
 }
@@ -233,8 +236,15 @@ struct Hypotheses {
 /// The more likely sense, its rate, and the mean rate since the last image.
 struct Decision {
     rate: RateFit,
-    sense: i8,
+    sense: f32,
     mean: Option<RateFit>,
+}
+
+/// Natural logarithm of the odds of a rate over none at all, where so many of the last image's marks were
+/// matched and so many are expected by chance: a match is as many times as probable as marks that are shown
+/// again, and chance matches, are more than chance matches.
+fn log_odds(matched: usize, marks: usize, chance: f32) -> f32 {
+    matched as f32 * libm::logf(1.0 + SHOWN_AGAIN * marks as f32 / chance.max(1e-6))
 }
 
 impl Hypotheses {
@@ -245,28 +255,26 @@ impl Hypotheses {
         field: DetectorScale,
     ) -> Self {
         let mut matches = Vec::new();
+        let mut odds = |rate: &RateFit, sign: f32| {
+            let chance = compared.match_last_image(&mut matches, images, (rate, sign), field);
+            (log_odds(matches.len(), images.0.len(), chance), chance)
+        };
         let opposite = arcs::opposite(arcs, &compared.rate);
-        if let Some(opposite) = &opposite {
-            compared.match_last_image(&mut matches, images, (opposite, -1.0), field);
-        }
-        let back = matches.len() as i8;
-        let chance = compared.match_last_image(&mut matches, images, (&compared.rate, 1.0), field);
-        let gain = matches.len() as i8 - back;
-        Self { opposite, matches, gain, chance }
+        let back = opposite.as_ref().map_or(0.0, |opposite| odds(opposite, -1.0).0);
+        let (forth, chance) = odds(&compared.rate, 1.0);
+        Self { opposite, matches, gain: forth - back, chance }
     }
 
-    /// Adds the gain to the previous count; `None` where the opposite sense is more likely and has no rate.
+    /// Adds the gain to the odds so far; `None` where the opposite sense is more likely and has no rate.
     fn decide(&self, compared: &RateComparison, before: &RateHistory) -> Option<Decision> {
-        // The count is kept only if the two rates are consistent.
-        let sense = if compared.last.is_some() && compared.is_consistent() { before.sense } else { 0 };
-        // One match decides where chance matches are unlikely.
-        let weight = if self.chance < MAX_CHANCE_MATCHES { SENSE_KNOWN } else { 1 };
-        let sense = (sense + weight * self.gain.clamp(-2, 2)).clamp(-MAX_SENSE, MAX_SENSE);
-        if sense < 0 {
+        // The odds are kept only if the two rates are consistent.
+        let sense = if compared.last.is_some() && compared.is_consistent() { before.sense } else { 0.0 };
+        let sense = (sense + self.gain).clamp(-MAX_SENSE, MAX_SENSE);
+        if sense < 0.0 {
             return Some(Decision { rate: self.opposite?, sense: -sense, mean: None });
         }
         let change = compared.change * compared.elapsed_s;
-        let mean = (self.gain > 0).then(|| arcs::solve(&self.matches)).flatten();
+        let mean = (self.gain > 0.0).then(|| arcs::solve(&self.matches)).flatten();
         let mean = mean.filter(|mean| are_consistent(mean, &compared.rate, change) == Some(true));
         Some(Decision { rate: compared.rate, sense, mean })
     }
@@ -292,7 +300,7 @@ fn fused_rate(
     let both = match &decision.mean {
         Some(mean) => fused(streaks, rate_at_image((elapsed_s, change), mean, before)),
         // Too few matches for a mean rate of their own: they correct the rate.
-        None if *gain > 0 && *chance < MAX_CHANCE_MATCHES => {
+        None if *gain > 0.0 && *chance < MAX_CHANCE_MATCHES => {
             corrected(streaks, matches, 0.5 * change.max() * elapsed_s)
         }
         None => None,
