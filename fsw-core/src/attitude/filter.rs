@@ -55,6 +55,9 @@ const NOISE_DECAY: (f32, f32) = (1.2, 0.9);
 /// Normalised innovation squared from which the filter is reinitialised: probability 1e-8 with 3 degrees of
 /// freedom.
 const RESTART_NIS: f32 = 40.0;
+/// Time after the last contradiction for which a filter is not steady, s: a slew that begins or ends changes
+/// the rate for seconds, and where images end with it its attitude cannot be carried on. Chosen.
+const UNSTEADY_S: f32 = 10.0;
 /// Initial process noise: sigma of the rate's change in a second, 1 arcsec/s.
 const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;
 /// Variances are kept in mrad², so that f32 has digits and range to spare.
@@ -89,6 +92,8 @@ pub struct Filter<const BLOCKS: usize> {
     instant: LocalTime,
     /// Instant of the last attitude observed.
     updated_at: LocalTime,
+    /// Instant of the last image that contradicted the prediction.
+    contradicted_at: Option<LocalTime>,
     /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
     states: [Vector3<f32>; BLOCKS],
     /// Of the states, mrad and s.
@@ -116,6 +121,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             attitude,
             instant,
             updated_at: instant,
+            contradicted_at: None,
             states: [Vector3::zeros(); BLOCKS],
             covariance: BlockCovariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
             variance: squares(&Vector3::from(sigma_rad)),
@@ -182,12 +188,23 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Sum of the words of attitude, rate and covariance. Another at the begin of a second than at the end of
     /// the last tells of an upset.
     pub fn word_sum(&self) -> u32 {
-        let Self { attitude, instant, updated_at, states, covariance, variance, reading, .. } = self;
+        let Self {
+            attitude,
+            instant,
+            updated_at,
+            contradicted_at,
+            states,
+            covariance,
+            variance,
+            reading,
+            ..
+        } = self;
         let scales = [self.process_noise_psd, self.mean_nis];
         let vectors = states.iter().chain([variance, reading]).map(|vector| vector.as_slice());
         let matrices = covariance.0.as_flattened().iter().chain([attitude.matrix()]);
         let singles = vectors.chain(matrices.map(|matrix| matrix.as_slice())).chain([&scales[..]]);
-        let longs = [instant, updated_at].map(|instant| word_sum::of_long(instant.as_us() as u64));
+        let instants = [*instant, *updated_at].into_iter().chain(*contradicted_at);
+        let longs = instants.map(|instant| word_sum::of_long(instant.as_us() as u64));
         let flags = 1 + u32::from(self.has_rate) + 2 * u32::from(self.sensor.is_some());
         singles.map(word_sum::of_singles).chain(longs).fold(flags, u32::wrapping_add)
     }
@@ -195,6 +212,18 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Microseconds from the last measurement update to `instant`.
     pub fn age_us(&self, instant: LocalTime) -> i64 {
         instant.us_since(self.updated_at)
+    }
+
+    /// Notes that the image of an instant shows no star where the prediction has them.
+    pub fn contradict(&mut self, instant: LocalTime) {
+        self.contradicted_at = Some(instant);
+    }
+
+    /// Whether the turning can be carried on without images: a rate sensor measures it, or no image contradicted
+    /// the prediction since some seconds before the last attitude.
+    pub fn is_steady(&self) -> bool {
+        let steady_s = |contradicted| seconds(self.updated_at.us_since(contradicted));
+        self.sensor.is_some() || self.contradicted_at.is_none_or(|at| steady_s(at) >= UNSTEADY_S)
     }
 
     /// The rate, after two attitudes at most [`MAX_RATE_BASE_S`] apart, or with a rate sensor.

@@ -163,7 +163,12 @@ impl Sensor<'_> {
                 self.measurement_update(confirmed, confirmed.log10_chance, self.now, stars);
                 Outcome::Tracked
             }
-            _ => self.follow_few(clear_windows, stars).unwrap_or(Outcome::Lost),
+            _ => self.follow_few(clear_windows, stars).unwrap_or_else(|| {
+                if let Some(motion) = &mut self.motion {
+                    motion.contradict(self.now);
+                }
+                Outcome::Lost
+            }),
         }
     }
 

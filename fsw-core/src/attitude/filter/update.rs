@@ -35,6 +35,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             let anew = Self {
                 sensor: self.sensor,
                 reading: self.reading,
+                contradicted_at: propagated.then_some(instant).or(self.contradicted_at),
                 ..Self::new(attitude, sigma_rad, instant)
             };
             *self = anew.with_rate_after(&then, &innovation, elapsed_s);
