@@ -83,7 +83,7 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 15] = [
+pub const EMBEDDED: [(&str, &str); 16] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
@@ -99,6 +99,7 @@ pub const EMBEDDED: [(&str, &str); 15] = [
     ("geo-shutters", include_str!("scenarios/geo-shutters.toml")),
     ("moon-orbit", include_str!("scenarios/moon-orbit.toml")),
     ("mars-orbit", include_str!("scenarios/mars-orbit.toml")),
+    ("inertial-outage", include_str!("scenarios/inertial-outage.toml")),
 ];
 
 /// Seconds in a run: up to ten days.

@@ -32,6 +32,8 @@ const FEWEST_REPEATED: usize = 5;
 const REPEATED_SHARE: f32 = 0.025;
 /// Expected number of chance matches up to which a match confirms a rate.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
+/// Fewest matches that make a mean rate: of two, one by chance turns it about the other.
+const FEWEST_OF_MEAN: u32 = 3;
 /// Share of an image's streaks that the next one shows again: others leave the field, or are hits.
 const SHOWN_AGAIN: f32 = 0.5;
 /// Natural logarithm of the odds of a sense over the opposite one from which it is known, 10,000 to 1, and
@@ -275,7 +277,9 @@ impl Hypotheses {
         }
         let change = compared.change * compared.elapsed_s;
         let mean = (self.gain > 0.0).then(|| arcs::solve(&self.matches)).flatten();
-        let mean = mean.filter(|mean| are_consistent(mean, &compared.rate, change) == Some(true));
+        let mean = mean.filter(|mean| {
+            mean.count() >= FEWEST_OF_MEAN && are_consistent(mean, &compared.rate, change) == Some(true)
+        });
         Some(Decision { rate: compared.rate, sense, mean })
     }
 }
