@@ -30,8 +30,11 @@ const FEWEST_REPEATED: usize = 5;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4 sigma
 /// is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;
-/// Expected number of chance matches up to which a match confirms a rate.
+/// Expected number of chance matches up to which a mean rate, of several matches, confirms the rate.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
+/// The same for fewer, which correct it: one by chance may lie anywhere within the reach of the prediction, and
+/// turns the rate about the line of sight by up to three sigma.
+const MAX_CHANCE_OF_FEW: f32 = 0.003;
 /// Fewest matches that make a mean rate: of two, one by chance turns it about the other.
 const FEWEST_OF_MEAN: u32 = 3;
 /// Share of an image's streaks that the next one shows again: others leave the field, or are hits.
@@ -304,7 +307,7 @@ fn fused_rate(
     let both = match &decision.mean {
         Some(mean) => fused(streaks, rate_at_image((elapsed_s, change), mean, before)),
         // Too few matches for a mean rate of their own: they correct the rate.
-        None if *gain > 0.0 && *chance < MAX_CHANCE_MATCHES => {
+        None if *gain > 0.0 && *chance < MAX_CHANCE_OF_FEW => {
             corrected(streaks, matches, 0.5 * change.max() * elapsed_s)
         }
         None => None,
