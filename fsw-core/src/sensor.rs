@@ -346,6 +346,14 @@ impl<'c> Sensor<'c> {
                 }
                 Err(error) => record.detector_fault = Some(error.into()),
             }
+        } else if let (Some(Outcome::StarPathShut), Some(_), Some(ephemeris)) =
+            (record.stars.outcome, &record.stars.solution, ephemeris)
+        {
+            match self.hold_by_earth(detector, meter, ephemeris) {
+                Ok(looked) => record.earth = looked,
+                Err(error) => record.detector_fault = Some(error.into()),
+            }
+            record.stars.solution = self.propagated(true);
         }
     }
 

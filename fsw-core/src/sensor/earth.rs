@@ -1,5 +1,7 @@
 //! The Earth stage of a second: limb, centre, position.
 
+mod held;
+
 use super::Sensor;
 use super::propagation::Ephemeris;
 use super::record::{EarthRecord, Events, FixRecord, Looked};

@@ -1,0 +1,111 @@
+//! An attitude that is held to the Earth while the star path is shut.
+//!
+//! Without stars the attitude is carried on, and grows worse by the minute. The Earth path still shows the limb,
+//! and the orbit says where its centre is: the direction to it gives two axes of the attitude, as a single star
+//! does. About that direction the attitude is carried on. An Earth that contradicts it tells of a turn that nobody
+//! measured: nothing is told then. The orbit learns nothing of such a limb: the attitude would be counted twice.
+//!
+//! In: the carried attitude, the orbit, the second's limb. Out: the attitude corrected.
+
+use super::Prediction;
+use crate::attitude::VectorPair;
+use crate::earth::EarthFix;
+use crate::frames::{Direction, EarthPath, Icrs, Rotation};
+use crate::matrix::{add_scaled, cross_matrix, dot, inverse, product, symmetric_product};
+use crate::sensor::Sensor;
+use crate::sensor::propagation::Ephemeris;
+use crate::sensor::record::{EarthRecord, Looked};
+use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
+use nalgebra::{Matrix3, Vector3};
+
+/// What is known of a direction before the limb is measured, rad: nothing. It leaves the orbit's range alone.
+const UNKNOWN_RAD: f64 = 0.1;
+/// The limb's heights stay for minutes, and what they shift is not averaged. The filter counts 0.35 of a variance
+/// as such: so many sigmas make it all.
+const LASTING: f32 = 1.7;
+
+impl Sensor<'_> {
+    /// Measures the limb of this second, in which the star path is shut, and corrects the carried attitude by it.
+    #[inline(never)]
+    pub(in crate::sensor) fn hold_by_earth(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        ephemeris: &Ephemeris,
+    ) -> Result<EarthRecord, DetectorError> {
+        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
+        let Some((rotation, sigma_rad)) = carried else { return Ok(EarthRecord::default()) };
+        let body = self.body(ephemeris, &rotation);
+        let by_orbit =
+            self.prediction(&body, &rotation, ephemeris.terrestrial_us).filter(Prediction::is_known);
+        let Some(by_orbit) = by_orbit else { return Ok(EarthRecord::default()) };
+        let predicted = by_orbit.seen_by(self.mounting().matrix(), sigma_rad);
+        meter.begin(Stage::Limb);
+        let unlit = self.unlit(&predicted);
+        meter.end(Stage::Limb);
+        let looked = match unlit {
+            Some(unlit) => unlit,
+            None => self.find_earth(detector, meter, &body, Some(&predicted))?,
+        };
+        self.count_misses(&looked);
+        if let Looked::Found(fix) = &looked {
+            let path = self.earth_path(&rotation);
+            if let (Some(pair), Some(motion)) = (self.direction_pair(&by_orbit, fix, &path), &mut self.motion)
+            {
+                if !motion.measurement_update_star(&pair, self.now) {
+                    motion.contradict(self.now);
+                }
+            }
+        }
+        Ok(EarthRecord { dark: Some(matches!(looked, Looked::Dark)), looked })
+    }
+
+    /// The direction to the Earth's centre as the limb and the orbit's range give it, beside where the orbit has
+    /// it; its sigma holds the orbit and the paths' misalignment.
+    fn direction_pair(
+        &self,
+        by_orbit: &Prediction,
+        fix: &EarthFix,
+        path: &Rotation<Icrs, EarthPath>,
+    ) -> Option<VectorPair> {
+        let predicted_km = by_orbit.centre_km.map(f64::from);
+        let lever = cross_matrix(&predicted_km);
+        let mut prior_km2 = by_orbit.covariance_km2;
+        add_scaled(
+            &mut prior_km2,
+            UNKNOWN_RAD * UNKNOWN_RAD,
+            &symmetric_product(&lever, &Matrix3::identity()),
+        );
+        let (prior, seen) = (inverse(&prior_km2)?, inverse(&fix.covariance_km2.map(f64::from))?);
+        let covariance_km2 = inverse(&(prior + seen))?;
+        let away_km = fix.centre_km.map(f64::from) - predicted_km;
+        let centre_km = predicted_km + product(&covariance_km2, &product(&seen, &away_km));
+        // Of both axes across: the measurement's errors and the orbit's.
+        let across = |covariance_km2: &Matrix3<f64>| {
+            let along =
+                dot(&predicted_km, &product(covariance_km2, &predicted_km)) / predicted_km.norm_squared();
+            (covariance_km2.trace() - along) / predicted_km.norm_squared()
+        };
+        let variance = across(&covariance_km2) + across(&by_orbit.covariance_km2);
+        let in_path =
+            |vector_km: Vector3<f64>| Direction::<EarthPath>::new(vector_km.map(|axis| axis as f32));
+        Some(VectorPair {
+            measured: self.mounting().inverse().apply(&in_path(centre_km)?),
+            reference: path.inverse().apply(&in_path(predicted_km)?),
+            sigma_rad: LASTING * libm::sqrtf(variance.max(0.0) as f32),
+        })
+    }
+}
+
+impl Prediction {
+    /// The same as an attitude of these standard deviations about the star path's axes, rad, sees it.
+    fn seen_by(&self, to_path: &Matrix3<f32>, sigma_rad: [f32; 3]) -> Self {
+        let variance =
+            Matrix3::from_diagonal(&Vector3::from(sigma_rad).map(|sigma| f64::from(sigma * sigma)));
+        let in_path = symmetric_product(&to_path.map(f64::from), &variance);
+        let lever = cross_matrix(&self.centre_km.map(f64::from));
+        let mut covariance_km2 = self.covariance_km2;
+        add_scaled(&mut covariance_km2, 1.0, &symmetric_product(&lever, &in_path));
+        Self { covariance_km2, ..*self }
+    }
+}
