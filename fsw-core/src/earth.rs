@@ -56,7 +56,8 @@ pub enum FitError {
     ShortArc,
     /// The normal equations are singular, or the centre is farther than `earth.plausible.distance_km`.
     Degenerate,
-    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`.
+    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or without an orbit
+    /// `earth.plausible.told_deg`: it is not told.
     Uncertain,
 }
 

@@ -147,7 +147,12 @@ parameter_group! {
     /// Limits of a centre without an orbit as its prior.
     pub struct PlausibleParameters in "earth.plausible" {
         /// Greatest standard deviation of the direction.
-        sigma_deg: f32 = 1.5, 0.001..=10.0, "deg",
+        sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
+            "half of the reference field's shorter side, 19.4 deg: known worse, a centre is no more than an \
+             Earth in the field";
+        /// Greatest standard deviation of a direction that is told; a first orbit is begun with worse ones too,
+        /// which it holds against each other.
+        told_deg: f32 = 1.5, 0.001..=10.0, "deg",
             "clouds and low sunlight bend a short arc by more than its heights do: of 2,300 centres known worse \
              from low orbits one in 50 was off by more than 3 sigma, up to 9.6 (low-motion, seed 51)";
         /// Greatest standard deviation of the distance, share of it.

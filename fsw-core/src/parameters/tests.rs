@@ -95,6 +95,7 @@ const PLACES: &[Place] = places![
     earth.horizon.cloud_cell_km,
     earth.horizon.sunless_px,
     earth.plausible.sigma_deg,
+    earth.plausible.told_deg,
     earth.plausible.range_share,
     earth.plausible.distance_km,
     orbit.drag_m2_kg,

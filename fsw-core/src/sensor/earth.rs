@@ -112,12 +112,16 @@ impl Sensor<'_> {
             Looked::Not | Looked::Refused(_) => by_orbit,
         };
         self.count_misses(&looked);
-        let earth = EarthRecord { looked, dark };
+        let mut earth = EarthRecord { looked, dark };
         let Looked::Found(fix) = &earth.looked else { return Ok((earth, FixRecord::default())) };
         meter.begin(Stage::Orbit);
         let record =
             self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
         meter.end(Stage::Orbit);
+        let alone = predicted.is_none_or(|predicted| !predicted.by_orbit);
+        if alone && fix.sigmas().0 > self.parameters.earth.plausible.told_deg.to_radians() {
+            earth.looked = Looked::Refused(FitError::Uncertain);
+        }
         Ok((earth, record))
     }
 

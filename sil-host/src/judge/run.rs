@@ -125,8 +125,12 @@ impl Judge {
         }
     }
 
+    /// A change by command is none of the sensor's own, and those after it are counted anew.
     fn add_change(&mut self, second: &Judged) {
-        if self.mode.replace(second.mode).is_some_and(|before| before != second.mode) {
+        let changed = self.mode.replace(second.mode).is_some_and(|before| before != second.mode);
+        if second.commanded {
+            self.changed.clear();
+        } else if changed {
             self.changed.push(second.cycle);
         }
         self.changed.retain(|at| second.cycle < at + 10);

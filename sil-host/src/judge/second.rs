@@ -7,6 +7,7 @@ use super::attitude_error;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::{cross, minus};
+use fsw_core::command::CommandOutcome;
 use fsw_core::modes::Mode;
 use fsw_core::shutting::Shutters;
 use fsw_core::telemetry::{OrbitReport, Outcome, RateReport, Report};
@@ -102,6 +103,8 @@ pub struct Judged {
     pub cycle: u32,
     /// The sensor's mode.
     pub mode: Mode,
+    /// Whether it did as it was commanded.
+    pub commanded: bool,
     /// The geometry.
     pub state: SensorState,
     /// The Sun is in the Earth path, which has a shutter: stars can be seen.
@@ -143,6 +146,7 @@ impl Judged {
         Self {
             cycle: report.cycle,
             mode: report.mode,
+            commanded: report.command == Some(CommandOutcome::Done),
             state: truth.state,
             spared: false,
             lit_limb_deg: truth.lit_limb_deg,

@@ -19,6 +19,7 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
     Judged {
         cycle,
         mode,
+        commanded: false,
         state,
         spared: false,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },

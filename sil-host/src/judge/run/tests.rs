@@ -24,6 +24,7 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
     Judged {
         cycle,
         mode: Mode::Tracking,
+        commanded: false,
         state: SensorState::Full,
         spared: false,
         lit_limb_deg: 180.0,
@@ -118,6 +119,21 @@ fn changes_of_the_mode_are_counted_within_ten_seconds() {
         });
     }
     assert_eq!(judge.finish().mode_changes_10_s, Some(4));
+}
+
+#[test]
+fn a_change_of_the_mode_by_command_is_not_the_sensors() {
+    let mut judge = Judge::new(60, 8.0);
+    // Two changes of its own in seconds 20 and 21; restarted in second 23, and two more.
+    for cycle in 0..60 {
+        let mode = match cycle {
+            20 | 24 => Mode::Acquisition,
+            23 => Mode::SelfTest,
+            _ => Mode::Tracking,
+        };
+        judge.add(&Judged { mode, commanded: cycle == 23, ..second(cycle, 1.0, true) });
+    }
+    assert_eq!(judge.finish().mode_changes_10_s, Some(2));
 }
 
 #[test]
