@@ -17,7 +17,7 @@ pub const REPORT_BYTES: usize = 226;
 /// Longest telecommand, bytes.
 pub const TELECOMMAND_BYTES: usize = 256;
 /// Version of the list of commands that is obeyed; the first byte after the headers.
-pub const TELECOMMANDS_VERSION: u8 = 1;
+pub const TELECOMMANDS_VERSION: u8 = 2;
 
 const _: () = assert!(size_of::<LinkMemory>() <= LINK_BYTES);
 const _: () = assert!(align_of::<LinkMemory>() <= SENSOR_ALIGNMENT);
