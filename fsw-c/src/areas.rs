@@ -19,23 +19,25 @@ pub enum Area {
     BadPixels = 2,
 }
 
-/// Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each there
-/// are two copies: the one that serves, which is given to `sextant_init` and is not written, and a spare one,
-/// which serves from the next start on once it was marked as whole. All zero where there is none.
+/// Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each
+/// there are two copies: the one that serves, which nothing writes, and a spare one, which serves from the
+/// next start on once it was marked as whole. Catalogue and calibration that serve are given to
+/// `sextant_init`; bad pixels are for the program's own detector, as no call here applies them. All zero
+/// where there is none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Areas {
     /// Handed to both callbacks; may be null.
     pub context: *mut c_void,
-    /// The spare copy of the catalogue, mapped into the address space; its length is the longest file. Length 0:
-    /// no catalogue is taken.
+    /// The spare copy of the catalogue, mapped into the address space; its length is the longest file.
+    /// Length 0: no catalogue is taken.
     pub catalogue: Bytes,
     /// The same of the calibration.
     pub calibration: Bytes,
     /// The same of the bad pixels.
     pub bad_pixels: Bytes,
-    /// Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from its
-    /// beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
+    /// Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from
+    /// its beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
     /// before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
     pub write: Option<
         unsafe extern "C" fn(
@@ -135,8 +137,8 @@ impl AreaStore for CAreas {
     fn written(&self, area: HalArea, length: usize) -> Result<&[u8], AreaError> {
         let Bytes { data, length: room } = self.copy(area);
         let bytes = Bytes { data, length: (length <= room).then_some(length).ok_or(AreaError::Length)? };
-        // SAFETY: `lend` was told that memory of the whole room is there; it changes in a callback alone, none
-        // of which is called while the slice is borrowed.
+        // SAFETY: `lend` was told that memory of the whole room is there; it changes in a callback alone,
+        // none of which is called while the slice is borrowed.
         unsafe { bytes.slice() }.map_err(|_| AreaError::Length)
     }
 

@@ -139,8 +139,8 @@ pub unsafe extern "C" fn sextant_link_counter(link: *mut LinkMemory, counter: *m
     Status::of(read())
 }
 
-/// Flies one second as `sextant_cycle`, with the command that waits in the link, and goes on with the check of a
-/// file that was sent up.
+/// Flies one second as `sextant_cycle`, with the command that waits in the link, and goes on with the check
+/// of a file that was sent up.
 ///
 /// Returns what `sextant_cycle` returns. Unless `OK` nothing was flown, and the command waits on.
 ///
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn sextant_cycle_commanded(
             // SAFETY: the caller's promises are the same; handle and outputs were checked.
             let outcome = unsafe { fly(sensor, instruments, link.command(), &outputs) }?;
             link.conclude(outcome);
-            // SAFETY: as before. Where another call holds the sensor by now the check waits for the next second.
+            // SAFETY: as before. Where another call holds the sensor the check waits for the next second.
             let _ = unsafe { memory::with(sensor, |sensor| link.check_area(sensor.parameters())) };
             Ok(())
         };

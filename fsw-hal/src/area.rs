@@ -1,4 +1,4 @@
-//! Non-volatile memory of the files that serve from one start to the next: catalogue, calibration, bad pixels.
+//! Non-volatile memory of files that serve from one start to the next: catalogue, calibration, bad pixels.
 //!
 //! Of each area there are two copies. One serves: the sensor borrows it from its start on, and nothing writes
 //! it. The spare one takes a new file, part by part; once it is whole and marked so, it serves from the next

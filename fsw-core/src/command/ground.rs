@@ -24,12 +24,13 @@ pub struct Envelope {
     pub authentication: Option<(Key, u32)>,
 }
 
-/// What sends a parameter table (`None`) or the file of an area up: its parts, each of at most `part_bytes`
-/// (at least 1), then the load.
+/// What sends a parameter table (`None`) or the file of an area up: its parts, each of at most `part_bytes`,
+/// 1 to [`MAX_PART_BYTES`](super::MAX_PART_BYTES), then the load.
 pub fn upload(area: Option<Area>, file: &[u8], part_bytes: usize) -> impl Iterator<Item = Telecommand<'_>> {
+    let part_bytes = part_bytes.max(1);
     let part = move |(number, bytes)| Telecommand::Part { area, offset: (number * part_bytes) as u32, bytes };
     let load = Telecommand::Load { area, length: file.len() as u32, crc: crc32(file) };
-    file.chunks(part_bytes.max(1)).enumerate().map(part).chain([load])
+    file.chunks(part_bytes).enumerate().map(part).chain([load])
 }
 
 type Data = Vec<u8, MAX_TELECOMMAND_BYTES>;

@@ -5,8 +5,8 @@
 //! its [`Refusal`] is reported. Counter and sequence count move with every packet that is authentic and newer
 //! than the last, so that a refused one cannot be sent again either.
 //!
-//! One command is done in a second. Parts, the file of an area and the dump are the link's own affair and need
-//! none.
+//! One command is done in a second. Parts, the file of an area and the dump are the link's own affair and
+//! need none.
 //!
 //! | once | call |
 //! |---|---|
@@ -107,6 +107,7 @@ pub struct CommandLink<S = ()> {
     sequence: Option<u16>,
     /// The table or file on its way up.
     pub(super) upload: Upload,
+    /// The memory of the areas.
     pub(super) store: S,
     /// The file of an area that is checked, and for whom.
     check: Option<(Request, AreaCheck)>,

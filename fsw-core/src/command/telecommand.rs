@@ -158,8 +158,8 @@ pub const ROWS: &[Row] = &[
         number: (TABLE, 1),
         name: "part",
         fields: &[AREA, field("offset", "u32", "bytes"), field("bytes", "bytes", "1 to 200")],
-        about: "a part of a parameter table or of the file of an area; offset 0 begins anew, any other continues the \
-                last part",
+        about: "a part of a parameter table or of the file of an area; offset 0 begins anew, any other \
+                continues the last part",
         refusals: &[Refusal::Part, Refusal::Area, Refusal::Memory],
     },
     Row {
@@ -170,8 +170,8 @@ pub const ROWS: &[Row] = &[
             field("length", "u32", "bytes"),
             field("crc", "u32", "CRC-32 (ISO-HDLC) of the table or file"),
         ],
-        about: "take what was sent in parts: a parameter table now, and acquire anew with it; the file of an area from \
-                the next start on, once it was checked, 4,096 bytes a second",
+        about: "take what was sent in parts: a parameter table now, and acquire anew with it; the file of an \
+                area from the next start on, once it was checked, 4,096 bytes a second",
         refusals: &[
             Refusal::Incomplete,
             Refusal::TableChecksum,

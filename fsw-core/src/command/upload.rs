@@ -1,8 +1,8 @@
 //! A parameter table, or the file of an area, on its way up: parts are collected until it is whole.
 //!
-//! In: parts, each where the last one ended. A table's are kept here, a file's go into the area's memory. Out:
-//! whether length and CRC-32 are those that the command to load names; of a file the length alone, as its
-//! CRC is that of what the memory holds ([`super::area_check`]).
+//! In: parts, each where the last one ended. A table's are kept here, a file's go into the area's memory.
+//! Out: whether length and CRC-32 are those that the command to load names; of a file the length alone, as
+//! its CRC is that of what the memory holds ([`super::area_check`]).
 
 use super::refusal::Refusal;
 use crate::checksum::crc32;

@@ -202,7 +202,7 @@ impl<'a> Calibration<'a> {
         self.centre_px
     }
 
-    /// Whether it is of a detector of this size, and of an optical centre within [`CENTRE_PX`] of this one, px.
+    /// Whether it is of a detector of this size, and of an optical centre within [`CENTRE_PX`] of this, px.
     pub fn is_of(&self, size_px: [u16; 2], [cx, cy]: [f32; 2]) -> bool {
         let [x, y] = self.centre_px;
         self.size_px == size_px && (x - cx).abs().max((y - cy).abs()) <= CENTRE_PX

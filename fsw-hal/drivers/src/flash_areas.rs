@@ -11,13 +11,13 @@
 //! | 44 | not written |
 //! | length | file |
 //!
-//! Which slot serves is found once, when the store is made: the whole one that was marked last. The other one
-//! takes parts: a sector is erased when a part reaches it, the first one with the mark on it; the mark is
-//! written last. So nothing writes to the slot that serves, whose bytes the sensor borrows, and a loss of power
-//! anywhere leaves it: what was half written has no mark, or one with a wrong CRC.
+//! Which slot serves is found once, when the store is made: the whole one that was marked last. The other
+//! one takes parts: a sector is erased when a part reaches it, the first one with the mark on it; the mark is
+//! written last. So nothing writes to the slot that serves, whose bytes the sensor borrows, and a loss of
+//! power anywhere leaves it: what was half written has no mark, or one with a wrong CRC.
 //!
-//! A part begins where a word of the flash begins: parts of 64, 128 or 192 bytes fit any flash. One part erases
-//! the sectors that it reaches: of 4 KiB at most one, for 45 to 400 ms.
+//! A part begins where a word of the flash begins: parts of 64, 128 or 192 bytes fit any flash. One part
+//! erases the sectors that it reaches: of 4 KiB at most one, for 45 to 400 ms.
 
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
@@ -33,8 +33,8 @@ const MARKED_BYTES: usize = 16;
 
 /// Flash that can be read as a slice.
 pub trait MappedFlash: NorFlash {
-    /// All its bytes, from its address 0 on, as they are now: a cache between is emptied of what was erased or
-    /// written.
+    /// All its bytes, from its address 0 on, as they are now: a cache between is emptied of what was erased
+    /// or written.
     fn mapped(&self) -> &[u8];
 }
 
@@ -178,8 +178,8 @@ fn end_of<F: MappedFlash>(slots: &Slots, flash: &F) -> Option<usize> {
 }
 
 impl<F: MappedFlash> FlashAreas<F> {
-    /// In these slots of the flash. `None` where they are not whole sectors of it, overlap, have no room for a
-    /// file or the flash has no room for them, or where its words do not divide 64 bytes.
+    /// In these slots of the flash. `None` where they are not whole sectors of it, overlap, have no room for
+    /// a file or the flash has no room for them, or where its words do not divide 64 bytes.
     ///
     /// Cost: the CRC of every whole file, both slots, 8 cycles a byte.
     pub fn new(flash: F, slots: AreaSlots) -> Option<Self> {

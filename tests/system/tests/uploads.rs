@@ -1,5 +1,5 @@
-//! Files of catalogue, calibration and bad pixels sent up by telecommand: from the bytes of the packets to the
-//! flight after the next start.
+//! Files of catalogue, calibration and bad pixels sent up by telecommand: from the bytes of the packets to
+//! the flight after the next start.
 
 use fsw_core::catalog::Catalogue;
 use fsw_core::checksum::crc32;
@@ -325,8 +325,7 @@ fn what_is_refused_serves_at_no_start() {
         }
         assert_eq!(session.checked(), not_done(Refusal::AreaChecksum));
     }
-    // Damaged before it was sent, under the CRC of the damaged bytes: a byte of the head, of the middle, of the
-    // end.
+    // Damaged before it was sent, under the CRC of the damaged bytes: in the head, the middle, the end.
     for area in AREAS {
         for place in [1, files.of(area).len() / 2, files.of(area).len() - 1] {
             let mut damaged = files.of(area).to_vec();

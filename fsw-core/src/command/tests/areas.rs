@@ -11,8 +11,7 @@ use fsw_hal::AreaError;
 const ROOM: usize = 40_000;
 const WORD: usize = 8;
 
-/// Memory of catalogue and bad pixels, which says what it was marked with; that of the calibration has no room
-/// where it is told so.
+/// Memory that says what it was marked with; that of the calibration has no room where it is told so.
 #[derive(Clone, Debug, Default)]
 struct Memory {
     copies: [Vec<u8>; 3],
