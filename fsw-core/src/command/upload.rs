@@ -37,12 +37,15 @@ impl Upload {
         let room = room(area, store)?;
         let offset = offset as usize;
         let continues = area == self.area && offset == self.length;
-        let end = offset.saturating_add(bytes.len());
-        if bytes.is_empty() || !(offset == 0 || continues) || end > room {
+        let end = offset.checked_add(bytes.len()).filter(|end| *end <= room).ok_or(Refusal::Part)?;
+        if bytes.is_empty() || !(offset == 0 || continues) {
             return Err(Refusal::Part);
         }
         match area {
-            None => self.buffer.get_mut(offset..end).ok_or(Refusal::Part)?.copy_from_slice(bytes),
+            None => {
+                let place = self.buffer.get_mut(offset..).and_then(|rest| rest.get_mut(..bytes.len()));
+                place.ok_or(Refusal::Part)?.copy_from_slice(bytes);
+            }
             Some(area) => store.write(area, offset, bytes).map_err(|error| match error.kind() {
                 AreaError::Alignment | AreaError::Length => Refusal::Part,
                 _ => {
