@@ -89,6 +89,26 @@
 #define SEXTANT_PARAMETERS_VERSION 18
 
 /**
+ * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
+ */
+#define SEXTANT_LINK_BYTES 1024
+
+/**
+ * Bytes that hold any report.
+ */
+#define SEXTANT_REPORT_BYTES 226
+
+/**
+ * Longest telecommand, bytes.
+ */
+#define SEXTANT_TELECOMMAND_BYTES 256
+
+/**
+ * Version of the list of commands that is obeyed; the first byte after the headers.
+ */
+#define SEXTANT_TELECOMMANDS_VERSION 2
+
+/**
  * What a call came to. Every call that is not `OK` has changed nothing, except that a cycle refused with
  * `TELEMETRY` has been flown.
  */
@@ -377,6 +397,35 @@ typedef uint32_t sextant_command_result;
 #endif // __cplusplus
 
 /**
+ * What an area holds.
+ */
+enum sextant_area
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * The star catalogue.
+     */
+    SEXTANT_AREA_CATALOGUE = 0,
+    /**
+     * The lens calibration.
+     */
+    SEXTANT_AREA_CALIBRATION = 1,
+    /**
+     * The detector's bad pixels and offsets of columns.
+     */
+    SEXTANT_AREA_BAD_PIXELS = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_area sextant_area;
+#else
+typedef uint32_t sextant_area;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * What the spacecraft wants of a second. More can be commanded through the link.
  */
 enum sextant_command
@@ -453,6 +502,10 @@ enum sextant_reply
      * Shutters: one did not arrive where it was sent.
      */
     SEXTANT_REPLY_STUCK = 8,
+    /**
+     * Memory of an area: no word of it begins where the part does.
+     */
+    SEXTANT_REPLY_ALIGNMENT = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -461,6 +514,12 @@ typedef enum sextant_reply sextant_reply;
 typedef uint32_t sextant_reply;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
+
+/**
+ * The command link, opaque. It lies in the memory that was given to `sextant_link_init`, at its beginning;
+ * it must not be copied or moved.
+ */
+typedef struct sextant_link sextant_link;
 
 /**
  * The sensor, opaque. It lies in the memory that was given to `sextant_init`, at its beginning; it must
@@ -951,6 +1010,75 @@ typedef struct sextant_result {
     bool earth_path_shut;
 } sextant_result;
 
+/**
+ * Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each there
+ * are two copies: the one that serves, which is given to `sextant_init` and is not written, and a spare one,
+ * which serves from the next start on once it was marked as whole. All zero where there is none.
+ */
+typedef struct sextant_areas {
+    /**
+     * Handed to both callbacks; may be null.
+     */
+    void *context;
+    /**
+     * The spare copy of the catalogue, mapped into the address space; its length is the longest file. Length 0:
+     * no catalogue is taken.
+     */
+    struct sextant_bytes catalogue;
+    /**
+     * The same of the calibration.
+     */
+    struct sextant_bytes calibration;
+    /**
+     * The same of the bad pixels.
+     */
+    struct sextant_bytes bad_pixels;
+    /**
+     * Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from its
+     * beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
+     * before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
+     */
+    uint32_t (*write)(void *context,
+                      uint32_t area,
+                      size_t offset,
+                      const uint8_t *part,
+                      size_t length);
+    /**
+     * Marks the spare copy of `area`, whose first `length` bytes have the CRC-32 (ISO-HDLC) `crc`, as whole.
+     * Answers `OK`, `TIMEOUT` or `BUS`.
+     */
+    uint32_t (*mark_whole)(void *context,
+                           uint32_t area,
+                           size_t length,
+                           uint32_t crc);
+} sextant_areas;
+
+/**
+ * What a link is made of.
+ */
+typedef struct sextant_link_configuration {
+    /**
+     * APID of the packets, both ways: 11 bits.
+     */
+    uint16_t apid;
+    /**
+     * Whether every packet must carry a tag by `key`.
+     */
+    bool keyed;
+    /**
+     * The key: AES-128 of the CMAC. Copied.
+     */
+    uint8_t key[16];
+    /**
+     * Counter of the last packet, as `sextant_link_counter` gave it before power was lost; else 0.
+     */
+    uint32_t counter;
+    /**
+     * Memory of the files that are sent up; all zero where there is none.
+     */
+    struct sextant_areas areas;
+} sextant_link_configuration;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1028,6 +1156,79 @@ sextant_status sextant_cycle(struct sextant_sensor *sensor,
                              size_t telemetry_bytes,
                              size_t *telemetry_length,
                              struct sextant_result *result);
+
+/**
+ * Makes a link in memory of the caller; one that was there is forgotten.
+ *
+ * - `memory`: `memory_bytes` bytes, at least `SEXTANT_LINK_BYTES`, aligned to `SEXTANT_SENSOR_ALIGNMENT`, in
+ *   use until the last call. It must not be copied or moved. Zero it before the first call (a static object
+ *   is).
+ * - `configuration`: APID, key and counter; memory of the areas, which is used until the last call.
+ * - `link`: where the link's handle is written.
+ *
+ * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `BUSY`. Unless `OK`, memory and
+ * handle are as before.
+ */
+sextant_status sextant_link_init(void *memory,
+                                 size_t memory_bytes,
+                                 const struct sextant_link_configuration *configuration,
+                                 struct sextant_link **link);
+
+/**
+ * Takes one telecommand packet. What came of it is reported by `sextant_link_report`.
+ *
+ * - `link`: the handle of `sextant_link_init`.
+ * - `packet`: its bytes, from the first to the last, no more; at most `SEXTANT_TELECOMMAND_BYTES`.
+ * - `refusal`: where 0 is written for an accepted packet, else the reason code.
+ *
+ * Returns `OK`, also for a packet that is refused; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments;
+ * `NOT_A_SENSOR`, `BUSY`. Unless `OK` nothing is changed.
+ */
+sextant_status sextant_link_receive(struct sextant_link *link,
+                                    struct sextant_bytes packet,
+                                    uint32_t *refusal);
+
+/**
+ * Counter of the last packet whose tag was right. A program with a key stores it where it outlasts a loss of
+ * power after every packet, before the next cycle.
+ *
+ * Returns `OK`; `NULL`, `ALIGNMENT`, `OVERLAP` for the arguments; `NOT_A_SENSOR`, `BUSY`.
+ */
+sextant_status sextant_link_counter(struct sextant_link *link,
+                                    uint32_t *counter);
+
+/**
+ * Flies one second as `sextant_cycle`, with the command that waits in the link, and goes on with the check of a
+ * file that was sent up.
+ *
+ * Returns what `sextant_cycle` returns. Unless `OK` nothing was flown, and the command waits on.
+ */
+sextant_status sextant_cycle_commanded(struct sextant_sensor *sensor,
+                                       struct sextant_link *link,
+                                       const struct sextant_instruments *instruments,
+                                       uint8_t *telemetry,
+                                       size_t telemetry_bytes,
+                                       size_t *telemetry_length,
+                                       struct sextant_result *result);
+
+/**
+ * Writes the next report packet, to be called until there is none.
+ *
+ * - `link`: the handle of `sextant_link_init`.
+ * - `sensor`: the handle of `sextant_init`: a dump sends its parameter table.
+ * - `local_us`: the on-board counter now, microseconds; the time of the packet.
+ * - `report`, `report_bytes`: where it is written, at least `SEXTANT_REPORT_BYTES`.
+ * - `report_length`: where its length is written; 0 where no report waits.
+ *
+ * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
+ * nothing is written.
+ */
+sextant_status sextant_link_report(struct sextant_link *link,
+                                   struct sextant_sensor *sensor,
+                                   int64_t local_us,
+                                   uint8_t *report,
+                                   size_t report_bytes,
+                                   size_t *report_length);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -32,6 +32,8 @@ pub enum Reply {
     Saturated = 7,
     /// Shutters: one did not arrive where it was sent.
     Stuck = 8,
+    /// Memory of an area: no word of it begins where the part does.
+    Alignment = 9,
 }
 
 /// Fixed properties of a detector.

@@ -34,6 +34,7 @@ extern crate std;
 #[cfg(target_os = "none")]
 use panic_never as _;
 
+pub mod areas;
 pub mod doors;
 pub mod instruments;
 pub mod link;

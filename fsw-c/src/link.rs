@@ -1,5 +1,6 @@
 //! The command link for C: bytes of telecommand packets in, bytes of report packets out.
 
+use crate::areas::{Areas, CAreas};
 use crate::calls::{Outputs, SENSOR_ALIGNMENT, fly};
 use crate::doors::{Bytes, Extent, check, check_length, check_memory};
 use crate::instruments::Instruments;
@@ -17,7 +18,7 @@ pub const REPORT_BYTES: usize = 226;
 /// Longest telecommand, bytes.
 pub const TELECOMMAND_BYTES: usize = 256;
 /// Version of the list of commands that is obeyed; the first byte after the headers.
-pub const TELECOMMANDS_VERSION: u8 = 1;
+pub const TELECOMMANDS_VERSION: u8 = 2;
 
 const _: () = assert!(size_of::<LinkMemory>() <= LINK_BYTES);
 const _: () = assert!(align_of::<LinkMemory>() <= SENSOR_ALIGNMENT);
@@ -37,6 +38,8 @@ pub struct LinkConfiguration {
     pub key: [u8; 16],
     /// Counter of the last packet, as `sextant_link_counter` gave it before power was lost; else 0.
     pub counter: u32,
+    /// Memory of the files that are sent up; all zero where there is none.
+    pub areas: Areas,
 }
 
 /// Makes a link in memory of the caller; one that was there is forgotten.
@@ -44,7 +47,7 @@ pub struct LinkConfiguration {
 /// - `memory`: `memory_bytes` bytes, at least `SEXTANT_LINK_BYTES`, aligned to `SEXTANT_SENSOR_ALIGNMENT`, in
 ///   use until the last call. It must not be copied or moved. Zero it before the first call (a static object
 ///   is).
-/// - `configuration`: APID, key and counter.
+/// - `configuration`: APID, key and counter; memory of the areas, which is used until the last call.
 /// - `link`: where the link's handle is written.
 ///
 /// Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `BUSY`. Unless `OK`, memory and
@@ -65,8 +68,10 @@ pub unsafe extern "C" fn sextant_link_init(
         check(link)?;
         Extent::of(place).check_apart(Extent::of(link))?;
         // SAFETY: not null and aligned; the rest is the caller's promise.
-        let LinkConfiguration { apid, keyed, key, counter } = unsafe { configuration.read() };
-        let made = CommandLink::new(apid, keyed.then_some(Key::new(key)), counter);
+        let LinkConfiguration { apid, keyed, key, counter, areas } = unsafe { configuration.read() };
+        // SAFETY: what the areas are is the caller's promise.
+        let areas = unsafe { areas.lend(Extent::of(place)) }?;
+        let made = CommandLink::with_areas(apid, keyed.then_some(Key::new(key)), counter, areas);
         // SAFETY: the caller promises the memory; it is aligned and long enough, and apart from the handle.
         unsafe {
             memory::make_link(place, made)?;
@@ -134,7 +139,8 @@ pub unsafe extern "C" fn sextant_link_counter(link: *mut LinkMemory, counter: *m
     Status::of(read())
 }
 
-/// Flies one second as `sextant_cycle`, with the command that waits in the link.
+/// Flies one second as `sextant_cycle`, with the command that waits in the link, and goes on with the check
+/// of a file that was sent up.
 ///
 /// Returns what `sextant_cycle` returns. Unless `OK` nothing was flown, and the command waits on.
 ///
@@ -157,10 +163,12 @@ pub unsafe extern "C" fn sextant_cycle_commanded(
         outputs.check(Extent::of(sensor))?;
         outputs.check(Extent::of(link))?;
         Extent::of(sensor).check_apart(Extent::of(link))?;
-        let second = |link: &mut CommandLink| {
+        let second = |link: &mut CommandLink<CAreas>| {
             // SAFETY: the caller's promises are the same; handle and outputs were checked.
             let outcome = unsafe { fly(sensor, instruments, link.command(), &outputs) }?;
             link.conclude(outcome);
+            // SAFETY: as before. Where another call holds the sensor the check waits for the next second.
+            let _ = unsafe { memory::with(sensor, |sensor| link.check_area(sensor.parameters())) };
             Ok(())
         };
         // SAFETY: the handle is aligned; that a link's memory stands behind it is the caller's promise.

@@ -5,6 +5,7 @@
 //! holds its own address. A cycle holds the sensor by the head's state: a second call in the meantime, from
 //! a callback or from another task, is refused. [`LinkMemory`] is a link behind such a head.
 
+use crate::areas::CAreas;
 use crate::status::Status;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
@@ -80,7 +81,7 @@ pub struct SensorMemory {
 /// it must not be copied or moved.
 pub struct LinkMemory {
     head: Head,
-    link: MaybeUninit<CommandLink>,
+    link: MaybeUninit<CommandLink<CAreas>>,
 }
 
 /// What a sensor is made of.
@@ -171,11 +172,11 @@ pub(crate) unsafe fn with<T>(
 ///
 /// # Safety
 /// `memory` is aligned and memory of a [`LinkMemory`] that is used through this module alone from now on.
-pub(crate) unsafe fn make_link(memory: *mut LinkMemory, link: CommandLink) -> Result<(), Status> {
+pub(crate) unsafe fn make_link(memory: *mut LinkMemory, link: CommandLink<CAreas>) -> Result<(), Status> {
     // SAFETY: as in `make`.
     let mut held = unsafe { &(*memory).head }.begin()?;
     // SAFETY: the state gives this call the memory.
-    unsafe { (&raw mut (*memory).link).cast::<CommandLink>().write(link) };
+    unsafe { (&raw mut (*memory).link).cast::<CommandLink<CAreas>>().write(link) };
     held.then = LINK_READY;
     Ok(())
 }
@@ -189,7 +190,7 @@ pub(crate) unsafe fn make_link(memory: *mut LinkMemory, link: CommandLink) -> Re
 /// `memory` is aligned and memory of a [`LinkMemory`], of which nothing else is used meanwhile.
 pub(crate) unsafe fn with_link<T>(
     memory: *mut LinkMemory,
-    call: impl FnOnce(&mut CommandLink) -> T,
+    call: impl FnOnce(&mut CommandLink<CAreas>) -> T,
 ) -> Result<T, Status> {
     // SAFETY: as in `make`.
     let _held = unsafe { &(*memory).head }.hold(LINK_READY)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 /// Sources with something for C in them, in the order of the header.
-const SOURCES: [&str; 6] = ["status", "doors", "instruments", "results", "memory", "calls"];
+const SOURCES: [&str; 8] = ["status", "doors", "instruments", "results", "memory", "calls", "areas", "link"];
 
 /// The header of the sources, without the sections that only Rust reads.
 fn header() -> String {

@@ -27,8 +27,13 @@
 //! | 1, 8 | refused when it was to be done | request; [`Refusal`], u16 |
 //! | 129, 4 | part of the parameter table | offset, u16; length of the table, u16; bytes |
 //!
-//! An image that makes no link links nothing of this.
+//! Files of catalogue, calibration and bad pixels go up in parts as a parameter table does, into memory of
+//! the board ([`AreaStore`](fsw_hal::AreaStore)), are checked there, a slice a second, and serve from the
+//! next start on.
+//!
+//! An image that makes no link links nothing of this, and one without that memory nothing of the files.
 
+mod area_check;
 pub mod authentication;
 pub mod ground;
 mod link;

@@ -65,10 +65,6 @@ pub use timekeeping::INSTANTS_US;
 use timekeeping::Timekeeper;
 pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
 
-/// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF
-/// does not vary when moving the optical center by one pixel" (thesis §3.1.2.2).
-const CALIBRATED_CENTRE_PX: f32 = 1.5;
-
 /// The instruments, as the spacecraft lends them for a second.
 pub struct Instruments<'a, D, C, M, R, S> {
     /// The active-pixel detector behind both paths.
@@ -109,12 +105,9 @@ impl core::error::Error for SensorError {}
 
 /// Whether a calibration is the one that the parameters name, of their detector and their optical centre.
 pub fn calibration_fits(parameters: &Parameters, calibration: &Calibration) -> bool {
-    let (camera, crc) = (&parameters.camera, parameters.imaging.calibration_crc);
-    let [cx, cy] = calibration.centre_px();
-    let [dx, dy] = [cx - camera.optical_centre_px[0], cy - camera.optical_centre_px[1]];
-    calibration.crc() == crc
-        && calibration.size_px() == [camera.width_px, camera.height_px]
-        && dx.abs().max(dy.abs()) <= CALIBRATED_CENTRE_PX
+    let camera = &parameters.camera;
+    calibration.crc() == parameters.imaging.calibration_crc
+        && calibration.is_of([camera.width_px, camera.height_px], camera.optical_centre_px)
 }
 
 /// The Earth/star sensor.

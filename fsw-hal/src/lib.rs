@@ -12,6 +12,7 @@
 //! | [`shutter`] | shutters of the two paths | every second, where there is one |
 //! | [`magnetometer`] | magnetic field in body axes | not yet |
 //! | [`store`] | record that outlives a restart | who calls the second; not by the flight code |
+//! | [`area`] | files that serve from the next start on | the command link, where there is one |
 //! | [`error`] | what the errors of all of them have in common | - |
 //!
 //! Conventions: pixels count x right and y down, the centre of the first pixel read is (0, 0); raw values are
@@ -35,6 +36,7 @@
     clippy::float_arithmetic
 )]
 
+pub mod area;
 pub mod clock;
 pub mod detector;
 pub mod error;
@@ -44,6 +46,7 @@ pub mod rate_sensor;
 pub mod shutter;
 pub mod store;
 
+pub use area::{Area, AreaStore, ErrorKind as AreaError};
 pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
 pub use detector::{Detector, DetectorGeometry, ErrorKind as DetectorError, Window};
 pub use error::{Error, ErrorType};

@@ -4,6 +4,7 @@
 //! Nothing depends on the time of day or on the number of cores, so a scenario and a seed give the same
 //! seconds everywhere.
 
+pub mod areas;
 pub mod events;
 pub mod faults;
 mod shutters;

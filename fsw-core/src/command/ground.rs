@@ -3,8 +3,10 @@
 
 use super::authentication::{Key, TAG_BYTES};
 use super::packets::MAX_TELECOMMAND_BYTES;
-use super::telecommand::{Telecommand, VERSION, paths_code};
+use super::telecommand::{Telecommand, VERSION, area_code, paths_code};
+use crate::checksum::crc32;
 use arbitrary_int::{u11, u14};
+use fsw_hal::Area;
 use heapless::Vec;
 use nalgebra::Vector3;
 use spacepackets::SpHeader;
@@ -20,6 +22,15 @@ pub struct Envelope {
     pub sequence: u16,
     /// Key and counter, where the link has a key.
     pub authentication: Option<(Key, u32)>,
+}
+
+/// What sends a parameter table (`None`) or the file of an area up: its parts, each of at most `part_bytes`,
+/// 1 to [`MAX_PART_BYTES`](super::MAX_PART_BYTES), then the load.
+pub fn upload(area: Option<Area>, file: &[u8], part_bytes: usize) -> impl Iterator<Item = Telecommand<'_>> {
+    let part_bytes = part_bytes.max(1);
+    let part = move |(number, bytes)| Telecommand::Part { area, offset: (number * part_bytes) as u32, bytes };
+    let load = Telecommand::Load { area, length: file.len() as u32, crc: crc32(file) };
+    file.chunks(part_bytes).enumerate().map(part).chain([load])
 }
 
 type Data = Vec<u8, MAX_TELECOMMAND_BYTES>;
@@ -51,11 +62,13 @@ fn fields(telecommand: &Telecommand) -> Option<Data> {
             put(&mut data, &correlation.terrestrial_us.to_be_bytes())?;
         }
         Telecommand::Shutter(paths) => put(&mut data, &[paths_code(*paths)])?,
-        Telecommand::Part { offset, bytes } => {
+        Telecommand::Part { area, offset, bytes } => {
+            put(&mut data, &[area_code(*area)])?;
             put(&mut data, &offset.to_be_bytes())?;
             put(&mut data, bytes)?;
         }
-        Telecommand::Load { length, crc } => {
+        Telecommand::Load { area, length, crc } => {
+            put(&mut data, &[area_code(*area)])?;
             put(&mut data, &length.to_be_bytes())?;
             put(&mut data, &crc.to_be_bytes())?;
         }

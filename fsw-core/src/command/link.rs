@@ -5,14 +5,17 @@
 //! its [`Refusal`] is reported. Counter and sequence count move with every packet that is authentic and newer
 //! than the last, so that a refused one cannot be sent again either.
 //!
-//! One command is done in a second. Parts of a table and the dump are the link's own affair and need none.
+//! One command is done in a second. Parts, the file of an area and the dump are the link's own affair and
+//! need none.
 //!
 //! | once | call |
 //! |---|---|
 //! | a packet | [`CommandLink::receive`] |
 //! | a second | [`CommandLink::command`], the cycle with it, [`CommandLink::conclude`] |
+//! | a second, where there is memory of areas | [`CommandLink::check_area`] |
 //! | a second | [`CommandLink::next_report`] until it gives none |
 
+use super::area_check::AreaCheck;
 use super::authentication::{Key, TAG_BYTES, TRAILER_BYTES};
 use super::packets::{self, MAX_DATA_BYTES, MAX_REPORT_BYTES, ReportHeaders, RequestId, TelecommandPacket};
 use super::refusal::Refusal;
@@ -20,13 +23,14 @@ use super::telecommand::{MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION}
 use super::upload::Upload;
 use super::{Command, CommandOutcome};
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_hal::LocalTime;
+use fsw_hal::{AreaStore, LocalTime};
 use heapless::{Deque, Vec};
 
 /// Reports that wait to be sent.
 const MAX_REPORTS: usize = 16;
-/// Places kept free among them: for the completion of the command of the second and of the dump.
-const KEPT_FREE: usize = 2;
+/// Places kept free among them: for the completion of the command of the second, of the dump and of the check
+/// of an area.
+const KEPT_FREE: usize = 3;
 /// Service of the reports about requests.
 const VERIFICATION: u8 = 1;
 /// Sequence counts have 14 bits; the half of them that follows the last one is newer.
@@ -94,15 +98,19 @@ enum Task {
     Load,
 }
 
-/// The command link of a sensor.
+/// The command link of a sensor; `S` is the memory of the areas, `()` where there is none.
 #[derive(Clone, Debug)]
-pub struct CommandLink {
+pub struct CommandLink<S = ()> {
     apid: u16,
     key: Option<Key>,
     counter: u32,
     sequence: Option<u16>,
-    /// The table on its way up.
+    /// The table or file on its way up.
     pub(super) upload: Upload,
+    /// The memory of the areas.
+    pub(super) store: S,
+    /// The file of an area that is checked, and for whom.
+    check: Option<(Request, AreaCheck)>,
     /// What waits for its second.
     task: Option<(Request, Task)>,
     /// Which part of the table is sent next, and for whom.
@@ -117,12 +125,21 @@ impl CommandLink {
     /// The link for packets of this APID (its low 11 bits). With a key every packet must carry a tag, and a
     /// counter greater than `counter`: that of the last one, as it was stored; else 0.
     pub const fn new(apid: u16, key: Option<Key>, counter: u32) -> Self {
+        Self::with_areas(apid, key, counter, ())
+    }
+}
+
+impl<S: AreaStore> CommandLink<S> {
+    /// The same, which takes files of areas up into `store`.
+    pub const fn with_areas(apid: u16, key: Option<Key>, counter: u32, store: S) -> Self {
         Self {
             apid: apid & 0x07FF,
             key,
             counter,
             sequence: None,
             upload: Upload::new(),
+            store,
+            check: None,
             task: None,
             dump: None,
             reports: Deque::new(),
@@ -183,8 +200,16 @@ impl CommandLink {
             return Err(Refusal::Busy);
         }
         match telecommand {
-            Telecommand::Part { offset, bytes } => self.upload.add(offset, bytes)?,
-            Telecommand::Load { length, crc } => self.upload.check(length, crc)?,
+            // What is checked must not change.
+            Telecommand::Part { .. } | Telecommand::Load { .. } if self.check.is_some() => {
+                return Err(Refusal::Busy);
+            }
+            Telecommand::Part { area, offset, bytes } => {
+                self.upload.add((area, offset), bytes, &mut self.store)?;
+            }
+            Telecommand::Load { area, length, crc } => {
+                self.upload.check(area, (length, crc), &self.store)?;
+            }
             _ => {}
         }
         Ok(telecommand)
@@ -217,7 +242,13 @@ impl CommandLink {
             Telecommand::Orbit(orbit) => Task::Do(Command::Orbit(orbit)),
             Telecommand::Time(correlation) => Task::Do(Command::Time(correlation)),
             Telecommand::Shutter(paths) => Task::Do(Command::Shutter(paths)),
-            Telecommand::Load { .. } => Task::Load,
+            Telecommand::Load { area: None, .. } => Task::Load,
+            Telecommand::Load { area: Some(area), length, crc } => {
+                self.check = Some((request, AreaCheck::new(area, length, crc)));
+                // Nothing is written behind what is checked, nor is it checked again.
+                self.upload.forget();
+                return;
+            }
             Telecommand::Part { .. } => return self.complete(request, CommandOutcome::Done),
             Telecommand::Dump => {
                 self.dump = Some((request, 0));
@@ -232,7 +263,7 @@ impl CommandLink {
         match self.task {
             None => Command::Continue,
             Some((_, Task::Do(command))) => command,
-            Some((_, Task::Load)) => Command::LoadParameters(self.upload.bytes()),
+            Some((_, Task::Load)) => Command::LoadParameters(self.upload.table()),
         }
     }
 
@@ -241,6 +272,18 @@ impl CommandLink {
     pub fn conclude(&mut self, outcome: Option<CommandOutcome>) {
         if let Some(outcome) = outcome
             && let Some((request, _)) = self.task.take()
+        {
+            self.complete(request, outcome);
+        }
+    }
+
+    /// Goes on with the check of an area's file by a second's share; `parameters` are those in force, whose
+    /// detector the file must be of.
+    pub fn check_area(&mut self, parameters: &Parameters) {
+        let outcome =
+            self.check.as_mut().and_then(|(_, check)| check.step(&mut self.store, &parameters.camera));
+        if let Some(outcome) = outcome
+            && let Some((request, _)) = self.check.take()
         {
             self.complete(request, outcome);
         }

@@ -43,9 +43,11 @@ refusals! {
     Version = 8, "another version of the list of commands";
     Unknown = 9, "no such service or subservice";
     Fields = 10, "the fields are shorter or longer than those of the command";
-    Busy = 11, "the command before waits for its second, a dump goes on, or reports wait to be sent";
-    Part = 12, "the part does not begin where the last one ended, is empty, or goes beyond the longest table";
-    Incomplete = 13, "the parts so far are not as long as the table";
+    Busy = 11, "the command before waits for its second, a dump or the check of an area goes on, or reports \
+                wait to be sent";
+    Part = 12, "the part does not begin where the last one ended, is empty, goes beyond the longest table or \
+                the room of the area, or begins where no word of its memory begins";
+    Incomplete = 13, "the parts so far are not as long as the table or file, or of another area";
     TableChecksum = 14, "the parts so far do not have the CRC of the table";
     TableDamaged = 32, "the table is none, or of another version";
     TableRange = 33, "a value of the table is outside its range";
@@ -57,4 +59,10 @@ refusals! {
     Correlation = 39, "the instant is of the future, older than a day, or outside the years 2000 to 2100";
     ParametersLost = 40, "the parameters and their copy are damaged: load a table first";
     Shutter = 41, "no such paths, or one is to be shut that has no shutter";
+    Area = 42, "no such area, or none on board";
+    Memory = 43, "the memory of the area failed: the file is to be sent anew";
+    AreaChecksum = 44, "what the memory holds has not the CRC of the file";
+    AreaContent = 45, "the file is none of the area's kind, of another version or damaged";
+    AreaDetector = 46, "the file is of a detector of another size than that of the parameters in force, or \
+                        of another optical centre";
 }

@@ -6,16 +6,16 @@
 use super::refusal::Refusal;
 use super::{GroundOrbit, TimeCorrelation};
 use crate::orbit::OrbitState;
-use fsw_hal::{LocalTime, OpenPaths};
+use fsw_hal::{Area, LocalTime, OpenPaths};
 use nalgebra::Vector3;
 
 /// Version of the list: it moves when a command or its fields change, not when one is added.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Service of the commands to the sensor; mission-specific services begin at 128.
 pub const SENSOR: u8 = 128;
-/// Service of the parameter table.
+/// Service of the parameter table and of the files of the areas.
 pub const TABLE: u8 = 129;
-/// Most bytes of a table in a packet.
+/// Most bytes of a table or a file in a packet.
 pub const MAX_PART_BYTES: usize = 200;
 /// Subservice of [`TABLE`] with which a part of the table is sent down.
 pub(super) const PART_DOWN: u8 = 4;
@@ -37,17 +37,22 @@ pub enum Telecommand<'a> {
     Time(TimeCorrelation),
     /// [`Command::Shutter`](super::Command::Shutter).
     Shutter(Option<OpenPaths>),
-    /// A part of a parameter table: it begins anew at 0, else where the last part ended.
+    /// A part of a parameter table, or of the file of an area: it begins anew at 0, else where the last part
+    /// ended.
     Part {
-        /// Where in the table it begins, bytes.
-        offset: u16,
+        /// The area; `None`: the parameter table.
+        area: Option<Area>,
+        /// Where in the table or file it begins, bytes.
+        offset: u32,
         /// The part.
         bytes: &'a [u8],
     },
-    /// Load the table that was sent in parts.
+    /// Load the table, or take the file of an area, that was sent in parts.
     Load {
+        /// The area; `None`: the parameter table.
+        area: Option<Area>,
         /// Its length, bytes.
-        length: u16,
+        length: u32,
         /// Its CRC-32 (ISO-HDLC), all bytes.
         crc: u32,
     },
@@ -80,6 +85,9 @@ pub struct Row {
     /// Why it can be refused, beside what holds for every packet.
     pub refusals: &'static [Refusal],
 }
+
+/// Which area a part or a load is of.
+const AREA: Field = field("area", "u8", "0 parameter table, 1 catalogue, 2 calibration, 3 bad pixels");
 
 const fn field(name: &'static str, kind: &'static str, unit: &'static str) -> Field {
     Field { name, kind, unit }
@@ -149,21 +157,32 @@ pub const ROWS: &[Row] = &[
     Row {
         number: (TABLE, 1),
         name: "part",
-        fields: &[field("offset", "u16", "bytes"), field("bytes", "bytes", "1 to 200")],
-        about: "a part of a parameter table; offset 0 begins anew, any other continues the last part",
-        refusals: &[Refusal::Part],
+        fields: &[AREA, field("offset", "u32", "bytes"), field("bytes", "bytes", "1 to 200")],
+        about: "a part of a parameter table or of the file of an area; offset 0 begins anew, any other \
+                continues the last part",
+        refusals: &[Refusal::Part, Refusal::Area, Refusal::Memory],
     },
     Row {
         number: (TABLE, 2),
         name: "load",
-        fields: &[field("length", "u16", "bytes"), field("crc", "u32", "CRC-32 (ISO-HDLC) of the table")],
-        about: "take the table that was sent in parts, and acquire anew with it",
+        fields: &[
+            AREA,
+            field("length", "u32", "bytes"),
+            field("crc", "u32", "CRC-32 (ISO-HDLC) of the table or file"),
+        ],
+        about: "take what was sent in parts: a parameter table now, and acquire anew with it; the file of an \
+                area from the next start on, once it was checked, 4,096 bytes a second",
         refusals: &[
             Refusal::Incomplete,
             Refusal::TableChecksum,
             Refusal::TableDamaged,
             Refusal::TableRange,
             Refusal::TableCalibration,
+            Refusal::Area,
+            Refusal::Memory,
+            Refusal::AreaChecksum,
+            Refusal::AreaContent,
+            Refusal::AreaDetector,
         ],
     },
     Row {
@@ -184,6 +203,15 @@ pub(super) fn paths_code(paths: Option<OpenPaths>) -> u8 {
     PATHS.iter().position(|known| *known == paths).unwrap_or(0) as u8
 }
 
+/// The areas by their codes; `None`: the parameter table.
+const AREAS: [Option<Area>; 4] =
+    [None, Some(Area::Catalogue), Some(Area::Calibration), Some(Area::BadPixels)];
+
+/// The code of an area.
+pub(super) fn area_code(area: Option<Area>) -> u8 {
+    AREAS.iter().position(|known| *known == area).unwrap_or(0) as u8
+}
+
 /// Fields still to be read.
 struct Fields<'a>(&'a [u8]);
 
@@ -199,8 +227,9 @@ impl<'a> Fields<'a> {
         Some(PATHS.get(usize::from(code)).copied().ok_or(Refusal::Shutter))
     }
 
-    fn u16(&mut self) -> Option<u16> {
-        self.bytes().map(u16::from_be_bytes)
+    fn area(&mut self) -> Option<Result<Option<Area>, Refusal>> {
+        let [code] = self.bytes()?;
+        Some(AREAS.get(usize::from(code)).copied().ok_or(Refusal::Area))
     }
 
     fn u32(&mut self) -> Option<u32> {
@@ -256,8 +285,15 @@ impl<'a> Telecommand<'a> {
             (SENSOR, 5) => fields.orbit().map(Self::Orbit),
             (SENSOR, 6) => fields.time().map(Self::Time),
             (SENSOR, 7) => fields.paths().transpose()?.map(Self::Shutter),
-            (TABLE, 1) => fields.u16().map(|offset| Self::Part { offset, bytes: fields.rest() }),
-            (TABLE, 2) => fields.u16().and_then(|length| fields.u32().map(|crc| Self::Load { length, crc })),
+            (TABLE, 1) => {
+                let area = fields.area().transpose()?;
+                area.zip(fields.u32()).map(|(area, offset)| Self::Part { area, offset, bytes: fields.rest() })
+            }
+            (TABLE, 2) => {
+                let area = fields.area().transpose()?;
+                let length = area.zip(fields.u32());
+                length.zip(fields.u32()).map(|((area, length), crc)| Self::Load { area, length, crc })
+            }
             (TABLE, 3) => Some(Self::Dump),
             _ => return Err(Refusal::Unknown),
         };

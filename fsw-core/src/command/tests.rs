@@ -7,18 +7,21 @@ use super::*;
 use crate::checksum::crc32;
 use crate::oracle::reference_camera;
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_hal::{Area, AreaStore};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use std::format;
 use std::string::String;
 use std::vec::Vec;
 
+mod areas;
+
 const APID: u16 = 0x2A5;
 const KEY: Key = Key::new([
     0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
 ]);
 const NOW: LocalTime = LocalTime::from_us(12_500_000);
-const SAFE: &str = "1aa5c00700072f800300000163d2";
+const SAFE: &str = "1aa5c00700072f800300000253b1";
 const ORBIT: GroundOrbit = GroundOrbit {
     state: OrbitState {
         time_us: 800_000_000_000_000,
@@ -76,7 +79,7 @@ fn sealed(content: &[u8]) -> Vec<u8> {
 }
 
 /// All reports that wait.
-fn reports(link: &mut CommandLink) -> Vec<Vec<u8>> {
+fn reports<S: AreaStore>(link: &mut CommandLink<S>) -> Vec<Vec<u8>> {
     let mut buffer = [0; MAX_REPORT_BYTES];
     core::iter::from_fn(|| link.next_report(NOW, &parameters(), &mut buffer).map(<[u8]>::to_vec)).collect()
 }
@@ -87,7 +90,7 @@ fn parts(report: &[u8]) -> ((u8, u8), &[u8]) {
 }
 
 /// The reason that a packet is refused with, which must be that of its report too.
-fn refusal(link: &mut CommandLink, packet: &[u8]) -> Option<Refusal> {
+fn refusal<S: AreaStore>(link: &mut CommandLink<S>, packet: &[u8]) -> Option<Refusal> {
     let refused = link.receive(packet).err().map(|refused| refused.reason);
     if let Some(reason) = refused.filter(|reason| *reason != Refusal::Apid && packet.len() >= 4) {
         let reports = reports(link);
@@ -102,15 +105,19 @@ fn refusal(link: &mut CommandLink, packet: &[u8]) -> Option<Refusal> {
 fn every_command_comes_out_of_the_bytes_that_another_program_made() {
     for (sequence, telecommand, packet_hex) in [
         (7, Telecommand::Safe, SAFE),
-        (8, Telecommand::Exposure(50_000), "1aa5c008000b2f80040000010000c350258b"),
-        (9, Telecommand::Time(TIME), "1aa5c00900172f800600000100000000004c4b400002d79883d2000008b1"),
+        (8, Telecommand::Exposure(50_000), "1aa5c008000b2f80040000020000c350cb59"),
+        (9, Telecommand::Time(TIME), "1aa5c00900172f800600000200000000004c4b400002d79883d200003997"),
         (
             10,
             Telecommand::Orbit(ORBIT),
-            "1aa5c00a004f2f80050000010002d79883d2000040e49680000000000000000000000000000000000000000000000000\
-             00000000400898c7e28240b8000000000000000040240000000000003f847ae147ae147bdd9a",
+            "1aa5c00a004f2f80050000020002d79883d2000040e49680000000000000000000000000000000000000000000000000\
+             00000000400898c7e28240b8000000000000000040240000000000003f847ae147ae147b41db",
         ),
-        (11, Telecommand::Part { offset: 0, bytes: &[13, 1, 2] }, "1aa5c00b000c2f810100000100000d0102429c"),
+        (
+            11,
+            Telecommand::Part { area: None, offset: 0, bytes: &[13, 1, 2] },
+            "1aa5c00b000f2f810100000200000000000d0102b872",
+        ),
     ] {
         let packet_bytes = bytes(packet_hex);
         assert_eq!(hex(&packet(&telecommand, sequence, None)), packet_hex);
@@ -119,15 +126,21 @@ fn every_command_comes_out_of_the_bytes_that_another_program_made() {
         assert_eq!(accepted.telecommand, telecommand);
         assert_eq!(accepted.request.0, packet_bytes[..4]);
     }
-    let load = bytes("1aa5c00c000d2f81020000010003112233442388");
-    assert_eq!(packet(&Telecommand::Load { length: 3, crc: 0x1122_3344 }, 12, None), load);
+    let load = bytes("1aa5c00c00102f81020000020000000003112233446a86");
+    assert_eq!(packet(&Telecommand::Load { area: None, length: 3, crc: 0x1122_3344 }, 12, None), load);
     assert_eq!(refusal(&mut open_link(), &load), Some(Refusal::Incomplete));
+    let area = Some(Area::Catalogue);
+    let part = bytes("1aa5c00d00102f81010000020100000000535854432e84");
+    assert_eq!(packet(&Telecommand::Part { area, offset: 0, bytes: b"SXTC" }, 13, None), part);
+    let area = Some(Area::BadPixels);
+    let load = bytes("1aa5c00e00102f81020000020300011170deadbeefbaf4");
+    assert_eq!(packet(&Telecommand::Load { area, length: 70_000, crc: 0xDEAD_BEEF }, 14, None), load);
 }
 
 #[test]
 fn a_key_wants_the_tag_that_another_program_made() {
-    let safe = "1aa5c007001b2f8003000001000000424312e3fce39a746bba3a8532fc631ded9210";
-    let exposure = "1aa5ffff001f2f80040000010000c350010203048981500e21d54d82f0c3a0ea563f57c3e21e";
+    let safe = "1aa5c007001b2f8003000002000000424cdd742431ca64d9e2ff05c16cf4face80a1";
+    let exposure = "1aa5ffff001f2f80040000020000c350010203047d0928afc539a0ce6847adec8f66eb84fab1";
     assert_eq!(hex(&packet(&Telecommand::Safe, 7, Some((KEY, 66)))), safe);
     let mut link = keyed_link();
     assert_eq!(link.receive(&bytes(safe)).map(|accepted| accepted.telecommand), Ok(Telecommand::Safe));
@@ -230,7 +243,8 @@ fn what_is_no_telecommand_of_ours_is_refused_and_says_why() {
         (changed(7, 127), Refusal::Unknown),
         (changed(8, 8), Refusal::Unknown),
         (raw_packet((SENSOR, 7), 7, &[VERSION, 4]), Refusal::Shutter),
-        (changed(11, 2), Refusal::Version),
+        (raw_packet((TABLE, 1), 7, &[VERSION, 4, 0, 0, 0, 0, 1]), Refusal::Area),
+        (changed(11, 1), Refusal::Version),
         (raw_packet((SENSOR, 3), 7, &[]), Refusal::Fields),
     ] {
         let mut link = open_link();
@@ -308,12 +322,12 @@ fn one_command_waits_for_its_second_and_the_next_is_refused_until_it_is_done() {
 #[test]
 fn reports_that_nobody_takes_stop_the_link_and_lose_no_completion() {
     let mut link = open_link();
-    let part = |sequence| packet(&Telecommand::Part { offset: 0, bytes: &[1] }, sequence, None);
+    let part = |sequence| packet(&Telecommand::Part { area: None, offset: 0, bytes: &[1] }, sequence, None);
     let taken = (1..=20).filter(|sequence| link.receive(&part(*sequence)).is_ok()).count();
-    assert_eq!(taken, 7);
+    assert_eq!(taken, 6);
     assert_eq!(link.receive(&part(21)).unwrap_err().reason, Refusal::Busy);
     let told = reports(&mut link);
-    assert_eq!(told.iter().filter(|report| parts(report).0 == (1, 7)).count(), 7);
+    assert_eq!(told.iter().filter(|report| parts(report).0 == (1, 7)).count(), 6);
     assert!(told.len() <= 16);
     // Both counters of the packets go on without a gap.
     for (sequence, report) in told.iter().enumerate() {
@@ -325,8 +339,9 @@ fn reports_that_nobody_takes_stop_the_link_and_lose_no_completion() {
 /// Sends a table up in parts of `length` bytes; the next sequence count.
 fn upload(link: &mut CommandLink, table: &[u8], length: usize, mut sequence: u16) -> u16 {
     for (part, bytes) in table.chunks(length).enumerate() {
-        let offset = (part * length) as u16;
-        link.receive(&packet(&Telecommand::Part { offset, bytes }, sequence, None)).expect("it is right");
+        let offset = (part * length) as u32;
+        let part = Telecommand::Part { area: None, offset, bytes };
+        link.receive(&packet(&part, sequence, None)).expect("it is right");
         reports(link);
         sequence += 1;
     }
@@ -337,12 +352,13 @@ fn upload(link: &mut CommandLink, table: &[u8], length: usize, mut sequence: u16
 fn a_table_is_loaded_only_when_its_parts_are_whole() {
     let mut buffer = [0; MAX_TABLE_BYTES];
     let table = parameters().encode(&mut buffer).unwrap().to_vec();
-    let (length, crc) = (table.len() as u16, crc32(&table));
-    let load = |length, crc, sequence| packet(&Telecommand::Load { length, crc }, sequence, None);
+    let (length, crc) = (table.len() as u32, crc32(&table));
+    let load = |length, crc, sequence| packet(&Telecommand::Load { area: None, length, crc }, sequence, None);
     let mut link = open_link();
     let next = upload(&mut link, &table[..table.len() - 1], MAX_PART_BYTES, 1);
     assert_eq!(refusal(&mut link, &load(length, crc, next)), Some(Refusal::Incomplete));
-    let part = |offset, bytes, sequence| packet(&Telecommand::Part { offset, bytes }, sequence, None);
+    let part =
+        |offset, bytes, sequence| packet(&Telecommand::Part { area: None, offset, bytes }, sequence, None);
     assert_eq!(refusal(&mut link, &part(length, &[0], next + 1)), Some(Refusal::Part));
     assert_eq!(refusal(&mut link, &part(0, &[], next + 2)), Some(Refusal::Part));
     assert!(link.receive(&part(length - 1, &table[table.len() - 1..], next + 3)).is_ok());
@@ -357,7 +373,7 @@ fn a_table_is_loaded_only_when_its_parts_are_whole() {
     // More than any table has.
     let mut link = open_link();
     let next = upload(&mut link, &[7; MAX_TABLE_BYTES], 64, 1);
-    let beyond = part(MAX_TABLE_BYTES as u16, &[7], next);
+    let beyond = part(MAX_TABLE_BYTES as u32, &[7], next);
     assert_eq!(refusal(&mut link, &beyond), Some(Refusal::Part));
 }
 
@@ -423,7 +439,7 @@ proptest! {
             let before = link.clone();
             if link.receive(packet).is_err() {
                 prop_assert_eq!(link.command(), before.command());
-                prop_assert_eq!(link.upload.bytes(), before.upload.bytes());
+                prop_assert_eq!(link.upload.table(), before.upload.table());
             }
             link.conclude(Some(CommandOutcome::Done));
             for report in reports(&mut link) {

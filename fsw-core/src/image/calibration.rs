@@ -51,6 +51,10 @@ pub const PHASES: usize = 11;
 /// Length of a table.
 pub const TABLE_BYTES: usize = 2 * PHASES * PHASES;
 
+/// So far the optical centre may have been refined since the lens was calibrated, px: "the shape of the PSF
+/// does not vary when moving the optical center by one pixel" (thesis §3.1.2.2).
+pub const CENTRE_PX: f32 = 1.5;
+
 /// Why bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CalibrationError {
@@ -196,6 +200,12 @@ impl<'a> Calibration<'a> {
     /// The optical centre it counts from, px.
     pub fn centre_px(&self) -> [f32; 2] {
         self.centre_px
+    }
+
+    /// Whether it is of a detector of this size, and of an optical centre within [`CENTRE_PX`] of this, px.
+    pub fn is_of(&self, size_px: [u16; 2], [cx, cy]: [f32; 2]) -> bool {
+        let [x, y] = self.centre_px;
+        self.size_px == size_px && (x - cx).abs().max((y - cy).abs()) <= CENTRE_PX
     }
 
     /// Electrons of a scaled count.

@@ -7,6 +7,7 @@
 //! | [`lsm6dsv16x`] | gyro LSM6DSV16X of STMicroelectronics | [`RateSensor`](fsw_hal::RateSensor) |
 //! | [`lis2mdl`] | magnetometer LIS2MDL of STMicroelectronics | [`Magnetometer`](fsw_hal::Magnetometer) |
 //! | [`flash_store`] | any NOR flash on `embedded-storage` | [`StateStore`](fsw_hal::StateStore) |
+//! | [`flash_areas`] | NOR flash that is mapped into the address space | [`AreaStore`](fsw_hal::AreaStore) |
 //! | [`mounting`] | the rotation from a part's axes to the body's | - |
 //! | [`part`] | the errors of gyro and magnetometer | - |
 //! | [`pixel_port`] | what takes a detector's pixels in: a receiver with DMA, a frame memory | - |
@@ -26,6 +27,7 @@
 extern crate std;
 
 pub mod cmv4000;
+pub mod flash_areas;
 pub mod flash_store;
 pub mod lis2mdl;
 pub mod lsm6dsv16x;
@@ -36,6 +38,7 @@ pub mod part;
 pub mod pixel_port;
 
 pub use cmv4000::Cmv4000;
+pub use flash_areas::{AreaSlots, FlashAreas, FlashAreasError, MappedFlash, Slots};
 pub use flash_store::{FlashStore, FlashStoreError};
 pub use lis2mdl::Lis2mdlMagnetometer;
 pub use lsm6dsv16x::Lsm6dsv16xGyro;

@@ -1,5 +1,7 @@
 //! A part with registers on an I2C bus, for tests: what was on the bus is remembered, a transaction can fail.
 
+pub(crate) mod flash;
+
 use core::cell::{Cell, RefCell};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::{ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};

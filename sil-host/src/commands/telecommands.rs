@@ -46,7 +46,7 @@ pub fn page() -> String {
         "# Telecommands of the flight code\n\n\
          Written by `cargo sil telecommands`; a test compares this page with the code. Version {VERSION} of the list, the first byte \
          after the headers of a packet; numbers are big-endian. A packet has at most {MAX_TELECOMMAND_BYTES} bytes, a part of a \
-         table at most {MAX_PART_BYTES}.\n\n\
+         table or file at most {MAX_PART_BYTES}.\n\n\
          | service, subservice | command | fields | what it does | refused with |\n|---|---|---|---|---|\n"
     );
     for Row { number: (service, subservice), name, fields, about, refusals } in ROWS {
@@ -61,7 +61,7 @@ pub fn page() -> String {
     }
     page += "\n## Reasons of a refusal\n\n\
              Those up to 31 are told when a packet arrives, in a report (1, 2), of any command; those from 32 when it is to be done, \
-             in a report (1, 8).\n\n\
+             in a report (1, 8); 41 to 43 in either.\n\n\
              | code | name | reason |\n|---|---|---|\n";
     for reason in ALL {
         page += &format!("| {} | `{reason:?}` | {} |\n", reason.code(), reason.words());

@@ -2,7 +2,6 @@
 
 use fsw_core::camera::Camera;
 use fsw_core::catalog::Catalogue;
-use fsw_core::checksum::crc32;
 use fsw_core::command::ground::{self, Envelope};
 use fsw_core::command::{GroundOrbit, MAX_PART_BYTES, MAX_TELECOMMAND_BYTES, Telecommand, TimeCorrelation};
 use fsw_core::frames::Direction;
@@ -10,9 +9,10 @@ use fsw_core::modes::Mode;
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
-use fsw_hal::LocalTime;
+use fsw_hal::{Area, LocalTime};
 use fuzz::link;
 use fuzz::seconds::{self, HEAD};
+use sil_host::commands::defects;
 use sil_host::world::noise::{Noise, Stream};
 use spacepackets::crc::CRC_CCITT_FALSE;
 use std::path::Path;
@@ -136,6 +136,11 @@ fn seconds_of_the_sensor() {
     knock(|bytes| _ = seconds::try_bytes(bytes), &[pixels, sky.clone(), sky], 600);
 }
 
+/// A table of bad pixels of the detector that flies.
+fn bad_pixels() -> Vec<u8> {
+    defects::table([seconds::SIDE_PX; 2], &[[3, 4], [9, 4]], &[(7, -2)])
+}
+
 /// A flight of all commands, each in a packet of its own, led by its length.
 fn telecommands(flags: u8) -> Vec<u8> {
     let parameters = Parameters::for_camera(seconds::CAMERA);
@@ -148,10 +153,10 @@ fn telecommands(flags: u8) -> Vec<u8> {
     };
     let orbit = GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 };
     let time = TimeCorrelation { local: LocalTime::from_us(1_000_000), terrestrial_us: link::BEGIN_US };
-    let part = |(part, bytes)| Telecommand::Part { offset: part as u16 * MAX_PART_BYTES as u16, bytes };
-    let parts = table.chunks(MAX_PART_BYTES).enumerate().map(part);
+    let file = bad_pixels();
+    let loaded = ground::upload(None, table, MAX_PART_BYTES);
+    let filed = ground::upload(Some(Area::BadPixels), &file, MAX_PART_BYTES);
     let rest = [
-        Telecommand::Load { length: table.len() as u16, crc: crc32(table) },
         Telecommand::Time(time),
         Telecommand::Orbit(orbit),
         Telecommand::Exposure(50_000),
@@ -161,7 +166,7 @@ fn telecommands(flags: u8) -> Vec<u8> {
         Telecommand::Dump,
         Telecommand::Restart,
     ];
-    (1..).zip(parts.chain(rest)).fold(vec![flags], |mut bytes, (count, telecommand)| {
+    (1..).zip(loaded.chain(filed).chain(rest)).fold(vec![flags], |mut bytes, (count, telecommand)| {
         let authentication = (flags & 1 == 1).then_some((link::KEY, count));
         let envelope = Envelope { apid: link::APID, sequence: count as u16, authentication };
         let mut buffer = [0; MAX_TELECOMMAND_BYTES];
@@ -194,8 +199,9 @@ fn sealed(bytes: &[u8]) -> Vec<u8> {
 #[test]
 fn the_command_link() {
     let seeds: Vec<_> = (0..4).map(telecommands).collect();
-    let parts = Parameters::for_camera(seconds::CAMERA).encode(&mut [0; MAX_TABLE_BYTES]).unwrap().len();
-    let all = parts.div_ceil(MAX_PART_BYTES) + 9;
+    let table = Parameters::for_camera(seconds::CAMERA).encode(&mut [0; MAX_TABLE_BYTES]).unwrap().len();
+    let parts = [table, bad_pixels().len()].map(|bytes| bytes.div_ceil(MAX_PART_BYTES));
+    let all = parts.iter().sum::<usize>() + 10;
     assert!(seeds.iter().all(|seed| link::try_bytes(seed) == all));
     knock(|bytes| _ = link::try_bytes(bytes), &seeds, 1000);
     knock(|bytes| _ = link::try_bytes(&sealed(bytes)), &seeds, 1000);

@@ -38,4 +38,5 @@ mod sky_answers;
 mod sky_pictures;
 mod telecommands;
 mod telemetry_layout;
+mod uploads;
 mod xtce;

@@ -1,7 +1,6 @@
 //! The command link in flight: packets of every command on the host and on the emulated Cortex-M4F, with the
 //! same telemetry and the same reports.
 
-use fsw_core::checksum::crc32;
 use fsw_core::command::ground::{self, Envelope};
 use fsw_core::command::{
     Command, CommandLink, CommandOutcome, GroundOrbit, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal,
@@ -69,10 +68,10 @@ fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
     ground.send(13, &Telecommand::Reacquire);
     let mut buffer = [0; MAX_TABLE_BYTES];
     let table = wanted.encode(&mut buffer).unwrap();
-    for (part, bytes) in table.chunks(150).enumerate() {
-        ground.send(18, &Telecommand::Part { offset: (part * 150) as u16, bytes });
+    for upload in ground::upload(None, table, 150) {
+        let second = if matches!(upload, Telecommand::Load { .. }) { 19 } else { 18 };
+        ground.send(second, &upload);
     }
-    ground.send(19, &Telecommand::Load { length: table.len() as u16, crc: crc32(table) });
     ground.send(22, &Telecommand::Dump);
     ground.send(23, &Telecommand::Orbit(orbit));
     let correlation = TimeCorrelation { local: then.local, terrestrial_us: 800_000_000_000_000 };

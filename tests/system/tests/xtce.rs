@@ -17,7 +17,7 @@ use fsw_core::command::{
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::telemetry;
-use fsw_hal::{LocalTime, OpenPaths};
+use fsw_hal::{Area, LocalTime, OpenPaths};
 use serde_json::Value;
 use sil_host::commands::record::mission::MISSION;
 use sil_host::commands::record::record_flight;
@@ -160,13 +160,13 @@ fn telecommands_are_written_by_the_description_alone_to_the_byte() {
         ("shutter", Telecommand::Shutter(Some(OpenPaths::Star)), vec![("paths", "2")]),
         (
             "part",
-            Telecommand::Part { offset: 200, bytes: &[1, 2, 255] },
-            vec![("offset", "200"), ("bytes", "0102ff"), ("packet_length", "12")],
+            Telecommand::Part { area: Some(Area::Catalogue), offset: 100_000, bytes: &[1, 2, 255] },
+            vec![("area", "1"), ("offset", "100000"), ("bytes", "0102ff"), ("packet_length", "15")],
         ),
         (
             "load",
-            Telecommand::Load { length: 1234, crc: 0xDEAD_BEEF },
-            vec![("length", "1234"), ("crc", "3735928559")],
+            Telecommand::Load { area: None, length: 1234, crc: 0xDEAD_BEEF },
+            vec![("area", "0"), ("length", "1234"), ("crc", "3735928559")],
         ),
         ("dump", Telecommand::Dump, vec![]),
     ];

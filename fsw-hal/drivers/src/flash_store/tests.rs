@@ -1,88 +1,16 @@
 use super::*;
-use embedded_storage::nor_flash::{
-    self, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
-};
+use crate::mock::flash::{Flash, SECTOR};
 use fsw_hal::Error as _;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-const SECTOR: usize = 256;
-const WORD: usize = 8;
 const OFFSET: u32 = 256;
 const SLOT: usize = 2 * SECTOR;
 const NOW_US: i64 = 800_000_000_000_000;
 const HOUR_US: i64 = 3_600_000_000;
 
-/// Flash that obeys its rules and loses power after some bytes were erased or written.
-#[derive(Clone, Debug)]
-struct Flash {
-    bytes: Vec<u8>,
-    written: Vec<bool>,
-    /// Bytes that are still erased or written; then all fails.
-    power: usize,
-    /// What the byte is spoilt with at which power is lost.
-    spoilt: u8,
-}
-
-impl Flash {
-    fn new() -> Self {
-        let size = 2 * SLOT + 2 * SECTOR;
-        // A flash from the maker need not be erased.
-        Self { bytes: std::vec![0x5A; size], written: std::vec![true; size], power: usize::MAX, spoilt: 0 }
-    }
-
-    fn change(&mut self, at: usize, value: u8, written: bool) -> Result<(), NorFlashErrorKind> {
-        if self.power == 0 {
-            return Err(NorFlashErrorKind::Other);
-        }
-        self.power -= 1;
-        self.bytes[at] = if self.power == 0 { self.bytes[at] & self.spoilt } else { value };
-        self.written[at] = written;
-        Ok(())
-    }
-
-    /// Power is back.
-    fn again(mut self) -> Self {
-        self.power = usize::MAX;
-        self
-    }
-}
-
-impl nor_flash::ErrorType for Flash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 4;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        check_read(self, offset, bytes.len())?;
-        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        check_erase(self, from, to)?;
-        (from as usize..to as usize).try_for_each(|at| self.change(at, 0xFF, false))
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        check_write(self, offset, bytes.len())?;
-        for (at, byte) in (offset as usize..).zip(bytes) {
-            assert!(!self.written[at], "byte {at} is written twice");
-            self.change(at, *byte, true)?;
-        }
-        Ok(())
-    }
+fn flash() -> Flash {
+    Flash::new(2 * SLOT + 2 * SECTOR)
 }
 
 fn store(flash: Flash) -> FlashStore<Flash> {
@@ -101,7 +29,7 @@ fn record(number: u8) -> Vec<u8> {
 
 #[test]
 fn the_newest_record_is_given_and_nothing_where_none_was_kept() {
-    let mut store = store(Flash::new());
+    let mut store = store(flash());
     assert_eq!(read(&mut store), None);
     for number in 0..10 {
         store.keep(&record(number), NOW_US).unwrap();
@@ -116,7 +44,7 @@ fn the_newest_record_is_given_and_nothing_where_none_was_kept() {
 
 #[test]
 fn a_loss_of_power_at_any_byte_leaves_the_record_before() {
-    let mut before = store(Flash::new());
+    let mut before = store(flash());
     (0..3).for_each(|number| before.keep(&record(number), NOW_US).unwrap());
     let whole = SLOT + (record(3).len() + OVERHEAD_BYTES).next_multiple_of(CHUNK);
     let (mut old, mut new) = (0, 0);
@@ -147,7 +75,7 @@ fn a_loss_of_power_at_any_byte_leaves_the_record_before() {
 
 #[test]
 fn a_turned_bit_costs_the_newest_record_alone() {
-    let mut kept = store(Flash::new());
+    let mut kept = store(flash());
     (0..2).for_each(|number| kept.keep(&record(number), NOW_US).unwrap());
     let first = OFFSET as usize + SLOT;
     for bit in 0..8 * (record(1).len() + OVERHEAD_BYTES) {
@@ -159,7 +87,7 @@ fn a_turned_bit_costs_the_newest_record_alone() {
 
 #[test]
 fn a_record_that_is_too_old_or_of_the_future_is_refused() {
-    let mut store = store(Flash::new());
+    let mut store = store(flash());
     let mut buffer = [0; SLOT];
     store.keep(&record(0), NOW_US).unwrap();
     let mut at = |now_us| store.kept(&mut buffer, now_us, HOUR_US).map(|record| record.is_some());
@@ -173,7 +101,7 @@ fn a_record_that_is_too_old_or_of_the_future_is_refused() {
 
 #[test]
 fn lengths_that_do_not_fit_are_refused_and_change_nothing() {
-    let mut store = store(Flash::new());
+    let mut store = store(flash());
     store.keep(&record(0), NOW_US).unwrap();
     let before = store.flash.bytes.clone();
     let error = store.keep(&std::vec![0; store.room() + 1], NOW_US).unwrap_err();
@@ -185,7 +113,7 @@ fn lengths_that_do_not_fit_are_refused_and_change_nothing() {
 
 #[test]
 fn the_sequence_number_goes_round() {
-    let mut store = store(Flash::new());
+    let mut store = store(flash());
     for (slot, sequence) in [(0, u32::MAX - 1), (1, u32::MAX)] {
         let header = Header { sequence, length: 1, instant_us: NOW_US };
         let (from, to) = (store.address(slot, 0), store.address(slot, SLOT));
@@ -201,7 +129,7 @@ fn the_sequence_number_goes_round() {
 
 #[test]
 fn places_that_the_flash_has_not_are_refused() {
-    let fits = |offset, slot| FlashStore::new(Flash::new(), offset, slot).is_some();
+    let fits = |offset, slot| FlashStore::new(flash(), offset, slot).is_some();
     assert!(fits(OFFSET, SLOT) && fits(0, SECTOR));
     assert!(!fits(1, SLOT) && !fits(OFFSET, SLOT + 8) && !fits(OFFSET, 0));
     assert!(!fits(3 * SECTOR as u32, SLOT) && !fits(u32::MAX - 255, SLOT) && !fits(0, usize::MAX));
@@ -213,7 +141,7 @@ proptest! {
         mut bytes in prop::collection::vec(any::<u8>(), 2 * SLOT + 2 * SECTOR),
         length in any::<u32>().prop_map(|length| length >> (length % 32)),
     ) {
-        let mut flash = Flash::new();
+        let mut flash = flash();
         for slot in [OFFSET as usize, OFFSET as usize + SLOT] {
             bytes[slot..slot + 4].copy_from_slice(&MAGIC);
             bytes[slot + 8..slot + 12].copy_from_slice(&length.to_le_bytes());
@@ -226,7 +154,7 @@ proptest! {
     fn whatever_is_interrupted_the_last_whole_record_is_found(
         losses in prop::collection::vec((0..900usize, any::<u8>()), 1..20),
     ) {
-        let mut store = store(Flash::new());
+        let mut store = store(flash());
         let (mut last, mut number) = (None, 0);
         for (power, spoilt) in losses {
             number += 1;

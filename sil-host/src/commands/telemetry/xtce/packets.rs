@@ -80,8 +80,8 @@ const REPORTS: [(&str, u8, u8, Says, &str); 5] = [
 /// Bytes of a part of the table, of the packet's length: what is behind secondary header, offset and length,
 /// before the checksum.
 const PART_BYTES_LESS: i32 = 14 + 4 + 2 - 1;
-/// The same of a telecommand: secondary header, version of the list, offset, checksum.
-const UP_BYTES_LESS: i32 = 5 + 1 + 2 + 2 - 1;
+/// The same of a telecommand: secondary header, version of the list, area, offset, checksum.
+const UP_BYTES_LESS: i32 = 5 + 1 + 1 + 4 + 2 - 1;
 
 fn all_parts() -> impl Iterator<Item = &'static Part> {
     PRIMARY.iter().chain(&SECONDARY).chain(&REQUEST).chain(&TABLE)
