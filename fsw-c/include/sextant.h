@@ -86,7 +86,7 @@
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 18
+#define SEXTANT_PARAMETERS_VERSION 19
 
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
@@ -1011,9 +1011,11 @@ typedef struct sextant_result {
 } sextant_result;
 
 /**
- * Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each there
- * are two copies: the one that serves, which is given to `sextant_init` and is not written, and a spare one,
- * which serves from the next start on once it was marked as whole. All zero where there is none.
+ * Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each
+ * there are two copies: the one that serves, which nothing writes, and a spare one, which serves from the
+ * next start on once it was marked as whole. Catalogue and calibration that serve are given to
+ * `sextant_init`; bad pixels are for the program's own detector, as no call here applies them. All zero
+ * where there is none.
  */
 typedef struct sextant_areas {
     /**
@@ -1021,8 +1023,8 @@ typedef struct sextant_areas {
      */
     void *context;
     /**
-     * The spare copy of the catalogue, mapped into the address space; its length is the longest file. Length 0:
-     * no catalogue is taken.
+     * The spare copy of the catalogue, mapped into the address space; its length is the longest file.
+     * Length 0: no catalogue is taken.
      */
     struct sextant_bytes catalogue;
     /**
@@ -1034,8 +1036,8 @@ typedef struct sextant_areas {
      */
     struct sextant_bytes bad_pixels;
     /**
-     * Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from its
-     * beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
+     * Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from
+     * its beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
      * before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
      */
     uint32_t (*write)(void *context,
@@ -1198,8 +1200,8 @@ sextant_status sextant_link_counter(struct sextant_link *link,
                                     uint32_t *counter);
 
 /**
- * Flies one second as `sextant_cycle`, with the command that waits in the link, and goes on with the check of a
- * file that was sent up.
+ * Flies one second as `sextant_cycle`, with the command that waits in the link, and goes on with the check
+ * of a file that was sent up.
  *
  * Returns what `sextant_cycle` returns. Unless `OK` nothing was flown, and the command waits on.
  */

@@ -56,8 +56,8 @@ pub enum FitError {
     ShortArc,
     /// The normal equations are singular, or the centre is farther than `earth.plausible.distance_km`.
     Degenerate,
-    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or without an orbit
-    /// `earth.plausible.told_deg`: it is not told.
+    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or without an orbit it
+    /// is not to be told (`earth.plausible.told_deg`, `told_points`).
     Uncertain,
 }
 

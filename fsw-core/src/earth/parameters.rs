@@ -1,6 +1,6 @@
 //! Parameters of the Earth, its limb and limb points: a checked group for every step.
 
-use super::{FitCriteria, Strips};
+use super::{EarthFix, FitCriteria, Strips};
 use fsw_ground::table::parameter_group;
 use serde::{Deserialize, Serialize};
 
@@ -152,9 +152,13 @@ parameter_group! {
              Earth in the field";
         /// Greatest standard deviation of a direction that is told; a first orbit is begun with worse ones too,
         /// which it holds against each other.
-        told_deg: f32 = 1.5, 0.001..=10.0, "deg",
-            "clouds and low sunlight bend a short arc by more than its heights do: of 2,300 centres known worse \
-             from low orbits one in 50 was off by more than 3 sigma, up to 9.6 (low-motion, seed 51)";
+        told_deg: f32 = 2.0, 0.001..=10.0, "deg",
+            "clouds and low sunlight bend a short arc by more than its heights do: of 1,282 centres known worse \
+             from low orbits one in 40 was off by more than 3 sigma, up to 9.6 (low-motion, seed 51)";
+        /// Fewest points of a centre that is told, of 24 strips.
+        told_points: u16 = 20, 3..=24, "",
+            "of 3,602 centres with so many eight were off by more than 3 sigma, 4.7 at worst; of 78 with fewer \
+             eleven, up to 8.5 (the same)";
         /// Greatest standard deviation of the distance, share of it.
         range_share: f32 = 0.5, 0.001..=1.0, "",
             "in GEO 3.3 Earth radii; the orbit filter converges from up to three (`Observation::UnitVector`)";
@@ -162,6 +166,13 @@ parameter_group! {
         distance_km: f32 = 100_000.0, 10_000.0..=1e9, "km",
             "twice the geostationary radius; a lit cloud in the night side was taken for a crescent at \
              549,000 km";
+    }
+}
+
+impl PlausibleParameters {
+    /// Whether a centre that no orbit supports is told.
+    pub fn is_told(&self, fix: &EarthFix) -> bool {
+        fix.inliers.count_ones() >= self.told_points.into() && fix.sigmas().0 <= self.told_deg.to_radians()
     }
 }
 

@@ -96,6 +96,7 @@ const PLACES: &[Place] = places![
     earth.horizon.sunless_px,
     earth.plausible.sigma_deg,
     earth.plausible.told_deg,
+    earth.plausible.told_points,
     earth.plausible.range_share,
     earth.plausible.distance_km,
     orbit.drag_m2_kg,

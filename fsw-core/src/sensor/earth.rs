@@ -119,7 +119,7 @@ impl Sensor<'_> {
             self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
         meter.end(Stage::Orbit);
         let alone = predicted.is_none_or(|predicted| !predicted.by_orbit);
-        if alone && fix.sigmas().0 > self.parameters.earth.plausible.told_deg.to_radians() {
+        if alone && !self.parameters.earth.plausible.is_told(fix) {
             earth.looked = Looked::Refused(FitError::Uncertain);
         }
         Ok((earth, record))

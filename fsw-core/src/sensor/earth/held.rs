@@ -48,14 +48,15 @@ impl Sensor<'_> {
             None => self.find_earth(detector, meter, &body, Some(&predicted))?,
         };
         self.count_misses(&looked);
-        if let Looked::Found(fix) = &looked {
-            let path = self.earth_path(&rotation);
-            if let (Some(pair), Some(motion)) = (self.direction_pair(&by_orbit, fix, &path), &mut self.motion)
-            {
-                if !motion.measurement_update_star(&pair, self.now) {
-                    motion.contradict(self.now);
-                }
-            }
+        let path = self.earth_path(&rotation);
+        let pair = match &looked {
+            Looked::Found(fix) => self.direction_pair(&by_orbit, fix, &path),
+            _ => None,
+        };
+        if let (Some(pair), Some(motion)) = (pair, &mut self.motion)
+            && !motion.measurement_update_star(&pair, self.now)
+        {
+            motion.contradict(self.now);
         }
         Ok(EarthRecord { dark: Some(matches!(looked, Looked::Dark)), looked })
     }
