@@ -248,9 +248,6 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
     if free >= 1.0 {
         covariance *= (misfit / free).max(1.0) * (1.0 + FEW_ARCS_INFLATION / free);
     }
-    // Where several disagree those that agree are chosen of many, and agree better than they are right.
-    let agreeing = bits.count_ones() as f32;
-    covariance *= ((arcs.len() as f32 - 1.0) / agreeing).max(1.0);
     Some(RateFit { rad_s: rate, covariance, arcs: bits })
 }
 

@@ -34,7 +34,7 @@ const REPEATED_SHARE: f32 = 0.025;
 const MAX_CHANCE_MATCHES: f32 = 0.03;
 /// The same for fewer, which correct it: one by chance may lie anywhere within the reach of the prediction, and
 /// turns the rate about the line of sight by up to three sigma.
-const MAX_CHANCE_OF_FEW: f32 = 0.003;
+const MAX_CHANCE_OF_FEW: f32 = 0.01;
 /// Fewest matches that make a mean rate: of two, one by chance turns it about the other.
 const FEWEST_OF_MEAN: u32 = 3;
 /// Share of an image's streaks that the next one shows again: others leave the field, or are hits.
@@ -151,9 +151,9 @@ impl RateHistory {
         let alone = equations >= fewest && !(known && compared.consistent == Some(false));
         let known = known && compared.is_consistent();
         let repeated = known || compared.repeats && equations >= FEWEST_REPEATED;
-        // At least half of the arcs must agree: of many lines some agree by chance, those of an Earth that
-        // hardly moves from image to image with the same rate.
-        let agreed = 2 * agreeing >= arcs.len() && (alone || repeated);
+        // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
+        // moves from image to image with the same rate.
+        let agreed = 2 * agreeing > arcs.len() && (alone || repeated);
         let confirmed = decision.mean.is_some() && (known || hypotheses.chance < MAX_CHANCE_MATCHES);
         (confirmed || agreed).then_some(StreakRate {
             estimate: estimate.0,

@@ -158,7 +158,7 @@ impl Sensor<'_> {
         let by_orbit = prior.is_some() && predicted.is_some_and(|predicted| predicted.by_orbit);
         // The whole detector is searched if fewer than 2/3 of the strips could be placed: the prediction is
         // not sure of the rest.
-        if strips.read < usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.skipped) {
+        if !self.has_enough(&strips) {
             if self.earth_misses >= SEARCH_PATIENCE && !self.cycle.is_multiple_of(SEARCH_EVERY) {
                 return Ok(Looked::Not);
             }
@@ -179,6 +179,11 @@ impl Sensor<'_> {
         let looked = self.fit(body, &strips, prior.as_ref(), !by_orbit);
         meter.end(Stage::Centre);
         Ok(looked)
+    }
+
+    /// Whether at least two thirds of the strips could be placed, and enough for a centre.
+    fn has_enough(&self, strips: &Strips) -> bool {
+        strips.read >= usize::from(self.parameters.earth.fit.fewest_points).max(2 * strips.skipped)
     }
 
     /// Whether the Earth as predicted has no lit limb in the field, or too little of one; `None` where it has

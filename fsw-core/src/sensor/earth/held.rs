@@ -9,7 +9,8 @@
 
 use super::Prediction;
 use crate::attitude::VectorPair;
-use crate::earth::EarthFix;
+use crate::earth::centre::CentrePrior;
+use crate::earth::{Body, EarthFix};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation};
 use crate::matrix::{add_scaled, cross_matrix, dot, inverse, product, symmetric_product};
 use crate::sensor::Sensor;
@@ -45,9 +46,8 @@ impl Sensor<'_> {
         meter.end(Stage::Limb);
         let looked = match unlit {
             Some(unlit) => unlit,
-            None => self.find_earth(detector, meter, &body, Some(&predicted))?,
+            None => self.find_predicted(detector, meter, &body, &predicted)?,
         };
-        self.count_misses(&looked);
         let path = self.earth_path(&rotation);
         let pair = match &looked {
             Looked::Found(fix) => self.direction_pair(&by_orbit, fix, &path),
@@ -59,6 +59,30 @@ impl Sensor<'_> {
             motion.contradict(self.now);
         }
         Ok(EarthRecord { dark: Some(matches!(looked, Looked::Dark)), looked })
+    }
+
+    /// The Earth in strips across the predicted limb. Where too few of them can be placed it is not looked for: the
+    /// second has no time for a search.
+    #[inline(never)]
+    fn find_predicted(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        body: &Body,
+        predicted: &Prediction,
+    ) -> Result<Looked, DetectorError> {
+        meter.begin(Stage::Limb);
+        let read = self.predicted_strips(detector, body, Some(predicted));
+        meter.end(Stage::Limb);
+        let strips = read?;
+        if !self.has_enough(&strips) {
+            return Ok(Looked::Not);
+        }
+        let prior = CentrePrior::new(predicted.centre_km, &predicted.covariance_km2);
+        meter.begin(Stage::Centre);
+        let looked = self.fit(body, &strips, prior.as_ref(), false);
+        meter.end(Stage::Centre);
+        Ok(looked)
     }
 
     /// The direction to the Earth's centre as the limb and the orbit's range give it, beside where the orbit has
