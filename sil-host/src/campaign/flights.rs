@@ -163,8 +163,9 @@ pub(super) fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) ->
     })
 }
 
-/// The table: the limited figures, and errors and sigmas of the last orbit.
-fn text(rows: &[Row]) -> String {
+/// The table of so many runs: the limited figures, and errors and sigmas of the last orbit. A run without a figure
+/// misses its limit.
+fn text(rows: &[Row], runs: usize) -> String {
     let [median, interval, keep, limit, missed] = ["median", "95 % interval of it", "95 % keep", "limit", ""];
     let mut text =
         format!("{:30} {median:>14}  {interval:28} {keep:>14} {limit:>12}  {missed:12}  worst: --run\n", "");
@@ -174,7 +175,7 @@ fn text(rows: &[Row]) -> String {
         let missed = match row.limit {
             None => String::new(),
             Some(_) if row.missed == 0 => "kept".to_owned(),
-            Some(_) => format!("MISSED {}/{}", row.missed, row.spread.runs),
+            Some(_) => format!("MISSED {}/{runs}", row.missed),
         };
         text += &format!(
             "{:30} {:>14}  {:28} {:>14} {:>12}  {:12}  {}\n",
@@ -215,7 +216,7 @@ pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
         let shown: Vec<Row> = rows.iter().filter(shown).cloned().collect();
         let worst =
             shown.iter().max_by_key(|row| row.missed).map_or(arguments.common.first, |row| row.worst_run);
-        print_line!("{}: {} runs\n{}", base.name, flown.len(), text(&shown));
+        print_line!("{}: {} runs\n{}", base.name, flown.len(), text(&shown, flown.len()));
         print_line!("To see one of them again: {}", again(arguments, worst));
     }
     let kept = flown.iter().all(|flown| flown.missed.is_empty());

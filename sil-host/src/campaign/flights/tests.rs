@@ -33,7 +33,7 @@ fn rows_are_those_counted_by_hand() {
     assert_eq!((share.worst_flight_seed, share.limit, share.missed), (117, None, 0));
     assert!((share.spread.kept_by_95_percent - 0.81).abs() < 1e-12);
     assert!(row(table::figure("first_attitude_s").unwrap(), &[], &runs).is_none());
-    let text = text(&[position, share]);
+    let text = text(&[position, share], runs.len());
     assert!(text.contains("MISSED 1/20") && text.contains("0.19 km") && text.contains("81.00 %"), "{text}");
 }
 
