@@ -173,6 +173,29 @@ fn a_slew_is_followed_without_an_error_beyond_an_images() {
 }
 
 #[test]
+fn what_turns_otherwise_than_predicted_is_not_steady_until_ten_seconds_agree() {
+    let mut truth = Turning::new(7);
+    let mut filter: Filter<2> = truth.begin();
+    let (rest, turn) = (Vector3::zeros(), Vector3::new(0.0, 0.1 * DEG, 0.0));
+    // A turn by 0.1 deg in the 40th second; an image without stars in the 80th.
+    for second in 0..100 {
+        truth.turn(if second == 40 { &turn } else { &rest });
+        if second == 80 {
+            filter.contradict(truth.now());
+        } else {
+            truth.update_by_image(&mut filter);
+        }
+        // The image after the turn contradicts the rate that the turn left.
+        let unsteady = (40..51).contains(&second) || (80..90).contains(&second);
+        assert_eq!(filter.is_steady(), !unsteady, "{second}");
+    }
+    // A rate sensor tells of any turn.
+    filter.contradict(truth.now());
+    let noise = RateSensorNoise { white_rad: ARCSEC, walk_rad_s: 0.001 * ARCSEC, bias_rad_s: 20.0 * ARCSEC };
+    assert!(!filter.is_steady() && filter.with_rate_sensor(noise).is_steady());
+}
+
+#[test]
 fn a_third_state_follows_a_steady_acceleration_more_closely_and_rest_less_so() {
     // The rate's error at 1 arcsec/s², and at rest, of both filters: rms over 50 flights.
     let flown = |acceleration_rad_s2: f32| {
