@@ -2,7 +2,8 @@
 //!
 //! Without stars the attitude is carried on, and grows worse by the minute. The Earth path still shows the limb,
 //! and the orbit says where its centre is: the direction to it gives two axes of the attitude, as a single star
-//! does. About that direction the attitude is carried on. An Earth that contradicts it tells of a turn that nobody
+//! does, once it is known better than the carried attitude: in GEO after two minutes, in a low orbit, whose limb leaves
+//! it 0.2 deg, later. About that direction the attitude is carried on. An Earth that contradicts it tells of a turn that nobody
 //! measured: nothing is told then. The orbit learns nothing of such a limb: the attitude would be counted twice.
 //!
 //! In: the carried attitude, the orbit, the second's limb. Out: the attitude corrected.
@@ -53,10 +54,13 @@ impl Sensor<'_> {
             Looked::Found(fix) => self.direction_pair(&by_orbit, fix, &path),
             _ => None,
         };
-        if let (Some(pair), Some(motion)) = (pair, &mut self.motion)
-            && !motion.measurement_update_star(&pair, self.now)
-        {
-            motion.contradict(self.now);
+        if let (Some(pair), Some(motion)) = (pair, &mut self.motion) {
+            let mut held = *motion;
+            if !held.measurement_update_star(&pair, self.now) {
+                motion.contradict(self.now);
+            } else if pair.sigma_rad < LASTING * sigma_across(sigma_rad, pair.measured.vector()) {
+                *motion = held;
+            }
         }
         Ok(EarthRecord { dark: Some(matches!(looked, Looked::Dark)), looked })
     }
@@ -120,6 +124,13 @@ impl Sensor<'_> {
             sigma_rad: LASTING * libm::sqrtf(variance.max(0.0) as f32),
         })
     }
+}
+
+/// Standard deviation across a direction, rad, of an attitude with these about the axes.
+fn sigma_across(sigma_rad: [f32; 3], direction: &Vector3<f32>) -> f32 {
+    let variance = Vector3::from(sigma_rad).map(|sigma| sigma * sigma);
+    let across = direction.map(|axis| 1.0 - axis * axis);
+    libm::sqrtf(0.5 * variance.dot(&across))
 }
 
 impl Prediction {
