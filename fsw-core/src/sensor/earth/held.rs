@@ -2,9 +2,10 @@
 //!
 //! Without stars the attitude is carried on, and grows worse by the minute. The Earth path still shows the limb,
 //! and the orbit says where its centre is: the direction to it gives two axes of the attitude, as a single star
-//! does, once it is known better than the carried attitude: in GEO after two minutes, in a low orbit, whose limb leaves
-//! it 0.2 deg, later. About that direction the attitude is carried on. An Earth that contradicts it tells of a turn that nobody
-//! measured: nothing is told then. The orbit learns nothing of such a limb: the attitude would be counted twice.
+//! does, once it is known better than the carried attitude: in GEO after two minutes, in a low orbit, whose limb
+//! leaves it 0.2 deg, later. About that direction the attitude is carried on. An Earth that contradicts it tells of
+//! a turn that nobody measured: nothing is told then. The orbit learns nothing of such a limb: the attitude would
+//! be counted twice.
 //!
 //! In: the carried attitude, the orbit, the second's limb. Out: the attitude corrected.
 
@@ -22,6 +23,9 @@ use nalgebra::{Matrix3, Vector3};
 
 /// What is known of a direction before the limb is measured, rad: nothing. It leaves the orbit's range alone.
 const UNKNOWN_RAD: f64 = 0.1;
+/// Sigmas, of the worse of both, from which the Earth contradicts the attitude: errors of the limb last, so that what
+/// was held to it differs by less.
+const CONTRADICTION: f32 = 4.0;
 /// The limb's heights stay for minutes, and what they shift is not averaged. The filter counts 0.35 of a variance
 /// as such: so many sigmas make it all.
 const LASTING: f32 = 1.7;
@@ -50,16 +54,18 @@ impl Sensor<'_> {
             None => self.find_predicted(detector, meter, &body, &predicted)?,
         };
         let path = self.earth_path(&rotation);
-        let pair = match &looked {
-            Looked::Found(fix) => self.direction_pair(&by_orbit, fix, &path),
+        let seen = match &looked {
+            Looked::Found(fix) => self.direction_to_earth(&by_orbit, fix, &path),
             _ => None,
         };
-        if let (Some(pair), Some(motion)) = (pair, &mut self.motion) {
-            let mut held = *motion;
-            if !held.measurement_update_star(&pair, self.now) {
+        if let (Some(seen), Some(motion)) = (seen, &mut self.motion) {
+            let across_rad = sigma_across(sigma_rad, seen.measured.vector());
+            let off = seen.measured.vector().cross(rotation.apply(&seen.reference).vector());
+            if off.norm() > CONTRADICTION * seen.sigma_rad.max(across_rad) {
                 motion.contradict(self.now);
-            } else if pair.sigma_rad < LASTING * sigma_across(sigma_rad, pair.measured.vector()) {
-                *motion = held;
+            } else if seen.sigma_rad < across_rad {
+                let lasting = VectorPair { sigma_rad: LASTING * seen.sigma_rad, ..seen };
+                motion.measurement_update_star(&lasting, self.now);
             }
         }
         Ok(EarthRecord { dark: Some(matches!(looked, Looked::Dark)), looked })
@@ -91,7 +97,7 @@ impl Sensor<'_> {
 
     /// The direction to the Earth's centre as the limb and the orbit's range give it, beside where the orbit has
     /// it; its sigma holds the orbit and the paths' misalignment.
-    fn direction_pair(
+    fn direction_to_earth(
         &self,
         by_orbit: &Prediction,
         fix: &EarthFix,
@@ -121,7 +127,7 @@ impl Sensor<'_> {
         Some(VectorPair {
             measured: self.mounting().inverse().apply(&in_path(centre_km)?),
             reference: path.inverse().apply(&in_path(predicted_km)?),
-            sigma_rad: LASTING * libm::sqrtf(variance.max(0.0) as f32),
+            sigma_rad: libm::sqrtf(variance.max(0.0) as f32),
         })
     }
 }
