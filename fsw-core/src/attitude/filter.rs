@@ -219,8 +219,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.contradicted_at = Some(instant);
     }
 
-    /// Whether the turning can be carried on without images: a rate sensor measures it, or no image contradicted
-    /// the prediction since some seconds before the last attitude.
+    /// Whether the turning can be carried on without images: a rate sensor measures it, or no image
+    /// contradicted the prediction since some seconds before the last attitude.
     pub fn is_steady(&self) -> bool {
         let steady_s = |contradicted| seconds(self.updated_at.us_since(contradicted));
         self.sensor.is_some() || self.contradicted_at.is_none_or(|at| steady_s(at) >= UNSTEADY_S)

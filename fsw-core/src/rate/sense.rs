@@ -2,11 +2,11 @@
 //!
 //! In: the arcs and marks of an image's streaks, the seconds since the last image, and its [`RateHistory`].
 //! Out: a [`StreakRate`] or `None`. The ends of streaks and the exposure give the rate except for its sense
-//! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the odds of
-//! the two follow from what each finds and from what it would find by chance. A star found in both images also gives the mean rate between them, more
-//! accurate than the ends of its streak. Two successive means are extrapolated to the present; a single one
-//! is used with its covariance enlarged by the possible change of the rate since: that of a free body
-//! ([`FREE_BODY_CHANGE`]), or of a slew as the last images show it.
+//! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the odds
+//! of the two follow from what each finds and from what it would find by chance. A star found in both images
+//! also gives the mean rate between them, more accurate than the ends of its streak. Two successive means are
+//! extrapolated to the present; a single one is used with its covariance enlarged by the possible change of
+//! the rate since: that of a free body ([`FREE_BODY_CHANGE`]), or of a slew as the last images show it.
 //!
 //! `None` where too few streaks agree and no other image has confirmed the rate, or where it contradicts
 //! that of the last image: tracks of protons and structure of the Sun's glare are lines too, and of many
@@ -24,16 +24,16 @@ use nalgebra::{Matrix3, Vector3};
 /// percent of the cases, four of eight in two percent: with more that disagree one streak more is required.
 const FEWEST_EQUATIONS: usize = 8;
 const FEWEST_OF_MANY: usize = 10;
-/// Equations required where the rate of the last image agrees: part of a third streak. Two shreds of cloud agreed
-/// with those of the image before in two of 80 flights.
+/// Equations required where the rate of the last image agrees: part of a third streak. Two shreds of cloud
+/// agreed with those of the image before in two of 80 flights.
 const FEWEST_REPEATED: usize = 5;
-/// Variance of the difference of two rates, a share of their square, up to which their agreement within 4 sigma
-/// is evidence: of two random rates five in a hundred agree so.
+/// Variance of the difference of two rates, a share of their square, up to which their agreement within 4
+/// sigma is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;
 /// Expected number of chance matches up to which a mean rate, of several matches, confirms the rate.
 const MAX_CHANCE_MATCHES: f32 = 0.03;
-/// The same for fewer, which correct it: one by chance may lie anywhere within the reach of the prediction, and
-/// turns the rate about the line of sight by up to three sigma.
+/// The same for fewer, which correct it: one by chance may lie anywhere within the reach of the prediction,
+/// and turns the rate about the line of sight by up to three sigma.
 const MAX_CHANCE_OF_FEW: f32 = 0.01;
 /// Fewest matches that make a mean rate: of two, one by chance turns it about the other.
 const FEWEST_OF_MEAN: u32 = 3;
@@ -70,8 +70,8 @@ pub struct RateHistory {
     sense: f32,
     /// Mean rate up to that image from the one before, if there was one.
     mean: Option<Estimate>,
-    /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean rates
-    /// were compared.
+    /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean
+    /// rates were compared.
     change: Option<Vector3<f32>>,
     /// The rate that was found, where its sense was known.
     known: Option<Estimate>,
@@ -144,7 +144,8 @@ impl RateHistory {
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.change = observed.map_or(before.change, |_| Some(change));
         self.streaks = Some(decision.rate);
-        // The last image's rate counts only if its sense was known, or if its agreement is evidence by itself.
+        // The last image's rate counts only if its sense was known, or if its agreement is evidence by
+        // itself.
         let known = before.sense >= SENSE_KNOWN;
         let (agreeing, equations) = (whole + cut, 2 * whole + cut);
         let fewest = if agreeing + 1 >= arcs.len() { FEWEST_EQUATIONS } else { FEWEST_OF_MANY };

@@ -163,8 +163,8 @@ pub(super) fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) ->
     })
 }
 
-/// The table of so many runs: the limited figures, and errors and sigmas of the last orbit. A run without a figure
-/// misses its limit.
+/// The table of so many runs: the limited figures, and errors and sigmas of the last orbit. A run without a
+/// figure misses its limit.
 fn text(rows: &[Row], runs: usize) -> String {
     let [median, interval, keep, limit, missed] = ["median", "95 % interval of it", "95 % keep", "limit", ""];
     let mut text =

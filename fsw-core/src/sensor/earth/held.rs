@@ -1,11 +1,11 @@
 //! An attitude that is held to the Earth while the star path is shut.
 //!
-//! Without stars the attitude is carried on, and grows worse by the minute. The Earth path still shows the limb,
-//! and the orbit says where its centre is: the direction to it gives two axes of the attitude, as a single star
-//! does, once it is known better than the carried attitude: in GEO after two minutes, in a low orbit, whose limb
-//! leaves it 0.2 deg, later. About that direction the attitude is carried on. An Earth that contradicts it tells of
-//! a turn that nobody measured: nothing is told then. The orbit learns nothing of such a limb: the attitude would
-//! be counted twice.
+//! Without stars the attitude is carried on, and grows worse by the minute. The Earth path still shows the
+//! limb, and the orbit says where its centre is: the direction to it gives two axes of the attitude, as a
+//! single star does, once it is known better than the carried attitude: in GEO after two minutes, in a low
+//! orbit, whose limb leaves it 0.2 deg, later. About that direction the attitude is carried on. An Earth that
+//! contradicts it tells of a turn that nobody measured: nothing is told then. The orbit learns nothing of
+//! such a limb: the attitude would be counted twice.
 //!
 //! In: the carried attitude, the orbit, the second's limb. Out: the attitude corrected.
 
@@ -23,15 +23,16 @@ use nalgebra::{Matrix3, Vector3};
 
 /// What is known of a direction before the limb is measured, rad: nothing. It leaves the orbit's range alone.
 const UNKNOWN_RAD: f64 = 0.1;
-/// Sigmas, of the worse of both, from which the Earth contradicts the attitude: errors of the limb last, so that what
-/// was held to it differs by less.
+/// Sigmas, of the worse of both, from which the Earth contradicts the attitude: errors of the limb last, so
+/// that what was held to it differs by less.
 const CONTRADICTION: f32 = 4.0;
-/// The limb's heights stay for minutes, and what they shift is not averaged. The filter counts 0.35 of a variance
-/// as such: so many sigmas make it all.
+/// The limb's heights stay for minutes, and what they shift is not averaged. The filter counts 0.35 of a
+/// variance as such: so many sigmas make it all.
 const LASTING: f32 = 1.7;
 
 impl Sensor<'_> {
-    /// Measures the limb of this second, in which the star path is shut, and corrects the carried attitude by it.
+    /// Measures the limb of this second, in which the star path is shut, and corrects the carried attitude by
+    /// it.
     #[inline(never)]
     pub(in crate::sensor) fn hold_by_earth(
         &mut self,
@@ -71,8 +72,8 @@ impl Sensor<'_> {
         Ok(EarthRecord { dark: Some(matches!(looked, Looked::Dark)), looked })
     }
 
-    /// The Earth in strips across the predicted limb. Where too few of them can be placed it is not looked for: the
-    /// second has no time for a search.
+    /// The Earth in strips across the predicted limb. Where too few of them can be placed it is not looked
+    /// for: the second has no time for a search.
     #[inline(never)]
     fn find_predicted(
         &mut self,
@@ -95,8 +96,8 @@ impl Sensor<'_> {
         Ok(looked)
     }
 
-    /// The direction to the Earth's centre as the limb and the orbit's range give it, beside where the orbit has
-    /// it; its sigma holds the orbit and the paths' misalignment.
+    /// The direction to the Earth's centre as the limb and the orbit's range give it, beside where the orbit
+    /// has it; its sigma holds the orbit and the paths' misalignment.
     fn direction_to_earth(
         &self,
         by_orbit: &Prediction,
