@@ -20,7 +20,9 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::checksum::crc32;
 use fsw_core::image::calibration::{Calibration, CalibrationError};
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Sensor, SensorError, Workspace};
+use fsw_core::sensor::{Command, Instruments, Sensor, SensorError, Workspace};
+use fsw_core::telemetry::Report;
+use fsw_hal::{Clock, Detector};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,6 +30,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The embedded catalogue serves fields whose longer side differs from its own by no more than this share.
 const FIELD_TOLERANCE: f64 = 0.1;
+
+/// A second of a sensor that has a detector and a clock, and nothing beside them.
+pub fn second<D: Detector, C: Clock>(
+    sensor: &mut Sensor,
+    detector: &mut D,
+    clock: &mut C,
+    command: Command,
+) -> Report {
+    let (meter, rate_sensor, shutter) = (&mut (), &mut (), &mut ());
+    sensor.cycle(&mut Instruments { detector, clock, meter, rate_sensor, shutter }, command)
+}
 
 /// The flight code's description of a camera.
 pub fn camera_parameters(file: &CameraFile) -> CameraParameters {

@@ -19,6 +19,7 @@
 //! A part begins where a word of the flash begins: parts of 64, 128 or 192 bytes fit any flash. One part
 //! erases the sectors that it reaches: of 4 KiB at most one, for 45 to 400 ms.
 
+use crate::slots::{self, divides};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checksum::crc32;
@@ -70,6 +71,13 @@ pub struct Slots {
     pub slot_bytes: usize,
 }
 
+impl Slots {
+    /// Address of a slot.
+    fn at(&self, slot: usize) -> usize {
+        self.offset + slot * self.slot_bytes
+    }
+}
+
 /// Where the areas lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AreaSlots {
@@ -114,11 +122,6 @@ impl Mark {
         let file = slot.get(HEADER_BYTES..)?.get(..mark.length)?;
         (crc32(file) == mark.crc).then_some(mark)
     }
-
-    /// Whether this one was written after the other.
-    fn follows(&self, other: &Self) -> bool {
-        self.sequence.wrapping_sub(other.sequence) as i32 > 0
-    }
 }
 
 /// The slots of an area and which of them serves.
@@ -131,26 +134,15 @@ struct Place {
 impl Place {
     /// Looks at both slots.
     fn find(slots: Slots, mapped: &[u8]) -> Self {
-        let [first, second] = [0, 1].map(|slot| {
-            let from = slots.offset + slot * slots.slot_bytes;
-            mapped.get(from..from + slots.slot_bytes).and_then(Mark::of_whole)
-        });
-        let serving = match (first, second) {
-            (Some(first), Some(second)) if second.follows(&first) => Some((1, second)),
-            (Some(first), _) => Some((0, first)),
-            (None, second) => second.map(|second| (1, second)),
-        };
-        Self { slots, serving }
+        let marks =
+            [0, 1].map(|slot| mapped.get(slots.at(slot)..slots.at(slot + 1)).and_then(Mark::of_whole));
+        Self { slots, serving: slots::newer(marks, |mark| mark.sequence) }
     }
 
-    /// Address of a slot.
-    fn slot(&self, slot: usize) -> usize {
-        self.slots.offset + slot * self.slots.slot_bytes
-    }
-
-    /// Address of the spare slot.
-    fn spare(&self) -> usize {
-        self.slot(self.serving.map_or(0, |(slot, _)| 1 - slot))
+    /// Address of the spare slot, and the sequence number that it takes.
+    fn spare(&self) -> (usize, u32) {
+        let (slot, sequence) = slots::next(self.serving.map(|(slot, mark)| (slot, mark.sequence)));
+        (self.slots.at(slot), sequence)
     }
 
     fn room(&self) -> usize {
@@ -169,7 +161,6 @@ pub struct FlashAreas<F> {
 
 /// The end of an area's slots; `None` where they are not whole sectors within the flash, or without room.
 fn end_of<F: MappedFlash>(slots: &Slots, flash: &F) -> Option<usize> {
-    let divides = |size: usize, bytes: usize| bytes.checked_rem(size) == Some(0);
     let end = slots.slot_bytes.checked_mul(2)?.checked_add(slots.offset)?;
     let sectors = divides(F::ERASE_SIZE, slots.offset) && divides(F::ERASE_SIZE, slots.slot_bytes);
     let words = divides(F::WRITE_SIZE, HEADER_BYTES) && divides(F::WRITE_SIZE, slots.slot_bytes);
@@ -204,7 +195,7 @@ impl<F: MappedFlash> FlashAreas<F> {
     pub fn serving(&self, area: Area) -> Option<Range<usize>> {
         let place = self.place(area);
         let (slot, mark) = place.serving?;
-        let from = place.slot(slot) + HEADER_BYTES;
+        let from = place.slots.at(slot) + HEADER_BYTES;
         Some(from..from + mark.length)
     }
 
@@ -238,10 +229,11 @@ impl<F: MappedFlash> AreaStore for FlashAreas<F> {
         }
         let room = place.room();
         let end = offset.checked_add(part.len()).filter(|end| *end <= room).ok_or(FlashAreasError::Length)?;
-        let file = place.spare() + HEADER_BYTES;
+        let (spare, _) = place.spare();
+        let file = spare + HEADER_BYTES;
         let (from, to) = (file + offset, file + end);
         // A sector that begins before this part was erased for one before, or here with the mark.
-        let unerased = if offset == 0 { place.spare() } else { from }.next_multiple_of(F::ERASE_SIZE);
+        let unerased = if offset == 0 { spare } else { from }.next_multiple_of(F::ERASE_SIZE);
         let erased_to = to.next_multiple_of(F::ERASE_SIZE);
         if unerased < erased_to {
             self.flash.erase(unerased as u32, erased_to as u32).map_err(FlashAreasError::Flash)?;
@@ -260,7 +252,7 @@ impl<F: MappedFlash> AreaStore for FlashAreas<F> {
 
     fn written(&self, area: Area, length: usize) -> Result<&[u8], Self::Error> {
         let place = self.place(area);
-        let file = place.spare() + HEADER_BYTES;
+        let file = place.spare().0 + HEADER_BYTES;
         let end = (length <= place.room()).then_some(file + length).ok_or(FlashAreasError::Length)?;
         self.flash.mapped().get(file..end).ok_or(FlashAreasError::Length)
     }
@@ -270,9 +262,8 @@ impl<F: MappedFlash> AreaStore for FlashAreas<F> {
         if length > place.room() {
             return Err(FlashAreasError::Length);
         }
-        let sequence = place.serving.map_or(0, |(_, mark)| mark.sequence.wrapping_add(1));
+        let (spare, sequence) = place.spare();
         let mark = Mark { sequence, length, crc };
-        let spare = place.spare();
         self.flash.write(spare as u32, &mark.bytes()).map_err(FlashAreasError::Flash)?;
         let slot = self.flash.mapped().get(spare..);
         if slot.and_then(Mark::read) == Some(mark) { Ok(()) } else { Err(FlashAreasError::Verify) }

@@ -18,6 +18,7 @@
 //! 200,000 records, 3.8 years; who keeps more often gives it memory without wear (FRAM, MRAM) behind the same
 //! trait.
 
+use crate::slots::{self, divides};
 use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checksum::Crc32;
 use fsw_hal::{ErrorType, StateStore, StoreError};
@@ -84,11 +85,6 @@ impl Header {
             instant_us: i64::from_le_bytes(*instant_us),
         })
     }
-
-    /// Whether this one was kept after the other.
-    fn follows(&self, other: &Self) -> bool {
-        self.sequence.wrapping_sub(other.sequence) as i32 > 0
-    }
 }
 
 /// The store.
@@ -104,7 +100,6 @@ impl<F: NorFlash> FlashStore<F> {
     /// sectors of the flash, have no room for a record or the flash has no room for them, or where its words
     /// do not divide 64 bytes.
     pub fn new(flash: F, offset: u32, slot_bytes: usize) -> Option<Self> {
-        let divides = |size: usize, bytes: usize| bytes.checked_rem(size) == Some(0);
         let first = usize::try_from(offset).ok()?;
         let end = first.checked_add(slot_bytes.checked_mul(2)?)?;
         let sectors = divides(F::ERASE_SIZE, first) && divides(F::ERASE_SIZE, slot_bytes);
@@ -158,12 +153,7 @@ impl<F: NorFlash> FlashStore<F> {
 
     /// The slot with the newest whole record, and its header.
     fn newest(&mut self) -> Result<Option<(usize, Header)>, F::Error> {
-        let (first, second) = (self.pass(0, &mut [])?, self.pass(1, &mut [])?);
-        Ok(match (first, second) {
-            (Some(first), Some(second)) if second.follows(&first) => Some((1, second)),
-            (Some(first), _) => Some((0, first)),
-            (None, second) => second.map(|second| (1, second)),
-        })
+        Ok(slots::newer([self.pass(0, &mut [])?, self.pass(1, &mut [])?], |header| header.sequence))
     }
 
     /// Writes header, record and CRC into an erased slot.
@@ -193,8 +183,7 @@ impl<F: NorFlash> StateStore for FlashStore<F> {
             return Err(FlashStoreError::Length);
         }
         let newest = self.newest().map_err(FlashStoreError::Flash)?;
-        let (slot, sequence) =
-            newest.map_or((0, 0), |(slot, header)| (1 - slot, header.sequence.wrapping_add(1)));
+        let (slot, sequence) = slots::next(newest.map(|(slot, header)| (slot, header.sequence)));
         let header = Header { sequence, length: record.len(), instant_us };
         let (from, to) = (self.address(slot, 0), self.address(slot, self.slot_bytes));
         self.flash.erase(from, to).map_err(FlashStoreError::Flash)?;

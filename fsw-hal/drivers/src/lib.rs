@@ -36,6 +36,7 @@ mod mock;
 pub mod mounting;
 pub mod part;
 pub mod pixel_port;
+mod slots;
 
 pub use cmv4000::Cmv4000;
 pub use flash_areas::{AreaSlots, FlashAreas, FlashAreasError, MappedFlash, Slots};

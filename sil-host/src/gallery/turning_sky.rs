@@ -15,7 +15,7 @@ use crate::world::scene::{Scene, SceneSettings, WorldStar};
 use crate::world::sky::stars::DetectorModel;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{Instant, LocalTime};
 
@@ -85,14 +85,7 @@ pub fn fly(
         let local = LocalTime::from_us(POWERED_US + i64::from(second) * 1_000_000);
         let mut clock = Instant::new(local, star_scene::epoch_us() + i64::from(second) * 1_000_000);
         let mut detector = ThisSecond { scene, cycle: second.into(), instant: local };
-        let mut instruments = Instruments {
-            detector: &mut detector,
-            clock: &mut clock,
-            meter: &mut (),
-            rate_sensor: &mut (),
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, Command::Continue);
+        let report = flight::second(&mut sensor, &mut detector, &mut clock, Command::Continue);
         listen(&report, scene.settings().motion.at(second.into()));
     }
     Ok(())

@@ -17,42 +17,24 @@ struct Copies {
 /// The memory, empty at first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RamAreas {
-    catalogue: Copies,
-    calibration: Copies,
-    bad_pixels: Copies,
+    /// Of each area in the order of [`Area`].
+    copies: [Copies; 3],
 }
 
 impl RamAreas {
     /// The file that serves; `None` where there is none.
     pub fn serving(&self, area: Area) -> Option<&[u8]> {
-        self.copies(area).serving.as_deref()
+        self.copies[area as usize].serving.as_deref()
     }
 
     /// The next start: what was marked as whole serves.
     pub fn restart(&mut self) {
-        for area in [Area::Catalogue, Area::Calibration, Area::BadPixels] {
-            let copies = self.copies_mut(area);
+        for copies in &mut self.copies {
             if let Some(length) = copies.whole.take() {
                 let mut file = std::mem::take(&mut copies.spare);
                 file.truncate(length);
                 copies.serving = Some(file);
             }
-        }
-    }
-
-    fn copies(&self, area: Area) -> &Copies {
-        match area {
-            Area::Catalogue => &self.catalogue,
-            Area::Calibration => &self.calibration,
-            Area::BadPixels => &self.bad_pixels,
-        }
-    }
-
-    fn copies_mut(&mut self, area: Area) -> &mut Copies {
-        match area {
-            Area::Catalogue => &mut self.catalogue,
-            Area::Calibration => &mut self.calibration,
-            Area::BadPixels => &mut self.bad_pixels,
         }
     }
 }
@@ -70,7 +52,7 @@ impl AreaStore for RamAreas {
         if offset.saturating_add(part.len()) > ROOM_BYTES {
             return Err(AreaError::Length);
         }
-        let copies = self.copies_mut(area);
+        let copies = &mut self.copies[area as usize];
         copies.whole = None;
         copies.spare.resize(offset, 0);
         copies.spare.extend_from_slice(part);
@@ -78,12 +60,12 @@ impl AreaStore for RamAreas {
     }
 
     fn written(&self, area: Area, length: usize) -> Result<&[u8], AreaError> {
-        self.copies(area).spare.get(..length).ok_or(AreaError::Length)
+        self.copies[area as usize].spare.get(..length).ok_or(AreaError::Length)
     }
 
     fn mark_whole(&mut self, area: Area, length: usize, _: u32) -> Result<(), AreaError> {
         self.written(area, length)?;
-        self.copies_mut(area).whole = Some(length);
+        self.copies[area as usize].whole = Some(length);
         Ok(())
     }
 }

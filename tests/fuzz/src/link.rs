@@ -12,9 +12,10 @@ use fsw_core::command::{Command, CommandLink, CommandOutcome, Key, MAX_REPORT_BY
 use fsw_core::image::calibration::Calibration;
 use fsw_core::image::defects::Defects;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{Area, DetectorGeometry, Instant, LocalTime};
+use sil_host::flight;
 use sil_host::harness::areas::RamAreas;
 
 /// APID of the link.
@@ -31,14 +32,7 @@ fn fly(sensor: &mut Sensor, second: usize, synchronised: bool, command: Command)
     let mut detector = crate::Bytes { geometry, pixels: &pixels, instant: LocalTime::from_us(local_us) };
     let terrestrial_us = synchronised.then_some(BEGIN_US + local_us);
     let mut clock = Instant { local: LocalTime::from_us(local_us), terrestrial_us };
-    let instruments = &mut Instruments {
-        detector: &mut detector,
-        clock: &mut clock,
-        meter: &mut (),
-        rate_sensor: &mut (),
-        shutter: &mut (),
-    };
-    sensor.cycle(instruments, command)
+    flight::second(sensor, &mut detector, &mut clock, command)
 }
 
 /// Tries the bytes: flags, then packets, each led by its length. Gives how many were accepted.

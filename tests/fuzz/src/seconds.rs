@@ -4,9 +4,10 @@
 use fsw_core::camera::{CameraParameters, Distortion, Projection};
 use fsw_core::catalog::Catalogue;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Sensor, Workspace};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES};
 use fsw_hal::{DetectorGeometry, Instant, LocalTime};
+use sil_host::flight;
 
 /// The camera that sees them.
 pub const CAMERA: CameraParameters = CameraParameters {
@@ -53,14 +54,7 @@ pub fn try_bytes(bytes: &[u8]) -> usize {
         let instant = LocalTime::from_us(local_us.saturating_add(off(image) - 1_000_000));
         let mut detector = crate::Bytes { geometry, pixels, instant };
         let mut clock = Instant { local: LocalTime::from_us(local_us), terrestrial_us };
-        let mut instruments = Instruments {
-            detector: &mut detector,
-            clock: &mut clock,
-            meter: &mut (),
-            rate_sensor: &mut (),
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, command);
+        let report = flight::second(&mut sensor, &mut detector, &mut clock, command);
         if let Some(attitude) = &report.attitude {
             attitudes += 1;
             let norm = attitude.quaternion.iter().map(|q| q * q).sum::<f32>();

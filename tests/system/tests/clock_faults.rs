@@ -6,7 +6,7 @@
 //! `cargo test --release -p system-tests --test system clock_faults:: -- --nocapture`.
 
 use fsw_core::modes::Mode;
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::{ClockState, Event, Outcome, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::flight;
@@ -172,14 +172,12 @@ fn fly(wrong: Wrong, (rate_deg_s, exposure_us): (f64, u32)) -> Tally {
             _ => 0,
         };
         let detector = Faulty::new(detector, &faults, 5, (cycle, local));
-        let mut instruments = Instruments {
-            detector: &mut Dated { detector, off_us },
-            clock: &mut faults::faulty_clock(&faults, cycle, clock),
-            meter: &mut (),
-            rate_sensor: &mut (),
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, Command::Continue);
+        let report = flight::second(
+            &mut sensor,
+            &mut Dated { detector, off_us },
+            &mut faults::faulty_clock(&faults, cycle, clock),
+            Command::Continue,
+        );
         outcome.add(&report, &scene);
     }
     outcome

@@ -4,7 +4,7 @@
 use embedded_hal::delay::DelayNs;
 use fsw_core::modes::Mode;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::{self, DetectorFault, Report};
 use fsw_drivers::cmv4000::simulated::Simulated;
 use fsw_drivers::cmv4000::{Cmv4000, Outputs, Parts, SIZE_PX, Settings};
@@ -144,14 +144,7 @@ fn fly<D: Detector>(detector: &mut D, mut before: impl FnMut(u64, &mut D)) -> Ve
             before(second, detector);
             let us = second as i64 * 1_000_000;
             let mut clock = Instant::new(LocalTime::from_us(us), star_scene::epoch_us() + us);
-            let mut instruments = Instruments {
-                detector,
-                clock: &mut clock,
-                meter: &mut (),
-                rate_sensor: &mut (),
-                shutter: &mut (),
-            };
-            sensor.cycle(&mut instruments, Command::Continue)
+            flight::second(&mut sensor, detector, &mut clock, Command::Continue)
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! Rates without an attitude: rendered skies turn, the sensor's own second gives the rate.
 
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::{Outcome, RateReport, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::flight;
@@ -64,14 +64,7 @@ impl World {
                 let local = LocalTime::from_us(i64::from(second) * 1_000_000);
                 let mut clock = Instant::new(local, start_us + local.as_us());
                 let mut detector = Frame { scene: &mut self.scene, cycle: second.into(), pixels: Vec::new() };
-                let mut instruments = Instruments {
-                    detector: &mut detector,
-                    clock: &mut clock,
-                    meter: &mut (),
-                    rate_sensor: &mut (),
-                    shutter: &mut (),
-                };
-                sensor.cycle(&mut instruments, Command::Continue)
+                flight::second(&mut sensor, &mut detector, &mut clock, Command::Continue)
             })
             .collect()
     }

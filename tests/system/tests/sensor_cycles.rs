@@ -5,7 +5,7 @@ mod restart;
 mod world;
 
 use fsw_core::modes::Mode;
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Sensor, Workspace};
 use fsw_core::telemetry::{self, DetectorFault, Event, ImageFault, Outcome, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime};
 use sil_host::campaign::family::Family;
@@ -313,14 +313,7 @@ fn a_search_longer_than_a_second_goes_on_with_the_same_image_and_longer_with_eac
         let local = LocalTime::from_us(second * 1_000_000);
         let mut clock = Instant::new(local, star_scene::epoch_us() + local.as_us());
         let mut detector = ThisSecond { scene: &mut scene, cycle: second as u64, instant: local };
-        let mut instruments = Instruments {
-            detector: &mut detector,
-            clock: &mut clock,
-            meter: &mut (),
-            rate_sensor: &mut (),
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, Command::Continue);
+        let report = flight::second(&mut sensor, &mut detector, &mut clock, Command::Continue);
         if report.mode == Mode::SelfTest {
             continue;
         }

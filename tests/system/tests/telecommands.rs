@@ -10,7 +10,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::{Instruments, Workspace};
+use fsw_core::sensor::Workspace;
 use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Report};
 use fsw_hal::LocalTime;
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
@@ -98,14 +98,7 @@ fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (V
             let _ = link.receive(packet);
         }
         let clock = &mut recording.turn_to(second);
-        let mut instruments = Instruments {
-            detector: recording,
-            clock,
-            meter: &mut (),
-            rate_sensor: &mut (),
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, link.command());
+        let report = flight::second(&mut sensor, recording, clock, link.command());
         link.conclude(report.command);
         let now = LocalTime::from_us(report.local_us);
         let mut buffer = [0; MAX_REPORT_BYTES];

@@ -11,7 +11,7 @@ use fsw_core::image::bad_pixels::BadPixelDetector;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::image::defects::Defects;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{Area, Detector, DetectorError, DetectorGeometry, LocalTime, Window};
 use sil_host::calibration::with_gain;
@@ -147,14 +147,7 @@ fn fly(
         let mut hot = Hot(recording);
         let mut detector =
             BadPixelDetector::new(&mut hot, Defects::open(&files.bad_pixels).unwrap()).unwrap();
-        let mut instruments = Instruments {
-            detector: &mut detector,
-            clock: &mut clock,
-            meter: &mut (),
-            rate_sensor: &mut (),
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, Command::Continue);
+        let report = flight::second(&mut sensor, &mut detector, &mut clock, Command::Continue);
         between(&report, sensor.parameters());
         report
     };

@@ -4,7 +4,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::Mode;
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::{Event, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
 use sil_host::flight::{self, StarCalibration};
@@ -213,14 +213,7 @@ pub(super) fn fly(
             world.searched = false;
             let command = before(second, world);
             let mut clock = Instant::new(world.local(), world.instant_us);
-            let mut instruments = Instruments {
-                detector: world,
-                clock: &mut clock,
-                meter: &mut (),
-                rate_sensor: &mut (),
-                shutter: &mut (),
-            };
-            let report = sensor.cycle(&mut instruments, command);
+            let report = flight::second(&mut sensor, world, &mut clock, command);
             after(&report, world);
             world.second += 1;
             world.instant_us = world.instant_us.saturating_add(1_000_000);
