@@ -52,6 +52,29 @@ impl Crc32 {
     }
 }
 
+/// The CRC-32 of bytes that are passed a slice at a time, the same bytes in every call.
+#[derive(Clone, Debug, Default)]
+pub struct SlicedCrc32 {
+    passed: usize,
+    /// Of the bytes passed.
+    pub(crate) crc: Crc32,
+}
+
+impl SlicedCrc32 {
+    /// Passes the next slice, of at most so many bytes.
+    pub fn pass(&mut self, bytes: &[u8], most: usize) {
+        let rest = bytes.get(self.passed..).unwrap_or(&[]);
+        let slice = rest.get(..most).unwrap_or(rest);
+        self.crc.add(slice);
+        self.passed = self.passed.saturating_add(slice.len());
+    }
+
+    /// The CRC, once all bytes are passed.
+    pub fn of_all(&self, bytes: &[u8]) -> Option<u32> {
+        (self.passed >= bytes.len()).then(|| self.crc.value())
+    }
+}
+
 /// The CRC-32 of these bytes.
 pub fn crc32(bytes: &[u8]) -> u32 {
     let mut crc = Crc32::default();

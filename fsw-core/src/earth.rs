@@ -56,8 +56,8 @@ pub enum FitError {
     ShortArc,
     /// The normal equations are singular, or the centre is farther than `earth.plausible.distance_km`.
     Degenerate,
-    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or without an orbit it
-    /// is not to be told (`earth.plausible.told_deg`, `told_points`).
+    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or without an
+    /// orbit it is not to be told (`earth.plausible.told_deg`, `told_points`).
     Uncertain,
 }
 
@@ -100,8 +100,8 @@ impl EarthFix {
     }
 
     /// Standard deviation of the direction to the centre, rad (of the worst axis across it), and of the
-    /// distance, km. A centre that lies across by `x` is farther by `x² / 2 d`: three sigma across count as three
-    /// sigma along.
+    /// distance, km. A centre that lies across by `x` is farther by `x² / 2 d`: three sigma across count as
+    /// three sigma along.
     pub fn sigmas(&self) -> (f32, f32) {
         let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
         let axis = self.centre_km * (1.0 / range_km);

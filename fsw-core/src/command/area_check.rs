@@ -11,7 +11,7 @@ use super::CommandOutcome;
 use super::refusal::Refusal;
 use crate::camera::CameraParameters;
 use crate::catalog::Catalogue;
-use crate::checksum::Crc32;
+use crate::checksum::SlicedCrc32;
 use crate::image::calibration::Calibration;
 use crate::image::defects::Defects;
 use fsw_hal::{Area, AreaStore};
@@ -25,15 +25,13 @@ pub(super) struct AreaCheck {
     area: Area,
     length: usize,
     crc: u32,
-    /// Bytes passed, and their CRC.
-    passed: usize,
-    passed_crc: Crc32,
+    passed: SlicedCrc32,
 }
 
 impl AreaCheck {
     /// Of the first `length` bytes of an area's memory, which are to have this CRC.
     pub(super) fn new(area: Area, length: u32, crc: u32) -> Self {
-        Self { area, length: length as usize, crc, passed: 0, passed_crc: Crc32::default() }
+        Self { area, length: length as usize, crc, passed: SlicedCrc32::default() }
     }
 
     /// Passes the next slice, or does the rest where none is left; what came of it then.
@@ -45,14 +43,11 @@ impl AreaCheck {
         let Ok(bytes) = store.written(self.area, self.length) else {
             return Some(CommandOutcome::Refused(Refusal::Memory));
         };
-        let rest = bytes.get(self.passed..).unwrap_or(&[]);
-        let slice = rest.get(..SLICE_BYTES).unwrap_or(rest);
-        if !slice.is_empty() {
-            self.passed_crc.add(slice);
-            self.passed = self.passed.saturating_add(slice.len());
+        let Some(crc) = self.passed.of_all(bytes) else {
+            self.passed.pass(bytes, SLICE_BYTES);
             return None;
-        }
-        if self.passed_crc.value() != self.crc {
+        };
+        if crc != self.crc {
             return Some(CommandOutcome::Refused(Refusal::AreaChecksum));
         }
         let marked = check_content(self.area, bytes, camera)

@@ -44,6 +44,12 @@ struct Prediction {
     by_orbit: bool,
 }
 
+/// Adds to the covariance of a place, km², that of a turn of the axes it is seen in, rad².
+fn add_turn(covariance_km2: &mut Matrix3<f64>, place_km: &Vector3<f32>, turn_rad2: &Matrix3<f64>) {
+    let lever = cross_matrix(&place_km.map(f64::from));
+    add_scaled(covariance_km2, 1.0, &symmetric_product(&lever, turn_rad2));
+}
+
 impl Prediction {
     /// Whether the Earth's place is known well enough to say what is hidden.
     fn is_known(&self) -> bool {
@@ -146,10 +152,7 @@ impl Sensor<'_> {
         body: &Body,
         predicted: Option<&Prediction>,
     ) -> Result<Looked, DetectorError> {
-        meter.begin(Stage::Limb);
-        let read = self.predicted_strips(detector, body, predicted);
-        meter.end(Stage::Limb);
-        let mut strips = read?;
+        let mut strips = self.predicted_strips(detector, meter, body, predicted)?;
         // After fixes that failed or disagreed with the orbit the next is made without it as prior.
         let consistent = self.orbit.rejections() == 0 && self.earth_misses < STRIP_PATIENCE;
         let mut prior = predicted
@@ -175,10 +178,7 @@ impl Sensor<'_> {
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
-        meter.begin(Stage::Centre);
-        let looked = self.fit(body, &strips, prior.as_ref(), !by_orbit);
-        meter.end(Stage::Centre);
-        Ok(looked)
+        Ok(self.fit(meter, body, (&strips, prior.as_ref()), !by_orbit))
     }
 
     /// Whether at least two thirds of the strips could be placed, and enough for a centre.
@@ -206,17 +206,21 @@ impl Sensor<'_> {
     fn predicted_strips(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
         body: &Body,
         predicted: Option<&Prediction>,
     ) -> Result<Strips, DetectorError> {
         let Some(predicted) = predicted.filter(|_| self.earth_misses < STRIP_PATIENCE) else {
             return Ok(Strips::default());
         };
+        meter.begin(Stage::Limb);
         let centre_km2 = predicted.covariance_km2.map(|element| element as f32);
         let variance = HeightVariance { everywhere_km2: 0.0, centre_km2 };
         let strips = StripSelection::dithered(self.cycle, self.orbit.is_busy());
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
-        limb_sensor.read_strips(detector, &predicted.view, &variance, &strips, &mut buffers)
+        let read = limb_sensor.read_strips(detector, &predicted.view, &variance, &strips, &mut buffers);
+        meter.end(Stage::Limb);
+        read
     }
 
     /// The Earth as the orbit predicts it, or while that is not known the last fix; `None` without either.
@@ -233,8 +237,7 @@ impl Sensor<'_> {
         let view = View::new(&centre_km, body)?;
         let mut covariance_km2 = symmetric_product(&path, &covariance_km2);
         if let Some(misalignment) = self.orbit.misalignment_covariance_rad2() {
-            let lever = cross_matrix(&centre_km.map(f64::from));
-            add_scaled(&mut covariance_km2, 1.0, &symmetric_product(&lever, &misalignment));
+            add_turn(&mut covariance_km2, &centre_km, &misalignment);
         }
         let sigma_rad = libm::sqrtf(covariance_km2.trace().max(0.0) as f32) / view.limb_distance_km();
         let by_orbit = self.orbit.state().is_some();
@@ -261,11 +264,19 @@ impl Sensor<'_> {
 
     /// The centre of the points in the workspace; `alone`: its prior is no orbit.
     #[inline(never)]
-    fn fit(&mut self, body: &Body, strips: &Strips, prior: Option<&CentrePrior>, alone: bool) -> Looked {
+    fn fit(
+        &mut self,
+        meter: &mut impl StageMeter,
+        body: &Body,
+        (strips, prior): (&Strips, Option<&CentrePrior>),
+        alone: bool,
+    ) -> Looked {
+        meter.begin(Stage::Centre);
         let criteria = self.parameters.earth.strip_criteria(strips, alone);
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
         // Strips that agree on another body than the search contradict the prior and are refused.
         let fix = limb_sensor.fit(&criteria, prior, &mut buffers);
+        meter.end(Stage::Centre);
         fix.map_or_else(Looked::Refused, Looked::Found)
     }
 

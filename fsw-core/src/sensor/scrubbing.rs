@@ -22,7 +22,7 @@ use super::record::Events;
 use super::timekeeping::Timekeeper;
 use crate::attitude::filter::Filter;
 use crate::camera::Camera;
-use crate::checksum::Crc32;
+use crate::checksum::SlicedCrc32;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::OrbitState;
@@ -119,19 +119,15 @@ impl Seal {
 pub(super) struct Scrubber {
     /// Whether it is in the calibration.
     in_calibration: bool,
-    /// Bytes passed.
-    offset: usize,
-    crc: Crc32,
+    /// What of it is passed.
+    passed: SlicedCrc32,
 }
 
 impl Scrubber {
     /// Passes the next slice; at the end whether the CRC is right.
     fn pass(&mut self, (bytes, crc): (&[u8], u32)) -> Option<bool> {
-        let rest = bytes.get(self.offset..).unwrap_or(&[]);
-        let slice = rest.get(..SLICE_BYTES).unwrap_or(rest);
-        self.crc.add(slice);
-        self.offset = self.offset.saturating_add(slice.len());
-        (slice.len() == rest.len()).then(|| self.crc.value() == crc)
+        self.passed.pass(bytes, SLICE_BYTES);
+        self.passed.of_all(bytes).map(|all| all == crc)
     }
 }
 

@@ -9,12 +9,12 @@
 //!
 //! In: the carried attitude, the orbit, the second's limb. Out: the attitude corrected.
 
-use super::Prediction;
+use super::{Prediction, add_turn};
 use crate::attitude::VectorPair;
 use crate::earth::centre::CentrePrior;
 use crate::earth::{Body, EarthFix};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation};
-use crate::matrix::{add_scaled, cross_matrix, dot, inverse, product, symmetric_product};
+use crate::matrix::{dot, inverse, product, symmetric_product};
 use crate::sensor::Sensor;
 use crate::sensor::propagation::Ephemeris;
 use crate::sensor::record::{EarthRecord, Looked};
@@ -82,18 +82,12 @@ impl Sensor<'_> {
         body: &Body,
         predicted: &Prediction,
     ) -> Result<Looked, DetectorError> {
-        meter.begin(Stage::Limb);
-        let read = self.predicted_strips(detector, body, Some(predicted));
-        meter.end(Stage::Limb);
-        let strips = read?;
+        let strips = self.predicted_strips(detector, meter, body, Some(predicted))?;
         if !self.has_enough(&strips) {
             return Ok(Looked::Not);
         }
         let prior = CentrePrior::new(predicted.centre_km, &predicted.covariance_km2);
-        meter.begin(Stage::Centre);
-        let looked = self.fit(body, &strips, prior.as_ref(), false);
-        meter.end(Stage::Centre);
-        Ok(looked)
+        Ok(self.fit(meter, body, (&strips, prior.as_ref()), false))
     }
 
     /// The direction to the Earth's centre as the limb and the orbit's range give it, beside where the orbit
@@ -105,13 +99,9 @@ impl Sensor<'_> {
         path: &Rotation<Icrs, EarthPath>,
     ) -> Option<VectorPair> {
         let predicted_km = by_orbit.centre_km.map(f64::from);
-        let lever = cross_matrix(&predicted_km);
         let mut prior_km2 = by_orbit.covariance_km2;
-        add_scaled(
-            &mut prior_km2,
-            UNKNOWN_RAD * UNKNOWN_RAD,
-            &symmetric_product(&lever, &Matrix3::identity()),
-        );
+        let unknown = Matrix3::from_diagonal_element(UNKNOWN_RAD * UNKNOWN_RAD);
+        add_turn(&mut prior_km2, &by_orbit.centre_km, &unknown);
         let (prior, seen) = (inverse(&prior_km2)?, inverse(&fix.covariance_km2.map(f64::from))?);
         let covariance_km2 = inverse(&(prior + seen))?;
         let away_km = fix.centre_km.map(f64::from) - predicted_km;
@@ -146,9 +136,8 @@ impl Prediction {
         let variance =
             Matrix3::from_diagonal(&Vector3::from(sigma_rad).map(|sigma| f64::from(sigma * sigma)));
         let in_path = symmetric_product(&to_path.map(f64::from), &variance);
-        let lever = cross_matrix(&self.centre_km.map(f64::from));
         let mut covariance_km2 = self.covariance_km2;
-        add_scaled(&mut covariance_km2, 1.0, &symmetric_product(&lever, &in_path));
+        add_turn(&mut covariance_km2, &self.centre_km, &in_path);
         Self { covariance_km2, ..*self }
     }
 }

@@ -218,7 +218,7 @@ fn a_wrong_crc_of_catalogue_or_calibration_is_told_once_a_pass() {
         let passes = [seconds(&catalogue()), seconds(&calibration::sample::gaussian(1.2))];
         for (seconds, event) in passes.into_iter().zip([Event::CatalogueDamaged, Event::CalibrationDamaged]) {
             // As a damaged byte would.
-            sensor.scrubber.crc.add(&[1]);
+            sensor.scrubber.passed.crc.add(&[1]);
             let events: Vec<_> = (0..seconds).flat_map(|_| scrubbed(sensor)).collect();
             assert_eq!(events, [event]);
         }
