@@ -380,13 +380,11 @@ impl<'c> Sensor<'c> {
         Ok(())
     }
 
-    /// A second without stars: the attitude is predicted, as long as its sigma allows, unless the last images
-    /// contradicted the filter: it turns as nobody knows.
+    /// A second without stars: the attitude is predicted, as long as that can be told.
     fn propagate_only(&self, outcome: Option<Outcome>, stars: &mut StarRecord) {
         stars.activity = Activity::Propagation;
         stars.outcome = outcome;
-        let steady = self.motion.as_ref().is_some_and(Filter::is_steady);
-        stars.solution = if steady { self.propagated(true) } else { None };
+        stars.solution = self.propagated(true);
     }
 
     /// The orbit as it stands, and the next mode.

@@ -188,22 +188,12 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Sum of the words of attitude, rate and covariance. Another at the begin of a second than at the end of
     /// the last tells of an upset.
     pub fn word_sum(&self) -> u32 {
-        let Self {
-            attitude,
-            instant,
-            updated_at,
-            contradicted_at,
-            states,
-            covariance,
-            variance,
-            reading,
-            ..
-        } = self;
+        let Self { attitude, instant, updated_at, states, covariance, variance, reading, .. } = self;
         let scales = [self.process_noise_psd, self.mean_nis];
         let vectors = states.iter().chain([variance, reading]).map(|vector| vector.as_slice());
         let matrices = covariance.0.as_flattened().iter().chain([attitude.matrix()]);
         let singles = vectors.chain(matrices.map(|matrix| matrix.as_slice())).chain([&scales[..]]);
-        let instants = [*instant, *updated_at].into_iter().chain(*contradicted_at);
+        let instants = [*instant, *updated_at].into_iter().chain(self.contradicted_at);
         let longs = instants.map(|instant| word_sum::of_long(instant.as_us() as u64));
         let flags = 1 + u32::from(self.has_rate) + 2 * u32::from(self.sensor.is_some());
         singles.map(word_sum::of_singles).chain(longs).fold(flags, u32::wrapping_add)

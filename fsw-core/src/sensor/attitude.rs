@@ -74,10 +74,11 @@ impl Sensor<'_> {
     }
 
     /// The filter's attitude at this second, `None` where its sigma exceeds `carried_sigma_rad` about an
-    /// axis; `predicted` says that no image of this second supports it.
+    /// axis; `predicted` says that no image of this second supports it: then there is none either where the
+    /// last images contradicted the filter, as it turns as nobody knows.
     #[inline(never)]
     pub(super) fn propagated(&self, predicted: bool) -> Option<Solution> {
-        let motion = self.motion.as_ref()?;
+        let motion = self.motion.as_ref().filter(|motion| !predicted || motion.is_steady())?;
         let (attitude, sigma_rad) = motion.at(self.now)?;
         let sigma_rad = self.with_common_errors(sigma_rad);
         let limit_rad = self.parameters.tracking.carried_sigma_rad;
