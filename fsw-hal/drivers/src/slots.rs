@@ -3,7 +3,8 @@
 //! In: the sequence numbers that stand in the slots, each one more than that of the other, modulo 2^32. Out:
 //! which slot is the newer, which is written next, and with which number.
 
-/// The newer of two slots and what it holds, numbered by `sequence`; `None` where neither holds anything whole.
+/// The newer of two slots and what it holds, numbered by `sequence`; `None` where neither holds anything
+/// whole.
 pub(crate) fn newer<T>(slots: [Option<T>; 2], sequence: impl Fn(&T) -> u32) -> Option<(usize, T)> {
     let follows = |one: &T, other: &T| sequence(one).wrapping_sub(sequence(other)) as i32 > 0;
     match slots {
