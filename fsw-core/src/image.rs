@@ -27,11 +27,13 @@ mod shape;
 pub mod streaks;
 #[cfg(test)]
 mod test_sky;
+pub mod turn;
 
 use calibration::Calibration;
 use fsw_ground::table::parameter_group;
 pub use fsw_pixels::window::FULL_SCALE;
 pub use fsw_pixels::{condition, patch};
+use turn::Turn;
 
 parameter_group! {
     /// Thresholds of star detection (thesis 3.1.1). Sigmas are those of the local background.
@@ -62,11 +64,13 @@ pub struct DetectionMethod<'a> {
     pub parameters: &'a DetectionParameters,
     /// The lens's profiles and corrections.
     pub calibration: Option<&'a Calibration<'a>>,
+    /// How the sensor turns, where it is known to draw stars out.
+    pub turn: Option<Turn>,
 }
 
 impl<'a> From<&'a DetectionParameters> for DetectionMethod<'a> {
     fn from(parameters: &'a DetectionParameters) -> Self {
-        Self { parameters, calibration: None }
+        Self { parameters, calibration: None, turn: None }
     }
 }
 

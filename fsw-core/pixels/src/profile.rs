@@ -57,12 +57,41 @@ impl Profile<'_> {
     /// the radius, `step_px` how much farther each is than the one before.
     #[inline(always)]
     pub fn light_of_line(&self, first_px: [f32; 2], step_px: [f32; 2], lights: &mut [[f32; 3]]) {
+        self.each_of_line(first_px, step_px, lights, |light, here| *light = here.unwrap_or([0.0; 3]));
+    }
+
+    /// [`Self::light_of_line`] of a star that moves: the mean over its places.
+    #[inline(never)]
+    fn light_of_way(&self, first_px: [f32; 2], step_px: [f32; 2], way: &Way, lights: &mut [[f32; 3]]) {
+        let of_place = Self { scale: self.scale / f32::from(way.places), rows: self.rows };
+        lights.fill([0.0; 3]);
+        for place in 0..way.places {
+            let steps = f32::from(place) - 0.5 * f32::from(way.places.saturating_sub(1));
+            let [along, across] = first_px;
+            let [step_along, step_across] = way.step_px;
+            let first_px = [along - steps * step_along, across - steps * step_across];
+            of_place.each_of_line(first_px, step_px, lights, |light, here| {
+                let Some([f, along, across]) = here else { return };
+                *light = [light[0] + f, light[1] + along, light[2] + across];
+            });
+        }
+    }
+
+    /// Puts the light of each pixel of a line, `None` beyond the reach.
+    #[inline(always)]
+    fn each_of_line(
+        &self,
+        first_px: [f32; 2],
+        step_px: [f32; 2],
+        lights: &mut [[f32; 3]],
+        put: impl Fn(&mut [f32; 3], Option<[f32; 3]>),
+    ) {
         const POINTS: f32 = POINTS_PER_PX as f32;
         let [mut along, mut across] = first_px.map(|px| px * POINTS);
         let [step_along, step_across] = step_px.map(|px| px * POINTS);
         along += PROFILE_REACH_PX as f32 * POINTS;
         for light in lights {
-            *light = self.light(along, across).unwrap_or([0.0; 3]);
+            put(light, self.light(along, across));
             (along, across) = (along + step_along, across + step_across);
         }
     }
@@ -91,6 +120,15 @@ impl Profile<'_> {
         let per_px = self.scale * POINTS_PER_PX as f32;
         Some([light * self.scale, along * per_px, across * side * per_px])
     }
+}
+
+/// How a star's image moves in an exposure: places on a line, evenly apart, its own in their middle.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// Number of places, at least 1.
+    pub places: u8,
+    /// From a place to the next, along and across the field's radius, px.
+    pub step_px: [f32; 2],
 }
 
 /// A star as the fit has it.
@@ -123,9 +161,33 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// The sums over the pixels up to `half` from the middle.
+    /// The sums over the pixels up to `half` from the middle, of a star at rest.
     #[inline(never)]
     pub fn of(pixels: &[[f32; SIDE]; SIDE], half: usize, star: &Star, profile: &Profile) -> Self {
+        let light = |first, step, lights: &mut [_]| profile.light_of_line(first, step, lights);
+        Self::by(pixels, half, star, light)
+    }
+
+    /// The same of a star that moves while it is exposed.
+    #[inline(never)]
+    pub fn of_moving(
+        pixels: &[[f32; SIDE]; SIDE],
+        half: usize,
+        star: &Star,
+        (profile, way): (&Profile, &Way),
+    ) -> Self {
+        let light = |first, step, lights: &mut [_]| profile.light_of_way(first, step, way, lights);
+        Self::by(pixels, half, star, light)
+    }
+
+    /// The same with the light of each line as [`Profile::light_of_line`] gives it.
+    #[inline(always)]
+    fn by(
+        pixels: &[[f32; SIDE]; SIDE],
+        half: usize,
+        star: &Star,
+        light_of_line: impl Fn([f32; 2], [f32; 2], &mut [[f32; 3]]),
+    ) -> Self {
         let ([x, y], [cos, sin]) = (star.at_px, star.radius);
         let mut sums = Self::default();
         let mut lights = [[0.0; 3]; SIDE];
@@ -137,7 +199,7 @@ impl Sums {
             // are registers.
             let from_x = -(half as f32) - x;
             let first_px = [from_x * cos + from_y * sin, from_y * cos - from_x * sin];
-            profile.light_of_line(first_px, [cos, -sin], lights);
+            light_of_line(first_px, [cos, -sin], lights);
             for (light, value) in lights.iter().zip(row.iter().skip(HALF - half)) {
                 // Beyond the reach of the profile nothing is known.
                 if light[0] != 0.0 {

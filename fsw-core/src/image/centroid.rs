@@ -27,6 +27,7 @@
 
 use super::calibration::Calibration;
 use super::matched;
+use super::turn::Turn;
 use super::{Detection, DetectionParameters, FULL_SCALE};
 use fsw_pixels::condition::Place;
 use fsw_pixels::patch::Patch;
@@ -56,13 +57,14 @@ pub struct MeasuredSpot {
 
 impl MeasuredSpot {
     /// The spot with the centre and the sigma of the lens's profile fitted to it, and whether nothing but a
-    /// single star is seen; `origin` is the window's first pixel on the detector. `None` where the profile
-    /// does not fit.
+    /// single star is seen; `origin` is the window's first pixel on the detector, `turn` draws the star out.
+    /// `None` where the profile does not fit.
     pub fn fitted(
         &self,
         window: &Place,
         origin: [u16; 2],
         calibration: &Calibration,
+        turn: Option<&Turn>,
     ) -> Option<(Detection, bool)> {
         const ONE_PX: f32 = 65_536.0;
         let centre_q16 = [self.spot.x_q16, self.spot.y_q16];
@@ -75,9 +77,11 @@ impl MeasuredSpot {
             row.iter_mut().zip(run).for_each(|(pixel, value)| *pixel = value as f32 - self.floor);
         }
         let [dx, dy] = [self.spot.x_q16 - (x << 16), self.spot.y_q16 - (y << 16)];
+        let middle_px = [f32::from(origin[0]) + x as f32, f32::from(origin[1]) + y as f32];
         let spot = matched::Spot {
             pixels: &pixels,
-            middle_px: [f32::from(origin[0]) + x as f32, f32::from(origin[1]) + y as f32],
+            middle_px,
+            moved_px: turn.map_or([0.0; 2], |turn| turn.moved_px(middle_px)),
             start_px: [dx, dy].map(|offset| offset as f32 / ONE_PX),
             noise: window.sum_sigma as f32 / 3.0,
         };

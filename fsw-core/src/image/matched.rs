@@ -15,6 +15,11 @@
 //! stars in which it shows, and one table corrects it. The profile is that of the nearest radius, turned to
 //! the star's place in the field.
 //!
+//! Of a star that the sensor's turning is known to move by half a pixel and more in the exposure, the profile
+//! is the mean of those at two or three places of its way, and the correction the mean along it. The profile
+//! of a star at rest would be wrong by the pixel's phase: of a sharp lens by 0.025 px, rms, where the star
+//! moves by 1 px, by 0.08 px at 2 to 3 px.
+//!
 //! What the fit leaves, over what noise alone would, also says whether anything else than a single star is
 //! there: of faint stars better than moments do, in which noise feigns a shape.
 //!
@@ -24,11 +29,13 @@
 
 use super::calibration::Calibration;
 pub use fsw_pixels::profile::{HALF, SIDE};
-use fsw_pixels::profile::{Star, Sums};
+use fsw_pixels::profile::{Star, Sums, Way};
 
-/// Gauss-Newton steps from the centre of intensity: half the side of the square that each asks, px. The first
-/// only has to come near.
-pub const STEPS: [usize; 2] = [3, HALF];
+/// Half the side of the square that a Gauss-Newton step asks from the centre of intensity, px; of the last one
+/// too where the star moves, which is asked in several places.
+const NEAR: usize = 3;
+/// The same of the steps of a star at rest.
+const STEPS: [usize; 2] = [NEAR, HALF];
 /// Least variance of a pixel over the flux, both in electrons: that of a star of V = 4 in the reference
 /// camera. Of the brightest stars photon noise would have less, at the price of a table for every brightness.
 pub const BETA: f32 = 0.08;
@@ -45,6 +52,15 @@ const BAD_FIT: f32 = 1.6;
 /// By how much more than its linear part says the variance of a faint star grows with itself, 1/px²: the
 /// slopes are taken where the noise has moved the profile to. Measured on the reference lens: V = 5 and 6.
 const FAINT_PER_PX2: f32 = 40.0;
+/// A star that moves less is taken for one at rest, px.
+pub const LEAST_WAY_PX: f32 = 0.5;
+/// One that moves less than this is as if it stood in two places, else in three.
+const LONG_WAY_PX: f32 = 2.0;
+/// The way over the step between two of its places, three of them.
+const STEPS_OF_TWO: f32 = 1.732_050_8;
+const STEPS_OF_THREE: f32 = 2.828_427_1;
+/// Points of a star's way at which the correction is looked up.
+const CORRECTED_POINTS: u8 = 5;
 /// Longest step, px.
 const STEP_MAX_PX: f32 = 0.5;
 /// Farthest from the first centre, px: else it was no single star.
@@ -60,6 +76,8 @@ pub struct Spot<'p> {
     pub start_px: [f32; 2],
     /// Noise of a pixel, scaled counts.
     pub noise: f32,
+    /// How far the star moves in the exposure, px.
+    pub moved_px: [f32; 2],
 }
 
 /// A star's centre.
@@ -98,11 +116,16 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
     let (cos, sin) = if radius_px > 0.5 { (field_x / radius_px, field_y / radius_px) } else { (1.0, 0.0) };
     let profile = calibration.profile(radius_px)?;
 
+    let way = way_of(spot.moved_px, [cos, sin]);
     let (mut x, mut y) = (start_x, start_y);
     let (mut variance, mut misfit, mut beyond_noise, mut beta) = (0.0, 1.0, 1.0, BETA);
     for half in STEPS {
         let star = Star { at_px: [x, y], radius: [cos, sin], beta };
-        let sums = Sums::of(spot.pixels, half, &star, &profile);
+        // The first step only has to come near.
+        let sums = match way.as_ref().filter(|_| half == HALF) {
+            None => Sums::of(spot.pixels, half, &star, &profile),
+            Some(way) => Sums::of_moving(spot.pixels, NEAR, &star, (&profile, way)),
+        };
         let step = Step::of(&sums, beta, spot.noise, calibration.electrons_per_count())?;
         let [along, across] = step.along_across;
         let limited = |step: f32| step.clamp(-STEP_MAX_PX, STEP_MAX_PX);
@@ -122,12 +145,41 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
     if misfit > BAD_FIT {
         variance *= misfit;
     }
-    let [dx, dy] = calibration.correction_px([middle_x + x, middle_y + y]);
+    let at_px = [middle_x + x, middle_y + y];
+    let [dx, dy] = match way {
+        None => calibration.correction_px(at_px),
+        Some(_) => correction_of_way(calibration, at_px, spot.moved_px),
+    };
     let residual_px = calibration.residual_px();
     Some(Centre {
         at_px: [x + dx, y + dy],
         sigma_px: libm::sqrtf(variance + residual_px * residual_px),
         all_is_star: beyond_noise <= BAD_FIT,
+    })
+}
+
+/// The places of a star that moves so far, along and across a field's radius: their mean square distance from
+/// the middle is the line's. `None` of one that stays in its place.
+fn way_of([moved_x, moved_y]: [f32; 2], [cos, sin]: [f32; 2]) -> Option<Way> {
+    let square = moved_x * moved_x + moved_y * moved_y;
+    if square < LEAST_WAY_PX * LEAST_WAY_PX {
+        return None;
+    }
+    // Of n places a step apart it is (n² - 1) / 12 of the step's square, of the line a twelfth of its own.
+    let long = square >= LONG_WAY_PX * LONG_WAY_PX;
+    let (places, steps) = if long { (3, STEPS_OF_THREE) } else { (2, STEPS_OF_TWO) };
+    let step_px = [moved_x * cos + moved_y * sin, moved_y * cos - moved_x * sin].map(|px| px / steps);
+    Some(Way { places, step_px })
+}
+
+/// The mean of the corrections along the way that a star moves in the exposure.
+#[inline(never)]
+fn correction_of_way(calibration: &Calibration, [x, y]: [f32; 2], [moved_x, moved_y]: [f32; 2]) -> [f32; 2] {
+    let share = 1.0 / f32::from(CORRECTED_POINTS);
+    (0..CORRECTED_POINTS).fold([0.0; 2], |[sum_x, sum_y], point| {
+        let along = (f32::from(point) + 0.5) * share - 0.5;
+        let [dx, dy] = calibration.correction_px([x + along * moved_x, y + along * moved_y]);
+        [sum_x + share * dx, sum_y + share * dy]
     })
 }
 

@@ -175,7 +175,9 @@ impl<'w> Conditioned<'w> {
             .method
             .calibration
             .filter(|_| (single || feigned) && allowance.spend(FIT_CYCLES))
-            .and_then(|calibration| measured.fitted(window, self.origin, calibration))
+            .and_then(|calibration| {
+                measured.fitted(window, self.origin, calibration, self.criteria.method.turn.as_ref())
+            })
             .filter(|(_, all_is_star)| single || *all_is_star)
             .map_or(star, |(star, _)| star)
     }

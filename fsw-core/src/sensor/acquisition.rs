@@ -88,6 +88,7 @@ impl Sensor<'_> {
         let method = DetectionMethod {
             parameters: &self.parameters.detection,
             calibration: self.calibration.as_ref(),
+            turn: None,
         };
         let Workspace { shared, detections, repeated, .. } = &mut *self.workspace;
         scan::scan(detector, &mut shared.readout().buffer, method, detections)?;

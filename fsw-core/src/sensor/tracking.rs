@@ -4,10 +4,13 @@ use super::Sensor;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use crate::attitude::filter::Filter;
+use crate::camera::CameraParameters;
 use crate::earth::reach;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
+use crate::image::matched::LEAST_WAY_PX;
 use crate::image::scan::Smear;
+use crate::image::turn::Turn;
 use crate::order::fill;
 use crate::plan::{self, MAX_STAR_WINDOWS};
 use crate::stars::confirm::{Confirmed, confirm_among, match_predicted_stars};
@@ -50,6 +53,7 @@ impl Sensor<'_> {
         let method = DetectionMethod {
             parameters: &self.parameters.detection,
             calibration: self.calibration.as_ref(),
+            turn: self.turn_in_exposure(),
         };
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
@@ -120,6 +124,15 @@ impl Sensor<'_> {
                 place.centre_px = at_px;
             }
         }
+    }
+
+    /// How the sensor turns during the exposure by the filter's rate, where stars leave their places by it.
+    fn turn_in_exposure(&self) -> Option<Turn> {
+        let rate = self.motion.as_ref().and_then(Filter::rate)?;
+        let turn_rad = rate.rad_s * (self.parameters.imaging.exposure_us as f32 * 1e-6);
+        let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
+        (self.farthest_px(&turn_rad) > LEAST_WAY_PX)
+            .then(|| Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))
     }
 
     /// From a row to the next, s.

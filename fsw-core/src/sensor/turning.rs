@@ -239,7 +239,7 @@ impl Sensor<'_> {
     }
 
     /// How fast the fastest star of the field moves at a rate, px/s.
-    fn farthest_px(&self, rate: &Vector3<f32>) -> f32 {
+    pub(super) fn farthest_px(&self, rate: &Vector3<f32>) -> f32 {
         let camera = self.camera.parameters();
         let [width, height] = [camera.width_px, camera.height_px].map(f32::from);
         libm::hypotf(rate.x, rate.y) / self.camera.rad_per_px()

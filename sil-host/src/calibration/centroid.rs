@@ -132,7 +132,7 @@ pub fn find(
         inner_share_percent: 0,
         ..DetectionParameters::default()
     };
-    let method = DetectionMethod { parameters: &parameters, calibration };
+    let method = DetectionMethod { parameters: &parameters, calibration, turn: None };
     let (mut detections, mut buffer) = (Detections::new(), [0; TILE_PIXELS]);
     read_stars(&mut Drawn { bits, pixels }, window, &mut buffer, method, &mut detections).ok()?;
     let place = |x: i32| f64::from(x) / 65_536.0;

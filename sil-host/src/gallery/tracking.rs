@@ -167,7 +167,8 @@ const IMAGES: u32 = 25;
 fn marks(scene: &mut Scene, method: &DetectionMethod<'_>, camera: &Camera) -> Result<Vec<Mark>, HostError> {
     let fault = |error| HostError::usage(format!("the scene failed ({error:?})"), "report this");
     let mut detections = Detections::new();
-    let method = DetectionMethod { parameters: method.parameters, calibration: method.calibration };
+    let method =
+        DetectionMethod { parameters: method.parameters, calibration: method.calibration, turn: None };
     scan::scan(scene, &mut [0; TILE_PIXELS], method, &mut detections).map_err(fault)?;
     let stars = detections.spots().iter().filter_map(|spot| MeasuredStar::from_detection(camera, spot));
     let mark = |star: MeasuredStar| Mark {
@@ -187,7 +188,7 @@ fn spin(seed: u64, sky: &[WorldStar]) -> Result<Vec<Spin>, HostError> {
     let calibration = turning_sky::calibration()?;
     let calibration = calibration.as_ref().and_then(StarCalibration::open);
     let parameters = DetectionParameters::default();
-    let method = DetectionMethod { parameters: &parameters, calibration: calibration.as_ref() };
+    let method = DetectionMethod { parameters: &parameters, calibration: calibration.as_ref(), turn: None };
     let file = flight::calibrated_camera(&CameraFile::reference());
     let camera = flight::camera(&file, Path::new("the reference camera"))?;
     let (mut before, mut rates): (Vec<Mark>, Vec<_>) = (Vec::new(), Vec::new());

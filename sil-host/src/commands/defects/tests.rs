@@ -167,7 +167,7 @@ fn a_sky_with_two_thousand_hot_pixels_is_measured_as_on_a_detector_without() {
     // The skies.
     let calibration = Calibration::open(REFERENCE_CALIBRATION).unwrap();
     let parameters = DetectionParameters::default();
-    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration) };
+    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration), turn: None };
     let [mut clean, mut raw, mut mended] = [0; 3].map(|_| Outcome::default());
     let mut solver = Solver::default();
     let noise = Noise::new(SEED, 0, Stream::Attitude);
@@ -241,7 +241,7 @@ fn a_star_on_a_bad_pixel_keeps_its_place() {
     let lens = Lens::new(&scenario.camera, &scenario.imaging, &detector).unwrap();
     let calibration = Calibration::open(REFERENCE_CALIBRATION).unwrap();
     let parameters = DetectionParameters::default();
-    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration) };
+    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration), turn: None };
     let dark_e = detector.dark_now_e_s() * 0.4;
     let (converter, places) = (detector.converter(10), Noise::new(1, 0, Stream::Attitude));
     const STARS: u32 = 300;
