@@ -58,7 +58,7 @@ pub const LEAST_WAY_PX: f32 = 0.5;
 const LONG_WAY_PX: f32 = 2.0;
 /// The way over the step between two of its places, three of them.
 const STEPS_OF_TWO: f32 = 1.732_050_8;
-const STEPS_OF_THREE: f32 = 2.828_427_1;
+const STEPS_OF_THREE: f32 = 2.828_427;
 /// Points of a star's way at which the correction is looked up.
 const CORRECTED_POINTS: u8 = 5;
 /// Longest step, px.
