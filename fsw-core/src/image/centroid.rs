@@ -26,7 +26,7 @@
 //! 14,000 when saturated (Cortex-M4 model, zero wait states).
 
 use super::calibration::Calibration;
-use super::matched;
+use super::matched::{self, Centre};
 use super::turn::Turn;
 use super::{Detection, DetectionParameters, FULL_SCALE};
 use fsw_pixels::condition::Place;
@@ -65,7 +65,7 @@ impl MeasuredSpot {
         origin: [u16; 2],
         calibration: &Calibration,
         turn: Option<&Turn>,
-    ) -> Option<(Detection, bool)> {
+    ) -> Option<(Detection, Centre)> {
         const ONE_PX: f32 = 65_536.0;
         let centre_q16 = [self.spot.x_q16, self.spot.y_q16];
         let [x, y] = centre_q16.map(|at| (at + (1 << 15)) >> 16);
@@ -91,7 +91,7 @@ impl MeasuredSpot {
         let sigma_px = libm::sqrtf(centre.sigma_px * centre.sigma_px + drawn * drawn);
         let (x_q16, y_q16) = ((x << 16) + dx, (y << 16) + dy);
         let spot = Detection { x_q16, y_q16, sigma_q16: (sigma_px * ONE_PX) as i32, ..self.spot };
-        Some((spot, centre.all_is_star))
+        Some((spot, centre))
     }
 }
 

@@ -12,6 +12,10 @@ pub const MAX_DETECTIONS: usize = 96;
 
 /// Places of streaks kept.
 pub const MAX_STREAK_PLACES: usize = 24;
+/// Fewer bright spots that the lens's profile does not fit are pairs and hits ...
+const FEWEST_BLURRED: u32 = 4;
+/// ... and so are those that are not more than one in so many.
+const BLURRED_SHARE: u32 = 3;
 /// What is so near to a place kept, px, is of the same streak.
 const SAME_STREAK_PX: u16 = 12;
 
@@ -20,6 +24,9 @@ const SAME_STREAK_PX: u16 = 12;
 pub enum Smear {
     /// Their light stayed in its place, to 4 px or less.
     Points,
+    /// They look round, but many of them otherwise than the turning that is told would make them: it changes
+    /// within the exposure.
+    Blurred,
     /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot that
     /// is not drawn out is a part of a faint one, or a hit.
     Drawn,
@@ -39,6 +46,8 @@ pub struct Detections {
     /// Spots in the open sky that are drawn out, and round ones bright enough to tell.
     drawn: u32,
     clear_round: u32,
+    /// Of these, those that the lens's profile does not fit.
+    blurred: u32,
     streaks: u32,
     streak_places: Vec<[u16; 2], MAX_STREAK_PLACES>,
 }
@@ -84,6 +93,7 @@ impl Detections {
         self.unread_px = 0;
         self.drawn = 0;
         self.clear_round = 0;
+        self.blurred = 0;
         self.streaks = 0;
         self.streak_places.clear();
     }
@@ -98,6 +108,7 @@ impl Detections {
             unread_px: 0,
             drawn: 0,
             clear_round: 0,
+            blurred: 0,
             streaks: 0,
             streak_places: Vec::new(),
         }
@@ -111,8 +122,9 @@ impl Detections {
     }
 
     /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept
-    /// once. `clear`: its light is so far above the noise that its shape shows whether it is drawn out.
-    pub(super) fn insert(&mut self, spot: Detection, clear: bool) {
+    /// once. `clear`: its light is so far above the noise that its shape shows whether it is drawn out;
+    /// `misfits`: the lens's profile does not fit it.
+    pub(super) fn insert(&mut self, spot: Detection, clear: bool, misfits: bool) {
         const ONE_PX: u32 = 1 << 16;
         let same = |kept: &Detection| {
             kept.x_q16.abs_diff(spot.x_q16) < ONE_PX && kept.y_q16.abs_diff(spot.y_q16) < ONE_PX
@@ -125,6 +137,7 @@ impl Detections {
             let drawn = spot.drawn_px > 0;
             self.drawn = self.drawn.saturating_add(u32::from(drawn));
             self.clear_round = self.clear_round.saturating_add(u32::from(clear && !drawn));
+            self.blurred = self.blurred.saturating_add(u32::from(clear && !drawn && misfits));
         }
         if let Err(spot) = self.spots.push(spot)
             && let Some(faintest) = self.spots.iter_mut().max_by_key(|kept| kept.rank())
@@ -139,7 +152,9 @@ impl Detections {
     pub fn smear(&self, fewest: u32) -> Smear {
         let all = self.drawn.saturating_add(self.streaks);
         if all < fewest || all < self.clear_round {
-            Smear::Points
+            let otherwise = all.saturating_add(self.blurred);
+            let blurred = otherwise >= FEWEST_BLURRED && BLURRED_SHARE * otherwise > self.clear_round;
+            if blurred { Smear::Blurred } else { Smear::Points }
         } else if self.streaks < self.drawn {
             Smear::Drawn
         } else {

@@ -90,6 +90,9 @@ pub struct Centre {
     /// Whether what the fit leaves is no more than noise alone would leave: that it is a single star at rest,
     /// and nothing beside it.
     pub all_is_star: bool,
+    /// Whether it leaves more than noise and an inexact profile would: it moves otherwise than is told, or
+    /// something else is in it.
+    pub misfits: bool,
 }
 
 /// A step of the fit.
@@ -155,6 +158,7 @@ pub fn centre(spot: &Spot, calibration: &Calibration) -> Option<Centre> {
         at_px: [x + dx, y + dy],
         sigma_px: libm::sqrtf(variance + residual_px * residual_px),
         all_is_star: beyond_noise <= BAD_FIT,
+        misfits: misfit > BAD_FIT,
     })
 }
 

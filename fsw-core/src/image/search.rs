@@ -11,6 +11,7 @@ use super::allowance::{Allowance, CANDIDATE_CYCLES, FIT_CYCLES, SECOND_LOOK_CYCL
 use super::blinding::{blinded, is_washed};
 use super::centroid::{MeasuredSpot, measure};
 use super::detections::Detections;
+use super::matched::Centre;
 use super::peaks::for_each_peak;
 use super::shape::{Shape, is_streak, shape};
 use super::{Detection, DetectionMethod, FULL_SCALE};
@@ -151,10 +152,13 @@ impl<'w> Conditioned<'w> {
             Shape::Star(star) => {
                 // Its centre matters to none where it is too faint to be kept.
                 let kept = detections.keeps(&star);
-                let star = if kept { self.fitted(&window, star, &measured, allowance) } else { star };
+                let fitted = if kept { self.fitted(&window, star, &measured, allowance) } else { None };
+                let misfits = fitted.as_ref().is_some_and(|(_, centre)| centre.misfits);
+                let star = fitted.map_or(star, |(star, _)| star);
                 let [x, y] = self.origin.map(|at| i32::from(at) << 16);
                 let clear = star.flux > CLEAR_SIGMAS * window.sigma;
-                detections.insert(Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star }, clear);
+                let star = Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star };
+                detections.insert(star, clear, misfits);
             }
             Shape::Streak | Shape::Hit => {}
         }
@@ -168,7 +172,7 @@ impl<'w> Conditioned<'w> {
         star: Detection,
         measured: &MeasuredSpot,
         allowance: &mut Allowance,
-    ) -> Detection {
+    ) -> Option<(Detection, Centre)> {
         let single = star.is_single();
         let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
         self.criteria
@@ -178,8 +182,7 @@ impl<'w> Conditioned<'w> {
             .and_then(|calibration| {
                 measured.fitted(window, self.origin, calibration, self.criteria.method.turn.as_ref())
             })
-            .filter(|(_, all_is_star)| single || *all_is_star)
-            .map_or(star, |(star, _)| star)
+            .filter(|(_, centre)| single || centre.all_is_star)
     }
 
     /// A window's pixel counted on the detector.

@@ -72,7 +72,7 @@ impl Sensor<'_> {
         stars.count(detections.spots().len(), detections);
         if scans {
             match detections.smear(FEWEST_STREAKS) {
-                Smear::Points => {}
+                Smear::Points | Smear::Blurred => {}
                 Smear::Drawn => detections.keep_drawn(),
                 Smear::Streaks => return Ok(Some(Outcome::TooFast)),
             }

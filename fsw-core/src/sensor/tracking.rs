@@ -28,6 +28,10 @@ const MOST_LOG10_CHANCE: f32 = -0.3;
 /// a window.
 const FEWEST_STREAKS: u32 = 2;
 
+/// Of a turn that begins in the middle of the exposure the mean of the light is a sixth of the way from where
+/// it is in the middle, px. Ways up to 4 px, from which on stars no longer look round, have this sixth, rms.
+const BLURRED_PX: f32 = 0.4;
+
 /// The stars expected in the image, and the windows in which they are sought.
 struct Expectation {
     attitude: Rotation<Icrs, StarPath>,
@@ -59,8 +63,9 @@ impl Sensor<'_> {
         meter.end(Stage::Windows);
         let blank = read?;
         let fewest = u32::from(self.parameters.tracking.fewest_stars);
-        match self.workspace.detections.smear(FEWEST_STREAKS) {
-            Smear::Points => {}
+        let smear = self.workspace.detections.smear(FEWEST_STREAKS);
+        match smear {
+            Smear::Points | Smear::Blurred => {}
             // Too few for an attitude: what looks round stands where stars are expected.
             Smear::Drawn if self.workspace.detections.drawn() < fewest => {}
             Smear::Drawn => self.workspace.detections.keep_drawn(),
@@ -68,8 +73,11 @@ impl Sensor<'_> {
         }
         self.measure_windows(stars);
         meter.begin(Stage::Confirm);
-        let confirmed = self.confirm(&expectation);
+        let mut confirmed = self.confirm(&expectation);
         meter.end(Stage::Confirm);
+        if let (Smear::Blurred, Some(confirmed)) = (smear, &mut confirmed) {
+            self.widen_by_blur(&mut confirmed.sigma_rad);
+        }
         let clear_windows = expectation.windows.len().saturating_sub(blank);
         Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
     }
@@ -133,6 +141,17 @@ impl Sensor<'_> {
         let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
         (self.farthest_px(&turn_rad) > LEAST_WAY_PX)
             .then(|| Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))
+    }
+
+    /// Adds what a turn that changes within the exposure moves the mean of the light from where it is in the
+    /// middle.
+    fn widen_by_blur(&self, sigma_rad: &mut [f32; 3]) {
+        let [half_width, half_height] = self.camera.middle_px();
+        let across = BLURRED_PX * self.camera.rad_per_px();
+        let about = BLURRED_PX / libm::hypotf(half_width, half_height);
+        for (sigma, blur) in sigma_rad.iter_mut().zip([across, across, about]) {
+            *sigma = libm::hypotf(*sigma, blur);
+        }
     }
 
     /// From a row to the next, s.

@@ -2,16 +2,26 @@
 
 use super::tests::{places, scanned};
 use super::*;
+use crate::image::DetectionParameters;
+use crate::image::calibration::{Calibration, sample};
 use crate::image::test_sky::{Chance, Frame, Sky};
+use crate::image::turn::Turn;
 use std::vec::Vec;
 
 /// Fewest spots drawn out that say anything, as in the sensor.
 const FEWEST: u32 = 6;
 const SPOT_PX: f64 = 1.0;
+/// Of a sharper lens.
+const SHARP_PX: f64 = 0.6;
+
+/// [`turning_through`] a blunt lens.
+fn turning(length: f64, seed: u64) -> (Frame, Vec<[f64; 2]>) {
+    turning_through(SPOT_PX, length, seed)
+}
 
 /// 49 stars of 600 to 60,000 counts, drawn out over `length` px across the rows, among 8 hits that are sharp;
 /// their middles.
-fn turning(length: f64, seed: u64) -> (Frame, Vec<[f64; 2]>) {
+fn turning_through(spot_px: f64, length: f64, seed: u64) -> (Frame, Vec<[f64; 2]>) {
     let mut chance = Chance(seed);
     let stars = places(460, 460, 60, seed);
     let mut sky = Sky::new(460, 460, 60.0);
@@ -19,9 +29,9 @@ fn turning(length: f64, seed: u64) -> (Frame, Vec<[f64; 2]>) {
         let flux = 600.0 * 100f64.powf(chance.even());
         let (dx, dy) = (0.4 * length, 0.3 * length);
         sky = if length > 0.5 {
-            sky.streak([[x - dx, y - dy], [x + dx, y + dy]], SPOT_PX, flux / length)
+            sky.streak([[x - dx, y - dy], [x + dx, y + dy]], spot_px, flux / length)
         } else {
-            sky.star([*x, *y], SPOT_PX, flux)
+            sky.star([*x, *y], spot_px, flux)
         };
     }
     for _ in 0..8 {
@@ -67,4 +77,32 @@ fn of_drawn_stars_those_that_are_kept_stand_in_the_middle_of_their_streaks() {
     std::println!("{kept} kept, {astray} beyond 4 sigma");
     // A hit beside a star, or on its streak: 8 of 460 x 460 px.
     assert!(kept > 1000 && 50 * astray <= kept);
+}
+
+#[test]
+fn stars_that_move_otherwise_than_is_told_are_blurred() {
+    let bytes = sample::gaussian(SHARP_PX);
+    let calibration = Calibration::open(&bytes).unwrap();
+    let parameters = DetectionParameters::default();
+    // Over 460 px a turn about the axes across a long lens moves every star alike.
+    const FOCAL_LENGTH_PX: f32 = 1e6;
+    let turn = |length: f32| {
+        let about = [0.6, -0.8, 0.0].map(|share| share * length / FOCAL_LENGTH_PX);
+        Turn::new([230.0; 2], FOCAL_LENGTH_PX, false, about)
+    };
+    for seed in 1..=20 {
+        let smear = |length: f64, told: f32| {
+            let mut frame = turning_through(SHARP_PX, length, seed).0;
+            let calibration = Some(&calibration);
+            let method = DetectionMethod { parameters: &parameters, calibration, turn: Some(turn(told)) };
+            let mut found = Detections::new();
+            scan(&mut frame, &mut [0; TILE_PIXELS], method, &mut found).unwrap();
+            found.smear(FEWEST)
+        };
+        assert_eq!(smear(0.0, 0.0), Smear::Points, "seed {seed}");
+        assert_eq!(smear(3.0, 3.0), Smear::Points, "seed {seed}");
+        for (length, told) in [(3.0, 0.0), (0.0, 3.0)] {
+            assert_eq!(smear(length, told), Smear::Blurred, "{length} px, {told} told, seed {seed}");
+        }
+    }
 }
