@@ -31,8 +31,8 @@ use super::calibration::Calibration;
 pub use fsw_pixels::profile::{HALF, SIDE};
 use fsw_pixels::profile::{Star, Sums, Way};
 
-/// Half the side of the square that a Gauss-Newton step asks from the centre of intensity, px; of the last one
-/// too where the star moves, which is asked in several places.
+/// Half the side of the square that a Gauss-Newton step asks from the centre of intensity, px; of the last
+/// one too where the star moves, which is asked in several places.
 const NEAR: usize = 3;
 /// The same of the steps of a star at rest.
 const STEPS: [usize; 2] = [NEAR, HALF];
