@@ -1,12 +1,12 @@
 //! From windows of raw pixels to star centroids, in integers.
 //!
 //! [`condition`] knows the local background and noise of a window, `peaks` finds local maxima that rise from
-//! it, [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a [`calibration`]
-//! a better one ([`matched`]), `search` does all this in a window, [`scan`] walks the whole detector in tiles,
-//! `detections` keeps the brightest spots and [`repeated`] puts first those that the last image had too. Loops
-//! over pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost,
-//! [`blinding`] knows a detector at full scale. Before all of them [`bad_pixels`] may correct the known
-//! [`defects`].
+//! it, [`centroid`] judges each maximum by the thesis's criteria and gives its centre, with a
+//! [`calibration`] a better one ([`matched`]), by its motion in the exposure too where that is known
+//! ([`turn`]), `search` does all this in a window, [`scan`] walks the whole detector in tiles, `detections`
+//! keeps the brightest spots and [`repeated`] puts first those that the last image had too. Loops over
+//! pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost, [`blinding`] knows a detector
+//! at full scale. Before all of them [`bad_pixels`] may correct the known [`defects`].
 //!
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the
 //! converter's resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.

@@ -56,9 +56,9 @@ pub struct MeasuredSpot {
 }
 
 impl MeasuredSpot {
-    /// The spot with the centre and the sigma of the lens's profile fitted to it, and whether nothing but a
-    /// single star is seen; `origin` is the window's first pixel on the detector, `turn` draws the star out.
-    /// `None` where the profile does not fit.
+    /// The spot with the centre and the sigma of the lens's profile fitted to it, and the fit itself, which says
+    /// whether a single star is seen; `origin` is the window's first pixel on the detector, `turn` draws the
+    /// star out. `None` where there is no such centre.
     pub fn fitted(
         &self,
         window: &Place,

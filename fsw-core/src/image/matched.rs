@@ -87,8 +87,8 @@ pub struct Centre {
     pub at_px: [f32; 2],
     /// Standard deviation an axis, px.
     pub sigma_px: f32,
-    /// Whether what the fit leaves is no more than noise alone would leave: that it is a single star at rest,
-    /// and nothing beside it.
+    /// Whether what the fit leaves is no more than noise alone would leave: that it is a single star that moves
+    /// as is told, and nothing beside it.
     pub all_is_star: bool,
     /// Whether it leaves more than noise and an inexact profile would: it moves otherwise than is told, or
     /// something else is in it.

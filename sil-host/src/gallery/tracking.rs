@@ -167,9 +167,7 @@ const IMAGES: u32 = 25;
 fn marks(scene: &mut Scene, method: &DetectionMethod<'_>, camera: &Camera) -> Result<Vec<Mark>, HostError> {
     let fault = |error| HostError::usage(format!("the scene failed ({error:?})"), "report this");
     let mut detections = Detections::new();
-    let method =
-        DetectionMethod { parameters: method.parameters, calibration: method.calibration, turn: None };
-    scan::scan(scene, &mut [0; TILE_PIXELS], method, &mut detections).map_err(fault)?;
+    scan::scan(scene, &mut [0; TILE_PIXELS], *method, &mut detections).map_err(fault)?;
     let stars = detections.spots().iter().filter_map(|spot| MeasuredStar::from_detection(camera, spot));
     let mark = |star: MeasuredStar| Mark {
         direction: *star.direction.vector(),
