@@ -13,12 +13,13 @@
 //!
 //! [`view`] predicts the limb on the detector, [`reach`] gives the length of a strip across it, [`limb`]
 //! measures it in strips, [`search`] without a prediction. [`consensus`] rejects outliers, [`centre`] fits
-//! the centre, `shared_heights` gives the covariance of the height errors that neighbouring points share.
+//! the centre, [`ground`] moves points by how bright the ground is, `shared_heights` gives the covariance of the height errors that neighbouring points share.
 //! [`limb_sensor`] calls these steps in turn. [`comparison`] is not flown.
 
 pub mod centre;
 pub mod comparison;
 pub mod consensus;
+pub mod ground;
 pub mod heights;
 pub mod limb;
 mod limb_model;
@@ -34,6 +35,7 @@ mod shared_heights;
 mod test_world;
 pub mod view;
 
+pub use ground::Ground;
 pub use parameters::{EarthParameters, Ellipsoid};
 pub use shape::Body;
 
@@ -70,6 +72,8 @@ pub struct LimbPoint {
     pub sigma_px: f32,
     /// Unit vector on the detector along which the limb was measured, from bright to dark.
     pub outward_px: [f32; 2],
+    /// The ground just inside.
+    pub ground: Ground,
 }
 
 /// A measurement of the Earth's centre.

@@ -46,6 +46,7 @@ use crate::camera::Camera;
 use crate::camera::focal_length::FocalLength;
 use crate::catalog::Catalogue;
 pub use crate::command::Command;
+use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::image::calibration::Calibration;
 use crate::modes::{Guard, Mode, Modes};
@@ -140,6 +141,8 @@ pub struct Sensor<'c> {
     /// Terrestrial Time of the last fix that the orbit accepted.
     fixed_us: i64,
     converged: bool,
+    /// Brightness of the ground at the limb that is usual.
+    usual_ground: UsualGround,
     /// Seconds in a row in which the Earth was looked for without a centre.
     earth_misses: u8,
     /// Of the noise of the last two images' probes.
@@ -218,6 +221,7 @@ impl<'c> Sensor<'c> {
             rate_sensor_doubts: 0,
             fixed_us: 0,
             converged: false,
+            usual_ground: UsualGround::default(),
             earth_misses: 0,
             digests: [[UNREAD; PROBES]; 2],
             searching_since: None,

@@ -19,7 +19,7 @@
 
 use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
-use super::{EarthParameters, LimbPoint};
+use super::{EarthParameters, Ground, LimbPoint};
 use fsw_hal::{DetectorGeometry, Window};
 use fsw_pixels::lines::LINES;
 
@@ -114,7 +114,7 @@ impl Strip {
         let middle = MIDDLE as f32;
         let centre_px =
             if self.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
-        LimbPoint { centre_px, sigma_px, outward_px: self.expected.outward_px }
+        LimbPoint { centre_px, sigma_px, outward_px: self.expected.outward_px, ground: Ground::default() }
     }
 }
 
@@ -225,7 +225,8 @@ impl<'a> StripProfile<'a> {
         // Clouds seen in the bright side, clouds unseen, and the error of the shading model.
         let (seen, unseen) = (CLOUD_FACTOR * smooth, parameters.limb.cloud_share);
         let relative_sigma = libm::sqrtf(seen * seen + unseen * unseen + model.shading * model.shading);
-        let level = model.level * bright * relative_sigma / gradient;
+        let lever = model.level * bright / gradient;
+        let level = lever * relative_sigma;
         let height = parameters.limb.scatter_km / strip.expected.km_per_px.max(1e-3);
         let floor = parameters.strips.floor_px;
         let normal_cosine = strip.normal_cosine();
@@ -239,7 +240,8 @@ impl<'a> StripProfile<'a> {
         if sigma.is_nan() || sigma >= greatest {
             return None;
         }
-        Some(strip.point(self.lines.length, place as f32 - 1.0 + part, sigma))
+        let ground = Ground { brightness: bright / model.white, lever_px: lever * normal_cosine };
+        Some(LimbPoint { ground, ..strip.point(self.lines.length, place as f32 - 1.0 + part, sigma) })
     }
 }
 

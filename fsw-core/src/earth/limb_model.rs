@@ -65,6 +65,8 @@ pub(super) struct LimbModel {
     pub(super) count: f32,
     /// Share of the bright side's mean at the half-brightness height.
     pub(super) level: f32,
+    /// Mean brightness of the bright side were the ground white, that of a Sun in the zenith being 1.
+    pub(super) white: f32,
     /// Relative error of the brightness by the shading model.
     pub(super) shading: f32,
     /// Scale height: the air's brightness falls to 1 / e.
@@ -201,6 +203,7 @@ impl LimbModel {
             begin: begin as usize,
             end: (begin + length) as usize,
             count: length,
+            white: bright / model.scaling,
             level: model.blurred(0.0, blur) / bright.max(LEAST_SHADE),
             shading: SHADING_ERROR * libm::fabsf(bright - 1.0),
             scale,

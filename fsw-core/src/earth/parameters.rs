@@ -32,6 +32,10 @@ parameter_group! {
         /// Difference of brightness between the limb and the bright side just inside that is not known, share
         /// of it: clouds.
         cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
+        /// Share by which the limb's own ground is nearer to the usual than the ground just inside, where this
+        /// is brighter or darker.
+        ground_share: f32 = 0.25, 0.0..=1.0, "",
+            "0.20 to 0.33 fitted to flights of seeds 1 to 4 from 450 km, 798 km and GEO; judged on others";
         /// Share of the surface's brightness that follows the law of Lommel and Seeliger, the rest Lambert's.
         lommel_share: f32 = 0.5, 0.0..=1.0, "",
             "half way between the two laws: cloud tops follow the one, bare ground the other";

@@ -9,6 +9,7 @@ use super::{Sensor, calibration_fits};
 use crate::camera::Camera;
 use crate::camera::focal_length::FocalLength;
 use crate::command::{Command, CommandOutcome, GroundOrbit, Refusal};
+use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode};
 use crate::parameters::Parameters;
@@ -70,6 +71,7 @@ impl Sensor<'_> {
     ) {
         (self.parameters, self.camera, self.star_to_earth) = (*parameters, camera, star_to_earth);
         self.focal_length = FocalLength::new(parameters.identification.scale_uncertainty);
+        self.usual_ground = UsualGround::default();
         self.spare = Spare::new(parameters, &camera, &star_to_earth);
     }
 

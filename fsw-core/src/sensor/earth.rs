@@ -178,6 +178,7 @@ impl Sensor<'_> {
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
+        self.usual_ground.correct(&mut self.workspace.shared.readout().limb, &self.parameters.earth.limb);
         Ok(self.fit(meter, body, (&strips, prior.as_ref()), !by_orbit))
     }
 

@@ -23,6 +23,7 @@ use super::timekeeping::Timekeeper;
 use crate::attitude::filter::Filter;
 use crate::camera::Camera;
 use crate::checksum::SlicedCrc32;
+use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::OrbitState;
@@ -95,6 +96,8 @@ pub(super) struct Seal {
     mode: Mode,
     /// Of both times.
     timekeeper: u32,
+    /// Of the usual ground.
+    usual_ground: u32,
     /// The shutters' themselves.
     shutting: Shutting,
 }
@@ -109,6 +112,7 @@ impl Seal {
             modes: modes.word_sum(),
             mode: modes.mode(),
             timekeeper: timekeeper.word_sum(),
+            usual_ground: UsualGround::default().word_sum(),
             shutting,
         }
     }
@@ -149,6 +153,9 @@ impl Sensor<'_> {
         }
         if self.timekeeper.word_sum() != self.seal.timekeeper {
             self.timekeeper = Timekeeper::default();
+        }
+        if self.usual_ground.word_sum() != self.seal.usual_ground {
+            self.usual_ground = UsualGround::default();
         }
         if self.shutting != self.seal.shutting {
             self.shutting.command(None);
@@ -213,6 +220,7 @@ impl Sensor<'_> {
             attitude: self.attitude_sum(),
             orbit: self.orbit.word_sum(),
             told,
+            usual_ground: self.usual_ground.word_sum(),
             ..Seal::new(&self.modes, &self.timekeeper, self.shutting)
         };
     }
