@@ -76,6 +76,13 @@ pub struct LimbPoint {
     pub ground: Ground,
 }
 
+impl LimbPoint {
+    /// A point of which nothing is known of the ground.
+    pub fn new(centre_px: [f32; 2], sigma_px: f32, outward_px: [f32; 2]) -> Self {
+        Self { centre_px, sigma_px, outward_px, ground: Ground::default() }
+    }
+}
+
 /// A measurement of the Earth's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthFix {

@@ -26,7 +26,7 @@ pub use fsw_ground::table;
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
 pub const VERSION: u8 = 20;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0xAE85_B0F3;
+pub const CHECKSUM: u32 = 0x4512_13A8;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 /// The ellipsoid of another body than the Earth is within this share of its radius.

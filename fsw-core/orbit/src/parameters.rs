@@ -47,8 +47,8 @@ parameter_group! {
         /// Coefficient of radiation pressure times the area towards the Sun, over mass.
         radiation_m2_kg: f32 = 0.013, 0.0..=10.0, "m2/kg", "100 kg, 1 m2, coefficient 1.3";
         /// Sigma of the limb's mean height about `earth.limb.height_km`.
-        height_sigma_km: f32 = 0.6, 0.0..=100.0, "km",
-            "edges are found 0.4 km low, the mean of three orbits varies by 0.5 km: rendered orbits";
+        height_sigma_km: f32 = 0.5, 0.0..=100.0, "km",
+            "the mean of three orbits varies by it: rendered orbits";
         /// The same as an angle: the detection of edges may be off by a share of a pixel. It matters from
         /// afar; both are estimated.
         height_sigma_rad: f32 = 2.4e-5, 0.0..=0.01, "rad", "1 km in GEO: rendered orbits";

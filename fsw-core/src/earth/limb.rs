@@ -114,7 +114,7 @@ impl Strip {
         let middle = MIDDLE as f32;
         let centre_px =
             if self.along_x { [x + from_start, y + middle] } else { [x + middle, y + from_start] };
-        LimbPoint { centre_px, sigma_px, outward_px: self.expected.outward_px, ground: Ground::default() }
+        LimbPoint::new(centre_px, sigma_px, self.expected.outward_px)
     }
 }
 

@@ -18,8 +18,8 @@ parameter_group! {
     /// The air and the surface at the limb, and the lens through which they are seen.
     pub struct LimbParameters in "earth.limb" {
         /// Height above the ellipsoid at which the limb is half bright.
-        height_km: f32 = 5.5, 0.0..=60.0, "km",
-            "within the 3 to 6 km of half brightness, which depend on wavelength and season (thesis 4.2)";
+        height_km: f32 = 5.15, 0.0..=60.0, "km",
+            "rendered limbs of seeds 1 to 10, judged on others; 3 to 6 km, by wavelength and season (thesis 4.2)";
         /// Standard deviation of that height: season, wavelength, and that a limb narrower than a pixel seems
         /// 2 km higher than a wide one.
         height_sigma_km: f32 = 1.4, 0.0..=20.0, "km",
@@ -35,7 +35,7 @@ parameter_group! {
         /// Share by which the limb's own ground is nearer to the usual than the ground just inside, where this
         /// is brighter or darker.
         ground_share: f32 = 0.25, 0.0..=1.0, "",
-            "0.20 to 0.33 fitted to flights of seeds 1 to 4 from 450 km, 798 km and GEO; judged on others";
+            "0.21 to 0.33 in rendered flights of seeds 1 to 4 from 450 km, 798 km and GEO; judged on others";
         /// Share of the surface's brightness that follows the law of Lommel and Seeliger, the rest Lambert's.
         lommel_share: f32 = 0.5, 0.0..=1.0, "",
             "half way between the two laws: cloud tops follow the one, bare ground the other";

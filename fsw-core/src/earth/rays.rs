@@ -60,7 +60,7 @@ pub(super) fn fill(rays: &mut Rays, points: &[LimbPoint], camera: &Camera, body:
 
 impl Ray {
     pub(super) fn new(point: &LimbPoint, index: u8, camera: &Camera, body: &Body) -> Option<Self> {
-        let LimbPoint { centre_px: [x, y], sigma_px, outward_px: [nx, ny] } = *point;
+        let LimbPoint { centre_px: [x, y], sigma_px, outward_px: [nx, ny], .. } = *point;
         let norm = nx * nx + ny * ny;
         if !(sigma_px > 1e-4 && sigma_px < 1e3 && norm > 0.9 && norm < 1.1) {
             return None;

@@ -18,7 +18,7 @@
 //! Cost: of a line without contrast only the extremes are computed. On others a pixel is read once each
 //! way, and at most three times more along a rise: the bound depends on the number of lines alone.
 
-use super::{EarthParameters, Ground, LimbPoint, MAX_SEARCH_POINTS};
+use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
 use dark_level::{block_mean, darkest_block, sky_level};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use heapless::Vec;
@@ -291,7 +291,7 @@ pub fn search(
             let across = f32::from(line);
             let (centre_px, outward_px) =
                 if along_x { ([place, across], [outward, 0.0]) } else { ([across, place], [0.0, outward]) };
-            thinned.add(LimbPoint { centre_px, sigma_px: limb.sigma_px, outward_px, ground: Ground::default() });
+            thinned.add(LimbPoint::new(centre_px, limb.sigma_px, outward_px));
         }
         Ok(())
     })

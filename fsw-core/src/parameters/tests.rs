@@ -67,6 +67,7 @@ const PLACES: &[Place] = places![
     earth.limb.scale_height_km,
     earth.limb.scatter_km,
     earth.limb.cloud_share,
+    earth.limb.ground_share,
     earth.limb.lommel_share,
     earth.limb.psf_sigma_px,
     earth.light.lit_deg,

@@ -168,11 +168,11 @@ fn noisy(points: &[[f64; 2]], inside: [f64; 2], sigma_px: f64, noise: &Noise) ->
             outward = outward.map(|part| -part);
         }
         let error = sigma_px * noise.gaussian(index as u32, 0);
-        LimbPoint {
-            centre_px: [0, 1].map(|k| (at[k] + error * outward[k]) as f32),
-            sigma_px: sigma_px as f32,
-            outward_px: outward.map(|part| part as f32),
-        }
+        LimbPoint::new(
+            [0, 1].map(|k| (at[k] + error * outward[k]) as f32),
+            sigma_px as f32,
+            outward.map(|part| part as f32),
+        )
     };
     (0..points.len()).map(place).collect()
 }

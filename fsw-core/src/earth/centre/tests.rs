@@ -34,11 +34,11 @@ fn points(
                 normal = normal.map(|part| -part);
             }
             let noise = noise_px * generator.gaussian();
-            LimbPoint {
-                centre_px: [(x + noise * normal[0]) as f32, (y + noise * normal[1]) as f32],
-                sigma_px: noise_px.max(1e-3) as f32,
-                outward_px: normal.map(|part| part as f32),
-            }
+            LimbPoint::new(
+                [(x + noise * normal[0]) as f32, (y + noise * normal[1]) as f32],
+                noise_px.max(1e-3) as f32,
+                normal.map(|part| part as f32),
+            )
         })
         .collect()
 }
@@ -201,10 +201,12 @@ fn points_that_fix_no_centre_are_refused() {
         Err(FitError::ShortArc | FitError::Degenerate | FitError::Uncertain)
     ));
     let scattered: std::vec::Vec<LimbPoint> = (0..60)
-        .map(|_| LimbPoint {
-            centre_px: [generator.between(0.0, 1279.0) as f32, generator.between(0.0, 1023.0) as f32],
-            sigma_px: 0.3,
-            outward_px: [1.0, 0.0],
+        .map(|_| {
+            LimbPoint::new(
+                [generator.between(0.0, 1279.0) as f32, generator.between(0.0, 1023.0) as f32],
+                0.3,
+                [1.0, 0.0],
+            )
         })
         .collect();
     assert!(solve(&world, &scattered, 2.0).is_err());
@@ -225,11 +227,7 @@ proptest::proptest! {
     ) {
         let list: std::vec::Vec<LimbPoint> = raw
             .iter()
-            .map(|(x, y, sigma_px, angle)| LimbPoint {
-                centre_px: [*x, *y],
-                sigma_px: *sigma_px,
-                outward_px: [angle.cos(), angle.sin()],
-            })
+            .map(|(x, y, sigma_px, angle)| LimbPoint::new([*x, *y], *sigma_px, [angle.cos(), angle.sin()]))
             .collect();
         let world = geostationary(30.0, 1);
         let mut parameters = parameters();
@@ -399,7 +397,7 @@ proptest::proptest! {
         let world = geostationary(30.0, 1);
         let mut list = points(&world, [start, start + 2.0], 40, 0.3, &mut Generator::new(1));
         for (at, x, y, sigma_px, out_x, out_y) in wrong {
-            list[at] = LimbPoint { centre_px: [x, y], sigma_px, outward_px: [out_x, out_y] };
+            list[at] = LimbPoint::new([x, y], sigma_px, [out_x, out_y]);
         }
         let information = nalgebra::Matrix3::from_row_slice(&information);
         for information in [information, nalgebra::Matrix3::identity() * diagonal, information * information.transpose()] {

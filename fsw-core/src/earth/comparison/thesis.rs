@@ -11,7 +11,7 @@
 //! other region has no dark side.
 
 use crate::earth::search::{Decimator, Points, for_each_line};
-use crate::earth::{FitError, Ground, LimbPoint, MAX_SEARCH_POINTS};
+use crate::earth::{FitError, LimbPoint, MAX_SEARCH_POINTS};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use nalgebra::{Matrix4, Vector4};
 
@@ -107,7 +107,7 @@ fn limb_point(
         let Some((crossing, outward_px)) = crossing(region, full_scale) else { return Ok(None) };
         let centre_px = [f32::from(x) + crossing[0], f32::from(y) + crossing[1]];
         middle = centre_px.map(|at| libm::floorf(at + 0.5) as usize);
-        point = Some(LimbPoint { centre_px, sigma_px: 1.0, outward_px, ground: Ground::default() });
+        point = Some(LimbPoint::new(centre_px, 1.0, outward_px));
     }
     Ok(point)
 }

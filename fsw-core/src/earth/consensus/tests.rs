@@ -22,11 +22,11 @@ fn points(count: usize, wrong: usize, seed: u64) -> (Vec<LimbPoint>, Vec<bool>) 
             let length = (at[0] - mx).hypot(at[1] - my);
             let outward = [(at[0] - mx) / length, (at[1] - my) / length];
             let noise = 0.3 * generator.gaussian();
-            let point = LimbPoint {
-                centre_px: [(at[0] + noise * outward[0]) as f32, (at[1] + noise * outward[1]) as f32],
-                sigma_px: 0.3,
-                outward_px: outward.map(|part| part as f32),
-            };
+            let point = LimbPoint::new(
+                [(at[0] + noise * outward[0]) as f32, (at[1] + noise * outward[1]) as f32],
+                0.3,
+                outward.map(|part| part as f32),
+            );
             (point, is_wrong)
         })
         .unzip()

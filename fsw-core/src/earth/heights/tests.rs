@@ -27,11 +27,11 @@ fn heights_are_those_of_the_true_limb_about_the_predicted_one() {
             if !inside || !length.is_finite() {
                 continue;
             }
-            let point = LimbPoint {
-                centre_px: [x as f32, y as f32],
-                sigma_px: 0.3,
-                outward_px: [((x1 - x) / length) as f32, ((y1 - y) / length) as f32],
-            };
+            let point = LimbPoint::new(
+                [x as f32, y as f32],
+                0.3,
+                [((x1 - x) / length) as f32, ((y1 - y) / length) as f32],
+            );
             let height = limb.height(&point).unwrap();
             // Two kilometres above, less what the wrong centre hides: its component along the normal, which is
             // the radial direction tilted by the cone's angle.

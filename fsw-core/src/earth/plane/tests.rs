@@ -23,11 +23,11 @@ fn the_closed_form_has_no_range_bias_on_a_short_arc() {
                 let length = (x - mx).hypot(y - my);
                 let normal = [(x - mx) / length, (y - my) / length];
                 let off = noise * generator.gaussian();
-                LimbPoint {
-                    centre_px: [(x + off * normal[0]) as f32, (y + off * normal[1]) as f32],
-                    sigma_px: noise as f32,
-                    outward_px: normal.map(|part| part as f32),
-                }
+                LimbPoint::new(
+                    [(x + off * normal[0]) as f32, (y + off * normal[1]) as f32],
+                    noise as f32,
+                    normal.map(|part| part as f32),
+                )
             })
             .collect();
         let mut rays = Rays::new();

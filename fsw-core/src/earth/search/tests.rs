@@ -172,7 +172,7 @@ fn more_points_than_the_list_holds_are_thinned_out_evenly() {
     let mut points = Points::new();
     let mut thinned = Decimator { points: &mut points, seen: 0, stride: 1 };
     for number in 0..1000 {
-        thinned.add(LimbPoint { centre_px: [number as f32, 0.0], sigma_px: 1.0, outward_px: [1.0, 0.0] });
+        thinned.add(LimbPoint::new([number as f32, 0.0], 1.0, [1.0, 0.0]));
     }
     let numbers: List<f32> = points.iter().map(|point| point.centre_px[0]).collect();
     assert!(numbers.len() > MAX_SEARCH_POINTS / 2);

@@ -94,11 +94,11 @@ impl Scene {
                 normal = normal.map(|part| -part);
             }
             let noise = self.noise_px * generator.gaussian();
-            LimbPoint {
-                centre_px: [(x + noise * normal[0]) as f32, (y + noise * normal[1]) as f32],
-                sigma_px: self.noise_px as f32,
-                outward_px: normal.map(|part| part as f32),
-            }
+            LimbPoint::new(
+                [(x + noise * normal[0]) as f32, (y + noise * normal[1]) as f32],
+                self.noise_px as f32,
+                normal.map(|part| part as f32),
+            )
         };
         self.azimuths.iter().zip(&heights).map(point).collect()
     }

@@ -4,7 +4,7 @@ use crate::oracle::Generator;
 use std::vec::Vec as List;
 
 fn point(centre_px: [f32; 2]) -> LimbPoint {
-    LimbPoint { centre_px, sigma_px: 1.0, outward_px: [1.0, 0.0] }
+    LimbPoint::new(centre_px, 1.0, [1.0, 0.0])
 }
 
 /// Points of an ellipse with the pole along y, over an arc.
