@@ -54,7 +54,7 @@ const LEAST_SCALE_PX: f32 = 0.1;
 /// Largest brightening over a scale height that counts as ground: between air, 2.7, and ground, about 1.
 const GREATEST_RISE: f32 = 1.7;
 /// Samples of the model over the bright side; compared with a fine mean in `limb_model/tests.rs`.
-const SAMPLES: usize = 4;
+const SAMPLES: usize = 3;
 
 /// Profile of a limb, in places along the lines.
 pub(super) struct LimbModel {
