@@ -61,7 +61,7 @@
  * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
  * many are used on this one.
  */
-#define SEXTANT_SENSOR_BYTES 44544
+#define SEXTANT_SENSOR_BYTES 45568
 
 /**
  * Alignment of that memory, bytes.
@@ -86,7 +86,7 @@
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 19
+#define SEXTANT_PARAMETERS_VERSION 20
 
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.

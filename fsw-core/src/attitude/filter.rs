@@ -209,6 +209,14 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.contradicted_at = Some(instant);
     }
 
+    /// Notes that the turn changes within the image that comes next: the process noise is the greatest until
+    /// innovations say otherwise. Nothing with a rate sensor, which measures the turn.
+    pub fn expect_change(&mut self) {
+        if self.sensor.is_none() {
+            (_, self.process_noise_psd) = Self::process_noise_limits();
+        }
+    }
+
     /// Whether the turning can be carried on without images: a rate sensor measures it, or no image
     /// contradicted the prediction since some seconds before the last attitude.
     pub fn is_steady(&self) -> bool {

@@ -77,6 +77,9 @@ impl Sensor<'_> {
         meter.end(Stage::Confirm);
         if let (Smear::Blurred, Some(confirmed)) = (smear, &mut confirmed) {
             self.widen_by_blur(&mut confirmed.sigma_rad);
+            if let Some(motion) = &mut self.motion {
+                motion.expect_change();
+            }
         }
         let clear_windows = expectation.windows.len().saturating_sub(blank);
         Ok(self.follow(confirmed.as_ref(), clear_windows, stars))

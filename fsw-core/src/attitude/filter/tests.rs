@@ -173,6 +173,35 @@ fn a_slew_is_followed_without_an_error_beyond_an_images() {
 }
 
 #[test]
+fn of_a_turn_that_an_image_says_to_change_the_prediction_is_not_believed() {
+    // Two minutes at rest; then it begins to turn by 2 arcsec a second in a blurred image, known to 25.
+    let blurred = SIGMA.map(|sigma| sigma + 25.0 * ARCSEC);
+    let errors = [false, true].map(|told| {
+        let mut errors = Vec::new();
+        for seed in 0..40 {
+            let mut turning = Turning::new(seed);
+            let mut filter = turning.begin::<2>();
+            for _ in 0..120 {
+                turning.turn(&Vector3::zeros());
+                filter.measurement_update(turning.image(), SIGMA, turning.now());
+            }
+            let rate = turning.generator.unit().map(|axis| axis as f32) * (2.0 * ARCSEC);
+            if told {
+                filter.expect_change();
+            }
+            for sigma in [blurred, SIGMA] {
+                turning.turn(&rate);
+                filter.measurement_update(turning.image(), sigma, turning.now());
+            }
+            errors.push(turning.errors(&filter).0);
+        }
+        mean_square(&errors)
+    });
+    std::println!("mean square of error over sigma {:.1}, told {:.1}", errors[0], errors[1]);
+    assert!(errors[0] > 2.0 * errors[1] && errors[1] < 2.0);
+}
+
+#[test]
 fn what_turns_otherwise_than_predicted_is_not_steady_until_ten_seconds_agree() {
     let mut truth = Turning::new(7);
     let mut filter: Filter<2> = truth.begin();
