@@ -238,6 +238,11 @@ impl Beginning {
         (lasting_s / spacing_s).clamp(1.0, FIXES as f64)
     }
 
+    /// Whether a trial is under way.
+    pub fn is_trying(&self) -> bool {
+        self.trying
+    }
+
     /// A part of the trial's iteration, after the last one the tests: gives the orbit when it has passed
     /// every one.
     #[inline(never)]

@@ -180,9 +180,10 @@ impl OrbitFilter {
         self.behind
     }
 
-    /// Whether [`Self::proceed`] took a part of a look in: points of this second would not be taken in.
+    /// Whether [`Self::proceed`] had much to do: it took a part of a look in, and points of this second would
+    /// not be taken in, or it tries a first orbit.
     pub fn is_busy(&self) -> bool {
-        self.known && self.estimate.busy
+        if self.known { self.estimate.busy } else { self.beginning.is_trying() }
     }
 
     /// Takes in the limb's heights of this time about the limb that the state predicts. `attitude_rad2`:
