@@ -13,7 +13,8 @@
 //!
 //! [`view`] predicts the limb on the detector, [`reach`] gives the length of a strip across it, [`limb`]
 //! measures it in strips, [`search`] without a prediction. [`consensus`] rejects outliers, [`centre`] fits
-//! the centre, [`ground`] moves points by how bright the ground is, `shared_heights` gives the covariance of the height errors that neighbouring points share.
+//! the centre, [`ground`] moves points by how bright the ground is, `shared_heights` gives the covariance of
+//! the height errors that neighbouring points share.
 //! [`limb_sensor`] calls these steps in turn. [`comparison`] is not flown.
 
 pub mod centre;

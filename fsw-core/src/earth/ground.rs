@@ -1,6 +1,6 @@
 //! Ground at the limb that is brighter or darker than usual, and the limb's height.
 //!
-//! In: limb points of strips, each with the brightness of the ground just inside. Out: the same points, moved.
+//! In: limb points of strips, each with the brightness of the ground just inside. Out: these points, moved.
 //!
 //! An edge is where the air has a share of the brightness of the ground just inside ([`super::limb`]). That
 //! ground stands before the limb, by 200 km from a low orbit and by 500 km from GEO: what clouds there are

@@ -19,7 +19,7 @@ parameter_group! {
     pub struct LimbParameters in "earth.limb" {
         /// Height above the ellipsoid at which the limb is half bright.
         height_km: f32 = 5.15, 0.0..=60.0, "km",
-            "rendered limbs of seeds 1 to 10, judged on others; 3 to 6 km, by wavelength and season (thesis 4.2)";
+            "rendered limbs of seeds 1 to 10; 3 to 6 km, by wavelength and season (thesis 4.2)";
         /// Standard deviation of that height: season, wavelength, and that a limb narrower than a pixel seems
         /// 2 km higher than a wide one.
         height_sigma_km: f32 = 1.4, 0.0..=20.0, "km",
@@ -32,7 +32,7 @@ parameter_group! {
         /// Difference of brightness between the limb and the bright side just inside that is not known, share
         /// of it: clouds.
         cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
-        /// Share by which the limb's own ground is nearer to the usual than the ground just inside, where this
+        /// Share by which the limb's own ground is nearer to the usual than the ground just inside, where that
         /// is brighter or darker.
         ground_share: f32 = 0.25, 0.0..=1.0, "",
             "0.21 to 0.33 in rendered flights of seeds 1 to 4 from 450 km, 798 km and GEO; judged on others";

@@ -63,7 +63,7 @@ fn the_brightest_cloud_moves_a_point_by_its_share_at_most() {
     assert!(moved[0] < parameters().limb.ground_share * MOST * 8.0 + 1e-3);
 }
 
-/// Errors across the limb of the points of a world that stands where it is expected, px, as found and corrected.
+/// Errors across the limb of the points of a world that stands where it is expected, px: as found, corrected.
 fn errors_px(world: &World, usual: &mut UsualGround) -> Vec<[f64; 2]> {
     let parameters = parameters();
     let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
