@@ -32,7 +32,7 @@ parameter_group! {
         /// Difference of brightness between the limb and the bright side just inside that is not known, share
         /// of it: clouds.
         cloud_share: f32 = 0.1, 0.0..=1.0, "", "fitted to `campaign earth`, seeds 1 and 2; judged on others";
-        /// Share by which the limb's own ground is nearer to the usual than the ground just inside, where that
+        /// Share by which the limb's own ground is nearer to the usual than the ground just inside, where it
         /// is brighter or darker.
         ground_share: f32 = 0.25, 0.0..=1.0, "",
             "0.21 to 0.33 in rendered flights of seeds 1 to 4 from 450 km, 798 km and GEO; judged on others";
