@@ -3,7 +3,8 @@
 //! the picture is sampled finely near the limb, blurred by a Gaussian and rounded to counts.
 
 use super::limb::Reach;
-use super::{Body, EarthParameters};
+use super::view::{ExpectedLimb, View};
+use super::{Body, EarthParameters, LimbPoint};
 use crate::camera::Camera;
 use crate::frames::{Direction, EarthPath};
 use crate::oracle::{self, Generator};
@@ -62,6 +63,12 @@ pub struct World {
     pub waves: Vec<(Vector3<f64>, f64)>,
 }
 
+/// Error of a point across the limb, px, of an expected point that stands on it.
+pub fn error_px(found: &LimbPoint, expected: &ExpectedLimb) -> f64 {
+    let [nx, ny] = expected.outward_px;
+    f64::from((found.centre_px[0] - expected.at_px[0]) * nx + (found.centre_px[1] - expected.at_px[1]) * ny)
+}
+
 impl World {
     pub fn new(centre: Vector3<f64>, pole: Vector3<f64>, sun: Vector3<f64>, seed: u64) -> Self {
         let mut generator = Generator::new(seed);
@@ -89,6 +96,13 @@ impl World {
 
     pub fn body(&self, parameters: &EarthParameters) -> Body {
         Body::new(&direction(&self.pole), Some(&direction(&self.sun)), parameters)
+    }
+
+    /// Points of the limb where it stands, 48 of them.
+    pub fn expected(&self) -> Vec<ExpectedLimb> {
+        let parameters = parameters();
+        let view = View::new(&narrow(&self.centre), &self.body(&parameters)).unwrap();
+        view.limb(&camera(), 90.0, (48, 4), &parameters).points.iter().copied().collect()
     }
 
     /// Scaled so that the ellipsoid at `height` is the unit sphere: camera's position and the ray.

@@ -178,7 +178,6 @@ impl Sensor<'_> {
                 Err(refusal) => return Ok(Looked::Refused(refusal)),
             }
         }
-        self.usual_ground.correct(&mut self.workspace.shared.readout().limb, &self.parameters.earth.limb);
         Ok(self.fit(meter, body, (&strips, prior.as_ref()), !by_orbit))
     }
 
@@ -263,7 +262,8 @@ impl Sensor<'_> {
         Ok(Ok((read, CentrePrior::from_fix(&rough))))
     }
 
-    /// The centre of the points in the workspace; `alone`: its prior is no orbit.
+    /// The centre of the points in the workspace, once they are moved by how bright the ground is; `alone`:
+    /// its prior is no orbit.
     #[inline(never)]
     fn fit(
         &mut self,
@@ -273,6 +273,7 @@ impl Sensor<'_> {
         alone: bool,
     ) -> Looked {
         meter.begin(Stage::Centre);
+        self.usual_ground.correct(&mut self.workspace.shared.readout().limb, &self.parameters.earth.limb);
         let criteria = self.parameters.earth.strip_criteria(strips, alone);
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
         // Strips that agree on another body than the search contradict the prior and are refused.

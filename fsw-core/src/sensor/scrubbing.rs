@@ -9,7 +9,8 @@
 //! - A damaged filter of the attitude is forgotten, and stars are acquired anew, near to the attitude that
 //!   was measured last. A damaged orbit begins anew with the position and velocity that were told last, and
 //!   with [`INFLATION`] times their sigma. A damaged mode is entered anew; of the time all is forgotten, so
-//!   that the clock's next answer is no step. Damaged shutters are opened, and moved by the Sun again.
+//!   that the clock's next answer is no step. What ground is usual is learned anew. Damaged shutters are
+//!   opened, and moved by the Sun again.
 //! - Of catalogue and calibration [`SLICE_BYTES`] are passed in a second: both of the reference camera, 183
 //!   kB, in 12 minutes. A wrong CRC at the end of one is told; it is used all the same, as a turned bit
 //!   spoils one of 3,200 stars or one of 37,000 pairs, and each must be confirmed by others.

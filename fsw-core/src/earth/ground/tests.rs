@@ -1,7 +1,6 @@
 use super::*;
 use crate::earth::limb::{crossing, strip};
-use crate::earth::test_world::{A_KM, GEOMETRY, World, camera, even, geostationary, low, narrow, parameters};
-use crate::earth::view::View;
+use crate::earth::test_world::{A_KM, GEOMETRY, World, error_px, even, geostationary, low, parameters};
 use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec;
@@ -66,25 +65,18 @@ fn the_brightest_cloud_moves_a_point_by_its_share_at_most() {
 /// Errors across the limb of the points of a world that stands where it is expected, px: as found, corrected.
 fn errors_px(world: &World, usual: &mut UsualGround) -> Vec<[f64; 2]> {
     let parameters = parameters();
-    let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
-    let limb = view.limb(&camera(), 90.0, (48, 4), &parameters);
     let (mut found, mut expected) = (Vec::new(), Vec::new());
-    for (index, truth) in limb.points.iter().enumerate() {
-        let Some(strip) = strip(truth, even(64), &GEOMETRY) else { continue };
+    for (index, truth) in world.expected().into_iter().enumerate() {
+        let Some(strip) = strip(&truth, even(64), &GEOMETRY) else { continue };
         let pixels = world.expose(strip.window, 1.0, index as u64);
         let Some(point) = crossing(&pixels, &strip, &GEOMETRY, &parameters) else { continue };
         found.push(point);
-        expected.push(*truth);
+        expected.push(truth);
     }
     let mut moved = found.clone();
     usual.correct(&mut moved, &parameters.limb);
-    let error = |point: &LimbPoint, at_px: [f32; 2]| {
-        let [x, y] = point.centre_px;
-        let [nx, ny] = point.outward_px;
-        f64::from((x - at_px[0]) * nx + (y - at_px[1]) * ny)
-    };
     let both = found.iter().zip(&moved).zip(&expected);
-    both.map(|((one, other), truth)| [error(one, truth.at_px), error(other, truth.at_px)]).collect()
+    both.map(|((one, other), truth)| [one, other].map(|point| error_px(point, truth))).collect()
 }
 
 /// Clouds of all sizes from 60 to 3000 km: other ones over the ground before the limb than at the limb.

@@ -1,21 +1,8 @@
 use super::*;
-use crate::earth::test_world::{DARK, GEOMETRY, World, camera, even, geostationary, low, narrow, parameters};
-use crate::earth::view::View;
+use crate::earth::test_world::{DARK, GEOMETRY, World, error_px, even, geostationary, low, parameters};
 use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec;
-
-fn expected(world: &World) -> Vec<ExpectedLimb> {
-    let parameters = parameters();
-    let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();
-    view.limb(&camera(), 90.0, (48, 4), &parameters).points.iter().copied().collect()
-}
-
-/// Error of a point across the limb, px, of an expected point that stands on it.
-fn error_px(found: &LimbPoint, expected: &ExpectedLimb) -> f64 {
-    let [nx, ny] = expected.outward_px;
-    f64::from((found.centre_px[0] - expected.at_px[0]) * nx + (found.centre_px[1] - expected.at_px[1]) * ny)
-}
 
 /// Bias, scatter, mean sigma, share found and mean square of error over sigma of a scene's points.
 fn measure(
@@ -27,7 +14,7 @@ fn measure(
     let (mut errors, mut sigmas, mut normalised, mut asked) = (Vec::new(), 0.0, 0.0, 0);
     let mut generator = Generator::new(77);
     for (number, world) in worlds.enumerate() {
-        for (index, truth) in expected(&world).iter().enumerate().skip(number % 8).step_by(8) {
+        for (index, truth) in world.expected().iter().enumerate().skip(number % 8).step_by(8) {
             // The prediction is off.
             let off = generator.between(-f64::from(displaced_px), f64::from(displaced_px)) as f32;
             let [nx, ny] = truth.outward_px;
@@ -94,7 +81,7 @@ fn air_that_fades_more_slowly_than_the_model_is_no_limb() {
     let (mut errors, mut asked) = (Vec::new(), 0);
     for seed in 0..WORLDS {
         let world = World { albedo: [0.25, 0.9], ..low(450.0, 90.0, [40.0, 30.0], seed) };
-        for (index, truth) in expected(&world).iter().enumerate().step_by(6) {
+        for (index, truth) in world.expected().iter().enumerate().step_by(6) {
             let Some(strip) = strip(truth, even(64), &GEOMETRY) else { continue };
             asked += 1;
             let pixels = world.expose(strip.window, 1.0, seed * 100 + index as u64);
@@ -131,7 +118,7 @@ fn vignetting_moves_the_limb_by_less_than_a_twentieth_of_a_pixel() {
         [("geostationary", geostationary(30.0, 3)), ("450 km", low(450.0, 90.0, [40.0, 30.0], 3))]
     {
         let mut moved = Vec::new();
-        for (index, truth) in expected(&world).iter().enumerate().step_by(2) {
+        for (index, truth) in world.expected().iter().enumerate().step_by(2) {
             let Some(strip) = strip(truth, even(40), &GEOMETRY) else { continue };
             let mut pixels = world.expose(strip.window, 1.0, index as u64);
             let place = |pixels: &[u16]| {
@@ -174,7 +161,7 @@ fn stars_and_hot_pixels_in_a_strip_move_the_limb_by_less_than_its_sigma() {
     let parameters = parameters();
     let mut generator = Generator::new(8);
     for world in [geostationary(20.0, 1), low(500.0, 90.0, [40.0, 30.0], 1)] {
-        let truth = expected(&world)[7];
+        let truth = world.expected()[7];
         let strip = strip(&truth, even(40), &GEOMETRY).unwrap();
         let clean = world.expose(strip.window, 1.0, 5);
         let before = crossing(&clean, &strip, &GEOMETRY, &parameters).unwrap();
@@ -197,7 +184,7 @@ fn stars_and_hot_pixels_in_a_strip_move_the_limb_by_less_than_its_sigma() {
 fn what_is_no_lit_limb_is_refused() {
     let parameters = parameters();
     let world = World { albedo: [0.5, 0.5], ..geostationary(70.0, 1) };
-    let limb = expected(&world);
+    let limb = world.expected();
     let truth = limb.iter().max_by(|one, other| one.sun_sine.total_cmp(&other.sun_sine)).unwrap();
     let strip = strip(truth, even(30), &GEOMETRY).unwrap();
     let pixels = world.expose(strip.window, 1.0, 5);
