@@ -13,7 +13,7 @@ use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::{LimbHeight, Look};
 use crate::noise::acceleration;
 use crate::parameters::OrbitParameters;
-use fsw_ground::matrix::{Cholesky, dot, dot_long, dot_slices, plus_scaled};
+use fsw_ground::matrix::{Cholesky, dot, dot_long, dot_slices, plus_scaled, scaled};
 use fsw_ground::word_sum;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -33,6 +33,9 @@ const AT_ONCE: [f32; 1] = [1.0];
 const LEAST_TEST: f32 = 0.1;
 /// A row of a fix always does, unless it is empty.
 const NOT_EMPTY: f32 = 1e-20;
+
+/// 15/8 of √3; see [`Estimate::add_bend`].
+const SECOND_ORDER: f64 = 3.248;
 
 /// Greatest misalignment of a valid estimate: five of the greatest sigma.
 const GREATEST_MISALIGNMENT_RAD: f32 = 0.1;
@@ -359,12 +362,43 @@ impl Estimate {
         }
         self.look = None;
         let every_us = (geometry.edge_lasts_s(parameters).max(lasts_s) * 1e6) as i64;
+        let blind_us = look.begun_us.saturating_sub(self.next_look_us);
         self.next_look_us = look.begun_us.saturating_add(every_us).max(self.state.time_us);
         self.add_noise(parameters);
+        self.add_bend(blind_us as f64 / MICROSECONDS);
         let bent_km = self.factor.trace(POSITION) / (2.0 * geometry.distance_km);
         let shares = if bent_km > GREATEST_BEND_KM { &GRADUAL[..] } else { &AT_ONCE };
         let misalignment = self.misalignment;
         self.taking = self.seen(&look, parameters).map(|seen| Taking { look, seen, misalignment, shares });
+    }
+
+    /// Adds what the linear covariance lacks after a time in which nothing was seen: the mean motion changes by
+    /// -3/2 x + 15/8 x² where the semi-major axis is off by the share x, so that the satellite is that second
+    /// order early. The rms of x² is √3 times the variance of x.
+    #[inline(never)]
+    fn add_bend(&mut self, blind_s: f64) {
+        let mu = self.body.facts().mu_km3_s2;
+        let OrbitState { position_km, velocity_km_s, .. } = &self.state;
+        let square_km2 = dot(position_km, position_km);
+        let length_km = libm::sqrt(square_km2);
+        // x = 2 a (r · dr / r³ + v · dv / mu), of a = 1 / (2 / r - v² / mu).
+        let axis_km = 1.0 / (2.0 / length_km - dot(velocity_km_s, velocity_km_s) / mu);
+        let gravity = scaled(position_km, mu / (square_km2 * length_km));
+        let by_velocity = scaled(velocity_km_s, 2.0 * axis_km / mu);
+        let by_position = scaled(&gravity, 2.0 * axis_km / mu);
+        let mut row = [0.0; STATES];
+        for (place, element) in row.iter_mut().zip(by_position.iter().chain(&by_velocity)) {
+            *place = *element as f32;
+        }
+        let carried = self.factor.carried(&row);
+        let early_s = SECOND_ORDER * blind_s * f64::from(dot_long(&carried, &carried));
+        let moved = scaled(velocity_km_s, early_s);
+        let turned = scaled(&gravity, -early_s);
+        let mut column = [(0, 0.0); MOTION];
+        for ((state, place), element) in column.iter_mut().enumerate().zip(moved.iter().chain(&turned)) {
+            *place = (state, *element as f32);
+        }
+        self.factor.append(&column);
     }
 
     /// The state at the mean time of a look's points: the axes turn, those of that time count. `None` where
