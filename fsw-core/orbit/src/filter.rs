@@ -186,17 +186,18 @@ impl OrbitFilter {
         if self.known { self.estimate.busy } else { self.beginning.is_trying() }
     }
 
-    /// Takes in the limb's heights of this time about the limb that the state predicts. `attitude_rad2`:
-    /// covariance of the attitude's rotation vector in the Earth path.
+    /// Takes in the limb's heights of this time about the limb that the state predicts, a sphere of `radius_km`
+    /// in sphere space. `attitude_rad2`: covariance of the attitude's rotation vector in the Earth path.
     pub fn observe_limb(
         &mut self,
         heights: &[LimbHeight],
+        radius_km: f32,
         earth_to_icrs: &Matrix3<f64>,
         attitude_rad2: &Matrix3<f32>,
         parameters: &OrbitParameters,
     ) {
         if let Some(estimate) = self.estimate_mut() {
-            estimate.add_to_look(heights, earth_to_icrs, attitude_rad2, parameters);
+            estimate.add_to_look(heights, radius_km, earth_to_icrs, attitude_rad2, parameters);
         }
     }
 

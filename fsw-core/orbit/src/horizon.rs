@@ -11,6 +11,10 @@
 //! length L: on a limb of radius ρ the wave k has the share `(1 + (k L / 2ρ)²)^-3/2` of its variance, twice
 //! for k > 0, and lasts for `2 L / w`, where `w` is the speed of the limb over the turning Earth.
 //!
+//! All of it is in sphere space, where the ellipsoid is a sphere (coordinates along the pole longer by `a / b`),
+//! as the heights measured are: seen from a place that is off by 900 km an ellipsoid's limb is 7 km from where
+//! the sphere's would be. What is moved in space moves in sphere space by [`LimbGeometry::moves`].
+//!
 //! Around one limb every term is a combination of the same nine waves, as is the change of height by a
 //! displacement `dr` of the satellite, `-n · dr` with the limb's normal `n = cos θ (x cos φ + y sin φ) - z
 //! sin θ`. So nine numbers hold all that a second's points say ([`super::look`]).
@@ -64,10 +68,12 @@ pub fn waves(cosine: f32, sine: f32) -> [f32; WAVES] {
 /// The limb as it is seen from a place: geometry of the horizon model.
 #[derive(Clone, Copy, Debug)]
 pub struct LimbGeometry {
-    /// Radius of the body's equator, km.
+    /// Radius of the sphere, km: that of the body's equator, and the limb's height.
     pub radius_km: f32,
-    /// From ICRS to local vertical, local horizontal axes.
+    /// From ICRS to the local vertical, local horizontal axes of sphere space.
     pub axes: Matrix3<f32>,
+    /// From a move along ICRS axes to that in sphere space along these.
+    pub moves: Matrix3<f32>,
     /// Sine of the limb cone's half angle.
     pub sine: f32,
     /// Its cosine.
@@ -79,14 +85,19 @@ pub struct LimbGeometry {
 }
 
 impl LimbGeometry {
-    /// From a state about `body`; `None` inside it, and where position and velocity span no plane.
+    /// From a state about `body`, whose limb is a sphere of `radius_km` in sphere space; `None` inside it, and
+    /// where position and velocity span no plane.
     #[inline(never)]
-    pub fn of(body: CentralBody, state: &OrbitState, pole: &Vector3<f64>) -> Option<Self> {
+    pub fn of(body: CentralBody, state: &OrbitState, pole: &Vector3<f64>, radius_km: f32) -> Option<Self> {
         let facts = body.facts();
         let OrbitState { position_km, velocity_km_s, .. } = state;
-        let axes = lvlh::lvlh(position_km, velocity_km_s)?;
+        let stretch = facts.radius_km / facts.polar_km - 1.0;
+        let stretched = |vector: &Vector3<f64>| plus_scaled(vector, stretch * dot(pole, vector), pole);
+        let place_km = stretched(position_km);
+        let axes = lvlh::lvlh(&place_km, &stretched(velocity_km_s))?.map(|element| element as f32);
         let square_km2 = dot(position_km, position_km);
-        let sine = facts.radius_km / libm::sqrt(square_km2);
+        let wide_km = f64::from(radius_km);
+        let sine = wide_km / libm::sqrt(dot(&place_km, &place_km));
         if sine > 0.9999 {
             return None;
         }
@@ -94,12 +105,14 @@ impl LimbGeometry {
         // Of the point below the satellite: angular velocity r x v / r² less that of the body.
         let turn = scaled(&cross(position_km, velocity_km_s), 1.0 / square_km2);
         let turn = plus_scaled(&turn, -facts.rate_rad_s, pole);
+        let pole = pole.map(|element| element as f32);
         Some(Self {
-            radius_km: facts.radius_km as f32,
-            axes: axes.map(|element| element as f32),
+            radius_km,
+            axes,
+            moves: axes + axes * pole * (pole.transpose() * stretch as f32),
             sine: sine as f32,
             cosine: cosine as f32,
-            distance_km: (facts.radius_km * cosine / sine) as f32,
+            distance_km: (wide_km * cosine / sine) as f32,
             ground_km_s: (libm::sqrt(dot(&turn, &turn)) * facts.radius_km) as f32,
         })
     }
@@ -109,7 +122,7 @@ impl LimbGeometry {
         self.radius_km * self.cosine
     }
 
-    /// The limb seen after a move of the satellite by `moved_km` (LVLH axes), about the limb from here:
+    /// The limb seen after a move of the satellite by `moved_km` (sphere space, LVLH axes), about the limb from here:
     /// waves of its height, and of the derivatives of that by the move. At each azimuth the ray is sought
     /// (Newton's method) that passes the centre of a sphere at its radius.
     #[inline(never)]
@@ -165,7 +178,7 @@ impl LimbGeometry {
         let mut next = || wave.next().unwrap_or(0.0);
         let [w0, wx, wy, wxx, wxy] = [next(), next(), next(), next(), next()];
         let move_by = Vector3::from(limb.gradient.each_ref().map(|waves| dot_slices(waves, combination)));
-        let move_by = self.axes.tr_mul(&move_by);
+        let move_by = self.moves.tr_mul(&move_by);
         // z x n = cos θ (y cos φ - x sin φ).
         let turn_by = path * self.axes.tr_mul(&Vector3::new(-wy, wx, 0.0)) * self.distance_km;
         // Latitude: s = s0 + sx cos φ + sy sin φ.

@@ -12,9 +12,9 @@ use nalgebra::Vector3;
 /// Height of the limb at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimbHeight {
-    /// Unit vector to the point, across the direction to the centre, Earth path's frame.
+    /// Unit vector to the point, across the direction to the centre, Earth path's frame, sphere space.
     pub radial: Vector3<f32>,
-    /// Above the limb predicted, km.
+    /// Above the limb predicted, km of sphere space: the sine of the angle beyond it times its distance.
     pub height_km: f32,
     /// Standard deviation by the point's own sigma, km.
     pub sigma_km: f32,
@@ -29,6 +29,8 @@ pub struct Look {
     rows: [LookRow; WAVES],
     /// When it began, us.
     pub begun_us: i64,
+    /// Radius of the limb's sphere in sphere space, km.
+    pub radius_km: f32,
     /// Sum of the points' times since then, s.
     sum_s: f32,
     /// Their number.
@@ -36,9 +38,9 @@ pub struct Look {
 }
 
 impl Look {
-    /// One that begins at this time.
-    pub const fn new(begun_us: i64) -> Self {
-        Self { rows: [[0.0; WAVES + 1]; WAVES], begun_us, sum_s: 0.0, count: 0.0 }
+    /// One that begins at this time, of the heights above such a sphere.
+    pub const fn new(begun_us: i64, radius_km: f32) -> Self {
+        Self { rows: [[0.0; WAVES + 1]; WAVES], begun_us, radius_km, sum_s: 0.0, count: 0.0 }
     }
 
     /// Adds a point's height, seen `since_s` after the begin.

@@ -63,7 +63,7 @@ impl Body {
     }
 
     /// Half axis on the equator, limb height included, km: the unit of length of sphere space.
-    pub(super) fn radius_km(&self) -> f32 {
+    pub(crate) fn radius_km(&self) -> f32 {
         self.radius_km
     }
 

@@ -70,7 +70,7 @@ impl Sensor<'_> {
                 // There are no more points than room.
                 let _ = seen.push(height);
             }
-            self.orbit.observe_limb(&seen, &to_icrs, &in_path, &self.parameters.orbit);
+            self.orbit.observe_limb(&seen, body.radius_km(), &to_icrs, &in_path, &self.parameters.orbit);
             return FixRecord::default();
         }
         let EarthFix { centre_km, covariance_km2, noise_km2, linearisation_km, .. } = fix;

@@ -159,7 +159,7 @@ impl Estimate {
             return false;
         }
         let pole = pole_axis(body, state.time_us);
-        let Some(geometry) = LimbGeometry::of(body, state, &pole) else { return false };
+        let Some(geometry) = LimbGeometry::of(body, state, &pole, body.facts().radius_km as f32) else { return false };
         self.body = body;
         let (horizon, sigmas) = horizon::prior(&geometry, parameters);
         self.factor.begin(&sigmas);
@@ -284,7 +284,8 @@ impl Estimate {
     }
 
     fn geometry(&self) -> Option<LimbGeometry> {
-        LimbGeometry::of(self.body, &self.state, &pole_axis(self.body, self.state.time_us))
+        let radius_km = self.body.facts().radius_km as f32;
+        LimbGeometry::of(self.body, &self.state, &pole_axis(self.body, self.state.time_us), radius_km)
     }
 
     /// Takes the limb points of a second into the look under way, or into a new one where it is time.
@@ -292,6 +293,7 @@ impl Estimate {
     pub(super) fn add_to_look(
         &mut self,
         heights: &[LimbHeight],
+        radius_km: f32,
         to_icrs: &Matrix3<f64>,
         attitude_rad2: &Matrix3<f32>,
         parameters: &OrbitParameters,
@@ -299,7 +301,7 @@ impl Estimate {
         let now_us = self.state.time_us;
         let due = now_us >= self.next_look_us && self.taking.is_none();
         let Some(geometry) = self.geometry().filter(|_| due) else { return };
-        let look = self.look.get_or_insert(Look::new(now_us));
+        let look = self.look.get_or_insert(Look::new(now_us, radius_km));
         self.to_icrs = to_icrs.map(|element| element as f32);
         let since_s = (now_us.saturating_sub(look.begun_us)) as f32 * 1e-6;
         // x, y, z of LVLH in the Earth path.
@@ -428,13 +430,14 @@ impl Estimate {
         Taking { look, seen, misalignment, shares }: &Taking,
         parameters: &OrbitParameters,
     ) -> Option<Rows> {
-        let geometry = LimbGeometry::of(self.body, seen, &pole_axis(self.body, seen.time_us))?;
+        let geometry =
+            LimbGeometry::of(self.body, seen, &pole_axis(self.body, seen.time_us), look.radius_km)?;
         let pole = pole_axis(self.body, self.state.time_us).map(|axis| axis as f32);
         let path = self.to_icrs.transpose();
         let lag_s = self.lag_s(look);
         let now_seen = self.seen(look, parameters)?;
         let moved_km = plus_scaled(&now_seen.position_km, -1.0, &seen.position_km).map(|axis| axis as f32);
-        let limb = geometry.moved(&(geometry.axes * moved_km));
+        let limb = geometry.moved(&(geometry.moves * moved_km));
         let turned = self.misalignment - misalignment;
         let weight = libm::sqrtf(*shares.first()?);
         let mut rows = Rows::of_look();

@@ -337,7 +337,8 @@ fn looks_of_a_limb_where_it_is_predicted_leave_the_state_where_it_is() {
                     LimbHeight { radial, height_km: lifted as f32, sigma_km: 1.0 }
                 })
                 .collect();
-            filter.observe_limb(&heights, &Matrix3::identity(), &(Matrix3::identity() * 1e-12), &parameters);
+            let attitude = Matrix3::identity() * 1e-12;
+            filter.observe_limb(&heights, 6_378.137, &Matrix3::identity(), &attitude, &parameters);
         }
         assert!(taken >= 3, "{taken}");
         let error_km = (filter.state().unwrap().position_km - truth.position_km).norm();
@@ -386,7 +387,7 @@ proptest! {
                 let _ = filter.advance(time_us, &parameters);
                 filter.proceed(&parameters);
                 let attitude = Matrix3::identity() * 1e-9;
-                filter.observe_limb(&heights, &to_icrs, &attitude, &parameters);
+                filter.observe_limb(&heights, 6_378.137, &to_icrs, &attitude, &parameters);
             } else {
                 match filter.update(time_us, &fix, &to_icrs, &parameters) {
                     Update::Accepted(nis) => assert!(nis.square >= 0.0),

@@ -2,11 +2,13 @@ use super::*;
 use crate::body::{CentralBody, EARTH};
 use crate::reference::circular;
 
+const RADIUS_KM: f32 = 6_378.137;
+
 fn geometry(radius_km: f64) -> LimbGeometry {
-    LimbGeometry::of(CentralBody::Earth, &circular(radius_km, 51.6), &Vector3::z()).unwrap()
+    LimbGeometry::of(CentralBody::Earth, &circular(radius_km, 51.6), &Vector3::z(), RADIUS_KM).unwrap()
 }
 
-fn at(waves_of: &[f32; WAVES], azimuth: f32) -> f32 {
+fn at_azimuth(waves_of: &[f32; WAVES], azimuth: f32) -> f32 {
     dot_slices(waves_of, &waves(azimuth.cos(), azimuth.sin()))
 }
 
@@ -38,7 +40,7 @@ fn the_moved_limb_is_where_its_rays_touch_the_sphere() {
             for step in 0..12 {
                 let azimuth = f64::from(step) * 0.5;
                 let (seen, expected) = (
-                    f64::from(at(&limb.height_km, azimuth as f32)),
+                    f64::from(at_azimuth(&limb.height_km, azimuth as f32)),
                     height_km(radius_km, &moved_km, azimuth),
                 );
                 assert!(
@@ -46,6 +48,51 @@ fn the_moved_limb_is_where_its_rays_touch_the_sphere() {
                     "{radius_km} {moved_km} {azimuth}: {seen} {expected}"
                 );
             }
+        }
+    }
+}
+
+/// After a gap a low orbit is off by hundreds of kilometres, and a limb 1 km from where it is expected reads as
+/// 40 km along the track.
+#[test]
+fn the_moved_limb_is_that_of_the_ellipsoid() {
+    let (a, b) = (EARTH.radius_km + 5.0, EARTH.polar_km + 5.0);
+    let inverse = Vector3::new(1.0 / (a * a), 1.0 / (a * a), 1.0 / (b * b));
+    let at = |latitude_deg: f64| {
+        let (sine, cosine) = latitude_deg.to_radians().sin_cos();
+        (Vector3::new(cosine, 0.0, sine) * 7_176.0, Vector3::new(-sine, 0.0, cosine) * 7.5)
+    };
+    for latitude_deg in [0.0, 30.0, 60.0, 85.0] {
+        let (position_km, velocity_km_s) = at(latitude_deg);
+        let state = OrbitState { time_us: 0, position_km, velocity_km_s };
+        let here = LimbGeometry::of(CentralBody::Earth, &state, &Vector3::z(), a as f32).unwrap();
+        let axes = here.axes.map(f64::from);
+        let truth_km = at(latitude_deg + 7.2).0;
+        let moved_km = (truth_km - position_km).map(|axis| axis as f32);
+        let limb = here.moved(&(here.moves * moved_km));
+        let (sine, cosine) = (f64::from(here.sine), f64::from(here.cosine));
+        for azimuth in [-0.25, -0.1, 0.0, 0.1, 0.25f64] {
+            // Positive where the line of sight at an angle from nadir hits the ellipsoid.
+            let hits = |angle: f64| {
+                let ray = Vector3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
+                let ray = axes.transpose() * ray;
+                let ray = Vector3::new(ray.x, ray.y, ray.z * b / a);
+                let product = |one: &Vector3<f64>, other| one.component_mul(&inverse).dot(other);
+                product(&truth_km, &ray).powi(2)
+                    - product(&ray, &ray) * (product(&truth_km, &truth_km) - 1.0)
+            };
+            let cone = sine.asin();
+            let (mut inside, mut outside) = (cone - 0.3, cone + 0.3);
+            for _ in 0..60 {
+                let middle = 0.5 * (inside + outside);
+                if hits(middle) > 0.0 { inside = middle } else { outside = middle }
+            }
+            let expected_km = (inside - cone).sin() * a * cosine / sine;
+            let seen_km = f64::from(at_azimuth(&limb.height_km, azimuth as f32));
+            assert!(
+                (seen_km - expected_km).abs() < 0.3,
+                "{latitude_deg} {azimuth}: {seen_km} {expected_km}"
+            );
         }
     }
 }
@@ -60,8 +107,8 @@ fn its_gradient_is_the_derivative_of_its_height() {
         by[axis] = 2.0;
         let (more, less) = (here.moved(&(moved_km + by)), here.moved(&(moved_km - by)));
         for azimuth in [0.0, 1.0, 2.5, 4.0] {
-            let slope = (at(&more.height_km, azimuth) - at(&less.height_km, azimuth)) / 4.0;
-            assert!((slope - at(&limb.gradient[axis], azimuth)).abs() < 3e-3, "{axis} {azimuth}");
+            let slope = (at_azimuth(&more.height_km, azimuth) - at_azimuth(&less.height_km, azimuth)) / 4.0;
+            assert!((slope - at_azimuth(&limb.gradient[axis], azimuth)).abs() < 3e-3, "{axis} {azimuth}");
         }
     }
 }
@@ -87,9 +134,11 @@ fn a_row_is_the_sum_of_its_terms() {
         }
         let ray = radial * here.sine + down * here.cosine;
         let turn = path * ray.cross(&normal) * here.distance_km;
+        // The pole's part of a move is longer in sphere space.
+        let stretched = normal + Vector3::z() * (normal.z * (6_378.137 / 6_356.752 - 1.0));
         for axis in 0..3 {
-            assert!((row[axis] + normal[axis]).abs() < 1e-4);
-            assert!((row[axis + 3] - 10.0 * normal[axis]).abs() < 1e-3);
+            assert!((row[axis] + stretched[axis]).abs() < 1e-4);
+            assert!((row[axis + 3] - 10.0 * stretched[axis]).abs() < 1e-3);
             assert!(
                 (row[MISALIGNMENT + axis] - turn[axis]).abs() < 0.5,
                 "{} {}",
@@ -119,7 +168,7 @@ fn the_fields_variances_are_those_of_its_sigma() {
 #[test]
 fn there_is_no_limb_inside_the_earth_and_none_without_a_plane() {
     let state = circular(6_378.2, 10.0);
-    assert!(LimbGeometry::of(CentralBody::Earth, &state, &Vector3::z()).is_none());
+    assert!(LimbGeometry::of(CentralBody::Earth, &state, &Vector3::z(), RADIUS_KM).is_none());
     let falling = OrbitState { velocity_km_s: -circular(7_000.0, 0.0).position_km, ..circular(7_000.0, 0.0) };
-    assert!(LimbGeometry::of(CentralBody::Earth, &falling, &Vector3::z()).is_none());
+    assert!(LimbGeometry::of(CentralBody::Earth, &falling, &Vector3::z(), RADIUS_KM).is_none());
 }
