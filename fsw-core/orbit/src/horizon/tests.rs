@@ -78,8 +78,7 @@ fn the_moved_limb_is_that_of_the_ellipsoid() {
                 let ray = axes.transpose() * ray;
                 let ray = Vector3::new(ray.x, ray.y, ray.z * b / a);
                 let product = |one: &Vector3<f64>, other| one.component_mul(&inverse).dot(other);
-                product(&truth_km, &ray).powi(2)
-                    - product(&ray, &ray) * (product(&truth_km, &truth_km) - 1.0)
+                product(&truth_km, &ray).powi(2) - product(&ray, &ray) * (product(&truth_km, &truth_km) - 1.0)
             };
             let cone = sine.asin();
             let (mut inside, mut outside) = (cone - 0.3, cone + 0.3);
@@ -89,10 +88,7 @@ fn the_moved_limb_is_that_of_the_ellipsoid() {
             }
             let expected_km = (inside - cone).sin() * a * cosine / sine;
             let seen_km = f64::from(at_azimuth(&limb.height_km, azimuth as f32));
-            assert!(
-                (seen_km - expected_km).abs() < 0.3,
-                "{latitude_deg} {azimuth}: {seen_km} {expected_km}"
-            );
+            assert!((seen_km - expected_km).abs() < 0.3, "{latitude_deg} {azimuth}: {seen_km} {expected_km}");
         }
     }
 }
