@@ -79,7 +79,7 @@ impl Sensor<'_> {
         match self.modes.mode() {
             Mode::CommandedSafe => None,
             Mode::Acquisition if self.searching_since.is_some() => None,
-            Mode::Acquisition if self.turning.seeks_streaks() => Some(self.line_exposure_us()),
+            Mode::Acquisition => Some(self.acquisition_exposure_us()),
             _ => Some(self.parameters.imaging.exposure_us),
         }
     }

@@ -42,6 +42,11 @@ const MOST_MISSES: u8 = 3;
 const GOOD_PX: f32 = 100.0;
 const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
+/// Length of the streaks in an image that is scanned for stars once their rate is known, px: they look like
+/// stars, and have lost no more light than their length had spread. The exposure is shortened for it by a whole
+/// number, at most so much: then the field has too few stars that are bright enough.
+const SCANNED_PX: f32 = 3.0;
+const LARGEST_SCAN_DIVISOR: f32 = 16.0;
 /// Shortest and longest time between two images that are compared, s.
 const BETWEEN_S: (f32, f32) = (0.1, 4.5);
 /// Largest standard deviation of a rate that is reported, as a share of it.
@@ -69,8 +74,11 @@ struct Next {
     seeks: bool,
     /// Searches for lines since the last rate or attitude that gave no rate.
     misses: u8,
-    /// The exposure is divided by this: long streaks leave the field, and their pixels gather dark current.
+    /// The exposure of one that is searched for lines is divided by this: long streaks leave the field, and
+    /// their pixels gather dark current.
     divisor: u8,
+    /// The same of one that is scanned for stars.
+    scan_divisor: u8,
 }
 
 impl Next {
@@ -78,7 +86,11 @@ impl Next {
     /// no rate stay counted: of an Earth that fills the field, whose clouds are lines, every other image is
     /// scanned, not one in four.
     fn after_scan(self, seeks: bool, stars: usize) -> Self {
-        if stars < FEWEST_STARS { Self { seeks, ..Self::default() } } else { Self { seeks, ..self } }
+        if stars < FEWEST_STARS {
+            Self { seeks, ..Self::default() }
+        } else {
+            Self { seeks, scan_divisor: 1, ..self }
+        }
     }
 
     /// After a search that found these streaks, exposed for the nominal time over the divisor, and gave a
@@ -90,12 +102,28 @@ impl Next {
         if long < FEWEST_LINES {
             // Perhaps a shorter exposure shows more, and a longer one the next time.
             let divisor = if divisor > 1 { 1 } else { UNSEEN_DIVISOR };
-            return Self { seeks: misses < MOST_MISSES && long >= streaks.len() / 2, misses, divisor };
+            let seeks = misses < MOST_MISSES && long >= streaks.len() / 2;
+            return Self { seeks, misses, divisor, scan_divisor: 1 };
         }
-        let mean_px = streaks.iter().fold(0.0, |sum, streak| sum + streak.length_px()) / streaks.len() as f32;
-        let wanted = mean_px * f32::from(divisor) / GOOD_PX;
-        Self { seeks: misses < MOST_MISSES, misses, divisor: (wanted as u8).clamp(1, LARGEST_DIVISOR) }
+        let wanted = mean_px(streaks) * f32::from(divisor) / GOOD_PX;
+        let divisor = (wanted as u8).clamp(1, LARGEST_DIVISOR);
+        Self { seeks: misses < MOST_MISSES, misses, divisor, scan_divisor: 1 }
     }
+
+    /// The same, where the streaks gave a rate: it is scanned with an exposure in which they are short, where
+    /// there is one.
+    fn scanned_short(self, streaks: &[Streak], divisor: u8) -> Self {
+        let wanted = libm::ceilf(mean_px(streaks) * f32::from(divisor) / SCANNED_PX);
+        if !(1.0..=LARGEST_SCAN_DIVISOR).contains(&wanted) {
+            return self;
+        }
+        Self { seeks: false, scan_divisor: wanted as u8, ..self }
+    }
+}
+
+/// Mean length of streaks, px; 0 of none.
+fn mean_px(streaks: &[Streak]) -> f32 {
+    streaks.iter().fold(0.0, |sum, streak| sum + streak.length_px()) / streaks.len().max(1) as f32
 }
 
 impl Turning {
@@ -117,9 +145,9 @@ impl Turning {
         self.next.seeks
     }
 
-    /// By what the exposure of an image that is searched for lines is divided.
+    /// By what the exposure of this second's image is divided.
     fn divisor(&self) -> u8 {
-        self.next.divisor.max(1)
+        if self.next.seeks { self.next.divisor } else { self.next.scan_divisor }.max(1)
     }
 
     /// Seconds since the marks were taken, where they can be compared with an image of the instant `now`.
@@ -193,8 +221,9 @@ impl Sensor<'_> {
         } else {
             Outcome::NotIdentified(NotIdentified::TooFewStars)
         });
-        let rate = self.turn_by(streaks, self.line_exposure_us());
-        self.turning.next = self.turning.next.after_lines(streaks, rate.is_some());
+        let (rate, divisor) = (self.turn_by(streaks), self.turning.divisor());
+        let next = self.turning.next.after_lines(streaks, rate.is_some());
+        self.turning.next = if rate.is_some() { next.scanned_short(streaks, divisor) } else { next };
         stars.rate = rate;
     }
 
@@ -203,9 +232,10 @@ impl Sensor<'_> {
     fn turn_by_scan(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) -> Option<RateReport> {
         self.turning.leave_moving(streaks);
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
-        let rate = self.turn_by(streaks, self.parameters.imaging.exposure_us);
+        let (rate, divisor) = (self.turn_by(streaks), self.turning.divisor());
         let seeks = rate.is_none() || 2 * long >= streaks.len();
-        self.turning.next = Next { seeks, ..Next::default() };
+        let next = Next { seeks, ..Next::default() };
+        self.turning.next = if rate.is_some() { next.scanned_short(streaks, divisor) } else { next };
         rate
     }
 
@@ -216,9 +246,9 @@ impl Sensor<'_> {
 
     /// The rate from the streaks of this second's image and what is remembered of the last.
     #[inline(never)]
-    fn turn_by(&mut self, streaks: &[Streak], exposure_us: u32) -> Option<RateReport> {
+    fn turn_by(&mut self, streaks: &[Streak]) -> Option<RateReport> {
         let row_time_s = self.row_time_s();
-        let exposure_s = exposure_us as f32 * 1e-6;
+        let exposure_s = self.acquisition_exposure_us() as f32 * 1e-6;
         let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
         let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();

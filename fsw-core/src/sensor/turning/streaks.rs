@@ -26,8 +26,8 @@ const COLUMNS: usize = 8_000;
 const SHORTEST_US: u32 = 100;
 
 impl Sensor<'_> {
-    /// Exposure of an image that is searched for lines.
-    pub(in crate::sensor) fn line_exposure_us(&self) -> u32 {
+    /// Exposure of this second's image, of which no attitude is known.
+    pub(in crate::sensor) fn acquisition_exposure_us(&self) -> u32 {
         (self.parameters.imaging.exposure_us / u32::from(self.turning.divisor())).max(SHORTEST_US)
     }
 
@@ -40,7 +40,7 @@ impl Sensor<'_> {
         search::search(detector, &mut self.workspace.shared.readout().buffer, &mut pieces)?;
         let mut streaks = Vec::new();
         let mut columns = COLUMNS;
-        for piece in pieces.iter().chain(&self.expected_pieces(self.line_exposure_us())) {
+        for piece in pieces.iter().chain(&self.expected_pieces()) {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }
         Ok(streaks)
@@ -49,13 +49,13 @@ impl Sensor<'_> {
     /// Where the streaks of the last image go on at the rate that was found, be they ever so faint beside
     /// others.
     #[inline(never)]
-    fn expected_pieces(&self, exposure_us: u32) -> Vec<Piece, MAX_MARKS> {
+    fn expected_pieces(&self) -> Vec<Piece, MAX_MARKS> {
         let mut pieces = Vec::new();
         let memory = &self.turning.history;
         let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
             return pieces;
         };
-        let half_s = 0.5e-6 * exposure_us as f32;
+        let half_s = 0.5e-6 * self.acquisition_exposure_us() as f32;
         let row_time_s = self.row_time_s();
         let piece = |mark: &Mark| {
             let place = |after_s: f32| self.place(&rotated(mark, rate, after_s - mark.late_s));
@@ -111,7 +111,7 @@ impl Sensor<'_> {
     ) -> Result<Vec<Streak, MAX_STREAKS>, DetectorError> {
         let mut streaks = Vec::new();
         let mut columns = COLUMNS_AFTER_SCAN;
-        for piece in &self.expected_pieces(self.parameters.imaging.exposure_us) {
+        for piece in &self.expected_pieces() {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }
         for index in 0..MAX_DETECTIONS + MAX_STREAK_PLACES {
