@@ -44,9 +44,11 @@ const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
 /// Length of the streaks in an image that is scanned for stars once their rate is known, px: they look like
 /// stars, and have lost no more light than their length had spread. The exposure is shortened for it by a whole
-/// number, at most so much: then the field has too few stars that are bright enough.
+/// number, at most so much: with less light a field has too few stars. What then is longer than the greatest
+/// length is not scanned: the rate is told from lines in every image instead.
 const SCANNED_PX: f32 = 3.0;
-const LARGEST_SCAN_DIVISOR: f32 = 16.0;
+const GREATEST_SCANNED_PX: f32 = 6.0;
+const LARGEST_SCAN_DIVISOR: f32 = 8.0;
 /// Shortest and longest time between two images that are compared, s.
 const BETWEEN_S: (f32, f32) = (0.1, 4.5);
 /// Largest standard deviation of a rate that is reported, as a share of it.
@@ -113,8 +115,9 @@ impl Next {
     /// The same, where the streaks gave a rate: it is scanned with an exposure in which they are short, where
     /// there is one.
     fn scanned_short(self, streaks: &[Streak], divisor: u8) -> Self {
-        let wanted = libm::ceilf(mean_px(streaks) * f32::from(divisor) / SCANNED_PX);
-        if !(1.0..=LARGEST_SCAN_DIVISOR).contains(&wanted) {
+        let whole_px = mean_px(streaks) * f32::from(divisor);
+        let wanted = libm::ceilf(whole_px / SCANNED_PX).clamp(1.0, LARGEST_SCAN_DIVISOR);
+        if whole_px > GREATEST_SCANNED_PX * wanted {
             return self;
         }
         Self { seeks: false, scan_divisor: wanted as u8, ..self }

@@ -84,8 +84,8 @@ pub const FIGURES: &[Figure] = &[
 /// Exposure, us.
 const EXPOSURE_US: u32 = 400_000;
 /// Rates of the beginning, deg/s, and its seconds.
-const RATES_DEG_S: [f64; 8] = [0.1, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0];
-const BEGINNING_S: u32 = 30;
+const RATES_DEG_S: [f64; 3] = [0.1, 0.5, 2.0];
+const BEGINNING_S: u32 = 8;
 
 /// Seconds until the first rate that needed no attitude, and until the first attitude; none within the
 /// flight.
