@@ -128,6 +128,8 @@ pub struct Sensor<'c> {
     timekeeper: Timekeeper,
     /// Local time of this second: of its image, or of the call where none was used.
     now: LocalTime,
+    /// Exposure of the last image that was asked for, us.
+    exposure_us: u32,
     /// Whether the catalogue's stars are corrected for aberration.
     aberration_corrected: bool,
     motion: Option<Filter<2>>,
@@ -213,6 +215,7 @@ impl<'c> Sensor<'c> {
             cycle: 0,
             timekeeper,
             now: LocalTime::default(),
+            exposure_us: 0,
             aberration_corrected: false,
             motion: None,
             former: [None; 2],

@@ -2,6 +2,8 @@
 
 use super::Sensor;
 use super::timekeeping::Time;
+use super::turning::{GREATEST_SCANNED_PX, short_divisor};
+use crate::attitude::filter::Filter;
 use crate::image::blinding::blinded;
 use crate::modes::Mode;
 use crate::plan;
@@ -14,6 +16,8 @@ const NOISE_PX: usize = 64;
 const MOST_UNREAD: usize = 2;
 /// Digest of such a probe; that of one that was read begins with it.
 pub(super) const UNREAD: u32 = 0;
+/// Shortest exposure, as the parameters' own, us.
+const SHORTEST_US: u32 = 100;
 /// Of the hash by Fowler, Noll and Vo, 32 bits.
 const FNV_PRIME: u32 = 16_777_619;
 
@@ -56,7 +60,9 @@ impl Sensor<'_> {
             _ => Stage::Windows,
         };
         meter.begin(stage);
-        let exposed = self.exposure_asked_us().map(|exposure_us| self.expose(detector, exposure_us));
+        let asked = self.exposure_asked_us();
+        self.exposure_us = asked.unwrap_or(self.exposure_us);
+        let exposed = asked.map(|exposure_us| self.expose(detector, exposure_us));
         // After the exposure: no image can be later than the counter.
         let now = self.timekeeper.read_counter(clock);
         let (image, instant) = match exposed {
@@ -74,14 +80,25 @@ impl Sensor<'_> {
         (image, self.timekeeper.times(clock, &now, instant))
     }
 
-    /// The exposure that this second needs, us.
+    /// The exposure that this second needs, us: where the sensor turns fast a shorter one than that of the
+    /// parameters, as stars are to be no lines.
     fn exposure_asked_us(&self) -> Option<u32> {
-        match self.modes.mode() {
-            Mode::CommandedSafe => None,
-            Mode::Acquisition if self.searching_since.is_some() => None,
-            Mode::Acquisition => Some(self.acquisition_exposure_us()),
-            _ => Some(self.parameters.imaging.exposure_us),
-        }
+        let divisor = match self.modes.mode() {
+            Mode::CommandedSafe => return None,
+            Mode::Acquisition if self.searching_since.is_some() => return None,
+            Mode::Acquisition => self.turning.divisor(),
+            Mode::Tracking | Mode::Eclipse => self.tracking_divisor(),
+            Mode::SelfTest | Mode::Safe | Mode::SunOutage => 1,
+        };
+        Some((self.parameters.imaging.exposure_us / u32::from(divisor)).max(SHORTEST_US))
+    }
+
+    /// By what the exposure is divided where the filter's rate would draw stars out.
+    fn tracking_divisor(&self) -> u8 {
+        let rate = self.motion.as_ref().and_then(Filter::rate);
+        let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
+        let drawn_px = rate.map_or(0.0, |rate| self.farthest_px(&(rate.rad_s * exposure_s)));
+        if drawn_px > GREATEST_SCANNED_PX { short_divisor(drawn_px) } else { 1 }
     }
 
     /// Exposes an image; the instant of its middle.

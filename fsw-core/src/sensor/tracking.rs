@@ -140,7 +140,7 @@ impl Sensor<'_> {
     /// How the sensor turns during the exposure by the filter's rate, where stars leave their places by it.
     fn turn_in_exposure(&self) -> Option<Turn> {
         let rate = self.motion.as_ref().and_then(Filter::rate)?;
-        let turn_rad = rate.rad_s * (self.parameters.imaging.exposure_us as f32 * 1e-6);
+        let turn_rad = rate.rad_s * (self.exposure_us as f32 * 1e-6);
         let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
         (self.farthest_px(&turn_rad) > LEAST_WAY_PX)
             .then(|| Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))

@@ -47,7 +47,7 @@ const UNSEEN_DIVISOR: u8 = 3;
 /// number, at most so much: with less light a field has too few stars. What then is longer than the greatest
 /// length is not scanned: the rate is told from lines in every image instead.
 const SCANNED_PX: f32 = 3.0;
-const GREATEST_SCANNED_PX: f32 = 6.0;
+pub(super) const GREATEST_SCANNED_PX: f32 = 6.0;
 const LARGEST_SCAN_DIVISOR: f32 = 8.0;
 /// Shortest and longest time between two images that are compared, s.
 const BETWEEN_S: (f32, f32) = (0.1, 4.5);
@@ -116,12 +116,17 @@ impl Next {
     /// there is one.
     fn scanned_short(self, streaks: &[Streak], divisor: u8) -> Self {
         let whole_px = mean_px(streaks) * f32::from(divisor);
-        let wanted = libm::ceilf(whole_px / SCANNED_PX).clamp(1.0, LARGEST_SCAN_DIVISOR);
-        if whole_px > GREATEST_SCANNED_PX * wanted {
+        let scan_divisor = short_divisor(whole_px);
+        if whole_px > GREATEST_SCANNED_PX * f32::from(scan_divisor) {
             return self;
         }
-        Self { seeks: false, scan_divisor: wanted as u8, ..self }
+        Self { seeks: false, scan_divisor, ..self }
     }
+}
+
+/// The divisor of an exposure in which stars are drawn out by so much, px.
+pub(super) fn short_divisor(drawn_px: f32) -> u8 {
+    libm::ceilf(drawn_px / SCANNED_PX).clamp(1.0, LARGEST_SCAN_DIVISOR) as u8
 }
 
 /// Mean length of streaks, px; 0 of none.
@@ -133,6 +138,12 @@ impl Turning {
     /// Forgets all, as when an attitude is known.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
+    }
+
+    /// The same, but the next image is exposed as this one was: with its attitude the filter knows the rate.
+    fn keep_exposure(&mut self) {
+        let next = Next { scan_divisor: self.next.scan_divisor, ..Next::default() };
+        *self = Self { next, ..Self::default() };
     }
 
     /// Leaves the streaks that do not stand where one stood in the last image, and keeps the middles of all
@@ -149,7 +160,7 @@ impl Turning {
     }
 
     /// By what the exposure of this second's image is divided.
-    fn divisor(&self) -> u8 {
+    pub(super) fn divisor(&self) -> u8 {
         if self.next.seeks { self.next.divisor } else { self.next.scan_divisor }.max(1)
     }
 
@@ -178,7 +189,7 @@ impl Sensor<'_> {
         let outcome = self.acquire(detector, meter, stars)?;
         stars.outcome = outcome;
         match outcome {
-            Some(Outcome::Identified) => self.turning.forget(),
+            Some(Outcome::Identified) => self.turning.keep_exposure(),
             Some(Outcome::TooFast) => stars.rate = self.measure_scanned_streaks(detector)?,
             Some(Outcome::Searching | Outcome::NotIdentified(_)) if new_image => {
                 stars.rate = self.turn_by_stars();
@@ -251,7 +262,7 @@ impl Sensor<'_> {
     #[inline(never)]
     fn turn_by(&mut self, streaks: &[Streak]) -> Option<RateReport> {
         let row_time_s = self.row_time_s();
-        let exposure_s = self.acquisition_exposure_us() as f32 * 1e-6;
+        let exposure_s = self.exposure_us as f32 * 1e-6;
         let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
         let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();

@@ -22,15 +22,8 @@ pub(super) const SAME_PX: f32 = 6.0;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
 const COLUMNS_AFTER_SCAN: usize = 2_000;
 const COLUMNS: usize = 8_000;
-/// Shortest exposure, as the parameters' own.
-const SHORTEST_US: u32 = 100;
 
 impl Sensor<'_> {
-    /// Exposure of this second's image, of which no attitude is known.
-    pub(in crate::sensor) fn acquisition_exposure_us(&self) -> u32 {
-        (self.parameters.imaging.exposure_us / u32::from(self.turning.divisor())).max(SHORTEST_US)
-    }
-
     /// Measures the streaks in the image.
     pub(super) fn lines(
         &mut self,
@@ -55,7 +48,7 @@ impl Sensor<'_> {
         let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
             return pieces;
         };
-        let half_s = 0.5e-6 * self.acquisition_exposure_us() as f32;
+        let half_s = 0.5e-6 * self.exposure_us as f32;
         let row_time_s = self.row_time_s();
         let piece = |mark: &Mark| {
             let place = |after_s: f32| self.place(&rotated(mark, rate, after_s - mark.late_s));
