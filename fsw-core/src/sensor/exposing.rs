@@ -90,7 +90,7 @@ impl Sensor<'_> {
             Mode::Tracking | Mode::Eclipse => self.tracking_divisor(),
             Mode::SelfTest | Mode::Safe | Mode::SunOutage => 1,
         };
-        Some((self.parameters.imaging.exposure_us / u32::from(divisor)).max(SHORTEST_US))
+        Some((self.parameters.imaging.exposure_us / u32::from(divisor.max(1))).max(SHORTEST_US))
     }
 
     /// By what the exposure is divided where the filter's rate would draw stars out.

@@ -111,17 +111,6 @@ impl Next {
         let divisor = (wanted as u8).clamp(1, LARGEST_DIVISOR);
         Self { seeks: misses < MOST_MISSES, misses, divisor, scan_divisor: 1 }
     }
-
-    /// The same, where the streaks gave a rate: it is scanned with an exposure in which they are short, where
-    /// there is one.
-    fn scanned_short(self, streaks: &[Streak], divisor: u8) -> Self {
-        let whole_px = mean_px(streaks) * f32::from(divisor);
-        let scan_divisor = short_divisor(whole_px);
-        if whole_px > GREATEST_SCANNED_PX * f32::from(scan_divisor) {
-            return self;
-        }
-        Self { seeks: false, scan_divisor, ..self }
-    }
 }
 
 /// The divisor of an exposure in which stars are drawn out by so much, px.
@@ -161,7 +150,7 @@ impl Turning {
 
     /// By what the exposure of this second's image is divided.
     pub(super) fn divisor(&self) -> u8 {
-        if self.next.seeks { self.next.divisor } else { self.next.scan_divisor }.max(1)
+        if self.next.seeks { self.next.divisor } else { self.next.scan_divisor }
     }
 
     /// Seconds since the marks were taken, where they can be compared with an image of the instant `now`.
@@ -235,9 +224,9 @@ impl Sensor<'_> {
         } else {
             Outcome::NotIdentified(NotIdentified::TooFewStars)
         });
-        let (rate, divisor) = (self.turn_by(streaks), self.turning.divisor());
+        let rate = self.turn_by(streaks);
         let next = self.turning.next.after_lines(streaks, rate.is_some());
-        self.turning.next = if rate.is_some() { next.scanned_short(streaks, divisor) } else { next };
+        self.turning.next = self.scanned_short(next, streaks, rate.is_some());
         stars.rate = rate;
     }
 
@@ -246,11 +235,22 @@ impl Sensor<'_> {
     fn turn_by_scan(&mut self, streaks: &mut Vec<Streak, MAX_STREAKS>) -> Option<RateReport> {
         self.turning.leave_moving(streaks);
         let long = streaks.iter().filter(|streak| streak.length_px() >= LONG_PX).count();
-        let (rate, divisor) = (self.turn_by(streaks), self.turning.divisor());
+        let rate = self.turn_by(streaks);
         let seeks = rate.is_none() || 2 * long >= streaks.len();
-        let next = Next { seeks, ..Next::default() };
-        self.turning.next = if rate.is_some() { next.scanned_short(streaks, divisor) } else { next };
+        self.turning.next = self.scanned_short(Next { seeks, ..Next::default() }, streaks, rate.is_some());
         rate
+    }
+
+    /// The same, but where streaks gave a rate the next image is scanned with an exposure in which they are
+    /// short, if there is one.
+    fn scanned_short(&self, next: Next, streaks: &[Streak], has_rate: bool) -> Next {
+        let exposures = self.parameters.imaging.exposure_us as f32 / self.exposure_us.max(1) as f32;
+        let drawn_px = mean_px(streaks) * exposures;
+        let scan_divisor = short_divisor(drawn_px);
+        if !has_rate || drawn_px > GREATEST_SCANNED_PX * f32::from(scan_divisor) {
+            return next;
+        }
+        Next { seeks: false, scan_divisor, ..next }
     }
 
     /// What the room of the rate needs to know of the camera.
