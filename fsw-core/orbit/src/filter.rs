@@ -186,8 +186,8 @@ impl OrbitFilter {
         if self.known { self.estimate.busy } else { self.beginning.is_trying() }
     }
 
-    /// Takes in the limb's heights of this time about the limb that the state predicts, a sphere of `radius_km`
-    /// in sphere space. `attitude_rad2`: covariance of the attitude's rotation vector in the Earth path.
+    /// Takes in the limb's heights of this time about the limb that the state predicts, a sphere of
+    /// `radius_km` in sphere space. `attitude_rad2`: covariance of the attitude's rotation vector in the Earth path.
     pub fn observe_limb(
         &mut self,
         heights: &[LimbHeight],

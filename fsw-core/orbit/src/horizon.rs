@@ -11,9 +11,9 @@
 //! length L: on a limb of radius ρ the wave k has the share `(1 + (k L / 2ρ)²)^-3/2` of its variance, twice
 //! for k > 0, and lasts for `2 L / w`, where `w` is the speed of the limb over the turning Earth.
 //!
-//! All of it is in sphere space, where the ellipsoid is a sphere (coordinates along the pole longer by `a / b`),
-//! as the heights measured are: seen from a place that is off by 900 km an ellipsoid's limb is 7 km from where
-//! the sphere's would be. What is moved in space moves in sphere space by [`LimbGeometry::moves`].
+//! All of it is in sphere space, where the ellipsoid is a sphere (coordinates along the pole longer by
+//! `a / b`), as the heights measured are: seen from a place that is off by 900 km an ellipsoid's limb is 7 km
+//! from where the sphere's would be. What is moved in space moves in sphere space by [`LimbGeometry::moves`].
 //!
 //! Around one limb every term is a combination of the same nine waves, as is the change of height by a
 //! displacement `dr` of the satellite, `-n · dr` with the limb's normal `n = cos θ (x cos φ + y sin φ) - z
@@ -85,8 +85,8 @@ pub struct LimbGeometry {
 }
 
 impl LimbGeometry {
-    /// From a state about `body`, whose limb is a sphere of `radius_km` in sphere space; `None` inside it, and
-    /// where position and velocity span no plane.
+    /// From a state about `body`, whose limb is a sphere of `radius_km` in sphere space; `None` inside it,
+    /// and where position and velocity span no plane.
     #[inline(never)]
     pub fn of(body: CentralBody, state: &OrbitState, pole: &Vector3<f64>, radius_km: f32) -> Option<Self> {
         let facts = body.facts();
@@ -122,7 +122,7 @@ impl LimbGeometry {
         self.radius_km * self.cosine
     }
 
-    /// The limb seen after a move of the satellite by `moved_km` (sphere space, LVLH axes), about the limb from here:
+    /// The limb seen after a move of the satellite by `moved_km` (sphere space, LVLH axes), about that from here:
     /// waves of its height, and of the derivatives of that by the move. At each azimuth the ray is sought
     /// (Newton's method) that passes the centre of a sphere at its radius.
     #[inline(never)]

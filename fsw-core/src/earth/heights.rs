@@ -3,8 +3,9 @@
 //! In: limb points, and where the Earth's centre is predicted. Out: a [`LimbHeight`] for each point.
 //!
 //! The residual of a ray about the predicted cone (`rays`) times the limb's distance is a height in sphere
-//! space, where the orbit filter takes it; above the pole it is longer by a 300th. Normals stand at predicted points, not at the measured ones, whose errors they would share: in LEO
-//! that shifts a position by 10 km. Error 3e-4 px by rounding.
+//! space, where the orbit filter takes it; above the pole it is longer by a 300th. Normals stand at predicted
+//! points, not at the measured ones, whose errors they would share: in LEO that shifts a position by 10 km.
+//! Error 3e-4 px by rounding.
 
 use super::rays::{Cone, Ray};
 use super::{Body, LimbPoint};

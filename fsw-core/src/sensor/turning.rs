@@ -43,9 +43,9 @@ const GOOD_PX: f32 = 100.0;
 const LARGEST_DIVISOR: u8 = 4;
 const UNSEEN_DIVISOR: u8 = 3;
 /// Length of the streaks in an image that is scanned for stars once their rate is known, px: they look like
-/// stars, and have lost no more light than their length had spread. The exposure is shortened for it by a whole
-/// number, at most so much: with less light a field has too few stars. What then is longer than the greatest
-/// length is not scanned: the rate is told from lines in every image instead.
+/// stars, and have lost no more light than their length had spread. The exposure is shortened for it by a
+/// whole number, at most so much: with less light a field has too few stars. What then is longer than the
+/// greatest length is not scanned: the rate is told from lines in every image instead.
 const SCANNED_PX: f32 = 3.0;
 pub(super) const GREATEST_SCANNED_PX: f32 = 6.0;
 const LARGEST_SCAN_DIVISOR: f32 = 8.0;

@@ -389,7 +389,8 @@ fn rate(figure: &Figure) -> Result<Made, HostError> {
         ));
     }
     let verdict = "Eq. 3.32 is the thesis's \u{201c}crude approximation\u{201d}, anchored here at our error at rest. It lets the noise grow with the \
-        photons that a pixel loses; ours also loses faint stars and centres streaks of 20 px and more, so it grows faster; beyond some rate no \
-        attitude is told and the rate is taken from streaks. 20 seeds, a direction and an axis each.";
+        photons that a pixel loses; ours grows with it, and faster about 0.2 deg/s, where streaks of 4 to 6 px are centred; where they would be \
+        longer the exposure is shortened, which makes them stars of less light; beyond some 2 deg/s no attitude is told and the rate is taken \
+        from streaks. 20 seeds, a direction and an axis each.";
     Ok(Made::new(&[chart], rows, verdict))
 }

@@ -153,8 +153,8 @@ fn beside(_: &Figure) -> Result<Made, HostError> {
     };
     let verdict = "The thesis draws the two side by side: tracking numbers and rates from image to image while identification takes several. So it is \
         here, but at rest and when turning slowly identification is done in the second of the first image, so that no rate without it is told; \
-        from half a degree a second on the rate comes first, from streaks; the next image is exposed so shortly that stars are none, and gives \
-        the attitude. No number of the thesis";
+        from half a degree a second on the rate comes first, from streaks; the next image is exposed so shortly that stars are points, and \
+        gives the attitude. No number of the thesis";
     Ok(Made::new(&[chart], rows, verdict))
 }
 

@@ -52,8 +52,8 @@ fn the_moved_limb_is_where_its_rays_touch_the_sphere() {
     }
 }
 
-/// After a gap a low orbit is off by hundreds of kilometres, and a limb 1 km from where it is expected reads as
-/// 40 km along the track.
+/// After a gap a low orbit is off by hundreds of kilometres, and a limb 1 km from where it is expected reads
+/// as 40 km along the track.
 #[test]
 fn the_moved_limb_is_that_of_the_ellipsoid() {
     let (a, b) = (EARTH.radius_km + 5.0, EARTH.polar_km + 5.0);

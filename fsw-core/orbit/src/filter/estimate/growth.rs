@@ -46,9 +46,9 @@ impl Estimate {
         self.factor.append(&[(state, libm::sqrtf(variance * (1.0 - decay * decay).max(0.0)))]);
     }
 
-    /// Adds what the linear covariance lacks after a time in which nothing was seen: the mean motion changes by
-    /// -3/2 x + 15/8 x² where the semi-major axis is off by the share x, so that the satellite is that second
-    /// order early. The rms of x² is √3 times the variance of x.
+    /// Adds what the linear covariance lacks after a time in which nothing was seen: the mean motion changes
+    /// by -3/2 x + 15/8 x² where the semi-major axis is off by the share x, so that the satellite is that
+    /// second order early. The rms of x² is √3 times the variance of x.
     #[inline(never)]
     pub(super) fn add_bend(&mut self, blind_s: f64) {
         let mu = self.body.facts().mu_km3_s2;
