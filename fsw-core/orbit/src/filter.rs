@@ -187,7 +187,8 @@ impl OrbitFilter {
     }
 
     /// Takes in the limb's heights of this time about the limb that the state predicts, a sphere of
-    /// `radius_km` in sphere space. `attitude_rad2`: covariance of the attitude's rotation vector in the Earth path.
+    /// `radius_km` in sphere space. `attitude_rad2`: covariance of the attitude's rotation vector in the Earth
+    /// path.
     pub fn observe_limb(
         &mut self,
         heights: &[LimbHeight],

@@ -122,7 +122,7 @@ impl LimbGeometry {
         self.radius_km * self.cosine
     }
 
-    /// The limb seen after a move of the satellite by `moved_km` (sphere space, LVLH axes), about that from here:
+    /// The limb seen after a move of the satellite by `moved_km` (sphere space, LVLH), about that from here:
     /// waves of its height, and of the derivatives of that by the move. At each azimuth the ray is sought
     /// (Newton's method) that passes the centre of a sphere at its radius.
     #[inline(never)]
