@@ -49,3 +49,22 @@ fn without_streaks_the_exposure_changes_from_search_to_search() {
     }
     assert_eq!(divisors, [UNSEEN_DIVISOR, 1, UNSEEN_DIVISOR, 1, UNSEEN_DIVISOR, 1]);
 }
+
+#[test]
+fn the_exposure_is_shortened_to_streaks_of_three_px_and_no_further_than_to_an_eighth() {
+    let divisors = [0.0, 2.9, 3.1, 10.6, 21.4, 60.0].map(short_divisor);
+    assert_eq!(divisors, [1, 1, 2, 4, 8, 8]);
+}
+
+#[test]
+fn an_image_that_gave_an_attitude_is_followed_by_one_of_its_exposure_and_one_that_did_not_by_the_whole() {
+    let short = Next { scan_divisor: 4, ..Next::default() };
+    let mut turning = Turning { next: short, ..Turning::default() };
+    turning.keep_exposure();
+    assert_eq!((turning.divisor(), turning.seeks_streaks()), (4, false));
+    for stars in [0, FEWEST_STARS] {
+        assert!(short.after_scan(false, stars).scan_divisor <= 1);
+    }
+    turning.forget();
+    assert!(turning.divisor() <= 1);
+}
