@@ -32,6 +32,7 @@ const NOT_EMPTY: f32 = 1e-20;
 
 /// Greatest misalignment of a valid estimate: five of the greatest sigma.
 const GREATEST_MISALIGNMENT_RAD: f32 = 0.1;
+
 /// Rows of an observation of unit variance: sensitivities, and measured less predicted values.
 pub(super) struct Rows {
     /// Least variance by the state of a row that tests it.
