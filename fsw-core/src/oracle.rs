@@ -36,6 +36,7 @@ pub fn reference_camera() -> CameraParameters {
         optical_centre_px: [639.5, 511.5],
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        corner_loss: 0.15,
         mirrored: false,
     }
 }

@@ -62,6 +62,7 @@ pub fn camera_parameters(file: &CameraFile) -> CameraParameters {
             p1: single(d.p1),
             p2: single(d.p2),
         },
+        corner_loss: single(file.corner_loss),
         mirrored: file.mirrored,
     }
 }

@@ -235,6 +235,7 @@ pub fn camera() -> CameraParameters {
         optical_centre_px: [159.5, 127.5],
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        corner_loss: 0.0,
         mirrored: false,
     }
 }

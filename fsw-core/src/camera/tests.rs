@@ -119,7 +119,7 @@ fn impossible_parameters_are_refused_by_their_name() {
         Camera::new(parameters).map(|_| ()).unwrap_err()
     };
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let fields: [fn(&mut CameraParameters) -> &mut f32; 8] = [
+        let fields: [fn(&mut CameraParameters) -> &mut f32; 9] = [
             |p| &mut p.focal_length_px,
             |p| &mut p.optical_centre_px[0],
             |p| &mut p.optical_centre_px[1],
@@ -128,6 +128,7 @@ fn impossible_parameters_are_refused_by_their_name() {
             |p| &mut p.distortion.k3,
             |p| &mut p.distortion.p1,
             |p| &mut p.distortion.p2,
+            |p| &mut p.corner_loss,
         ];
         for field in fields {
             assert_eq!(refused(&|p| *field(p) = bad), CameraError::NotFinite);
@@ -135,6 +136,9 @@ fn impossible_parameters_are_refused_by_their_name() {
     }
     for focal_length in [0.0, -3000.0, 9.9, 1.1e6] {
         assert_eq!(refused(&|p| p.focal_length_px = focal_length), CameraError::FocalLength);
+    }
+    for loss in [-0.01, 0.91] {
+        assert_eq!(refused(&|p| p.corner_loss = loss), CameraError::CornerLoss);
     }
     assert_eq!(refused(&|p| p.width_px = 31), CameraError::Detector);
     assert_eq!(refused(&|p| p.height_px = 0), CameraError::Detector);
@@ -174,6 +178,26 @@ fn a_camera_knows_its_detector() {
     assert!(!camera.contains([1279.1, 5.0], 0.0) && !camera.contains([5.0, -0.1], 0.0));
     assert!(camera.contains([7.0, 7.0], 7.0) && !camera.contains([6.9, 7.0], 7.0));
     assert!(!camera.contains([f32::NAN, 5.0], 0.0));
+}
+
+#[test]
+fn a_surface_is_dimmed_by_the_cosine_of_the_fourth_power_and_by_the_mounts() {
+    let optical_centre_px = [600.0, 540.0];
+    for projection in [Projection::Rectilinear, Projection::Equiangular] {
+        let camera = camera(|p| {
+            (p.projection, p.optical_centre_px, p.corner_loss) = (projection, optical_centre_px, 0.3);
+        });
+        // The farthest corner.
+        let farthest = f64::hypot(1279.0 - 600.0, 540.0);
+        for at in [optical_centre_px, [1279.0, 0.0], [0.0, 0.0], [300.0, 1000.0]] {
+            let cosine = f64::from(camera.direction(at).unwrap().vector().z);
+            let off = f64::hypot(f64::from(at[0]) - 600.0, f64::from(at[1]) - 540.0) / farthest;
+            let expected = cosine.powi(4) * (1.0 - 0.3 * off * off);
+            assert!((f64::from(camera.light_share(at)) - expected).abs() < 1e-3, "{projection:?}, {at:?}");
+        }
+    }
+    // What no detector shows is not darker than the law allows anywhere.
+    assert!(camera(|p| p.corner_loss = 0.9).light_share([1e5, 1e5]) > 0.0);
 }
 
 #[test]

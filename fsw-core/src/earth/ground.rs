@@ -9,13 +9,15 @@
 //! the share `earth.limb.ground_share` of how much brighter it is, times the lever of the edge.
 //!
 //! Usual is the mean of all that was seen before, of six hours at most: no radiometric calibration is asked
-//! for. A mean that is wrong lifts all points alike, which the orbit's `h0` and `e` take up.
+//! for, but the lens's vignetting is taken off ([`Camera::light_share`]): what is dark by it, all along a field's
+//! edge, would bend the limb. A mean that is wrong lifts all points alike, which the orbit's `h0` and `e` take up.
 //!
 //! Without this belts of cloud, the ice and the open sea bend an orbit: they last as long as what the orbit
 //! filter learns from.
 
 use super::LimbPoint;
 use super::parameters::LimbParameters;
+use crate::camera::Camera;
 
 /// Time over which the usual brightness is a mean, s: four revolutions in a low orbit; in GEO the Sun goes
 /// by a quarter.
@@ -26,7 +28,8 @@ const MOST: f32 = 1.0;
 /// The ground just inside a limb point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ground {
-    /// Its brightness over that of white ground under this Sun, counts; 0 where it was not measured.
+    /// Its brightness over that of white ground under this Sun, counts; 0 where it was not measured. As the
+    /// detector has it, until [`UsualGround::correct`] takes the lens's vignetting off.
     pub brightness: f32,
     /// How far outward the edge is found where the limb's own ground is twice as bright, were the edge
     /// straight, px.
@@ -43,9 +46,12 @@ pub struct UsualGround {
 }
 
 impl UsualGround {
-    /// Takes in the ground of a second's points, and moves them.
+    /// Takes in the ground of a second's points, seen by `camera`, and moves them.
     #[inline(never)]
-    pub fn correct(&mut self, points: &mut [LimbPoint], parameters: &LimbParameters) {
+    pub fn correct(&mut self, points: &mut [LimbPoint], camera: &Camera, parameters: &LimbParameters) {
+        for point in points.iter_mut() {
+            point.ground.brightness /= camera.light_share(point.centre_px);
+        }
         let (mut sum, mut count) = (0.0, 0.0);
         for brightness in points.iter().map(|point| point.ground.brightness).filter(|seen| *seen > 0.0) {
             (sum, count) = (sum + brightness, count + 1.0);

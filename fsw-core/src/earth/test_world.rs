@@ -69,6 +69,20 @@ pub fn error_px(found: &LimbPoint, expected: &ExpectedLimb) -> f64 {
     f64::from((found.centre_px[0] - expected.at_px[0]) * nx + (found.centre_px[1] - expected.at_px[1]) * ny)
 }
 
+/// The pixels of a window through a lens that dims by the fourth power of the cosine, and by half of the light
+/// in the corner besides.
+pub fn through_a_dark_lens(pixels: &mut [u16], window: &Window) {
+    let width = usize::from(window.width);
+    for (place, pixel) in pixels.iter_mut().enumerate() {
+        let x = f64::from(window.x) + (place % width) as f64 - 639.5;
+        let y = f64::from(window.y) + (place / width) as f64 - 511.5;
+        let square = x * x + y * y;
+        let cosine_square = 1.0 / (1.0 + square / 3000f64.powi(2));
+        let gain = cosine_square * cosine_square * (1.0 - 0.5 * square / 819f64.powi(2));
+        *pixel = (DARK + gain * (f64::from(*pixel) - DARK)).round().max(0.0) as u16;
+    }
+}
+
 impl World {
     pub fn new(centre: Vector3<f64>, pole: Vector3<f64>, sun: Vector3<f64>, seed: u64) -> Self {
         let mut generator = Generator::new(seed);

@@ -273,7 +273,8 @@ impl Sensor<'_> {
         alone: bool,
     ) -> Looked {
         meter.begin(Stage::Centre);
-        self.usual_ground.correct(&mut self.workspace.shared.readout().limb, &self.parameters.earth.limb);
+        let points = &mut self.workspace.shared.readout().limb;
+        self.usual_ground.correct(points, &self.camera, &self.parameters.earth.limb);
         let criteria = self.parameters.earth.strip_criteria(strips, alone);
         let (limb_sensor, mut buffers) = self.limb_sensor(body);
         // Strips that agree on another body than the search contradict the prior and are refused.

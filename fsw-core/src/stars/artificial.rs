@@ -47,6 +47,7 @@ pub fn camera_parameters() -> CameraParameters {
         optical_centre_px: [511.5, 511.5],
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        corner_loss: 0.0,
         mirrored: false,
     }
 }

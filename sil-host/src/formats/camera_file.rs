@@ -35,12 +35,16 @@ focal_length_px = 3000.0              # focal length over the width of a pixel
 optical_centre_px = [639.5, 511.5]    # centre of the first pixel: [0, 0]; x right, y down
 projection = \"rectilinear\"            # or \"equiangular\": distance from the centre = f times the angle
 distortion = { k1 = 0.0, k2 = 0.0, k3 = 0.0, p1 = 0.0, p2 = 0.0 }    # Brown's, order and signs of OpenCV
+corner_loss = 0.15                    # share of the light that the mounts take in the farthest corner
 mirrored = false                      # whether a mirror turns the stars' image over left to right
 # correction_table = \"camera.corr\"    # star profiles and corrections of centroids, beside this file:
 #                                       made by `calibrate`, flown by `run`; no other command reads it";
 
 const FOCAL_LENGTH_PX: (f64, f64) = (10.0, 1e7);
 const DISTORTION: (f64, f64) = (-100.0, 100.0);
+const CORNER_LOSSES: (f64, f64) = (0.0, 0.9);
+/// Share of the light that the mounts of the reference lens take in the farthest corner.
+pub const CORNER_LOSS: f64 = 0.15;
 const FOV_MAX_DEG: f64 = 150.0;
 
 /// How a direction becomes a place on the detector, before distortion.
@@ -86,6 +90,8 @@ pub struct CameraFile {
     pub projection: Projection,
     /// The distortion.
     pub distortion: Distortion,
+    /// Share of the light that the lens's mounts take in the farthest corner.
+    pub corner_loss: f64,
     /// Whether the star path is seen in a mirror, which turns its image over left to right.
     pub mirrored: bool,
     /// Centroid correction table, relative to the camera file's folder resolved.
@@ -117,6 +123,7 @@ struct RawOptics {
     projection: Projection,
     #[serde(default)]
     distortion: RawDistortion,
+    corner_loss: Option<Spanned<f64>>,
     #[serde(default)]
     mirrored: bool,
     correction_table: Option<Spanned<String>>,
@@ -176,6 +183,7 @@ impl CameraFile {
             optical_centre_px: source.centre(&optics.optical_centre_px, width_px, height_px)?,
             projection: optics.projection,
             distortion,
+            corner_loss: source.corner_loss(optics.corner_loss)?,
             mirrored: optics.mirrored,
             correction_table: source.table(optics.correction_table)?,
         })
@@ -229,6 +237,7 @@ impl CameraFile {
             optical_centre_px: [width_px, height_px].map(|side| (f64::from(side) - 1.0) / 2.0),
             projection: Projection::Rectilinear,
             distortion: Distortion::default(),
+            corner_loss: CORNER_LOSS,
             mirrored: false,
             correction_table: None,
         }
@@ -267,8 +276,8 @@ impl CameraFile {
         format!(
             "[detector]\nwidth_px = {}\nheight_px = {}\nbits = {}\n\n[optics]\nfocal_length_px = {:?}\n\
              optical_centre_px = [{x:?}, {y:?}]\nprojection = \"{projection}\"\n\
-             distortion = {{ k1 = {k1:?}, k2 = {k2:?}, k3 = {k3:?}, p1 = {p1:?}, p2 = {p2:?} }}\nmirrored = {}\n{table}",
-            self.width_px, self.height_px, self.bits, self.focal_length_px, self.mirrored
+             distortion = {{ k1 = {k1:?}, k2 = {k2:?}, k3 = {k3:?}, p1 = {p1:?}, p2 = {p2:?} }}\ncorner_loss = {:?}\nmirrored = {}\n{table}",
+            self.width_px, self.height_px, self.bits, self.focal_length_px, self.corner_loss, self.mirrored
         )
     }
 
@@ -361,6 +370,12 @@ impl Source<'_> {
 
     fn coefficient(&self, key: &str, value: Option<Spanned<f64>>) -> Result<f64, HostError> {
         value.map_or(Ok(0.0), |v| self.within(key, v.span(), *v.get_ref(), DISTORTION))
+    }
+
+    fn corner_loss(&self, value: Option<Spanned<f64>>) -> Result<f64, HostError> {
+        value.map_or(Ok(CORNER_LOSS), |v| {
+            self.within("optics.corner_loss", v.span(), *v.get_ref(), CORNER_LOSSES)
+        })
     }
 
     /// The axis may miss the detector (an oblique view), but not by more than its size.

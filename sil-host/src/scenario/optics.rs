@@ -17,6 +17,7 @@
 
 use super::text::Text;
 use crate::error::HostError;
+use crate::formats::camera_file::CORNER_LOSS;
 use crate::world::detector::imaging::ImagingModel;
 use crate::world::detector::shutter::Shutter;
 use crate::world::lens::psf::{LensModel, Psf, PsfModel};
@@ -121,7 +122,10 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOptics) -> Result<ImagingModel, Hos
         pixel_pitch_um: number("pixel_pitch_um", &raw.pixel_pitch_um, 7.5, (0.1, 1000.0))?,
         star_colours: raw.star_colours.unwrap_or(true),
         vignetting: if vignetting {
-            VignettingModel { cosine: true, corner_loss: share("corner_loss", &raw.corner_loss, 0.15)? }
+            VignettingModel {
+                cosine: true,
+                corner_loss: share("corner_loss", &raw.corner_loss, CORNER_LOSS)?,
+            }
         } else {
             VignettingModel::NONE
         },

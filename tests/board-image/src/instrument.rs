@@ -26,6 +26,7 @@ pub fn parameters() -> Parameters {
         optical_centre_px,
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        corner_loss: 0.15,
         mirrored: false,
     });
     Parameters { rate_sensor: Some(GYRO), ..defaults }

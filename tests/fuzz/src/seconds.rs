@@ -17,6 +17,7 @@ pub const CAMERA: CameraParameters = CameraParameters {
     optical_centre_px: [80.0, 80.0],
     projection: Projection::Rectilinear,
     distortion: Distortion { k1: 0.0, k2: 0.0, k3: 0.0, p1: 0.0, p2: 0.0 },
+    corner_loss: 0.0,
     mirrored: false,
 };
 /// Side of the detector, px: wide enough for limb and stars, small enough for many seconds in one.

@@ -39,6 +39,7 @@ fn example() -> Option<Example> {
         optical_centre_px: [639.5, 511.5],
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        corner_loss: 0.0,
         mirrored: false,
     })
     .unwrap();

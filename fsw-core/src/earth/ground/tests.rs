@@ -1,13 +1,16 @@
 use super::*;
+use crate::camera::CameraParameters;
 use crate::earth::limb::{crossing, strip};
-use crate::earth::test_world::{A_KM, GEOMETRY, World, error_px, even, geostationary, low, parameters};
+use crate::earth::test_world::{
+    A_KM, GEOMETRY, World, camera, error_px, even, geostationary, low, parameters, through_a_dark_lens,
+};
 use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec;
 
 fn point(brightness: f32) -> LimbPoint {
     LimbPoint {
-        centre_px: [600.0, 500.0],
+        centre_px: [639.5, 511.5],
         sigma_px: 0.1,
         outward_px: [0.6, -0.8],
         ground: Ground { brightness, lever_px: if brightness > 0.0 { 8.0 } else { 0.0 } },
@@ -16,13 +19,13 @@ fn point(brightness: f32) -> LimbPoint {
 
 /// How far outward a point stands, px.
 fn outward_px(point: &LimbPoint) -> f32 {
-    0.6 * (point.centre_px[0] - 600.0) - 0.8 * (point.centre_px[1] - 500.0)
+    0.6 * (point.centre_px[0] - 639.5) - 0.8 * (point.centre_px[1] - 511.5)
 }
 
 /// Points of these brightnesses after a second.
 fn corrected(usual: &mut UsualGround, brightnesses: &[f32]) -> Vec<f32> {
     let mut points: Vec<LimbPoint> = brightnesses.iter().copied().map(point).collect();
-    usual.correct(&mut points, &parameters().limb);
+    usual.correct(&mut points, &camera(), &parameters().limb);
     points.iter().map(outward_px).collect()
 }
 
@@ -62,19 +65,26 @@ fn the_brightest_cloud_moves_a_point_by_its_share_at_most() {
     assert!(moved[0] < parameters().limb.ground_share * MOST * 8.0 + 1e-3);
 }
 
-/// Errors across the limb of the points of a world that stands where it is expected, px: as found, corrected.
-fn errors_px(world: &World, usual: &mut UsualGround) -> Vec<[f64; 2]> {
+/// A camera whose lens is that of [`through_a_dark_lens`].
+fn dark_camera() -> Camera {
+    Camera::new(CameraParameters { corner_loss: 0.5, ..*camera().parameters() }).unwrap()
+}
+
+/// Errors across the limb of the points of a world that stands where it is expected, seen through a dark
+/// lens, px: as found, and corrected for a lens such as `told`.
+fn errors_px(world: &World, usual: &mut UsualGround, told: &Camera) -> Vec<[f64; 2]> {
     let parameters = parameters();
     let (mut found, mut expected) = (Vec::new(), Vec::new());
     for (index, truth) in world.expected().into_iter().enumerate() {
         let Some(strip) = strip(&truth, even(64), &GEOMETRY) else { continue };
-        let pixels = world.expose(strip.window, 1.0, index as u64);
+        let mut pixels = world.expose(strip.window, 1.0, index as u64);
+        through_a_dark_lens(&mut pixels, &strip.window);
         let Some(point) = crossing(&pixels, &strip, &GEOMETRY, &parameters) else { continue };
         found.push(point);
         expected.push(truth);
     }
     let mut moved = found.clone();
-    usual.correct(&mut moved, &parameters.limb);
+    usual.correct(&mut moved, told, &parameters.limb);
     let both = found.iter().zip(&moved).zip(&expected);
     both.map(|((one, other), truth)| [one, other].map(|point| error_px(point, truth))).collect()
 }
@@ -100,9 +110,10 @@ fn clouds_move_a_limb_less_when_their_brightness_is_taken_off() {
         let clouds = |seed| World { albedo: [0.4, 0.8], waves: clouds(seed), ..world(seed) };
         // What is usual is known before.
         for seed in 100..140 {
-            errors_px(&clouds(seed), &mut usual);
+            errors_px(&clouds(seed), &mut usual, &dark_camera());
         }
-        let errors: Vec<[f64; 2]> = (0..40).flat_map(|seed| errors_px(&clouds(seed), &mut usual)).collect();
+        let errors: Vec<[f64; 2]> =
+            (0..40).flat_map(|seed| errors_px(&clouds(seed), &mut usual, &dark_camera())).collect();
         // A few edges are those of clouds: medians.
         let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
@@ -118,4 +129,22 @@ fn clouds_move_a_limb_less_when_their_brightness_is_taken_off() {
         );
         assert!(errors.len() > 1000 && after < 0.97 * before);
     }
+}
+
+#[test]
+fn a_lens_that_dims_the_corner_bends_no_limb() {
+    // Ground as bright everywhere, which nothing but the lens darkens: the middle of the limb against its ends.
+    let world = World { albedo: [0.6, 0.6], ..low(450.0, 60.0, [40.0, 30.0], 1) };
+    let bend_px = |told: &Camera| {
+        let errors = errors_px(&world, &mut UsualGround::default(), told);
+        let moves: Vec<f64> = errors.iter().map(|[found, corrected]| corrected - found).collect();
+        let (least, most) =
+            moves.iter().fold((f64::MAX, f64::MIN), |(low, high), &m| (low.min(m), high.max(m)));
+        assert!(moves.len() > 10, "{} points", moves.len());
+        most - least
+    };
+    let open = Camera::new(CameraParameters { corner_loss: 0.0, ..*camera().parameters() }).unwrap();
+    let [told, untold] = [dark_camera(), open].map(|told| bend_px(&told));
+    std::println!("bent by {told:.3} px, {untold:.3} with the lens untold");
+    assert!(told < 0.2 * untold);
 }

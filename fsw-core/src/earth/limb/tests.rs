@@ -1,5 +1,7 @@
 use super::*;
-use crate::earth::test_world::{DARK, GEOMETRY, World, error_px, even, geostationary, low, parameters};
+use crate::earth::test_world::{
+    GEOMETRY, World, error_px, even, geostationary, low, parameters, through_a_dark_lens,
+};
 use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec;
@@ -94,19 +96,6 @@ fn air_that_fades_more_slowly_than_the_model_is_no_limb() {
     let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
     std::println!("{} of {asked} found, off by {median:.2} px, {worst:.2} at most", errors.len());
     assert!(errors.len() as f64 > 0.8 * f64::from(asked) && worst < 8.0);
-}
-
-/// A lens by the fourth power of the cosine that loses half of its light in the corner besides.
-fn through_a_dark_lens(pixels: &mut [u16], window: &Window) {
-    let width = usize::from(window.width);
-    for (place, pixel) in pixels.iter_mut().enumerate() {
-        let x = f64::from(window.x) + (place % width) as f64 - 639.5;
-        let y = f64::from(window.y) + (place / width) as f64 - 511.5;
-        let square = x * x + y * y;
-        let cosine_square = 1.0 / (1.0 + square / 3000f64.powi(2));
-        let gain = cosine_square * cosine_square * (1.0 - 0.5 * square / 819f64.powi(2));
-        *pixel = (DARK + gain * (f64::from(*pixel) - DARK)).round().max(0.0) as u16;
-    }
 }
 
 #[test]

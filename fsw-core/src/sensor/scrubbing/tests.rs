@@ -25,6 +25,7 @@ fn parameters(calibration_crc: u32) -> Parameters {
         optical_centre_px: calibration::sample::CENTRE_PX,
         projection: Projection::Rectilinear,
         distortion: Distortion::default(),
+        corner_loss: 0.0,
         mirrored: false,
     });
     parameters.imaging.calibration_crc = calibration_crc;

@@ -26,6 +26,7 @@ fn everything_but_the_first_five_keys_has_a_default() {
     let camera = CameraFile::parse(Path::new("c.toml"), GOOD).unwrap();
     assert_eq!(camera.projection, Projection::Rectilinear);
     assert_eq!(camera.distortion, Distortion::default());
+    assert_eq!(camera.corner_loss, CORNER_LOSS);
     assert_eq!(camera.correction_table, None);
     let lines: Vec<&str> = GOOD.lines().collect();
     for key in ["width_px", "height_px", "bits", "focal_length_px", "optical_centre_px"] {
@@ -72,6 +73,11 @@ fn a_fault_names_file_line_and_key() {
             "[\n  319.5,\n  9e9,\n]",
             "sil-host: c.toml:8: optics.optical_centre_px: 9000000000",
         ),
+        (
+            "focal_length_px = 1000",
+            "corner_loss = 1.0\nfocal_length_px = 1000",
+            "sil-host: c.toml:7: optics.corner_loss: 1 is out of range",
+        ),
         ("bits = 12", "bits = = 12", "sil-host: c.toml:4:"),
     ];
     for (from, to, expected) in cases {
@@ -108,6 +114,7 @@ fn what_is_written_is_read_again() {
         let mut camera = CameraFile::parse(Path::new("a/camera.toml"), text).unwrap();
         camera.distortion = Distortion { k1: -0.123_456_789_012_3, k2: 1e-7, k3: 0.0, p1: -2.5e-4, p2: 3.0 };
         camera.focal_length_px += 1.0 / 3.0;
+        camera.corner_loss = 0.3;
         camera.correction_table = Some(PathBuf::from("b/a \"table\".corr"));
         assert_eq!(CameraFile::parse(Path::new("camera.toml"), &camera.to_toml()).unwrap(), camera);
     }
@@ -133,7 +140,8 @@ fn the_camera_file_that_the_help_shows_is_one_and_shows_the_defaults() {
 
 /// A camera file without the keys that have defaults.
 fn first_five(text: &str) -> String {
-    let has_default =
-        |line: &&str| ["projection", "distortion", "mirrored"].iter().any(|key| line.starts_with(key));
+    let has_default = |line: &&str| {
+        ["projection", "distortion", "corner_loss", "mirrored"].iter().any(|key| line.starts_with(key))
+    };
     text.lines().filter(|line| !has_default(line)).collect::<Vec<_>>().join("\n")
 }
