@@ -122,23 +122,6 @@ impl Factor {
         (first..first + 3).fold(0.0, |sum, state| sum + self.covariance(state, state))
     }
 
-    /// Correlations of position and velocity: the lower left half without its diagonal, row by row; 0 where a
-    /// variance is not positive.
-    #[inline(never)]
-    pub fn motion_correlations(&self) -> [f32; MOTION * (MOTION - 1) / 2] {
-        let mut correlations = [0.0; MOTION * (MOTION - 1) / 2];
-        let mut places = correlations.iter_mut();
-        for row in 0..MOTION {
-            for (column, place) in (0..row).zip(&mut places) {
-                let scale = self.sigma(row) * self.sigma(column);
-                if scale > 0.0 {
-                    *place = (self.covariance(row, column) / scale).clamp(-1.0, 1.0);
-                }
-            }
-        }
-        correlations
-    }
-
     /// Sum of all words.
     pub fn word_sum(&self) -> u32 {
         word_sum::of_singles(self.rows.as_flattened()).wrapping_add(self.used as u32)

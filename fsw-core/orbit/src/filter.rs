@@ -24,8 +24,9 @@ use super::beginning::{Beginning, CALLS_OF_A_TRIAL, FirstOrbit, is_orbit};
 use super::body::CentralBody;
 use super::constants::MICROSECONDS;
 use super::dynamics::MAX_SPAN_US;
-use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION, VELOCITY};
+use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION};
 use super::look::LimbHeight;
+use super::motion::MotionCovariance;
 use super::observation::{FixError, check, rows_of};
 use super::parameters::{Observation, OrbitParameters};
 use super::point::PositionFix;
@@ -339,28 +340,18 @@ impl OrbitFilter {
         self.estimate().map(|estimate| &estimate.factor)
     }
 
-    /// Covariance of the position, km², ICRS axes.
-    pub fn position_covariance_km2(&self) -> Option<Matrix3<f64>> {
-        self.factor().map(|factor| factor.block(POSITION, POSITION))
+    /// Covariance of position and velocity.
+    pub fn motion_covariance(&self) -> Option<MotionCovariance> {
+        self.estimate().map(|estimate| MotionCovariance::of(&estimate.factor, &estimate.state))
     }
 
     /// Position about `body` and its covariance (km, km², ICRS axes) at a time for which it was propagated;
     /// while the orbit is not known, those of the last fix with what it may have moved since.
     pub fn place(&self, body: CentralBody, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
         if self.known {
-            return Some((self.state()?.position_km, self.position_covariance_km2()?));
+            return Some((self.state()?.position_km, self.motion_covariance()?.position_km2()));
         }
         self.beginning.place(body, time_us)
-    }
-
-    /// Sigmas of the position along the ICRS axes, km.
-    pub fn position_sigma_km(&self) -> Option<[f32; 3]> {
-        self.factor().map(|factor| [0, 1, 2].map(|axis| factor.sigma(POSITION + axis)))
-    }
-
-    /// Sigmas of the velocity along the ICRS axes, km/s.
-    pub fn velocity_sigma_km_s(&self) -> Option<[f32; 3]> {
-        self.factor().map(|factor| [0, 1, 2].map(|axis| factor.sigma(VELOCITY + axis)))
     }
 
     /// Whether position and velocity have been known to [`OrbitParameters::settled_share`] of their length
@@ -397,5 +388,7 @@ impl OrbitFilter {
 
 #[cfg(test)]
 mod campaign;
+#[cfg(test)]
+mod short_arc;
 #[cfg(test)]
 mod tests;

@@ -23,6 +23,7 @@
 //! | `noise` | process noise |
 //! | [`factor`] | the filter's covariance as a square root |
 //! | [`filter`] | the Kalman-Schmidt filter |
+//! | [`motion`] | covariance of position and velocity as it is told |
 //! | [`keplerian`] | Kepler's elements, for reports |
 //! | [`lvlh`] | local vertical, local horizontal, and Hill's axes |
 #![no_std]
@@ -49,6 +50,7 @@ pub mod horizon;
 pub mod keplerian;
 pub mod look;
 pub mod lvlh;
+pub mod motion;
 mod noise;
 pub mod observation;
 #[cfg(test)]

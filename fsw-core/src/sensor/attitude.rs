@@ -123,7 +123,8 @@ impl Sensor<'_> {
         if !self.aberration_corrected {
             return UNCORRECTED_RAD2;
         }
-        let velocity = self.orbit.velocity_sigma_km_s().unwrap_or([ORBITAL_KM_S; 3]);
+        let covariance = self.orbit.motion_covariance();
+        let velocity = covariance.map_or([ORBITAL_KM_S; 3], |covariance| covariance.velocity_sigma_km_s());
         let [u, v, w] = velocity.map(|sigma| sigma.min(ORBITAL_KM_S) / LIGHT_KM_S as f32);
         // Of three axes two lie across the line of sight: the mean of their variances.
         (u * u + v * v + w * w) * (1.0 / 3.0)

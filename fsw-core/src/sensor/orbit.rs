@@ -13,6 +13,7 @@ use crate::orbit::filter::{Nis, Update};
 use crate::orbit::keplerian::Keplerian;
 use crate::orbit::look::LimbHeight;
 use crate::orbit::lvlh;
+use crate::orbit::motion::MotionCovariance;
 use crate::orbit::parameters::Observation;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
 use crate::telemetry::{ElementsReport, Event, FixFault, LocalAttitude, OrbitReport};
@@ -134,7 +135,7 @@ impl Sensor<'_> {
     #[inline(never)]
     pub(super) fn orbit_report(&mut self, nis: Option<Nis>, events: &mut Events) -> Option<OrbitReport> {
         let state = self.orbit.state()?;
-        let (position, velocity) = (self.orbit.position_sigma_km()?, self.orbit.velocity_sigma_km_s()?);
+        let covariance = self.orbit.motion_covariance()?;
         let [limb_height_km, limb_height_sigma_km] = self.orbit.limb_height_km()?;
         let since_fix_us = state.time_us.saturating_sub(self.fixed_us).max(0);
         let settled = self.orbit.settled();
@@ -145,10 +146,10 @@ impl Sensor<'_> {
         Some(OrbitReport {
             position_km: state.position_km.into(),
             velocity_km_s: state.velocity_km_s.into(),
-            sigma_position_km: position,
-            sigma_velocity_km_s: velocity,
-            correlations: self.orbit.factor()?.motion_correlations(),
-            sigma_hill_km: self.sigma_hill_km(state).unwrap_or_default(),
+            sigma_position_km: covariance.position_sigma_km(),
+            sigma_velocity_km_s: covariance.velocity_sigma_km_s(),
+            correlations: covariance.correlations(),
+            sigma_hill_km: sigma_hill_km(state, &covariance).unwrap_or_default(),
             elements: elements_report(self.parameters.orbit.body, state),
             limb_height_km,
             limb_height_sigma_km,
@@ -159,14 +160,6 @@ impl Sensor<'_> {
             since_fix_s: (since_fix_us / SECOND_US).min(u32::MAX.into()) as u32,
             settled,
         })
-    }
-
-    /// Sigmas of the position along Hill's axes, km.
-    fn sigma_hill_km(&self, state: &OrbitState) -> Option<[f32; 3]> {
-        let axes = lvlh::hill(&state.position_km, &state.velocity_km_s)?.map(|element| element as f32);
-        let covariance_km2 = self.orbit.position_covariance_km2()?.map(|element| element as f32);
-        let turned = symmetric_product(&axes, &covariance_km2);
-        Some(turned.diagonal().map(|variance| libm::sqrtf(variance.max(0.0))).into())
     }
 
     /// The attitude against the local vertical.
@@ -185,6 +178,13 @@ impl Sensor<'_> {
             yaw_rad: libm::atan2f(x.y, x.x),
         })
     }
+}
+
+/// Sigmas of the position along Hill's axes, km.
+fn sigma_hill_km(state: &OrbitState, covariance: &MotionCovariance) -> Option<[f32; 3]> {
+    let axes = lvlh::hill(&state.position_km, &state.velocity_km_s)?.map(|element| element as f32);
+    let turned = symmetric_product(&axes, &covariance.position_km2().map(|element| element as f32));
+    Some(turned.diagonal().map(|variance| libm::sqrtf(variance.max(0.0))).into())
 }
 
 /// The orbit in Kepler's elements.

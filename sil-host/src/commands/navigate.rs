@@ -233,14 +233,14 @@ impl Navigator {
 
     fn answer(&mut self, measurement: &Measurement) -> Answer {
         let (status, nis) = self.take(measurement);
-        let state = self.filter.state();
+        let (state, covariance) = (self.filter.state(), self.filter.motion_covariance());
         Answer {
             t_s: measurement.time_us as f64 / MICROSECONDS,
             status,
             r_km: state.map(|state| state.position_km.into()),
             v_km_s: state.map(|state| state.velocity_km_s.into()),
-            sigma_r_km: self.filter.position_sigma_km(),
-            sigma_v_km_s: self.filter.velocity_sigma_km_s(),
+            sigma_r_km: covariance.map(|covariance| covariance.position_sigma_km()),
+            sigma_v_km_s: covariance.map(|covariance| covariance.velocity_sigma_km_s()),
             nis: nis.map(|nis| nis.square),
             nis_freedom: nis.map(|nis| nis.freedom),
             bound_r_km: None,
@@ -275,7 +275,7 @@ fn print_text(answers: &[Answer], filter: &OrbitFilter, bound: Option<&Matrix6<f
             sum / freedom
         );
     }
-    let covariance = filter.position_covariance_km2();
+    let covariance = filter.motion_covariance().map(|covariance| covariance.position_km2());
     let Some((state, covariance)) = filter.state().zip(covariance) else {
         print_line!("No orbit is known at the end");
         return;

@@ -9,6 +9,10 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 use std::vec::Vec;
 
+fn position_sigma_km(filter: &OrbitFilter) -> [f32; 3] {
+    filter.motion_covariance().unwrap().position_sigma_km()
+}
+
 fn fix_at(position_km: Vector3<f64>) -> PositionFix {
     PositionFix {
         position_km,
@@ -80,7 +84,7 @@ fn nothing_is_told_before_the_first_orbit_is_tested() {
         let update = filter.update(truth.time_us, &fix, &Matrix3::identity(), &parameters);
         if update == Update::Started {
             let error = (filter.state().unwrap().position_km - truth.position_km).norm();
-            let sigma = filter.position_sigma_km().unwrap().iter().map(|x| x * x).sum::<f32>().sqrt();
+            let sigma = position_sigma_km(&filter).iter().map(|x| x * x).sum::<f32>().sqrt();
             // Not before eight fixes that are five seconds apart.
             assert!(second >= 35 && error < 3.0 * f64::from(sigma), "{second}: {error} of {sigma}");
             return;
@@ -121,7 +125,7 @@ fn what_is_no_fix_is_refused_and_changes_nothing() {
 fn an_outage_of_two_hours_is_crossed_and_more_is_not() {
     let parameters = positions();
     let (mut filter, truth) = running(&parameters);
-    let before = filter.position_sigma_km().unwrap();
+    let before = position_sigma_km(&filter);
     let mut jumped = filter.clone();
     jumped.advance(truth.time_us + MAX_GAP_US, &parameters).unwrap();
     for second in (0..7_200).map(|second| second + 1) {
@@ -131,7 +135,7 @@ fn an_outage_of_two_hours_is_crossed_and_more_is_not() {
     let apart = (filter.state().unwrap().position_km - jumped.state().unwrap().position_km).norm();
     assert!(apart < 0.05, "{apart}");
     for ((slow, fast), before) in
-        filter.position_sigma_km().unwrap().iter().zip(jumped.position_sigma_km().unwrap()).zip(before)
+        position_sigma_km(&filter).iter().zip(position_sigma_km(&jumped)).zip(before)
     {
         assert!((slow / fast - 1.0).abs() < 0.1, "{slow} {fast}");
         assert!(*slow > before);
@@ -276,7 +280,9 @@ fn assert_finite(filter: &OrbitFilter) {
     let elements = (0..STATES).flat_map(|row| (0..=row).map(move |column| (row, column)));
     assert!(vectors.copied().all(f64::is_finite), "{state:?}");
     assert!(elements.map(|(row, column)| factor.covariance(row, column)).all(f32::is_finite));
-    let sigmas = filter.position_sigma_km().unwrap().into_iter().chain(filter.velocity_sigma_km_s().unwrap());
+    let sigmas = position_sigma_km(filter)
+        .into_iter()
+        .chain(filter.motion_covariance().unwrap().velocity_sigma_km_s());
     let [height, sigma] = filter.limb_height_km().unwrap();
     assert!(height.is_finite());
     assert!(sigmas.chain([sigma]).all(|sigma| sigma.is_finite() && sigma >= 0.0));
@@ -308,7 +314,7 @@ fn a_gap_is_crossed_over_several_seconds_in_which_nothing_is_told() {
         assert_eq!(slowly.state().is_some(), call == MAX_SPANS / SPANS_A_SECOND);
     }
     assert_eq!(slowly.state(), at_once.state());
-    assert_eq!(slowly.position_sigma_km(), at_once.position_sigma_km());
+    assert_eq!(slowly.motion_covariance(), at_once.motion_covariance());
     assert!(slowly.approach(to_us + 2 * MAX_GAP_US, &parameters).is_err() && slowly.state().is_none());
 }
 

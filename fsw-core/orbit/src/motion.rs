@@ -1,0 +1,95 @@
+//! Covariance of position and velocity as it is told.
+//!
+//! The filter's covariance is that of small errors. Long ones lie along the orbit, not along its tangent: a
+//! satellite that is `d` ahead or aside is `d² / 2 r` lower, and its velocity is turned. In the blind half of
+//! a first revolution that is 4 km in the mean where the linear covariance is as thick as that. So the rms of
+//! the second order is added, `√3/2 (σ / r)²` of position and velocity alike, with the variance `σ²` across
+//! the local vertical: the mean of `d⁴` is `3 σ⁴`.
+
+use super::OrbitState;
+use super::factor::{Factor, MOTION, POSITION, VELOCITY};
+use fsw_ground::matrix::dot;
+use nalgebra::Matrix3;
+
+/// Half of √3.
+const SECOND_ORDER: f64 = 0.866;
+
+/// Covariance of position (km) and velocity (km/s), ICRS axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionCovariance([[f32; MOTION]; MOTION]);
+
+impl MotionCovariance {
+    /// That of a filter's state.
+    #[inline(never)]
+    pub(crate) fn of(factor: &Factor, OrbitState { position_km, velocity_km_s, .. }: &OrbitState) -> Self {
+        let mut covariance = [[0.0; MOTION]; MOTION];
+        for (i, row) in covariance.iter_mut().enumerate() {
+            for (j, element) in row.iter_mut().enumerate() {
+                *element = factor.covariance(i, j);
+            }
+        }
+        let linear = Self(covariance);
+        let block = linear.position_km2();
+        let square_km2 = dot(position_km, position_km).max(1.0);
+        let vertical_km2 = position_km.dot(&(block * position_km)) / square_km2;
+        let share = SECOND_ORDER * (block.trace() - vertical_km2).max(0.0) / square_km2;
+        let motion = position_km.iter().chain(velocity_km_s);
+        let mut bend = [0.0; MOTION];
+        for (place, element) in bend.iter_mut().zip(motion) {
+            *place = (share * element) as f32;
+        }
+        for (row, one) in covariance.iter_mut().zip(&bend) {
+            for (element, other) in row.iter_mut().zip(&bend) {
+                *element += one * other;
+            }
+        }
+        Self(covariance)
+    }
+
+    fn element(&self, row: usize, column: usize) -> f32 {
+        self.0.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
+    }
+
+    fn sigma(&self, state: usize) -> f32 {
+        libm::sqrtf(self.element(state, state))
+    }
+
+    /// Sigmas of the position, km.
+    pub fn position_sigma_km(&self) -> [f32; 3] {
+        [0, 1, 2].map(|axis| self.sigma(POSITION + axis))
+    }
+
+    /// Sigmas of the velocity, km/s.
+    pub fn velocity_sigma_km_s(&self) -> [f32; 3] {
+        [0, 1, 2].map(|axis| self.sigma(VELOCITY + axis))
+    }
+
+    /// Covariance of the position, km².
+    pub fn position_km2(&self) -> Matrix3<f64> {
+        let mut block = Matrix3::zeros();
+        for (j, column) in block.data.0.iter_mut().enumerate() {
+            for (i, element) in column.iter_mut().enumerate() {
+                *element = f64::from(self.element(POSITION + i, POSITION + j));
+            }
+        }
+        block
+    }
+
+    /// Correlations: the lower left half without its diagonal, row by row; 0 where a variance is not positive.
+    pub fn correlations(&self) -> [f32; MOTION * (MOTION - 1) / 2] {
+        let mut correlations = [0.0; MOTION * (MOTION - 1) / 2];
+        let mut places = correlations.iter_mut();
+        for row in 0..MOTION {
+            for (column, place) in (0..row).zip(&mut places) {
+                let scale = self.sigma(row) * self.sigma(column);
+                if scale > 0.0 {
+                    *place = (self.element(row, column) / scale).clamp(-1.0, 1.0);
+                }
+            }
+        }
+        correlations
+    }
+}
+
+#[cfg(test)]
+mod tests;
