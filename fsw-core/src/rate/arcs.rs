@@ -7,8 +7,11 @@
 //! c)`, `g = ω/|ω| tan(θ/2)` (Cayley). Along and across each chord that is one equation; least squares over
 //! all of them give `g`. A streak cut by the border has only the equation across.
 //!
-//! Outliers are rejected by consensus: every two arcs propose a rate, and the one with most inliers is
-//! refined. One arc alone leaves the component about its direction undetermined and gives no rate.
+//! Outliers are rejected by consensus: every two arcs propose a rate, and the one of least cost is refined. The
+//! cost is the sum of the arcs' misfits, an outlier's counted as an inlier's may be at most (MSAC, Torr and
+//! Zisserman 2000). By the number of inliers, five short arcs that agree badly, each of which may run either
+//! way, would outdo four that agree well. One arc alone leaves the component about its direction undetermined
+//! and gives no rate.
 //!
 //! Sense. One image does not determine which end of a streak was first; [`undirected`](Arc::directed) arcs
 //! are oriented to fit the proposal, and the rate is one of two opposite ones.
@@ -173,17 +176,17 @@ pub fn corrected(
     arcs.iter().all(agrees).then_some((rate, covariance))
 }
 
-/// The inliers of a rate, and the sum of their misfits.
+/// The inliers of a rate, and its cost.
 #[inline(never)]
 fn inliers_of(arcs: &[Arc], h: &Vector3<f32>) -> (u32, f32) {
-    arcs.iter().enumerate().fold((0, 0.0), |(bits, sum), (index, arc)| {
+    arcs.iter().enumerate().fold((0, 0.0), |(bits, cost), (index, arc)| {
         let misfit = misfit(arc, h);
-        if misfit < INLIER_SQUARE { (bits | 1 << index, sum + misfit) } else { (bits, sum) }
+        if misfit < INLIER_SQUARE { (bits | 1 << index, cost + misfit) } else { (bits, cost + INLIER_SQUARE) }
     })
 }
 
-/// The rate with most inliers; `None` where no two arcs determine all three components. With undirected
-/// arcs the opposite rate fits equally well.
+/// The rate of least cost; `None` where no two arcs determine all three components. With undirected arcs the
+/// opposite rate fits equally well.
 #[inline(never)]
 pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
     let arcs = arcs.get(..MAX_ARCS).unwrap_or(arcs);
@@ -204,13 +207,10 @@ pub fn solve(arcs: &[Arc]) -> Option<RateFit> {
                 // Second iteration, with the tangent of the first result.
                 let proposed = proposed.and_then(|(rate, _)| least_squares(&pair, 3, &rate));
                 if let Some((h, _)) = proposed.filter(|_| !(flipped && other.directed)) {
-                    let (bits, misfit) = inliers_of(arcs, &h);
+                    let (bits, cost) = inliers_of(arcs, &h);
                     let both = (1 << first) | (1 << second);
-                    let better = |(_, most, least): (_, u32, f32)| {
-                        (bits.count_ones(), -misfit) > (most.count_ones(), -least)
-                    };
-                    if bits & both == both && best.is_none_or(better) {
-                        best = Some((h, bits, misfit));
+                    if bits & both == both && best.is_none_or(|(_, _, least)| cost < least) {
+                        best = Some((h, bits, cost));
                     }
                 }
             }

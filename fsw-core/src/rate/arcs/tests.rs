@@ -169,6 +169,42 @@ fn a_cut_arc_gives_the_axis() {
     assert!(rate.covariance.trace() < fewer, "{} {fewer}", rate.covariance.trace());
 }
 
+/// Four short streaks of a turn about an axis in the field, and two lines of something else: each may run either
+/// way, so that another rate often has five within its limits.
+#[test]
+fn four_short_arcs_that_agree_well_outdo_five_that_agree_badly() {
+    const TRIALS: usize = 10_000;
+    let mut chance = Chance(21);
+    let (mut told, mut wrong) = (0, 0);
+    for _ in 0..TRIALS {
+        let truth = [0.15 * chance.next(), 0.15 * chance.next(), 1.0].map(|part| 0.012 * part);
+        let mut seen: Vec<Arc> = (0..4)
+            .map(|_| {
+                let star = chance.star();
+                let shaken = |b: [f64; 3], chance: &mut Chance| {
+                    b.map(|part| part + f64::from(SIGMA_RAD) * 0.7 * chance.gaussian())
+                };
+                let to = turned(star, truth, 0.4);
+                Arc { directed: false, ..arc(shaken(star, &mut chance), shaken(to, &mut chance), 0.4) }
+            })
+            .collect();
+        seen.extend((0..2).map(|_| {
+            let star = chance.star();
+            let line = [1e-3 * chance.next(), 1e-3 * chance.next(), 0.0];
+            let to = [0, 1, 2].map(|k| star[k] + line[k]);
+            Arc { directed: false, ..arc(star, to, 0.4) }
+        }));
+        // What an image tells by itself: five of six.
+        let Some(fit) = solve(&seen).filter(|fit| fit.count() >= 5) else { continue };
+        told += 1;
+        let off = |sign: f64| (fit.rad_s.map(f64::from) * sign - Vector3::from(truth)).norm();
+        wrong += usize::from(off(1.0).min(off(-1.0)) > 0.3 * Vector3::from(truth).norm());
+    }
+    std::println!("{told} rates in {TRIALS} images, {wrong} of them another");
+    // By the number of inliers 4,273 and 468.
+    assert!(told > 2500 && wrong < 250);
+}
+
 proptest! {
     #[test]
     fn any_arcs_give_no_rate_or_a_finite_one(
