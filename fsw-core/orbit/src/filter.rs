@@ -389,6 +389,4 @@ impl OrbitFilter {
 #[cfg(test)]
 mod campaign;
 #[cfg(test)]
-mod short_arc;
-#[cfg(test)]
 mod tests;

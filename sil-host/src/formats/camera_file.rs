@@ -183,7 +183,11 @@ impl CameraFile {
             optical_centre_px: source.centre(&optics.optical_centre_px, width_px, height_px)?,
             projection: optics.projection,
             distortion,
-            corner_loss: source.corner_loss(optics.corner_loss)?,
+            corner_loss: source.or_default(
+                "optics.corner_loss",
+                optics.corner_loss,
+                (CORNER_LOSS, CORNER_LOSSES),
+            )?,
             mirrored: optics.mirrored,
             correction_table: source.table(optics.correction_table)?,
         })
@@ -369,13 +373,16 @@ impl Source<'_> {
     }
 
     fn coefficient(&self, key: &str, value: Option<Spanned<f64>>) -> Result<f64, HostError> {
-        value.map_or(Ok(0.0), |v| self.within(key, v.span(), *v.get_ref(), DISTORTION))
+        self.or_default(key, value, (0.0, DISTORTION))
     }
 
-    fn corner_loss(&self, value: Option<Spanned<f64>>) -> Result<f64, HostError> {
-        value.map_or(Ok(CORNER_LOSS), |v| {
-            self.within("optics.corner_loss", v.span(), *v.get_ref(), CORNER_LOSSES)
-        })
+    fn or_default(
+        &self,
+        key: &str,
+        value: Option<Spanned<f64>>,
+        (default, range): (f64, (f64, f64)),
+    ) -> Result<f64, HostError> {
+        value.map_or(Ok(default), |v| self.within(key, v.span(), *v.get_ref(), range))
     }
 
     /// The axis may miss the detector (an oblique view), but not by more than its size.

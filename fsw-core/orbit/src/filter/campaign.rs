@@ -1,6 +1,7 @@
 //! Seeded campaigns: is the filter as good as it says (normalised estimation error squared, NEES), and as
 //! good as can be (information bound)?
 
+mod short_arc;
 mod world;
 
 use super::*;

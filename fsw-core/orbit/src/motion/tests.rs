@@ -4,7 +4,7 @@ use crate::elements::Equinoctial;
 use crate::factor::STATES;
 use crate::oracle::Generator;
 use crate::reference::circular;
-use nalgebra::{Matrix6, SVector, Vector6};
+use nalgebra::{Matrix6, Vector6};
 
 /// A factor with this root of the covariance of position and velocity.
 fn factor(root: &Matrix6<f64>) -> Factor {
@@ -68,7 +68,7 @@ fn a_long_error_along_the_orbit_is_as_thick_as_it_is_told() {
     let told_km = up.dot(&(told.position_km2() * up)).sqrt();
     std::println!("thick by {radial_km:.2} km, told {told_km:.2}; ahead {:.2} m/s", 1e3 * ahead_km_s);
     assert!((told_km / radial_km - 1.0).abs() < 0.1);
-    let forward = SVector::<f64, 3>::from(velocity.normalize());
+    let forward = velocity.normalize();
     let block = Matrix3::from_fn(|i, j| f64::from(told.element(VELOCITY + i, VELOCITY + j)));
     let told_km_s = forward.dot(&(block * forward)).sqrt();
     assert!((told_km_s / ahead_km_s - 1.0).abs() < 0.1, "{told_km_s} {ahead_km_s}");

@@ -6,6 +6,7 @@
 //! light of a star lies in 3 x 5 px and the image is lopsided off the axis; at 0.1 mm it would be 52 %.
 
 use super::shutter::Shutter;
+use crate::formats::camera_file::CORNER_LOSS;
 use crate::world::lens::optics::Optics;
 use crate::world::lens::psf::{LensModel, Psf, PsfModel};
 use crate::world::lens::vignetting::VignettingModel;
@@ -55,7 +56,7 @@ impl ImagingModel {
     pub const REFERENCE: Self = Self {
         psf: PsfModel::Lens(LensModel { aperture_mm: 10.0, defocus_mm: -0.06 }),
         star_colours: true,
-        vignetting: VignettingModel { cosine: true, corner_loss: 0.15 },
+        vignetting: VignettingModel { cosine: true, corner_loss: CORNER_LOSS },
         ..Self::PLAIN
     };
 

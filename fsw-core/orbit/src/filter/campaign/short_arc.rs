@@ -1,17 +1,13 @@
 //! Seeded flights over an arc of the limb that is lit for some minutes: is the filter as good as it says where
 //! what it sees is short and its errors are long?
 
+use super::world::{nees, radial_along_across, state_error};
 use super::*;
 use crate::constants::LIGHT_KM_S;
 use crate::ephemeris::pole_axis;
-use crate::factor::POSITION;
 use crate::forces::Dynamics;
 use crate::horizon::{self, LimbGeometry, WAVES, waves};
 use crate::look::LimbHeight;
-use crate::oracle::Generator;
-use crate::reference::circular;
-use nalgebra::{Matrix6, Vector6};
-use std::vec::Vec;
 
 /// Radius of the limb's sphere, km.
 const RADIUS_KM: f32 = 6383.0;
@@ -148,17 +144,12 @@ fn fly(sigma_km: f64, sigma_km_s: f64, shade_deg: [f64; 2], seed: u64) -> Outcom
         filter.observe_limb(&heights, RADIUS_KM, &Matrix3::identity(), &Matrix3::zeros(), &parameters);
         filter.proceed(&parameters);
     }
-    let state = filter.state().unwrap();
-    let off_km = state.position_km - truth.position_km;
-    let off_km_s = state.velocity_km_s - truth.velocity_km_s;
-    let error = Vector6::from_iterator(off_km.iter().chain(&off_km_s).copied());
-    let factor = filter.factor().unwrap();
-    let covariance = Matrix6::from_fn(|row, column| f64::from(factor.covariance(row, column)));
-    let up = truth.position_km.normalize();
-    let sigma_km = up.dot(&(factor.block(POSITION, POSITION) * up)).sqrt();
+    let axes = radial_along_across(&truth);
+    let position_km2 = filter.factor().unwrap().block(POSITION, POSITION);
+    let off_km = axes * state_error(&filter, &truth).fixed_rows::<3>(0);
     Outcome {
-        nees: error.dot(&(covariance.try_inverse().unwrap() * error)),
-        radial_km: [off_km.dot(&up), sigma_km],
+        nees: nees(&filter, &truth),
+        radial_km: [off_km.x, (axes * position_km2 * axes.transpose())[(0, 0)].sqrt()],
     }
 }
 
