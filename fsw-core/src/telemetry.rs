@@ -269,8 +269,8 @@ pub enum Event {
     OrbitStarted,
     /// The orbit's sigma fell below its goal.
     OrbitConverged,
-    /// An observation contradicted the orbit and was not used.
-    FixRejected,
+    /// An observation contradicted the orbit and counted for less.
+    FixDownweighted,
     /// So many observations contradicted the orbit that it was forgotten and begins anew; or it was damaged
     /// in memory and begins with the one told last, with three times its sigma.
     OrbitRestarted,

@@ -9,8 +9,11 @@
 //!   of some seconds make one observation of nine rows ([`super::look`], [`super::horizon`]). The next one
 //!   begins when the errors of the edges are others, so that observations are independent and their
 //!   innovations test the filter.
-//! - An observation whose normalised innovation squared (NIS) is beyond the gate is rejected.
-//!   [`OrbitParameters::patience`] rejections in a row are a divergence: the filter begins anew.
+//! - An observation whose normalised innovation squared (NIS) is beyond the gate contradicts the orbit. It is
+//!   taken with as much more error along its innovation as brings it to the gate: high clouds lie under
+//!   several looks, and a filter that learns nothing of them from the first contradicts them all. The further
+//!   off it is, the less it moves the state. [`OrbitParameters::patience`] gross ones in a row, or more of
+//!   lesser ones, are a divergence: the filter begins anew.
 //!
 //! The misalignment of the paths is considered (Schmidt), so that the covariance is never smaller than it
 //! allows, or estimated ([`Misalignment`](super::parameters::Misalignment)): then limb points and fixes are
@@ -58,9 +61,9 @@ pub enum Update {
     Gathered,
     /// An observation was used.
     Accepted(Nis),
-    /// An observation disagrees with the orbit and was not used.
-    Rejected(Nis),
-    /// [`OrbitParameters::patience`] observations in a row were rejected: the orbit is forgotten and begins
+    /// An observation contradicts the orbit and counted for less.
+    Downweighted(Nis),
+    /// [`OrbitParameters::patience`] observations in a row contradicted the orbit: it is forgotten and begins
     /// anew.
     Diverged(Nis),
     /// A fix is not a valid position; the filter was propagated only.
@@ -255,18 +258,15 @@ impl OrbitFilter {
             let height = row.iter().zip(&estimate.horizon).fold(0.0, |sum, (h, x)| sum + h * x);
             (*sensitivity, *innovation) = (*row, value - height);
         }
-        let result = estimate.update_by_fix(&rows, parameters);
+        let result = estimate.update_by_fix(rows, parameters);
         self.judged(result, parameters)
     }
 
-    /// What an observation came to; after too many rejections the orbit is forgotten.
-    fn judged(&mut self, (nis, taken): (Nis, bool), parameters: &OrbitParameters) -> Update {
+    /// What an observation came to; after too many that contradict it the orbit is forgotten.
+    fn judged(&mut self, (nis, within): (Nis, bool), parameters: &OrbitParameters) -> Update {
         let Some(estimate) = self.estimate() else { return Update::Gathered };
-        if taken && estimate.is_valid() {
-            return Update::Accepted(nis);
-        }
-        if !taken && estimate.rejections < parameters.patience {
-            return Update::Rejected(nis);
+        if estimate.is_valid() && estimate.contradicted < f32::from(parameters.patience) {
+            return if within { Update::Accepted(nis) } else { Update::Downweighted(nis) };
         }
         self.reset();
         Update::Diverged(nis)
@@ -380,9 +380,9 @@ impl OrbitFilter {
         !told || (!estimate.settled && since_s > 0.0 && since_s * since_s > period_s2)
     }
 
-    /// Observations rejected in a row.
-    pub fn rejections(&self) -> u16 {
-        self.estimate().map_or(0, |estimate| estimate.rejections)
+    /// Whether the last observation contradicts the orbit.
+    pub fn is_contradicted(&self) -> bool {
+        self.estimate().is_some_and(|estimate| estimate.contradicted > 0.0)
     }
 }
 

@@ -92,9 +92,10 @@ parameter_group! {
         force_noise_km_s15: f32 = 4e-9, 0.0..=1e-3, "km/s^1.5",
             "a third of the Sun's light on 0.013 m2/kg, 2e-11 km/s2, that lasts for half a day";
         /// Gate of an observation: how far its normalised innovation squared may exceed what is expected, in
-        /// its standard deviations.
-        gate_sigma: f32 = 8.0, 3.0..=100.0, "", "22.6 of three degrees of freedom, 43 of nine: 5 good ones in 100,000 are lost, 2 in a million";
-        /// Observations rejected in a row after which the filter begins anew.
+        /// its standard deviations. One beyond it contradicts the orbit and counts for less.
+        gate_sigma: f32 = 8.0, 3.0..=100.0, "", "22.6 of three degrees of freedom, 43 of nine: 5 good ones in 100,000 are beyond, 2 in a million";
+        /// Observations in a row that contradict the orbit after which the filter begins anew. Gross ones,
+        /// of four times the gate's square; a lesser one counts for its share of that.
         patience: u16 = 4, 1..=600, "", "two minutes in LEO, two hours in GEO";
         /// The filter has settled when position and velocity are known to this share of their length.
         settled_share: f32 = 1e-3, 1e-6..=0.1, "", "42 km in GEO, 7 km in LEO";

@@ -154,7 +154,7 @@ impl Sensor<'_> {
     ) -> Result<Looked, DetectorError> {
         let mut strips = self.predicted_strips(detector, meter, body, predicted)?;
         // After fixes that failed or disagreed with the orbit the next is made without it as prior.
-        let consistent = self.orbit.rejections() == 0 && self.earth_misses < STRIP_PATIENCE;
+        let consistent = !self.orbit.is_contradicted() && self.earth_misses < STRIP_PATIENCE;
         let mut prior = predicted
             .filter(|_| consistent)
             .and_then(|predicted| CentrePrior::new(predicted.centre_km, &predicted.covariance_km2));

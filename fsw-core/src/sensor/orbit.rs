@@ -114,7 +114,7 @@ impl Sensor<'_> {
             Update::Collected | Update::Gathered => (None, false, None, None),
             Update::Started => (Some(Event::OrbitStarted), true, None, None),
             Update::Accepted(nis) => (None, true, Some(nis), None),
-            Update::Rejected(nis) => (Some(Event::FixRejected), false, Some(nis), None),
+            Update::Downweighted(nis) => (Some(Event::FixDownweighted), false, Some(nis), None),
             Update::Diverged(nis) => (Some(Event::OrbitRestarted), false, Some(nis), None),
             Update::Refused(error) => (None, false, None, Some(error.into())),
         };

@@ -136,7 +136,7 @@ fn event() -> impl Strategy<Value = Event> {
     let plain = [
         Event::OrbitStarted,
         Event::OrbitConverged,
-        Event::FixRejected,
+        Event::FixDownweighted,
         Event::OrbitRestarted,
         Event::OrbitForgotten,
         Event::ClockJump,

@@ -223,7 +223,7 @@ impl Navigator {
         let fix = seen.fix();
         match self.filter.update(measurement.time_us, &fix, &Matrix3::identity(), &self.parameters) {
             Update::Accepted(nis) => ("accepted", Some(nis)),
-            Update::Rejected(nis) => ("rejected", Some(nis)),
+            Update::Downweighted(nis) => ("downweighted", Some(nis)),
             Update::Diverged(nis) => ("lost", Some(nis)),
             Update::Started => ("started", None),
             Update::Collected | Update::Gathered => ("collecting", None),
@@ -263,10 +263,10 @@ fn print_text(answers: &[Answer], filter: &OrbitFilter, bound: Option<&Matrix6<f
         (sum + square, freedom + of)
     });
     print_line!(
-        "{} measurements: {} accepted, {} rejected, {} without a direction",
+        "{} measurements: {} accepted, {} downweighted, {} without a direction",
         answers.len(),
         count("accepted"),
-        count("rejected"),
+        count("downweighted"),
         count("propagated")
     );
     if freedom > 0.0 {

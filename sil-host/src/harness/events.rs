@@ -28,7 +28,7 @@ pub fn words(event: &Event) -> String {
         Event::Mode(mode, guard) => format!("to {}: {}", word(*mode), reason(*guard)),
         Event::OrbitStarted => "first orbit found and tested".into(),
         Event::OrbitConverged => "orbit converged".into(),
-        Event::FixRejected => "observation of the Earth rejected".into(),
+        Event::FixDownweighted => "observation of the Earth contradicts the orbit".into(),
         Event::OrbitRestarted => "orbit diverged, begins anew".into(),
         Event::OrbitForgotten => "orbit forgotten".into(),
         Event::ClockJump => "clock jump".into(),

@@ -15,7 +15,7 @@ use crate::factor::{Factor, MISALIGNMENT, MOTION, POSITION, Row, STATES, VELOCIT
 use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::Look;
 use crate::parameters::OrbitParameters;
-use fsw_ground::matrix::{Cholesky, dot, dot_long};
+use fsw_ground::matrix::{Cholesky, add_scaled_long, dot, dot_long};
 use fsw_ground::word_sum;
 use looking::Taking;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -27,6 +27,8 @@ const MAX_ROWS: usize = WAVES;
 /// A row of a look tests the state where the state's own variance is at least this; the noise's is 1. What is
 /// left over the nine waves of a short arc is finer than the edges' patches, and its noise less than 1.
 const LEAST_TEST: f32 = 0.1;
+/// NIS of a gross contradiction over that of the gate: it is twice as many sigmas off.
+const GROSS: f32 = 4.0;
 /// A row of a fix always does, unless it is empty.
 const NOT_EMPTY: f32 = 1e-20;
 
@@ -51,6 +53,30 @@ impl Rows {
         }
     }
 
+    /// Allows for an error that nobody foresaw, of covariance `share v v'` along the innovations `v`; the rows
+    /// are of unit variance again. Those that do not test the state are left out. With `1/g - 1/q` the NIS
+    /// falls from `q` to `g` (Sherman and Morrison).
+    fn widen(&mut self, tests: &[bool; MAX_ROWS], share: f32) {
+        let mut along = [0.0; STATES];
+        let mut square = 0.0;
+        let places = self.sensitivities.iter_mut().zip(&mut self.innovations);
+        for ((row, innovation), test) in places.zip(tests) {
+            if *test {
+                add_scaled_long(&mut along, *innovation, row);
+                square += *innovation * *innovation;
+            } else {
+                (*row, *innovation) = ([0.0; STATES], 0.0);
+            }
+        }
+        // (1 + share v v')^-1/2 = 1 - (1 - left) v v' / (v' v).
+        let left = 1.0 / libm::sqrtf(1.0 + share * square);
+        let less = (1.0 - left) / square.max(1e-20);
+        for (row, innovation) in self.sensitivities.iter_mut().zip(&mut self.innovations) {
+            add_scaled_long(row, -less * *innovation, &along);
+            *innovation *= left;
+        }
+    }
+
     /// Empty ones for a fix.
     pub(super) fn of_fix() -> Self {
         Self { least_test: NOT_EMPTY, ..Self::of_look() }
@@ -67,10 +93,16 @@ pub struct Nis {
 }
 
 impl Nis {
-    /// Whether it is within the gate.
-    fn is_within(self, gate_sigma: f32) -> bool {
+    /// The greatest within the gate.
+    fn gate(self, gate_sigma: f32) -> f32 {
         let freedom = f32::from(self.freedom);
-        self.square <= freedom + gate_sigma * libm::sqrtf(2.0 * freedom)
+        freedom + gate_sigma * libm::sqrtf(2.0 * freedom)
+    }
+
+    /// How much of a contradiction one beyond the gate is, 1 for a gross one.
+    fn contradicts(self, gate: f32) -> f32 {
+        let share = self.square / (GROSS * gate);
+        if share < 1.0 { share } else { 1.0 }
     }
 }
 
@@ -101,8 +133,8 @@ pub(super) struct Estimate {
     /// When the next one may begin.
     next_look_us: i64,
     pub(super) settled: bool,
-    /// Observations rejected in a row.
-    pub(super) rejections: u16,
+    /// Observations in a row that contradict the state, by [`Nis::contradicts`].
+    pub(super) contradicted: f32,
 }
 
 impl Estimate {
@@ -123,7 +155,7 @@ impl Estimate {
             to_icrs: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             next_look_us: 0,
             settled: false,
-            rejections: 0,
+            contradicted: 0.0,
         }
     }
 
@@ -158,7 +190,7 @@ impl Estimate {
         }
         (self.state, self.horizon) = (*state, horizon);
         (self.noise_s, self.look, self.taking, self.next_look_us) = (0.0, None, None, state.time_us);
-        (self.settled, self.rejections, self.misalignment) = (false, 0, Vector3::zeros());
+        (self.settled, self.contradicted, self.misalignment) = (false, 0.0, Vector3::zeros());
         self.check_settled(parameters);
         self.is_valid()
     }
@@ -235,7 +267,7 @@ impl Estimate {
     }
 
     /// As [`Self::update`] by the rows of a fix, the noise of the time until now added.
-    pub(super) fn update_by_fix(&mut self, rows: &Rows, parameters: &OrbitParameters) -> (Nis, bool) {
+    pub(super) fn update_by_fix(&mut self, rows: Rows, parameters: &OrbitParameters) -> (Nis, bool) {
         self.add_noise(parameters);
         self.update(rows, parameters)
     }
@@ -271,14 +303,20 @@ impl Estimate {
         }
     }
 
-    /// Measurement update by an observation, if it passes the gate; gives its NIS and whether it did.
+    /// Measurement update by an observation; gives its NIS and whether it is within the gate. One beyond it
+    /// counts for less ([`Rows::widen`]), what is no number for nothing.
     #[inline(never)]
-    pub(super) fn update(&mut self, rows: &Rows, parameters: &OrbitParameters) -> (Nis, bool) {
-        let nis = self.nis(rows);
-        // Not within: also what is no number.
-        if !nis.is_within(parameters.gate_sigma) {
-            self.rejections = self.rejections.saturating_add(1);
-            return (nis, false);
+    pub(super) fn update(&mut self, mut rows: Rows, parameters: &OrbitParameters) -> (Nis, bool) {
+        let (nis, tests) = self.nis(&rows);
+        let gate = nis.gate(parameters.gate_sigma);
+        // Also false of what is no number.
+        let within = nis.square <= gate;
+        self.contradicted = if within { 0.0 } else { self.contradicted + nis.contradicts(gate) };
+        if !within {
+            if !nis.square.is_finite() {
+                return (nis, false);
+            }
+            rows.widen(&tests, 1.0 / gate - 1.0 / nis.square);
         }
         let mut correction = [0.0; STATES];
         for (sensitivity, innovation) in rows.sensitivities.iter().zip(&rows.innovations) {
@@ -301,14 +339,13 @@ impl Estimate {
         for (value, by) in self.misalignment.iter_mut().zip(correction.iter().skip(MISALIGNMENT)) {
             *value += by;
         }
-        self.rejections = 0;
         self.check_settled(parameters);
-        (nis, true)
+        (nis, within)
     }
 
-    /// Normalised innovation squared of the rows that test the state.
+    /// Normalised innovation squared of the rows that test the state, and which do.
     #[inline(never)]
-    fn nis(&self, rows: &Rows) -> Nis {
+    fn nis(&self, rows: &Rows) -> (Nis, [bool; MAX_ROWS]) {
         let carried = rows.sensitivities.each_ref().map(|row| self.factor.carried(row));
         let mut matrix = SMatrix::<f32, MAX_ROWS, MAX_ROWS>::identity();
         let mut innovation = SVector::<f32, MAX_ROWS>::zeros();
@@ -332,6 +369,9 @@ impl Estimate {
             let white = factor.whitened(&innovation);
             dot(&white, &white)
         });
-        Nis { square, freedom }
+        (Nis { square, freedom }, tests)
     }
 }
+
+#[cfg(test)]
+mod tests;

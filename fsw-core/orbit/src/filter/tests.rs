@@ -58,8 +58,8 @@ fn a_fix_far_off_is_rejected_and_many_are_a_divergence() {
         let time = truth.time_us + second * 1_000_000;
         let update = filter.update(time, &wrong, &Matrix3::identity(), &parameters);
         if second < 4 {
-            assert!(matches!(update, Update::Rejected(nis) if nis.square > 30.0), "{update:?}");
-            assert_eq!(i64::from(filter.rejections()), second);
+            assert!(matches!(update, Update::Downweighted(nis) if nis.square > 30.0), "{update:?}");
+            assert!(filter.is_contradicted());
         } else {
             assert!(matches!(update, Update::Diverged(_)), "{update:?}");
             assert!(filter.state().is_none());
@@ -399,7 +399,7 @@ proptest! {
                     Update::Accepted(nis) => assert!(nis.square >= 0.0),
                     Update::Collected | Update::Diverged(_) => assert!(filter.state().is_none()),
                     Update::Started => assert!(filter.state().is_some()),
-                    Update::Gathered | Update::Rejected(_) | Update::Refused(_) => {}
+                    Update::Gathered | Update::Downweighted(_) | Update::Refused(_) => {}
                 }
             }
             assert_finite(&filter);

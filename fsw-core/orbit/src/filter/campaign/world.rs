@@ -193,7 +193,7 @@ pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
         let seen_km = truth.seen_km(&to_icrs);
         let fix = eye.fix((&state.position_km, &seen_km), &normal, &mut generator);
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
-            Update::Rejected { .. } => rejected += 1,
+            Update::Downweighted(_) => rejected += 1,
             Update::Diverged(_) | Update::Refused(_) => panic!("lost at {second} s"),
             Update::Collected | Update::Started | Update::Accepted(_) | Update::Gathered => (),
         }

@@ -97,7 +97,7 @@ impl Estimate {
             self.taking = None;
             return None;
         };
-        let (nis, taken) = self.update(&rows, parameters);
+        let (nis, taken) = self.update(rows, parameters);
         let next = Taking { shares: taking.shares.get(1..).unwrap_or(&[]), ..taking };
         self.taking = Some(next).filter(|next| taken && !next.shares.is_empty());
         Some((nis, taken))
