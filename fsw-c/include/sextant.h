@@ -81,7 +81,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 10
+#define SEXTANT_TELEMETRY_VERSION 11
 
 /**
  * Version of the parameter table that is read; its first byte.
@@ -364,6 +364,43 @@ enum sextant_clock_state
 typedef enum sextant_clock_state sextant_clock_state;
 #else
 typedef uint32_t sextant_clock_state;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * What the sensor can do.
+ */
+enum sextant_sensor_state
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Earth and stars are seen.
+     */
+    SEXTANT_SENSOR_STATE_FULL = 0,
+    /**
+     * The Sun is in the Earth path and blinds the detector.
+     */
+    SEXTANT_SENSOR_STATE_SUN_IN_EARTH_PATH = 1,
+    /**
+     * No lit limb is on the detector; stars are seen.
+     */
+    SEXTANT_SENSOR_STATE_ECLIPSE = 2,
+    /**
+     * The Sun is in the star path and blinds the detector.
+     */
+    SEXTANT_SENSOR_STATE_SUN_IN_STAR_PATH = 3,
+    /**
+     * The same, and its image lies on that of the Earth.
+     */
+    SEXTANT_SENSOR_STATE_SUN_IN_STAR_PATH_OVER_EARTH = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum sextant_sensor_state sextant_sensor_state;
+#else
+typedef uint32_t sextant_sensor_state;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -924,6 +961,33 @@ typedef struct Local {
 } Local;
 
 /**
+ * The sensor's next change of state: an outage that begins or ends. All zero where none is foreseen within a
+ * revolution.
+ */
+typedef struct sextant_next_state {
+    /**
+     * Whether one is foreseen.
+     */
+    bool known;
+    /**
+     * What the sensor can do then.
+     */
+    sextant_sensor_state state;
+    /**
+     * Seconds until then.
+     */
+    uint32_t in_s;
+    /**
+     * Standard deviation of these, s.
+     */
+    float sigma_s;
+    /**
+     * Seconds that it lasts; 0 where its end is not foreseen.
+     */
+    uint32_t lasts_s;
+} sextant_next_state;
+
+/**
  * The main results of a second.
  */
 typedef struct sextant_result {
@@ -992,6 +1056,10 @@ typedef struct sextant_result {
      * The attitude against the local vertical.
      */
     struct Local local;
+    /**
+     * The sensor's next change of state.
+     */
+    struct sextant_next_state next_state;
     /**
      * What came of the command.
      */

@@ -5,6 +5,7 @@
 
 use fsw_core::command::CommandOutcome;
 use fsw_core::modes::Mode as FlightMode;
+use fsw_core::outages;
 use fsw_core::telemetry::{
     self, AttitudeReport, ElementsReport, FilteredAttitude, LocalAttitude, OrbitReport, Report,
 };
@@ -188,6 +189,40 @@ pub struct Elements {
     pub anomaly_rad: f32,
 }
 
+/// What the sensor can do.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SensorState {
+    /// Earth and stars are seen.
+    #[default]
+    Full = 0,
+    /// The Sun is in the Earth path and blinds the detector.
+    SunInEarthPath = 1,
+    /// No lit limb is on the detector; stars are seen.
+    Eclipse = 2,
+    /// The Sun is in the star path and blinds the detector.
+    SunInStarPath = 3,
+    /// The same, and its image lies on that of the Earth.
+    SunInStarPathOverEarth = 4,
+}
+
+/// The sensor's next change of state: an outage that begins or ends. All zero where none is foreseen within a
+/// revolution.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NextState {
+    /// Whether one is foreseen.
+    pub known: bool,
+    /// What the sensor can do then.
+    pub state: SensorState,
+    /// Seconds until then.
+    pub in_s: u32,
+    /// Standard deviation of these, s.
+    pub sigma_s: f32,
+    /// Seconds that it lasts; 0 where its end is not foreseen.
+    pub lasts_s: u32,
+}
+
 /// The attitude against local vertical and local horizontal (z down to the Earth's centre, y against the
 /// orbit's normal, x along the flight). All zero where attitude or orbit are not known.
 #[repr(C)]
@@ -253,6 +288,8 @@ pub struct CycleResult {
     pub orbit: Orbit,
     /// The attitude against the local vertical.
     pub local: Local,
+    /// The sensor's next change of state.
+    pub next_state: NextState,
     /// What came of the command.
     pub command: CommandResult,
     /// Reason code of a command that was refused, as reports tell it; else 0.
@@ -370,6 +407,26 @@ impl From<&LocalAttitude> for Local {
     }
 }
 
+impl From<outages::SensorState> for SensorState {
+    fn from(state: outages::SensorState) -> Self {
+        use outages::SensorState as Flight;
+        match state {
+            Flight::Full => Self::Full,
+            Flight::SunInEarthPath => Self::SunInEarthPath,
+            Flight::Eclipse => Self::Eclipse,
+            Flight::SunInStarPath => Self::SunInStarPath,
+            Flight::SunInStarPathOverEarth => Self::SunInStarPathOverEarth,
+        }
+    }
+}
+
+impl From<&telemetry::NextState> for NextState {
+    fn from(report: &telemetry::NextState) -> Self {
+        let telemetry::NextState { state, in_s, sigma_s, lasts_s } = *report;
+        Self { known: true, state: state.into(), in_s, sigma_s, lasts_s: lasts_s.unwrap_or(0) }
+    }
+}
+
 /// The rate by the attitudes so far, else by streaks and nameless stars.
 fn rate(report: &Report) -> Rate {
     match (report.rate_rad_s, &report.rate) {
@@ -420,6 +477,7 @@ impl From<&Report> for CycleResult {
             earth: earth.unwrap_or_default(),
             orbit: report.orbit.as_ref().map(Orbit::from).unwrap_or_default(),
             local: report.local.as_ref().map(Local::from).unwrap_or_default(),
+            next_state: report.next_state.as_ref().map(NextState::from).unwrap_or_default(),
             command: match report.command {
                 None => CommandResult::None,
                 Some(CommandOutcome::Done) => CommandResult::Done,

@@ -16,12 +16,14 @@
 //!
 //! Errors: the Sun's direction 0.007 deg ([`Bodies`]), which is 2 s in GEO and 0.1 s in a low orbit; an
 //! azimuth of the limb 0.5 deg. Work: one state projects 720 limb points at most; [`Forecast::step`] asks for
-//! [`STEP_S`] + 1 states at most, mostly for one.
+//! [`STEP_S`] + 1 states at most, mostly for one. On board an [`Outlook`] asks for one a second.
+
+mod outlook;
 
 use crate::camera::Camera;
 use crate::earth::view::View;
 use crate::earth::{Body, EarthParameters};
-use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
+use crate::frames::{Direction, EarthPath, Icrs, Lvlh, Rotation, StarPath};
 use crate::orbit::OrbitState;
 use crate::orbit::body::CentralBody;
 use crate::orbit::constants::{AU_KM, MICROSECONDS};
@@ -31,16 +33,17 @@ use crate::orbit::forces::Forces;
 use crate::orbit::lvlh::lvlh;
 use crate::trigonometry::sine_cosine;
 use nalgebra::{Matrix3, Vector3};
+pub use outlook::{Change, Outlook};
+use serde::{Deserialize, Serialize};
 
 /// Angular radius of the Sun at 1 au, rad (0.2666 deg).
 const SUN_RADIUS_RAD: f32 = 4.653e-3;
 /// Seconds of a step. A state that lasts no longer than a step may be passed over: the shortest of thesis
-/// fig.
-/// 8.5 last 12 s.
+/// fig. 8.5 last 12 s.
 pub const STEP_S: u8 = 5;
 
 /// What the sensor can do (thesis tab. 8.1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum SensorState {
     /// Earth and stars are seen.
@@ -55,17 +58,11 @@ pub enum SensorState {
     SunInStarPathOverEarth = 4,
 }
 
-/// Law by which the Earth path's line of sight is pointed. Angles turn it from nadir towards flight; then the
-/// frame turns about it by the roll.
+/// Law by which the Earth path is pointed.
 #[derive(Clone, Copy, Debug)]
 pub enum PointingLaw {
-    /// At a fixed angle from nadir.
-    Nadir {
-        /// From nadir towards flight, rad.
-        off_nadir_rad: f32,
-        /// About the line of sight, rad.
-        roll_rad: f32,
-    },
+    /// At rest against local vertical and local horizontal; see [`PointingLaw::nadir`].
+    Local(Rotation<Lvlh, EarthPath>),
     /// At a fixed angle below the horizon of a sphere of the equator's radius: what an eccentric orbit needs
     /// (thesis §8.2.1.3).
     Horizon {
@@ -79,24 +76,39 @@ pub enum PointingLaw {
 }
 
 impl PointingLaw {
+    /// At a fixed angle from nadir towards flight; then the frame turns about the line of sight by the roll.
+    pub fn nadir(off_nadir_rad: f32, roll_rad: f32) -> Self {
+        Self::Local(from_nadir(off_nadir_rad, roll_rad))
+    }
+
     /// The attitude of the Earth path; `None` where position and velocity span no plane.
-    fn earth_path(&self, about: CentralBody, orbit: &OrbitState) -> Option<Rotation<Icrs, EarthPath>> {
-        let (off_nadir_rad, roll_rad) = match self {
-            Self::Nadir { off_nadir_rad, roll_rad } => (*off_nadir_rad, *roll_rad),
+    pub fn earth_path(&self, about: CentralBody, orbit: &OrbitState) -> Option<Rotation<Icrs, EarthPath>> {
+        let path = match self {
+            Self::Local(path) => *path,
             Self::Horizon { below_rad, roll_rad } => {
                 let equator_km = about.facts().radius_km;
                 let radius = libm::sqrt(orbit.position_km.norm_squared()).max(equator_km);
-                (libm::asinf((equator_km / radius) as f32) - below_rad, *roll_rad)
+                from_nadir(libm::asinf((equator_km / radius) as f32) - below_rad, *roll_rad)
             }
             Self::Inertial(path) => return Some(*path),
         };
-        let down = lvlh(&orbit.position_km, &orbit.velocity_km_s)?.map(|element| element as f32);
-        let (sine, cosine) = sine_cosine(off_nadir_rad);
-        let raised = Matrix3::new(cosine, 0.0, -sine, 0.0, 1.0, 0.0, sine, 0.0, cosine);
-        let (sine, cosine) = sine_cosine(roll_rad);
-        let rolled = Matrix3::new(cosine, sine, 0.0, -sine, cosine, 0.0, 0.0, 0.0, 1.0);
-        Some(Rotation::from_orthogonal(rolled * raised * down))
+        Some(local_axes(orbit)?.then(&path))
     }
+}
+
+/// The Earth path at an angle from nadir towards flight, then turned about its line of sight by the roll.
+fn from_nadir(off_nadir_rad: f32, roll_rad: f32) -> Rotation<Lvlh, EarthPath> {
+    let (sine, cosine) = sine_cosine(off_nadir_rad);
+    let raised = Matrix3::new(cosine, 0.0, -sine, 0.0, 1.0, 0.0, sine, 0.0, cosine);
+    let (sine, cosine) = sine_cosine(roll_rad);
+    let rolled = Matrix3::new(cosine, sine, 0.0, -sine, cosine, 0.0, 0.0, 0.0, 1.0);
+    Rotation::from_orthogonal(rolled * raised)
+}
+
+/// Local vertical and local horizontal of a state; `None` where it spans no plane.
+pub(crate) fn local_axes(orbit: &OrbitState) -> Option<Rotation<Icrs, Lvlh>> {
+    let axes = lvlh(&orbit.position_km, &orbit.velocity_km_s)?;
+    Some(Rotation::from_orthogonal(axes.map(|element| element as f32)))
 }
 
 /// What a forecast rests on.

@@ -31,6 +31,7 @@ mod attitude;
 mod commanding;
 mod earth;
 mod exposing;
+mod forecasting;
 mod orbit;
 mod outage;
 mod propagation;
@@ -138,6 +139,7 @@ pub struct Sensor<'c> {
     former: [Option<Rotation<Icrs, StarPath>>; 2],
     orbit: OrbitFilter,
     shutting: Shutting,
+    forecasting: forecasting::Forecasting,
     /// Attitudes in a row that contradict the rate sensor.
     rate_sensor_doubts: u8,
     /// Terrestrial Time of the last fix that the orbit accepted.
@@ -221,6 +223,7 @@ impl<'c> Sensor<'c> {
             former: [None; 2],
             orbit: OrbitFilter::new(),
             shutting: Shutting::default(),
+            forecasting: forecasting::Forecasting::default(),
             rate_sensor_doubts: 0,
             fixed_us: 0,
             converged: false,
@@ -280,7 +283,7 @@ impl<'c> Sensor<'c> {
         if self.rate_sensor_is_shut_out() && !shut_out {
             record.events.note(Event::RateSensorShutOut);
         }
-        self.conclude_second(&mut record);
+        self.conclude_second(*meter, &mut record);
         record.report(&self.workspace.measured, &self.catalogue, self.workspace.shared.limb_points())
     }
 
@@ -394,11 +397,15 @@ impl<'c> Sensor<'c> {
         stars.solution = self.propagated(true);
     }
 
-    /// The orbit as it stands, and the next mode.
+    /// The orbit as it stands, what is foreseen by it, and the next mode.
     #[inline(never)]
-    fn conclude_second(&mut self, record: &mut Record) {
+    fn conclude_second(&mut self, meter: &mut impl StageMeter, record: &mut Record) {
         record.orbit = self.orbit_report(record.fix.nis, &mut record.events);
-        record.local = self.local_attitude(record.stars.solution.as_ref());
+        let path = record.stars.solution.as_ref().and_then(|solution| self.local_path(solution));
+        record.local = path.as_ref().map(|path| self.local_attitude(path));
+        meter.begin(Stage::Orbit);
+        record.next_state = self.look_ahead(record.mode, path.as_ref());
+        meter.end(Stage::Orbit);
         self.change_mode(record);
         self.cycle = self.cycle.wrapping_add(1);
         self.seal(record.orbit.as_ref());

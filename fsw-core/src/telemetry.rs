@@ -13,6 +13,7 @@ use crate::earth::FitError;
 pub use crate::earth::MAX_LIMB_POINTS;
 use crate::modes::{Guard, Mode};
 use crate::orbit::OrbitState;
+use crate::outages::SensorState;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
 pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, RateSensorFault, ShutterFault};
@@ -20,7 +21,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 10;
+pub const VERSION: u8 = 11;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -32,7 +33,7 @@ pub const MAX_EVENTS: usize = 8;
 
 /// The text of the files whose types make a frame. From it the ground's page of the layout has its words
 /// (`sil-host telemetry`); nothing of it is in an image that does not ask.
-pub const SOURCES: [&str; 7] = [
+pub const SOURCES: [&str; 8] = [
     include_str!("telemetry.rs"),
     include_str!("telemetry/faults.rs"),
     include_str!("modes.rs"),
@@ -40,6 +41,7 @@ pub const SOURCES: [&str; 7] = [
     include_str!("command/refusal.rs"),
     include_str!("earth.rs"),
     include_str!("stars/identify.rs"),
+    include_str!("outages.rs"),
 ];
 
 /// What was done with a second.
@@ -259,6 +261,19 @@ pub struct LocalAttitude {
     pub yaw_rad: f32,
 }
 
+/// The sensor's next change of state (thesis tab. 8.1): an outage that begins or ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NextState {
+    /// What it is then.
+    pub state: SensorState,
+    /// Seconds until then.
+    pub in_s: u32,
+    /// Standard deviation of these, s: by orbit, directions and whole seconds.
+    pub sigma_s: f32,
+    /// Seconds that it lasts; `None` where its end is not foreseen.
+    pub lasts_s: Option<u32>,
+}
+
 /// Something that happened in a second and is worth a line in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
@@ -349,6 +364,9 @@ pub struct Report {
     pub rate: Option<RateReport>,
     /// What came of the command of the second; `None` without one.
     pub command: Option<CommandOutcome>,
+    /// The sensor's next change of state, where one is foreseen within a revolution: attitude and orbit are
+    /// known, and the attitude is held, in space or against the local vertical.
+    pub next_state: Option<NextState>,
 }
 
 impl Report {

@@ -60,6 +60,12 @@ fn every_quantity_of_a_report_comes_through() {
         earth: Some(earth),
         orbit: Some(orbit),
         local: Some(LocalAttitude { quaternion, nadir_rad: 0.75, yaw_rad: -0.5 }),
+        next_state: Some(telemetry::NextState {
+            state: outages::SensorState::SunInStarPath,
+            in_s: 300,
+            sigma_s: 1.5,
+            lasts_s: Some(720),
+        }),
         command: Some(CommandOutcome::Done),
         earth_path_shut: true,
         ..Report::default()
@@ -101,6 +107,7 @@ fn every_quantity_of_a_report_comes_through() {
             },
         },
         local: Local { known: true, quaternion, nadir_rad: 0.75, yaw_rad: -0.5 },
+        next_state: NextState { known: true, state: SensorState::SunInStarPath, in_s: 300, sigma_s: 1.5, lasts_s: 720 },
         command: CommandResult::Done,
         refusal: 0,
         star_path_shut: false,

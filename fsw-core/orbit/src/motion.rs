@@ -7,9 +7,10 @@
 //! the local vertical: the mean of `d⁴` is `3 σ⁴`.
 
 use super::OrbitState;
+use super::body::CentralBody;
 use super::factor::{Factor, MOTION, POSITION, VELOCITY};
-use fsw_ground::matrix::dot;
-use nalgebra::Matrix3;
+use fsw_ground::matrix::{dot, dot_slices, scaled};
+use nalgebra::{Matrix3, Vector3};
 
 /// Half of √3.
 const SECOND_ORDER: f64 = 0.866;
@@ -18,7 +19,57 @@ const SECOND_ORDER: f64 = 0.866;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionCovariance([[f32; MOTION]; MOTION]);
 
+/// How well it is known when the satellite comes to a place of its orbit.
+///
+/// Variance, s², of by how much it is late where it is; covariance, s, of that with the share by which it
+/// falls behind; variance of this share, 3/2 of that by which the semi-major axis is off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing([f32; 3]);
+
+impl Timing {
+    /// Sigma of the time of a place to which it comes in so many seconds, s.
+    pub fn sigma_s(&self, ahead_s: f32) -> f32 {
+        let Self([late_s2, shared_s, behind]) = self;
+        libm::sqrtf((late_s2 + ahead_s * (2.0 * shared_s + ahead_s * behind)).max(0.0))
+    }
+}
+
+/// How much the semi-major axis of an orbit is longer, as a share, by a change of position (km) and of
+/// velocity (km/s), and the pull of gravity against its position, km/s².
+pub(crate) fn axis_share(
+    body: CentralBody,
+    OrbitState { position_km, velocity_km_s, .. }: &OrbitState,
+) -> ([f32; MOTION], Vector3<f64>) {
+    let mu = body.facts().mu_km3_s2;
+    let square_km2 = dot(position_km, position_km);
+    let length_km = libm::sqrt(square_km2);
+    let gravity_km_s2 = scaled(position_km, mu / (square_km2 * length_km));
+    // x = 2 a (mu r / r³ · dr + v · dv) / mu, and 1 / a = 2 / r - v² / mu.
+    let scale = 2.0 / (2.0 * mu / length_km - dot(velocity_km_s, velocity_km_s));
+    let mut row = [0.0; MOTION];
+    for (place, element) in row.iter_mut().zip(gravity_km_s2.iter().chain(velocity_km_s)) {
+        *place = (scale * element) as f32;
+    }
+    (row, gravity_km_s2)
+}
+
 impl MotionCovariance {
+    /// How well times are known, for the state whose covariance this is.
+    pub fn timing(&self, body: CentralBody, state: &OrbitState) -> Timing {
+        let (behind, _) = axis_share(body, state);
+        let behind = behind.map(|element| 1.5 * element);
+        let velocity = &state.velocity_km_s;
+        let square = dot(velocity, velocity);
+        let mut late = [0.0; MOTION];
+        for (place, element) in late.iter_mut().zip(velocity) {
+            *place = (-element / square) as f32;
+        }
+        let covariance = |one: &[f32], other: &[f32]| {
+            self.0.iter().zip(one).fold(0.0, |sum, (row, element)| sum + element * dot_slices(row, other))
+        };
+        Timing([covariance(&late, &late), covariance(&late, &behind), covariance(&behind, &behind)])
+    }
+
     /// That of a filter's state.
     #[inline(never)]
     pub(crate) fn of(factor: &Factor, OrbitState { position_km, velocity_km_s, .. }: &OrbitState) -> Self {

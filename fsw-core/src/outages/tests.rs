@@ -37,7 +37,7 @@ fn forecast<'a>(camera: &'a Camera, earth: &'a EarthParameters, pointing: Pointi
 }
 
 fn down() -> PointingLaw {
-    PointingLaw::Nadir { off_nadir_rad: 0.0, roll_rad: 0.0 }
+    PointingLaw::nadir(0.0, 0.0)
 }
 
 /// States and their seconds, in their order, over a span.
@@ -118,6 +118,56 @@ fn steps_find_the_seconds_that_looking_at_every_second_finds() {
 }
 
 #[test]
+fn an_outlook_finds_the_next_two_changes_to_the_second() {
+    let (camera, earth) = (camera(), EarthParameters::default());
+    for (radius_km, before_deg, law) in [
+        (7_176.0, 100.0, PointingLaw::Horizon { below_rad: 0.0, roll_rad: 1.0 }),
+        (GEO_KM, 15.0, down()),
+        (GEO_KM, 4.0, down()),
+    ] {
+        let forecast = forecast(&camera, &earth, law);
+        let first = equatorial(radius_km, before_deg);
+        let mut outlook = Outlook::new(&forecast, &first).unwrap();
+        let mut steps = 0;
+        while !outlook.is_over() {
+            outlook.step(&forecast).unwrap();
+            steps += 1;
+        }
+        let slowly = intervals(&forecast, first, 10_000);
+        let at = |count: usize| slowly[..count].iter().map(|(_, seconds)| seconds).sum::<i64>();
+        let found = outlook.found().map(|change| change.unwrap());
+        for (change, count) in found.iter().zip([1, 2]) {
+            assert_eq!(change.time_us, first.time_us + at(count) * 1_000_000, "{slowly:?}");
+            assert_eq!(change.state, slowly[count].0);
+        }
+        std::println!("{radius_km} km: {steps} steps for {} s", at(2));
+        assert!(steps < 1_300);
+    }
+}
+
+#[test]
+fn an_outlook_without_a_change_ends_after_a_revolution() {
+    let (camera, earth) = (camera(), EarthParameters::default());
+    let forecast = forecast(&camera, &earth, PointingLaw::nadir(0.0, 0.0));
+    // Over the poles at the equinox, the Sun aside: neither eclipse nor Sun.
+    let sun = Bodies::at(CentralBody::Earth, EQUINOX_US).sun_km.normalize();
+    let speed = libm::sqrt(EARTH.mu_km3_s2 / GEO_KM);
+    let up = Vector3::new(0.0, 0.0, 1.0);
+    let first = OrbitState {
+        time_us: EQUINOX_US,
+        position_km: up * GEO_KM,
+        velocity_km_s: up.cross(&sun).normalize() * speed,
+    };
+    let mut outlook = Outlook::new(&forecast, &first).unwrap();
+    let mut steps = 0;
+    while !outlook.is_over() {
+        outlook.step(&forecast).unwrap();
+        steps += 1;
+    }
+    assert!(outlook.found() == [None; 2] && (1_200..1_250).contains(&steps), "{steps} {:?}", outlook.found());
+}
+
+#[test]
 fn laws_point_where_they_say() {
     let orbit = equatorial(8_000.0, 20.0);
     let nadir = -orbit.position_km.normalize().map(|axis| axis as f32);
@@ -126,7 +176,7 @@ fn laws_point_where_they_say() {
         |law: PointingLaw| law.earth_path(CentralBody::Earth, &orbit).unwrap().matrix().row(2).transpose();
     let close = |a: Vector3<f32>, b: Vector3<f32>| (a - b).norm() < 1e-6;
     assert!(close(sight(down()), nadir));
-    let raised = sight(PointingLaw::Nadir { off_nadir_rad: 0.5, roll_rad: 2.0 });
+    let raised = sight(PointingLaw::nadir(0.5, 2.0));
     assert!(close(raised, nadir * 0.5f32.cos() + flight * 0.5f32.sin()));
     // The line of sight to the horizon is tangent to the sphere.
     let horizon = sight(PointingLaw::Horizon { below_rad: 0.0, roll_rad: 0.0 });

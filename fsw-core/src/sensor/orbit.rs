@@ -16,6 +16,7 @@ use crate::orbit::lvlh;
 use crate::orbit::motion::MotionCovariance;
 use crate::orbit::parameters::Observation;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
+use crate::outages::local_axes;
 use crate::telemetry::{ElementsReport, Event, FixFault, LocalAttitude, OrbitReport};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -164,19 +165,22 @@ impl Sensor<'_> {
 
     /// The attitude against the local vertical.
     #[inline(never)]
-    pub(super) fn local_attitude(&self, solution: Option<&Solution>) -> Option<LocalAttitude> {
-        let state = self.orbit.state()?;
-        let attitude = Rotation::<Icrs, StarPath>::from_quaternion(solution?.attitude.quaternion)?;
-        let axes = lvlh::lvlh(&state.position_km, &state.velocity_km_s)?.map(|element| element as f32);
-        let to_star_path = Rotation::<Icrs, Lvlh>::from_orthogonal(axes).inverse().then(&attitude);
-        let path = to_star_path.then(&self.mounting());
+    pub(super) fn local_attitude(&self, path: &Rotation<Lvlh, EarthPath>) -> LocalAttitude {
         // Rows: the Earth path's axes in LVLH.
         let [x, z] = [0, 2].map(|row| path.matrix().row(row).transpose());
-        Some(LocalAttitude {
-            quaternion: to_star_path.quaternion(),
+        LocalAttitude {
+            quaternion: path.then(&self.mounting().inverse()).quaternion(),
             nadir_rad: libm::atan2f(libm::sqrtf(z.x * z.x + z.y * z.y), z.z),
             yaw_rad: libm::atan2f(x.y, x.x),
-        })
+        }
+    }
+
+    /// The Earth path against local vertical and local horizontal; `None` where attitude or orbit are not
+    /// known.
+    pub(super) fn local_path(&self, solution: &Solution) -> Option<Rotation<Lvlh, EarthPath>> {
+        let axes = local_axes(self.orbit.state()?)?;
+        let attitude = Rotation::<Icrs, StarPath>::from_quaternion(solution.attitude.quaternion)?;
+        Some(axes.inverse().then(&attitude).then(&self.mounting()))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::stars::MeasuredStar;
 use crate::stars::confirm::Match;
 use crate::telemetry::{
     Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
-    FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, OrbitReport, Outcome, RateReport,
+    FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, NextState, OrbitReport, Outcome, RateReport,
     RateSensorFault, Report, ShutterFault, StarReport,
 };
 use fsw_hal::OpenPaths;
@@ -169,6 +169,7 @@ pub(super) struct Record {
     pub(super) fix: FixRecord,
     pub(super) orbit: Option<OrbitReport>,
     pub(super) local: Option<LocalAttitude>,
+    pub(super) next_state: Option<NextState>,
     pub(super) command: Option<CommandOutcome>,
     pub(super) events: Events,
 }
@@ -190,6 +191,7 @@ impl Record {
             fix: FixRecord::default(),
             orbit: None,
             local: None,
+            next_state: None,
             command: None,
             events,
         }
@@ -253,6 +255,7 @@ impl Record {
             events: self.events.0.clone(),
             rate: stars.rate,
             command: self.command,
+            next_state: self.next_state,
         };
         let recognised = |found: &Match| {
             let (seen, star) = (measured.get(usize::from(found.measured))?, catalogue.star(found.star)?);

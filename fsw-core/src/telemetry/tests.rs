@@ -132,6 +132,13 @@ prop_compose! {
     }
 }
 
+fn next_state() -> impl Strategy<Value = NextState> {
+    use SensorState::{Eclipse, Full, SunInEarthPath, SunInStarPath, SunInStarPathOverEarth};
+    let states = [Full, SunInEarthPath, Eclipse, SunInStarPath, SunInStarPathOverEarth];
+    (prop::sample::select(states.to_vec()), any::<u32>(), real(), prop::option::of(any::<u32>()))
+        .prop_map(|(state, in_s, sigma_s, lasts_s)| NextState { state, in_s, sigma_s, lasts_s })
+}
+
 fn event() -> impl Strategy<Value = Event> {
     let plain = [
         Event::OrbitStarted,
@@ -176,7 +183,7 @@ type Whereabouts = (
     EarthStatus,
     Option<EarthReport>,
     Vec<[f32; 2], MAX_LIMB_POINTS>,
-    (Option<OrbitReport>, Option<LocalAttitude>),
+    (Option<OrbitReport>, (Option<LocalAttitude>, Option<NextState>)),
     Vec<Event, MAX_EVENTS>,
 );
 
@@ -188,7 +195,7 @@ prop_compose! {
         earth in prop::option::of(earth()),
         limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
         orbit in prop::option::of(orbit()),
-        local in prop::option::of(local()),
+        local in (prop::option::of(local()), prop::option::of(next_state())),
         events in prop::collection::vec(event(), 0..=MAX_EVENTS),
     ) -> Whereabouts {
         let (limb_px, events) = (Vec::from_slice(&limb_px).unwrap(), Vec::from_slice(&events).unwrap());
@@ -237,12 +244,13 @@ prop_compose! {
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
         let ((rate_rad_s, rate), [star_path_shut, earth_path_shut]) = (rates, shut);
-        let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, local), events) = whereabouts;
+        let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, ahead), events) = whereabouts;
+        let (local, next_state) = ahead;
         Report {
             cycle, local_us, instant_us, clock, mode, activity, outcome, faults,
             star_path_shut, earth_path_shut, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
-            earth_status, earth, limb_px, orbit, local, events, rate, command,
+            earth_status, earth, limb_px, orbit, local, events, rate, command, next_state,
         }
     }
 }
@@ -321,6 +329,12 @@ fn largest() -> Report {
             stars: u8::MAX,
         }),
         command: Some(CommandOutcome::Refused(Refusal::ParametersLost)),
+        next_state: Some(NextState {
+            state: SensorState::Full,
+            in_s: u32::MAX,
+            sigma_s: f32::MAX,
+            lasts_s: Some(u32::MAX),
+        }),
     }
 }
 

@@ -15,6 +15,7 @@ use fsw_core::command::CommandOutcome;
 use fsw_core::command::refusal::{self, Refusal};
 use fsw_core::earth::FitError;
 use fsw_core::modes::{Guard, Mode};
+use fsw_core::outages::SensorState;
 use fsw_core::stars::identify::NotIdentified;
 use fsw_core::telemetry::{
     Activity, ClockFault, ClockState, DetectorFault, EarthStatus, Event, FixFault, ImageFault, Outcome,
@@ -49,7 +50,8 @@ fn registry() -> serde_reflection::Result<Registry> {
     }
     trace!(
         Report,
-        Mode, Guard, Activity, NotIdentified, Outcome, ClockState, RateSource, FitError, EarthStatus
+        Mode, Guard, Activity, NotIdentified, Outcome, ClockState, RateSource, FitError, EarthStatus,
+        SensorState
     );
     trace!(
         Refusal,

@@ -16,7 +16,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -520,5 +520,24 @@ pub const COLUMNS: &[Columns] = &[
         &["path_shut"],
         "path that was to be shut against the Sun: star, earth; empty where both were open",
         |of| shut_word(of.second.report).into(),
+    ),
+    numbers(
+        &["next_state"],
+        ("", ""),
+        "next sensor_state as the sensor foresees it; empty where no change is foreseen within a revolution, or \
+         attitude or orbit are not known",
+        0,
+        |of| one(of.second.report.next_state?.state as u8),
+    ),
+    numbers(&["next_state_in_s"], ("s", ""), "time until then", 0, |of| one(of.second.report.next_state?.in_s)),
+    numbers(&["next_state_sigma_s"], ("s", ""), "its standard deviation", 2, |of| {
+        one(of.second.report.next_state?.sigma_s)
+    }),
+    numbers(
+        &["next_state_lasts_s"],
+        ("s", ""),
+        "how long it lasts; empty where its end is not foreseen",
+        0,
+        |of| one(of.second.report.next_state?.lasts_s?),
     ),
 ];

@@ -1,12 +1,12 @@
 //! What the covariance gains with time.
 
 use super::Estimate;
-use crate::OrbitState;
 use crate::factor::{FIELD, HEIGHT, MISALIGNMENT, MOTION, POSITION, STATES, VELOCITY};
 use crate::horizon;
+use crate::motion::axis_share;
 use crate::noise::acceleration;
 use crate::parameters::OrbitParameters;
-use fsw_ground::matrix::{dot, dot_long, scaled};
+use fsw_ground::matrix::dot_long;
 
 /// 15/8 of √3; see [`Estimate::add_bend`].
 const SECOND_ORDER: f64 = 3.248;
@@ -51,21 +51,15 @@ impl Estimate {
     /// second order early. The rms of x² is √3 times the variance of x.
     #[inline(never)]
     pub(super) fn add_bend(&mut self, blind_s: f64) {
-        let mu = self.body.facts().mu_km3_s2;
-        let OrbitState { position_km, velocity_km_s, .. } = &self.state;
-        let square_km2 = dot(position_km, position_km);
-        let length_km = libm::sqrt(square_km2);
-        let gravity_km_s2 = scaled(position_km, mu / (square_km2 * length_km));
-        // x = 2 a (mu r / r³ · dr + v · dv) / mu, and 1 / a = 2 / r - v² / mu.
-        let scale = 2.0 / (2.0 * mu / length_km - dot(velocity_km_s, velocity_km_s));
+        let (share, gravity_km_s2) = axis_share(self.body, &self.state);
         let mut row = [0.0; STATES];
-        for (place, element) in row.iter_mut().zip(gravity_km_s2.iter().chain(velocity_km_s)) {
-            *place = (scale * element) as f32;
+        for (place, element) in row.iter_mut().zip(share) {
+            *place = element;
         }
         let carried = self.factor.carried(&row);
         let early_s = SECOND_ORDER * blind_s * f64::from(dot_long(&carried, &carried));
         let mut column = [(0, 0.0); MOTION];
-        let moved = velocity_km_s.iter().copied().chain(gravity_km_s2.iter().map(|element| -element));
+        let moved = self.state.velocity_km_s.iter().copied().chain(gravity_km_s2.iter().map(|element| -element));
         for ((state, place), element) in column.iter_mut().enumerate().zip(moved) {
             *place = (state, (early_s * element) as f32);
         }
