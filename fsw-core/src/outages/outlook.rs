@@ -48,13 +48,21 @@ impl Outlook {
         let here = (*orbit, forecast.state(orbit)?);
         let square_km2 = dot(&orbit.position_km, &orbit.position_km);
         let mu = forecast.forces.body.facts().mu_km3_s2;
-        let axis_km = 1.0 / (2.0 / libm::sqrt(square_km2) - dot(&orbit.velocity_km_s, &orbit.velocity_km_s) / mu);
+        let axis_km =
+            1.0 / (2.0 / libm::sqrt(square_km2) - dot(&orbit.velocity_km_s, &orbit.velocity_km_s) / mu);
         // Of an open orbit, not a number or less than 0: the longest step.
         let period_s = core::f64::consts::TAU * axis_km * libm::sqrt(axis_km / mu);
         let step_s = period_s / STEPS;
         let step_s = if step_s < LONGEST_S { step_s.max(1.0) } else { LONGEST_S };
         let end_us = orbit.time_us.saturating_add((step_s * STEPS * MICROSECONDS) as i64);
-        Some(Self { reached: here, beyond: here, bracket_s: 0, step_s: step_s as u16, end_us, found: [None; 2] })
+        Some(Self {
+            reached: here,
+            beyond: here,
+            bracket_s: 0,
+            step_s: step_s as u16,
+            end_us,
+            found: [None; 2],
+        })
     }
 
     /// Goes on by one propagation and one state of the sensor.

@@ -3,56 +3,73 @@
 //! In: orbit, attitude and rate. Out: when an outage begins or ends, how well that is known and how long it
 //! lasts, for the spacecraft to plan by. Assumed is that the attitude goes on as it is: at rest in space
 //! where it turns less than half as fast as the satellite goes about the body, else at rest against the local
-//! vertical. An attitude that leaves that by [`HELD_COSINE`] ends all that was foreseen. A revolution takes
-//! 20 minutes to look through; then it begins again, and sooner where the orbit is known far better by then.
+//! vertical. An attitude that leaves that by [`HELD_RAD`] ends all that was foreseen; by how much it has left
+//! it is a part of the error. A revolution takes 20 minutes to look through; then it begins again by orbit
+//! and attitude of then, and sooner where they give times far better.
 //!
 //! What is foreseen is a notice: nothing on board rests on it, and it is no part of what is sealed.
 
 use super::Sensor;
-use crate::frames::{EarthPath, Lvlh, Rotation};
+use crate::frames::{EarthPath, Icrs, Lvlh, Rotation};
 use crate::modes::Mode;
 use crate::orbit::OrbitState;
+use crate::orbit::body::CentralBody;
 use crate::orbit::constants::MICROSECONDS;
 use crate::orbit::forces::Forces;
 use crate::orbit::motion::Timing;
 use crate::outages::{Change, Forecast, Outlook, PointingLaw, local_axes};
 use crate::telemetry::NextState;
 use fsw_ground::matrix::{cross, dot};
+use nalgebra::Vector3;
 
-/// Cosine of 1.1 deg: how far an attitude may be from its law.
-const HELD_COSINE: f32 = 0.9998;
-/// A look ahead begins anew where times are known so many times better than at its begin.
+/// How far an attitude may be from its law, rad: 1.1 deg.
+const HELD_RAD: f32 = 0.02;
+/// A look ahead begins anew where times would be known so many times better.
 const FAR_BETTER: f32 = 3.0;
-/// Time to which looks are compared, s.
+/// Time ahead for which that is asked, s.
 const COMPARED_S: f32 = 3000.0;
 /// Variance of whole seconds in place of times, s²: of what is foreseen, and of what comes.
 const WHOLE_S2: f32 = 2.0 / 12.0;
 /// Errors of the Sun's direction, of the mounting and of the attitude, rad: 0.008 deg.
 const DIRECTION_RAD: f32 = 1.4e-4;
 
-/// A look ahead under way.
+/// What a look ahead rests on.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct Basis {
     law: PointingLaw,
-    outlook: Outlook,
     begun_us: i64,
-    /// Of the orbit on which it rests.
     timing: Timing,
+    /// Rate at which the satellite goes about the body.
+    circling_rad_s: f32,
 }
 
-/// Changes, and when and by what orbit they were foreseen.
+impl Basis {
+    /// How far the Earth path is from where the law has it, rad; more than [`HELD_RAD`] where it is not held.
+    fn off_rad(&self, body: CentralBody, orbit: &OrbitState, path: &Rotation<Icrs, EarthPath>) -> f32 {
+        let Some(expected) = self.law.earth_path(body, orbit) else { return f32::INFINITY };
+        let turned = expected.inverse().then(path);
+        let m = turned.matrix();
+        let sines = Vector3::new(m.m23 - m.m32, m.m31 - m.m13, m.m12 - m.m21);
+        // Beyond 90 deg the sine falls again.
+        if m.trace() < 1.0 { f32::INFINITY } else { 0.5 * libm::sqrtf(dot(&sines, &sines)) }
+    }
+
+    /// Sigma of a time that is `ahead_s` after the begin, of an attitude that has left its law by `off_rad`.
+    fn sigma_s(&self, ahead_s: f32, off_rad: f32) -> f32 {
+        let orbit_s = self.timing.sigma_s(ahead_s);
+        let directions_s = libm::hypotf(DIRECTION_RAD, off_rad) / self.circling_rad_s;
+        libm::sqrtf(orbit_s * orbit_s + directions_s * directions_s + WHOLE_S2)
+    }
+}
+
+/// Changes, and by what they are foreseen.
 #[derive(Clone, Copy, Debug)]
 struct Foreseen {
+    basis: Basis,
     changes: [Option<Change>; 2],
-    begun_us: i64,
-    timing: Timing,
 }
 
 impl Foreseen {
-    fn by(Look { outlook, begun_us, timing, .. }: &Look) -> Self {
-        Self { changes: outlook.found(), begun_us: *begun_us, timing: *timing }
-    }
-
     /// What of it lies after an instant; `None` where nothing does.
     fn after(self, now_us: i64) -> Option<Self> {
         let changes = match self.changes {
@@ -61,20 +78,6 @@ impl Foreseen {
         };
         let [first, _] = changes;
         first.is_some_and(|first| first.time_us > now_us).then_some(Self { changes, ..self })
-    }
-
-    /// As it is told; `circling_rad_s` is the rate at which the satellite goes about the body.
-    fn told(&self, now_us: i64, circling_rad_s: f32) -> Option<NextState> {
-        let [first, second] = self.changes;
-        let first = first?;
-        let turning_s = DIRECTION_RAD / circling_rad_s;
-        let orbit_s = self.timing.sigma_s(seconds(self.begun_us, first.time_us) as f32);
-        Some(NextState {
-            state: first.state,
-            in_s: seconds(now_us, first.time_us),
-            sigma_s: libm::sqrtf(orbit_s * orbit_s + turning_s * turning_s + WHOLE_S2),
-            lasts_s: second.map(|second| seconds(first.time_us, second.time_us)),
-        })
     }
 }
 
@@ -87,9 +90,22 @@ fn seconds(from_us: i64, to_us: i64) -> u32 {
 /// What is foreseen, and the look ahead under way.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Forecasting {
-    under_way: Option<Look>,
+    under_way: Option<(Basis, Outlook)>,
     /// By the look before.
     foreseen: Option<Foreseen>,
+}
+
+impl Forecasting {
+    /// What is foreseen after an instant: by the look before, while the one under way has not found as much.
+    fn best(&self, now_us: i64) -> Option<Foreseen> {
+        let before = self.foreseen.and_then(|foreseen| foreseen.after(now_us));
+        let found = self.under_way.and_then(|(basis, outlook)| {
+            let changes = outlook.found();
+            Foreseen { basis, changes }.after(now_us)
+        });
+        let whole = |foreseen: &Foreseen| foreseen.changes.iter().all(Option::is_some);
+        before.filter(whole).or(found).or(before)
+    }
 }
 
 impl Sensor<'_> {
@@ -99,80 +115,77 @@ impl Sensor<'_> {
     pub(super) fn look_ahead(
         &mut self,
         mode: Mode,
-        path: Option<&Rotation<Lvlh, EarthPath>>,
+        local: Option<&Rotation<Lvlh, EarthPath>>,
     ) -> Option<NextState> {
         let orbit = *self.orbit.state()?;
-        let path = path?;
-        let held = match &self.forecasting.under_way {
-            Some(look) => self.is_held(&look.law, &orbit, path),
-            None => false,
-        };
-        if !held {
-            self.forecasting = Forecasting::default();
-        }
+        let local = local?;
+        let path = local_axes(&orbit)?.then(local);
+        let body = self.parameters.orbit.body;
+        let off_rad = |basis: &Basis| basis.off_rad(body, &orbit, &path);
+        let held = |basis: &Basis| off_rad(basis) < HELD_RAD;
+        self.forecasting.under_way = self.forecasting.under_way.filter(|(basis, _)| held(basis));
+        self.forecasting.foreseen = self.forecasting.foreseen.filter(|foreseen| held(&foreseen.basis));
         if matches!(mode, Mode::Tracking | Mode::Eclipse | Mode::SunOutage) && !self.orbit.is_busy() {
-            self.go_on_ahead(&orbit, path);
+            self.go_on_ahead(&orbit, local, off_rad);
         }
-        let Forecasting { under_way, foreseen } = &self.forecasting;
-        let before = foreseen.and_then(|foreseen| foreseen.after(orbit.time_us));
-        let found = under_way.as_ref().and_then(|look| Foreseen::by(look).after(orbit.time_us));
-        let whole = |foreseen: &Foreseen| foreseen.changes.iter().all(Option::is_some);
-        let best = before.filter(whole).or(found).or(before);
-        best?.told(orbit.time_us, libm::sqrt(circling_squared(&orbit)) as f32)
-    }
-
-    /// Whether the Earth path is where the law has it.
-    fn is_held(&self, law: &PointingLaw, orbit: &OrbitState, path: &Rotation<Lvlh, EarthPath>) -> bool {
-        let expected = law.earth_path(self.parameters.orbit.body, orbit);
-        expected.zip(local_axes(orbit)).is_some_and(|(expected, axes)| {
-            let off = expected.inverse().then(&axes.then(path));
-            0.5 * (off.matrix().trace() - 1.0) > HELD_COSINE
+        let Foreseen { basis, changes: [first, second] } = self.forecasting.best(orbit.time_us)?;
+        let first = first?;
+        Some(NextState {
+            state: first.state,
+            in_s: seconds(orbit.time_us, first.time_us),
+            sigma_s: basis.sigma_s(seconds(basis.begun_us, first.time_us) as f32, off_rad(&basis)),
+            lasts_s: second.map(|second| seconds(first.time_us, second.time_us)),
         })
     }
 
-    /// A step of the look ahead, or a new one where none is under way.
-    fn go_on_ahead(&mut self, orbit: &OrbitState, path: &Rotation<Lvlh, EarthPath>) -> Option<()> {
-        let body = self.parameters.orbit.body;
-        let timing = self.orbit.motion_covariance()?.timing(body, orbit);
-        let forecast = |pointing| Forecast {
+    /// A step of the look ahead, or a new one where none is under way or it would be far better.
+    fn go_on_ahead(
+        &mut self,
+        orbit: &OrbitState,
+        local: &Rotation<Lvlh, EarthPath>,
+        off_rad: impl Fn(&Basis) -> f32,
+    ) -> Option<()> {
+        let basis = self.basis(orbit, local)?;
+        let forecast = |law| Forecast {
             camera: &self.camera,
             star_to_earth: self.mounting(),
-            pointing,
+            pointing: law,
             earth: &self.parameters.earth,
-            forces: Forces::J2.about(body),
+            forces: Forces::J2.about(self.parameters.orbit.body),
         };
-        let begun = |law| {
-            let outlook = Outlook::new(&forecast(law), orbit)?;
-            Some(Look { law, outlook, begun_us: orbit.time_us, timing })
+        let good = |than: &Basis| {
+            FAR_BETTER * basis.sigma_s(COMPARED_S, 0.0) > than.sigma_s(COMPARED_S, off_rad(than))
         };
-        let Some(mut look) = self.forecasting.under_way else {
-            self.forecasting.under_way = begun(self.law_of(orbit, path)?);
-            return None;
-        };
-        let better = |than: &Timing| FAR_BETTER * timing.sigma_s(COMPARED_S) < than.sigma_s(COMPARED_S);
-        let stepped = look.outlook.step(&forecast(look.law)).is_ok();
-        let over = look.outlook.is_over();
-        let foreseen = if over { Some(Foreseen::by(&look)) } else { self.forecasting.foreseen };
-        let again = over || better(&look.timing);
-        let under_way = if again { begun(look.law) } else { stepped.then_some(look) };
-        let foreseen = foreseen.filter(|foreseen| !better(&foreseen.timing));
+        let mut foreseen = self.forecasting.foreseen.filter(|foreseen| good(&foreseen.basis));
+        let mut under_way = self.forecasting.under_way.filter(|(of, _)| good(of));
+        if let Some((of, outlook)) = &mut under_way {
+            let stepped = outlook.step(&forecast(of.law));
+            if outlook.is_over() {
+                foreseen = Some(Foreseen { basis: *of, changes: outlook.found() });
+            }
+            under_way = under_way.filter(|(_, outlook)| stepped.is_ok() && !outlook.is_over());
+        } else {
+            under_way = Outlook::new(&forecast(basis.law), orbit).map(|outlook| (basis, outlook));
+        }
         self.forecasting = Forecasting { under_way, foreseen };
         Some(())
     }
 
-    /// The law by which it seems to be pointed: at rest in space, or against the local vertical.
-    fn law_of(&self, orbit: &OrbitState, path: &Rotation<Lvlh, EarthPath>) -> Option<PointingLaw> {
+    /// What a look ahead rests on that begins now. It seems to be pointed at rest in space, or against the
+    /// local vertical.
+    fn basis(&self, orbit: &OrbitState, local: &Rotation<Lvlh, EarthPath>) -> Option<Basis> {
         let rate = self.motion.as_ref()?.rate()?.rad_s;
-        if f64::from(dot(&rate, &rate)) < 0.25 * circling_squared(orbit) {
-            return Some(PointingLaw::Inertial(local_axes(orbit)?.then(path)));
-        }
-        Some(PointingLaw::Local(*path))
+        let OrbitState { time_us, position_km, velocity_km_s } = orbit;
+        let area = cross(position_km, velocity_km_s);
+        // r x v / r².
+        let circling = libm::sqrt(dot(&area, &area)) / dot(position_km, position_km);
+        let circling_rad_s = circling as f32;
+        let at_rest = dot(&rate, &rate) < 0.25 * circling_rad_s * circling_rad_s;
+        let law = match at_rest {
+            true => PointingLaw::Inertial(local_axes(orbit)?.then(local)),
+            false => PointingLaw::Local(*local),
+        };
+        let timing = self.orbit.motion_covariance()?.timing(self.parameters.orbit.body, orbit);
+        Some(Basis { law, begun_us: *time_us, timing, circling_rad_s })
     }
-}
-
-/// Square of the rate at which the satellite goes about the body, (r x v / r²)², rad²/s².
-fn circling_squared(OrbitState { position_km, velocity_km_s, .. }: &OrbitState) -> f64 {
-    let area = cross(position_km, velocity_km_s);
-    let square_km2 = dot(position_km, position_km);
-    dot(&area, &area) / (square_km2 * square_km2)
 }

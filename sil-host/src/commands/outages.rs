@@ -116,9 +116,7 @@ pub struct Outlook {
 fn law(scenario: &Scenario) -> Result<PointingLaw, HostError> {
     let rad = |degrees: &f64| degrees.to_radians() as f32;
     Ok(match &scenario.pointing.law {
-        Law::Nadir { off_nadir_deg, roll_deg } => {
-            PointingLaw::nadir(rad(off_nadir_deg), rad(roll_deg))
-        }
+        Law::Nadir { off_nadir_deg, roll_deg } => PointingLaw::nadir(rad(off_nadir_deg), rad(roll_deg)),
         Law::Horizon { below_deg, roll_deg } => {
             PointingLaw::Horizon { below_rad: rad(below_deg), roll_rad: rad(roll_deg) }
         }

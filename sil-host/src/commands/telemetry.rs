@@ -50,7 +50,15 @@ fn registry() -> serde_reflection::Result<Registry> {
     }
     trace!(
         Report,
-        Mode, Guard, Activity, NotIdentified, Outcome, ClockState, RateSource, FitError, EarthStatus,
+        Mode,
+        Guard,
+        Activity,
+        NotIdentified,
+        Outcome,
+        ClockState,
+        RateSource,
+        FitError,
+        EarthStatus,
         SensorState
     );
     trace!(

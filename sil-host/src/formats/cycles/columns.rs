@@ -529,7 +529,9 @@ pub const COLUMNS: &[Columns] = &[
         0,
         |of| one(of.second.report.next_state?.state as u8),
     ),
-    numbers(&["next_state_in_s"], ("s", ""), "time until then", 0, |of| one(of.second.report.next_state?.in_s)),
+    numbers(&["next_state_in_s"], ("s", ""), "time until then", 0, |of| {
+        one(of.second.report.next_state?.in_s)
+    }),
     numbers(&["next_state_sigma_s"], ("s", ""), "its standard deviation", 2, |of| {
         one(of.second.report.next_state?.sigma_s)
     }),

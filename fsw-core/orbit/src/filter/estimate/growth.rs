@@ -59,7 +59,8 @@ impl Estimate {
         let carried = self.factor.carried(&row);
         let early_s = SECOND_ORDER * blind_s * f64::from(dot_long(&carried, &carried));
         let mut column = [(0, 0.0); MOTION];
-        let moved = self.state.velocity_km_s.iter().copied().chain(gravity_km_s2.iter().map(|element| -element));
+        let moved =
+            self.state.velocity_km_s.iter().copied().chain(gravity_km_s2.iter().map(|element| -element));
         for ((state, place), element) in column.iter_mut().enumerate().zip(moved) {
             *place = (state, (early_s * element) as f32);
         }
