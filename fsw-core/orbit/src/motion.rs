@@ -19,7 +19,7 @@ const SECOND_ORDER: f64 = 0.866;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionCovariance([[f32; MOTION]; MOTION]);
 
-/// How well it is known when the satellite comes to a place of its orbit.
+/// How well it is known when the satellite comes to a place of its orbit, without what is periodic.
 ///
 /// Variance, s², of by how much it is late where it is; covariance, s, of that with the share by which it
 /// falls behind; variance of this share, 3/2 of that by which the semi-major axis is off.

@@ -49,7 +49,7 @@ fn running(parameters: &OrbitParameters) -> (OrbitFilter, OrbitState) {
 }
 
 #[test]
-fn a_fix_far_off_is_rejected_and_many_are_a_divergence() {
+fn a_fix_far_off_contradicts_the_orbit_and_many_are_a_divergence() {
     let parameters = OrbitParameters { patience: 4, ..positions() };
     let (mut filter, truth) = running(&parameters);
     let mut wrong = good_fix(&truth);
