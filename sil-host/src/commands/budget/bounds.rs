@@ -9,7 +9,9 @@
 //!
 //! An identification in the second of a scan has a tenth of the allowance of later ones: it has two bounds.
 
-use super::{CROWDED_FIELD, EVERY_MODE, Flown, MeteredCycle, PROTON_STORM, WIDEST_LIMB, Work, stage_name};
+use super::flown::{Flown, MeteredCycle, Work};
+use super::table::stage_name;
+use super::{CROWDED_FIELD, EVERY_MODE, PROTON_STORM, WIDEST_LIMB};
 use crate::error::HostError;
 use crate::flight;
 use fsw_core::camera::Camera;

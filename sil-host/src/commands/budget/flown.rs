@@ -1,0 +1,155 @@
+//! A flight in the emulator, metered.
+
+use crate::commands::record;
+use crate::commands::record::mission::Flight;
+use crate::error::HostError;
+use crate::words::io_words;
+use fsw_core::camera::CameraParameters;
+use fsw_core::telemetry::Report;
+use fsw_hal::DetectorGeometry;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// What the image prints of itself.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct ImageFigures {
+    /// Deepest that was touched.
+    pub(super) stack_bytes: u64,
+    pub(super) static_ram_bytes: u64,
+    pub(super) flash_bytes: u64,
+}
+
+/// What the analysis of its machine code says (`tests/stack-depth`).
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct StackDepth {
+    /// Deepest that any path through its calls can need.
+    pub(super) stack_bytes: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub(super) struct Work {
+    pub(super) instructions: u64,
+    pub(super) cycles: u64,
+    /// Lines of code fetched and words loaded.
+    pub(super) waits: u64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct MeteredCycle {
+    #[serde(flatten)]
+    pub(super) work: Work,
+    pub(super) stages: BTreeMap<u8, Work>,
+}
+
+impl MeteredCycle {
+    /// Adds so many wait states.
+    pub(super) fn wait(&mut self, wait_states: u64) {
+        for work in self.stages.values_mut().chain([&mut self.work]) {
+            work.cycles += wait_states * work.waits;
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct MeterReport {
+    cycles: Vec<MeteredCycle>,
+    unfinished_cycles: u64,
+    unknown_blocks: u64,
+}
+
+/// Runs a program and gives what it printed; its failure is ours.
+fn run_program(command: &mut Command, what: &str) -> Result<Output, HostError> {
+    let output = command.output().map_err(|error| {
+        HostError::usage(format!("{what} cannot be started: {}", io_words(&error)), "install it")
+    })?;
+    if output.status.success() {
+        return Ok(output);
+    }
+    let words = String::from_utf8_lossy(&output.stderr);
+    let last = words.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message").to_owned();
+    Err(HostError::usage(format!("{what} failed: {last}"), "run it by hand"))
+}
+
+/// What came of an emulated flight.
+pub(super) struct Flown {
+    /// What it is flown for.
+    pub(super) name: &'static str,
+    /// Its camera and detector.
+    pub(super) camera: CameraParameters,
+    pub(super) geometry: DetectorGeometry,
+    /// Whether there is more on it than the scenarios say.
+    pub(super) disturbed: bool,
+    pub(super) figures: ImageFigures,
+    pub(super) depth: StackDepth,
+    /// Every second with what the host says of it.
+    pub(super) seconds: Vec<(MeteredCycle, Report)>,
+    pub(super) telemetry_identical: bool,
+}
+
+/// Records a flight, builds image and meter, and flies the recording.
+pub(super) fn fly(
+    root: &Path,
+    (name, flight): (&'static str, &Flight),
+    folder: &Path,
+) -> Result<Flown, HostError> {
+    let (geometry, parameters) = flight.instrument()?;
+    let (files, reports) = record::record_flight(flight, folder)?;
+    let cargo = || {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.current_dir(root);
+        cargo
+    };
+    let tools = ["build", "--release", "-p", "cycle-meter", "-p", "stack-depth"];
+    run_program(cargo().args(tools), "building the cycle meter and the stack analysis")?;
+    let [meter, depth, telemetry] =
+        ["cycles.json", "stack.json", "obc-telemetry.bin"].map(|name| folder.join(name));
+    let arguments = [
+        "run",
+        "--quiet",
+        "--profile",
+        "flight",
+        "-p",
+        "obc-image",
+        "--target",
+        "thumbv7em-none-eabihf",
+        "--",
+    ];
+    let output = run_program(
+        cargo()
+            .args(arguments)
+            .args([&files.frames, &files.parameters, &telemetry])
+            .env("CYCLE_METER", &meter)
+            .env("STACK_DEPTH", &depth),
+        "the flight image in the emulator (cargo obc)",
+    )?;
+    let read = |path: &Path| {
+        std::fs::read(path).map_err(|error| HostError::system(path, "read", &error, "run it again"))
+    };
+    let parse = |path: &Path, error: serde_json::Error| {
+        HostError::input(path, None, error.to_string(), "report this")
+    };
+    let metered: MeterReport =
+        serde_json::from_slice(&read(&meter)?).map_err(|error| parse(&meter, error))?;
+    if metered.unfinished_cycles != 0 || metered.unknown_blocks != 0 {
+        return Err(HostError::input(&meter, None, "the meter lost count", "report this"));
+    }
+    let depth = serde_json::from_slice(&read(&depth)?).map_err(|error| parse(&depth, error))?;
+    let figures = serde_json::from_slice(&output.stdout)
+        .map_err(|error| parse(Path::new("the image's figures"), error))?;
+    if metered.cycles.len() != reports.len() {
+        let what = format!("{} of {} seconds were metered", metered.cycles.len(), reports.len());
+        return Err(HostError::usage(what, "report this"));
+    }
+    Ok(Flown {
+        name,
+        disturbed: flight.disturbances.is_some(),
+        camera: parameters.camera,
+        geometry,
+        figures,
+        depth,
+        seconds: metered.cycles.into_iter().zip(reports).collect(),
+        telemetry_identical: read(&telemetry)? == read(&files.telemetry)?,
+    })
+}
