@@ -144,8 +144,8 @@ impl Sensor<'_> {
         orbit: &OrbitState,
         local: &Rotation<Lvlh, EarthPath>,
         off_rad: impl Fn(&Basis) -> f32,
-    ) -> Option<()> {
-        let basis = self.basis(orbit, local)?;
+    ) {
+        let Some(basis) = self.basis(orbit, local) else { return };
         let forecast = |law| Forecast {
             camera: &self.camera,
             star_to_earth: self.mounting(),
@@ -168,7 +168,6 @@ impl Sensor<'_> {
             under_way = Outlook::new(&forecast(basis.law), orbit).map(|outlook| (basis, outlook));
         }
         self.forecasting = Forecasting { under_way, foreseen };
-        Some(())
     }
 
     /// What a look ahead rests on that begins now. It seems to be pointed at rest in space, or against the
