@@ -1,29 +1,22 @@
 //! The Earth's limb on the detector, and fits to it (thesis figs. 3.26 to 3.28, §3.2.2).
 //!
-//! Limbs are the world's ([`Ellipsoid`]); points with noise go to the flight code's centre and to the methods
-//! that do not fly ([`super::fits`], [`thesis`]).
+//! Limbs are the world's (`view`); points with noise go to the flight code's centre and to the methods that do
+//! not fly (`methods`).
 
-use super::fits::{direct_ellipse, geometric_circle, geometric_ellipse};
-use super::seeds::{OverSeeds, SEEDS, over_seeds};
+mod methods;
+mod view;
+
+use super::seeds::{OverSeeds, over_seeds};
 use super::{Figure, Made, Row, Told, digits};
 use crate::error::HostError;
-use crate::flight;
 use crate::formats::camera_file::CameraFile;
 use crate::report::chart::{Axis, Chart, Series};
-use crate::world::attitude::{Vector, apply};
 use crate::world::earth::EQUATOR_KM;
-use crate::world::earth::ellipsoid::Ellipsoid;
-use crate::world::lens::optics::Optics;
 use crate::world::noise::{Noise, Stream};
 use crate::world::vector::{cross, minus, plus, times, unit};
 use fsw_core::camera::Camera;
-use fsw_core::earth::centre::{RayBuffer, centre};
-use fsw_core::earth::comparison::thesis;
-use fsw_core::earth::{Body, EarthParameters, FitCriteria, LimbPoint};
-use fsw_core::frames::{Direction, EarthPath};
-use fsw_core::orbit::body::CentralBody;
-use nalgebra::Vector3;
-use std::path::Path;
+use methods::fits;
+use view::{LimbView, camera, flown, noisy};
 
 /// The figures.
 pub const FIGURES: &[Figure] = &[
@@ -83,257 +76,8 @@ pub const FIGURES: &[Figure] = &[
     },
 ];
 
-/// Parts of half a degree about the Earth's centre: of a low horizon that is 84 px.
-const HORIZON_PARTS: u32 = 16;
-/// Equator of date of the views: the ICRS.
-const EQUATOR: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// A view of the Earth.
-pub(super) struct LimbView {
-    /// ICRS to Earth path.
-    rows: [Vector; 3],
-    ellipsoid: Ellipsoid,
-    position_km: Vector,
-    optics: Optics,
-}
-
-impl LimbView {
-    /// From over the equator, the line of sight `off_deg` from the Earth's centre towards the east, the pole up the
-    /// detector; with the reference's camera.
-    pub(super) fn new(radius_km: f64, off_deg: f64) -> Result<Self, HostError> {
-        let position_km = [radius_km, 0.0, 0.0];
-        let (sine, cosine) = libm::sincos(off_deg.to_radians());
-        let z = [-cosine, sine, 0.0];
-        let y = [0.0, 0.0, -1.0];
-        let optics = Optics::new(&CameraFile::reference())
-            .ok_or_else(|| HostError::usage("the reference camera is not rectilinear", "report this"))?;
-        Ok(Self {
-            rows: [cross(y, z), y, z],
-            ellipsoid: Ellipsoid::new(CentralBody::Earth, &EQUATOR, position_km),
-            position_km,
-            optics: optics.earth_path(),
-        })
-    }
-
-    /// Where the limb is imaged, px, by azimuth about the centre of the Earth: of each half degree so many parts,
-    /// between which a cubic curve goes; all of it that is before the camera.
-    pub(super) fn limb_px(&self, parts: u32) -> Vec<[f64; 2]> {
-        let places: Vec<Vector> = self.ellipsoid.limb().map(|(_, place)| place).collect();
-        let at = |index: usize, k: usize| places[(index + places.len()) % places.len()][k];
-        let between = |index: usize, t: f64| {
-            [0, 1, 2].map(|k| {
-                let [a, b, c, d] =
-                    [index + places.len() - 1, index, index + 1, index + 2].map(|index| at(index, k));
-                // Catmull and Rom's: off by 1e-9 of the radius at half degrees.
-                let (slope, next) = (0.5 * (c - a), 0.5 * (d - b));
-                b + t
-                    * (slope + t * (3.0 * (c - b) - 2.0 * slope - next + t * (2.0 * (b - c) + slope + next)))
-            })
-        };
-        let all = (0..places.len()).flat_map(|index| (0..parts).map(move |part| (index, part)));
-        let place = |(index, part)| between(index, f64::from(part) / f64::from(parts));
-        all.map(place)
-            .filter_map(|place| self.optics.project(apply(&self.rows, minus(place, self.position_km))))
-            .collect()
-    }
-
-    /// The limb on the detector, in order from left to right.
-    pub(super) fn in_field(&self) -> Vec<[f64; 2]> {
-        let mut points: Vec<[f64; 2]> =
-            self.limb_px(HORIZON_PARTS).into_iter().filter(|place| self.optics.on_detector(*place)).collect();
-        points.sort_by(|a, b| a[1].total_cmp(&b[1]));
-        points
-    }
-
-    /// Direction of the Earth's centre, Earth path.
-    fn centre(&self) -> Vector {
-        unit(apply(&self.rows, times(-1.0, self.position_km)))
-    }
-
-    /// Where it is imaged, px.
-    fn centre_px(&self) -> [f64; 2] {
-        self.optics.project(self.centre()).unwrap_or([f64::NAN; 2])
-    }
-}
-
-/// Limb points with noise across the limb, for the flight code.
-fn noisy(points: &[[f64; 2]], inside: [f64; 2], sigma_px: f64, noise: &Noise) -> Vec<LimbPoint> {
-    let place = |index: usize| {
-        // The limb's direction by its neighbours.
-        let (before, after) = (points[index.saturating_sub(1)], points[(index + 1).min(points.len() - 1)]);
-        let along = libm::hypot(after[0] - before[0], after[1] - before[1]);
-        let mut outward = [(after[1] - before[1]) / along, (before[0] - after[0]) / along];
-        let at = points[index];
-        if (at[0] - inside[0]) * outward[0] + (at[1] - inside[1]) * outward[1] < 0.0 {
-            outward = outward.map(|part| -part);
-        }
-        let error = sigma_px * noise.gaussian(index as u32, 0);
-        LimbPoint::new(
-            [0, 1].map(|k| (at[k] + error * outward[k]) as f32),
-            sigma_px as f32,
-            outward.map(|part| part as f32),
-        )
-    };
-    (0..points.len()).map(place).collect()
-}
-
-/// The flight code's centre of limb points, px or as a direction.
-fn flown(view: &LimbView, camera: &Camera, points: &[LimbPoint], sigma_px: f64) -> Option<Vector> {
-    let mut parameters = EarthParameters::default();
-    parameters.limb.height_km = 0.0;
-    (parameters.fit.least_arc_deg, parameters.plausible.range_share) = (5.0, 1.0);
-    let pole: Direction<EarthPath> =
-        Direction::new(Vector3::from(apply(&view.rows, [0.0, 0.0, 1.0])).map(|c| c as f32))?;
-    let body = Body::new(&pole, None, &parameters);
-    let criteria = FitCriteria { tolerance_px: (5.0 * sigma_px) as f32, min_inliers: 6, standalone: false };
-    let fix = centre(points, camera, &body, &criteria, None, &parameters, &mut RayBuffer::new()).ok()?;
-    Some(unit(fix.centre_km.map(f64::from).into()))
-}
-
-fn camera() -> Result<Camera, HostError> {
-    flight::camera(&CameraFile::reference(), Path::new("the reference camera"))
-}
-
-/// Arcs that are lit, deg.
-const ARCS_DEG: [f64; 8] = [360.0, 270.0, 220.0, 180.0, 140.0, 100.0, 70.0, 50.0];
-/// Noise of a point, px, and points of a fit.
-const POINT_PX: f64 = 0.5;
-const POINTS: usize = 100;
 /// Trials a seed.
 const TRIALS: u64 = 10;
-/// The methods.
-const METHODS: [&str; 7] = [
-    "algebraic circle",
-    "circularised, e = 0.081",
-    "circularised, e = 0.16",
-    "geometric circle",
-    "direct ellipse",
-    "geometric ellipse",
-    "flown",
-];
-
-/// A fit from points, a centre and a radius.
-type Fit = fn(&[[f64; 2]], [f64; 2], f64) -> Option<[f64; 2]>;
-
-/// Errors of the centre towards the lit side and across, px, of all methods for one arc about the equator's
-/// east.
-fn errors(
-    view: &LimbView,
-    camera: &Camera,
-    arc_deg: f64,
-    seed: u64,
-    trial: u64,
-) -> [Option<[f64; 2]>; METHODS.len()] {
-    let all = view.limb_px(1);
-    let true_px = view.centre_px();
-    let angle = |[x, y]: &[f64; 2]| libm::atan2(y - true_px[1], x - true_px[0]).to_degrees();
-    let mut lit: Vec<[f64; 2]> =
-        all.into_iter().filter(|place| angle(place).abs() <= 0.5 * arc_deg).collect();
-    lit.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-    let step = lit.len() as f64 / POINTS as f64;
-    let chosen: Vec<[f64; 2]> = (0..POINTS).map(|index| lit[(step * index as f64) as usize]).collect();
-    let noise = Noise::new(seed, trial, Stream::Centroid).part(arc_deg as u64);
-    let points = noisy(&chosen, true_px, POINT_PX, &noise);
-    let places: Vec<[f64; 2]> = points.iter().map(|point| point.centre_px.map(f64::from)).collect();
-    let guess = thesis::circle(&points, [0.0, -1.0], 0.0).ok();
-    let of = |found: Option<[f64; 2]>| found.map(|[x, y]| [x - true_px[0], y - true_px[1]]);
-    let circle = |e: f32| {
-        of(thesis::circle(&points, [0.0, -1.0], e).ok().map(|circle| circle.centre_px.map(f64::from)))
-    };
-    let by = |fit: Fit| {
-        let guess = guess?;
-        of(fit(&places, guess.centre_px.map(f64::from), guess.radius_px.into()))
-    };
-    let flown = of(flown(view, camera, &points, POINT_PX).and_then(|seen| view.optics.project(seen)));
-    [
-        circle(0.0),
-        circle(thesis::ECCENTRICITY),
-        circle(0.16),
-        by(geometric_circle),
-        by(direct_ellipse),
-        by(geometric_ellipse),
-        flown,
-    ]
-}
-
-fn fits(figure: &Figure) -> Result<Made, HostError> {
-    let (view, camera) = (LimbView::new(42_164.0, 0.0)?, camera()?);
-    let deg_per_px = (1.0 / CameraFile::reference().focal_length_px).to_degrees();
-    // By arc, method: over the seeds rms of the size, mean towards the light, and the share found.
-    let mut table: Vec<[[OverSeeds; 3]; METHODS.len()]> = Vec::new();
-    for arc_deg in ARCS_DEG {
-        let seeds = over_seeds(|seed| {
-            let trials: Vec<_> =
-                (0..TRIALS).map(|trial| errors(&view, &camera, arc_deg, seed, trial)).collect();
-            std::array::from_fn(|method| {
-                let found: Vec<[f64; 2]> = trials.iter().filter_map(|trial| trial[method]).collect();
-                let count = found.len() as f64;
-                let square: f64 = found.iter().map(|[x, y]| x * x + y * y).sum();
-                let mean: f64 = found.iter().map(|[x, _]| x).sum();
-                [deg_per_px * (square / count).sqrt(), deg_per_px * mean / count, count / TRIALS as f64]
-            })
-        });
-        let seeds: Vec<[[f64; 3]; METHODS.len()]> = seeds;
-        table.push(std::array::from_fn(|method| {
-            [0, 1, 2].map(|part| OverSeeds::of(seeds.iter().map(|seed| seed[method][part])))
-        }));
-    }
-    let series: Vec<Series> = METHODS
-        .iter()
-        .enumerate()
-        .map(|(method, name)| {
-            let points =
-                ARCS_DEG.iter().zip(&table).map(|(arc, row)| [*arc, row[method][0].median]).collect();
-            Series::ours(
-                if *name == "flown" { "ours, flown".to_owned() } else { format!("ours, {name}") },
-                points,
-            )
-            .marked()
-        })
-        .chain([Series::thesis(
-            "thesis, half of the step at noon, plain circle",
-            vec![[50.0, 0.1], [360.0, 0.1]],
-        )])
-        .collect();
-    let half = ARCS_DEG.iter().position(|arc| *arc == 180.0).unwrap_or(0);
-    let step = |method: usize| 2.0 * table[half][method][1].median.abs();
-    let mut rows = vec![
-        Row {
-            what: "step at noon, algebraic circle, limb of the ellipsoid, half of it lit".into(),
-            ..figure.row(0, format!("{:.4} deg", step(0)))
-        },
-        figure.row(1, format!("{:.0}", step(0) / step(1))),
-    ];
-    for (method, name) in METHODS.iter().enumerate() {
-        let at = |arc: f64| {
-            let row = ARCS_DEG.iter().position(|known| *known == arc).unwrap_or(0);
-            let [rms, _, found] = table[row][method];
-            let share = if found.median < 1.0 {
-                format!(", found {:.0} %", 100.0 * found.median)
-            } else {
-                String::new()
-            };
-            format!("{}{share}", rms.words("deg"))
-        };
-        rows.push(Row::alone(
-            format!("{name}: half of the limb; 70 deg of it"),
-            format!("{}; {}", at(180.0), at(70.0)),
-        ));
-    }
-    let chart = Chart {
-        title: format!("Error of the Earth's centre, GEO, {POINTS} points of {POINT_PX} px"),
-        x: Axis::new("lit limb about the equator, deg of azimuth"),
-        y: Axis::logarithmic("error of the centre, rms, deg"),
-        series,
-    };
-    let verdict = format!(
-        "The order is the thesis's: direct and geometric ellipses are worst with little of the limb, for they must find five parameters; the circularised circle needs three, and \
-         the flown fit of the true cone is as good without its approximations. A plain circle on the ellipsoid itself makes a step of {:.3} deg only: what the thesis saw \
-         in METEOSAT's pictures, 0.2 deg, cannot come from an eccentricity of 0.081 alone, and it says so by its \u{201c}apparent eccentricity\u{201d} (see fig-7.16). {SEEDS} seeds.",
-        step(0)
-    );
-    Ok(Made::new(&[chart], rows, verdict))
-}
 
 /// The farthest of points from the circle through the first, the middle and the last.
 fn off_circle_px(points: &[[f64; 2]]) -> f64 {
