@@ -82,7 +82,11 @@ impl PointingLaw {
     }
 
     /// The attitude of the Earth path; `None` where position and velocity span no plane.
-    pub fn earth_path(&self, about: CentralBody, orbit: &OrbitState) -> Option<Rotation<Icrs, EarthPath>> {
+    pub(crate) fn earth_path(
+        &self,
+        about: CentralBody,
+        orbit: &OrbitState,
+    ) -> Option<Rotation<Icrs, EarthPath>> {
         let path = match self {
             Self::Local(path) => *path,
             Self::Horizon { below_rad, roll_rad } => {

@@ -401,10 +401,9 @@ impl<'c> Sensor<'c> {
     #[inline(never)]
     fn conclude_second(&mut self, meter: &mut impl StageMeter, record: &mut Record) {
         record.orbit = self.orbit_report(record.fix.nis, &mut record.events);
-        let path = record.stars.solution.as_ref().and_then(|solution| self.local_path(solution));
-        record.local = path.as_ref().map(|path| self.local_attitude(path));
+        record.local = self.local_attitude(record.stars.solution.as_ref());
         meter.begin(Stage::Orbit);
-        record.next_state = self.look_ahead(record.mode, path.as_ref());
+        record.next_state = self.look_ahead(record.mode, record.local.as_ref());
         meter.end(Stage::Orbit);
         self.change_mode(record);
         self.cycle = self.cycle.wrapping_add(1);

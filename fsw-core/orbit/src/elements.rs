@@ -70,7 +70,7 @@ fn factor_of(retrograde: bool) -> f64 {
 }
 
 /// Distance and semi-major axis, km; not positive for an open orbit.
-pub(crate) fn radius_and_axis_km(
+pub fn radius_and_axis_km(
     mu_km3_s2: f64,
     position_km: &Vector3<f64>,
     velocity_km_s: &Vector3<f64>,

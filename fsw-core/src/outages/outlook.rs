@@ -11,7 +11,7 @@ use super::{Forecast, SensorState};
 use crate::orbit::OrbitState;
 use crate::orbit::constants::MICROSECONDS;
 use crate::orbit::dynamics::{MAX_SPAN_US, PropagationError};
-use fsw_ground::matrix::dot;
+use crate::orbit::elements::radius_and_axis_km;
 
 /// Steps of a revolution: 5 s in a low orbit, 72 s in GEO.
 const STEPS: f64 = 1200.0;
@@ -46,10 +46,8 @@ impl Outlook {
     /// Begins at a state of the orbit; `None` where that is none of a satellite.
     pub fn new(forecast: &Forecast<'_>, orbit: &OrbitState) -> Option<Self> {
         let here = (*orbit, forecast.state(orbit)?);
-        let square_km2 = dot(&orbit.position_km, &orbit.position_km);
         let mu = forecast.forces.body.facts().mu_km3_s2;
-        let axis_km =
-            1.0 / (2.0 / libm::sqrt(square_km2) - dot(&orbit.velocity_km_s, &orbit.velocity_km_s) / mu);
+        let (_, axis_km) = radius_and_axis_km(mu, &orbit.position_km, &orbit.velocity_km_s);
         // Of an open orbit, not a number or less than 0: the longest step.
         let period_s = core::f64::consts::TAU * axis_km * libm::sqrt(axis_km / mu);
         let step_s = period_s / STEPS;

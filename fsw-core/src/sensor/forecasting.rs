@@ -10,7 +10,7 @@
 //! What is foreseen is a notice: nothing on board rests on it, and it is no part of what is sealed.
 
 use super::Sensor;
-use crate::frames::{EarthPath, Icrs, Lvlh, Rotation};
+use crate::frames::{EarthPath, Icrs, Lvlh, Rotation, StarPath};
 use crate::modes::Mode;
 use crate::orbit::OrbitState;
 use crate::orbit::body::CentralBody;
@@ -18,9 +18,8 @@ use crate::orbit::constants::MICROSECONDS;
 use crate::orbit::forces::Forces;
 use crate::orbit::motion::Timing;
 use crate::outages::{Change, Forecast, Outlook, PointingLaw, local_axes};
-use crate::telemetry::NextState;
+use crate::telemetry::{LocalAttitude, NextState};
 use fsw_ground::matrix::{cross, dot};
-use nalgebra::Vector3;
 
 /// How far an attitude may be from its law, rad: 1.1 deg.
 const HELD_RAD: f32 = 0.02;
@@ -47,11 +46,8 @@ impl Basis {
     /// How far the Earth path is from where the law has it, rad; more than [`HELD_RAD`] where it is not held.
     fn off_rad(&self, body: CentralBody, orbit: &OrbitState, path: &Rotation<Icrs, EarthPath>) -> f32 {
         let Some(expected) = self.law.earth_path(body, orbit) else { return f32::INFINITY };
-        let turned = expected.inverse().then(path);
-        let m = turned.matrix();
-        let sines = Vector3::new(m.m23 - m.m32, m.m31 - m.m13, m.m12 - m.m21);
-        // Beyond 90 deg the sine falls again.
-        if m.trace() < 1.0 { f32::INFINITY } else { 0.5 * libm::sqrtf(dot(&sines, &sines)) }
+        let angle_rad = path.angle_from(&expected);
+        libm::sqrtf(dot(&angle_rad, &angle_rad))
     }
 
     /// Sigma of a time that is `ahead_s` after the begin, of an attitude that has left its law by `off_rad`.
@@ -109,24 +105,20 @@ impl Forecasting {
 }
 
 impl Sensor<'_> {
-    /// Goes on with the look ahead, and gives what is foreseen; nothing without orbit and the Earth path's
-    /// attitude against local vertical and horizontal.
+    /// Goes on with the look ahead, and gives what is foreseen; nothing without orbit and attitude.
     #[inline(never)]
-    pub(super) fn look_ahead(
-        &mut self,
-        mode: Mode,
-        local: Option<&Rotation<Lvlh, EarthPath>>,
-    ) -> Option<NextState> {
+    pub(super) fn look_ahead(&mut self, mode: Mode, local: Option<&LocalAttitude>) -> Option<NextState> {
         let orbit = *self.orbit.state()?;
-        let local = local?;
-        let path = local_axes(&orbit)?.then(local);
+        let to_star_path = Rotation::<Lvlh, StarPath>::from_quaternion(local?.quaternion)?;
+        let local = to_star_path.then(&self.mounting());
+        let path = local_axes(&orbit)?.then(&local);
         let body = self.parameters.orbit.body;
         let off_rad = |basis: &Basis| basis.off_rad(body, &orbit, &path);
         let held = |basis: &Basis| off_rad(basis) < HELD_RAD;
         self.forecasting.under_way = self.forecasting.under_way.filter(|(basis, _)| held(basis));
         self.forecasting.foreseen = self.forecasting.foreseen.filter(|foreseen| held(&foreseen.basis));
         if matches!(mode, Mode::Tracking | Mode::Eclipse | Mode::SunOutage) && !self.orbit.is_busy() {
-            self.go_on_ahead(&orbit, local, off_rad);
+            self.go_on_ahead(&orbit, &local, off_rad);
         }
         let Foreseen { basis, changes: [first, second] } = self.forecasting.best(orbit.time_us)?;
         let first = first?;

@@ -5,7 +5,7 @@ use super::record::{Events, FixRecord, Solution};
 use super::timekeeping::SECOND_US;
 use crate::earth::heights::{LimbHeight as EarthLimbHeight, PredictedLimb};
 use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
-use crate::frames::{EarthPath, Icrs, Lvlh, Rotation, StarPath};
+use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
 use crate::orbit::body::CentralBody;
@@ -165,22 +165,17 @@ impl Sensor<'_> {
 
     /// The attitude against the local vertical.
     #[inline(never)]
-    pub(super) fn local_attitude(&self, path: &Rotation<Lvlh, EarthPath>) -> LocalAttitude {
+    pub(super) fn local_attitude(&self, solution: Option<&Solution>) -> Option<LocalAttitude> {
+        let attitude = Rotation::<Icrs, StarPath>::from_quaternion(solution?.attitude.quaternion)?;
+        let to_star_path = local_axes(self.orbit.state()?)?.inverse().then(&attitude);
+        let path = to_star_path.then(&self.mounting());
         // Rows: the Earth path's axes in LVLH.
         let [x, z] = [0, 2].map(|row| path.matrix().row(row).transpose());
-        LocalAttitude {
-            quaternion: path.then(&self.mounting().inverse()).quaternion(),
+        Some(LocalAttitude {
+            quaternion: to_star_path.quaternion(),
             nadir_rad: libm::atan2f(libm::sqrtf(z.x * z.x + z.y * z.y), z.z),
             yaw_rad: libm::atan2f(x.y, x.x),
-        }
-    }
-
-    /// The Earth path against local vertical and local horizontal; `None` where attitude or orbit are not
-    /// known.
-    pub(super) fn local_path(&self, solution: &Solution) -> Option<Rotation<Lvlh, EarthPath>> {
-        let axes = local_axes(self.orbit.state()?)?;
-        let attitude = Rotation::<Icrs, StarPath>::from_quaternion(solution.attitude.quaternion)?;
-        Some(axes.inverse().then(&attitude).then(&self.mounting()))
+        })
     }
 }
 

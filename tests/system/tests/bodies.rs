@@ -1,12 +1,10 @@
 //! Flights about Moon and Mars from pixels: the scenarios' first half hour, by an orbit of the ground and the
 //! limb. The table's facts are held against others in the tests of `fsw_core::orbit::body`, the world's here.
 
+use crate::flights::{self, scenario};
 use fsw_core::orbit::body::CentralBody;
-use sil_host::harness;
-use sil_host::scenario::Scenario;
 use sil_host::world::body;
 use sil_host::world::vector::{angle, length, minus, product, transposed};
-use std::path::Path;
 
 const DAY_US: i64 = 86_400_000_000;
 
@@ -26,10 +24,9 @@ struct Flown {
 }
 
 fn fly(name: &str, seconds: u32) -> Flown {
-    let mut scenario = Scenario::load(Path::new(name)).unwrap();
-    scenario.duration_s = seconds;
+    let scenario = scenario(name, seconds);
     let mut flown = Flown::default();
-    harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
+    flights::fly(&scenario, |second| {
         assert_eq!(second.truth.ellipsoid.body(), scenario.forces.body);
         if let Some(attitude) = &second.judged.attitude_rad {
             flown.attitudes += 1;
@@ -41,9 +38,7 @@ fn fly(name: &str, seconds: u32) -> Flown {
             flown.last_km = orbit.position_km.axes.length();
             flown.last_sigma = orbit.position_km.axes.worst_sigma();
         }
-        Ok(())
-    })
-    .unwrap();
+    });
     let Flown { attitudes, worst_sigma, lit, first_orbit_s, last_km, last_sigma } = &flown;
     println!(
         "{name}, {seconds} s: {attitudes} s with an attitude, at most {worst_sigma:.1} sigma; {lit} s with a lit limb; \

@@ -16,17 +16,7 @@ const M7: &str = "mps2-an500";
 /// Runs the flight image in the emulator on files of a folder; the telemetry goes to `obc.bin`.
 fn obc(machine: &str, folder: &Path, frames: &str, parameters: &str) -> Output {
     Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args([
-            "run",
-            "--quiet",
-            "--profile",
-            "flight",
-            "-p",
-            "obc-image",
-            "--target",
-            "thumbv7em-none-eabihf",
-            "--",
-        ])
+        .args(["obc", "--quiet", "--"])
         .args([frames, parameters, "obc.bin"].map(|name| folder.join(name)))
         .current_dir(workspace())
         .env("CARGO_TARGET_DIR", target_dir())

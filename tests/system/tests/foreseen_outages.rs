@@ -1,9 +1,8 @@
 //! The sensor's next change of state as it foresees it, flown from pixels, beside what then comes.
 
-use sil_host::harness;
+use crate::flights::{self, scenario};
 use sil_host::scenario::Scenario;
 use sil_host::world::motion::slew::Slew;
-use std::path::Path;
 
 /// The sensor's state by the true geometry, and the next as it is foreseen: state, seconds until then, their
 /// sigma, seconds that it lasts.
@@ -15,19 +14,16 @@ struct Flown {
 }
 
 fn fly(name: &str, seconds: u32, change: impl FnOnce(&mut Scenario)) -> Vec<Flown> {
-    let mut scenario = Scenario::load(Path::new(name)).unwrap();
-    scenario.duration_s = seconds;
+    let mut scenario = scenario(name, seconds);
     change(&mut scenario);
     let mut flown = Vec::new();
-    harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
+    flights::fly(&scenario, |second| {
         let next = second.report.next_state.map(|next| {
             let lasts_s = next.lasts_s.map(i64::from);
             (next.state as u8, i64::from(next.in_s), f64::from(next.sigma_s), lasts_s)
         });
         flown.push(Flown { state: second.truth.state as u8, next, known: second.report.local.is_some() });
-        Ok(())
-    })
-    .unwrap();
+    });
     flown
 }
 

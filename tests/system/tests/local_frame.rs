@@ -1,12 +1,10 @@
 //! Kepler's elements, Hill's sigmas and the attitude against the local vertical, as flown: beside what the
 //! truth's position, velocity and attitude say, computed apart.
 
-use sil_host::harness;
+use crate::flights::{self, scenario};
 use sil_host::judge::attitude_error;
-use sil_host::scenario::Scenario;
 use sil_host::world::attitude::{Vector, apply, dot, matrix, quaternion};
 use sil_host::world::vector::{angle, cross, length, product, times, transposed, unit};
-use std::path::Path;
 
 /// The orbit of this scenario is known after a quarter of an hour.
 const SCENARIO: &str = "sso-noon-midnight";
@@ -21,11 +19,10 @@ fn lvlh(position: Vector, velocity: Vector) -> [Vector; 3] {
 
 #[test]
 fn elements_and_the_attitude_against_the_vertical_are_those_of_the_truth_within_their_sigmas() {
-    let mut scenario = Scenario::load(Path::new(SCENARIO)).unwrap();
-    scenario.duration_s = SECONDS;
+    let scenario = scenario(SCENARIO, SECONDS);
     let mut seconds = 0;
-    harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
-        let (Some(orbit), Some(local)) = (&second.report.orbit, &second.report.local) else { return Ok(()) };
+    flights::fly(&scenario, |second| {
+        let (Some(orbit), Some(local)) = (&second.report.orbit, &second.report.local) else { return };
         seconds += 1;
         let truth = second.truth;
         let axes = lvlh(truth.position_km, truth.velocity_km_s);
@@ -73,9 +70,7 @@ fn elements_and_the_attitude_against_the_vertical_are_those_of_the_truth_within_
         assert!((radius_km / length(r) - 1.0).abs() < 1e-6);
         let latitude = f64::from(of.inclination_rad).sin() * f64::from(of.perigee_rad + of.anomaly_rad).sin();
         assert!((latitude - r[2] / length(r)).abs() < 1e-5);
-        Ok(())
-    })
-    .unwrap();
+    });
     println!("{seconds} of {SECONDS} s with an orbit");
     assert!(seconds > 200);
 }

@@ -1,12 +1,11 @@
 //! The misalignment of the paths, learned in flight from the limb while the ground gives the orbit.
 
-use sil_host::harness;
+use crate::flights::{self, scenario};
 use sil_host::judge::{arcsec, attitude_error};
+use sil_host::scenario::Believed;
 use sil_host::scenario::orbit_filter::{GroundStart, OrbitFilterModel};
-use sil_host::scenario::{Believed, Scenario};
 use sil_host::world::attitude::Vector;
 use sil_host::world::vector::{length, minus};
-use std::path::Path;
 
 /// The mount as the flight code is told it is off by so much, and it is told a sigma of 0.1 deg.
 const MOUNT_DEG: Vector = [0.1, -0.06, 0.08];
@@ -22,8 +21,7 @@ const GROUND: GroundStart = GroundStart {
 /// Flies so many seconds of a scenario whose mount is told wrong, and gives what is learned of it less what
 /// is true, its sigmas, arcsec, and the greatest error of the position, km.
 fn learned(name: &str, seconds: u32) -> (Vector, Vector, f64) {
-    let mut scenario = Scenario::load(Path::new(name)).unwrap();
-    scenario.duration_s = seconds;
+    let mut scenario = scenario(name, seconds);
     scenario.believed = Believed { mount_deg: MOUNT_DEG, ..Believed::TRUTH };
     scenario.orbit_filter = OrbitFilterModel {
         misalignment_sigma_deg: Some(SIGMA_ARCSEC / 3600.0),
@@ -35,14 +33,12 @@ fn learned(name: &str, seconds: u32) -> (Vector, Vector, f64) {
     let sure = attitude_error(mount, told).map(arcsec);
     let wide = |rad: [f32; 3]| rad.map(|angle| arcsec(angle.into()));
     let (mut last, mut farthest_km) = (None, 0.0f64);
-    harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
+    flights::fly(&scenario, |second| {
         if let (Some(orbit), Some(judged)) = (&second.report.orbit, &second.judged.orbit) {
             farthest_km = farthest_km.max(length(judged.position_km.axes.error));
             last = Some((wide(orbit.misalignment_rad), wide(orbit.misalignment_sigma_rad)));
         }
-        Ok(())
-    })
-    .unwrap();
+    });
     let (learned, sigma) = last.expect("an orbit");
     (minus(learned, sure), sigma, farthest_km)
 }

@@ -1,9 +1,9 @@
 //! Shutters against the Sun, flown from pixels: the scenario's two hours and a half in GEO, in which the Sun
 //! crosses the Earth path from second 1,468 to 2,398 and from 6,445 to 7,375 with the Earth dark in between.
 
+use crate::flights::{self, scenario};
 use fsw_core::shutting::Shutters;
 use fsw_core::telemetry::Outcome;
-use sil_host::harness;
 use sil_host::harness::faults::{Fault, FaultKind};
 use sil_host::scenario::Scenario;
 use sil_host::world::motion::slew::Slew;
@@ -30,11 +30,10 @@ struct Flown {
 }
 
 fn fly(name: &str, seconds: u32, change: impl FnOnce(&mut Scenario)) -> Vec<Flown> {
-    let mut scenario = Scenario::load(Path::new(name)).unwrap();
-    scenario.duration_s = seconds;
+    let mut scenario = scenario(name, seconds);
     change(&mut scenario);
     let mut flown = Vec::new();
-    harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
+    flights::fly(&scenario, |second| {
         let report = second.report;
         flown.push(Flown {
             cycle: second.cycle,
@@ -50,9 +49,7 @@ fn fly(name: &str, seconds: u32, change: impl FnOnce(&mut Scenario)) -> Vec<Flow
                 sigma[1].to_degrees() * 3600.0
             }),
         });
-        Ok(())
-    })
-    .unwrap();
+    });
     let worst = flown.iter().map(|second| second.worst_sigma).fold(0.0, f64::max);
     println!("{name}, {seconds} s: largest error of the attitude {worst:.1} sigma");
     assert!(worst < 6.0);

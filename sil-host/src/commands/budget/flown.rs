@@ -105,20 +105,9 @@ pub(super) fn fly(
     run_program(cargo().args(tools), "building the cycle meter and the stack analysis")?;
     let [meter, depth, telemetry] =
         ["cycles.json", "stack.json", "obc-telemetry.bin"].map(|name| folder.join(name));
-    let arguments = [
-        "run",
-        "--quiet",
-        "--profile",
-        "flight",
-        "-p",
-        "obc-image",
-        "--target",
-        "thumbv7em-none-eabihf",
-        "--",
-    ];
     let output = run_program(
         cargo()
-            .args(arguments)
+            .args(["obc", "--quiet", "--"])
             .args([&files.frames, &files.parameters, &telemetry])
             .env("CYCLE_METER", &meter)
             .env("STACK_DEPTH", &depth),

@@ -97,7 +97,7 @@ pub(super) struct Outcome {
     pub(super) nees: f64,
     /// Error and sigma of the limb height, km.
     pub(super) limb_km: (f64, f64),
-    pub(super) rejected: u32,
+    pub(super) downweighted: u32,
     pub(super) settled_after_s: Option<i64>,
 }
 
@@ -175,7 +175,7 @@ pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
     let normal = start.position_km.cross(&start.velocity_km_s).normalize();
     let mut truth = Truth::at_start(scenario, &mut generator);
     let mut filter = OrbitFilter::new();
-    let (mut rejected, mut settled_after_s) = (0, None);
+    let (mut downweighted, mut settled_after_s) = (0, None);
     for second in (0..scenario.duration_s).step_by(*cadence_s as usize) {
         if second > 0 {
             truth.live(scenario, &mut generator);
@@ -193,7 +193,7 @@ pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
         let seen_km = truth.seen_km(&to_icrs);
         let fix = eye.fix((&state.position_km, &seen_km), &normal, &mut generator);
         match filter.update(state.time_us, &fix, &to_icrs, parameters) {
-            Update::Downweighted(_) => rejected += 1,
+            Update::Downweighted(_) => downweighted += 1,
             Update::Diverged(_) | Update::Refused(_) => panic!("lost at {second} s"),
             Update::Collected | Update::Started | Update::Accepted(_) | Update::Gathered => (),
         }
@@ -210,7 +210,7 @@ pub(super) fn fly(scenario: &Scenario, seed: u64) -> Outcome {
         sigma_m: (axes * factor.block(POSITION, POSITION) * axes.transpose()).diagonal().map(f64::sqrt) * 1e3,
         nees: nees(&filter, state),
         limb_km: (height_km - truth.limb_height_km, height_sigma_km),
-        rejected,
+        downweighted,
         settled_after_s,
     }
 }

@@ -79,7 +79,7 @@ impl Estimate {
     }
 
     /// Takes in the look under way when its time is over, in steps of a second each: first noise is added,
-    /// then the look's shares follow. Gives what came of a share. After a gap it waits, as the gap took the
+    /// then the look's shares follow, until one is beyond the gate. Gives what came of a share. After a gap it waits, as the gap took the
     /// second.
     #[inline(never)]
     pub(in crate::filter) fn finish_look(&mut self, parameters: &OrbitParameters) -> Option<(Nis, bool)> {
@@ -97,10 +97,10 @@ impl Estimate {
             self.taking = None;
             return None;
         };
-        let (nis, taken) = self.update(rows, parameters);
+        let (nis, within) = self.update(rows, parameters);
         let next = Taking { shares: taking.shares.get(1..).unwrap_or(&[]), ..taking };
-        self.taking = Some(next).filter(|next| taken && !next.shares.is_empty());
-        Some((nis, taken))
+        self.taking = Some(next).filter(|next| within && !next.shares.is_empty());
+        Some((nis, within))
     }
 
     /// Ends the look under way when its time is over.
