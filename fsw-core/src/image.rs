@@ -24,6 +24,7 @@ pub mod repeated;
 pub mod scan;
 mod search;
 mod shape;
+mod smear;
 pub mod streaks;
 #[cfg(test)]
 mod test_sky;

@@ -4,52 +4,22 @@
 //! were.
 
 use super::Detection;
+use super::smear::{Evidence, Smear};
 use fsw_hal::DetectorError;
 use heapless::Vec;
 
 /// Spots kept of an image.
 pub const MAX_DETECTIONS: usize = 96;
 
-/// Places of streaks kept.
-pub const MAX_STREAK_PLACES: usize = 24;
-/// Fewer bright spots that the lens's profile does not fit are pairs and hits ...
-const FEWEST_BLURRED: u32 = 4;
-/// ... and so are those that are not more than one in so many.
-const BLURRED_SHARE: u32 = 3;
-/// What is so near to a place kept, px, is of the same streak.
-const SAME_STREAK_PX: u16 = 12;
-
-/// What the sensor's turning during the exposure made of the stars of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Smear {
-    /// Their light stayed in its place, to 4 px or less.
-    Points,
-    /// They look round, but many of them otherwise than the turning that is told would make them: it changes
-    /// within the exposure.
-    Blurred,
-    /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot that
-    /// is not drawn out is a part of a faint one, or a hit.
-    Drawn,
-    /// Most leave that square: what is seen are parts, of which some look round and some whole. None of them is
-    /// to be believed.
-    Streaks,
-}
-
 /// Star-like spots, kept by brightness.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Detections {
     spots: Vec<Detection, MAX_DETECTIONS>,
     found: u32,
     crowded_tiles: u32,
     unread: u32,
     unread_px: u32,
-    /// Spots in the open sky that are drawn out, and round ones bright enough to tell.
-    drawn: u32,
-    clear_round: u32,
-    /// Of these, those that the lens's profile does not fit.
-    blurred: u32,
-    streaks: u32,
-    streak_places: Vec<[u16; 2], MAX_STREAK_PLACES>,
+    evidence: Evidence,
 }
 
 impl Detections {
@@ -81,7 +51,7 @@ impl Detections {
 
     /// Spots that are parts of streaks and were refused; a long streak has several.
     pub fn streaks(&self) -> u32 {
-        self.streaks
+        self.evidence.streaks()
     }
 
     /// Forgets all.
@@ -91,11 +61,7 @@ impl Detections {
         self.crowded_tiles = 0;
         self.unread = 0;
         self.unread_px = 0;
-        self.drawn = 0;
-        self.clear_round = 0;
-        self.blurred = 0;
-        self.streaks = 0;
-        self.streak_places.clear();
+        self.evidence = Evidence::new();
     }
 
     /// No spots.
@@ -106,11 +72,7 @@ impl Detections {
             crowded_tiles: 0,
             unread: 0,
             unread_px: 0,
-            drawn: 0,
-            clear_round: 0,
-            blurred: 0,
-            streaks: 0,
-            streak_places: Vec::new(),
+            evidence: Evidence::new(),
         }
     }
 
@@ -121,50 +83,35 @@ impl Detections {
         !self.spots.is_full() || self.spots.iter().any(|kept| brightness(spot) <= brightness(kept))
     }
 
-    /// Keeps the spot, in place of the faintest when full. A spot that two overlapping windows show is kept
-    /// once. `clear`: its light is so far above the noise that its shape shows whether it is drawn out;
-    /// `misfits`: the lens's profile does not fit it.
-    pub(super) fn insert(&mut self, spot: Detection, clear: bool, misfits: bool) {
+    /// Keeps the spot, in place of the faintest when full; whether it is another. A spot that two overlapping
+    /// windows show is kept once.
+    pub(super) fn insert(&mut self, spot: Detection) -> bool {
         const ONE_PX: u32 = 1 << 16;
         let same = |kept: &Detection| {
             kept.x_q16.abs_diff(spot.x_q16) < ONE_PX && kept.y_q16.abs_diff(spot.y_q16) < ONE_PX
         };
         if self.spots.iter().any(same) {
-            return;
+            return false;
         }
         self.found = self.found.saturating_add(1);
-        if !spot.extended {
-            let drawn = spot.drawn_px > 0;
-            self.drawn = self.drawn.saturating_add(u32::from(drawn));
-            self.clear_round = self.clear_round.saturating_add(u32::from(clear && !drawn));
-            self.blurred = self.blurred.saturating_add(u32::from(clear && !drawn && misfits));
-        }
         if let Err(spot) = self.spots.push(spot)
             && let Some(faintest) = self.spots.iter_mut().max_by_key(|kept| kept.rank())
             && spot.rank() < faintest.rank()
         {
             *faintest = spot;
         }
+        true
     }
 
     /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks of
-    /// particles and satellites. Of a turning sensor no bright star is round, hits are; at rest most are.
+    /// particles and satellites.
     pub fn smear(&self, fewest: u32) -> Smear {
-        let all = self.drawn.saturating_add(self.streaks);
-        if all < fewest || all < self.clear_round {
-            let otherwise = all.saturating_add(self.blurred);
-            let blurred = otherwise >= FEWEST_BLURRED && BLURRED_SHARE * otherwise > self.clear_round;
-            if blurred { Smear::Blurred } else { Smear::Points }
-        } else if self.streaks < self.drawn {
-            Smear::Drawn
-        } else {
-            Smear::Streaks
-        }
+        self.evidence.smear(fewest)
     }
 
     /// Spots in the open sky that are drawn out whole.
     pub fn drawn(&self) -> u32 {
-        self.drawn
+        self.evidence.drawn()
     }
 
     /// Leaves the spots that are drawn out.
@@ -174,18 +121,12 @@ impl Detections {
 
     /// Places that are parts of streaks, px, the first that were found.
     pub fn streak_places(&self) -> &[[u16; 2]] {
-        &self.streak_places
+        self.evidence.streak_places()
     }
 
-    /// Counts a spot that is the part of a streak.
-    pub(super) fn note_streak(&mut self, [x, y]: [u16; 2]) {
-        self.streaks = self.streaks.saturating_add(1);
-        let near =
-            |place: &[u16; 2]| place[0].abs_diff(x) < SAME_STREAK_PX && place[1].abs_diff(y) < SAME_STREAK_PX;
-        if !self.streak_places.iter().any(near) {
-            // Of more than there is room for the first are kept.
-            let _ = self.streak_places.push([x, y]);
-        }
+    /// What the shapes of the spots say, to be added to.
+    pub(super) fn evidence(&mut self) -> &mut Evidence {
+        &mut self.evidence
     }
 
     /// Counts a window whose search ended with its allowance.

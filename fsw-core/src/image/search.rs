@@ -137,7 +137,7 @@ impl<'w> Conditioned<'w> {
         let seen = at_once.or_else(|| look(window.brightest_near(x, y)));
         let Some((at, measured)) = seen else {
             if around == 0 && is_streak(&window, x, y) {
-                detections.note_streak(self.on_detector([x, y]));
+                detections.evidence().note_streak(self.on_detector([x, y]), self.residuals.level(x, y));
             }
             return true;
         };
@@ -148,7 +148,9 @@ impl<'w> Conditioned<'w> {
         }
         match shape {
             // What is drawn out among clouds is a cloud's, and none of a star.
-            Shape::Streak if !extended => detections.note_streak(self.on_detector(at)),
+            Shape::Streak if !extended => {
+                detections.evidence().note_streak(self.on_detector(at), self.residuals.level(x, y));
+            }
             Shape::Star(star) => {
                 // Its centre matters to none where it is too faint to be kept.
                 let kept = detections.keeps(&star);
@@ -158,7 +160,10 @@ impl<'w> Conditioned<'w> {
                 let [x, y] = self.origin.map(|at| i32::from(at) << 16);
                 let clear = star.flux > CLEAR_SIGMAS * window.sigma;
                 let star = Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star };
-                detections.insert(star, clear, misfits);
+                if detections.insert(star) {
+                    let background = self.residuals.level(at[0], at[1]);
+                    detections.evidence().note_spot(&star, background, clear, misfits);
+                }
             }
             Shape::Streak | Shape::Hit => {}
         }

@@ -19,7 +19,9 @@ fn spot([x, y]: [f64; 2], brightness: i32) -> Detection {
 
 fn image(places: impl IntoIterator<Item = ([f64; 2], i32)>) -> Detections {
     let mut detections = Detections::new();
-    places.into_iter().for_each(|(at, brightness)| detections.insert(spot(at, brightness), true, false));
+    for (at, brightness) in places {
+        detections.insert(spot(at, brightness));
+    }
     detections.settle();
     detections
 }
