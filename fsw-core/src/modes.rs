@@ -8,12 +8,12 @@
 //! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test and without an attitude | safe |
 //! | any but self-test, safe, commanded safe | the detector is blinded | Sun outage |
 //! | self-test | passed | acquisition |
-//! | acquisition | two attitudes in a row, so that the rate is known and the names are confirmed; since tracking was lost, or safe mode left, at least `dwell_s` less `patience_s` seconds | tracking, eclipse |
-//! | acquisition | `acquisition_timeout_s` seconds in the mode | safe |
+//! | acquisition | an attitude, and a rate by which the next one is predicted to the tracking gate; since tracking was lost or blinded, or safe mode left, at least `dwell_s` seconds | tracking, eclipse |
+//! | acquisition | `acquisition_timeout_s` seconds without an attitude | safe |
 //! | tracking, eclipse | no attitude for `patience_s` seconds | acquisition |
 //! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
 //! | eclipse | a limb in the field is lit, for `settle_s` seconds | tracking |
-//! | Sun outage | not blinded, attitude by the last rate still good | tracking, eclipse |
+//! | Sun outage | not blinded, attitude predicted to the tracking gate by the last rate | tracking, eclipse |
 //! | Sun outage | not blinded | acquisition |
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | self-test passed in `healthy_s` seconds in a row | acquisition |
@@ -106,10 +106,10 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time from one loss of tracking, or the end of safe mode, to the next loss: for all of it but
-        /// `patience_s`, acquisition goes on identifying stars in whole images. What lost them, a slew or a
-        /// gyro that is wrong, may lose them again.
-        dwell_s: u16 = 12, 1..=600, "s",
+        /// Least time from a loss of tracking, a blinded image or the end of safe mode until acquisition ends:
+        /// it goes on identifying stars in whole images. What lost them, a slew or a gyro that is wrong, may lose
+        /// them again.
+        dwell_s: u16 = 10, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row, without an attitude, before safe mode.
         fault_patience_s: u16 = 13, 1..=600, "s",
@@ -119,7 +119,7 @@ parameter_group! {
         settle_s: u16 = 3, 1..=60, "s",
             "two wrong frames change no mode; in LEO the Sun moves 0.2 deg, less than from `lit_deg` to \
              `usable_deg`";
-        /// Longest acquisition.
+        /// Longest time of acquisition without an attitude.
         acquisition_timeout_s: u16 = 300, 5..=10_000, "s",
             "nine whole searches of 33 s: 1,488 sides of 16,000 to 29,000 pairs at `pairs_per_cycle`";
         /// Longest Sun outage.
@@ -137,9 +137,7 @@ parameter_group! {
 pub struct ModeInputs {
     /// An attitude was found or confirmed.
     pub attitude: bool,
-    /// The rate is known: two attitudes in a row.
-    pub rate: bool,
-    /// The attitude predicted by the last rate is within the tracking gate.
+    /// The attitude that the rate predicts for the next second is within the tracking gate.
     pub predicted: bool,
     /// No star can be seen: the detector is blinded, or the star path shut before it would be.
     pub blinded: bool,
@@ -160,7 +158,7 @@ pub struct Modes {
     with_fault_us: i64,
     /// Uninterrupted time of passed self-tests in safe mode.
     healthy_us: i64,
-    /// Since tracking was last lost, or safe mode left; `None` where neither ever was.
+    /// Since tracking was last lost or blinded, or safe mode left; `None` where neither ever was.
     lost_us: Option<i64>,
     /// Uninterrupted time for which the limb's light contradicts the mode (dark in tracking, lit in
     /// eclipse).
@@ -227,7 +225,7 @@ impl Modes {
         self.enter(mode);
         // These go on over changes of mode.
         self.with_fault_us = with_fault_us;
-        let begins = matches!(guard, Guard::AttitudeLost | Guard::Healthy);
+        let begins = matches!(guard, Guard::AttitudeLost | Guard::Blinded | Guard::Healthy);
         self.lost_us = if begins { Some(0) } else { lost_us };
         Some(guard)
     }
@@ -244,14 +242,13 @@ impl Modes {
         }
         let steady = reached(self.earth_changed_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
-        let dwell_s = parameters.dwell_s.saturating_sub(parameters.patience_s);
-        let dwelt = self.lost_us.is_none_or(|us| reached(us, dwell_s));
+        let dwelt = self.lost_us.is_none_or(|us| reached(us, parameters.dwell_s));
         match self.mode {
             Mode::SelfTest if !inputs.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
-            Mode::Acquisition if inputs.attitude && inputs.rate && dwelt => {
+            Mode::Acquisition if inputs.attitude && inputs.predicted && dwelt => {
                 Some((tracking_mode, Guard::AttitudeKnown))
             }
-            Mode::Acquisition if reached(self.in_mode_us, parameters.acquisition_timeout_s) => {
+            Mode::Acquisition if reached(self.without_attitude_us, parameters.acquisition_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),

@@ -412,8 +412,7 @@ impl<'c> Sensor<'c> {
 
     /// Lets the guards decide what comes next.
     fn change_mode(&mut self, record: &mut Record) {
-        let rate = self.motion.as_ref().is_some_and(|motion| motion.rate().is_some());
-        let inputs = record.mode_inputs(rate, self.prediction_is_within_gate());
+        let inputs = record.mode_inputs(self.prediction_is_within_gate());
         let before = self.modes.mode();
         let Some(guard) = self.modes.next(self.now, &inputs, &self.parameters.modes) else { return };
         record.events.note(Event::Mode(self.modes.mode(), guard));

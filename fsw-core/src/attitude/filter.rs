@@ -135,6 +135,17 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         filter
     }
 
+    /// The same with a rate that is known from elsewhere. Turning freely it changes by the square of its size in a
+    /// second at most (Euler's equations): that is the first process noise, as far as it may be so large.
+    pub fn with_rate(mut self, rate: &Rate) -> Self {
+        self.add(RATE, &rate.rad_s);
+        self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&squares(&rate.sigma_rad_s)));
+        self.has_rate = true;
+        let (least, greatest) = Self::process_noise_limits();
+        self.process_noise_psd = square(rate.rad_s.norm_squared()).clamp(least, greatest);
+        self
+    }
+
     /// The same with a rate sensor, whose readings come with every [`Filter::propagate`]; for two blocks.
     pub fn with_rate_sensor(mut self, noise: RateSensorNoise) -> Self {
         (self.sensor, self.has_rate) = (Some(noise), true);

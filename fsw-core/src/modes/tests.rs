@@ -1,11 +1,11 @@
 use super::Mode::{Acquisition, CommandedSafe, Eclipse, Safe, SelfTest, SunOutage, Tracking};
 use super::*;
 use proptest::prelude::*;
-use std::vec::Vec;
+use std::{vec, vec::Vec};
 
 const PARAMETERS: ModeParameters = ModeParameters {
     patience_s: 3,
-    dwell_s: 12,
+    dwell_s: 9,
     fault_patience_s: 4,
     settle_s: 2,
     acquisition_timeout_s: 20,
@@ -14,8 +14,8 @@ const PARAMETERS: ModeParameters = ModeParameters {
 };
 
 const NOTHING: ModeInputs =
-    ModeInputs { attitude: false, rate: false, predicted: false, blinded: false, dark: None, fault: false };
-const ATTITUDE: ModeInputs = ModeInputs { attitude: true, rate: true, ..NOTHING };
+    ModeInputs { attitude: false, predicted: false, blinded: false, dark: None, fault: false };
+const ATTITUDE: ModeInputs = ModeInputs { attitude: true, predicted: true, ..NOTHING };
 const LIT: ModeInputs = ModeInputs { dark: Some(false), ..ATTITUDE };
 const DARK: ModeInputs = ModeInputs { dark: Some(true), ..ATTITUDE };
 const BLINDED: ModeInputs = ModeInputs { blinded: true, ..NOTHING };
@@ -23,10 +23,10 @@ const FAULT: ModeInputs = ModeInputs { fault: true, ..NOTHING };
 
 prop_compose! {
     fn inputs()(
-        [attitude, rate, predicted, blinded, fault] in any::<[bool; 5]>(),
+        [attitude, predicted, blinded, fault] in any::<[bool; 4]>(),
         dark in any::<Option<bool>>(),
     ) -> ModeInputs {
-        ModeInputs { attitude, rate, predicted, blinded, dark, fault }
+        ModeInputs { attitude, predicted, blinded, dark, fault }
     }
 }
 
@@ -72,9 +72,9 @@ fn the_sensor_begins_with_its_self_test_and_goes_on_when_it_passes() {
 }
 
 #[test]
-fn acquisition_needs_attitude_and_rate() {
-    assert_eq!(after(Acquisition, &[ModeInputs { rate: false, ..ATTITUDE }]), [Acquisition]);
-    // A rate without an attitude of this second is an old one.
+fn acquisition_needs_an_attitude_and_a_rate_that_predicts_the_next() {
+    assert_eq!(after(Acquisition, &[ModeInputs { predicted: false, ..ATTITUDE }]), [Acquisition]);
+    // A prediction without an attitude of this second rests on old ones.
     assert_eq!(after(Acquisition, &[ModeInputs { attitude: false, ..ATTITUDE }]), [Acquisition]);
     assert_eq!(after(Acquisition, &[ATTITUDE]), [Tracking]);
     assert_eq!(after(Acquisition, &[DARK]), [Eclipse]);
@@ -86,6 +86,11 @@ fn a_field_without_stars_ends_in_safe_mode_which_tries_again() {
     assert!(modes[..19].iter().all(|mode| *mode == Acquisition));
     assert!(modes[19..24].iter().all(|mode| *mode == Safe));
     assert_eq!(modes[24..26], [Acquisition; 2]);
+}
+
+#[test]
+fn attitudes_that_predict_no_other_do_not_end_in_safe_mode() {
+    assert_eq!(after(Acquisition, &[ModeInputs { predicted: false, ..ATTITUDE }; 60]), [Acquisition; 60]);
 }
 
 #[test]
@@ -123,6 +128,19 @@ fn after_the_sun_an_attitude_that_was_predicted_well_saves_the_acquisition() {
     assert_eq!(after(SunOutage, &[ModeInputs { predicted: true, ..NOTHING }]), [Tracking]);
     assert_eq!(after(SunOutage, &[ModeInputs { predicted: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
     assert_eq!(after(SunOutage, &[BLINDED; 30])[28..], [SunOutage, Safe]);
+}
+
+#[test]
+fn after_a_short_outage_that_leaves_no_prediction_acquisition_goes_on_for_a_while() {
+    let seen = ModeInputs { predicted: false, ..ATTITUDE };
+    for blinded in 1..30 {
+        let outage = vec![BLINDED; blinded];
+        let modes = after(Tracking, &[outage, vec![seen], vec![ATTITUDE; 12]].concat());
+        let changed = changes(&modes);
+        // To the outage in the first second.
+        assert_eq!(changed.first(), Some(&blinded), "{changed:?}");
+        assert_eq!(changed.get(1), Some(&(blinded + 1).max(9)), "{changed:?}");
+    }
 }
 
 #[test]
@@ -177,10 +195,10 @@ proptest! {
         dark in any::<Option<bool>>(),
     ) {
         // In every second stretch of time the detector fails in every second.
-        let of = |(second, (attitude, rate, fault)): (usize, &(bool, bool, bool))| {
+        let of = |(second, (attitude, predicted, fault)): (usize, &(bool, bool, bool))| {
             let fails = (second / longest_fault) % 2 == 1;
             let attitude = *attitude && !fails;
-            ModeInputs { attitude, rate: *rate, fault: *fault || fails, dark, ..NOTHING }
+            ModeInputs { attitude, predicted: *predicted, fault: *fault || fails, dark, ..NOTHING }
         };
         let parameters = ModeParameters { acquisition_timeout_s: 10_000, ..ModeParameters::default() };
         let seconds: Vec<_> = seconds.iter().enumerate().map(of).collect();

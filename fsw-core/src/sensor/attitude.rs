@@ -40,7 +40,11 @@ impl Sensor<'_> {
         let updated =
             self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
         if updated.is_none_or(|contradicts| self.shuts_rate_sensor_out(contradicts)) {
-            self.motion = Some(Filter::new(attitude, sigma_rad, image));
+            let begun = Filter::new(attitude, sigma_rad, image);
+            self.motion = Some(match self.turning.rate_at(image) {
+                Some(rate) => begun.with_rate(&rate),
+                None => begun,
+            });
         }
         let filtered = self.motion.as_ref().and_then(|motion| motion.at(image));
         stars.solution = Some(Solution {

@@ -199,10 +199,9 @@ impl Record {
 
     /// What the guards of the modes judge by. `rate`: the filter knows the rate; `predicted`: the attitude
     /// propagated to the next second is within the gate.
-    pub(super) fn mode_inputs(&self, rate: bool, predicted: bool) -> ModeInputs {
+    pub(super) fn mode_inputs(&self, predicted: bool) -> ModeInputs {
         ModeInputs {
             attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),
-            rate,
             predicted,
             blinded: matches!(self.stars.outcome, Some(Outcome::Blinded | Outcome::StarPathShut)),
             dark: self.earth.dark,

@@ -11,7 +11,7 @@ mod streaks;
 
 use super::Sensor;
 use super::record::StarRecord;
-use crate::attitude::filter::seconds;
+use crate::attitude::filter::{Rate, seconds};
 use crate::image::streaks::Streak;
 use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
@@ -65,6 +65,8 @@ pub(super) struct Turning {
     middles_px: Vec<[f32; 2], MAX_STREAKS>,
     /// Instant of the image.
     taken: LocalTime,
+    /// The rate that was told last, its sense being known, and the instant of its image.
+    told: Option<(Rate, LocalTime)>,
     /// What to do with the next one.
     next: Next,
 }
@@ -143,6 +145,26 @@ impl Turning {
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
+    /// Remembers the rate that this second's image gave.
+    fn remember(&mut self, report: Option<&RateReport>) {
+        let known = report.filter(|report| !report.either_sense);
+        let told = known.map(|report| {
+            let rate = Rate { rad_s: report.rad_s.into(), sigma_rad_s: report.sigma_rad_s.into() };
+            (rate, self.taken)
+        });
+        self.told = told.or(self.told);
+    }
+
+    /// The rate at an instant, by the one told last: turning freely it changes by its square in a second at
+    /// most. `None` where that was too long ago.
+    pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
+        let (rate, told_at) = self.told?;
+        let elapsed_s = libm::fabsf(seconds(instant.us_since(told_at)));
+        let change = rate.rad_s.norm_squared() * elapsed_s;
+        let sigma_rad_s = rate.sigma_rad_s.map(|sigma| libm::hypotf(sigma, change));
+        (elapsed_s <= BETWEEN_S.1).then_some(Rate { rad_s: rate.rad_s, sigma_rad_s })
+    }
+
     /// Whether the next image is searched for lines.
     pub(super) fn seeks_streaks(&self) -> bool {
         self.next.seeks
@@ -185,6 +207,7 @@ impl Sensor<'_> {
             }
             _ => {}
         }
+        self.turning.remember(stars.rate.as_ref());
         Ok(())
     }
 
@@ -201,6 +224,7 @@ impl Sensor<'_> {
         let found = self.lines(detector);
         meter.end(Stage::Streaks);
         self.turn_by_lines(&mut found?, stars);
+        self.turning.remember(stars.rate.as_ref());
         Ok(())
     }
 
