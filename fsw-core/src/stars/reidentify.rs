@@ -9,7 +9,8 @@
 //! sensor has turned since, which moves them all alike: every pair of an expected and a measured star that
 //! lie within [`REACH_PX`] proposes a displacement, the one on which most pairs agree is taken, and the
 //! attitude that it gives is [confirmed](super::confirm) like any other, its chance times the number of
-//! displacements that could have been taken. A roll of 0.2 deg and more is out of reach.
+//! displacements that are no longer: that a chance match moves the stars by little is unlikely by itself. Where the
+//! rate is known, fewer stars are so enough. A roll of 0.2 deg and more is out of reach.
 
 use super::StarField;
 use super::confirm::{Confirmed, confirm, widen};
@@ -25,8 +26,6 @@ pub const REACH_PX: f32 = 64.0;
 /// Displacements of the same turn differ by less along either axis, px: at the reach a turn moves stars in
 /// the corners of 15 deg 3 px farther than in the middle.
 const ALIKE_PX: f32 = 3.0;
-/// Displacements that differ: the hypotheses of one search.
-const HYPOTHESES: f32 = (REACH_PX / ALIKE_PX) * (REACH_PX / ALIKE_PX);
 /// Most displacements compared. Of 48 expected and 64 measured stars 40 pairs lie within reach by chance.
 const MAX_DISPLACEMENTS: usize = 128;
 /// The tolerance of the confirmation is that of this step of the search: centroids of images that shake.
@@ -43,10 +42,14 @@ fn common_displacement(displacements: &[[f32; 2]]) -> Option<[f32; 2]> {
     Some([x / count as f32, y / count as f32])
 }
 
-/// The `former` attitude turned by what moves most of its stars onto measured ones; `None` where there is no
-/// pair within reach. Not inlined: keeps its lists off the stack of the confirmation.
+/// The `former` attitude turned by what moves most of its stars onto measured ones, and how many displacements
+/// that differ are no longer; `None` where there is no pair within reach. Not inlined: keeps its lists off the stack
+/// of the confirmation.
 #[inline(never)]
-fn displaced(former: &Rotation<Icrs, StarPath>, field: &StarField) -> Option<Rotation<Icrs, StarPath>> {
+fn displaced(
+    former: &Rotation<Icrs, StarPath>,
+    field: &StarField,
+) -> Option<(Rotation<Icrs, StarPath>, f32)> {
     let mut displacements: Vec<[f32; 2], MAX_DISPLACEMENTS> = Vec::new();
     for star in &field_stars(field.catalogue, field.camera, former)? {
         for seen in field.measured() {
@@ -61,12 +64,13 @@ fn displaced(former: &Rotation<Icrs, StarPath>, field: &StarField) -> Option<Rot
     let [dx, dy] = common_displacement(&displacements)?;
     let [x, y] = field.camera.middle_px();
     let (before, after) = (field.camera.direction([x, y])?, field.camera.direction([x + dx, y + dy])?);
-    Some(former.turned(&after.vector().cross(before.vector())))
+    let sides = 1.0 + dx.abs().max(dy.abs()) / ALIKE_PX;
+    Some((former.turned(&after.vector().cross(before.vector())), sides * sides))
 }
 
 /// Identifies the stars of `field` near to the `former` attitude; the logarithm is that of the
-/// false-identification probability over all displacements that could have been taken. `None` where fewer
-/// than three stars match or the probability exceeds the limit.
+/// false-identification probability over all displacements that are no longer than the one taken. `None` where
+/// fewer than three stars match or the probability exceeds the limit.
 #[inline(never)]
 pub fn reidentify(
     former: &Rotation<Icrs, StarPath>,
@@ -74,8 +78,9 @@ pub fn reidentify(
     parameters: &IdentificationParameters,
 ) -> Option<(Confirmed, f32)> {
     let tolerance_px = parameters.tolerance_px(STEP);
-    let mut confirmed = confirm(&displaced(former, field)?, field, tolerance_px)?;
-    let log10_false = (confirmed.log10_chance + libm::log10f(HYPOTHESES)).min(0.0);
+    let (attitude, hypotheses) = displaced(former, field)?;
+    let mut confirmed = confirm(&attitude, field, tolerance_px)?;
+    let log10_false = (confirmed.log10_chance + libm::log10f(hypotheses)).min(0.0);
     if log10_false > parameters.log10_false_limit {
         return None;
     }

@@ -66,6 +66,48 @@ fn nothing_is_found_where_there_are_no_stars_or_others() {
 }
 
 #[test]
+fn by_chance_a_match_is_as_rare_as_it_is_said_to_be() {
+    const LIMIT: f32 = -2.0;
+    let mut generator = Generator::new(73);
+    let parameters =
+        IdentificationParameters { log10_false_limit: LIMIT, ..IdentificationParameters::default() };
+    let (camera, catalogue) = (camera(), SKY.catalogue());
+    let (trials, mut told) = (4000, 0);
+    for _ in 0..trials {
+        let mut picture = Picture::of(&SKY, &camera_parameters(), generator.rotation());
+        picture.spots = (0..40).map(|_| false_star(&mut generator)).collect::<List<_>>();
+        let measured = picture.measured(&camera, SIGMA_PX);
+        let field = StarField::whole(&measured, &catalogue, &camera);
+        let former = picture.attitude_turned(&Vector3::zeros());
+        told += usize::from(reidentify(&former, &field, &parameters).is_some());
+    }
+    std::println!("{told} of {trials} by chance");
+    // At most one in a hundred, and four standard deviations more.
+    assert!(told <= 40 + 25);
+}
+
+#[test]
+fn six_stars_are_enough_where_they_stand_as_predicted() {
+    let mut generator = Generator::new(74);
+    let mut right = [0; 2];
+    for _ in 0..200 {
+        let mut picture = Picture::of(&SKY, &camera_parameters(), generator.rotation());
+        if picture.spots.len() < 6 {
+            continue;
+        }
+        picture.spots.truncate(6);
+        let picture = picture.noisy(&mut generator, 0.1).with_false_stars(&mut generator, 6);
+        for (right, off_px) in right.iter_mut().zip([2.0, 60.0]) {
+            let off_rad = Vector3::new(off_px / f64::from(camera_parameters().focal_length_px), 0.0, 0.0);
+            let found = found(&picture, &off_rad);
+            *right += usize::from(found.is_some_and(|(found, _)| picture.error_of(&found.attitude).norm() < 2e-3));
+        }
+    }
+    std::println!("found: {right:?} of 200");
+    assert!(right[0] > right[1] && right[0] >= 150);
+}
+
+#[test]
 fn without_a_turn_the_displacement_is_none_and_of_no_pairs_there_is_none() {
     assert_eq!(common_displacement(&[]), None);
     assert_eq!(common_displacement(&[[10.0, -20.0], [0.5, 0.0], [-0.5, 0.25]]), Some([0.0, 0.125]));
