@@ -254,6 +254,20 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         })
     }
 
+    /// Whether an attitude of an instant is within three sigma, its own and the filter's together, of what the filter
+    /// predicts, about each axis.
+    pub fn expects(
+        &self,
+        attitude: &Rotation<Icrs, StarPath>,
+        sigma_rad: &[f32; 3],
+        instant: LocalTime,
+    ) -> bool {
+        let Some((predicted, predicted_sigma_rad)) = self.at(instant) else { return false };
+        let off = attitude.angle_from(&predicted);
+        let both = predicted_sigma_rad.iter().zip(sigma_rad);
+        off.iter().zip(both).all(|(off, (one, other))| off.abs() <= 3.0 * libm::hypotf(*one, *other))
+    }
+
     /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, or else the last one.
     /// `false`, and no change, where [`Filter::at`] gives `None`.
     #[inline(never)]

@@ -24,6 +24,10 @@ use heapless::Vec;
 /// attitude do: as often as not. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
 const MOST_LOG10_CHANCE: f32 = -0.3;
 
+/// A match that chance gives once in a hundred images or more often must be where the filter expects it: of stars
+/// drawn out one in sixty was beyond four sigma, where a hit or a part of another streak was taken for a star.
+const SURE_LOG10_CHANCE: f32 = -2.0;
+
 /// Fewer spots of the windows that are drawn out do not say that the sensor turns. Of particles' tracks few meet
 /// a window.
 const FEWEST_STREAKS: u32 = 2;
@@ -192,9 +196,7 @@ impl Sensor<'_> {
     ) -> Outcome {
         let fewest = usize::from(self.parameters.tracking.fewest_stars);
         match confirmed {
-            Some(confirmed)
-                if confirmed.matches.len() >= fewest && confirmed.log10_chance <= MOST_LOG10_CHANCE =>
-            {
+            Some(confirmed) if confirmed.matches.len() >= fewest && self.is_convincing(confirmed) => {
                 self.measurement_update(confirmed, confirmed.log10_chance, self.now, stars);
                 Outcome::Tracked
             }
@@ -205,6 +207,14 @@ impl Sensor<'_> {
                 Outcome::Lost
             }),
         }
+    }
+
+    /// Whether a match is hardly chance, by itself or because it is where the filter expects it.
+    fn is_convincing(&self, confirmed: &Confirmed) -> bool {
+        let Confirmed { attitude, sigma_rad, log10_chance, .. } = confirmed;
+        let expected =
+            || self.motion.as_ref().is_some_and(|motion| motion.expects(attitude, sigma_rad, self.now));
+        *log10_chance <= SURE_LOG10_CHANCE || *log10_chance <= MOST_LOG10_CHANCE && expected()
     }
 
     /// Too few stars, or too weak a match, for an attitude of their own: each that is where the filter expects

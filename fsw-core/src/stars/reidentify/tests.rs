@@ -100,7 +100,8 @@ fn six_stars_are_enough_where_they_stand_as_predicted() {
         for (right, off_px) in right.iter_mut().zip([2.0, 60.0]) {
             let off_rad = Vector3::new(off_px / f64::from(camera_parameters().focal_length_px), 0.0, 0.0);
             let found = found(&picture, &off_rad);
-            *right += usize::from(found.is_some_and(|(found, _)| picture.error_of(&found.attitude).norm() < 2e-3));
+            *right +=
+                usize::from(found.is_some_and(|(found, _)| picture.error_of(&found.attitude).norm() < 2e-3));
         }
     }
     std::println!("found: {right:?} of 200");
