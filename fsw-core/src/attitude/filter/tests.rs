@@ -86,6 +86,33 @@ fn one_attitude_gives_no_rate_and_no_prediction() {
 }
 
 #[test]
+fn a_rate_that_is_known_from_elsewhere_predicts_the_second_attitude() {
+    const RATE_SIGMA: f32 = 0.02 * DEG;
+    let (mut offs, mut expected) = (Vec::new(), 0);
+    for seed in 1..=200 {
+        let mut turning = Turning::new(seed);
+        let rate = vector(&mut turning.generator) * DEG;
+        let error = vector(&mut turning.generator) * RATE_SIGMA;
+        let told = Rate { rad_s: rate + error, sigma_rad_s: Vector3::repeat(RATE_SIGMA) };
+        let mut filter = turning.begin::<2>().with_rate(&told);
+        turning.turn(&rate);
+        offs.push(turning.errors(&filter).0);
+        let image = turning.image();
+        expected += usize::from(filter.expects(&image, &SIGMA, turning.now()));
+        let wrong = image.turned(&Vector3::new(0.0, 0.0, 12.0 * RATE_SIGMA));
+        assert!(!filter.expects(&wrong, &SIGMA, turning.now()), "seed {seed}");
+        filter.measurement_update(image, SIGMA, turning.now());
+        assert!(turning.errors(&filter).0.amax() < 5.0, "seed {seed}");
+    }
+    // Below 1: the rate of a body that turns freely would change. 600 squares of standard deviation 1.4.
+    let mean = mean_square(&offs);
+    std::println!("squares of the error over its sigma {mean:.2}, {expected} of 200 within 3 sigma");
+    assert!((0.5..1.2).contains(&mean) && expected >= 196);
+    let alone = Turning::new(1).begin::<2>();
+    assert!(!alone.expects(&Turning::new(1).image(), &SIGMA, alone.instant));
+}
+
+#[test]
 fn at_any_rate_up_to_ten_degrees_a_second_the_filter_is_honest_and_better_than_its_images() {
     // 100 flights of 300 s. The coloured share is all that should be left: 0.35 of the variance; less than
     // 0.55 is asked.

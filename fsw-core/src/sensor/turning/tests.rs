@@ -68,3 +68,29 @@ fn an_image_that_gave_an_attitude_is_followed_by_one_of_its_exposure_and_one_tha
     turning.forget();
     assert!(turning.divisor() <= 1);
 }
+
+#[test]
+fn a_rate_that_was_told_serves_an_attitude_for_four_seconds_its_sigma_growing() {
+    let report = |either_sense| RateReport {
+        rad_s: [0.0, 0.03, 0.0],
+        sigma_rad_s: [1e-4; 3],
+        source: RateSource::Streaks,
+        either_sense,
+        stars: 5,
+    };
+    let at = |seconds: i64| LocalTime::from_us(seconds * 1_000_000);
+    let mut turning = Turning { taken: at(10), ..Turning::default() };
+    turning.remember(Some(&report(true)));
+    assert!(turning.rate_at(at(10)).is_none());
+    turning.remember(Some(&report(false)));
+    turning.taken = at(11);
+    turning.remember(None);
+    for (second, sigma) in [(10, 1e-4), (11, 9.06e-4), (13, 2.70e-3)] {
+        let rate = turning.rate_at(at(second)).unwrap();
+        assert_eq!(rate.rad_s.y, 0.03);
+        assert!((rate.sigma_rad_s.x - sigma).abs() < 0.01 * sigma, "{second} s: {}", rate.sigma_rad_s.x);
+    }
+    assert!(turning.rate_at(at(15)).is_none());
+    turning.keep_exposure();
+    assert!(turning.rate_at(at(11)).is_none());
+}
