@@ -81,12 +81,12 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 11
+#define SEXTANT_TELEMETRY_VERSION 12
 
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 21
+#define SEXTANT_PARAMETERS_VERSION 22
 
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
@@ -1068,6 +1068,10 @@ typedef struct sextant_result {
      * Reason code of a command that was refused, as reports tell it; else 0.
      */
     uint32_t refusal;
+    /**
+     * Exposure that the image was asked for with, us; 0 where the second needed no image.
+     */
+    uint32_t exposure_us;
     /**
      * Whether the star path was to be shut.
      */

@@ -290,6 +290,8 @@ pub struct CycleResult {
     pub command: CommandResult,
     /// Reason code of a command that was refused, as reports tell it; else 0.
     pub refusal: u32,
+    /// Exposure that the image was asked for with, us; 0 where the second needed no image.
+    pub exposure_us: u32,
     /// Whether the star path was to be shut.
     pub star_path_shut: bool,
     /// Whether the Earth path was to be shut.

@@ -267,6 +267,7 @@ impl<'c> Sensor<'c> {
         let mut record = Record::new(self.cycle, self.modes.mode(), time, events);
         record.command = outcome;
         record.open = open;
+        record.exposure_us = (image != Image::NotAsked).then_some(self.exposure_us);
         record.shutter_fault = moved.err().map(|error| error.kind().into());
         meter.begin(Stage::Orbit);
         let ephemeris = self.update_ephemeris(&record.time, &mut record.fix, &mut record.events);

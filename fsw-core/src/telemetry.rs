@@ -21,7 +21,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 11;
+pub const VERSION: u8 = 12;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -328,6 +328,9 @@ pub struct Report {
     pub mode: Mode,
     /// What was done with it.
     pub activity: Activity,
+    /// Exposure that the image was asked for with, us: a shorter one than that of the parameters where the sensor
+    /// turns. `None` where the second needed no image.
+    pub exposure_us: Option<u32>,
     /// What came of the stars; `None` where none were looked for, or a fault came first.
     pub outcome: Option<Outcome>,
     /// What did not serve.

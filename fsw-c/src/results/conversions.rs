@@ -195,6 +195,7 @@ impl From<&Report> for CycleResult {
                 Some(CommandOutcome::Refused(reason)) => reason.code().into(),
                 _ => 0,
             },
+            exposure_us: report.exposure_us.unwrap_or(0),
             star_path_shut: report.star_path_shut,
             earth_path_shut: report.earth_path_shut,
         }

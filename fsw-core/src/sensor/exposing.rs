@@ -22,7 +22,7 @@ const SHORTEST_US: u32 = 100;
 const FNV_PRIME: u32 = 16_777_619;
 
 /// The image of a second.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Image {
     /// None was asked for: safe mode, or a search that goes on with an image before.
     NotAsked,

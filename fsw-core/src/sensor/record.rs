@@ -158,6 +158,8 @@ pub(super) struct Record {
     pub(super) cycle: u32,
     pub(super) mode: Mode,
     pub(super) time: Time,
+    /// Exposure that the image was asked for with, us; `None` where none was.
+    pub(super) exposure_us: Option<u32>,
     pub(super) detector_fault: Option<DetectorFault>,
     pub(super) image_fault: Option<ImageFault>,
     pub(super) rate_sensor_fault: Option<RateSensorFault>,
@@ -181,6 +183,7 @@ impl Record {
             cycle,
             mode,
             time,
+            exposure_us: None,
             detector_fault: None,
             image_fault: None,
             rate_sensor_fault: None,
@@ -197,8 +200,8 @@ impl Record {
         }
     }
 
-    /// What the guards of the modes judge by. `rate`: the filter knows the rate; `predicted`: the attitude
-    /// propagated to the next second is within the gate.
+    /// What the guards of the modes judge by. `predicted`: the attitude propagated to the next second is within
+    /// the gate.
     pub(super) fn mode_inputs(&self, predicted: bool) -> ModeInputs {
         ModeInputs {
             attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),
@@ -228,6 +231,7 @@ impl Record {
             clock: time.state,
             mode: self.mode,
             activity: stars.activity,
+            exposure_us: self.exposure_us,
             outcome: stars.outcome,
             faults: Faults {
                 detector: self.detector_fault.or(stars.incomplete.then_some(DetectorFault::Hardware)),

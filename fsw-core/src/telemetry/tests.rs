@@ -238,7 +238,7 @@ prop_compose! {
         focal_ratio in prop::option::of(real()),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
         command in command(),
-        shut in any::<[bool; 2]>(),
+        (shut, exposure_us) in any::<([bool; 2], Option<u32>)>(),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
         let filtered = filtered
@@ -247,7 +247,7 @@ prop_compose! {
         let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, ahead), events) = whereabouts;
         let (local, next_state) = ahead;
         Report {
-            cycle, local_us, instant_us, clock, mode, activity, outcome, faults,
+            cycle, local_us, instant_us, clock, mode, activity, exposure_us, outcome, faults,
             star_path_shut, earth_path_shut, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, local, events, rate, command, next_state,
@@ -297,6 +297,7 @@ fn largest() -> Report {
         clock: ClockState::Unknown,
         mode: Mode::Tracking,
         activity: Activity::Propagation,
+        exposure_us: Some(u32::MAX),
         outcome: Some(Outcome::NotIdentified(NotIdentified::NoMatch)),
         faults: Faults {
             detector: Some(DetectorFault::Hardware),

@@ -67,6 +67,7 @@ fn every_quantity_of_a_report_comes_through() {
             lasts_s: Some(720),
         }),
         command: Some(CommandOutcome::Done),
+        exposure_us: Some(50_000),
         earth_path_shut: true,
         ..Report::default()
     };
@@ -116,6 +117,7 @@ fn every_quantity_of_a_report_comes_through() {
         },
         command: CommandResult::Done,
         refusal: 0,
+        exposure_us: 50_000,
         star_path_shut: false,
         earth_path_shut: true,
     };

@@ -161,7 +161,7 @@ const PAUSE_US: i64 = 3 * 3_600_000_000;
 /// The mission's time-outs.
 const MODES: ModeParameters = ModeParameters {
     patience_s: 3,
-    dwell_s: 4,
+    dwell_s: 1,
     fault_patience_s: 5,
     settle_s: 3,
     acquisition_timeout_s: 5,

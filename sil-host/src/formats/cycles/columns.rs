@@ -16,7 +16,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -541,5 +541,12 @@ pub const COLUMNS: &[Columns] = &[
         "how long it lasts; empty where its end is not foreseen",
         0,
         |of| one(of.second.report.next_state?.lasts_s?),
+    ),
+    numbers(
+        &["exposure_ms"],
+        ("ms", ""),
+        "exposure that the image was asked for with; empty where the second needed no image",
+        3,
+        |of| one(f64::from(of.second.report.exposure_us?) * 1e-3),
     ),
 ];
