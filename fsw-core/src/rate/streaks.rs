@@ -8,6 +8,7 @@ use super::arcs::Arc;
 use super::marks::Mark;
 use crate::camera::Camera;
 use crate::image::streaks::Streak;
+use nalgebra::Vector3;
 
 /// The arc of a streak exposed for `exposure_s`, its rows `row_time_s` one after the other. `longest_px` is
 /// how long a streak may be: a cut one shows less of its direction.
@@ -45,4 +46,17 @@ pub fn mark_of(camera: &Camera, streak: &Streak, late_s: f32) -> Option<Mark> {
         sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
         late_s,
     })
+}
+
+/// Where the star of a streak was in the middle of the exposure: on its circle about the axis of the rate, rad/s,
+/// not on the chord between the ends. In which sense it turned does not matter. `None` where the camera sees no
+/// direction there, or without a rate.
+#[inline(never)]
+pub fn middle_of(camera: &Camera, streak: &Streak, rate_rad_s: &Vector3<f32>) -> Option<Vector3<f32>> {
+    let [first, second] =
+        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
+    let (sum, axis) = (first? + second?, rate_rad_s.try_normalize(1e-9)?);
+    let along = 0.5 * axis.dot(&sum);
+    let across = (sum - axis * (2.0 * along)).try_normalize(1e-6)?;
+    Some(axis * along + across * libm::sqrtf((1.0 - along * along).max(0.0)))
 }

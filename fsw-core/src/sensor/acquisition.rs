@@ -24,6 +24,9 @@ const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
 /// A focal length off by less, share, moves the stars in the corner by a tenth of a pixel at most.
 const UNSEEN_STRETCH: f32 = 1e-4;
+/// Largest common logarithm of the false-identification probability of an attitude that is within three sigma of
+/// what the filter expects.
+const EXPECTED_LOG10_FALSE: f32 = -5.0;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
 const FEWEST_STREAKS: u32 = 6;
 
@@ -110,11 +113,16 @@ impl Sensor<'_> {
         self.search_stars(scanned, stars)
     }
 
-    /// Whether the stars are found near to the attitude known last; takes the new one.
+    /// Whether the stars are found near to the attitude known last; takes the new one. Where the filter expects
+    /// it, weaker evidence is enough.
     #[inline(never)]
-    fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
+    pub(super) fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
+        let limit = self.parameters.identification.log10_false_limit;
         let mut hypotheses = self.hypotheses().into_iter().flatten();
-        let found = hypotheses.find_map(|former| self.identify_near(&former));
+        let found = hypotheses.find_map(|former| {
+            self.identify_near(&former, limit.max(EXPECTED_LOG10_FALSE))
+                .filter(|(confirmed, log10_false)| *log10_false <= limit || self.is_expected(confirmed))
+        });
         found.is_some_and(|(confirmed, log10_false)| {
             self.take_identified(&confirmed, log10_false, self.now, stars)
         })
@@ -122,11 +130,15 @@ impl Sensor<'_> {
 
     /// The image's stars identified near to an attitude.
     #[inline(never)]
-    fn identify_near(&self, former: &Rotation<Icrs, StarPath>) -> Option<(Confirmed, f32)> {
+    fn identify_near(
+        &self,
+        former: &Rotation<Icrs, StarPath>,
+        log10_false_limit: f32,
+    ) -> Option<(Confirmed, f32)> {
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .without(self.workspace.detections.unread_px())
             .calibrated(self.calibration.as_ref());
-        reidentify(former, &field, &self.parameters.identification)
+        reidentify(former, &field, &self.parameters.identification, log10_false_limit)
     }
 
     /// Goes on with the search without an attitude, in the second of the scan for a [`SCANNING_SHARE`]th of
@@ -151,12 +163,15 @@ impl Sensor<'_> {
         let since = self.searching_since.take().unwrap_or(self.now);
         match progress? {
             Progress::Searching => {
-                let patience_us = (FIRST_PATIENCE_US << self.images_given_up) - SECOND_US;
+                // The few stars of lines are found in a second or not at all.
+                let of_lines = self.turning.is_of_lines();
+                let doublings = if of_lines { 0 } else { self.images_given_up };
+                let patience_us = (FIRST_PATIENCE_US << doublings) - SECOND_US;
                 // To the nearest second: calls are never exactly a second apart.
-                if self.now.us_since(since) + SECOND_US / 2 >= patience_us {
-                    self.images_given_up = (self.images_given_up + 1).min(MOST_DOUBLINGS);
-                } else {
+                if self.now.us_since(since) + SECOND_US / 2 < patience_us {
                     self.searching_since = Some(since);
+                } else if !of_lines {
+                    self.images_given_up = (doublings + 1).min(MOST_DOUBLINGS);
                 }
                 Some(Outcome::Searching)
             }
@@ -188,7 +203,10 @@ impl Sensor<'_> {
         }
         self.refine_focal_length(&confirmed.focal_ratio, image);
         self.workspace.take_measured(&self.camera, None, 0.0);
-        let Some((mut again, log10_false)) = self.identify_near(&confirmed.attitude) else { return false };
+        let limit = self.parameters.identification.log10_false_limit;
+        let Some((mut again, log10_false)) = self.identify_near(&confirmed.attitude, limit) else {
+            return false;
+        };
         // What the image shows of it is taken already.
         again.focal_ratio.sigma = f32::INFINITY;
         self.measurement_update(&again, log10_false, image, stars);

@@ -107,6 +107,9 @@ impl Sensor<'_> {
         // Roll moves a star by its distance from the line of sight.
         let [right, bottom] = self.camera.middle_px();
         let lever = libm::sqrtf(right * right + bottom * bottom) * self.camera.rad_per_px();
+        if self.is_too_fast_to_track() {
+            return false;
+        }
         let next = self.motion.as_ref().and_then(|motion| motion.at(self.now.plus_us(SECOND_US)));
         next.is_some_and(|(_, [x, y, z])| {
             3.0 * libm::sqrtf(x * x + y * y + (lever * z) * (lever * z)) < gate_rad

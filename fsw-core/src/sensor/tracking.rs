@@ -211,10 +211,14 @@ impl Sensor<'_> {
 
     /// Whether a match is hardly chance, by itself or because it is where the filter expects it.
     fn is_convincing(&self, confirmed: &Confirmed) -> bool {
-        let Confirmed { attitude, sigma_rad, log10_chance, .. } = confirmed;
-        let expected =
-            || self.motion.as_ref().is_some_and(|motion| motion.expects(attitude, sigma_rad, self.now));
-        *log10_chance <= SURE_LOG10_CHANCE || *log10_chance <= MOST_LOG10_CHANCE && expected()
+        let chance = confirmed.log10_chance;
+        chance <= SURE_LOG10_CHANCE || chance <= MOST_LOG10_CHANCE && self.is_expected(confirmed)
+    }
+
+    /// Whether an attitude of this second is within three sigma of what the filter expects.
+    pub(super) fn is_expected(&self, confirmed: &Confirmed) -> bool {
+        let Confirmed { attitude, sigma_rad, .. } = confirmed;
+        self.motion.as_ref().is_some_and(|motion| motion.expects(attitude, sigma_rad, self.now))
     }
 
     /// Too few stars, or too weak a match, for an attitude of their own: each that is where the filter expects

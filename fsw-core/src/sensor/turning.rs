@@ -11,7 +11,7 @@ mod streaks;
 
 use super::Sensor;
 use super::record::StarRecord;
-use crate::attitude::filter::{Rate, seconds};
+use crate::attitude::filter::{Filter, Rate, seconds};
 use crate::image::streaks::Streak;
 use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
@@ -69,6 +69,10 @@ pub(super) struct Turning {
     told: Option<(Rate, LocalTime)>,
     /// What to do with the next one.
     next: Next,
+    /// The stars that are identified, or were last, are the middles of lines.
+    of_lines: bool,
+    /// Images with lines whose stars are not searched for without a hypothesis.
+    unsearched: u8,
 }
 
 /// What to do with the next image.
@@ -145,16 +149,6 @@ impl Turning {
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
-    /// Remembers the rate that this second's image gave.
-    fn remember(&mut self, report: Option<&RateReport>) {
-        let known = report.filter(|report| !report.either_sense);
-        let told = known.map(|report| {
-            let rate = Rate { rad_s: report.rad_s.into(), sigma_rad_s: report.sigma_rad_s.into() };
-            (rate, self.taken)
-        });
-        self.told = told.or(self.told);
-    }
-
     /// The rate at an instant, by the one told last: turning freely it changes by its square in a second at
     /// most. `None` where that was too long ago.
     pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
@@ -163,6 +157,11 @@ impl Turning {
         let change = rate.rad_s.norm_squared() * elapsed_s;
         let sigma_rad_s = rate.sigma_rad_s.map(|sigma| libm::hypotf(sigma, change));
         (elapsed_s <= BETWEEN_S.1).then_some(Rate { rad_s: rate.rad_s, sigma_rad_s })
+    }
+
+    /// Whether the stars that are identified are the middles of lines.
+    pub(super) fn is_of_lines(&self) -> bool {
+        self.of_lines
     }
 
     /// Whether the next image is searched for lines.
@@ -197,9 +196,12 @@ impl Sensor<'_> {
             return self.seek_streaks(detector, meter, stars);
         }
         stars.activity = Activity::StarSearch;
+        self.turning.of_lines &= !new_image;
         let outcome = self.acquire(detector, meter, stars)?;
         stars.outcome = outcome;
         match outcome {
+            // While stars are lines the next image is searched for lines.
+            Some(Outcome::Identified) if self.turning.of_lines => {}
             Some(Outcome::Identified) => self.turning.keep_exposure(),
             Some(Outcome::TooFast) => stars.rate = self.measure_scanned_streaks(detector)?,
             Some(Outcome::Searching | Outcome::NotIdentified(_)) if new_image => {
@@ -207,7 +209,7 @@ impl Sensor<'_> {
             }
             _ => {}
         }
-        self.turning.remember(stars.rate.as_ref());
+        self.take_rate(stars.rate.as_ref());
         Ok(())
     }
 
@@ -223,8 +225,12 @@ impl Sensor<'_> {
         meter.begin(Stage::Streaks);
         let found = self.lines(detector);
         meter.end(Stage::Streaks);
-        self.turn_by_lines(&mut found?, stars);
-        self.turning.remember(stars.rate.as_ref());
+        let mut streaks = found?;
+        self.turn_by_lines(&mut streaks, stars);
+        self.take_rate(stars.rate.as_ref());
+        meter.begin(Stage::Identify);
+        self.identify_lines(&streaks, stars);
+        meter.end(Stage::Identify);
         Ok(())
     }
 
@@ -277,6 +283,17 @@ impl Sensor<'_> {
         Next { seeks: false, scan_divisor, ..next }
     }
 
+    /// Takes the rate that this second's image gave, its sense being known: the filter's, or that of a filter which
+    /// begins with the next attitude.
+    fn take_rate(&mut self, report: Option<&RateReport>) {
+        let Some(report) = report.filter(|report| !report.either_sense) else { return };
+        let rate = Rate { rad_s: report.rad_s.into(), sigma_rad_s: report.sigma_rad_s.into() };
+        if let Some(motion) = &mut self.motion {
+            motion.measurement_update_rate(&rate, self.now);
+        }
+        self.turning.told = Some((rate, self.now));
+    }
+
     /// What the room of the rate needs to know of the camera.
     fn rate_field(&self) -> DetectorScale {
         DetectorScale { rad_per_px: self.camera.rad_per_px(), area_px: self.camera.area_px() }
@@ -312,6 +329,15 @@ impl Sensor<'_> {
         let [width, height] = [camera.width_px, camera.height_px].map(f32::from);
         libm::hypotf(rate.x, rate.y) / self.camera.rad_per_px()
             + libm::fabsf(rate.z) * 0.5 * libm::hypotf(width, height)
+    }
+
+    /// Whether by the filter's rate stars are lines even in the shortest exposure.
+    pub(super) fn is_too_fast_to_track(&self) -> bool {
+        let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
+        let rate = self.motion.as_ref().and_then(Filter::rate);
+        rate.is_some_and(|rate| {
+            self.farthest_px(&(rate.rad_s * exposure_s)) > GREATEST_SCANNED_PX * LARGEST_SCAN_DIVISOR
+        })
     }
 
     /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to

@@ -70,18 +70,19 @@ fn displaced(
 
 /// Identifies the stars of `field` near to the `former` attitude; the logarithm is that of the
 /// false-identification probability over all displacements that are no longer than the one taken. `None` where
-/// fewer than three stars match or the probability exceeds the limit.
+/// fewer than three stars match or it exceeds `log10_false_limit`.
 #[inline(never)]
 pub fn reidentify(
     former: &Rotation<Icrs, StarPath>,
     field: &StarField,
     parameters: &IdentificationParameters,
+    log10_false_limit: f32,
 ) -> Option<(Confirmed, f32)> {
     let tolerance_px = parameters.tolerance_px(STEP);
     let (attitude, hypotheses) = displaced(former, field)?;
     let mut confirmed = confirm(&attitude, field, tolerance_px)?;
     let log10_false = (confirmed.log10_chance + libm::log10f(hypotheses)).min(0.0);
-    if log10_false > parameters.log10_false_limit {
+    if log10_false > log10_false_limit {
         return None;
     }
     widen(&mut confirmed, field, tolerance_px);

@@ -4,7 +4,7 @@
 use super::blocks::product;
 use super::{
     CONSISTENCY_IMAGES, CORRELATED_SHARE, FIRST_PROCESS_NOISE_RAD, Filter, MAX_RATE_BASE_S, MAX_STEP_S,
-    MIN_RATE_BASE_S, MRAD, NOISE_DECAY, NOISE_GROWTH, RATE, RESTART_NIS, seconds, square, squares,
+    MIN_RATE_BASE_S, MRAD, NOISE_DECAY, NOISE_GROWTH, RATE, RESTART_NIS, Rate, seconds, square, squares,
 };
 use crate::attitude::VectorPair;
 use crate::attitude::covariance::Information;
@@ -67,7 +67,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             - (right * up.transpose() + up * right.transpose()) * both)
             * per;
         let left = Matrix3::identity() - product(&p, &inverse);
-        if !then.correct(&innovation, &inverse, &left, 2.0) {
+        if !then.correct(0, &innovation, &inverse, &left, 2.0) {
             return false;
         }
         let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
@@ -77,28 +77,49 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         true
     }
 
+    /// Measurement update by a rate that was measured without an attitude; none of a filter with a rate sensor.
+    /// `false`, and no change, where the state cannot be propagated to `instant` or the innovation exceeds the
+    /// limit.
+    pub fn measurement_update_rate(&mut self, rate: &Rate, instant: LocalTime) -> bool {
+        let mut then = *self;
+        if self.sensor.is_some() || !then.propagate(instant, None) {
+            return false;
+        }
+        let innovation = rate.rad_s - then.state(RATE);
+        let taken = then.correct_block(RATE, &innovation, &squares(&rate.sigma_rad_s));
+        if taken {
+            *self = then;
+        }
+        taken
+    }
+
     /// Correction by an attitude, three axes.
     fn correct_attitude(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
-        let white = Matrix3::from_diagonal(&(variance * (1.0 - CORRELATED_SHARE)));
-        let Some(inverse) = Information::from_sum(self.covariance.at(0, 0) + white).covariance_rad2() else {
-            return false;
-        };
-        // `covariance_rad2` returns rad² for a matrix in 1 / mrad².
-        let inverse = inverse * (MRAD * MRAD);
-        // I - P S⁻¹ as R S⁻¹, without cancellation where S is much greater than R.
-        let left = product(&white, &inverse);
-        let correct = self.correct(innovation, &inverse, &left, 3.0);
+        let correct = self.correct_block(0, innovation, &(variance * (1.0 - CORRELATED_SHARE)));
         if correct {
             self.variance = *variance;
         }
         correct
     }
 
-    /// Kalman correction: `inverse` of the innovation's covariance, 1 / mrad², `left` = I - K for the
-    /// attitude's row, `freedom` of the innovation; `false`, and no change, for a NIS of 40 or more.
+    /// Correction by one of the states, three axes of an error of so much variance, mrad and s.
+    fn correct_block(&mut self, observed: usize, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
+        let white = Matrix3::from_diagonal(variance);
+        let sum = self.covariance.at(observed, observed) + white;
+        let Some(inverse) = Information::from_sum(sum).covariance_rad2() else { return false };
+        // `covariance_rad2` returns rad² for a matrix in 1 / mrad².
+        let inverse = inverse * (MRAD * MRAD);
+        // I - P S⁻¹ as R S⁻¹, without cancellation where S is much greater than R.
+        self.correct(observed, innovation, &inverse, &product(&white, &inverse), 3.0)
+    }
+
+    /// Kalman correction by the state of number `observed`: `inverse` of the innovation's covariance, 1 / mrad²,
+    /// `left` = I - K for that state's row, `freedom` of the innovation; `false`, and no change, for a NIS of 40 or
+    /// more.
     #[inline(never)]
     fn correct(
         &mut self,
+        observed: usize,
         innovation: &Vector3<f32>,
         inverse: &Matrix3<f32>,
         left: &Matrix3<f32>,
@@ -111,7 +132,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.update_process_noise(nis / freedom);
         let before = self.covariance;
         for row in 0..BLOCKS {
-            let gain = product(&before.at(row, 0), inverse);
+            let gain = product(&before.at(row, observed), inverse);
             let step = gain * innovation;
             if row == 0 {
                 self.attitude = self.attitude.turned(&step);
@@ -119,9 +140,10 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
                 self.add(row, &step);
             }
             for column in row..BLOCKS {
-                let block = match row {
-                    0 => product(left, &before.at(0, column)),
-                    _ => before.at(row, column) - product(&gain, &before.at(0, column)),
+                let block = if row == observed {
+                    product(left, &before.at(row, column))
+                } else {
+                    before.at(row, column) - product(&gain, &before.at(observed, column))
                 };
                 self.covariance.set_block(row, column, block);
             }

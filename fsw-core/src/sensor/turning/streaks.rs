@@ -6,11 +6,14 @@
 use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
-use crate::order::fill;
+use crate::order::{fill, sort};
 use crate::rate::arcs::MAX_ARCS;
 use crate::rate::marks::{MAX_MARKS, Mark, rotated};
+use crate::rate::streaks::middle_of;
 use crate::sensor::Sensor;
-use crate::stars::row_delay_s;
+use crate::sensor::record::StarRecord;
+use crate::stars::{MeasuredStar, row_delay_s};
+use crate::telemetry::{Outcome, RateReport};
 use fsw_hal::{Detector, DetectorError};
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -20,6 +23,10 @@ pub(super) const MAX_STREAKS: usize = MAX_ARCS;
 /// What lies so near to a streak is the same line, px.
 pub(super) const SAME_PX: f32 = 6.0;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
+/// Fewest whole streaks whose stars are sought without a hypothesis.
+const FEWEST_MIDDLES: usize = 6;
+/// After a search without a hypothesis so many images with lines begin none.
+const UNSEARCHED: u8 = 2;
 const COLUMNS_AFTER_SCAN: usize = 2_000;
 const COLUMNS: usize = 8_000;
 
@@ -124,5 +131,45 @@ impl Sensor<'_> {
             }
         }
         Ok(streaks)
+    }
+
+    /// Identifies the stars of lines that gave a rate, by their middles: near to the attitude known last, else
+    /// the next second searches for them without one. A search that finds nothing in its second is not begun
+    /// again for [`UNSEARCHED`] images, in which the rate is told.
+    #[inline(never)]
+    pub(super) fn identify_lines(&mut self, streaks: &[Streak], stars: &mut StarRecord) {
+        self.turning.of_lines = true;
+        self.workspace.detections.clear();
+        self.take_middles(streaks, stars.rate.as_ref());
+        if self.reidentify(stars) {
+            stars.outcome = Some(Outcome::Identified);
+            stars.rate = None;
+        } else if self.turning.unsearched > 0 || self.workspace.measured.len() < FEWEST_MIDDLES {
+            self.turning.unsearched = self.turning.unsearched.saturating_sub(1);
+        } else {
+            self.turning.unsearched = UNSEARCHED;
+            self.searching_since = Some(self.now);
+            self.workspace.shared.begin_identification();
+        }
+    }
+
+    /// Takes the middles of whole streaks that turn at the rate for measured stars, brightest first; none without
+    /// a rate, or where rows are late by a turn whose sense is not known.
+    fn take_middles(&mut self, streaks: &[Streak], rate: Option<&RateReport>) {
+        self.workspace.measured.clear();
+        let row_time_s = self.row_time_s();
+        let Some(rate) = rate.filter(|rate| !rate.either_sense || row_time_s == 0.0) else { return };
+        let rate_rad_s = Vector3::from(rate.rad_s);
+        let mut whole: Vec<&Streak, MAX_STREAKS> = Vec::new();
+        fill(&mut whole, streaks.iter().filter(|streak| !streak.cut));
+        sort(&mut whole, |one, other| one.light * one.length_px() > other.light * other.length_px());
+        let stars = whole.iter().filter_map(|streak| {
+            let middle = Direction::new(middle_of(&self.camera, streak, &rate_rad_s)?)?;
+            let sigma_px =
+                streak.sigma_along_px.max(streak.sigma_across_px) * core::f32::consts::FRAC_1_SQRT_2;
+            let star = MeasuredStar::new(&self.camera, self.camera.project(&middle)?, sigma_px)?;
+            star.at_mid_frame(&self.camera, &rate_rad_s, row_time_s)
+        });
+        fill(&mut self.workspace.measured, stars);
     }
 }

@@ -71,20 +71,10 @@ fn an_image_that_gave_an_attitude_is_followed_by_one_of_its_exposure_and_one_tha
 
 #[test]
 fn a_rate_that_was_told_serves_an_attitude_for_four_seconds_its_sigma_growing() {
-    let report = |either_sense| RateReport {
-        rad_s: [0.0, 0.03, 0.0],
-        sigma_rad_s: [1e-4; 3],
-        source: RateSource::Streaks,
-        either_sense,
-        stars: 5,
-    };
     let at = |seconds: i64| LocalTime::from_us(seconds * 1_000_000);
-    let mut turning = Turning { taken: at(10), ..Turning::default() };
-    turning.remember(Some(&report(true)));
-    assert!(turning.rate_at(at(10)).is_none());
-    turning.remember(Some(&report(false)));
-    turning.taken = at(11);
-    turning.remember(None);
+    assert!(Turning::default().rate_at(at(10)).is_none());
+    let rate = Rate { rad_s: Vector3::new(0.0, 0.03, 0.0), sigma_rad_s: Vector3::repeat(1e-4) };
+    let mut turning = Turning { told: Some((rate, at(10))), ..Turning::default() };
     for (second, sigma) in [(10, 1e-4), (11, 9.06e-4), (13, 2.70e-3)] {
         let rate = turning.rate_at(at(second)).unwrap();
         assert_eq!(rate.rad_s.y, 0.03);

@@ -12,7 +12,9 @@ fn found(picture: &Picture, off_rad: &Vector3<f64>) -> Option<(Confirmed, f32)> 
     let (camera, catalogue) = (camera(), SKY.catalogue());
     let measured = picture.measured(&camera, SIGMA_PX);
     let field = StarField::whole(&measured, &catalogue, &camera);
-    reidentify(&picture.attitude_turned(off_rad), &field, &IdentificationParameters::default())
+    let parameters = IdentificationParameters::default();
+    let limit = parameters.log10_false_limit;
+    reidentify(&picture.attitude_turned(off_rad), &field, &parameters, limit)
 }
 
 /// A turn across the line of sight that moves stars by up to `most_px`, with a small roll.
@@ -69,8 +71,7 @@ fn nothing_is_found_where_there_are_no_stars_or_others() {
 fn by_chance_a_match_is_as_rare_as_it_is_said_to_be() {
     const LIMIT: f32 = -2.0;
     let mut generator = Generator::new(73);
-    let parameters =
-        IdentificationParameters { log10_false_limit: LIMIT, ..IdentificationParameters::default() };
+    let parameters = IdentificationParameters::default();
     let (camera, catalogue) = (camera(), SKY.catalogue());
     let (trials, mut told) = (4000, 0);
     for _ in 0..trials {
@@ -79,7 +80,7 @@ fn by_chance_a_match_is_as_rare_as_it_is_said_to_be() {
         let measured = picture.measured(&camera, SIGMA_PX);
         let field = StarField::whole(&measured, &catalogue, &camera);
         let former = picture.attitude_turned(&Vector3::zeros());
-        told += usize::from(reidentify(&former, &field, &parameters).is_some());
+        told += usize::from(reidentify(&former, &field, &parameters, LIMIT).is_some());
     }
     std::println!("{told} of {trials} by chance");
     // At most one in a hundred, and four standard deviations more.
