@@ -58,6 +58,9 @@ const RESTART_NIS: f32 = 40.0;
 /// Time after the last contradiction for which a filter is not steady, s: a slew that begins or ends changes
 /// the rate for seconds, and where images end with it its attitude cannot be carried on. Chosen.
 const UNSTEADY_S: f32 = 10.0;
+/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
+/// that differ by a fifth, one sigma.
+pub const FREE_BODY_CHANGE: f32 = 0.2;
 /// Initial process noise: sigma of the rate's change in a second, 1 arcsec/s.
 const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;
 /// Variances are kept in mrad², so that f32 has digits and range to spare.
@@ -135,14 +138,12 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         filter
     }
 
-    /// The same with a rate that is known from elsewhere. Turning freely it changes by the square of its size in a
-    /// second at most (Euler's equations): that is the first process noise, as far as it may be so large.
+    /// The same with a rate that is known from elsewhere; the first process noise is the greatest.
     pub fn with_rate(mut self, rate: &Rate) -> Self {
         self.add(RATE, &rate.rad_s);
         self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&squares(&rate.sigma_rad_s)));
         self.has_rate = true;
-        let (least, greatest) = Self::process_noise_limits();
-        self.process_noise_psd = square(rate.rad_s.norm_squared()).clamp(least, greatest);
+        (_, self.process_noise_psd) = self.process_noise_limits();
         self
     }
 
@@ -185,15 +186,15 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a
     /// second, which covers the changing rate of nadir pointing in a low orbit of e = 0.001 over ten
-    /// minutes without stars, and 40 arcsec/s. Of the acceleration: a tenth in a second.
-    fn process_noise_limits() -> (f32, f32) {
+    /// minutes without stars, and 40 arcsec/s, more of a body that tumbles ([`FREE_BODY_CHANGE`]). Of the
+    /// acceleration: a tenth in a second.
+    fn process_noise_limits(&self) -> (f32, f32) {
         const LEAST_RAD: f32 = 3.4e-8;
         const GREATEST_RAD: f32 = 2e-4;
-        if BLOCKS > 2 {
-            (square(LEAST_RAD * 0.1), square(GREATEST_RAD * 0.1))
-        } else {
-            (square(LEAST_RAD), square(GREATEST_RAD))
-        }
+        let share = if BLOCKS > 2 { 0.1 } else { 1.0 };
+        let greatest_rad =
+            GREATEST_RAD.max(FREE_BODY_CHANGE * (self.reading + self.state(RATE)).norm_squared());
+        (square(LEAST_RAD * share), square(greatest_rad * share))
     }
 
     /// Sum of the words of attitude, rate and covariance. Another at the begin of a second than at the end of
@@ -224,7 +225,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// innovations say otherwise. Nothing with a rate sensor, which measures the turn.
     pub fn expect_change(&mut self) {
         if self.sensor.is_none() {
-            (_, self.process_noise_psd) = Self::process_noise_limits();
+            (_, self.process_noise_psd) = self.process_noise_limits();
         }
     }
 

@@ -14,9 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Largest number of stars and streaks kept for the next image.
 pub const MAX_MARKS: usize = 12;
-/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
-/// that differ by a fifth, one sigma.
-pub const FREE_BODY_CHANGE: f32 = 0.2;
+pub use crate::attitude::filter::FREE_BODY_CHANGE;
 /// Largest plausible rate of a spacecraft, rad/s.
 pub const FASTEST_RAD_S: f32 = 0.35;
 /// Least number of matched stars for a rate. Two fix it; that others agree by chance is rare, but of four

@@ -60,3 +60,40 @@ pub fn middle_of(camera: &Camera, streak: &Streak, rate_rad_s: &Vector3<f32>) ->
     let across = (sum - axis * (2.0 * along)).try_normalize(1e-6)?;
     Some(axis * along + across * libm::sqrtf((1.0 - along * along).max(0.0)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Direction;
+    use crate::oracle::{Generator, reference_camera};
+    use crate::rate::marks::rotated;
+
+    #[test]
+    fn the_middle_of_a_streak_is_where_its_star_was_in_the_middle_of_the_exposure() {
+        let camera = Camera::new(reference_camera()).unwrap();
+        let mut generator = Generator::new(5);
+        let mut chords = 0.0f32;
+        for _ in 0..500 {
+            // Up to 8 deg/s for 0.4 s, often about the line of sight.
+            let axis = generator.unit() + Vector3::z() * generator.between(-2.0, 2.0);
+            let rate = axis.normalize().map(|part| part as f32) * generator.between(0.01, 0.14) as f32;
+            let at_px = [generator.between(100.0, 1180.0), generator.between(100.0, 900.0)];
+            let star = *camera.direction(at_px.map(|at| at as f32)).unwrap().vector();
+            let mark = Mark { direction: star, sigma_rad: [1e-4; 2], late_s: 0.0 };
+            let ends = [-0.2, 0.2].map(|seconds| Direction::new(rotated(&mark, &rate, seconds)).unwrap());
+            let [Some(from), Some(to)] = ends.map(|end| camera.project(&end)) else { continue };
+            let (sigma_along_px, sigma_across_px) = (0.3, 0.2);
+            for ends_px in [[from, to], [to, from]] {
+                let streak = Streak { ends_px, sigma_along_px, sigma_across_px, cut: false, light: 100.0 };
+                for rate in [rate, -rate] {
+                    let middle = middle_of(&camera, &streak, &rate).unwrap();
+                    assert!((middle - star).norm() < 3e-6, "{at_px:?}, {rate}");
+                }
+                let chord = mark_of(&camera, &streak, 0.0).unwrap();
+                chords = chords.max((chord.direction - star).norm());
+            }
+        }
+        // The middle of the chord is off by up to a third of a pixel.
+        assert!(chords > 5e-5, "{chords}");
+    }
+}

@@ -15,7 +15,7 @@ use crate::attitude::filter::{Filter, Rate, seconds};
 use crate::image::streaks::Streak;
 use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
-use crate::rate::marks::{DetectorScale, MAX_MARKS, Mark};
+use crate::rate::marks::{DetectorScale, FREE_BODY_CHANGE, MAX_MARKS, Mark};
 use crate::rate::sense::{Estimate, RateHistory};
 use crate::rate::streaks::{arc_of, mark_of};
 use crate::stars::identify::NotIdentified;
@@ -149,12 +149,11 @@ impl Turning {
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
-    /// The rate at an instant, by the one told last: turning freely it changes by its square in a second at
-    /// most. `None` where that was too long ago.
+    /// The rate at an instant, by the one told last and what it may have changed since. `None` where that was too long ago.
     pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
         let (rate, told_at) = self.told?;
         let elapsed_s = libm::fabsf(seconds(instant.us_since(told_at)));
-        let change = rate.rad_s.norm_squared() * elapsed_s;
+        let change = FREE_BODY_CHANGE * rate.rad_s.norm_squared() * elapsed_s;
         let sigma_rad_s = rate.sigma_rad_s.map(|sigma| libm::hypotf(sigma, change));
         (elapsed_s <= BETWEEN_S.1).then_some(Rate { rad_s: rate.rad_s, sigma_rad_s })
     }

@@ -19,6 +19,7 @@ mod earth_real;
 mod earth_vectors;
 mod emulator;
 mod extended_objects;
+mod fast_turns;
 mod flights;
 mod foreseen_outages;
 mod gallery;

@@ -113,6 +113,43 @@ fn a_rate_that_is_known_from_elsewhere_predicts_the_second_attitude() {
 }
 
 #[test]
+fn rates_without_attitudes_hold_the_prediction_of_a_turn_that_changes() {
+    const RATE_SIGMA: f32 = 0.01 * DEG;
+    let (mut with, mut without, mut sigmas) = (Vec::new(), Vec::new(), Vec::new());
+    for seed in 1..=100 {
+        let mut turning = Turning::new(seed);
+        let mut rate = vector(&mut turning.generator) * (2.0 * DEG);
+        let measured = |turning: &mut Turning, rate: &Vector3<f32>| {
+            let error = vector(&mut turning.generator) * RATE_SIGMA;
+            Rate { rad_s: rate + error, sigma_rad_s: Vector3::repeat(RATE_SIGMA) }
+        };
+        let told = measured(&mut turning, &rate);
+        let mut filter = turning.begin::<2>().with_rate(&told);
+        let mut alone = filter;
+        for _ in 0..5 {
+            let change = vector(&mut turning.generator) * (FREE_BODY_CHANGE * rate.norm_squared());
+            // The sensor turns by the mean of the rates before and after.
+            turning.turn(&(rate + change * 0.5));
+            rate += change;
+            let told = measured(&mut turning, &rate);
+            filter.measurement_update_rate(&told, turning.now());
+        }
+        let off = |filter: &Filter<2>| filter.at(turning.now()).unwrap().0.angle_from(&turning.truth());
+        with.push(off(&filter));
+        without.push(off(&alone));
+        sigmas.push(turning.errors(&filter).0);
+        // A rate from nowhere changes nothing.
+        let wrong = Rate { rad_s: rate.map(|axis| axis + 0.1), sigma_rad_s: Vector3::repeat(1e-5) };
+        assert!(!filter.measurement_update_rate(&wrong, turning.now()));
+        alone = alone.with_rate_sensor(RateSensorNoise::default());
+        assert!(!alone.measurement_update_rate(&told, turning.now()));
+    }
+    let (ratio, square) = (mean_square(&with) / mean_square(&without), mean_square(&sigmas));
+    std::println!("variance with rates over that without {ratio:.3}, squares over sigma {square:.2}");
+    assert!(ratio < 0.3 && (0.4..2.0).contains(&square));
+}
+
+#[test]
 fn at_any_rate_up_to_ten_degrees_a_second_the_filter_is_honest_and_better_than_its_images() {
     // 100 flights of 300 s. The coloured share is all that should be left: 0.35 of the variance; less than
     // 0.55 is asked.

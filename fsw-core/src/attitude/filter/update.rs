@@ -166,7 +166,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             below if below < NOISE_DECAY.0 => NOISE_DECAY.1,
             _ => 1.0,
         };
-        let (least, greatest) = Self::process_noise_limits();
+        let (least, greatest) = self.process_noise_limits();
         self.process_noise_psd = (self.process_noise_psd * factor).clamp(least, greatest);
     }
 
@@ -194,7 +194,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             self.covariance.set_block(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
         }
         if before.has_rate && self.sensor.is_none() {
-            let (least, greatest) = Self::process_noise_limits();
+            let (least, greatest) = self.process_noise_limits();
             self.process_noise_psd = (square(rate.norm()) * per_second).clamp(least, greatest);
         }
         self

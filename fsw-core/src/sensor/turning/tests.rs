@@ -75,7 +75,7 @@ fn a_rate_that_was_told_serves_an_attitude_for_four_seconds_its_sigma_growing() 
     assert!(Turning::default().rate_at(at(10)).is_none());
     let rate = Rate { rad_s: Vector3::new(0.0, 0.03, 0.0), sigma_rad_s: Vector3::repeat(1e-4) };
     let mut turning = Turning { told: Some((rate, at(10))), ..Turning::default() };
-    for (second, sigma) in [(10, 1e-4), (11, 9.06e-4), (13, 2.70e-3)] {
+    for (second, sigma) in [(10, 1e-4), (11, 2.06e-4), (13, 5.49e-4)] {
         let rate = turning.rate_at(at(second)).unwrap();
         assert_eq!(rate.rad_s.y, 0.03);
         assert!((rate.sigma_rad_s.x - sigma).abs() < 0.01 * sigma, "{second} s: {}", rate.sigma_rad_s.x);
