@@ -24,7 +24,7 @@ pub(super) const MAX_STREAKS: usize = MAX_ARCS;
 pub(super) const SAME_PX: f32 = 6.0;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
 /// Fewest whole streaks whose stars are sought without a hypothesis.
-const FEWEST_MIDDLES: usize = 8;
+const FEWEST_MIDDLES: usize = 9;
 /// After a search without a hypothesis so many images with lines begin none.
 const UNSEARCHED: u8 = 2;
 const COLUMNS_AFTER_SCAN: usize = 2_000;
