@@ -167,7 +167,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             _ => 1.0,
         };
         let (least, greatest) = self.process_noise_limits();
-        self.process_noise_psd = (self.process_noise_psd * factor).clamp(least, greatest);
+        self.process_noise_psd = (self.process_noise_psd * factor).max(least).min(greatest);
     }
 
     /// Reinitialised filter with a rate from the state before: corrected by the innovation over the elapsed
@@ -195,7 +195,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         if before.has_rate && self.sensor.is_none() {
             let (least, greatest) = self.process_noise_limits();
-            self.process_noise_psd = (square(rate.norm()) * per_second).clamp(least, greatest);
+            self.process_noise_psd = (square(rate.norm()) * per_second).max(least).min(greatest);
         }
         self
     }
