@@ -39,8 +39,9 @@ pub enum Smear {
 /// What the shapes of an image's spots say.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence {
-    /// Background of the darkest sky behind a spot, scaled counts.
-    darkest: i32,
+    /// By how much the darkest sky behind a spot is darker than full scale, scaled counts; 0 without a spot, so that
+    /// a static of it is all zero and costs no flash.
+    darkness: i32,
     /// Spots in the open sky that are drawn out, and round ones bright enough to tell.
     drawn: u32,
     clear_round: u32,
@@ -55,17 +56,18 @@ impl Evidence {
     /// No spot yet.
     pub(super) const fn new() -> Self {
         let streak_places = Vec::new();
-        Self { darkest: i32::MAX, drawn: 0, clear_round: 0, blurred: 0, streaks: 0, streak_places }
+        Self { darkness: 0, drawn: 0, clear_round: 0, blurred: 0, streaks: 0, streak_places }
     }
 
     /// Whether a spot against such a `background`, scaled counts, is counted. Where it is the darkest so far by
     /// more than [`SAME_SKY`], those before it are not.
     fn counts(&mut self, background: i32) -> bool {
-        if background < self.darkest.saturating_sub(SAME_SKY) {
+        let darkness = FULL_SCALE.saturating_sub(background);
+        if darkness > self.darkness + SAME_SKY {
             *self = Self::new();
         }
-        self.darkest = self.darkest.min(background);
-        background <= self.darkest.saturating_add(SAME_SKY)
+        self.darkness = self.darkness.max(darkness.min(FULL_SCALE));
+        darkness >= self.darkness - SAME_SKY
     }
 
     /// Counts a spot in the open sky. `clear`: its light is so far above the noise that its shape shows whether

@@ -192,7 +192,11 @@ impl Sensor<'_> {
     ) -> Result<(), DetectorError> {
         let new_image = self.searching_since.is_none();
         if new_image && self.turning.seeks_streaks() {
-            return self.seek_streaks(detector, meter, stars);
+            self.seek_streaks(detector, meter, stars)?;
+            meter.begin(Stage::Identify);
+            self.identify_lines(stars);
+            meter.end(Stage::Identify);
+            return Ok(());
         }
         stars.activity = Activity::StarSearch;
         self.turning.of_lines &= !new_image;
@@ -227,9 +231,7 @@ impl Sensor<'_> {
         let mut streaks = found?;
         self.turn_by_lines(&mut streaks, stars);
         self.take_rate(stars.rate.as_ref());
-        meter.begin(Stage::Identify);
-        self.identify_lines(&streaks, stars);
-        meter.end(Stage::Identify);
+        self.take_middles(&streaks, stars.rate.as_ref());
         Ok(())
     }
 

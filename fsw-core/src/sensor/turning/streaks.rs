@@ -137,10 +137,9 @@ impl Sensor<'_> {
     /// the next second searches for them without one. A search that finds nothing in its second is not begun
     /// again for [`UNSEARCHED`] images, in which the rate is told.
     #[inline(never)]
-    pub(super) fn identify_lines(&mut self, streaks: &[Streak], stars: &mut StarRecord) {
+    pub(super) fn identify_lines(&mut self, stars: &mut StarRecord) {
         self.turning.of_lines = true;
         self.workspace.detections.clear();
-        self.take_middles(streaks, stars.rate.as_ref());
         if self.reidentify(stars) {
             stars.outcome = Some(Outcome::Identified);
             stars.rate = None;
@@ -155,7 +154,8 @@ impl Sensor<'_> {
 
     /// Takes the middles of whole streaks that turn at the rate for measured stars, brightest first; none without
     /// a rate, or where rows are late by a turn whose sense is not known.
-    fn take_middles(&mut self, streaks: &[Streak], rate: Option<&RateReport>) {
+    #[inline(never)]
+    pub(super) fn take_middles(&mut self, streaks: &[Streak], rate: Option<&RateReport>) {
         self.workspace.measured.clear();
         let row_time_s = self.row_time_s();
         let Some(rate) = rate.filter(|rate| !rate.either_sense || row_time_s == 0.0) else { return };
