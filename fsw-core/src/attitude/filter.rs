@@ -61,6 +61,8 @@ const UNSTEADY_S: f32 = 10.0;
 /// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
 /// that differ by a fifth, one sigma.
 pub const FREE_BODY_CHANGE: f32 = 0.2;
+/// What turns faster tumbles or slews and does not keep its rate, rad/s: half a degree a second.
+const TUMBLING_RAD_S: f32 = 8.7e-3;
 /// Initial process noise: sigma of the rate's change in a second, 1 arcsec/s.
 const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;
 /// Variances are kept in mrad², so that f32 has digits and range to spare.
@@ -95,6 +97,8 @@ pub struct Filter<const BLOCKS: usize> {
     instant: LocalTime,
     /// Instant of the last attitude observed.
     updated_at: LocalTime,
+    /// Instant of the last attitude or rate observed.
+    rate_seen_at: LocalTime,
     /// Instant of the last image that contradicted the prediction.
     contradicted_at: Option<LocalTime>,
     /// The states after the attitude: rate or negative bias, acceleration, in rad and s; the first stays 0.
@@ -124,6 +128,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             attitude,
             instant,
             updated_at: instant,
+            rate_seen_at: instant,
             contradicted_at: None,
             states: [Vector3::zeros(); BLOCKS],
             covariance: BlockCovariance([[Matrix3::zeros(); BLOCKS]; BLOCKS]),
@@ -200,12 +205,13 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// Sum of the words of attitude, rate and covariance. Another at the begin of a second than at the end of
     /// the last tells of an upset.
     pub fn word_sum(&self) -> u32 {
-        let Self { attitude, instant, updated_at, states, covariance, variance, reading, .. } = self;
+        let Self { attitude, instant, updated_at, rate_seen_at, states, .. } = self;
+        let Self { covariance, variance, reading, .. } = self;
         let scales = [self.process_noise_psd, self.mean_nis];
         let vectors = states.iter().chain([variance, reading]).map(|vector| vector.as_slice());
         let matrices = covariance.0.as_flattened().iter().chain([attitude.matrix()]);
         let singles = vectors.chain(matrices.map(|matrix| matrix.as_slice())).chain([&scales[..]]);
-        let instants = [*instant, *updated_at].into_iter().chain(self.contradicted_at);
+        let instants = [*instant, *updated_at, *rate_seen_at].into_iter().chain(self.contradicted_at);
         let longs = instants.map(|instant| word_sum::of_long(instant.as_us() as u64));
         let flags = 1 + u32::from(self.has_rate) + 2 * u32::from(self.sensor.is_some());
         singles.map(word_sum::of_singles).chain(longs).fold(flags, u32::wrapping_add)
@@ -250,9 +256,20 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     pub fn at(&self, instant: LocalTime) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
         let mut then = *self;
         then.propagate(instant, None).then(|| {
-            let variance = then.covariance.at(0, 0).diagonal() + then.variance * CORRELATED_SHARE;
+            let tumbled = Vector3::repeat(square(then.tumbled_rad(instant)));
+            let variance = then.covariance.at(0, 0).diagonal() + then.variance * CORRELATED_SHARE + tumbled;
             (then.attitude, then.sigma(&variance).into())
         })
+    }
+
+    /// By how much a body that tumbles has turned otherwise since its rate was last seen, one sigma an axis, rad: its
+    /// rate changes in one sense for as long as the process noise, which is white, does not allow for. 0 with a rate
+    /// sensor.
+    fn tumbled_rad(&self, instant: LocalTime) -> f32 {
+        let size = self.state(RATE).norm();
+        let elapsed_s = seconds(instant.us_since(self.rate_seen_at));
+        let tumbles = self.sensor.is_none() && size > TUMBLING_RAD_S;
+        if tumbles { 0.5 * FREE_BODY_CHANGE * size * size * elapsed_s * elapsed_s } else { 0.0 }
     }
 
     /// Whether an attitude of an instant is within three sigma, its own and the filter's together, of what the filter

@@ -150,6 +150,31 @@ fn rates_without_attitudes_hold_the_prediction_of_a_turn_that_changes() {
 }
 
 #[test]
+fn of_a_body_that_tumbles_the_sigma_grows_as_its_rate_may_change() {
+    let error_and_sigma = |rate_deg_s: f32| {
+        let mut turning = Turning::new(7);
+        let mut rate = Vector3::new(0.0, rate_deg_s, 0.0) * DEG;
+        let mut filter = turning.begin::<2>();
+        for second in 0..30 {
+            // Its axis goes round in it.
+            rate += Vector3::new(rate.y, -rate.x, 0.0) * (FREE_BODY_CHANGE * rate.norm());
+            turning.turn(&rate);
+            if second < 15 {
+                turning.update_by_image(&mut filter);
+            }
+        }
+        let (attitude, sigma) = filter.at(turning.now()).unwrap();
+        (attitude.angle_from(&turning.truth()).amax(), Vector3::from(sigma).amax())
+    };
+    for rate_deg_s in [0.6, 1.0, 1.5, 2.0] {
+        let (error, sigma) = error_and_sigma(rate_deg_s);
+        assert!(error < 3.0 * sigma && error > 0.2 * sigma, "{rate_deg_s} deg/s: {error}, {sigma}");
+    }
+    // At rest seconds do not count.
+    assert!(error_and_sigma(0.01).1 < 100.0 * ARCSEC);
+}
+
+#[test]
 fn at_any_rate_up_to_ten_degrees_a_second_the_filter_is_honest_and_better_than_its_images() {
     // 100 flights of 300 s. The coloured share is all that should be left: 0.35 of the variance; less than
     // 0.55 is asked.

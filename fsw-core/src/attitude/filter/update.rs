@@ -27,7 +27,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let innovation = attitude.angle_from(&then.attitude);
         let variance = squares(&Vector3::from(sigma_rad));
         if propagated && then.correct_attitude(&innovation, &variance) {
-            then.updated_at = instant;
+            (then.updated_at, then.rate_seen_at) = (instant, instant);
             *self = then;
             false
         } else {
@@ -72,7 +72,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
         then.variance = then.variance.sup(&coloured);
-        then.updated_at = instant;
+        (then.updated_at, then.rate_seen_at) = (instant, instant);
         *self = then;
         true
     }
@@ -88,6 +88,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let innovation = rate.rad_s - then.state(RATE);
         let taken = then.correct_block(RATE, &innovation, &squares(&rate.sigma_rad_s));
         if taken {
+            then.rate_seen_at = instant;
             *self = then;
         }
         taken
