@@ -56,7 +56,8 @@ pub enum Mode {
     Eclipse,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage,
-    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every second.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every
+    /// second.
     Safe,
     /// By command, or without a parameter table that can be used: the orbit is propagated, no image is taken
     /// until a command ends it.
@@ -106,9 +107,9 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time from a loss of tracking, a blinded image or the end of safe mode until acquisition ends:
-        /// it goes on identifying stars in whole images. What lost them, a slew or a gyro that is wrong, may lose
-        /// them again.
+        /// Least time from a loss of tracking, a blinded image or the end of safe mode until acquisition
+        /// ends: it goes on identifying stars in whole images. What lost them, a slew or a gyro that is
+        /// wrong, may lose them again.
         dwell_s: u16 = 10, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row, without an attitude, before safe mode.

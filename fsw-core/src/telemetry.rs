@@ -289,9 +289,9 @@ pub enum Event {
     /// So many observations contradicted the orbit that it was forgotten and begins anew; or it was damaged
     /// in memory and begins with the one told last, with three times its sigma.
     OrbitRestarted,
-    /// The orbit was forgotten: it cannot be propagated over so long a gap, its position is no longer known to
-    /// a tenth of its length, or it never converged and had no observation for a whole revolution; or it was
-    /// damaged in memory in a second in which none was told.
+    /// The orbit was forgotten: it cannot be propagated over so long a gap, its position is no longer known
+    /// to a tenth of its length, or it never converged and had no observation for a whole revolution; or it
+    /// was damaged in memory in a second in which none was told.
     OrbitForgotten,
     /// Terrestrial Time by the clock differs by more than 0.1 s from its last value propagated by local time.
     ClockJump,
@@ -328,8 +328,8 @@ pub struct Report {
     pub mode: Mode,
     /// What was done with it.
     pub activity: Activity,
-    /// Exposure that the image was asked for with, us: a shorter one than that of the parameters where the sensor
-    /// turns. `None` where the second needed no image.
+    /// Exposure that the image was asked for with, us: a shorter one than that of the parameters where the
+    /// sensor turns. `None` where the second needed no image.
     pub exposure_us: Option<u32>,
     /// What came of the stars; `None` where none were looked for, or a fault came first.
     pub outcome: Option<Outcome>,

@@ -262,9 +262,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         })
     }
 
-    /// By how much a body that tumbles has turned otherwise since its rate was last seen, one sigma an axis, rad: its
-    /// rate changes in one sense for as long as the process noise, which is white, does not allow for. 0 with a rate
-    /// sensor.
+    /// By how much a body that tumbles has turned otherwise since its rate was last seen, one sigma an axis,
+    /// rad: its rate changes in one sense for as long as the process noise, which is white, does not allow
+    /// for. 0 with a rate sensor.
     fn tumbled_rad(&self, instant: LocalTime) -> f32 {
         let size = self.state(RATE).norm();
         let elapsed_s = seconds(instant.us_since(self.rate_seen_at));
@@ -272,8 +272,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if tumbles { 0.5 * FREE_BODY_CHANGE * size * size * elapsed_s * elapsed_s } else { 0.0 }
     }
 
-    /// Whether an attitude of an instant is within three sigma, its own and the filter's together, of what the filter
-    /// predicts, about each axis.
+    /// Whether an attitude of an instant is within three sigma, its own and the filter's together, of what
+    /// the filter predicts, about each axis.
     pub fn expects(
         &self,
         attitude: &Rotation<Icrs, StarPath>,

@@ -22,6 +22,12 @@ pub struct Detections {
     evidence: Evidence,
 }
 
+impl Default for Detections {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Detections {
     /// The spots kept; [`scan`](super::scan::scan) leaves them brightest first.
     pub fn spots(&self) -> &[Detection] {
@@ -103,8 +109,8 @@ impl Detections {
         true
     }
 
-    /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks of
-    /// particles and satellites.
+    /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks
+    /// of particles and satellites.
     pub fn smear(&self, fewest: u32) -> Smear {
         self.evidence.smear(fewest)
     }
@@ -134,8 +140,8 @@ impl Detections {
         self.crowded_tiles = self.crowded_tiles.saturating_add(1);
     }
 
-    /// Counts a window that the detector did not deliver, and the pixels in which it would have been searched:
-    /// the image goes on without it.
+    /// Counts a window that the detector did not deliver, and the pixels in which it would have been
+    /// searched: the image goes on without it.
     ///
     /// # Errors
     /// The error itself where it is of our request, or more than `most` windows were not delivered.

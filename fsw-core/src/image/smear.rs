@@ -1,17 +1,19 @@
 //! What the sensor's turning during the exposure made of the stars of an image.
 //!
-//! In: of every spot what its shape says, and how bright the sky is behind it. Out: the [`Smear`] of the image.
+//! In: of every spot what its shape says, and how bright the sky is behind it. Out: the [`Smear`] of the
+//! image.
 //!
 //! Only what stands against the darkest sky of the image is counted: clouds of the lit Earth are drawn out in
-//! every image, and a hill of them is a spot that the lens's profile does not fit. Of a turning sensor the stars
-//! in the dark are drawn out as well as all others.
+//! every image, and a hill of them is a spot that the lens's profile does not fit. Of a turning sensor the
+//! stars in the dark are drawn out as well as all others.
 
 use super::{Detection, FULL_SCALE};
 use heapless::Vec;
 
 /// Places of streaks kept.
 pub const MAX_STREAK_PLACES: usize = 24;
-/// What stands against a sky brighter than the darkest by more than a sixty-fourth of full scale is not counted.
+/// What stands against a sky brighter than the darkest by more than a sixty-fourth of full scale is not
+/// counted.
 const SAME_SKY: i32 = FULL_SCALE / 64;
 /// Fewer bright spots that the lens's profile does not fit are pairs and hits ...
 const FEWEST_BLURRED: u32 = 4;
@@ -28,19 +30,19 @@ pub enum Smear {
     /// They look round, but many of them otherwise than the turning that is told would make them: it changes
     /// within the exposure.
     Blurred,
-    /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot that
-    /// is not drawn out is a part of a faint one, or a hit.
+    /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot
+    /// that is not drawn out is a part of a faint one, or a hit.
     Drawn,
-    /// Most leave that square: what is seen are parts, of which some look round and some whole. None of them is
-    /// to be believed.
+    /// Most leave that square: what is seen are parts, of which some look round and some whole. None of them
+    /// is to be believed.
     Streaks,
 }
 
 /// What the shapes of an image's spots say.
 #[derive(Clone, Debug)]
 pub(super) struct Evidence {
-    /// By how much the darkest sky behind a spot is darker than full scale, scaled counts; 0 without a spot, so that
-    /// a static of it is all zero and costs no flash.
+    /// By how much the darkest sky behind a spot is darker than full scale, scaled counts; 0 without a spot,
+    /// so that a static of it is all zero and costs no flash.
     darkness: i32,
     /// Spots in the open sky that are drawn out, and round ones bright enough to tell.
     drawn: u32,
@@ -59,8 +61,8 @@ impl Evidence {
         Self { darkness: 0, drawn: 0, clear_round: 0, blurred: 0, streaks: 0, streak_places }
     }
 
-    /// Whether a spot against such a `background`, scaled counts, is counted. Where it is the darkest so far by
-    /// more than [`SAME_SKY`], those before it are not.
+    /// Whether a spot against such a `background`, scaled counts, is counted. Where it is the darkest so far
+    /// by more than [`SAME_SKY`], those before it are not.
     fn counts(&mut self, background: i32) -> bool {
         let darkness = FULL_SCALE.saturating_sub(background);
         if darkness > self.darkness + SAME_SKY {
@@ -70,8 +72,8 @@ impl Evidence {
         darkness >= self.darkness - SAME_SKY
     }
 
-    /// Counts a spot in the open sky. `clear`: its light is so far above the noise that its shape shows whether
-    /// it is drawn out; `misfits`: the lens's profile does not fit it.
+    /// Counts a spot in the open sky. `clear`: its light is so far above the noise that its shape shows
+    /// whether it is drawn out; `misfits`: the lens's profile does not fit it.
     pub(super) fn note_spot(&mut self, spot: &Detection, background: i32, clear: bool, misfits: bool) {
         if spot.extended || !self.counts(background) {
             return;
@@ -96,8 +98,8 @@ impl Evidence {
         }
     }
 
-    /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks of
-    /// particles and satellites. Of a turning sensor no bright star is round, hits are; at rest most are.
+    /// What the sensor's turning made of the stars; fewer than `fewest` that are drawn out are pairs, tracks
+    /// of particles and satellites. Of a turning sensor no bright star is round, hits are; at rest most are.
     pub(super) fn smear(&self, fewest: u32) -> Smear {
         let all = self.drawn.saturating_add(self.streaks);
         if all < fewest || all < self.clear_round {

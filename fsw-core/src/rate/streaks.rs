@@ -48,9 +48,9 @@ pub fn mark_of(camera: &Camera, streak: &Streak, late_s: f32) -> Option<Mark> {
     })
 }
 
-/// Where the star of a streak was in the middle of the exposure: on its circle about the axis of the rate, rad/s,
-/// not on the chord between the ends. In which sense it turned does not matter. `None` where the camera sees no
-/// direction there, or without a rate.
+/// Where the star of a streak was in the middle of the exposure: on its circle about the axis of the rate,
+/// rad/s, not on the chord between the ends. In which sense it turned does not matter. `None` where the
+/// camera sees no direction there, or without a rate.
 #[inline(never)]
 pub fn middle_of(camera: &Camera, streak: &Streak, rate_rad_s: &Vector3<f32>) -> Option<Vector3<f32>> {
     let [first, second] =

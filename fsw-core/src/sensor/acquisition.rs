@@ -24,8 +24,8 @@ const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
 /// A focal length off by less, share, moves the stars in the corner by a tenth of a pixel at most.
 const UNSEEN_STRETCH: f32 = 1e-4;
-/// Largest common logarithm of the false-identification probability of an attitude that is within three sigma of
-/// what the filter expects.
+/// Largest common logarithm of the false-identification probability of an attitude that is within three sigma
+/// of what the filter expects.
 const EXPECTED_LOG10_FALSE: f32 = -5.0;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
 const FEWEST_STREAKS: u32 = 6;
@@ -113,8 +113,8 @@ impl Sensor<'_> {
         self.search_stars(scanned, stars)
     }
 
-    /// Whether the stars are found near to the attitude known last; takes the new one. Where the filter expects
-    /// it, weaker evidence is enough.
+    /// Whether the stars are found near to the attitude known last; takes the new one. Where the filter
+    /// expects it, weaker evidence is enough.
     #[inline(never)]
     pub(super) fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
         let limit = self.parameters.identification.log10_false_limit;
@@ -183,9 +183,9 @@ impl Sensor<'_> {
         }
     }
 
-    /// Takes the attitude of identified stars of the instant `image`. Where another focal length suits them, by
-    /// that one: stars that do not stand evenly about the middle turn the attitude of a wrong one. Whether it
-    /// could be taken.
+    /// Takes the attitude of identified stars of the instant `image`. Where another focal length suits them,
+    /// by that one: stars that do not stand evenly about the middle turn the attitude of a wrong one. Whether
+    /// it could be taken.
     #[inline(never)]
     fn take_identified(
         &mut self,

@@ -65,8 +65,8 @@ impl Sensor<'_> {
         fill(&mut stars.matches, confirmed.matches.iter().copied());
     }
 
-    /// Takes the focal length that an image of the instant shows into the camera; the image's, over that of the
-    /// parameters. The stars of later images are projected with it, and the Earth measured.
+    /// Takes the focal length that an image of the instant shows into the camera; the image's, over that of
+    /// the parameters. The stars of later images are projected with it, and the Earth measured.
     pub(super) fn refine_focal_length(&mut self, seen: &FocalRatio, image: LocalTime) -> f32 {
         let ratio = self.focal_length.ratio() * seen.ratio;
         self.focal_length.update(ratio, seen.sigma, image);

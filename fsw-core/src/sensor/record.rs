@@ -200,8 +200,8 @@ impl Record {
         }
     }
 
-    /// What the guards of the modes judge by. `predicted`: the attitude propagated to the next second is within
-    /// the gate.
+    /// What the guards of the modes judge by. `predicted`: the attitude propagated to the next second is
+    /// within the gate.
     pub(super) fn mode_inputs(&self, predicted: bool) -> ModeInputs {
         ModeInputs {
             attitude: self.stars.solution.is_some_and(|solution| !solution.predicted),

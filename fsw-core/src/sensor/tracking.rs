@@ -24,12 +24,13 @@ use heapless::Vec;
 /// attitude do: as often as not. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
 const MOST_LOG10_CHANCE: f32 = -0.3;
 
-/// A match that chance gives once in a hundred images or more often must be where the filter expects it: of stars
-/// drawn out one in sixty was beyond four sigma, where a hit or a part of another streak was taken for a star.
+/// A match that chance gives once in a hundred images or more often must be where the filter expects it: of
+/// stars drawn out one in sixty was beyond four sigma, where a hit or a part of another streak was taken for
+/// a star.
 const SURE_LOG10_CHANCE: f32 = -2.0;
 
-/// Fewer spots of the windows that are drawn out do not say that the sensor turns. Of particles' tracks few meet
-/// a window.
+/// Fewer spots of the windows that are drawn out do not say that the sensor turns. Of particles' tracks few
+/// meet a window.
 const FEWEST_STREAKS: u32 = 2;
 
 /// Of a turn that begins in the middle of the exposure the mean of the light is a sixth of the way from where
@@ -185,8 +186,8 @@ impl Sensor<'_> {
         confirm_among(stars, attitude, &field, f32::from(self.parameters.tracking.gate_px) * 0.5)
     }
 
-    /// Takes the attitude into the filter where enough stars confirm it, and chance hardly would; else the few
-    /// stars themselves.
+    /// Takes the attitude into the filter where enough stars confirm it, and chance hardly would; else the
+    /// few stars themselves.
     #[inline(never)]
     fn follow(
         &mut self,
@@ -221,9 +222,9 @@ impl Sensor<'_> {
         self.motion.as_ref().is_some_and(|motion| motion.expects(attitude, sigma_rad, self.now))
     }
 
-    /// Too few stars, or too weak a match, for an attitude of their own: each that is where the filter expects
-    /// it corrects the filter. Where most of the windows that could show a star show none in its place, the
-    /// attitude is lost: a single spot may be anything.
+    /// Too few stars, or too weak a match, for an attitude of their own: each that is where the filter
+    /// expects it corrects the filter. Where most of the windows that could show a star show none in its
+    /// place, the attitude is lost: a single spot may be anything.
     #[inline(never)]
     fn follow_few(&mut self, clear_windows: usize, stars: &mut StarRecord) -> Option<Outcome> {
         let mut motion = self.motion?;

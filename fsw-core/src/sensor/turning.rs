@@ -34,8 +34,8 @@ const FEWEST_STARS: usize = 4;
 const DRAWN_SHARE: usize = 4;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
-/// Searches for lines that may give no rate before stars are looked for after each: an Earth at rest has lines
-/// too.
+/// Searches for lines that may give no rate before stars are looked for after each: an Earth at rest has
+/// lines too.
 const MOST_MISSES: u8 = 3;
 /// A good length of streaks, px; the exposure is shortened by a whole number, at most so much, and so much
 /// where no streak was seen.
@@ -90,9 +90,9 @@ struct Next {
 }
 
 impl Next {
-    /// After a scan of so many stars that were not identified. While it shows enough of them searches that gave
-    /// no rate stay counted: of an Earth that fills the field, whose clouds are lines, every other image is
-    /// scanned, not one in four.
+    /// After a scan of so many stars that were not identified. While it shows enough of them searches that
+    /// gave no rate stay counted: of an Earth that fills the field, whose clouds are lines, every other image
+    /// is scanned, not one in four.
     fn after_scan(self, seeks: bool, stars: usize) -> Self {
         if stars < FEWEST_STARS {
             Self { seeks, ..Self::default() }
@@ -149,7 +149,8 @@ impl Turning {
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
-    /// The rate at an instant, by the one told last and what it may have changed since. `None` where that was too long ago.
+    /// The rate at an instant, by the one told last and what it may have changed since. `None` where that was
+    /// too long ago.
     pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
         let (rate, told_at) = self.told?;
         let elapsed_s = libm::fabsf(seconds(instant.us_since(told_at)));
@@ -284,8 +285,8 @@ impl Sensor<'_> {
         Next { seeks: false, scan_divisor, ..next }
     }
 
-    /// Takes the rate that this second's image gave, its sense being known: the filter's, or that of a filter which
-    /// begins with the next attitude.
+    /// Takes the rate that this second's image gave, its sense being known: the filter's, or that of a filter
+    /// which begins with the next attitude.
     fn take_rate(&mut self, report: Option<&RateReport>) {
         let Some(report) = report.filter(|report| !report.either_sense) else { return };
         let rate = Rate { rad_s: report.rad_s.into(), sigma_rad_s: report.sigma_rad_s.into() };

@@ -9,8 +9,8 @@
 //! sensor has turned since, which moves them all alike: every pair of an expected and a measured star that
 //! lie within [`REACH_PX`] proposes a displacement, the one on which most pairs agree is taken, and the
 //! attitude that it gives is [confirmed](super::confirm) like any other, its chance times the number of
-//! displacements that are no longer: that a chance match moves the stars by little is unlikely by itself. Where the
-//! rate is known, fewer stars are so enough. A roll of 0.2 deg and more is out of reach.
+//! displacements that are no longer: that a chance match moves the stars by little is unlikely by itself.
+//! Where the rate is known, fewer stars are so enough. A roll of 0.2 deg and more is out of reach.
 
 use super::StarField;
 use super::confirm::{Confirmed, confirm, widen};
@@ -42,9 +42,9 @@ fn common_displacement(displacements: &[[f32; 2]]) -> Option<[f32; 2]> {
     Some([x / count as f32, y / count as f32])
 }
 
-/// The `former` attitude turned by what moves most of its stars onto measured ones, and how many displacements
-/// that differ are no longer; `None` where there is no pair within reach. Not inlined: keeps its lists off the stack
-/// of the confirmation.
+/// The `former` attitude turned by what moves most of its stars onto measured ones, and how many
+/// displacements that differ are no longer; `None` where there is no pair within reach. Not inlined: keeps
+/// its lists off the stack of the confirmation.
 #[inline(never)]
 fn displaced(
     former: &Rotation<Icrs, StarPath>,
@@ -69,8 +69,8 @@ fn displaced(
 }
 
 /// Identifies the stars of `field` near to the `former` attitude; the logarithm is that of the
-/// false-identification probability over all displacements that are no longer than the one taken. `None` where
-/// fewer than three stars match or it exceeds `log10_false_limit`.
+/// false-identification probability over all displacements that are no longer than the one taken. `None`
+/// where fewer than three stars match or it exceeds `log10_false_limit`.
 #[inline(never)]
 pub fn reidentify(
     former: &Rotation<Icrs, StarPath>,

@@ -77,9 +77,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         true
     }
 
-    /// Measurement update by a rate that was measured without an attitude; none of a filter with a rate sensor.
-    /// `false`, and no change, where the state cannot be propagated to `instant` or the innovation exceeds the
-    /// limit.
+    /// Measurement update by a rate that was measured without an attitude; none of a filter with a rate
+    /// sensor. `false`, and no change, where the state cannot be propagated to `instant` or the innovation
+    /// exceeds the limit.
     pub fn measurement_update_rate(&mut self, rate: &Rate, instant: LocalTime) -> bool {
         let mut then = *self;
         if self.sensor.is_some() || !then.propagate(instant, None) {
@@ -114,9 +114,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.correct(observed, innovation, &inverse, &product(&white, &inverse), 3.0)
     }
 
-    /// Kalman correction by the state of number `observed`: `inverse` of the innovation's covariance, 1 / mrad²,
-    /// `left` = I - K for that state's row, `freedom` of the innovation; `false`, and no change, for a NIS of 40 or
-    /// more.
+    /// Kalman correction by the state of number `observed`: `inverse` of the innovation's covariance, 1 /
+    /// mrad², `left` = I - K for that state's row, `freedom` of the innovation; `false`, and no change, for a
+    /// NIS of 40 or more.
     #[inline(never)]
     fn correct(
         &mut self,

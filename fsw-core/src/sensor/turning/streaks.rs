@@ -133,9 +133,9 @@ impl Sensor<'_> {
         Ok(streaks)
     }
 
-    /// Identifies the stars of lines that gave a rate, by their middles: near to the attitude known last, else
-    /// the next second searches for them without one. A search that finds nothing in its second is not begun
-    /// again for [`UNSEARCHED`] images, in which the rate is told.
+    /// Identifies the stars of lines that gave a rate, by their middles: near to the attitude known last,
+    /// else the next second searches for them without one. A search that finds nothing in its second is not
+    /// begun again for [`UNSEARCHED`] images, in which the rate is told.
     #[inline(never)]
     pub(super) fn identify_lines(&mut self, stars: &mut StarRecord) {
         self.turning.of_lines = true;
@@ -152,8 +152,8 @@ impl Sensor<'_> {
         }
     }
 
-    /// Takes the middles of whole streaks that turn at the rate for measured stars, brightest first; none without
-    /// a rate, or where rows are late by a turn whose sense is not known.
+    /// Takes the middles of whole streaks that turn at the rate for measured stars, brightest first; none
+    /// without a rate, or where rows are late by a turn whose sense is not known.
     #[inline(never)]
     pub(super) fn take_middles(&mut self, streaks: &[Streak], rate: Option<&RateReport>) {
         self.workspace.measured.clear();
