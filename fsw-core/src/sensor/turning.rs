@@ -2,7 +2,9 @@
 //! [`crate::rate`].
 //!
 //! In: the streaks of an image, or its measured stars where they were not identified. Out: the rate, and what
-//! must be remembered for the next image: whether it is searched for lines, and how long it is exposed.
+//! must be remembered for the next image: whether it is searched for lines, and how long it is exposed. Where
+//! stars are lines in the shortest exposure too, the middles of whole ones are stars to be identified
+//! (`streaks`).
 //!
 //! Lines that stand where lines stood in the last image are the Earth's limb, its clouds and spacecraft
 //! parts: a star moves by twice its streak and more.
