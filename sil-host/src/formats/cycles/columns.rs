@@ -543,10 +543,10 @@ pub const COLUMNS: &[Columns] = &[
         |of| one(of.second.report.next_state?.lasts_s?),
     ),
     numbers(
-        &["exposure_ms"],
-        ("ms", ""),
+        &["exposure_s"],
+        ("s", ""),
         "exposure that the image was asked for with; empty where the second needed no image",
-        3,
-        |of| one(f64::from(of.second.report.exposure_us?) * 1e-3),
+        4,
+        |of| one(f64::from(of.second.report.exposure_us?) * 1e-6),
     ),
 ];
