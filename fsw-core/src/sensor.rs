@@ -16,7 +16,8 @@
 //! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
 //!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a
 //!    position, which the orbit filter takes in (`orbit`);
-//! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the report is made of the `record` of the second.
+//! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the report
+//!    is made of the `record` of the second.
 //!
 //! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that
 //! is its own. What is generic over the instruments calls them and no more; the work between two calls is

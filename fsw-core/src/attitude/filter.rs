@@ -58,9 +58,6 @@ const RESTART_NIS: f32 = 40.0;
 /// Time after the last contradiction for which a filter is not steady, s: a slew that begins or ends changes
 /// the rate for seconds, and where images end with it its attitude cannot be carried on. Chosen.
 const UNSTEADY_S: f32 = 10.0;
-/// A free body's rate changes by this times its square a second: Euler's equations with moments of inertia
-/// that differ by a fifth, one sigma.
-pub const FREE_BODY_CHANGE: f32 = 0.2;
 /// What turns faster tumbles or slews and does not keep its rate, rad/s: half a degree a second.
 const TUMBLING_RAD_S: f32 = 8.7e-3;
 /// Initial process noise: sigma of the rate's change in a second, 1 arcsec/s.
@@ -148,7 +145,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         self.add(RATE, &rate.rad_s);
         self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&squares(&rate.sigma_rad_s)));
         self.has_rate = true;
-        (_, self.process_noise_psd) = self.process_noise_limits();
+        self.expect_change();
         self
     }
 
@@ -191,14 +188,13 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Least and greatest density of the noise that drives the last state. Of the rate: 0.007 arcsec/s in a
     /// second, which covers the changing rate of nadir pointing in a low orbit of e = 0.001 over ten
-    /// minutes without stars, and 40 arcsec/s, more of a body that tumbles ([`FREE_BODY_CHANGE`]). Of the
+    /// minutes without stars, and 40 arcsec/s, more of a body that tumbles ([`free_body_change`]). Of the
     /// acceleration: a tenth in a second.
     fn process_noise_limits(&self) -> (f32, f32) {
         const LEAST_RAD: f32 = 3.4e-8;
         const GREATEST_RAD: f32 = 2e-4;
         let share = if BLOCKS > 2 { 0.1 } else { 1.0 };
-        let greatest_rad =
-            GREATEST_RAD.max(FREE_BODY_CHANGE * (self.reading + self.state(RATE)).norm_squared());
+        let greatest_rad = GREATEST_RAD.max(free_body_change(&(self.reading + self.state(RATE))));
         (square(LEAST_RAD * share), square(greatest_rad * share))
     }
 
@@ -266,10 +262,10 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// rad: its rate changes in one sense for as long as the process noise, which is white, does not allow
     /// for. 0 with a rate sensor.
     fn tumbled_rad(&self, instant: LocalTime) -> f32 {
-        let size = self.state(RATE).norm();
+        let rate = self.state(RATE);
         let elapsed_s = seconds(instant.us_since(self.rate_seen_at));
-        let tumbles = self.sensor.is_none() && size > TUMBLING_RAD_S;
-        if tumbles { 0.5 * FREE_BODY_CHANGE * size * size * elapsed_s * elapsed_s } else { 0.0 }
+        let tumbles = self.sensor.is_none() && rate.norm() > TUMBLING_RAD_S;
+        if tumbles { 0.5 * free_body_change(&rate) * elapsed_s * elapsed_s } else { 0.0 }
     }
 
     /// Whether an attitude of an instant is within three sigma, its own and the filter's together, of what
@@ -358,6 +354,12 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let scale = self.mean_nis.max(1.0);
         variance.map(|variance| libm::sqrtf(variance * scale) * (1.0 / MRAD))
     }
+}
+
+/// By how much the rate of a free body changes in a second, one sigma, rad/s: Euler's equations with moments of
+/// inertia that differ by a fifth.
+pub(crate) fn free_body_change(rate_rad_s: &Vector3<f32>) -> f32 {
+    0.2 * rate_rad_s.norm_squared()
 }
 
 /// Microseconds as seconds.

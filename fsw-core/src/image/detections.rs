@@ -12,7 +12,7 @@ use heapless::Vec;
 pub const MAX_DETECTIONS: usize = 96;
 
 /// Star-like spots, kept by brightness.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Detections {
     spots: Vec<Detection, MAX_DETECTIONS>,
     found: u32,
@@ -20,12 +20,6 @@ pub struct Detections {
     unread: u32,
     unread_px: u32,
     evidence: Evidence,
-}
-
-impl Default for Detections {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Detections {

@@ -39,7 +39,7 @@ pub enum Smear {
 }
 
 /// What the shapes of an image's spots say.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Evidence {
     /// By how much the darkest sky behind a spot is darker than full scale, scaled counts; 0 without a spot,
     /// so that a static of it is all zero and costs no flash.

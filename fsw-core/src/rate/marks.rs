@@ -8,13 +8,13 @@
 //! equal separation propose a rate, and the rate with most matches is taken.
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit};
+use crate::attitude::filter::free_body_change;
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 /// Largest number of stars and streaks kept for the next image.
 pub const MAX_MARKS: usize = 12;
-pub use crate::attitude::filter::FREE_BODY_CHANGE;
 /// Largest plausible rate of a spacecraft, rad/s.
 pub const FASTEST_RAD_S: f32 = 0.35;
 /// Least number of matched stars for a rate. Two fix it; that others agree by chance is rare, but of four
@@ -114,7 +114,7 @@ pub fn match_at_rate(
     let farthest = FARTHEST_PX * field.rad_per_px;
     let area_px = (area_of(now) / (field.rad_per_px * field.rad_per_px)).max(1.0).min(field.area_px);
     // The possible change of the rate.
-    let change = 0.5 * FREE_BODY_CHANGE * rate.dot(rate) * elapsed_s;
+    let change = 0.5 * free_body_change(rate) * elapsed_s;
     for mark in before {
         let there = rotated(mark, rate, elapsed_s);
         let reach = search_radius(mark, &there, covariance, change, elapsed_s);

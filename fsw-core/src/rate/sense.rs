@@ -6,16 +6,15 @@
 //! of the two follow from what each finds and from what it would find by chance. A star found in both images
 //! also gives the mean rate between them, more accurate than the ends of its streak. Two successive means are
 //! extrapolated to the present; a single one is used with its covariance enlarged by the possible change of
-//! the rate since: that of a free body ([`FREE_BODY_CHANGE`]), or of a slew as the last images show it.
+//! the rate since: that of a free body, or of a slew as the last images show it.
 //!
 //! `None` where too few streaks agree and no other image has confirmed the rate, or where it contradicts
 //! that of the last image: tracks of protons and structure of the Sun's glare are lines too, and of many
 //! lines some agree by chance.
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, enlarged, fused, inflated};
-use super::marks::{
-    DetectorScale, FASTEST_RAD_S, FREE_BODY_CHANGE, MAX_MARKS, Mark, match_at_rate, match_by_separation,
-};
+use super::marks::{DetectorScale, FASTEST_RAD_S, MAX_MARKS, Mark, match_at_rate, match_by_separation};
+use crate::attitude::filter::free_body_change;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
@@ -114,7 +113,7 @@ impl RateHistory {
         *self = Self::of_marks(marks);
         let rate = rate?;
         let size = rate.rad_s.norm();
-        let change = (FREE_BODY_CHANGE * size).max(SLEW_CHANGE_SHARE) * size;
+        let change = free_body_change(&rate.rad_s).max(SLEW_CHANGE_SHARE * size);
         let off = 0.5 * change * elapsed_s?;
         Some(((rate.rad_s, inflated(rate.covariance, off)), rate.count()))
     }
@@ -193,7 +192,7 @@ impl RateComparison {
         let against = last.is_some_and(|last| last.rad_s.dot(&rate.rad_s) < 0.0);
         let rate = if against { arcs::opposite(arcs, rate)? } else { *rate };
         let elapsed_s = elapsed_s.unwrap_or(1.0);
-        let change = FREE_BODY_CHANGE * rate.rad_s.norm_squared();
+        let change = free_body_change(&rate.rad_s);
         let consistent = last.as_ref().and_then(|last| are_consistent(&rate, last, change * elapsed_s));
         let near = |last: RateFit| {
             let variance = inflated(rate.covariance + last.covariance, change * elapsed_s).trace();

@@ -10,6 +10,12 @@ use crate::camera::Camera;
 use crate::image::streaks::Streak;
 use nalgebra::Vector3;
 
+/// Where the ends of a streak are seen, unit vectors.
+fn ends_of(camera: &Camera, streak: &Streak) -> Option<[Vector3<f32>; 2]> {
+    let [first, second] = streak.ends_px;
+    Some([*camera.direction(first)?.vector(), *camera.direction(second)?.vector()])
+}
+
 /// The arc of a streak exposed for `exposure_s`, its rows `row_time_s` one after the other. `longest_px` is
 /// how long a streak may be: a cut one shows less of its direction.
 #[inline(never)]
@@ -21,7 +27,7 @@ pub fn arc_of(
     longest_px: f32,
 ) -> Option<Arc> {
     let [first, second] = streak.ends_px;
-    let ends = [*camera.direction(first)?.vector(), *camera.direction(second)?.vector()];
+    let ends = ends_of(camera, streak)?;
     let stretch = if streak.cut { (longest_px / streak.length_px().max(1.0)).max(1.0) } else { 1.0 };
     let per = core::f32::consts::SQRT_2 * camera.rad_per_px();
     let rows_s = (second[1] - first[1]) * row_time_s;
@@ -37,12 +43,11 @@ pub fn arc_of(
 /// The mark of a whole streak, whose middle was exposed `late_s` after the middle of the frame.
 #[inline(never)]
 pub fn mark_of(camera: &Camera, streak: &Streak, late_s: f32) -> Option<Mark> {
-    let [first, second] =
-        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
+    let [first, second] = ends_of(camera, streak)?;
     let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
     Some(Mark {
         // Not the middle of the pixels: equal times are equal angles.
-        direction: (first? + second?).try_normalize(1e-3)?,
+        direction: (first + second).try_normalize(1e-3)?,
         sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
         late_s,
     })
@@ -53,9 +58,8 @@ pub fn mark_of(camera: &Camera, streak: &Streak, late_s: f32) -> Option<Mark> {
 /// camera sees no direction there, or without a rate.
 #[inline(never)]
 pub fn middle_of(camera: &Camera, streak: &Streak, rate_rad_s: &Vector3<f32>) -> Option<Vector3<f32>> {
-    let [first, second] =
-        streak.ends_px.map(|end| camera.direction(end).map(|direction| *direction.vector()));
-    let (sum, axis) = (first? + second?, rate_rad_s.try_normalize(1e-9)?);
+    let [first, second] = ends_of(camera, streak)?;
+    let (sum, axis) = (first + second, rate_rad_s.try_normalize(1e-9)?);
     let along = 0.5 * axis.dot(&sum);
     let across = (sum - axis * (2.0 * along)).try_normalize(1e-6)?;
     Some(axis * along + across * libm::sqrtf((1.0 - along * along).max(0.0)))

@@ -3,7 +3,6 @@
 use super::Sensor;
 use super::timekeeping::Time;
 use super::turning::{GREATEST_SCANNED_PX, short_divisor};
-use crate::attitude::filter::Filter;
 use crate::image::blinding::blinded;
 use crate::modes::Mode;
 use crate::plan;
@@ -95,9 +94,7 @@ impl Sensor<'_> {
 
     /// By what the exposure is divided where the filter's rate would draw stars out.
     fn tracking_divisor(&self) -> u8 {
-        let rate = self.motion.as_ref().and_then(Filter::rate);
-        let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
-        let drawn_px = rate.map_or(0.0, |rate| self.farthest_px(&(rate.rad_s * exposure_s)));
+        let drawn_px = self.drawn_px();
         if drawn_px > GREATEST_SCANNED_PX { short_divisor(drawn_px) } else { 1 }
     }
 

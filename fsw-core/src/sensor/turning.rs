@@ -13,11 +13,11 @@ mod streaks;
 
 use super::Sensor;
 use super::record::StarRecord;
-use crate::attitude::filter::{Filter, Rate, seconds};
+use crate::attitude::filter::{Filter, Rate, free_body_change, seconds};
 use crate::image::streaks::Streak;
 use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
-use crate::rate::marks::{DetectorScale, FREE_BODY_CHANGE, MAX_MARKS, Mark};
+use crate::rate::marks::{DetectorScale, MAX_MARKS, Mark};
 use crate::rate::sense::{Estimate, RateHistory};
 use crate::rate::streaks::{arc_of, mark_of};
 use crate::stars::identify::NotIdentified;
@@ -156,7 +156,7 @@ impl Turning {
     pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
         let (rate, told_at) = self.told?;
         let elapsed_s = libm::fabsf(seconds(instant.us_since(told_at)));
-        let change = FREE_BODY_CHANGE * rate.rad_s.norm_squared() * elapsed_s;
+        let change = free_body_change(&rate.rad_s) * elapsed_s;
         let sigma_rad_s = rate.sigma_rad_s.map(|sigma| libm::hypotf(sigma, change));
         (elapsed_s <= BETWEEN_S.1).then_some(Rate { rad_s: rate.rad_s, sigma_rad_s })
     }
@@ -335,13 +335,16 @@ impl Sensor<'_> {
             + libm::fabsf(rate.z) * 0.5 * libm::hypotf(width, height)
     }
 
-    /// Whether by the filter's rate stars are lines even in the shortest exposure.
-    pub(super) fn is_too_fast_to_track(&self) -> bool {
+    /// How far the filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a rate.
+    pub(super) fn drawn_px(&self) -> f32 {
         let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
         let rate = self.motion.as_ref().and_then(Filter::rate);
-        rate.is_some_and(|rate| {
-            self.farthest_px(&(rate.rad_s * exposure_s)) > GREATEST_SCANNED_PX * LARGEST_SCAN_DIVISOR
-        })
+        rate.map_or(0.0, |rate| self.farthest_px(&(rate.rad_s * exposure_s)))
+    }
+
+    /// Whether by the filter's rate stars are lines even in the shortest exposure.
+    pub(super) fn is_too_fast_to_track(&self) -> bool {
+        self.drawn_px() > GREATEST_SCANNED_PX * LARGEST_SCAN_DIVISOR
     }
 
     /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to

@@ -127,7 +127,7 @@ fn rates_without_attitudes_hold_the_prediction_of_a_turn_that_changes() {
         let mut filter = turning.begin::<2>().with_rate(&told);
         let mut alone = filter;
         for _ in 0..5 {
-            let change = vector(&mut turning.generator) * (FREE_BODY_CHANGE * rate.norm_squared());
+            let change = vector(&mut turning.generator) * free_body_change(&rate);
             // The sensor turns by the mean of the rates before and after.
             turning.turn(&(rate + change * 0.5));
             rate += change;
@@ -157,7 +157,7 @@ fn of_a_body_that_tumbles_the_sigma_grows_as_its_rate_may_change() {
         let mut filter = turning.begin::<2>();
         for second in 0..30 {
             // Its axis goes round in it.
-            rate += Vector3::new(rate.y, -rate.x, 0.0) * (FREE_BODY_CHANGE * rate.norm());
+            rate += Vector3::new(rate.y, -rate.x, 0.0) * (free_body_change(&rate) / rate.norm());
             turning.turn(&rate);
             if second < 15 {
                 turning.update_by_image(&mut filter);

@@ -140,7 +140,7 @@ impl Sensor<'_> {
     pub(super) fn identify_lines(&mut self, stars: &mut StarRecord) {
         self.turning.of_lines = true;
         self.workspace.detections.clear();
-        if self.reidentify(stars) {
+        if !self.workspace.measured.is_empty() && self.reidentify(stars) {
             stars.outcome = Some(Outcome::Identified);
             stars.rate = None;
         } else if self.turning.unsearched > 0 || self.workspace.measured.len() < FEWEST_MIDDLES {

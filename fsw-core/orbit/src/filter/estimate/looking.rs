@@ -79,8 +79,8 @@ impl Estimate {
     }
 
     /// Takes in the look under way when its time is over, in steps of a second each: first noise is added,
-    /// then the look's shares follow, until one is beyond the gate. Gives what came of a share. After a gap it waits, as the gap took the
-    /// second.
+    /// then the look's shares follow, until one is beyond the gate. Gives what came of a share. After a gap it
+    /// waits, as the gap took the second.
     #[inline(never)]
     pub(in crate::filter) fn finish_look(&mut self, parameters: &OrbitParameters) -> Option<(Nis, bool)> {
         self.busy = false;
