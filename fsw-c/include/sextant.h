@@ -289,7 +289,7 @@ enum sextant_outcome
      */
     SEXTANT_OUTCOME_BLINDED = 8,
     /**
-     * The star path is shut against the Sun.
+     * The star path is shut: an attitude is carried on, or where its age is 0 it is by Earth and terminator.
      */
     SEXTANT_OUTCOME_STAR_PATH_SHUT = 9,
 };

@@ -64,7 +64,7 @@ pub enum Outcome {
     Lost = 7,
     /// The detector is blinded.
     Blinded = 8,
-    /// The star path is shut against the Sun.
+    /// The star path is shut: an attitude is carried on, or where its age is 0 it is by Earth and terminator.
     StarPathShut = 9,
 }
 

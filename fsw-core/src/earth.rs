@@ -14,7 +14,7 @@
 //! [`view`] predicts the limb on the detector, [`reach`] gives the length of a strip across it, [`limb`]
 //! measures it in strips, [`search`] without a prediction. [`consensus`] rejects outliers, [`centre`] fits
 //! the centre, [`ground`] moves points by how bright the ground is, `shared_heights` gives the covariance of
-//! the height errors that neighbouring points share.
+//! the height errors that neighbouring points share. [`terminator`] finds the Sun's side.
 //! [`limb_sensor`] calls these steps in turn. [`comparison`] is not flown.
 
 pub mod centre;
@@ -32,6 +32,7 @@ pub mod reach;
 pub mod search;
 mod shape;
 mod shared_heights;
+pub mod terminator;
 #[cfg(test)]
 mod test_world;
 pub mod view;

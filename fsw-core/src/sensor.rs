@@ -15,7 +15,8 @@
 //!    only whether the Sun still blinds (`outage`); the filter takes the attitude in (`attitude`);
 //! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
 //!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a
-//!    position, which the orbit filter takes in (`orbit`);
+//!    position, which the orbit filter takes in (`orbit`). With the star path shut it is the other way round:
+//!    orbit, Earth and terminator give the attitude;
 //! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the report
 //!    is made of the `record` of the second.
 //!
@@ -351,14 +352,11 @@ impl<'c> Sensor<'c> {
                 }
                 Err(error) => record.detector_fault = Some(error.into()),
             }
-        } else if let (Some(Outcome::StarPathShut), Some(_), Some(ephemeris)) =
-            (record.stars.outcome, &record.stars.solution, ephemeris)
-        {
-            match self.hold_by_earth(detector, meter, ephemeris) {
-                Ok(looked) => record.earth = looked,
+        } else if let (Some(Outcome::StarPathShut), Some(ephemeris)) = (record.stars.outcome, ephemeris) {
+            match self.attitude_without_stars(detector, meter, ephemeris, record.stars.solution.is_some()) {
+                Ok((looked, solution)) => (record.earth, record.stars.solution) = (looked, solution),
                 Err(error) => record.detector_fault = Some(error.into()),
             }
-            record.stars.solution = self.propagated(true);
         }
     }
 

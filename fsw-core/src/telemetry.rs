@@ -81,7 +81,7 @@ pub enum Outcome {
     Lost,
     /// The detector is blinded.
     Blinded,
-    /// The star path is shut against the Sun.
+    /// The star path is shut: an attitude is carried on, or where its age is 0 it is by Earth and terminator.
     StarPathShut,
 }
 

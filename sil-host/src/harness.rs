@@ -254,7 +254,10 @@ impl<'a, F: FlightCode> Flight<'a, F> {
         let shutter = &mut Shutters { stand: &self.stand, stuck };
         let mut detector = Faulty::new(&mut detector, &self.faults, scenario.seed, (cycle, local));
         let mut detector = Watched { detector: &mut detector, windows: &mut self.windows };
-        let command = faults::command(&self.faults, scenario.seed, cycle);
+        let command = match scenario.held_open.filter(|_| cycle == 0) {
+            Some(paths) => Command::Shutter(Some(paths)),
+            None => faults::command(&self.faults, scenario.seed, cycle),
+        };
         let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
         let report = match &mut gyro {
             Some(rate_sensor) => self.flight_code.second(

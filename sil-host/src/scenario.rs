@@ -20,7 +20,7 @@
 //! | `[sky]` | planets, Moon, Sun's light, other satellites |
 //! | `[earth]` | how the Earth is drawn |
 //! | `[orbit_filter]` | what the orbit filter takes of an image, and a state from the ground |
-//! | `[shutters]` | `paths`, the paths that have one: "star", "earth" or "both"; none: both are always open |
+//! | `[shutters]` | `paths` that have one: "star", "earth" or "both" (none: all are open); `open`: held so by command |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
 //! | `[[faults]]` | what breaks, and when |
@@ -74,6 +74,7 @@ use fsw_core::orbit::parameters::{Misalignment, OrbitParameters};
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
 use fsw_core::shutting::{ShutterParameters, Shutters};
 use fsw_core::stars::identify::IdentificationParameters;
+use fsw_hal::OpenPaths;
 use orbit_filter::OrbitFilterModel;
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -167,6 +168,8 @@ pub struct Scenario {
     pub orbit_filter: OrbitFilterModel,
     /// The paths with a shutter, where there is one.
     pub shutters: Option<Shutters>,
+    /// The paths that a command holds open from the first second on; `None`: they are shut against the Sun.
+    pub held_open: Option<OpenPaths>,
     /// The errors of the gyro, where there is one.
     pub gyro: Option<GyroModel>,
     /// The errors of the magnetometer, where there is one.
@@ -318,6 +321,7 @@ impl Scenario {
             earth: earth::read(&text, &raw.earth, about)?,
             orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
             shutters: raw.shutters.as_ref().map(instruments::shutters),
+            held_open: raw.shutters.as_ref().and_then(instruments::held_open),
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, raw.magnetometer.as_ref().map(Spanned::get_ref))?,
             believed: believed::read(&text, &raw.believed)?,

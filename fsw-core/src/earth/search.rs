@@ -19,18 +19,19 @@
 //! way, and at most three times more along a rise: the bound depends on the number of lines alone.
 
 use super::{EarthParameters, LimbPoint, MAX_SEARCH_POINTS};
-use dark_level::{block_mean, darkest_block, sky_level};
+use dark_level::{block_mean, darkest_block};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
 use heapless::Vec;
 
 mod dark_level;
+pub(super) use dark_level::sky_level;
 
 /// Dark pixels before a rise.
 pub const LEAST_DARK_PX: usize = 8;
 /// Half of the length over which brightness is averaged, px.
 const BLOCK: usize = 4;
 /// Levels are in 64ths of a count.
-const FINE_SHIFT: u32 = 6;
+pub(super) const FINE_SHIFT: u32 = 6;
 /// The dark level rises by this share of what a pixel is above it, up to four counts: 2^-6.
 const RISE_SHIFT: u32 = 6;
 /// It falls by this share: 2^-2.

@@ -189,6 +189,32 @@ impl View {
         Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
     }
 
+    /// Where a direction meets the body, or else passes it nearest: vector from the centre, sphere space; and
+    /// whether it meets.
+    fn nearest(&self, direction: &Direction<EarthPath>) -> (Vector3<f32>, bool) {
+        let ray = unit(&self.body.in_sphere_space(direction.vector()), direction.vector());
+        let along = self.centre.dot(&ray);
+        let nearest = self.centre - ray * along;
+        let depth = 1.0 - nearest.dot(&nearest);
+        let meets = depth >= 0.0 && along > 0.0;
+        (ray * (along - libm::sqrtf(depth.max(0.0))) - self.centre, meets)
+    }
+
+    /// Upward normal of the ground that a direction meets: its components along the direction to the centre
+    /// and the two across it from which azimuth is counted; `None` where it meets none.
+    pub(super) fn upward_where_met(&self, direction: &Direction<EarthPath>) -> Option<[f32; 3]> {
+        let (point, meets) = self.nearest(direction);
+        let upward = unit(&self.body.upward(&point), &point);
+        meets.then(|| self.axes.map(|axis| axis.dot(&upward)))
+    }
+
+    /// Direction at an azimuth, given by cosine and sine, and an angle from the line from the centre to the
+    /// camera, given alike.
+    pub(super) fn direction(&self, azimuth: [f32; 2], angle: [f32; 2]) -> Option<Direction<EarthPath>> {
+        let ([axis, ..], [cosine, sine]) = (self.axes, angle);
+        Direction::new(self.radial(azimuth) * sine - axis * cosine)
+    }
+
     /// Whether any of the limb on the detector is lit.
     pub fn has_lit_limb(&self, camera: &Camera, parameters: &EarthParameters) -> bool {
         let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
@@ -378,13 +404,8 @@ impl EarthMask<'_> {
     /// Whether the Earth is lit where this direction meets it, or passes it nearest: the Sun is up, or
     /// below the horizon by no more than the twilight.
     fn is_lit(&self, direction: &Direction<EarthPath>) -> bool {
-        let View { body, centre, .. } = self.view;
-        let ray = unit(&body.in_sphere_space(direction.vector()), direction.vector());
-        let along = centre.dot(&ray);
-        let nearest = centre - ray * along;
-        let depth = (1.0 - nearest.dot(&nearest)).max(0.0);
-        let point = ray * (along - libm::sqrtf(depth)) - centre;
-        body.sun_sine(&point).is_none_or(|sine| sine > -self.twilight_sine)
+        let (point, _) = self.view.nearest(direction);
+        self.view.body.sun_sine(&point).is_none_or(|sine| sine > -self.twilight_sine)
     }
 }
 
@@ -394,7 +415,7 @@ fn least_sun_sine(parameters: &EarthParameters) -> f32 {
 }
 
 /// Sum of two angles given by cosine and sine.
-fn add_angles([c1, s1]: [f32; 2], [c2, s2]: [f32; 2]) -> [f32; 2] {
+pub(super) fn add_angles([c1, s1]: [f32; 2], [c2, s2]: [f32; 2]) -> [f32; 2] {
     [c1 * c2 - s1 * s2, s1 * c2 + c1 * s2]
 }
 

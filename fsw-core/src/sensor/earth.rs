@@ -1,10 +1,11 @@
 //! The Earth stage of a second: limb, centre, position.
 
+mod alone;
 mod held;
 
 use super::Sensor;
 use super::propagation::Ephemeris;
-use super::record::{EarthRecord, Events, FixRecord, Looked};
+use super::record::{EarthRecord, Events, FixRecord, Looked, Solution};
 use super::workspace::Readout;
 use crate::earth::centre::CentrePrior;
 use crate::earth::limb_sensor::{
@@ -129,6 +130,23 @@ impl Sensor<'_> {
             earth.looked = Looked::Refused(FitError::Uncertain);
         }
         Ok((earth, record))
+    }
+
+    /// The attitude of a second in which the star path is shut, and the Earth that it rests on: one that is
+    /// `carried` on is held to the Earth, else it is made of Earth and Sun.
+    pub(super) fn attitude_without_stars(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        ephemeris: &Ephemeris,
+        carried: bool,
+    ) -> Result<(EarthRecord, Option<Solution>), DetectorError> {
+        if carried {
+            let looked = self.hold_by_earth(detector, meter, ephemeris)?;
+            Ok((looked, self.propagated(true)))
+        } else {
+            self.attitude_by_earth(detector, meter, ephemeris)
+        }
     }
 
     /// Counts the seconds in a row in which it was looked for without a centre. Where there is nothing to
@@ -257,9 +275,21 @@ impl Sensor<'_> {
             Ok(found) => found,
             Err(refusal) => return Ok(Err(refusal)),
         };
-        let variance = limb_sensor.height_variance(&view, SEARCH_SIGMA_PX);
-        let read = limb_sensor.read_strips(detector, &view, &variance, &EVEN_STRIPS, &mut buffers)?;
+        let read = self.strips_about(detector, body, &view)?;
         Ok(Ok((read, CentrePrior::from_fix(&rough))))
+    }
+
+    /// Reads strips across a limb that a search found into the workspace.
+    #[inline(never)]
+    fn strips_about(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        body: &Body,
+        view: &View,
+    ) -> Result<Strips, DetectorError> {
+        let (limb_sensor, mut buffers) = self.limb_sensor(body);
+        let variance = limb_sensor.height_variance(view, SEARCH_SIGMA_PX);
+        limb_sensor.read_strips(detector, view, &variance, &EVEN_STRIPS, &mut buffers)
     }
 
     /// The centre of the points in the workspace, once they are moved by how bright the ground is; `alone`:

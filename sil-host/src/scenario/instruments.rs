@@ -7,6 +7,7 @@
 //! | key | says (standard deviations where nothing else is said) | default |
 //! |---|---|---|
 //! | `shutters.paths` | the paths that have one: `"star"`, `"earth"` or `"both"` | - |
+//! | `shutters.open` | the paths that the first second's command holds open | none: by the Sun |
 //! | `gyro.noise_deg_s` | white noise of a sample | 0.22 |
 //! | `gyro.bias_deg_s` | bias at the start | 0.5 |
 //! | `gyro.drift_deg_s_h` | walk of the bias, after an hour | 0.15 |
@@ -25,10 +26,11 @@ use crate::error::HostError;
 use crate::world::instruments::gyro::GyroModel;
 use crate::world::instruments::magnetometer::MagnetometerModel;
 use fsw_core::shutting::Shutters;
+use fsw_hal::OpenPaths;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Paths with a shutter.
+/// Paths.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum RawPaths {
@@ -41,6 +43,7 @@ enum RawPaths {
 #[serde(deny_unknown_fields)]
 pub(super) struct RawShutters {
     paths: RawPaths,
+    open: Option<RawPaths>,
 }
 
 #[derive(Deserialize)]
@@ -72,6 +75,15 @@ pub(super) fn shutters(raw: &RawShutters) -> Shutters {
         RawPaths::Earth => Shutters::Earth,
         RawPaths::Both => Shutters::Both,
     }
+}
+
+/// The paths that a command holds open.
+pub(super) fn held_open(raw: &RawShutters) -> Option<OpenPaths> {
+    raw.open.map(|paths| match paths {
+        RawPaths::Star => OpenPaths::Star,
+        RawPaths::Earth => OpenPaths::Earth,
+        RawPaths::Both => OpenPaths::Both,
+    })
 }
 
 /// The gyro's errors.

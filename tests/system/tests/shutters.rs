@@ -4,6 +4,7 @@
 use crate::flights::{self, scenario};
 use fsw_core::shutting::Shutters;
 use fsw_core::telemetry::Outcome;
+use fsw_hal::OpenPaths;
 use sil_host::harness::faults::{Fault, FaultKind};
 use sil_host::scenario::Scenario;
 use sil_host::world::motion::slew::Slew;
@@ -160,6 +161,16 @@ fn while_the_star_path_is_shut_the_earth_holds_two_axes_of_the_attitude() {
     };
     println!("two axes held to {:.0} arcsec for {} s", worst(&shut), shut.len());
     assert!(shut.len() > 5300 && worst(&shut) < 60.0);
+}
+
+#[test]
+fn with_the_star_path_held_shut_from_the_start_the_earth_and_its_terminator_give_an_attitude() {
+    let flown = fly_without_stars(120, |scenario| scenario.held_open = Some(OpenPaths::Earth));
+    let told = count(&flown, 1..120, |second| second.second_best_arcsec.is_some());
+    let worst = flown.iter().filter_map(|second| second.second_best_arcsec).fold(0.0, f64::max);
+    println!("told in {told} s of 119, two axes known to {worst:.0} arcsec");
+    assert!(told >= 115 && worst < 360.0);
+    assert_eq!(count(&flown, 0..120, |second| second.measured), 0);
 }
 
 #[test]

@@ -6,17 +6,20 @@ use fsw_core::command::{
     Command, CommandLink, CommandOutcome, GroundOrbit, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal,
     Telecommand, TimeCorrelation,
 };
+use fsw_core::frames::{Icrs, Rotation, StarPath};
 use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::sensor::Workspace;
-use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Report};
-use fsw_hal::LocalTime;
+use fsw_core::shutting::ShutterParameters;
+use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Outcome, Report};
+use fsw_hal::{LocalTime, OpenPaths};
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
 use sil_host::commands::record::record_flight;
 use sil_host::flight;
 use sil_host::formats::frames_file::Recording;
+use sil_host::scenario::Scenario;
 use std::path::Path;
 use std::process::Command as Process;
 use system_tests::{scratch, target_dir, workspace};
@@ -26,7 +29,7 @@ const APID: u16 = 0x2A5;
 const KEY: Key = Key::new([
     0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
 ]);
-const SECONDS: usize = 30;
+const SECONDS: usize = 34;
 const FLIGHT: Flight =
     Flight { clips: &[Clip { scenario: "geo-eclipse", from_s: 0, seconds: SECONDS as u32 }], ..MISSION };
 
@@ -56,12 +59,14 @@ impl Ground {
 fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
     let mut ground = Ground { packets: Vec::new() };
     let then = recording.turn_to(20);
+    let clip = Scenario::load(Path::new(FLIGHT.clips[0].scenario)).unwrap();
+    let truth = clip.scene().unwrap().truth_at(20).unwrap();
     let state = OrbitState {
         time_us: then.terrestrial_us.expect("the clock is synchronised"),
-        position_km: [42164.0, 0.0, 0.0].into(),
-        velocity_km_s: [0.0, 3.0746, 0.0].into(),
+        position_km: truth.position_km.into(),
+        velocity_km_s: truth.velocity_km_s.into(),
     };
-    let orbit = GroundOrbit { state, position_sigma_km: 100.0, velocity_sigma_km_s: 0.01 };
+    let orbit = GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 };
     ground.send(8, &Telecommand::Safe);
     ground.send(10, &Telecommand::Exposure(1));
     ground.send(11, &Telecommand::Exposure(90_000));
@@ -80,7 +85,10 @@ fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
     let safe = ground.packets[0].1.clone();
     ground.packets.push((25, safe.clone()));
     ground.packets.push((25, safe[..safe.len() - 1].to_vec()));
-    ground.send(26, &Telecommand::Restart);
+    // The Earth alone is left.
+    ground.send(26, &Telecommand::Shutter(Some(OpenPaths::Earth)));
+    ground.send(28, &Telecommand::Reacquire);
+    ground.send(31, &Telecommand::Restart);
     ground
 }
 
@@ -143,6 +151,7 @@ fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() 
     let (_, parameters) = FLIGHT.instrument().unwrap();
     let mut wanted = parameters;
     wanted.tracking.gate_px += 1;
+    wanted.shutter = Some(ShutterParameters::default());
     let mut recording = Recording::load(&files.frames).unwrap();
     let ground = commands(&mut recording, &wanted);
     let (reports, packets) = fly(&mut recording, parameters, &ground);
@@ -157,6 +166,8 @@ fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() 
         (23, done),
         (24, refused(Refusal::ClockServes)),
         (26, done),
+        (28, done),
+        (31, done),
     ];
     let told: Vec<_> = reports.iter().enumerate().filter(|(_, report)| report.command.is_some()).collect();
     assert_eq!(told.iter().map(|(second, report)| (*second, report.command)).collect::<Vec<_>>(), outcomes);
@@ -166,13 +177,26 @@ fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() 
     assert!(reports[19].events.contains(&Event::Mode(Mode::Acquisition, Guard::Commanded)));
     assert_eq!(reports[18].mode, Mode::Tracking);
     assert_eq!(reports[22].mode, Mode::Tracking);
+    let stars = Rotation::from_quaternion(reports[25].attitude.expect("it tracks").quaternion).unwrap();
+    for report in &reports[28..31] {
+        assert_eq!(report.outcome, Some(Outcome::StarPathShut));
+        let alone = report.attitude.expect("an attitude by Earth and terminator");
+        let found: Rotation<Icrs, StarPath> = Rotation::from_quaternion(alone.quaternion).unwrap();
+        let off = found.angle_from(&stars);
+        println!(
+            "by the Earth alone: off by {:?} deg, sigma {:?}",
+            off.map(f32::to_degrees),
+            alone.sigma_rad
+        );
+        assert!(off.iter().zip(alone.sigma_rad).all(|(off, sigma)| off.abs() < 4.0 * sigma + 3e-4));
+    }
     let counted = |kind| packets.iter().filter(|packet| summary(packet) == kind).count();
-    // Eleven commands of one packet and the parts were accepted; two were refused at once.
-    let parts = ground.packets.len() - 12;
-    assert_eq!(counted((1, 1, 0)), 10 + parts);
+    // Thirteen commands of one packet and the parts were accepted; two were refused at once.
+    let parts = ground.packets.len() - 14;
+    assert_eq!(counted((1, 1, 0)), 12 + parts);
     assert_eq!(counted((1, 2, Refusal::Counter.code())) + counted((1, 2, Refusal::Length.code())), 2);
     assert_eq!(counted((1, 8, Refusal::Exposure.code())), 1);
-    assert_eq!(counted((1, 7, 0)), 8 + parts);
+    assert_eq!(counted((1, 7, 0)), 10 + parts);
     let dumped: Vec<u8> = packets
         .iter()
         .filter(|packet| summary(packet) == (129, 4, 0))

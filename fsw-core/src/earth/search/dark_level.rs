@@ -37,7 +37,7 @@ pub(super) fn block_mean(sum: u32) -> i32 {
 
 /// Level of the darkest sky of an image searched with this step, fine counts: the second smallest of the
 /// lines' darkest blocks, so that one defective line does no harm.
-pub(super) fn sky_level(
+pub(in crate::earth) fn sky_level(
     detector: &mut impl Detector<Error = DetectorError>,
     buffer: &mut [u16],
     step: u16,
