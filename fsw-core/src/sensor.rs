@@ -353,10 +353,8 @@ impl<'c> Sensor<'c> {
                 Err(error) => record.detector_fault = Some(error.into()),
             }
         } else if let (Some(Outcome::StarPathShut), Some(ephemeris)) = (record.stars.outcome, ephemeris) {
-            match self.attitude_without_stars(detector, meter, ephemeris, record.stars.solution.is_some()) {
-                Ok((looked, solution)) => (record.earth, record.stars.solution) = (looked, solution),
-                Err(error) => record.detector_fault = Some(error.into()),
-            }
+            let observed = self.observe_earth_alone(detector, meter, ephemeris, record);
+            record.detector_fault = observed.err().map(DetectorFault::from);
         }
     }
 

@@ -5,7 +5,7 @@ mod held;
 
 use super::Sensor;
 use super::propagation::Ephemeris;
-use super::record::{EarthRecord, Events, FixRecord, Looked, Solution};
+use super::record::{EarthRecord, Events, FixRecord, Looked, Record};
 use super::workspace::Readout;
 use crate::earth::centre::CentrePrior;
 use crate::earth::limb_sensor::{
@@ -132,21 +132,23 @@ impl Sensor<'_> {
         Ok((earth, record))
     }
 
-    /// The attitude of a second in which the star path is shut, and the Earth that it rests on: one that is
-    /// `carried` on is held to the Earth, else it is made of Earth and Sun.
-    pub(super) fn attitude_without_stars(
+    /// What a second in which the star path is shut has: an attitude that is carried on and held to the Earth,
+    /// else one by Earth and Sun.
+    #[inline(never)]
+    pub(super) fn observe_earth_alone(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         ephemeris: &Ephemeris,
-        carried: bool,
-    ) -> Result<(EarthRecord, Option<Solution>), DetectorError> {
-        if carried {
-            let looked = self.hold_by_earth(detector, meter, ephemeris)?;
-            Ok((looked, self.propagated(true)))
+        record: &mut Record,
+    ) -> Result<(), DetectorError> {
+        if record.stars.solution.is_some() {
+            record.earth = self.hold_by_earth(detector, meter, ephemeris)?;
+            record.stars.solution = self.propagated(true);
         } else {
-            self.attitude_by_earth(detector, meter, ephemeris)
+            (record.earth, record.stars.solution) = self.attitude_by_earth(detector, meter, ephemeris)?;
         }
+        Ok(())
     }
 
     /// Counts the seconds in a row in which it was looked for without a centre. Where there is nothing to
