@@ -6,6 +6,7 @@
 //!
 //! Probes: small windows to test the detector and to detect blinding by the Sun.
 
+pub use crate::image::fingerprint::PROBES;
 use crate::image::patch::MARGIN;
 use crate::stars::predict::Predicted;
 use fsw_hal::{DetectorGeometry, Window};
@@ -42,8 +43,6 @@ pub fn star_windows(
     windows
 }
 
-/// Number of probes.
-pub const PROBES: usize = 5;
 /// Side of a probe, px.
 pub const PROBE_PX: u16 = 16;
 

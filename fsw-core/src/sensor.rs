@@ -34,6 +34,7 @@ mod commanding;
 mod earth;
 mod exposing;
 mod forecasting;
+mod freshness;
 mod orbit;
 mod outage;
 mod propagation;
@@ -52,14 +53,14 @@ pub use crate::command::Command;
 use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::image::calibration::Calibration;
+use crate::image::fingerprint::Fingerprint;
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
-use crate::plan::PROBES;
 use crate::shutting::Shutting;
 use crate::telemetry::{Activity, DetectorFault, Event, Outcome, RateSensorFault, Report};
 use core::mem::MaybeUninit;
-use exposing::{Image, UNREAD};
+use exposing::Image;
 use fsw_hal::detector::ByKind;
 use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Shutter, Stage, StageMeter};
 use propagation::Ephemeris;
@@ -151,8 +152,10 @@ pub struct Sensor<'c> {
     usual_ground: UsualGround,
     /// Seconds in a row in which the Earth was looked for without a centre.
     earth_misses: u8,
-    /// Of the noise of the last two images' probes.
-    digests: [[u32; PROBES]; 2],
+    /// Of the last two images, and of the last one that was not disturbed.
+    fingerprints: [Fingerprint; 3],
+    /// What is usual of the images' noise, and the last attitude of an image that is known to be new.
+    freshness: freshness::Freshness,
     /// Instant of the image under search.
     searching_since: Option<LocalTime>,
     /// How it turns while no attitude is known.
@@ -231,7 +234,8 @@ impl<'c> Sensor<'c> {
             converged: false,
             usual_ground: UsualGround::default(),
             earth_misses: 0,
-            digests: [[UNREAD; PROBES]; 2],
+            fingerprints: [Fingerprint::default(); 3],
+            freshness: freshness::Freshness::default(),
             searching_since: None,
             turning: turning::Turning::default(),
             images_given_up: 0,

@@ -198,8 +198,7 @@ impl Sensor<'_> {
         let FocalRatio { ratio, sigma } = confirmed.focal_ratio;
         let stretched = (ratio - 1.0).abs() > (3.0 * sigma).max(UNSEEN_STRETCH);
         if !stretched {
-            self.measurement_update(confirmed, log10_false, image, stars);
-            return true;
+            return self.measurement_update(confirmed, log10_false, image, stars);
         }
         self.refine_focal_length(&confirmed.focal_ratio, image);
         self.workspace.take_measured(&self.camera, None, 0.0);
@@ -209,7 +208,6 @@ impl Sensor<'_> {
         };
         // What the image shows of it is taken already.
         again.focal_ratio.sigma = f32::INFINITY;
-        self.measurement_update(&again, log10_false, image, stars);
-        true
+        self.measurement_update(&again, log10_false, image, stars)
     }
 }

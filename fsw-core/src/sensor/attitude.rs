@@ -2,6 +2,7 @@
 //! stars share and no filter averages.
 
 use super::Sensor;
+use super::freshness::{Age, Solved};
 use super::record::{Solution, StarRecord};
 use super::timekeeping::SECOND_US;
 use crate::attitude::filter::Filter;
@@ -26,7 +27,8 @@ fn whole_seconds(us: i64) -> u16 {
 }
 
 impl Sensor<'_> {
-    /// Takes the attitude of an image of the instant `image` into the filter.
+    /// Takes the attitude of an image of the instant `image` into the filter; whether it could be taken: that of
+    /// an old image, sold as new, is not.
     #[inline(never)]
     pub(super) fn measurement_update(
         &mut self,
@@ -34,8 +36,23 @@ impl Sensor<'_> {
         log10_false: f32,
         image: LocalTime,
         stars: &mut StarRecord,
-    ) {
-        let (attitude, sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
+    ) -> bool {
+        let (attitude, mut sigma_rad) = (confirmed.attitude, confirmed.sigma_rad);
+        let solved = Solved { attitude, sigma_rad, image };
+        let age = self.age(&solved);
+        match age {
+            Age::New => {}
+            Age::Unknown(way) => {
+                for (sigma, way) in sigma_rad.iter_mut().zip(&way) {
+                    *sigma = libm::hypotf(*sigma, *way);
+                }
+            }
+            Age::Old => {
+                stars.repeated = true;
+                stars.solution = self.propagated(true);
+                return false;
+            }
+        }
         self.former = [Some(attitude), None];
         let updated =
             self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
@@ -45,6 +62,9 @@ impl Sensor<'_> {
                 Some(rate) => begun.with_rate(&rate),
                 None => begun,
             });
+        }
+        if matches!(age, Age::New) {
+            self.verify(solved);
         }
         let filtered = self.motion.as_ref().and_then(|motion| motion.at(image));
         stars.solution = Some(Solution {
@@ -63,6 +83,7 @@ impl Sensor<'_> {
             predicted: false,
         });
         fill(&mut stars.matches, confirmed.matches.iter().copied());
+        true
     }
 
     /// Takes the focal length that an image of the instant shows into the camera; the image's, over that of

@@ -4,22 +4,16 @@ use super::Sensor;
 use super::timekeeping::Time;
 use super::turning::{GREATEST_SCANNED_PX, short_divisor};
 use crate::image::blinding::blinded;
+use crate::image::fingerprint::Fingerprint;
 use crate::modes::Mode;
 use crate::plan;
 use crate::telemetry::{DetectorFault, ImageFault};
 use fsw_hal::{Clock, Detector, DetectorError, LocalTime, Stage, StageMeter};
 
-/// Pixels of every probe by whose noise an image is told from those before.
-const NOISE_PX: usize = 64;
 /// So many probes may not be delivered.
 const MOST_UNREAD: usize = 2;
-/// Digest of such a probe; that of one that was read begins with it.
-pub(super) const UNREAD: u32 = 0;
 /// Shortest exposure, as the parameters' own, us.
 const SHORTEST_US: u32 = 100;
-/// Of the hash by Fowler, Noll and Vo, 32 bits.
-const FNV_PRIME: u32 = 16_777_619;
-
 /// The image of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Image {
@@ -112,14 +106,12 @@ impl Sensor<'_> {
     }
 
     /// Whether the Sun blinds the image: all probes stand at full scale. And whether it is one of the last
-    /// ones again, whatever its instant: noise does not repeat itself. Of pixels that are all alike nothing
-    /// is said. Up to [`MOST_UNREAD`] probes may fail.
+    /// ones again, whatever its instant. Up to [`MOST_UNREAD`] probes may fail.
     fn probe(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Image {
         let geometry = detector.geometry();
-        let (mut blind, mut unread, mut varied) = (0, 0, false);
-        let mut digests = [UNREAD; plan::PROBES];
-        let mut first = None;
-        for (probe, digest) in plan::probes(&geometry).iter().zip(&mut digests) {
+        let (mut blind, mut unread) = (0, 0);
+        let mut fingerprint = Fingerprint::default();
+        for (index, probe) in plan::probes(&geometry).iter().enumerate() {
             let Some(pixels) = self.workspace.shared.readout().buffer.get_mut(..probe.area()) else {
                 return Image::Failed(DetectorFault::Request);
             };
@@ -132,13 +124,11 @@ impl Sensor<'_> {
                 continue;
             }
             blind += usize::from(blinded(pixels, geometry.bits));
-            for raw in pixels.iter().take(NOISE_PX) {
-                varied |= raw != first.get_or_insert(*raw);
-                *digest = (*digest ^ u32::from(*raw)).wrapping_mul(FNV_PRIME);
-            }
+            fingerprint.take(index, pixels);
         }
-        let [before, last] = self.digests;
-        self.digests = [last, digests];
+        let former = self.fingerprints;
+        let [_, last, undisturbed] = former;
+        self.fingerprints = [last, fingerprint, undisturbed];
         if unread > MOST_UNREAD {
             return Image::Failed(DetectorFault::Hardware);
         }
@@ -146,14 +136,11 @@ impl Sensor<'_> {
         if blind + unread == plan::PROBES {
             return Image::Blinded;
         }
-        let same = |former: &[u32; plan::PROBES]| {
-            let mut known =
-                digests.iter().zip(former).filter(|(one, other)| ![**one, **other].contains(&UNREAD));
-            // With two lost of either image one of the five probes is in both.
-            known.clone().count() > 0 && known.all(|(one, other)| one == other)
-        };
-        if varied && (same(&before) || same(&last)) {
+        if former.iter().any(|former| fingerprint.is_that_of(former)) {
             return Image::Refused(ImageFault::Repeated);
+        }
+        if !self.freshness.is_disturbed(fingerprint.noise()) {
+            self.fingerprints = [last, fingerprint, fingerprint];
         }
         Image::Taken
     }

@@ -56,6 +56,8 @@ pub(super) struct StarRecord {
     pub(super) crowded: u16,
     /// Whether the detector did not deliver all that was asked for.
     pub(super) incomplete: bool,
+    /// Whether the stars say that the image is an old one, sold as new.
+    pub(super) repeated: bool,
     pub(super) solution: Option<Solution>,
     /// Stars recognised, of those in the workspace, brightest first.
     pub(super) matches: Vec<Match, MAX_STARS>,
@@ -235,7 +237,7 @@ impl Record {
             outcome: stars.outcome,
             faults: Faults {
                 detector: self.detector_fault.or(stars.incomplete.then_some(DetectorFault::Hardware)),
-                image: self.image_fault,
+                image: self.image_fault.or(stars.repeated.then_some(ImageFault::Repeated)),
                 clock: time.fault,
                 rate_sensor: self.rate_sensor_fault,
                 shutter: self.shutter_fault,

@@ -26,6 +26,9 @@ const HOLDOVER_US: i64 = 86_400 * SECOND_US;
 /// An image may be later than the second in which it is read by so much, us, and earlier by so much.
 const IMAGE_AHEAD_US: i64 = 100_000;
 const IMAGE_AGE_US: i64 = 10 * SECOND_US;
+/// Two images are at least so far apart, us; nearer it is the same one, whose instant was reckoned again by a
+/// counter that drifts.
+const LEAST_APART_US: i64 = 50_000;
 
 /// Both times of a second.
 #[derive(Clone, Copy, Debug)]
@@ -117,7 +120,8 @@ impl Timekeeper {
 
     /// Whether an image of `instant`, read in the second `now`, may be used; if so it is that of this second.
     pub(super) fn accept(&mut self, instant: LocalTime, now: &Now) -> Result<(), ImageFault> {
-        if self.image == Some(instant) {
+        let same = |image: LocalTime| instant.us_since(image).saturating_abs() < LEAST_APART_US;
+        if self.image.is_some_and(same) {
             return Err(ImageFault::Repeated);
         }
         if self.last.is_some_and(|last| instant <= last) {

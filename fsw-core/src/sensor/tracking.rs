@@ -198,8 +198,8 @@ impl Sensor<'_> {
         let fewest = usize::from(self.parameters.tracking.fewest_stars);
         match confirmed {
             Some(confirmed) if confirmed.matches.len() >= fewest && self.is_convincing(confirmed) => {
-                self.measurement_update(confirmed, confirmed.log10_chance, self.now, stars);
-                Outcome::Tracked
+                let taken = self.measurement_update(confirmed, confirmed.log10_chance, self.now, stars);
+                if taken { Outcome::Tracked } else { Outcome::Lost }
             }
             _ => self.follow_few(clear_windows, stars).unwrap_or_else(|| {
                 if let Some(motion) = &mut self.motion {

@@ -83,3 +83,39 @@ fn every_fault_is_reported_or_borne_and_the_sensor_recovers() {
     // Of 6,000 axes one lies beyond 4.5 sigma in 25 runs of an honest sensor.
     assert!(worst < 4.5, "{worst}");
 }
+
+/// Faults of two kinds, each with the seconds in which it is there.
+type Both = [(FaultKind, [u32; 2]); 2];
+
+#[test]
+fn an_old_image_that_is_disturbed_on_its_way_is_no_attitude() {
+    let (late, bits) = (FaultKind::LateFrame, FaultKind::BitFlips);
+    let cases: [(&str, Both); 5] = [
+        ("bits turned over", [(late(1.0), [24, 44]), (bits(0.01), [20, 60])]),
+        ("noise, tracking", [(late(0.5), [24, 44]), (FaultKind::NoiseBurst(4.0), [20, 60])]),
+        ("noise that ends first", [(late(1.0), [24, 44]), (FaultKind::NoiseBurst(4.0), [15, 32])]),
+        ("noise that loses the stars", [(late(1.0), [24, 44]), (FaultKind::NoiseBurst(20.0), [15, 32])]),
+        (
+            "an instant that drifts",
+            [(FaultKind::DoubledImage(0.5), [24, 44]), (FaultKind::Blinded, [28, 40])],
+        ),
+    ];
+    for (name, faults) in cases {
+        for scenario in ["sso-noon-midnight", "geo-faults"] {
+            let mut scenario = Scenario::load(Path::new(scenario)).unwrap();
+            scenario.duration_s = 90;
+            scenario.faults = faults
+                .map(|(kind, [from_s, until_s])| sil_host::harness::faults::Fault { kind, from_s, until_s })
+                .to_vec();
+            let flown = fly(&scenario);
+            let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+            let refused = flown.iter().filter(|second| second.image_fault.is_some()).count();
+            let again = flown[60..].iter().position(|second| second.attitude_sigmas.is_some());
+            println!(
+                "{name}, {}: {worst:.1} sigma at worst, {refused} images refused, again after {again:?} s",
+                scenario.name
+            );
+            assert!(worst < 6.0 && refused > 0 && again.is_some_and(|after| after <= RECOVERY_S as usize));
+        }
+    }
+}

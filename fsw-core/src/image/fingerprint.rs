@@ -1,0 +1,77 @@
+//! By what an image is known again: the noise of its probes.
+//!
+//! In: the pixels of [`PROBES`] small windows. Out: whether it is an image from before, sold as a new one: noise
+//! does not repeat itself. A digest is kept of every group of [`GROUP_PX`] pixels, so that bits turned over on
+//! the way from the detector, one in a hundred pixels of both images, leave half of the groups as they were; a
+//! quarter is enough.
+//!
+//! Of pixels that are all alike nothing is said. Where the noise is so low that neighbours are mostly equal two
+//! images may have groups in common by chance; there all must be the same. Noise that is put onto an old image
+//! hides it: such noise is larger than usual, which [`Fingerprint::noise`] tells.
+
+/// Number of probes.
+pub const PROBES: usize = 5;
+/// Pixels of a group.
+const GROUP_PX: usize = 32;
+/// Groups of a probe: 256 pixels.
+const GROUPS: usize = 8;
+/// Digest of a group that was not read.
+const UNREAD: u16 = 0;
+/// Share of neighbours that are equal above which the noise is low, of 5: there a group is the same by chance
+/// once in 1,300, and a quarter of a single probe's once in 50,000.
+const LOW_NOISE: u32 = 4;
+/// Of the hash by Fowler, Noll and Vo, 32 bits.
+const FNV_BASIS: u32 = 2_166_136_261;
+const FNV_PRIME: u32 = 16_777_619;
+
+/// Digests of an image's probes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Fingerprint {
+    digests: [[u16; GROUPS]; PROBES],
+    /// Pairs of neighbours, and of these the equal ones.
+    pairs: u16,
+    equal: u16,
+    /// Sum of the steps between the neighbours of the calmest probe; 0 before the first.
+    steps: u16,
+}
+
+impl Fingerprint {
+    /// Takes the pixels of a probe.
+    pub fn take(&mut self, probe: usize, pixels: &[u16]) {
+        let Some(digests) = self.digests.get_mut(probe) else { return };
+        for (digest, group) in digests.iter_mut().zip(pixels.chunks(GROUP_PX)) {
+            let hash =
+                group.iter().fold(FNV_BASIS, |hash, raw| (hash ^ u32::from(*raw)).wrapping_mul(FNV_PRIME));
+            *digest = ((hash ^ hash >> 16) as u16).max(UNREAD + 1);
+            let equal = group.windows(2).filter(|pair| matches!(pair, [one, other] if one == other)).count();
+            self.pairs = self.pairs.saturating_add(group.len().saturating_sub(1) as u16);
+            self.equal = self.equal.saturating_add(equal as u16);
+        }
+        let step = |pair: &[u16]| match pair {
+            [one, other] => u32::from(one.abs_diff(*other)),
+            _ => 0,
+        };
+        let steps = pixels.windows(2).map(step).sum::<u32>().min(u16::MAX.into()) as u16;
+        self.steps = if self.steps == 0 { steps } else { self.steps.min(steps) };
+    }
+
+    /// Noise of the calmest probe: sum of the steps between its neighbours, counts.
+    pub fn noise(&self) -> u16 {
+        self.steps
+    }
+
+    /// Whether this image is the one of another fingerprint.
+    pub fn is_that_of(&self, other: &Self) -> bool {
+        let read = |(one, other): &(&u16, &u16)| **one != UNREAD && **other != UNREAD;
+        let pairs = self.digests.as_flattened().iter().zip(other.digests.as_flattened()).filter(read);
+        let (known, same) = pairs
+            .fold((0u32, 0u32), |(known, same), (one, other)| (known + 1, same + u32::from(one == other)));
+        let quiet = 5 * u32::from(self.equal) > LOW_NOISE * u32::from(self.pairs);
+        let varied = self.equal < self.pairs;
+        let enough = if quiet { known } else { known.div_ceil(4) };
+        varied && known > 0 && same >= enough
+    }
+}
+
+#[cfg(test)]
+mod tests;

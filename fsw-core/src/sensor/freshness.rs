@@ -1,0 +1,122 @@
+//! Whether an image that its noise does not give away is an old one, sold as new.
+//!
+//! An old image that is disturbed on its way has another noise than when it was first read, and no fingerprint
+//! knows it again, nor when it comes again undisturbed; but its noise is larger than usual. From such an image on
+//! the stars must have moved since the last image that is known to be new, as the rate of then has it; where they
+//! have not, the image is refused. Where they are expected to move by too little to tell, the attitude may be
+//! wrong by that much, and its sigma holds it. Ten images without disturbance end the suspicion: the spacecraft may
+//! have turned otherwise.
+//!
+//! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
+
+use super::Sensor;
+use super::timekeeping::SECOND_US;
+use crate::attitude::filter::Filter;
+use crate::frames::{Icrs, Rotation, StarPath};
+use fsw_hal::LocalTime;
+use nalgebra::Vector3;
+
+/// Noise over the usual, halves of it, from which an image is disturbed.
+const DISTURBED: u32 = 3;
+/// The usual noise grows by a count and this share from image to image, 2^-8: a detector that warms up is
+/// believed again after minutes.
+const GROWTH_SHIFT: u16 = 8;
+/// Undisturbed images that end the suspicion.
+const SUSPECTED: u8 = 10;
+/// Way, in standard deviations of both attitudes, that tells an old image from a new one.
+const LEAST_WAY_SIGMAS: f32 = 5.0;
+/// A new image is no farther from where it is expected than this, or than this share of the way: the rate is not
+/// quite constant.
+const OFF_SIGMAS: f32 = 4.0;
+const OFF_SHARE: f32 = 1.0 / 16.0;
+/// Longest way, rad: a rotation vector is unique below half a turn.
+const LONGEST_WAY_RAD: f32 = 2.0;
+
+/// What an image that its noise does not give away is.
+pub(super) enum Age {
+    /// New.
+    New,
+    /// Perhaps an old one: its attitude is off by so much then, rad.
+    Unknown(Vector3<f32>),
+    /// An old one.
+    Old,
+}
+
+/// An image that was solved.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solved {
+    pub(super) attitude: Rotation<Icrs, StarPath>,
+    pub(super) sigma_rad: [f32; 3],
+    pub(super) image: LocalTime,
+}
+
+/// What is usual of the images' noise, and by what a new image is known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Freshness {
+    usual: u16,
+    /// Undisturbed images to come that are suspected.
+    suspected: u8,
+    /// The last image that is known to be new, and the last one that was refused since.
+    verified: Option<Solved>,
+    refused: Option<Solved>,
+    /// The last rate that was known of a new image, rad/s.
+    rate_rad_s: Option<Vector3<f32>>,
+}
+
+impl Freshness {
+    /// Takes the noise of an image; whether it is larger than usual.
+    pub(super) fn is_disturbed(&mut self, noise: u16) -> bool {
+        let grown = self.usual.saturating_add(1 + (self.usual >> GROWTH_SHIFT));
+        self.usual = if self.usual == 0 { noise } else { noise.min(grown) };
+        let disturbed = 2 * u32::from(noise) > DISTURBED * u32::from(self.usual);
+        self.suspected = if disturbed { SUSPECTED } else { self.suspected.saturating_sub(1) };
+        disturbed
+    }
+}
+
+impl Sensor<'_> {
+    /// What an image is by its attitude: new, where the stars have moved since the last one that is known to be
+    /// new, or since the one that was refused before it.
+    pub(super) fn age(&mut self, solved: &Solved) -> Age {
+        let Freshness { suspected, verified, refused, rate_rad_s, .. } = self.freshness;
+        let (Some(verified), Some(rate_rad_s), 1..) = (verified, rate_rad_s, suspected) else {
+            return Age::New;
+        };
+        match solved.age_since(&verified, &rate_rad_s) {
+            Age::Old => {}
+            age => return age,
+        }
+        self.freshness.refused = Some(*solved);
+        let since_refused = refused.map(|refused| solved.age_since(&refused, &rate_rad_s));
+        since_refused.filter(|age| matches!(age, Age::New)).unwrap_or(Age::Old)
+    }
+
+    /// Remembers an image that is known to be new, once the filter has its attitude.
+    pub(super) fn verify(&mut self, solved: Solved) {
+        let rate = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s);
+        let rate_rad_s = rate.or(self.freshness.rate_rad_s);
+        self.freshness = Freshness { verified: Some(solved), refused: None, rate_rad_s, ..self.freshness };
+    }
+}
+
+impl Solved {
+    /// What this image is by how far the stars have moved since another one.
+    fn age_since(&self, other: &Self, rate_rad_s: &Vector3<f32>) -> Age {
+        let way = rate_rad_s * (self.image.us_since(other.image) as f32 / SECOND_US as f32);
+        if way.dot(&way) > LONGEST_WAY_RAD * LONGEST_WAY_RAD {
+            return Age::New;
+        }
+        let sigmas = |turn: &Vector3<f32>| {
+            let both =
+                self.sigma_rad.iter().zip(other.sigma_rad).map(|(one, other)| one * one + other * other);
+            let squares = turn.iter().zip(both).map(|(angle, variance)| angle * angle / variance.max(1e-14));
+            libm::sqrtf(squares.sum())
+        };
+        let away = sigmas(&way);
+        if away < LEAST_WAY_SIGMAS {
+            return Age::Unknown(way);
+        }
+        let off = sigmas(&(self.attitude.angle_from(&other.attitude) - way));
+        if off < OFF_SIGMAS.max(OFF_SHARE * away) { Age::New } else { Age::Old }
+    }
+}
