@@ -7,7 +7,7 @@
 //!
 //! Of pixels that are all alike nothing is said. Where the noise is so low that neighbours are mostly equal two
 //! images may have groups in common by chance; there all must be the same. Noise that is put onto an old image
-//! hides it: such noise is larger than usual, which [`Fingerprint::noise`] tells.
+//! hides it: such noise is larger than usual, which [`Fingerprint::noise`] tells, and does not come of more light.
 
 /// Number of probes.
 pub const PROBES: usize = 5;
@@ -31,8 +31,16 @@ pub struct Fingerprint {
     /// Pairs of neighbours, and of these the equal ones.
     pairs: u16,
     equal: u16,
-    /// Sum of the steps between the neighbours of the calmest probe; 0 before the first.
-    steps: u16,
+    noise: Noise,
+}
+
+/// Noise and light of an image's calmest probe.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Noise {
+    /// Sum of the steps between neighbours, counts.
+    pub steps: u32,
+    /// Sum of the pixels, counts.
+    pub light: u32,
 }
 
 impl Fingerprint {
@@ -51,13 +59,15 @@ impl Fingerprint {
             [one, other] => u32::from(one.abs_diff(*other)),
             _ => 0,
         };
-        let steps = pixels.windows(2).map(step).sum::<u32>().min(u16::MAX.into()) as u16;
-        self.steps = if self.steps == 0 { steps } else { self.steps.min(steps) };
+        let steps = pixels.windows(2).map(step).sum();
+        if self.noise.steps == 0 || steps < self.noise.steps {
+            self.noise = Noise { steps, light: pixels.iter().map(|raw| u32::from(*raw)).sum() };
+        }
     }
 
-    /// Noise of the calmest probe: sum of the steps between its neighbours, counts.
-    pub fn noise(&self) -> u16 {
-        self.steps
+    /// Noise of the calmest probe.
+    pub fn noise(&self) -> Noise {
+        self.noise
     }
 
     /// Whether this image is the one of another fingerprint.

@@ -107,6 +107,9 @@ impl Sensor<'_> {
             if self.reidentify(stars) {
                 return Some(Outcome::Identified);
             }
+            if stars.repeated {
+                return Some(Outcome::NotIdentified(NotIdentified::NoMatch));
+            }
             self.searching_since = Some(self.now);
             self.workspace.shared.begin_identification();
         }

@@ -2,10 +2,10 @@
 //!
 //! An old image that is disturbed on its way has another noise than when it was first read, and no fingerprint
 //! knows it again, nor when it comes again undisturbed; but its noise is larger than usual. From such an image on
-//! the stars must have moved since the last image that is known to be new, as the rate of then has it; where they
-//! have not, the image is refused. Where they are expected to move by too little to tell, the attitude may be
-//! wrong by that much, and its sigma holds it. Ten images without disturbance end the suspicion: the spacecraft may
-//! have turned otherwise.
+//! the stars must have moved since the last image that is known to be new, if the rate of then moves them; where
+//! they have not, the image is refused. Where they are expected to move by too little to tell, the attitude may be
+//! wrong by that much, and its sigma holds it. Ten images without disturbance end the suspicion, and a minute without an
+//! image that is known to be new: the spacecraft may have turned otherwise.
 //!
 //! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
 
@@ -13,6 +13,7 @@ use super::Sensor;
 use super::timekeeping::SECOND_US;
 use crate::attitude::filter::Filter;
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::image::fingerprint::Noise;
 use fsw_hal::LocalTime;
 use nalgebra::Vector3;
 
@@ -25,10 +26,14 @@ const GROWTH_SHIFT: u16 = 8;
 const SUSPECTED: u8 = 10;
 /// Way, in standard deviations of both attitudes, that tells an old image from a new one.
 const LEAST_WAY_SIGMAS: f32 = 5.0;
-/// A new image is no farther from where it is expected than this, or than this share of the way: the rate is not
-/// quite constant.
+/// Within so many two attitudes are the same. After a gap a new image is no farther from where it is expected, or
+/// than this share of the way: the rate is not quite constant.
 const OFF_SIGMAS: f32 = 4.0;
 const OFF_SHARE: f32 = 1.0 / 16.0;
+/// Images less apart are of one second and the next, us.
+const NEXT_US: i64 = 1_600_000;
+/// After so long an image is believed whatever it shows, us: the spacecraft may have turned.
+const LONGEST_US: i64 = 60 * SECOND_US;
 /// Longest way, rad: a rotation vector is unique below half a turn.
 const LONGEST_WAY_RAD: f32 = 2.0;
 
@@ -53,7 +58,7 @@ pub(super) struct Solved {
 /// What is usual of the images' noise, and by what a new image is known.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Freshness {
-    usual: u16,
+    usual: Noise,
     /// Undisturbed images to come that are suspected.
     suspected: u8,
     /// The last image that is known to be new, and the last one that was refused since.
@@ -64,11 +69,18 @@ pub(super) struct Freshness {
 }
 
 impl Freshness {
-    /// Takes the noise of an image; whether it is larger than usual.
-    pub(super) fn is_disturbed(&mut self, noise: u16) -> bool {
-        let grown = self.usual.saturating_add(1 + (self.usual >> GROWTH_SHIFT));
-        self.usual = if self.usual == 0 { noise } else { noise.min(grown) };
-        let disturbed = 2 * u32::from(noise) > DISTURBED * u32::from(self.usual);
+    /// Takes the noise of an image; whether it is larger than usual, and by more than more light makes it: that
+    /// of the sunlit Earth is smaller than its light.
+    pub(super) fn is_disturbed(&mut self, noise: Noise) -> bool {
+        let grown = self.usual.steps + 1 + (self.usual.steps >> GROWTH_SHIFT);
+        if self.usual.steps == 0 || noise.steps <= grown {
+            self.usual = noise;
+        } else {
+            self.usual.steps = grown;
+        }
+        let more_light = noise.light.saturating_sub(self.usual.light);
+        let disturbed =
+            2 * noise.steps > DISTURBED * self.usual.steps && noise.steps.saturating_sub(self.usual.steps) > more_light;
         self.suspected = if disturbed { SUSPECTED } else { self.suspected.saturating_sub(1) };
         disturbed
     }
@@ -100,10 +112,12 @@ impl Sensor<'_> {
 }
 
 impl Solved {
-    /// What this image is by how far the stars have moved since another one.
+    /// What this image is by how far the stars have moved since another one: where that is of the second before,
+    /// at all; where images in between were not solved, and this may be one of them, as the rate has it.
     fn age_since(&self, other: &Self, rate_rad_s: &Vector3<f32>) -> Age {
-        let way = rate_rad_s * (self.image.us_since(other.image) as f32 / SECOND_US as f32);
-        if way.dot(&way) > LONGEST_WAY_RAD * LONGEST_WAY_RAD {
+        let elapsed_us = self.image.us_since(other.image);
+        let way = rate_rad_s * (elapsed_us as f32 / SECOND_US as f32);
+        if elapsed_us > LONGEST_US || way.dot(&way) > LONGEST_WAY_RAD * LONGEST_WAY_RAD {
             return Age::New;
         }
         let sigmas = |turn: &Vector3<f32>| {
@@ -116,7 +130,12 @@ impl Solved {
         if away < LEAST_WAY_SIGMAS {
             return Age::Unknown(way);
         }
-        let off = sigmas(&(self.attitude.angle_from(&other.attitude) - way));
-        if off < OFF_SIGMAS.max(OFF_SHARE * away) { Age::New } else { Age::Old }
+        let gone = self.attitude.angle_from(&other.attitude);
+        let is_new = if elapsed_us < NEXT_US {
+            sigmas(&gone) > OFF_SIGMAS
+        } else {
+            sigmas(&(gone - way)) < OFF_SIGMAS.max(OFF_SHARE * away)
+        };
+        if is_new { Age::New } else { Age::Old }
     }
 }
