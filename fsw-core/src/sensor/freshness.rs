@@ -4,8 +4,8 @@
 //! knows it again, nor when it comes again undisturbed; but its noise is larger than usual. From such an image on
 //! the stars must have moved since the last image that is known to be new, if the rate of then moves them; where
 //! they have not, the image is refused. Where they are expected to move by too little to tell, the attitude may be
-//! wrong by that much, and its sigma holds it. Ten images without disturbance end the suspicion, and a minute without an
-//! image that is known to be new: the spacecraft may have turned otherwise.
+//! wrong by that much, and its sigma holds it. Ten images without disturbance end the suspicion, and a minute
+//! without an image that is known to be new: the spacecraft may have turned otherwise.
 //!
 //! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
 
@@ -79,8 +79,8 @@ impl Freshness {
             self.usual.steps = grown;
         }
         let more_light = noise.light.saturating_sub(self.usual.light);
-        let disturbed =
-            2 * noise.steps > DISTURBED * self.usual.steps && noise.steps.saturating_sub(self.usual.steps) > more_light;
+        let disturbed = 2 * noise.steps > DISTURBED * self.usual.steps
+            && noise.steps.saturating_sub(self.usual.steps) > more_light;
         self.suspected = if disturbed { SUSPECTED } else { self.suspected.saturating_sub(1) };
         disturbed
     }
@@ -139,3 +139,6 @@ impl Solved {
         if is_new { Age::New } else { Age::Old }
     }
 }
+
+#[cfg(test)]
+mod tests;
