@@ -6,7 +6,8 @@
 //! ([`turn`]), `search` does all this in a window, [`scan`] walks the whole detector in tiles, `detections`
 //! keeps the brightest spots and [`repeated`] puts first those that the last image had too. Loops over
 //! pixels are in `fsw-pixels`. `allowance` bounds what crowded pictures cost, [`blinding`] knows a detector
-//! at full scale, [`fingerprint`] an image that was there before. Before all of them [`bad_pixels`] may correct the known [`defects`].
+//! at full scale, [`fingerprint`] an image that was there before. Before all of them [`bad_pixels`] may
+//! correct the known [`defects`].
 //!
 //! Scaled counts: every pixel is brought to one scale, full scale = 2^14 = [`FULL_SCALE`], whatever the
 //! converter's resolution, so thresholds mean the same for 8, 10 and 16 bits and a residual fits an `i16`.

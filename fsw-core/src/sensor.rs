@@ -17,8 +17,8 @@
 //!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a
 //!    position, which the orbit filter takes in (`orbit`). With the star path shut it is the other way round:
 //!    orbit, Earth and terminator give the attitude;
-//! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the report
-//!    is made of the `record` of the second.
+//! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the
+//! report    is made of the `record` of the second.
 //!
 //! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that
 //! is its own. What is generic over the instruments calls them and no more; the work between two calls is
@@ -137,8 +137,8 @@ pub struct Sensor<'c> {
     /// Whether the catalogue's stars are corrected for aberration.
     aberration_corrected: bool,
     motion: Option<Filter<2>>,
-    /// The attitude measured last, and that predicted when it was lost: hypotheses for the stars, nothing that
-    /// is told.
+    /// The attitude measured last, and that predicted when it was lost: hypotheses for the stars, nothing
+    /// that is told.
     former: [Option<Rotation<Icrs, StarPath>>; 2],
     orbit: OrbitFilter,
     shutting: Shutting,
@@ -307,8 +307,8 @@ impl<'c> Sensor<'c> {
         self.images_given_up = 0;
     }
 
-    /// Attitudes near to which the stars are sought first: the last one measured, and the one predicted by the
-    /// rate.
+    /// Attitudes near to which the stars are sought first: the last one measured, and the one predicted by
+    /// the rate.
     fn hypotheses(&self) -> [Option<Rotation<Icrs, StarPath>>; 2] {
         let [measured, lost] = self.former;
         let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));

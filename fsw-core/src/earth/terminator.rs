@@ -4,11 +4,11 @@
 //! In: the whole detector, the Earth's centre on it, and the angle at the Earth between Sun and camera, which
 //! the orbit gives. Out: the azimuth of the Sun about the Earth's centre, with its sigma.
 //!
-//! Every sixteenth row is read in blocks of eight pixels, each without its brightest, a hot one or a star. A block on the
-//! body is lit or dark. The Sun's azimuth is the one that the blocks contradict least: a lit one by how far the
-//! Sun would be below the horizon there, three times as much as a dark one by how far above, as the sea is dark
-//! under a low Sun and nothing bright without one. Of [`AZIMUTHS`] the best is taken, then the vertex of the
-//! parabola through it and its neighbours.
+//! Every sixteenth row is read in blocks of eight pixels, each without its brightest, a hot one or a star. A
+//! block on the body is lit or dark. The Sun's azimuth is the one that the blocks contradict least: a lit one
+//! by how far the Sun would be below the horizon there, three times as much as a dark one by how far above,
+//! as the sea is dark under a low Sun and nothing bright without one. Of 32 azimuths the best is taken, then
+//! the vertex of the parabola through it and its neighbours.
 //!
 //! The error is that of the terminator: clouds, twilight and dark seas move the place at which the ground is
 //! as bright as the threshold by degrees of the Sun's elevation. Part of that is common to the whole
@@ -39,8 +39,8 @@ const FEWEST_BLOCKS: f32 = 12.0;
 /// Sine of the least elevation of the camera over a block's ground: nearer to the limb the air shines beyond
 /// the terminator.
 const LEAST_VIEW: f32 = 0.2;
-/// A block is lit above this share of the brightest one: 2^-6, the sea under a Sun of 10 deg, clouds under one
-/// of 1 deg; and at least this share of full scale, ten sigma of a block.
+/// A block is lit above this share of the brightest one: 2^-6, the sea under a Sun of 10 deg, clouds under
+/// one of 1 deg; and at least this share of full scale, ten sigma of a block.
 const LIT_SHIFT: u32 = 6;
 const LEAST_LIT_SHARE: f32 = 0.003;
 /// Sine of the Sun's elevation at which ground of medium brightness is as bright as the threshold.
@@ -50,7 +50,7 @@ const LIT_WEIGHT: f32 = 3.0;
 /// Sine of the elevations that count as the terminator's.
 const NEAR_SINE: f32 = 0.15;
 /// Standard deviations of the Sun's elevation at the threshold, rad: common to the whole terminator, and of a
-/// part of it. Set on `earth-alone` of the seeds 1 and 2.
+/// part of it. Set on flights of `any-earth-alone`, seeds 1 and 2.
 const COMMON_RAD: f32 = 0.07;
 const PART_RAD: f32 = 0.02;
 /// Greatest mean contradiction, sine of an elevation: above, what is seen is no sphere under the Sun.
@@ -71,16 +71,16 @@ pub struct SunSeen {
 #[derive(Clone, Copy, Default)]
 struct Votes {
     contradiction: f32,
-    /// Of the blocks at the terminator, how fast the Sun's elevation changes there with its azimuth: sum and sum
-    /// of squares.
+    /// Of the blocks at the terminator, how fast the Sun's elevation changes there with its azimuth: sum and
+    /// sum of squares.
     slopes: f32,
     squares: f32,
     count: f32,
 }
 
 impl Votes {
-    /// Adds a block with this upward normal in the view's axes, the Sun at an azimuth; `phase`: cosine and sine
-    /// of the angle at the Earth between Sun and camera.
+    /// Adds a block with this upward normal in the view's axes, the Sun at an azimuth; `phase`: cosine and
+    /// sine of the angle at the Earth between Sun and camera.
     fn add(&mut self, [along, first, second]: [f32; 3], weight: f32, phase: [f32; 2], azimuth: [f32; 2]) {
         let ([near, away], [cosine, sine]) = (phase, azimuth);
         let elevation_sine = away * (first * cosine + second * sine) - near * along;
@@ -93,8 +93,8 @@ impl Votes {
         }
     }
 
-    /// Standard deviation of the azimuth, rad, by least squares over the terminator; `None` where too little of
-    /// one is in the field.
+    /// Standard deviation of the azimuth, rad, by least squares over the terminator; `None` where too little
+    /// of one is in the field.
     fn sigma_rad(&self) -> Option<f32> {
         let common = COMMON_RAD * self.slopes / self.squares;
         let parts2 = PART_RAD * PART_RAD * self.count / self.squares;
@@ -127,8 +127,8 @@ impl Ballot {
         self.azimuths.get(index % AZIMUTHS).map_or(f32::INFINITY, |votes| votes.contradiction)
     }
 
-    /// The azimuth that is contradicted least, rad, and its standard deviation; `None` without a terminator, or
-    /// where none stands out.
+    /// The azimuth that is contradicted least, rad, and its standard deviation; `None` without a terminator,
+    /// or where none stands out.
     fn best(&self) -> Option<(f32, f32)> {
         if self.lit < FEWEST_BLOCKS || self.dark < FEWEST_BLOCKS {
             return None;
@@ -183,8 +183,8 @@ fn upward(at_px: [f32; 2], camera: &Camera, view: &View) -> Option<[f32; 3]> {
 }
 
 /// The Sun's direction by the terminator on the detector. `view`: the Earth; `phase`: cosine of the
-/// angle at the Earth between the directions to Sun and camera. `buffer` must hold the detector's longer side.
-/// `None` where too little of a terminator is in the field, or what is seen is no sphere under the Sun.
+/// angle at the Earth between the directions to Sun and camera. `buffer` must hold the detector's longer
+/// side. `None` where too little of a terminator is in the field, or what is seen is no sphere under the Sun.
 ///
 /// # Errors
 /// Of the detector; [`DetectorError::BufferLength`] for a short buffer.

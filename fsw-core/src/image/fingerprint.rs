@@ -1,13 +1,14 @@
 //! By what an image is known again: the noise of its probes.
 //!
-//! In: the pixels of [`PROBES`] small windows. Out: whether it is an image from before, sold as a new one: noise
-//! does not repeat itself. A digest is kept of every group of [`GROUP_PX`] pixels, so that bits turned over on
-//! the way from the detector, one in a hundred pixels of both images, leave half of the groups as they were; a
-//! quarter is enough.
+//! In: the pixels of [`PROBES`] small windows. Out: whether it is an image from before, sold as a new one:
+//! noise does not repeat itself. A digest is kept of every group of 32 pixels, so that bits turned
+//! over on the way from the detector, one in a hundred pixels of both images, leave half of the groups as
+//! they were; a quarter is enough.
 //!
-//! Of pixels that are all alike nothing is said. Where the noise is so low that neighbours are mostly equal two
-//! images may have groups in common by chance; there all must be the same. Noise that is put onto an old image
-//! hides it: such noise is larger than usual, which [`Fingerprint::noise`] tells, and does not come of more light.
+//! Of pixels that are all alike nothing is said. Where the noise is so low that neighbours are mostly equal
+//! two images may have groups in common by chance; there all must be the same. Noise that is put onto an old
+//! image hides it: such noise is larger than usual, which [`Fingerprint::noise`] tells, and does not come of
+//! more light.
 
 /// Number of probes.
 pub const PROBES: usize = 5;

@@ -27,8 +27,8 @@ fn whole_seconds(us: i64) -> u16 {
 }
 
 impl Sensor<'_> {
-    /// Takes the attitude of an image of the instant `image` into the filter; whether it could be taken: that of
-    /// an old image, sold as new, is not.
+    /// Takes the attitude of an image of the instant `image` into the filter; whether it could be taken: that
+    /// of an old image, sold as new, is not.
     #[inline(never)]
     pub(super) fn measurement_update(
         &mut self,

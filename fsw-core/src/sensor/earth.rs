@@ -132,8 +132,8 @@ impl Sensor<'_> {
         Ok((earth, record))
     }
 
-    /// What a second in which the star path is shut has: an attitude that is carried on and held to the Earth,
-    /// else one by Earth and Sun.
+    /// What a second in which the star path is shut has: an attitude that is carried on and held to the
+    /// Earth, else one by Earth and Sun.
     #[inline(never)]
     pub(super) fn observe_earth_alone(
         &mut self,

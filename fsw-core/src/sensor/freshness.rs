@@ -1,11 +1,12 @@
 //! Whether an image that its noise does not give away is an old one, sold as new.
 //!
-//! An old image that is disturbed on its way has another noise than when it was first read, and no fingerprint
-//! knows it again, nor when it comes again undisturbed; but its noise is larger than usual. From such an image on
-//! the stars must have moved since the last image that is known to be new, if the rate of then moves them; where
-//! they have not, the image is refused. Where they are expected to move by too little to tell, the attitude may be
-//! wrong by that much, and its sigma holds it. Ten images without disturbance end the suspicion, and a minute
-//! without an image that is known to be new: the spacecraft may have turned otherwise.
+//! An old image that is disturbed on its way has another noise than when it was first read, and no
+//! fingerprint knows it again, nor when it comes again undisturbed; but its noise is larger than usual. From
+//! such an image on the stars must have moved since the last image that is known to be new, if the rate of
+//! then moves them; where they have not, the image is refused. Where they are expected to move by too little
+//! to tell, the attitude may be wrong by that much, and its sigma holds it. Ten images without disturbance
+//! end the suspicion, and a minute without an image that is known to be new: the spacecraft may have turned
+//! otherwise.
 //!
 //! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
 
@@ -26,9 +27,9 @@ const GROWTH_SHIFT: u16 = 8;
 const SUSPECTED: u8 = 10;
 /// Way, in standard deviations of both attitudes, that tells an old image from a new one.
 const LEAST_WAY_SIGMAS: f32 = 5.0;
-/// Within so many two attitudes are the same. After a gap a new image is no farther from where it is expected, or
-/// than this share of the way: the rate is not quite constant.
+/// Within so many two attitudes are the same, and after a gap a new image is where it is expected ...
 const OFF_SIGMAS: f32 = 4.0;
+/// ... or within this share of the way: the rate is not quite constant.
 const OFF_SHARE: f32 = 1.0 / 16.0;
 /// Images less apart are of one second and the next, us.
 const NEXT_US: i64 = 1_600_000;
@@ -69,8 +70,8 @@ pub(super) struct Freshness {
 }
 
 impl Freshness {
-    /// Takes the noise of an image; whether it is larger than usual, and by more than more light makes it: that
-    /// of the sunlit Earth is smaller than its light.
+    /// Takes the noise of an image; whether it is larger than usual, and by more than more light makes it:
+    /// that of the sunlit Earth is smaller than its light.
     pub(super) fn is_disturbed(&mut self, noise: Noise) -> bool {
         let grown = self.usual.steps + 1 + (self.usual.steps >> GROWTH_SHIFT);
         if self.usual.steps == 0 || noise.steps <= grown {
@@ -87,8 +88,8 @@ impl Freshness {
 }
 
 impl Sensor<'_> {
-    /// What an image is by its attitude: new, where the stars have moved since the last one that is known to be
-    /// new, or since the one that was refused before it.
+    /// What an image is by its attitude: new, where the stars have moved since the last one that is known to
+    /// be new, or since the one that was refused before it.
     pub(super) fn age(&mut self, solved: &Solved) -> Age {
         let Freshness { suspected, verified, refused, rate_rad_s, .. } = self.freshness;
         let (Some(verified), Some(rate_rad_s), 1..) = (verified, rate_rad_s, suspected) else {
@@ -112,8 +113,9 @@ impl Sensor<'_> {
 }
 
 impl Solved {
-    /// What this image is by how far the stars have moved since another one: where that is of the second before,
-    /// at all; where images in between were not solved, and this may be one of them, as the rate has it.
+    /// What this image is by how far the stars have moved since another one: where that is of the second
+    /// before, at all; where images in between were not solved, and this may be one of them, as the rate has
+    /// it.
     fn age_since(&self, other: &Self, rate_rad_s: &Vector3<f32>) -> Age {
         let elapsed_us = self.image.us_since(other.image);
         let way = rate_rad_s * (elapsed_us as f32 / SECOND_US as f32);

@@ -210,9 +210,10 @@ impl Record {
             predicted,
             blinded: matches!(self.stars.outcome, Some(Outcome::Blinded | Outcome::StarPathShut)),
             dark: self.earth.dark,
-            // Without an image that can be believed the self-test tested nothing.
+            // Without an image that can be believed the self-test tested nothing, and no Sun has gone.
             fault: self.detector_fault.is_some()
-                || (matches!(self.mode, Mode::SelfTest | Mode::Safe) && self.image_fault.is_some()),
+                || (matches!(self.mode, Mode::SelfTest | Mode::Safe | Mode::SunOutage)
+                    && self.image_fault.is_some()),
         }
     }
 

@@ -335,7 +335,8 @@ impl Sensor<'_> {
             + libm::fabsf(rate.z) * 0.5 * libm::hypotf(width, height)
     }
 
-    /// How far the filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a rate.
+    /// How far the filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a
+    /// rate.
     pub(super) fn drawn_px(&self) -> f32 {
         let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
         let rate = self.motion.as_ref().and_then(Filter::rate);

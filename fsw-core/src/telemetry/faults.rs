@@ -49,7 +49,8 @@ impl From<DetectorError> for DetectorFault {
 /// Why an image was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ImageFault {
-    /// It has the instant or the very noise of an image before, or its stars stand still: that image once more.
+    /// It has the instant or the very noise of an image before, or its stars stand still: that image once
+    /// more.
     Repeated,
     /// It is older than what has been seen already.
     OutOfOrder,

@@ -1,5 +1,5 @@
-//! The `[shutters]`, `[gyro]` and `[magnetometer]` of a scenario: shutters of the two paths, sensors beside the
-//! camera; without the table there is none.
+//! The `[shutters]`, `[gyro]` and `[magnetometer]` of a scenario: shutters of the two paths, sensors beside
+//! the camera; without the table there is none.
 //!
 //! The flight code uses a gyro that loses less in a second than a third of a star window's half side, 0.03
 //! deg with the reference camera; that of the defaults is only reported.

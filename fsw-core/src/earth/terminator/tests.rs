@@ -6,7 +6,8 @@ use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec as List;
 
-/// The Sun by the terminator of a picture of this world, and how far it is off, about the Earth's centre, rad.
+/// The Sun by the terminator of a picture of this world, and how far it is off, about the Earth's centre,
+/// rad.
 fn seen(world: &World, picture: &mut Picture) -> Option<(SunSeen, f64)> {
     let (camera, parameters) = (camera(), parameters());
     let view = View::new(&narrow(&world.centre), &world.body(&parameters)).unwrap();

@@ -2,9 +2,9 @@
 //!
 //! The limb shows where the Earth's centre is, the orbit where it should be: two axes, as of a single star.
 //! The third, about that direction, is the Sun's: the orbit says how far it stands from the Earth, the
-//! terminator on which side. It is good to some degrees, enough to point an antenna or a panel until the stars
-//! are back. Each image gives one of its own: the clouds that bend the terminator stay for minutes, and no
-//! filter averages them.
+//! terminator on which side. It is good to some degrees, enough to point an antenna or a panel until the
+//! stars are back. Each image gives one of its own: the clouds that bend the terminator stay for minutes, and
+//! no filter averages them.
 //!
 //! In: the second's image, orbit, Sun. Out: an attitude, and the Earth that it rests on. The orbit learns
 //! nothing of it.
@@ -85,8 +85,8 @@ impl Sensor<'_> {
         (sigma_km < VIEW_SIGMA_RAD * distance_km).then_some(known)
     }
 
-    /// Earth and Sun in the image, nothing known but the angle at the Earth between Sun and sensor, `phase` its
-    /// cosine.
+    /// Earth and Sun in the image, nothing known but the angle at the Earth between Sun and sensor, `phase`
+    /// its cosine.
     #[inline(never)]
     fn see_sun(
         &mut self,
