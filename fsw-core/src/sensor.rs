@@ -18,7 +18,7 @@
 //!    position, which the orbit filter takes in (`orbit`). With the star path shut it is the other way round:
 //!    orbit, Earth and terminator give the attitude;
 //! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the
-//! report    is made of the `record` of the second.
+//!    report is made of the `record` of the second.
 //!
 //! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that
 //! is its own. What is generic over the instruments calls them and no more; the work between two calls is
