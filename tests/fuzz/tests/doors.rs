@@ -124,9 +124,11 @@ fn sky() -> Vec<u8> {
 fn seconds_of_the_sensor() {
     let pixels: Vec<u8> = [7].into_iter().chain((0..20_000u32).map(|k| (k * k / 1013) as u8)).collect();
     // Six images, each with a noise of its own.
-    let sky = (0..6).fold(vec![5], |mut seconds, image| {
+    let sky = (0..6u32).fold(vec![5], |mut seconds, image| {
         let mut pixels = sky();
-        pixels[image] += 1;
+        for (place, pixel) in (1u32..).zip(&mut pixels) {
+            *pixel += (place.wrapping_mul(2_654_435_761).wrapping_mul(place ^ image) >> 30) as u8;
+        }
         seconds.extend([0; HEAD]);
         seconds.extend(pixels);
         seconds
