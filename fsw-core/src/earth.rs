@@ -112,11 +112,16 @@ impl EarthFix {
         self.inliers.checked_shr(point as u32).unwrap_or(0) & 1 != 0
     }
 
+    /// Distance to the centre, km.
+    pub fn distance_km(&self) -> f32 {
+        libm::sqrtf(self.centre_km.dot(&self.centre_km))
+    }
+
     /// Standard deviation of the direction to the centre, rad (of the worst axis across it), and of the
     /// distance, km. A centre that lies across by `x` is farther by `x² / 2 d`: three sigma across count as
     /// three sigma along.
     pub fn sigmas(&self) -> (f32, f32) {
-        let range_km = libm::sqrtf(self.centre_km.dot(&self.centre_km)).max(1.0);
+        let range_km = self.distance_km().max(1.0);
         let axis = self.centre_km * (1.0 / range_km);
         let (first, second) = shape::normal_basis(&axis);
         let variance = |one, other| shape::bilinear(one, &self.covariance_km2, other);

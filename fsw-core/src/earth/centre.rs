@@ -381,7 +381,7 @@ pub fn centre(
         return Ok(fix);
     }
     let (direction_rad, range_km) = fix.sigmas();
-    let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
+    let distance_km = fix.distance_km();
     if distance_km > parameters.plausible.distance_km {
         return Err(FitError::Degenerate);
     }

@@ -26,6 +26,13 @@ fn whole_seconds(us: i64) -> u16 {
     (us.max(0) / SECOND_US).min(u16::MAX.into()) as u16
 }
 
+/// Adds an error that an attitude may have about each axis, rad, to its standard deviations.
+pub(super) fn widen(sigma_rad: &mut [f32; 3], by_rad: [f32; 3]) {
+    for (sigma, by) in sigma_rad.iter_mut().zip(by_rad) {
+        *sigma = libm::hypotf(*sigma, by);
+    }
+}
+
 impl Sensor<'_> {
     /// Takes the attitude of an image of the instant `image` into the filter; whether it could be taken: that
     /// of an old image, sold as new, is not.
@@ -42,11 +49,7 @@ impl Sensor<'_> {
         let age = self.age(&solved);
         match age {
             Age::New => {}
-            Age::Unknown(way) => {
-                for (sigma, way) in sigma_rad.iter_mut().zip(&way) {
-                    *sigma = libm::hypotf(*sigma, *way);
-                }
-            }
+            Age::Unknown(way) => widen(&mut sigma_rad, way.into()),
             Age::Old => {
                 stars.repeated = true;
                 stars.solution = self.propagated(true);

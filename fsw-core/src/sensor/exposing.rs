@@ -14,6 +14,7 @@ use fsw_hal::{Clock, Detector, DetectorError, LocalTime, Stage, StageMeter};
 const MOST_UNREAD: usize = 2;
 /// Shortest exposure, as the parameters' own, us.
 const SHORTEST_US: u32 = 100;
+
 /// The image of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Image {
@@ -140,7 +141,8 @@ impl Sensor<'_> {
             return Image::Refused(ImageFault::Repeated);
         }
         if !self.freshness.is_disturbed(fingerprint.noise()) {
-            self.fingerprints = [last, fingerprint, fingerprint];
+            let [.., undisturbed] = &mut self.fingerprints;
+            *undisturbed = fingerprint;
         }
         Image::Taken
     }

@@ -12,7 +12,7 @@
 
 use super::Sensor;
 use super::timekeeping::SECOND_US;
-use crate::attitude::filter::Filter;
+use crate::attitude::filter::{Filter, seconds};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::fingerprint::Noise;
 use fsw_hal::LocalTime;
@@ -118,7 +118,7 @@ impl Solved {
     /// it.
     fn age_since(&self, other: &Self, rate_rad_s: &Vector3<f32>) -> Age {
         let elapsed_us = self.image.us_since(other.image);
-        let way = rate_rad_s * (elapsed_us as f32 / SECOND_US as f32);
+        let way = rate_rad_s * seconds(elapsed_us);
         if elapsed_us > LONGEST_US || way.dot(&way) > LONGEST_WAY_RAD * LONGEST_WAY_RAD {
             return Age::New;
         }

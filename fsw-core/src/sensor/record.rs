@@ -141,7 +141,7 @@ impl FixRecord {
 }
 
 fn earth_report(fix: &EarthFix) -> EarthReport {
-    let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
+    let distance_km = fix.distance_km();
     let (sigma_rad, sigma_km) = fix.sigmas();
     EarthReport {
         direction: (fix.centre_km * (1.0 / distance_km.max(1.0))).into(),

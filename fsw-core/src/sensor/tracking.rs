@@ -1,6 +1,7 @@
 //! Known stars followed in windows about their predicted places.
 
 use super::Sensor;
+use super::attitude::widen;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use crate::attitude::filter::Filter;
@@ -157,9 +158,7 @@ impl Sensor<'_> {
         let [half_width, half_height] = self.camera.middle_px();
         let across = BLURRED_PX * self.camera.rad_per_px();
         let about = BLURRED_PX / libm::hypotf(half_width, half_height);
-        for (sigma, blur) in sigma_rad.iter_mut().zip([across, across, about]) {
-            *sigma = libm::hypotf(*sigma, blur);
-        }
+        widen(sigma_rad, [across, across, about]);
     }
 
     /// From a row to the next, s.

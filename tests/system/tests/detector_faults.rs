@@ -5,7 +5,7 @@
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::ImageFault;
 use sil_host::harness;
-use sil_host::harness::faults::FaultKind;
+use sil_host::harness::faults::{Fault, FaultKind};
 use sil_host::scenario::Scenario;
 use std::path::Path;
 
@@ -104,9 +104,8 @@ fn an_old_image_that_is_disturbed_on_its_way_is_no_attitude() {
         for scenario in ["sso-noon-midnight", "geo-faults"] {
             let mut scenario = Scenario::load(Path::new(scenario)).unwrap();
             scenario.duration_s = 90;
-            scenario.faults = faults
-                .map(|(kind, [from_s, until_s])| sil_host::harness::faults::Fault { kind, from_s, until_s })
-                .to_vec();
+            scenario.faults =
+                faults.map(|(kind, [from_s, until_s])| Fault { kind, from_s, until_s }).to_vec();
             let flown = fly(&scenario);
             let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
             let refused = flown.iter().filter(|second| second.image_fault.is_some()).count();

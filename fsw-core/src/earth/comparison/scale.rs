@@ -67,7 +67,7 @@ impl Scale {
         let longer = Camera::new(longer).map_err(|_| FitError::Degenerate)?;
         let mut distance = |camera: &Camera| {
             let fix = centre::centre(points, camera, body, criteria, prior, parameters, workspace)?;
-            Ok((libm::sqrtf(fix.centre_km.dot(&fix.centre_km)), fix.sigmas().1))
+            Ok((fix.distance_km(), fix.sigmas().1))
         };
         let (distance_km, own_km) = distance(camera)?;
         let slope_km = (distance(&longer)?.0 - distance_km) / STEP;

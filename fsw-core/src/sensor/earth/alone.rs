@@ -31,9 +31,10 @@ const DISTANCE_SIGMAS: f32 = 4.0;
 /// as sigmas, rad.
 const WEIGHTS_RAD: [f32; 2] = [1e-3, 0.03];
 
-/// The Earth as the orbit has it.
+/// Earth and Sun as orbit and time have them.
 struct Known {
     to_earth: Direction<Icrs>,
+    to_sun: Direction<Icrs>,
     distance_km: f32,
     sigma_km: f32,
 }
@@ -53,14 +54,12 @@ impl Sensor<'_> {
         meter: &mut impl StageMeter,
         ephemeris: &Ephemeris,
     ) -> Result<(EarthRecord, Option<Solution>), DetectorError> {
-        let Some(known) = self.known_earth(ephemeris.terrestrial_us) else { return Ok(Default::default()) };
+        let Some(known) = self.known_earth(ephemeris) else { return Ok(Default::default()) };
         meter.begin(Stage::Search);
-        let seen = self.see_sun(detector, -known.to_earth.dot(&ephemeris.sun));
+        let seen = self.see_sun(detector, -known.to_earth.dot(&known.to_sun));
         meter.end(Stage::Search);
         let Some(seen) = seen? else { return Ok(Default::default()) };
-        let Some(rough) = self.turned_to(&seen.fix, &seen.sun, &known, ephemeris) else {
-            return Ok(Default::default());
-        };
+        let Some(rough) = self.turned_to(&seen.fix, &seen.sun, &known) else { return Ok(Default::default()) };
         let body = self.body(ephemeris, &rough);
         let Some(view) = View::new(&seen.fix.centre_km, &body) else { return Ok(Default::default()) };
         meter.begin(Stage::Limb);
@@ -68,20 +67,22 @@ impl Sensor<'_> {
         meter.end(Stage::Limb);
         let looked = self.fit(meter, &body, (&strips?, CentrePrior::from_fix(&seen.fix).as_ref()), true);
         let solution = match &looked {
-            Looked::Found(fix) => self.by_earth(fix, &seen.sun, &known, ephemeris),
+            Looked::Found(fix) => self.by_earth(fix, &seen.sun, &known),
             _ => None,
         };
         Ok((EarthRecord { dark: solution.map(|_| false), looked }, solution))
     }
 
     /// Where the Earth is, if the orbit says so well enough.
-    fn known_earth(&self, terrestrial_us: i64) -> Option<Known> {
+    fn known_earth(&self, ephemeris: &Ephemeris) -> Option<Known> {
         self.orbit.state()?;
-        let (position_km, covariance_km2) = self.orbit.place(self.parameters.orbit.body, terrestrial_us)?;
+        let (position_km, covariance_km2) =
+            self.orbit.place(self.parameters.orbit.body, ephemeris.terrestrial_us)?;
         let position_km = position_km.map(|axis| axis as f32);
         let distance_km = libm::sqrtf(position_km.dot(&position_km));
         let sigma_km = libm::sqrtf(covariance_km2.trace().max(0.0) as f32);
-        let known = Known { to_earth: Direction::new(-position_km)?, distance_km, sigma_km };
+        let to_earth = Direction::new(-position_km)?;
+        let known = Known { to_earth, to_sun: ephemeris.sun, distance_km, sigma_km };
         (sigma_km < VIEW_SIGMA_RAD * distance_km).then_some(known)
     }
 
@@ -104,13 +105,7 @@ impl Sensor<'_> {
 
     /// The attitude that has Earth and Sun where they are seen.
     #[inline(never)]
-    fn turned_to(
-        &self,
-        fix: &EarthFix,
-        sun: &SunSeen,
-        known: &Known,
-        ephemeris: &Ephemeris,
-    ) -> Option<Rotation<Icrs, StarPath>> {
+    fn turned_to(&self, fix: &EarthFix, sun: &SunSeen, known: &Known) -> Option<Rotation<Icrs, StarPath>> {
         let to_star_path = self.mounting().inverse();
         let pair = |seen: &Direction<EarthPath>, reference, sigma_rad| VectorPair {
             measured: to_star_path.apply(seen),
@@ -119,26 +114,19 @@ impl Sensor<'_> {
         };
         let [earth_rad, sun_rad] = WEIGHTS_RAD;
         let earth = pair(&Direction::new(fix.centre_km)?, known.to_earth, earth_rad);
-        svd::solve(&[earth, pair(&sun.direction, ephemeris.sun, sun_rad)]).ok()
+        svd::solve(&[earth, pair(&sun.direction, known.to_sun, sun_rad)]).ok()
     }
 
     /// The attitude by the Earth's centre as strips across its limb show it, and the Sun; `None` where that
     /// Earth is not to be told by itself, or not as far as the orbit has it.
-    fn by_earth(
-        &self,
-        fix: &EarthFix,
-        sun: &SunSeen,
-        known: &Known,
-        ephemeris: &Ephemeris,
-    ) -> Option<Solution> {
+    fn by_earth(&self, fix: &EarthFix, sun: &SunSeen, known: &Known) -> Option<Solution> {
         let (direction_rad, along_km) = fix.sigmas();
-        let distance_km = libm::sqrtf(fix.centre_km.dot(&fix.centre_km));
-        let off_km = libm::fabsf(distance_km - known.distance_km);
+        let off_km = libm::fabsf(fix.distance_km() - known.distance_km);
         let agrees = off_km < DISTANCE_SIGMAS * libm::hypotf(along_km, known.sigma_km);
         if !agrees || !self.parameters.earth.plausible.is_told(fix) {
             return None;
         }
-        let attitude = self.turned_to(fix, sun, known, ephemeris)?;
+        let attitude = self.turned_to(fix, sun, known)?;
         let place_rad = known.sigma_km / known.distance_km;
         let misalignment_rad = self.parameters.orbit.misalignment_sigma_rad;
         let [across2, place2, misalignment2, about2] =
