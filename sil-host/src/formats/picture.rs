@@ -26,6 +26,9 @@ use std::path::{Path, PathBuf};
 /// A picture has been exposed long ago; the trait wants a time.
 pub const EXPOSURE_US: u32 = 1000;
 
+/// First state of the generator by which a picture is shown anew.
+const FIRST_NOISE: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// Formats that are read, beside FITS.
 const FORMATS: [ImageFormat; 5] =
     [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::Pnm];
@@ -36,8 +39,8 @@ pub struct Picture {
     geometry: DetectorGeometry,
     pixels: Vec<u16>,
     exposed: bool,
-    /// Which of three changes of the first pixel came last.
-    turn: u8,
+    /// State of the generator by which it is shown anew; not zero.
+    noise: u64,
 }
 
 /// What is wrong with a picture file.
@@ -122,7 +125,7 @@ impl Picture {
     /// `bits` is not 1 to 16.
     pub fn from_pixels(geometry: DetectorGeometry, pixels: Vec<u16>) -> Option<Self> {
         let right = pixels.len() == geometry.whole().area() && (1..=16).contains(&geometry.bits);
-        right.then_some(Self { geometry, pixels, exposed: false, turn: 0 })
+        right.then_some(Self { geometry, pixels, exposed: false, noise: FIRST_NOISE })
     }
 
     /// All raw values, row by row.
@@ -168,7 +171,12 @@ impl Picture {
     }
 
     fn new(width_px: u16, height_px: u16, bits: u8, pixels: Vec<u16>) -> Self {
-        Self { geometry: DetectorGeometry { width_px, height_px, bits }, pixels, exposed: false, turn: 0 }
+        Self {
+            geometry: DetectorGeometry { width_px, height_px, bits },
+            pixels,
+            exposed: false,
+            noise: FIRST_NOISE,
+        }
     }
 }
 
@@ -181,14 +189,19 @@ impl Detector for Picture {
         self.geometry
     }
 
-    /// A picture has been exposed long ago; any time is accepted. Shown anew it has the same noise, by
-    /// which the flight code knows an old image: the lowest bits of its first pixel change from one to the
-    /// next.
+    /// A picture has been exposed long ago; any time is accepted. Shown anew with the same noise it would be
+    /// an old image to the flight code: the lowest bit of half of its pixels changes from one to the next.
     fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
-        if let Some(first) = self.pixels.first_mut().filter(|_| self.exposed) {
-            // By 1, 3 and 2: three values, then the first again.
-            self.turn = self.turn % 3 + 1;
-            *first ^= [1, 3, 2][usize::from(self.turn) - 1];
+        if self.exposed {
+            for pixels in self.pixels.chunks_mut(u64::BITS as usize) {
+                // Marsaglia's xorshift, 64 bits.
+                self.noise ^= self.noise << 13;
+                self.noise ^= self.noise >> 7;
+                self.noise ^= self.noise << 17;
+                for (bit, pixel) in pixels.iter_mut().enumerate() {
+                    *pixel ^= (self.noise >> bit & 1) as u16;
+                }
+            }
         }
         self.exposed = true;
         Ok(())
