@@ -140,6 +140,7 @@ fn record_picture(
         for second in 0..seconds {
             let us = i64::from(second) * 1_000_000;
             let instant = Instant::new(LocalTime::from_us(us), us);
+            picture.renew_noise(second);
             writer.record(picture, (instant, None), parameters.imaging.exposure_us)?;
         }
         Ok(())

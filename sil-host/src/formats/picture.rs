@@ -26,9 +26,6 @@ use std::path::{Path, PathBuf};
 /// A picture has been exposed long ago; the trait wants a time.
 pub const EXPOSURE_US: u32 = 1000;
 
-/// First state of the generator by which a picture is shown anew.
-const FIRST_NOISE: u64 = 0x9e37_79b9_7f4a_7c15;
-
 /// Formats that are read, beside FITS.
 const FORMATS: [ImageFormat; 5] =
     [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::Pnm];
@@ -39,8 +36,6 @@ pub struct Picture {
     geometry: DetectorGeometry,
     pixels: Vec<u16>,
     exposed: bool,
-    /// State of the generator by which it is shown anew; not zero.
-    noise: u64,
 }
 
 /// What is wrong with a picture file.
@@ -125,12 +120,27 @@ impl Picture {
     /// `bits` is not 1 to 16.
     pub fn from_pixels(geometry: DetectorGeometry, pixels: Vec<u16>) -> Option<Self> {
         let right = pixels.len() == geometry.whole().area() && (1..=16).contains(&geometry.bits);
-        right.then_some(Self { geometry, pixels, exposed: false, noise: FIRST_NOISE })
+        right.then_some(Self { geometry, pixels, exposed: false })
     }
 
     /// All raw values, row by row.
     pub fn pixels(&self) -> &[u16] {
         &self.pixels
+    }
+
+    /// Changes the lowest bit of half of its pixels, others for each `seed`: shown anew with the same noise it
+    /// is an old image to the flight code.
+    pub fn renew_noise(&mut self, seed: u32) {
+        // The golden ratio, 64 bits; then Marsaglia's xorshift.
+        let mut bits = 0x9e37_79b9_7f4a_7c15 ^ u64::from(seed);
+        for pixels in self.pixels.chunks_mut(u64::BITS as usize) {
+            bits ^= bits << 13;
+            bits ^= bits >> 7;
+            bits ^= bits << 17;
+            for (bit, pixel) in pixels.iter_mut().enumerate() {
+                *pixel ^= (bits >> bit & 1) as u16;
+            }
+        }
     }
 
     /// Why nothing can be found in the picture, whatever is looked for: its pixels are all alike, or most
@@ -171,12 +181,7 @@ impl Picture {
     }
 
     fn new(width_px: u16, height_px: u16, bits: u8, pixels: Vec<u16>) -> Self {
-        Self {
-            geometry: DetectorGeometry { width_px, height_px, bits },
-            pixels,
-            exposed: false,
-            noise: FIRST_NOISE,
-        }
+        Self { geometry: DetectorGeometry { width_px, height_px, bits }, pixels, exposed: false }
     }
 }
 
@@ -189,20 +194,8 @@ impl Detector for Picture {
         self.geometry
     }
 
-    /// A picture has been exposed long ago; any time is accepted. Shown anew with the same noise it would be
-    /// an old image to the flight code: the lowest bit of half of its pixels changes from one to the next.
+    /// A picture has been exposed long ago; any time is accepted.
     fn start_exposure(&mut self, _exposure_us: u32) -> Result<(), DetectorError> {
-        if self.exposed {
-            for pixels in self.pixels.chunks_mut(u64::BITS as usize) {
-                // Marsaglia's xorshift, 64 bits.
-                self.noise ^= self.noise << 13;
-                self.noise ^= self.noise >> 7;
-                self.noise ^= self.noise << 17;
-                for (bit, pixel) in pixels.iter_mut().enumerate() {
-                    *pixel ^= (self.noise >> bit & 1) as u16;
-                }
-            }
-        }
         self.exposed = true;
         Ok(())
     }

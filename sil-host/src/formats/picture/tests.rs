@@ -255,3 +255,19 @@ fn a_picture_in_blocks_holds_their_means_and_drops_what_is_left_over() {
     assert!(picture.binned(4).is_none(), "too small is left");
     assert!(picture.binned(0).is_none());
 }
+
+#[test]
+fn renewed_noise_changes_the_lowest_bit_of_half_of_the_pixels_and_is_another_each_time() {
+    let geometry = DetectorGeometry { width_px: 96, height_px: 64, bits: 10 };
+    let mut picture = Picture::from_pixels(geometry, vec![100; geometry.whole().area()]).unwrap();
+    for seed in 0..20 {
+        let before = picture.clone();
+        picture.renew_noise(seed);
+        let changed = |group: (&[u16], &[u16])| group.0.iter().zip(group.1).filter(|(a, b)| a != b).count();
+        let groups = || picture.pixels().chunks(64).zip(before.pixels().chunks(64));
+        assert!(groups().all(|group| changed(group) > 8), "{seed}");
+        let share = groups().map(changed).sum::<usize>() as f64 / picture.pixels().len() as f64;
+        assert!((0.45..0.55).contains(&share), "{seed}: {share}");
+        assert!(picture.pixels().iter().all(|pixel| pixel | 1 == 101));
+    }
+}
